@@ -1,0 +1,26 @@
+# One set of compiler flags for every target, so that the precompiled headers and the bits of a run are shared.
+set(CMAKE_CXX_STANDARD 23)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+# No contraction and no fast-math: the same source gives the same bits (row D5). -fPIC as an option and not as a
+# property, so that libraries and programs can share one precompiled header.
+add_compile_options(-fPIC -ffp-contract=off -fno-math-errno -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Werror)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # GCC 12 reports uninitialised Eigen temporaries that are never read.
+  add_compile_options(-Wno-maybe-uninitialized)
+  add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>)
+endif()
+if(TAKT_SANITIZE)
+  add_compile_options(-fsanitize=${TAKT_SANITIZE} -fno-omit-frame-pointer -g1)
+  add_link_options(-fsanitize=${TAKT_SANITIZE})
+endif()
+
+find_program(TAKT_CCACHE ccache)
+if(TAKT_CCACHE)
+  # Precompiled headers need these two liberties; -Werror stays the judge of everything else.
+  set(launcher ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${TAKT_CCACHE})
+  set(CMAKE_C_COMPILER_LAUNCHER ${launcher})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${launcher})
+endif()

@@ -1,0 +1,118 @@
+#include "core/base/findings.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include <fmt/format.h>
+
+namespace takt {
+namespace {
+
+std::string_view severity_name(Severity severity) {
+  switch (severity) {
+    case Severity::kError: return "error";
+    case Severity::kWarning: return "warning";
+    case Severity::kNote: return "note";
+  }
+  return "error";
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+    }
+  }
+  return row[b.size()];
+}
+
+}  // namespace
+
+std::string to_string(const Finding& finding) {
+  std::string place = finding.file;
+  if (!finding.pointer.empty()) place += (place.empty() ? "" : ":") + finding.pointer;
+  std::string text = fmt::format("{}{}: {}", place.empty() ? "" : place + ": ", severity_name(finding.severity),
+                                 finding.message);
+  if (!finding.hint.empty()) text += fmt::format(" ({})", finding.hint);
+  return text;
+}
+
+void Findings::error(std::string pointer, std::string message, std::string hint) {
+  add({Severity::kError, {}, std::move(pointer), std::move(message), std::move(hint)});
+}
+
+void Findings::warning(std::string pointer, std::string message, std::string hint) {
+  add({Severity::kWarning, {}, std::move(pointer), std::move(message), std::move(hint)});
+}
+
+void Findings::note(std::string pointer, std::string message, std::string hint) {
+  add({Severity::kNote, {}, std::move(pointer), std::move(message), std::move(hint)});
+}
+
+void Findings::append(const Findings& other, std::string_view prefix, std::string_view file) {
+  for (Finding finding : other.list_) {
+    finding.pointer.insert(0, prefix);
+    if (finding.file.empty()) finding.file = file;
+    add(std::move(finding));
+  }
+}
+
+void Findings::set_file(std::string_view file) {
+  for (Finding& finding : list_) {
+    if (finding.file.empty()) finding.file = file;
+  }
+}
+
+bool Findings::has_errors() const {
+  return std::ranges::any_of(list_, [](const Finding& finding) { return finding.severity == Severity::kError; });
+}
+
+std::string Findings::to_string() const {
+  std::string text;
+  for (const Finding& finding : list_) text += takt::to_string(finding) + "\n";
+  return text;
+}
+
+std::unexpected<Findings> failure(std::string pointer, std::string message, std::string hint) {
+  Findings findings;
+  findings.error(std::move(pointer), std::move(message), std::move(hint));
+  return std::unexpected(std::move(findings));
+}
+
+std::string nearest_choice(std::string_view name, const std::vector<std::string>& choices, std::size_t most) {
+  if (choices.empty()) return {};
+  const auto nearest = std::ranges::min_element(
+      choices, {}, [&](const std::string& choice) { return edit_distance(name, choice); });
+  std::string text;
+  if (edit_distance(name, *nearest) <= std::max<std::size_t>(2, name.size() / 2)) {
+    text = fmt::format("did you mean '{}'? ", *nearest);
+  }
+  text += "allowed: ";
+  for (std::size_t i = 0; i < choices.size() && i < most; ++i) text += (i ? ", " : "") + choices[i];
+  if (choices.size() > most) text += fmt::format(", and {} more", choices.size() - most);
+  return text;
+}
+
+std::string pointer_segment(std::string_view token) {
+  std::string segment = "/";
+  for (const char c : token) {
+    if (c == '~') {
+      segment += "~0";
+    } else if (c == '/') {
+      segment += "~1";
+    } else {
+      segment += c;
+    }
+  }
+  return segment;
+}
+
+std::string pointer_segment(std::size_t index) { return "/" + std::to_string(index); }
+
+}  // namespace takt

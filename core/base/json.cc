@@ -1,0 +1,169 @@
+#include "core/base/json.h"
+
+#include <cmath>
+#include <fstream>
+#include <set>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace takt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Builds the document value by value, so that depth, duplicates and range are judged before anything is stored.
+class BoundedBuilder : public nlohmann::json_sax<Json> {
+ public:
+  explicit BoundedBuilder(const InputLimits& limits) : limits_(limits) {}
+
+  bool null() override { return put(nullptr); }
+  bool boolean(bool value) override { return put(value); }
+  bool number_integer(number_integer_t value) override { return put(value); }
+  bool number_unsigned(number_unsigned_t value) override { return put(value); }
+  bool string(string_t& value) override { return put(std::move(value)); }
+  bool binary(binary_t&) override { return false; }
+  bool number_float(number_float_t value, const string_t& text) override {
+    if (!std::isfinite(value)) findings_.error(pointer(), fmt::format("number {} is not finite", text));
+    return put(value);
+  }
+  bool start_object(std::size_t) override { return open(Json::object()); }
+  bool start_array(std::size_t) override { return open(Json::array()); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+
+  bool key(string_t& name) override {
+    Level& level = levels_.back();
+    if (!level.keys.insert(name).second) {
+      level.key = name;
+      findings_.error(pointer(), fmt::format("key '{}' stands twice in this object", name), "remove one of the two");
+    }
+    level.key = name;
+    return true;
+  }
+
+  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
+    // A message of the library reads "[json.exception...] parse error at line 1, column 2: text"; keep the end of it.
+    const std::string_view what = error.what();
+    const std::size_t start = what.find("parse error");
+    findings_.error(pointer(), std::string(what.substr(start == std::string_view::npos ? 0 : start)),
+                    fmt::format("byte {}", position));
+    return false;
+  }
+
+  Json document;
+  Findings findings_;
+
+ private:
+  struct Level {
+    Json* value;
+    std::string key;
+    std::set<std::string> keys;
+  };
+
+  Json* place(Json value) {
+    if (levels_.empty()) {
+      document = std::move(value);
+      return &document;
+    }
+    Level& level = levels_.back();
+    if (level.value->is_array()) {
+      level.value->push_back(std::move(value));
+      return &level.value->back();
+    }
+    Json& slot = (*level.value)[level.key];
+    slot = std::move(value);
+    return &slot;
+  }
+
+  template <class T>
+  bool put(T&& value) {
+    place(Json(std::forward<T>(value)));
+    return true;
+  }
+
+  bool open(Json empty) {
+    if (levels_.size() >= limits_.depth) {
+      findings_.error({}, fmt::format("nested deeper than {} levels", limits_.depth));
+      return false;
+    }
+    Json* value = place(std::move(empty));
+    levels_.push_back({value, {}, {}});
+    return true;
+  }
+
+  bool close() {
+    levels_.pop_back();
+    return true;
+  }
+
+  std::string pointer() const {
+    std::string text;
+    for (const Level& level : levels_) {
+      text += level.value->is_array() ? pointer_segment(level.value->size()) : pointer_segment(level.key);
+    }
+    return text;
+  }
+
+  const InputLimits& limits_;
+  std::vector<Level> levels_;
+};
+
+}  // namespace
+
+Result<Json> parse_json(std::string_view text, const InputLimits& limits) {
+  if (text.size() > limits.bytes) {
+    return failure({}, fmt::format("{} bytes of JSON", text.size()), fmt::format("at most {}", limits.bytes));
+  }
+  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) return failure({}, "the file is empty", "expected JSON");
+  BoundedBuilder builder(limits);
+  const bool parsed = Json::sax_parse(text, &builder);
+  if (!parsed && !builder.findings_.has_errors()) builder.findings_.error({}, "not JSON");
+  if (builder.findings_.has_errors()) return std::unexpected(std::move(builder.findings_));
+  return std::move(builder.document);
+}
+
+Result<std::string> read_file(const std::filesystem::path& path, std::size_t max_bytes) {
+  std::error_code error;
+  const auto fail = [&](std::string message) {
+    Findings findings;
+    findings.add({Severity::kError, path.string(), {}, std::move(message), {}});
+    return std::unexpected(std::move(findings));
+  };
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) return fail("there is no such file");
+  if (!std::filesystem::is_regular_file(status)) return fail("this is not a regular file");
+  const auto size = std::filesystem::file_size(path, error);
+  if (error) return fail(fmt::format("cannot be read: {}", error.message()));
+  if (size > max_bytes) return fail(fmt::format("{} bytes, at most {} are read", size, max_bytes));
+  std::ifstream stream(path, std::ios::binary);
+  std::string bytes(size, '\0');
+  if (!stream.read(bytes.data(), static_cast<std::streamsize>(size))) return fail("cannot be read");
+  return bytes;
+}
+
+Result<Json> read_json(const std::filesystem::path& path, const InputLimits& limits) {
+  auto text = read_file(path, limits.bytes);
+  if (!text) return std::unexpected(std::move(text.error()));
+  auto document = parse_json(*text, limits);
+  if (!document) document.error().set_file(path.string());
+  return document;
+}
+
+Result<std::filesystem::path> resolve_below(const std::filesystem::path& root, std::string_view relative,
+                                            const std::string& pointer) {
+  const std::filesystem::path path(relative);
+  const std::string hint = "a relative path to something inside the folder of the file";
+  if (path.empty() || path.is_absolute()) return failure(pointer, fmt::format("path '{}' is not allowed", relative), hint);
+  std::error_code error;
+  const auto base = std::filesystem::weakly_canonical(root, error);
+  const auto full = std::filesystem::weakly_canonical(base / path, error);
+  const auto inside = full.lexically_relative(base);
+  if (error || inside.empty() || *inside.begin() == "..") {
+    return failure(pointer, fmt::format("path '{}' leaves its folder", relative), hint);
+  }
+  return full;
+}
+
+}  // namespace takt

@@ -1,0 +1,62 @@
+#include "core/base/json.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace takt {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(ParseJson, KeepsOrderAndValues) {
+  const auto document = parse_json(R"({"b": 1, "a": [true, null, 2.5, "x"]})");
+  ASSERT_TRUE(document.has_value());
+  EXPECT_EQ(document->dump(), R"({"b":1,"a":[true,null,2.5,"x"]})");
+}
+
+TEST(ParseJson, NamesEveryDuplicateKeyWithItsPointer) {
+  const auto document = parse_json(R"({"a": {"x": 1, "x": 2}, "a": 3})");
+  ASSERT_FALSE(document.has_value());
+  ASSERT_EQ(document.error().list().size(), 2u);
+  EXPECT_EQ(document.error().list()[0].pointer, "/a/x");
+  EXPECT_EQ(document.error().list()[1].pointer, "/a");
+}
+
+TEST(ParseJson, RefusesWhatOtherLibrariesWouldCrashOn) {
+  const auto deep = parse_json(std::string(100'000, '[') + std::string(100'000, ']'));
+  ASSERT_FALSE(deep.has_value());
+  EXPECT_THAT(deep.error().to_string(), HasSubstr("deeper than 64"));
+  EXPECT_FALSE(parse_json("[1e999]").has_value());
+  EXPECT_FALSE(parse_json("[NaN]").has_value());
+  EXPECT_FALSE(parse_json("").has_value());
+  EXPECT_FALSE(parse_json(" \n").has_value());
+  EXPECT_FALSE(parse_json("\"\xff\"").has_value());
+  EXPECT_FALSE(parse_json("{\"a\": 1").has_value());
+  EXPECT_FALSE(parse_json("1 2").has_value());
+  EXPECT_FALSE(parse_json("[1, 2]", {.bytes = 3}).has_value());
+}
+
+TEST(ParseJson, PlacesASyntaxErrorByLine) {
+  const auto document = parse_json("{\n  \"a\": [1,\n  oops]\n}");
+  ASSERT_FALSE(document.has_value());
+  EXPECT_THAT(document.error().to_string(), HasSubstr("line 3"));
+  EXPECT_EQ(document.error().list()[0].pointer, "/a/1");
+}
+
+TEST(ResolveBelow, RefusesWhatLeavesTheFolder) {
+  EXPECT_TRUE(resolve_below("models", "kuka/arm.urdf", "").has_value());
+  EXPECT_TRUE(resolve_below("models", "a/../b", "").has_value());
+  EXPECT_FALSE(resolve_below("models", "../etc", "").has_value());
+  EXPECT_FALSE(resolve_below("models", "a/../../b", "").has_value());
+  EXPECT_FALSE(resolve_below("models", "/etc/passwd", "").has_value());
+  EXPECT_FALSE(resolve_below("models", "", "").has_value());
+}
+
+TEST(NearestChoice, FindsATypo) {
+  EXPECT_THAT(nearest_choice("sequnce", {"parallel", "sequence"}), HasSubstr("did you mean 'sequence'?"));
+  EXPECT_THAT(nearest_choice("qqqqqqq", {"parallel", "sequence"}), testing::Not(HasSubstr("did you mean")));
+}
+
+}  // namespace
+}  // namespace takt
