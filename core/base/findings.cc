@@ -10,9 +10,12 @@ namespace {
 
 std::string_view severity_name(Severity severity) {
   switch (severity) {
-    case Severity::kError: return "error";
-    case Severity::kWarning: return "warning";
-    case Severity::kNote: return "note";
+    case Severity::kError:
+      return "error";
+    case Severity::kWarning:
+      return "warning";
+    case Severity::kNote:
+      return "note";
   }
   return "error";
 }
@@ -37,8 +40,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 std::string to_string(const Finding& finding) {
   std::string place = finding.file;
   if (!finding.pointer.empty()) place += (place.empty() ? "" : ":") + finding.pointer;
-  std::string text = fmt::format("{}{}: {}", place.empty() ? "" : place + ": ", severity_name(finding.severity),
-                                 finding.message);
+  std::string text =
+      fmt::format("{}{}: {}", place.empty() ? "" : place + ": ", severity_name(finding.severity), finding.message);
   if (!finding.hint.empty()) text += fmt::format(" ({})", finding.hint);
   return text;
 }
@@ -87,8 +90,8 @@ std::unexpected<Findings> failure(std::string pointer, std::string message, std:
 
 std::string nearest_choice(std::string_view name, const std::vector<std::string>& choices, std::size_t most) {
   if (choices.empty()) return {};
-  const auto nearest = std::ranges::min_element(
-      choices, {}, [&](const std::string& choice) { return edit_distance(name, choice); });
+  const auto nearest =
+      std::ranges::min_element(choices, {}, [&](const std::string& choice) { return edit_distance(name, choice); });
   std::string text;
   if (edit_distance(name, *nearest) <= std::max<std::size_t>(2, name.size() / 2)) {
     text = fmt::format("did you mean '{}'? ", *nearest);

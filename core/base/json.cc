@@ -116,7 +116,8 @@ Result<Json> parse_json(std::string_view text, const InputLimits& limits) {
   if (text.size() > limits.bytes) {
     return failure({}, fmt::format("{} bytes of JSON", text.size()), fmt::format("at most {}", limits.bytes));
   }
-  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) return failure({}, "the file is empty", "expected JSON");
+  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos)
+    return failure({}, "the file is empty", "expected JSON");
   BoundedBuilder builder(limits);
   const bool parsed = Json::sax_parse(text, &builder);
   if (!parsed && !builder.findings_.has_errors()) builder.findings_.error({}, "not JSON");
@@ -155,7 +156,8 @@ Result<std::filesystem::path> resolve_below(const std::filesystem::path& root, s
                                             const std::string& pointer) {
   const std::filesystem::path path(relative);
   const std::string hint = "a relative path to something inside the folder of the file";
-  if (path.empty() || path.is_absolute()) return failure(pointer, fmt::format("path '{}' is not allowed", relative), hint);
+  if (path.empty() || path.is_absolute())
+    return failure(pointer, fmt::format("path '{}' is not allowed", relative), hint);
   std::error_code error;
   const auto base = std::filesystem::weakly_canonical(root, error);
   const auto full = std::filesystem::weakly_canonical(base / path, error);

@@ -10,7 +10,8 @@
 
 namespace takt {
 
-/// What an input file may be at most; beyond it libraries under us have crashed (docs/architecture.md, "Bounded input").
+/// What an input file may be at most; beyond it libraries under us have crashed (docs/architecture.md, "Bounded
+/// input").
 struct InputLimits {
   std::size_t bytes = 4u << 20;
   std::size_t depth = 64;
@@ -22,7 +23,8 @@ struct InputLimits {
 [[nodiscard]] Result<nlohmann::ordered_json> parse_json(std::string_view text, const InputLimits& limits = {});
 
 /// parse_json for a file; the findings name it as `path` is written.
-[[nodiscard]] Result<nlohmann::ordered_json> read_json(const std::filesystem::path& path, const InputLimits& limits = {});
+[[nodiscard]] Result<nlohmann::ordered_json> read_json(const std::filesystem::path& path,
+                                                       const InputLimits& limits = {});
 
 /// The bytes of a file, at most `max_bytes`; an unreadable, larger or missing file is a finding.
 [[nodiscard]] Result<std::string> read_file(const std::filesystem::path& path, std::size_t max_bytes);

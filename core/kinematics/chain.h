@@ -11,9 +11,9 @@ namespace takt::kinematics {
 
 /// A rigid body fixed to the flange: tool and payload as the controller knows them.
 struct Payload {
-  double mass = 0.0;                                        ///< kg, >= 0
-  Eigen::Vector3d p_FC = Eigen::Vector3d::Zero();           ///< centre of mass in flange frame F, m
-  Eigen::Matrix3d I_C = Eigen::Matrix3d::Zero();            ///< inertia about the centre of mass, axes of F, kg m^2
+  double mass = 0.0;                               ///< kg, >= 0
+  Eigen::Vector3d p_FC = Eigen::Vector3d::Zero();  ///< centre of mass in flange frame F, m
+  Eigen::Matrix3d I_C = Eigen::Matrix3d::Zero();   ///< inertia about the centre of mass, axes of F, kg m^2
 };
 
 /// The movable joints from a base link to a flange link of a robot, flattened for the cycle: fixed joints and the
@@ -43,7 +43,8 @@ class Chain {
   void jacobian(const JointVector& q, Eigen::Isometry3d& X_BF, Jacobian& J) const;
   /// The velocity-product term Jdot(q, dq) dq, linear first, expressed in B.
   [[nodiscard]] Vector6 jacobian_dot_times_dq(const JointVector& q, const JointVector& dq) const;
-  /// Joint torques (Nm or N) for a motion: M(q) ddq + C(q, dq) dq + g(q), payload included. Gravity is expressed in B, m/s^2.
+  /// Joint torques (Nm or N) for a motion: M(q) ddq + C(q, dq) dq + g(q), payload included. Gravity is expressed in B,
+  /// m/s^2.
   [[nodiscard]] JointVector inverse_dynamics(const JointVector& q, const JointVector& dq, const JointVector& ddq,
                                              const Eigen::Vector3d& gravity_B, const Payload& payload = {}) const;
   /// Joint-space inertia M(q), symmetric, payload included.

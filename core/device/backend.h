@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/base/time.h"
+#include "core/kinematics/types.h"
+#include "core/net/value.h"
+
+namespace takt::device {
+
+using kinematics::JointVector;
+
+/// What an arm reports: the newest sample its driver has. Everything in SI, joints in the order of the URDF chain.
+struct ArmSample {
+  std::uint64_t sequence = 0;  ///< counts samples; 0 = none yet
+  Nanoseconds stamp = 0;       ///< when it was measured, on the core's clock
+  JointVector q;               ///< rad or m, measured
+  JointVector dq;              ///< from the driver, never from differencing held samples
+  JointVector tau;             ///< measured joint torque, Nm; size 0 if the arm has no such sensor
+  bool ready = false;          ///< accepts set points: powered, brakes open, no fault
+  std::uint32_t fault = 0;     ///< device-specific cause, 0 = none; ArmBackend::fault_text gives the words
+};
+
+/// What an arm is told for the coming cycle.
+struct ArmSetPoint {
+  std::int64_t cycle = 0;  ///< core cycle that made it
+  Nanoseconds stamp = 0;
+  JointVector q, dq, ddq;
+};
+
+/// Tool and load as the controller is told, in flange axes.
+struct PayloadSetting {
+  double mass = 0.0;  ///< kg
+  Eigen::Vector3d p_FC = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d I_C = Eigen::Matrix3d::Zero();
+};
+
+/// The machine behind a canonical arm: simulated or a driver. Called by the cycle thread only; never blocks, never
+/// allocates. A driver with a clock of its own answers from its rings (rows T2, T3).
+class ArmBackend {
+ public:
+  virtual ~ArmBackend() = default;
+  /// Copies the newest sample. @return false if there has never been one.
+  virtual bool read(ArmSample& sample) = 0;
+  /// Hands over the set point of this cycle. Without one in a cycle the device holds the last position.
+  virtual void write(const ArmSetPoint& set_point) = 0;
+  virtual void set_payload(const PayloadSetting& payload) = 0;
+  /// Category 0: brakes now (row S3).
+  virtual void brake() = 0;
+  [[nodiscard]] virtual std::string fault_text(std::uint32_t fault) const = 0;
+};
+
+struct WrenchSample {
+  std::uint64_t sequence = 0;
+  Nanoseconds stamp = 0;
+  net::Wrench wrench;     ///< raw reading in measuring frame S: what the surroundings (and gravity on all that hangs on
+                          ///< the tool side) exert on the tool side
+  bool overload = false;  ///< a channel is at its range
+};
+
+/// A six-axis force/torque sensor, raw: tool weight, inertia, bias and noise included.
+class ForceTorqueBackend {
+ public:
+  virtual ~ForceTorqueBackend() = default;
+  virtual bool read(WrenchSample& sample) = 0;
+};
+
+}  // namespace takt::device

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/net/description.h"
+#include "core/net/primitive.h"
+
+namespace takt::net {
+
+/// What LOAD knows about an accepted net that is worth telling.
+struct NetReport {
+  Findings notes;                  ///< where null can reach an actuator or a stop, free units, data-dependent latencies
+  std::vector<std::string> order;  ///< ids in evaluation order
+  std::vector<std::string> resources;  ///< devices this net drives
+  struct Reaction {                    ///< reaction certificate (rows O6, O7)
+    std::string source, sink;
+    std::int64_t minimum_cycles = 0, maximum_cycles = 0;
+    bool data_dependent = false;
+  };
+  std::vector<Reaction> reactions;
+};
+
+/// A verified net in its runnable form: one arena of slots in evaluation order, inputs bound to the outputs they read.
+/// Created outside the cycle; run by the cycle thread only; destroyed outside it.
+class CompiledNet {
+ public:
+  /// Verifies everything and answers with all errors at once. Realtime: setup.
+  [[nodiscard]] static Result<std::unique_ptr<CompiledNet>> compile(const NetDescription& description,
+                                                                    Environment& environment);
+  ~CompiledNet();
+
+  /// Evaluates every primitive once. `cycle.index_in_net`, `first` and `signals` are filled in by the net; what the
+  /// primitives signalled is in signals() afterwards. An exception of a primitive ends as signals().fail (row L7).
+  /// Realtime: cyclic.
+  void evaluate(Cycle cycle);
+  [[nodiscard]] const NetSignals& signals() const;
+  /// Back to the state before the first cycle is not offered: a net runs once. Number of cycles run so far:
+  [[nodiscard]] std::int64_t cycles() const;
+
+  /// All output slots as one block of bytes, for the digest and for recording.
+  [[nodiscard]] std::span<const std::byte> slots() const;
+
+  /// Look-up by "id.port" for tests, monitors and the program layer. Realtime: setup; the slot may be read in the
+  /// cycle.
+  template <class T>
+  [[nodiscard]] const Slot<T>* find(std::string_view port) const;
+
+  struct Monitor {
+    std::string name;
+    ValueType type;
+    const void* slot;  ///< const Slot<T>*, T by `type`
+  };
+  [[nodiscard]] const std::vector<Monitor>& monitors() const;
+  [[nodiscard]] const std::vector<Resource*>& claims() const;
+  [[nodiscard]] const NetReport& report() const;
+  [[nodiscard]] const std::string& name() const;
+  [[nodiscard]] int primitive_count() const;
+
+ private:
+  CompiledNet();
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace takt::net

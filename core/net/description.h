@@ -1,0 +1,61 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/findings.h"
+
+namespace takt::net {
+
+/// One primitive of a net as the user wrote it. Parameters may also give a constant to an input port of the same name.
+struct PrimitiveDescription {
+  std::string id;
+  std::string type;
+  nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
+};
+
+/// One link: output "id.port" (or "fragment/id.port") to input "id.port".
+struct LinkDescription {
+  std::string from;
+  std::string to;
+  bool delayed = false;
+  nlohmann::ordered_json initial = nullptr;  ///< value before the first delayed one; null = null
+};
+
+/// A named sub-net with ports of its own; flattened at load.
+struct FragmentDescription;
+
+/// A net as an object; JSON is one encoding of it. load(dump(net)) == net.
+struct NetDescription {
+  std::string name;
+  std::vector<PrimitiveDescription> primitives;
+  std::vector<LinkDescription> links;
+  std::vector<FragmentDescription> fragments;
+
+  NetDescription& add(std::string id, std::string type,
+                      nlohmann::ordered_json parameters = nlohmann::ordered_json::object());
+  NetDescription& link(std::string from, std::string to);
+  NetDescription& link_delayed(std::string from, std::string to, nlohmann::ordered_json initial = nullptr);
+  bool operator==(const NetDescription&) const;
+};
+
+/// What an inactive fragment does with its state (row O3).
+enum class WhenInactive { kKeep, kReset };
+
+struct FragmentDescription {
+  std::string id;
+  WhenInactive when_inactive = WhenInactive::kReset;
+  NetDescription net;
+  /// Ports of the fragment: name -> inner "id.port". The Boolean input "active" always exists; unlinked it is true.
+  std::vector<std::pair<std::string, std::string>> inputs;
+  std::vector<std::pair<std::string, std::string>> outputs;
+  bool operator==(const FragmentDescription&) const;
+};
+
+[[nodiscard]] Result<NetDescription> net_from_json(const nlohmann::ordered_json& json);
+[[nodiscard]] nlohmann::ordered_json net_to_json(const NetDescription& net);
+
+}  // namespace takt::net

@@ -1,0 +1,167 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/base/findings.h"
+#include "core/base/time.h"
+#include "core/net/value.h"
+
+namespace takt::net {
+
+/// Something outside the nets that primitives may use by name: a device, a channel. Owned by the control core.
+class Resource {
+ public:
+  virtual ~Resource() = default;
+  /// The canonical name of its kind, for messages: "arm", "force_torque_sensor".
+  [[nodiscard]] virtual std::string_view kind() const = 0;
+};
+
+/// Finds resources at load. Realtime: setup.
+class Environment {
+ public:
+  virtual ~Environment() = default;
+  /// @return the resource, or nullptr.
+  [[nodiscard]] virtual Resource* find(std::string_view name) = 0;
+  [[nodiscard]] virtual std::vector<std::string> names() const = 0;
+};
+
+/// Why a net ended or was stopped.
+struct Cause {
+  enum class Code : std::uint8_t {
+    kNone,
+    kTerminated,
+    kCancelled,
+    kAborted,
+    kNullInput,
+    kDevice,
+    kGuard,
+    kException,
+    kOverrun,
+    kConflict,
+    kError
+  };
+  Code code = Code::kNone;
+  Text text;                ///< for people: what, where, number
+  std::int64_t cycle = -1;  ///< core cycle in which it happened
+};
+
+[[nodiscard]] std::string_view name_of(Cause::Code code);
+
+/// What one net tells the executor in a cycle; written by primitives such as Termination and Error.
+struct NetSignals {
+  bool terminate = false;
+  bool fail = false;
+  Cause cause;
+};
+
+/// The cycle as a primitive sees it.
+struct Cycle {
+  std::int64_t index = 0;         ///< core cycle
+  std::int64_t index_in_net = 0;  ///< 0 in the first cycle of this net (or of the activation of its fragment)
+  Nanoseconds time = 0;           ///< of this cycle, on the core's clock
+  Nanoseconds period = kMillisecond;
+  double dt = 1e-3;   ///< period in s
+  bool first = true;  ///< index_in_net == 0
+  bool cancel_requested = false;
+  NetSignals* signals = nullptr;  ///< never null in update()
+};
+
+/// An input port: reads the slot that LOAD bound, without a copy. Null if nothing is bound.
+template <class T>
+class In {
+ public:
+  explicit In(const Slot<T>* slot = nullptr) : slot_(slot) {}
+  [[nodiscard]] bool null() const { return slot_->null != 0; }
+  [[nodiscard]] const T& operator*() const { return slot_->value; }
+  [[nodiscard]] const T* operator->() const { return &slot_->value; }
+  [[nodiscard]] T value_or(const T& other) const { return null() ? other : slot_->value; }
+
+ private:
+  const Slot<T>* slot_;
+};
+
+/// An output port. What is set is canonical; what is not finite becomes null (rows N1, N5).
+template <class T>
+class Out {
+ public:
+  explicit Out(Slot<T>* slot = nullptr) : slot_(slot) {}
+  void set(T value) {
+    if (!canonicalise(value)) return set_null();
+    slot_->value = value;
+    slot_->null = 0;
+  }
+  void set_null();
+
+ private:
+  Slot<T>* slot_;
+};
+
+/// How an input meets null where the general rule (null in, null out) does not hold; printed by LOAD.
+enum class OnNull : std::uint8_t { kPropagate, kCountsAsTrue, kCountsAsFalse, kStop, kHandled };
+
+/// What a port says of itself. Texts must outlive the registry (string literals).
+struct PortSpec {
+  /// Unit text such as "m/s", "rad", "N", "1"; a lone lower-case letter ("u") is a variable, unified over the links and
+  /// shared by all ports of the primitive that use it, also in products: "u/s", "u*v". Vector, Twist, Wrench: one unit
+  /// for all components or "linear,angular". Empty = the type carries no unit (Boolean, Integer, String, Rotation,
+  /// Frame).
+  std::string_view unit = {};
+  /// Frame- and geometry-valued ports: "A>B" = pose of B in A; upper-case letters are variables of the primitive, and
+  /// "@name" takes the text of the String parameter `name`. Empty = not checked.
+  std::string_view frame = {};
+  std::string_view doc = {};
+  OnNull on_null = OnNull::kPropagate;
+  /// The input may stay unlinked and unset; it is then null.
+  bool optional = false;
+};
+
+/// What a parameter says of itself. A parameter is set once, when the net is loaded.
+struct ParameterSpec {
+  std::string_view unit = {};
+  std::string_view doc = {};
+  std::string_view range =
+      {};  ///< interval text such as "(0,inf)", "[0,1]", "[1,1000000]"; checked at load; empty = any finite
+};
+
+/// How late an output follows an input: 0 (same cycle), k cycles, or depending on data (rows O6, O7).
+struct Latency {
+  std::int64_t cycles = 0;
+  bool data_dependent = false;
+};
+
+class Setup;
+
+/// A realtime primitive: a function from input ports to output ports, with state, evaluated once per cycle.
+///
+/// One class in one place: members In<T>, Out<T> and plain members for parameters, a constructor that takes a Setup and
+/// declares them, and update(). The constructor only declares (it also runs to describe the type, without a net);
+/// heavy work that may fail stands in prepare(). The net owns primitives; the cycle thread calls update().
+class Primitive {
+ public:
+  virtual ~Primitive() = default;
+  Primitive(const Primitive&) = delete;
+  Primitive& operator=(const Primitive&) = delete;
+
+  /// Checks and precomputes. Pointers of the findings are relative to the primitive's parameters. Realtime: setup.
+  virtual Findings prepare() { return {}; }
+  /// One cycle: reads inputs, writes every output. Realtime: cyclic, no allocation, no lock, no throw.
+  virtual void update(const Cycle& cycle) = 0;
+
+ protected:
+  Primitive() = default;
+};
+
+/// Registers the class: type name, family, documentation of the whole. Ports and parameters document themselves.
+///   TAKT_PRIMITIVE(Add, "arithmetic", "Sum of two values of one unit.");
+#define TAKT_PRIMITIVE(Class, family, doc)                                                            \
+  const bool k##Class##Registered = ::takt::net::Registry::global().add(                              \
+      #Class, family, doc, [](::takt::net::Setup& setup) -> std::unique_ptr<::takt::net::Primitive> { \
+        return std::make_unique<Class>(setup);                                                        \
+      })
+
+}  // namespace takt::net

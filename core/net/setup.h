@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/net/primitive.h"
+
+namespace takt::net {
+
+/// Through this a primitive's constructor declares its ports and parameters and gets them bound.
+///
+/// The same constructor runs in two ways: to *describe* the type (no net, parameters have their defaults, ports are
+/// bound to nothing) and to *build* an instance in a net. A wrong or missing parameter is recorded as a finding and a
+/// usable placeholder is returned, so constructors have no error paths. Realtime: setup.
+class Setup {
+ public:
+  template <class T>
+  [[nodiscard]] In<T> in(std::string_view name, const PortSpec& spec = {});
+  template <class T>
+  [[nodiscard]] Out<T> out(std::string_view name, const PortSpec& spec = {});
+
+  /// A parameter that must be given.
+  template <class T>
+  [[nodiscard]] T parameter(std::string_view name, const ParameterSpec& spec = {});
+  /// A parameter with a default.
+  template <class T>
+  [[nodiscard]] T parameter(std::string_view name, const T& fallback, const ParameterSpec& spec = {});
+  /// A parameter with structure of its own (a time law, a list of points), as JSON; the primitive checks it in
+  /// prepare().
+  [[nodiscard]] const nlohmann::ordered_json& json(std::string_view name, const ParameterSpec& spec = {});
+  [[nodiscard]] const nlohmann::ordered_json* optional_json(std::string_view name, const ParameterSpec& spec = {});
+
+  /// The device named by the String parameter `name`; nullptr while describing, or (with a finding that lists what
+  /// there is) if it is absent or of another kind.
+  template <class D>
+  [[nodiscard]] D* device(std::string_view name, std::string_view kind, std::string_view doc);
+  /// Says that this net drives the device named by parameter `name`: a unique resource (rows O4, L).
+  void claims(std::string_view name);
+
+  /// Declares a latency other than 0 between an input and an output (rows O6).
+  void latency(std::string_view in, std::string_view out, Latency latency);
+  /// The state of the outputs does not depend on this input in the same cycle: a link into it may close a loop.
+  void breaks_loop(std::string_view in);
+  /// Marks the one primitive kind whose presence ends a net (LOAD demands at least one).
+  void is_termination();
+  /// Marks an input whose value leaves the core with the monitors: name for people = the primitive's id.
+  void is_monitor();
+
+  [[nodiscard]] bool describing() const;
+
+  // The rest is for core/net itself.
+  struct Impl;
+  explicit Setup(Impl& impl) : impl_(impl) {}
+
+ private:
+  Impl& impl_;
+};
+
+}  // namespace takt::net
