@@ -1,0 +1,29 @@
+#pragma once
+
+#include "core/kinematics/types.h"
+
+namespace takt::motion {
+
+using kinematics::JointVector;
+
+/// What the joints of an arm may do: one entry per joint in the order of the chain, rad or m and their derivatives.
+/// `lower` and `upper` may be infinite (continuous joints); the other three are > 0 and finite.
+struct JointLimits {
+  JointVector lower;
+  JointVector upper;
+  JointVector velocity;      ///< rad/s or m/s
+  JointVector acceleration;  ///< rad/s^2 or m/s^2
+  JointVector jerk;          ///< rad/s^3 or m/s^3
+};
+
+/// What the frame that moves on a Cartesian path may do (norms of the linear and of the angular vector), all > 0.
+struct CartesianLimits {
+  double linear_velocity = 1.5;        ///< m/s
+  double linear_acceleration = 5.0;    ///< m/s^2
+  double linear_jerk = 50.0;           ///< m/s^3
+  double angular_velocity = 3.0;       ///< rad/s
+  double angular_acceleration = 15.0;  ///< rad/s^2
+  double angular_jerk = 150.0;         ///< rad/s^3
+};
+
+}  // namespace takt::motion

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/base/findings.h"
+
+namespace takt::motion {
+
+/// Where a law is at one instant: path parameter and its derivatives with respect to path time tau.
+struct LawPoint {
+  double s = 0.0;     ///< 0 at the start of the path, 1 at its end
+  double ds = 0.0;    ///< 1/s
+  double dds = 0.0;   ///< 1/s^2
+  double ddds = 0.0;  ///< 1/s^3
+};
+
+/// Bounds on the derivatives of the path parameter, all > 0: 1/s, 1/s^2, 1/s^3.
+struct RateLimits {
+  double velocity = 0.0;
+  double acceleration = 0.0;
+  double jerk = 0.0;
+};
+
+/// The law s(tau) by which a path is run: pieces of constant jerk, from rest at s = 0 to rest at s = 1. The default is
+/// the law of a path without length: duration 0, always at its end.
+/// As JSON: [[duration_s, jerk], ...]; the same numbers give the same bits.
+class TimeLaw {
+ public:
+  struct Segment {
+    double duration_s;  ///< >= 0
+    double jerk;        ///< 1/s^3
+  };
+
+  TimeLaw() = default;
+
+  /// @return the law, or findings: an entry that is not finite, a negative duration, an end that is not at rest at
+  /// s = 1 (within 1e-9 of what the law reaches). No segments = duration 0. Realtime: setup.
+  [[nodiscard]] static Result<TimeLaw> create(std::vector<Segment> segments);
+
+  /// The fastest law from rest to rest within the limits: at most seven segments, closed form. Limits must be > 0;
+  /// infinite ones do not bind, but one must. Realtime: setup.
+  /// Source: own derivation; the order of cases as in Lambrechts et al., "Trajectory planning and feedforward design",
+  /// 2005.
+  [[nodiscard]] static TimeLaw rest_to_rest(const RateLimits& limits);
+
+  /// The same shape, `factor` (> 0) times as long: rates shrink by factor, factor^2, factor^3. Realtime: setup.
+  [[nodiscard]] TimeLaw stretched(double factor) const;
+
+  [[nodiscard]] double duration() const { return knots_.empty() ? 0.0 : knots_.back().tau; }
+  [[nodiscard]] const std::vector<Segment>& segments() const { return segments_; }
+
+  /// The law at `tau` (s): at rest at s = 0 before the start, at rest at exactly s = 1 from duration() on; a law
+  /// without segments is always at its end. Realtime: cyclic, O(log segments), no allocation.
+  [[nodiscard]] LawPoint at(double tau) const;
+
+ private:
+  struct Knot {
+    double tau;
+    LawPoint point;  ///< with the jerk of the segment that begins here
+  };
+
+  explicit TimeLaw(std::vector<Segment> segments);
+
+  std::vector<Segment> segments_;
+  std::vector<Knot> knots_;  ///< start of each segment, then the end
+};
+
+[[nodiscard]] nlohmann::ordered_json to_json(const TimeLaw& law);
+/// Findings carry `pointer` as prefix. Realtime: setup.
+[[nodiscard]] Result<TimeLaw> time_law_from_json(const nlohmann::ordered_json& json, const std::string& pointer = {});
+
+}  // namespace takt::motion
