@@ -1,4 +1,5 @@
 // Headers that are heavy and change with no edit of ours; compiled once for all layers.
+#include <fmt/format.h>
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -6,7 +7,6 @@
 #include <cstdint>
 #include <expected>
 #include <filesystem>
-#include <fmt/format.h>
 #include <functional>
 #include <map>
 #include <memory>

@@ -1,0 +1,193 @@
+#include "core/base/object_reader.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace takt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string range_text(const Range& range) {
+  const bool low = std::isfinite(range.low);
+  const bool high = std::isfinite(range.high);
+  if (low && high) return fmt::format("a number from {} to {}", range.low, range.high);
+  if (low) return fmt::format("a number {} {}", range.low_open ? "above" : "of at least", range.low);
+  if (high) return fmt::format("a number of at most {}", range.high);
+  return "a number";
+}
+
+bool inside(double value, const Range& range) {
+  return (range.low_open ? value > range.low : value >= range.low) && value <= range.high;
+}
+
+}  // namespace
+
+std::string short_dump(const Json& json) {
+  std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  return text;
+}
+
+ObjectReader::ObjectReader(const Json& json, std::string pointer, Findings& findings)
+    : json_(json), pointer_(std::move(pointer)), findings_(findings) {
+  if (!json_.is_object())
+    findings_.error(pointer_, fmt::format("{} stands here", short_dump(json_)), "an object {...}");
+}
+
+bool ObjectReader::has(std::string_view key) const { return json_.is_object() && json_.contains(key); }
+
+std::string ObjectReader::at(std::string_view key) const { return pointer_ + pointer_segment(key); }
+
+const Json* ObjectReader::find(std::string_view key, bool required) {
+  if (std::ranges::find(asked_, key) == asked_.end()) asked_.emplace_back(key);
+  if (!json_.is_object()) return nullptr;
+  const auto found = json_.find(key);
+  if (found != json_.end()) return &*found;
+  if (required) findings_.error(pointer_, fmt::format("key '{}' is missing", key));
+  return nullptr;
+}
+
+double ObjectReader::number(std::string_view key, std::optional<double> fallback, const Range& range) {
+  const Json* value = find(key, !fallback);
+  if (!value) return fallback.value_or(0.0);
+  if (value->is_number() && inside(value->get<double>(), range)) return value->get<double>();
+  findings_.error(at(key), short_dump(*value) + " stands here", range_text(range));
+  return fallback.value_or(inside(0.0, range) ? 0.0 : (std::isfinite(range.low) ? range.low + 1.0 : range.high));
+}
+
+std::int64_t ObjectReader::integer(std::string_view key, std::optional<std::int64_t> fallback, const Range& range) {
+  const Json* value = find(key, !fallback);
+  if (!value) return fallback.value_or(0);
+  const bool whole =
+      value->is_number_integer() && (!value->is_number_unsigned() || value->get<std::uint64_t>() <= INT64_MAX);
+  if (whole && inside(static_cast<double>(value->get<std::int64_t>()), range)) return value->get<std::int64_t>();
+  findings_.error(at(key), short_dump(*value) + " stands here", range_text(range) + ", whole");
+  return fallback.value_or(0);
+}
+
+bool ObjectReader::boolean(std::string_view key, std::optional<bool> fallback) {
+  const Json* value = find(key, !fallback);
+  if (!value) return fallback.value_or(false);
+  if (value->is_boolean()) return value->get<bool>();
+  findings_.error(at(key), short_dump(*value) + " stands here", "true or false");
+  return fallback.value_or(false);
+}
+
+std::string ObjectReader::text(std::string_view key, std::optional<std::string> fallback) {
+  const Json* value = find(key, !fallback);
+  if (!value) return fallback.value_or("");
+  if (value->is_string()) return value->get<std::string>();
+  findings_.error(at(key), short_dump(*value) + " stands here", "a text");
+  return fallback.value_or("");
+}
+
+std::string ObjectReader::choice(std::string_view key, const std::vector<std::string>& choices,
+                                 std::optional<std::string> fallback) {
+  const std::size_t before = findings_.list().size();
+  const std::string value = text(key, fallback);
+  if (findings_.list().size() != before || std::ranges::find(choices, value) != choices.end()) return value;
+  if (!has(key)) return value;
+  findings_.error(at(key), fmt::format("'{}' is not known here", value), nearest_choice(value, choices));
+  return fallback.value_or("");
+}
+
+std::vector<double> ObjectReader::numbers(std::string_view key, std::size_t size,
+                                          std::optional<std::vector<double>> fallback, const Range& range) {
+  const std::vector<double> placeholder = fallback.value_or(std::vector<double>(size, 0.0));
+  const Json* value = find(key, !fallback);
+  if (!value) return placeholder;
+  const std::string expected = size ? fmt::format("an array of {} numbers", size) : "an array of numbers";
+  if (!value->is_array() || (size && value->size() != size)) {
+    findings_.error(at(key), short_dump(*value) + " stands here", expected);
+    return placeholder;
+  }
+  std::vector<double> result;
+  for (std::size_t i = 0; i < value->size(); ++i) {
+    const Json& item = (*value)[i];
+    const bool good = item.is_number() && inside(item.get<double>(), range);
+    if (!good) findings_.error(at(key) + pointer_segment(i), short_dump(item) + " stands here", range_text(range));
+    result.push_back(good ? item.get<double>() : (inside(0.0, range) ? 0.0 : 1.0));
+  }
+  return result;
+}
+
+Eigen::Vector3d ObjectReader::vector(std::string_view key, std::optional<Eigen::Vector3d> fallback) {
+  std::optional<std::vector<double>> values;
+  if (fallback) values = {fallback->x(), fallback->y(), fallback->z()};
+  return Eigen::Vector3d(numbers(key, 3, values).data());
+}
+
+std::vector<std::string> ObjectReader::texts(std::string_view key, std::optional<std::vector<std::string>> fallback) {
+  const Json* value = find(key, !fallback);
+  if (!value) return fallback.value_or(std::vector<std::string>{});
+  if (!value->is_array()) {
+    findings_.error(at(key), short_dump(*value) + " stands here", "an array of texts");
+    return {};
+  }
+  std::vector<std::string> result;
+  for (std::size_t i = 0; i < value->size(); ++i) {
+    if ((*value)[i].is_string()) {
+      result.push_back((*value)[i].get<std::string>());
+    } else {
+      findings_.error(at(key) + pointer_segment(i), short_dump((*value)[i]) + " stands here", "a text");
+    }
+  }
+  return result;
+}
+
+const Json* ObjectReader::child(std::string_view key) { return find(key, false); }
+
+const Json* ObjectReader::object(std::string_view key, bool required) {
+  const Json* value = find(key, required);
+  if (!value || value->is_object()) return value;
+  findings_.error(at(key), short_dump(*value) + " stands here", "an object {...}");
+  return nullptr;
+}
+
+const Json* ObjectReader::array(std::string_view key, bool required) {
+  const Json* value = find(key, required);
+  if (!value || value->is_array()) return value;
+  findings_.error(at(key), short_dump(*value) + " stands here", "an array [...]");
+  return nullptr;
+}
+
+Eigen::Quaterniond ObjectReader::rotation() {
+  if (has("quaternion") && has("rpy_deg")) {
+    findings_.error(pointer_, "'quaternion' and 'rpy_deg' both stand here", "one of the two");
+  }
+  if (has("quaternion")) {
+    const auto values = numbers("quaternion", 4, std::vector<double>{1, 0, 0, 0});
+    const Eigen::Quaterniond q(values[0], values[1], values[2], values[3]);
+    if (std::abs(q.norm() - 1.0) > 1e-3) {
+      findings_.error(at("quaternion"), fmt::format("the norm is {:.6g}", q.norm()), "a unit quaternion [w, x, y, z]");
+      return Eigen::Quaterniond::Identity();
+    }
+    return q.normalized();
+  }
+  const auto rpy = numbers("rpy_deg", 3, std::vector<double>{0, 0, 0});
+  constexpr double kRadians = std::numbers::pi / 180.0;
+  return Eigen::AngleAxisd(rpy[2] * kRadians, Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(rpy[1] * kRadians, Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(rpy[0] * kRadians, Eigen::Vector3d::UnitX());
+}
+
+Eigen::Isometry3d ObjectReader::pose() {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = vector("position_m", Eigen::Vector3d(Eigen::Vector3d::Zero()));
+  X.linear() = rotation().toRotationMatrix();
+  return X;
+}
+
+void ObjectReader::finish() {
+  if (!json_.is_object()) return;
+  for (const auto& [key, value] : json_.items()) {
+    if (key.starts_with("$") || key == "comment" || std::ranges::find(asked_, key) != asked_.end()) continue;
+    findings_.error(at(key), fmt::format("key '{}' is not known here", key), nearest_choice(key, asked_, 30));
+  }
+}
+
+}  // namespace takt

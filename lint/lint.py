@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""Rules of the house that a compiler does not know. Prints every finding as FILE:LINE: text; exit status 1 if any.
+
+Rules: layers include only downwards; headers have '#pragma once'; no left-over marks; no path or registry of a machine;
+no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead somewhere; every row
+of docs/semantics.md is named by a test or says which issue brings it; no file over 600 lines.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+# A layer may include its own folder and those listed; docs/architecture.md draws the same picture.
+CORE = ["core/base", "core/net", "core/kinematics", "core/motion", "core/world", "core/device", "core/primitives",
+        "core/rcc", "core/command", "core/activity"]
+MAY_INCLUDE = {
+    "core/base": [],
+    "core/net": ["core/base"],
+    "core/kinematics": ["core/base"],
+    "core/motion": ["core/base", "core/kinematics"],
+    "core/world": ["core/base"],
+    "core/device": ["core/base", "core/net", "core/kinematics", "core/motion", "core/world"],
+    "core/primitives": ["core/base", "core/net", "core/kinematics", "core/motion", "core/world", "core/device"],
+    "core/rcc": ["core/base", "core/net", "core/kinematics", "core/motion", "core/device"],
+    "core/command": CORE[:-1],
+    "core/activity": CORE,
+    "record": ["core/base"],
+    "sim": CORE,
+    "scenario": CORE + ["sim", "record"],
+    "tools": CORE + ["sim", "record", "scenario"],
+}
+HEAVY = re.compile(r'#include <(nlohmann/json\.hpp|mujoco/|boost/beast|google/protobuf|urdf)')
+HEAVY_ALLOWED = {"core/net/description.h", "cmake/pch.h"}
+MARKS = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X|HA" r"CK)\b")
+MACHINE = re.compile(r"(^|[^A-Za-z0-9_.])/(work|farm|root|home)/|pypi\.o" r"rg|pythonhos" r"ted|deb\.deb" r"ian")
+
+
+def tracked():
+    names = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True,
+                           check=True)
+    return [name for name in names.stdout.split("\n") if name and (ROOT / name).is_file()]
+
+
+def layer_of(name):
+    matches = [layer for layer in MAY_INCLUDE if name.startswith(layer + "/")]
+    return max(matches, key=len) if matches else None
+
+
+def check_code(name, lines, say):
+    layer = layer_of(name)
+    header = name.endswith(".h")
+    if header and not any(line.startswith("#pragma once") for line in lines):
+        say(name, 1, "a header needs '#pragma once'")
+    if len(lines) > 600:
+        say(name, len(lines), f"{len(lines)} lines: split it so that each file says one thing (600 at most)")
+    for number, line in enumerate(lines, 1):
+        if len(line) > 120:
+            say(name, number, f"{len(line)} columns (120 at most)")
+        if header and HEAVY.search(line) and name not in HEAVY_ALLOWED and not name.startswith("tests/"):
+            say(name, number, "heavy header inside a header: include it in the .cc file")
+        included = re.match(r'#include "([^"]+)"', line)
+        if layer and included:
+            target = layer_of(included.group(1))
+            if target and target != layer and target not in MAY_INCLUDE[layer]:
+                say(name, number, f"{layer} may not know {target}")
+
+
+def check_text(name, lines, say):
+    for number, line in enumerate(lines, 1):
+        if MARKS.search(line):
+            say(name, number, "left-over mark: do it or write an issue")
+        if MACHINE.search(line):
+            say(name, number, "a path or registry of one machine")
+
+
+def check_links(name, text, say):
+    for match in re.finditer(r"\]\(([^)#\s]+)(#[^)]*)?\)", text):
+        target = match.group(1)
+        if re.match(r"[a-z]+:", target):
+            continue
+        if not (ROOT / name).parent.joinpath(target).exists():
+            say(name, text[: match.start()].count("\n") + 1, f"the link '{target}' leads nowhere")
+
+
+def check_folders(names, say):
+    folders = {str(pathlib.PurePath(name).parent) for name in names if name.endswith((".cc", ".h"))}
+    for folder in sorted(folders):
+        if not folder.startswith("tests/") and folder != "cmake" and folder + "/README.md" not in names:
+            say(folder + "/README.md", 1, "this folder lacks its README: what belongs here, what does not")
+
+
+def check_semantics(names, say):
+    """Row ids of docs/semantics.md: tested, or promised for a later issue."""
+    tests = "\n".join((ROOT / name).read_text(errors="replace") for name in names
+                      if name.startswith("tests/") and name.endswith((".cc", ".py", ".h")))
+    for number, line in enumerate((ROOT / "docs/semantics.md").read_text().split("\n"), 1):
+        row = re.match(r"\| ([NOLPSTDU]\d+) \|.*\| ([^|]+) \|$", line)
+        if not row:
+            continue
+        ident, status = row.group(1), row.group(2).strip()
+        if status.startswith("tested"):
+            if not re.search(rf"(?<![A-Z0-9]){ident}(?![0-9])", tests):
+                say("docs/semantics.md", number, f"row {ident} says it is tested, but no test names it")
+        elif not status.startswith("open"):
+            say("docs/semantics.md", number, f"row {ident}: the last column says 'tested' or 'open: issue N'")
+
+
+def main():
+    findings = []
+
+    def say(name, number, text):
+        findings.append(f"{name}:{number}: {text}")
+
+    names = tracked()
+    for name in names:
+        if name.startswith("LICENSE") or name.endswith((".png", ".stl")):
+            continue
+        text = (ROOT / name).read_text(errors="replace")
+        lines = text.split("\n")
+        if name.endswith((".cc", ".h")):
+            check_code(name, lines, say)
+        if name != "lint/lint.py":
+            check_text(name, lines, say)
+        if name.endswith(".md"):
+            check_links(name, text, say)
+    check_folders(set(names), say)
+    check_semantics(names, say)
+    print("\n".join(findings) if findings else "lint: no findings")
+    return 1 if findings else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

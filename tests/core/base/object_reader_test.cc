@@ -1,0 +1,50 @@
+#include "core/base/object_reader.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace takt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using testing::HasSubstr;
+
+TEST(ObjectReader, ReadsWhatIsThereAndFallsBackWhereAllowed) {
+  Findings findings;
+  const Json json =
+      Json::parse(R"({"mass_kg": 2, "name": "x", "fixed": true, "position_m": [1, 2, 3], "rpy_deg": [0, 0, 90]})");
+  ObjectReader reader(json, "/objects/x", findings);
+  EXPECT_EQ(reader.number("mass_kg", {}, kPositive), 2.0);
+  EXPECT_EQ(reader.text("name"), "x");
+  EXPECT_TRUE(reader.boolean("fixed"));
+  EXPECT_EQ(reader.integer("count", 7), 7);
+  const Eigen::Isometry3d X = reader.pose();
+  EXPECT_TRUE((X * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3)));
+  reader.finish();
+  EXPECT_TRUE(findings.empty()) << findings.to_string();
+}
+
+TEST(ObjectReader, ReportsAllErrorsAtOnceWithPlaceValueAndChoice) {
+  Findings findings;
+  const Json json =
+      Json::parse(R"({"mass_kg": -1, "nmae": "x", "mode": "fats", "size_m": [1, "a"], "quaternion": [1, 1, 0, 0]})");
+  ObjectReader reader(json, "/o", findings);
+  (void)reader.number("mass_kg", {}, kPositive);
+  (void)reader.text("name");
+  (void)reader.choice("mode", {"fast", "slow"});
+  (void)reader.numbers("size_m", 2);
+  (void)reader.rotation();
+  reader.finish();
+  const std::string text = findings.to_string();
+  EXPECT_EQ(findings.list().size(), 6u) << text;
+  EXPECT_THAT(text, HasSubstr("/o/mass_kg: error: -1 stands here (a number above 0)"));
+  EXPECT_THAT(text, HasSubstr("/o: error: key 'name' is missing"));
+  EXPECT_THAT(text, HasSubstr("did you mean 'fast'?"));
+  EXPECT_THAT(text, HasSubstr("/o/size_m/1"));
+  EXPECT_THAT(text, HasSubstr("/o/quaternion: error: the norm is 1.41421"));
+  EXPECT_THAT(text, HasSubstr("/o/nmae: error: key 'nmae' is not known here (did you mean 'name'?"));
+}
+
+}  // namespace
+}  // namespace takt

@@ -1,0 +1,47 @@
+#include "core/world/frame_graph.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace takt::world {
+namespace {
+
+Eigen::Isometry3d at(double x, double y, double z, double yaw = 0) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() << x, y, z;
+  X.rotate(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
+  return X;
+}
+
+TEST(FrameGraph, PosesBetweenAnyTwoFrames) {
+  FrameGraph graph;
+  ASSERT_TRUE(graph.add("table", "world", at(1, 0, 0.5, M_PI / 2)).empty());
+  ASSERT_TRUE(graph.add("block", "table", at(0.2, 0, 0)).empty());
+  ASSERT_TRUE(graph.add("robot", "world", at(0, 1, 0)).empty());
+  const auto X = graph.pose("block", "robot");
+  ASSERT_TRUE(X.has_value());
+  EXPECT_TRUE(X->translation().isApprox(Eigen::Vector3d(1, -0.8, 0.5), 1e-12));
+}
+
+TEST(FrameGraph, AMeasuredRelationReplacesTheOldOne) {
+  FrameGraph graph;
+  ASSERT_TRUE(graph.add("a", "world", at(0, 0, 0)).empty());
+  ASSERT_TRUE(graph.add("b", "a", at(1, 0, 0)).empty());
+  ASSERT_TRUE(graph.set("a", "world", at(0, 0, 2)).empty());
+  EXPECT_NEAR(graph.pose("b")->translation().z(), 2.0, 1e-15);
+}
+
+TEST(FrameGraph, RefusesUnknownDoubleAndCircularFrames) {
+  FrameGraph graph;
+  ASSERT_TRUE(graph.add("table", "world", at(0, 0, 0)).empty());
+  ASSERT_TRUE(graph.add("block", "table", at(0, 0, 0)).empty());
+  EXPECT_THAT(graph.add("table", "world", at(0, 0, 0)).to_string(), testing::HasSubstr("exists already"));
+  EXPECT_THAT(graph.add("x", "tabel", at(0, 0, 0)).to_string(), testing::HasSubstr("did you mean 'table'"));
+  EXPECT_THAT(graph.set("table", "block", at(0, 0, 0)).to_string(), testing::HasSubstr("below itself"));
+  EXPECT_TRUE(graph.set("table", "table", at(0, 0, 0)).has_errors());
+  EXPECT_TRUE(graph.set("n", "world", at(NAN, 0, 0)).has_errors());
+  EXPECT_FALSE(graph.pose("nothing").has_value());
+}
+
+}  // namespace
+}  // namespace takt::world
