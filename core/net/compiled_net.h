@@ -36,7 +36,8 @@ class CompiledNet {
   /// Evaluates every primitive once. `cycle.index_in_net`, `first` and `signals` are filled in by the net; what the
   /// primitives signalled is in signals() afterwards. An exception of a primitive ends as signals().fail (row L7).
   /// Realtime: cyclic.
-  void evaluate(Cycle cycle);
+  /// After a failure it does nothing.
+  void evaluate(const Cycle& cycle);
   [[nodiscard]] const NetSignals& signals() const;
   /// Back to the state before the first cycle is not offered: a net runs once. Number of cycles run so far:
   [[nodiscard]] std::int64_t cycles() const;
@@ -44,10 +45,22 @@ class CompiledNet {
   /// All output slots as one block of bytes, for the digest and for recording.
   [[nodiscard]] std::span<const std::byte> slots() const;
 
+  /// Where each port lies in slots(): the outputs in evaluation order, then the memory of the delayed links.
+  struct Port {
+    std::string name;  ///< "id.port", or "FROM > TO" for a delayed link
+    ValueType type;
+    std::size_t offset, size;  ///< bytes in slots()
+  };
+  [[nodiscard]] const std::vector<Port>& ports() const;
+
   /// Look-up by "id.port" for tests, monitors and the program layer. Realtime: setup; the slot may be read in the
   /// cycle.
+  /// @return nullptr if there is no such output or it has another type.
   template <class T>
-  [[nodiscard]] const Slot<T>* find(std::string_view port) const;
+  [[nodiscard]] const Slot<T>* find(std::string_view port) const {
+    return static_cast<const Slot<T>*>(find_slot(port, kValueType<T>));
+  }
+  [[nodiscard]] const void* find_slot(std::string_view port, ValueType type) const;
 
   struct Monitor {
     std::string name;

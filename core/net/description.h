@@ -15,14 +15,17 @@ struct PrimitiveDescription {
   std::string id;
   std::string type;
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
+  bool operator==(const PrimitiveDescription&) const = default;
 };
 
-/// One link: output "id.port" (or "fragment/id.port") to input "id.port".
+/// One link: output "id.port" to input "id.port". A port of a fragment is "fragment.port"; what lies inside a fragment
+/// may also be named outright, "fragment/id.port". Ids are without '.', '/' and blanks.
 struct LinkDescription {
   std::string from;
   std::string to;
   bool delayed = false;
   nlohmann::ordered_json initial = nullptr;  ///< value before the first delayed one; null = null
+  bool operator==(const LinkDescription&) const = default;
 };
 
 /// A named sub-net with ports of its own; flattened at load.

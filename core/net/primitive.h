@@ -52,11 +52,18 @@ struct Cause {
 
 [[nodiscard]] std::string_view name_of(Cause::Code code);
 
-/// What one net tells the executor in a cycle; written by primitives such as Termination and Error.
+/// What one net tells the executor; written by primitives such as Termination and Error. Stays once set.
 struct NetSignals {
   bool terminate = false;
   bool fail = false;
   Cause cause;
+
+  /// Fails the net; the first cause stays. Realtime: cyclic.
+  void fail_with(Cause::Code code, std::string_view text, std::int64_t cycle) {
+    if (fail) return;
+    fail = true;
+    cause = {code, Text(text), cycle};
+  }
 };
 
 /// The cycle as a primitive sees it.
@@ -75,7 +82,7 @@ struct Cycle {
 template <class T>
 class In {
  public:
-  explicit In(const Slot<T>* slot = nullptr) : slot_(slot) {}
+  explicit In(const Slot<T>* slot = &kNullSlot<T>) : slot_(slot) {}
   [[nodiscard]] bool null() const { return slot_->null != 0; }
   [[nodiscard]] const T& operator*() const { return slot_->value; }
   [[nodiscard]] const T* operator->() const { return &slot_->value; }
@@ -91,11 +98,15 @@ class Out {
  public:
   explicit Out(Slot<T>* slot = nullptr) : slot_(slot) {}
   void set(T value) {
-    if (!canonicalise(value)) return set_null();
+    if (!canonicalise(value)) [[unlikely]]
+      return set_null();
     slot_->value = value;
     slot_->null = 0;
   }
-  void set_null();
+  void set_null() {
+    slot_->value = null_payload<T>();
+    slot_->null = 1;
+  }
 
  private:
   Slot<T>* slot_;
@@ -112,20 +123,25 @@ struct PortSpec {
   /// Frame).
   std::string_view unit = {};
   /// Frame- and geometry-valued ports: "A>B" = pose of B in A; upper-case letters are variables of the primitive, and
-  /// "@name" takes the text of the String parameter `name`. Empty = not checked.
+  /// "@name" takes the text of the String parameter `name`, anything else is a name as it stands. Vectors, twists and
+  /// wrenches may name only the frame they are expressed in ("A"). Empty = not checked.
   std::string_view frame = {};
   std::string_view doc = {};
   OnNull on_null = OnNull::kPropagate;
   /// The input may stay unlinked and unset; it is then null.
   bool optional = false;
+  /// Output: null may arise here although no input is null (a sensor, a division, a value that is not there yet). LOAD
+  /// follows such nulls to actuators and stops.
+  bool may_be_null = false;
 };
 
 /// What a parameter says of itself. A parameter is set once, when the net is loaded.
 struct ParameterSpec {
   std::string_view unit = {};
   std::string_view doc = {};
-  std::string_view range =
-      {};  ///< interval text such as "(0,inf)", "[0,1]", "[1,1000000]"; checked at load; empty = any finite
+  /// Interval text such as "(0,inf)", "[0,1]", "[1,1000000]", for each element of a vector or joint array; for a
+  /// String the allowed words, "fast|slow". Checked at load; empty = any finite number, any text.
+  std::string_view range = {};
 };
 
 /// How late an output follows an input: 0 (same cycle), k cycles, or depending on data (rows O6, O7).
@@ -141,6 +157,9 @@ class Setup;
 /// One class in one place: members In<T>, Out<T> and plain members for parameters, a constructor that takes a Setup and
 /// declares them, and update(). The constructor only declares (it also runs to describe the type, without a net);
 /// heavy work that may fail stands in prepare(). The net owns primitives; the cycle thread calls update().
+///
+/// State begins where cycle.first is true: an update with it behaves as in a primitive just made, whatever went before.
+/// That is how a fragment is reset without allocation (row O3); tests/support/primitive_harness.h checks it.
 class Primitive {
  public:
   virtual ~Primitive() = default;
@@ -158,10 +177,8 @@ class Primitive {
 
 /// Registers the class: type name, family, documentation of the whole. Ports and parameters document themselves.
 ///   TAKT_PRIMITIVE(Add, "arithmetic", "Sum of two values of one unit.");
-#define TAKT_PRIMITIVE(Class, family, doc)                                                            \
-  const bool k##Class##Registered = ::takt::net::Registry::global().add(                              \
-      #Class, family, doc, [](::takt::net::Setup& setup) -> std::unique_ptr<::takt::net::Primitive> { \
-        return std::make_unique<Class>(setup);                                                        \
-      })
+#define TAKT_PRIMITIVE(Class, family, doc) \
+  const bool k##Class##Registered =        \
+      ::takt::net::Registry::global().add(#Class, family, doc, ::takt::net::Maker::of<Class>())
 
 }  // namespace takt::net

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <functional>
+#include <cstddef>
 #include <memory>
+#include <new>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,25 +34,39 @@ struct PrimitiveInfo {
   std::vector<LatencyEntry> latencies;
   std::vector<std::string> loop_breaking_inputs;
   bool termination = false, monitor = false;
-  std::string claims;  ///< parameter that names the claimed device; empty = none
+  bool source = false;  ///< its outputs come from outside the net: a device, an operator, a channel
+  std::string claims;   ///< parameter that names the claimed device; empty = none
+};
+
+/// How instances of a class are made: in place, so that a net can keep its primitives side by side in one arena.
+struct Maker {
+  std::size_t size = 0, alignment = 1;
+  Primitive* (*construct)(void* place, Setup& setup) = nullptr;
+
+  template <class Class>
+  static Maker of() {
+    return {sizeof(Class), alignof(Class),
+            [](void* place, Setup& setup) -> Primitive* { return ::new (place) Class(setup); }};
+  }
 };
 
 /// All primitive types of the process, in a fixed order (by name).
 class Registry {
  public:
-  using Factory = std::function<std::unique_ptr<Primitive>(Setup&)>;
-
   static Registry& global();
   /// @return true, so that it can initialise a constant. A name registered twice is a programming error (abort).
-  bool add(std::string_view type, std::string_view family, std::string_view doc, Factory factory);
+  /// Realtime: setup; before the first look-up by another thread.
+  bool add(std::string_view type, std::string_view family, std::string_view doc, Maker maker);
+  /// @return nullptr if there is no such type. The type is described at the first look-up. Thread: any.
   [[nodiscard]] const PrimitiveInfo* find(std::string_view type) const;
+  [[nodiscard]] const Maker* maker(std::string_view type) const;
   [[nodiscard]] std::vector<const PrimitiveInfo*> all() const;
   [[nodiscard]] std::vector<std::string> names() const;
-  [[nodiscard]] const Factory* factory(std::string_view type) const;
 
  private:
   struct Entry;
-  std::vector<std::unique_ptr<Entry>> entries_;
+  [[nodiscard]] const Entry* entry(std::string_view type) const;
+  std::vector<std::unique_ptr<Entry>> entries_;  ///< by name
 
  public:
   Registry();

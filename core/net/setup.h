@@ -20,7 +20,9 @@ class Setup {
   template <class T>
   [[nodiscard]] Out<T> out(std::string_view name, const PortSpec& spec = {});
 
-  /// A parameter that must be given.
+  /// A parameter that must be given. T: Boolean, Integer, Real, Text, std::string or a composed value type; in JSON a
+  /// Vector is [x,y,z], a Rotation [w,x,y,z], a Frame {"position":[x,y,z],"quaternion":[w,x,y,z]}, a Twist
+  /// {"linear":[..],"angular":[..]}, a Wrench {"force":[..],"torque":[..]}, a joint array [..].
   template <class T>
   [[nodiscard]] T parameter(std::string_view name, const ParameterSpec& spec = {});
   /// A parameter with a default.
@@ -34,16 +36,24 @@ class Setup {
   /// The device named by the String parameter `name`; nullptr while describing, or (with a finding that lists what
   /// there is) if it is absent or of another kind.
   template <class D>
-  [[nodiscard]] D* device(std::string_view name, std::string_view kind, std::string_view doc);
+  [[nodiscard]] D* device(std::string_view name, std::string_view kind, std::string_view doc) {
+    return dynamic_cast<D*>(resource(name, kind, doc));
+  }
+  [[nodiscard]] Resource* resource(std::string_view name, std::string_view kind, std::string_view doc);
   /// Says that this net drives the device named by parameter `name`: a unique resource (rows O4, L).
   void claims(std::string_view name);
 
   /// Declares a latency other than 0 between an input and an output (rows O6).
   void latency(std::string_view in, std::string_view out, Latency latency);
-  /// The state of the outputs does not depend on this input in the same cycle: a link into it may close a loop.
+  /// A link into this input is a delayed link even where the net does not mark it, so it may close a loop: the input
+  /// reads what its source gave one cycle before (first cycle: null, or the link's `initial`). So the value never
+  /// depends on the order of evaluation. The certificate counts that cycle; do not declare it with latency().
   void breaks_loop(std::string_view in);
   /// Marks the one primitive kind whose presence ends a net (LOAD demands at least one).
   void is_termination();
+  /// Says that the outputs come from outside the net: the certificate begins here. Known by itself of a primitive with
+  /// a device and outputs.
+  void is_source();
   /// Marks an input whose value leaves the core with the monitors: name for people = the primitive's id.
   void is_monitor();
 
