@@ -1,0 +1,120 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/base/findings.h"
+#include "core/base/time.h"
+#include "record/recording.h"
+
+namespace takt::record {
+
+/// How closely a column must follow the other run.
+enum class ToleranceKind {
+  kExact,       ///< the same samples at the same times, bit for bit
+  kTube,        ///< within dv of the reference somewhere within dt around each time
+  kFeatures,    ///< only peak, least value, end value and length of the curve, each within dv
+  kReportOnly,  ///< shown, never judged
+};
+
+struct Tolerance {
+  ToleranceKind kind = ToleranceKind::kTube;
+  Nanoseconds dt = 5 * kMillisecond;  ///< half width of the tube in time; for events the window
+  double dv = 0.0;                    ///< half width in value, in the column's unit
+  friend bool operator==(const Tolerance&, const Tolerance&) = default;
+};
+
+/// A tolerance for the columns whose "topic" and "column" match; '*' stands for any run of characters.
+struct ToleranceRule {
+  std::string topic = "*";
+  std::string column = "*";
+  Tolerance tolerance;
+};
+
+struct CompareOptions {
+  /// The first rule that matches counts; without one the default of the column's unit (default_tolerance).
+  std::vector<ToleranceRule> rules;
+  /// Two runs of the same build must have the same digests: one differing bit is a failure, whatever the tolerances.
+  bool require_equal_digests = false;
+  /// Points kept per curve for the report.
+  std::size_t plot_points = 1200;
+};
+
+/// The tolerance of a column when nobody states one, by its unit: rad 2e-3, m 5e-4, N 0.5, Nm 0.2, ...
+[[nodiscard]] Tolerance default_tolerance(std::string_view topic, std::string_view unit);
+
+/// The first cycle whose digests differ; state of the two runs before it is equal to the bit.
+struct DigestDifference {
+  std::uint64_t cycle = 0;
+  Nanoseconds time = 0;
+  std::uint64_t a = 0, b = 0;
+};
+
+/// A value of one feature in both runs.
+struct FeatureDifference {
+  std::string name;  ///< "max", "min", "end", "length"
+  double a = 0.0, b = 0.0;
+  bool passed = true;
+};
+
+/// A curve thinned for drawing: least and greatest value of each stretch of time are kept. NaN = null.
+struct PlotCurve {
+  std::vector<double> time_s, value;
+};
+
+/// What came out for one column (or for one channel of events).
+struct ColumnComparison {
+  std::string topic, column, unit;
+  Tolerance tolerance;
+  bool passed = true;
+  /// Greatest distance of A from the reference's tube axis, already with the freedom dt in time; inf if one run has
+  /// null where the other has a value.
+  double max_deviation = 0.0;
+  /// The greatest difference at equal times, without any freedom: for people.
+  double max_difference = 0.0;
+  Nanoseconds time = 0;  ///< of max_deviation
+  double a = std::numeric_limits<double>::quiet_NaN();
+  double b = std::numeric_limits<double>::quiet_NaN();  ///< the values there
+  std::uint64_t samples_outside = 0;
+  std::vector<FeatureDifference> features;
+  std::string note;            ///< in words, if numbers do not say it
+  PlotCurve curve_a, curve_b;  ///< for the report; empty for columns that are equal throughout
+};
+
+/// Two runs side by side. A is the run under test, B the reference (the second recording, or a golden).
+struct Comparison {
+  std::string name_a, name_b;
+  bool identical = false;  ///< equal digests in every cycle, same number of cycles
+  bool passed = false;     ///< every judged column is inside, no channel is missing
+  bool digests_compared = false;
+  std::optional<DigestDifference> first_difference;
+  std::uint64_t cycles_a = 0, cycles_b = 0;
+  Nanoseconds end_a = 0, end_b = 0;
+  std::vector<ColumnComparison> columns;  ///< in the order of the recordings
+  std::vector<std::string> missing;       ///< what only one side has, in words; fails the comparison
+  std::vector<std::string> notes;         ///< differing fingerprints, truncation: reported, not judged
+};
+
+/// Compares two recordings. Findings: an unreadable file. Realtime: setup.
+[[nodiscard]] Result<Comparison> compare_recordings(const std::filesystem::path& a, const std::filesystem::path& b,
+                                                    const CompareOptions& options = {});
+[[nodiscard]] Comparison compare(const Recording& a, const Recording& b, const CompareOptions& options = {});
+
+/// For a terminal: the verdict first, then the columns that are outside, at most `most` lines of each kind.
+[[nodiscard]] std::string to_text(const Comparison& comparison, std::size_t most = 20);
+/// For machines; no curves inside.
+[[nodiscard]] nlohmann::ordered_json to_json(const Comparison& comparison);
+/// For people: one self-contained HTML page with the curves, the tube and the deviation of each column.
+[[nodiscard]] std::string to_html(const Comparison& comparison);
+/// to_html into a file.
+[[nodiscard]] Result<void> write_report(const Comparison& comparison, const std::filesystem::path& path);
+
+}  // namespace takt::record

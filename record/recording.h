@@ -1,0 +1,113 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/findings.h"
+#include "core/base/time.h"
+
+namespace takt::record {
+
+/// A channel as the file states it.
+struct ChannelInfo {
+  std::uint16_t id = 0;
+  std::string topic;
+  std::string schema;    ///< full message name, e.g. "foxglove.JointStates"; empty if it has none
+  std::string encoding;  ///< "protobuf" for what the Recorder writes
+  std::map<std::string, std::string> metadata;
+};
+
+/// One message, valid inside the callback only.
+struct MessageView {
+  const ChannelInfo* channel = nullptr;
+  Nanoseconds time = 0;
+  std::uint32_t sequence = 0;
+  std::span<const std::byte> data;
+};
+
+/// A topic of numbers: column c has time.size() values. NaN = null.
+struct Table {
+  std::string topic;
+  std::vector<std::string> columns, units;
+  std::vector<Nanoseconds> time;
+  std::vector<std::vector<double>> values;
+};
+
+struct RecordedEvent {
+  Nanoseconds time = 0;
+  std::uint64_t cycle = 0;
+  std::string source, name, text;
+};
+
+struct RecordedDigest {
+  Nanoseconds time = 0;
+  std::uint64_t cycle = 0, digest = 0;
+};
+
+struct AttachmentInfo {
+  std::string name, media_type;
+  std::uint64_t size = 0;
+};
+
+/// Reads an MCAP file, also one whose writer was killed or whose bytes have rotted: what is whole is served, what is
+/// not is counted. Never trusts a length. Thread: any, one at a time. Realtime: setup.
+class Recording {
+ public:
+  /// Fails if the file cannot be read or does not begin as an MCAP file; a torn end is no failure.
+  [[nodiscard]] static Result<Recording> open(const std::filesystem::path& path);
+  /// The same over bytes in memory.
+  [[nodiscard]] static Result<Recording> from_bytes(std::string bytes);
+  ~Recording();
+  Recording(Recording&&) noexcept;
+  Recording& operator=(Recording&&) noexcept;
+
+  /// In the order of their ids.
+  [[nodiscard]] const std::vector<ChannelInfo>& channels() const;
+  [[nodiscard]] const ChannelInfo* find_channel(std::string_view topic) const;
+  /// By record name ("takt.run", "takt.fingerprint"), then by key.
+  [[nodiscard]] const std::map<std::string, std::map<std::string, std::string>>& metadata() const;
+  [[nodiscard]] const std::vector<AttachmentInfo>& attachments() const;
+  /// The content; nothing if there is no attachment of that name or its checksum is wrong.
+  [[nodiscard]] std::optional<std::string> attachment(std::string_view name) const;
+
+  /// The byte from which on the file is not whole (killed or cut); nothing if it was closed in order.
+  [[nodiscard]] std::optional<std::uint64_t> truncated_at() const;
+  /// Damage in words, with byte positions: "truncated at byte N", "chunk at byte N: checksum". Empty: all is well.
+  [[nodiscard]] const std::vector<std::string>& damage() const;
+
+  [[nodiscard]] std::uint64_t message_count() const;
+  /// Time of the first and last message; 0 if there is none.
+  [[nodiscard]] Nanoseconds start_time() const;
+  [[nodiscard]] Nanoseconds end_time() const;
+
+  /// All messages in the order of the file (which is the order of time), until `visit` returns false; with a `topic`
+  /// only that one's.
+  void for_each(const std::function<bool(const MessageView&)>& visit, std::string_view topic = {}) const;
+
+  /// A channel of numbers as columns: joint states "joint.position", transforms "child.x" to "child.qz", wrenches
+  /// "force.x" to "torque.z", samples and states by their names. Findings: no such topic (with the nearest), or one
+  /// without columns.
+  [[nodiscard]] Result<Table> table(std::string_view topic) const;
+  /// Topics that table() can give.
+  [[nodiscard]] std::vector<std::string> table_topics() const;
+  /// takt.Event and foxglove.Log of one topic.
+  [[nodiscard]] Result<std::vector<RecordedEvent>> events(std::string_view topic) const;
+  [[nodiscard]] std::vector<std::string> event_topics() const;
+  /// The digests of the first channel of takt.Digest; empty if there is none.
+  [[nodiscard]] std::vector<RecordedDigest> digests() const;
+
+ private:
+  struct Impl;
+  explicit Recording(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace takt::record
