@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/findings.h"
+#include "core/base/time.h"
+#include "sim/overlay.h"
+#include "sim/renderer.h"
+
+struct mjModel_;
+struct mjData_;
+
+namespace takt::sim {
+
+/// From `from` on the film shows `camera` (until the next cut).
+struct CameraCut {
+  Nanoseconds from = 0;
+  std::string camera;  ///< name in the model; empty: a free camera that shows everything
+};
+
+struct FilmOptions {
+  std::filesystem::path path;   ///< of the MP4 file; overwritten
+  int fps = 25;                 ///< frames per second, 1 ... 120
+  std::string title;            ///< in the overlay
+  std::vector<CameraCut> cuts;  ///< sorted by time; none: the model's first camera, else a free one
+  std::string inset_camera;     ///< a second camera, drawn small in the upper right; empty: none
+  bool overlay = true;
+  int workers = 2;                ///< threads that draw, 1 ... 16; the pictures do not depend on it
+  int queue_frames = 8;           ///< frames in flight before push() waits
+  std::string ffmpeg = "ffmpeg";  ///< program, looked up in PATH
+  RenderOptions render;           ///< size and quality; width and height must be even
+};
+
+/// What a finished film is.
+struct FilmReport {
+  std::int64_t frames = 0;
+  std::int64_t drawn = 0;   ///< frames that were rendered; the others repeat a state that had not changed
+  double render_cpu_s = 0;  ///< CPU seconds of all workers
+};
+
+/// Turns states of a simulation into a video file while the simulation runs. The simulation pushes; workers, each with
+/// a Renderer and an mjData of its own, draw copies of the state; one thread puts them in order, adds the overlay and
+/// feeds ffmpeg. The film never touches the simulation's mjData outside push(), and no picture depends on timing.
+/// Thread: push() and close() from one thread at a time. Realtime: push() copies qpos and mocap poses and may wait
+/// while the queue is full, so it belongs outside a real-time cycle.
+class Film {
+ public:
+  /// Checks everything first (sizes, cameras, folder, ffmpeg) and reports all findings at once; pointers are names of
+  /// FilmOptions ("/path", "/render/width").
+  /// @param model  stays alive and unchanged as long as the Film
+  [[nodiscard]] static Result<Film> open(const mjModel_* model, const FilmOptions& options);
+  Film(Film&&) noexcept;
+  Film& operator=(Film&&) noexcept;
+  /// Closes the film if close() has not been called; errors are lost then.
+  ~Film();
+
+  /// Time of the next frame; call push() with the first state at or after it.
+  [[nodiscard]] Nanoseconds next_time() const;
+
+  /// Adds the state of `data` as the next frame. `overlay.title` and `overlay.camera` are filled in by the film.
+  /// @return findings if drawing or encoding has failed meanwhile; the film is then at its end
+  [[nodiscard]] Result<void> push(const mjData_* data, const Overlay& overlay);
+  /// The same from a recording: `qpos` as in the model, mocap poses at their defaults.
+  [[nodiscard]] Result<void> push(std::span<const double> qpos, const Overlay& overlay);
+
+  /// Waits for all frames and for ffmpeg, and checks that the file is there. Calling it twice gives the same report.
+  [[nodiscard]] Result<FilmReport> close();
+
+ private:
+  class Impl;
+  explicit Film(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A state of a recording.
+struct FilmState {
+  Nanoseconds time = 0;
+  std::vector<double> qpos;  ///< as in the model
+  Overlay overlay;
+};
+
+/// A film from recorded states (sorted by time): each frame shows the newest state at or before its time.
+[[nodiscard]] Result<FilmReport> film_from_states(const mjModel_* model, std::span<const FilmState> states,
+                                                  const FilmOptions& options);
+
+}  // namespace takt::sim

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "core/base/findings.h"
+
+namespace takt::sim {
+
+/// A picture: `height` rows of `width` pixels from the top, 4 bytes each (red, green, blue, unused = 255), no padding.
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgba;
+
+  void resize(int new_width, int new_height) {
+    width = new_width;
+    height = new_height;
+    rgba.resize(static_cast<std::size_t>(4) * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  }
+  [[nodiscard]] std::uint8_t* pixel(int x, int y) {
+    return rgba.data() + 4 * (static_cast<std::size_t>(y) * width + x);
+  }
+  [[nodiscard]] const std::uint8_t* pixel(int x, int y) const {
+    return rgba.data() + 4 * (static_cast<std::size_t>(y) * width + x);
+  }
+  bool operator==(const Image&) const = default;
+};
+
+/// Smooths the stair steps of edges in place; leaves flat areas untouched. A pure function of the picture.
+void smooth_edges(Image& image);
+
+/// Writes binary PPM (P6); a path that cannot be written is a finding. Realtime: setup.
+[[nodiscard]] Result<void> write_ppm(const Image& image, const std::filesystem::path& path);
+
+/// Copies `source` into `target` with its upper left corner at (left, top), inside a frame of `border` pixels; what
+/// hangs over is cut off.
+void paste(const Image& source, Image& target, int left, int top, int border);
+
+}  // namespace takt::sim
