@@ -1,0 +1,124 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/time.h"
+#include "core/device/backend.h"
+#include "core/device/brake_ramp.h"
+#include "core/device/description.h"
+#include "core/device/guard.h"
+#include "core/net/primitive.h"
+
+namespace takt::device {
+
+/// What hangs on the flange, as the controller is told.
+struct ToolSetting {
+  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< tool centre point T in flange F, m
+  PayloadSetting payload;
+};
+
+/// What the guard stopped and why; text for people included.
+struct GuardTrip {
+  Violation violation;
+  net::Text text;
+};
+
+/// The canonical arm: newest sample in, one guarded set point a cycle out (docs/devices.md, "Arm").
+///
+/// Primitives read the sample and propose set points; the control core calls the rest, in the order of the members
+/// below, each cycle. Only the cycle thread touches an arm once the core runs. Realtime: cyclic unless said otherwise.
+class Arm final : public net::Resource {
+ public:
+  static constexpr std::string_view kKind = "arm";
+
+  /// Who decides what is sent.
+  enum class Phase : std::uint8_t {
+    kNotReady,   ///< no sample yet, not powered, faulted: nothing is sent
+    kFrozen,     ///< the last set point, bit for bit, every cycle (row L5)
+    kFollowing,  ///< what the net proposes, if the guard lets it pass
+    kBraking     ///< the stop reaction: a ramp within the limits, then kFrozen
+  };
+
+  /// @param backend  shared: the simulation may own it too. Realtime: setup.
+  Arm(std::string name, std::shared_ptr<const ArmDescription> description, std::shared_ptr<ArmBackend> backend,
+      Nanoseconds period);
+
+  [[nodiscard]] std::string_view kind() const override { return kKind; }
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const ArmDescription& description() const { return *description_; }
+  [[nodiscard]] int joint_count() const { return static_cast<int>(description_->limits.velocity.size()); }
+
+  // -- For primitives ------------------------------------------------------------------------------------------------
+  /// The newest sample; has_sample() is false before the first and past the description's sample_age_max.
+  [[nodiscard]] const ArmSample& sample() const { return sample_; }
+  [[nodiscard]] bool has_sample() const { return has_sample_; }
+  /// Age of the sample at the beginning of this cycle.
+  [[nodiscard]] Nanoseconds sample_age() const { return sample_age_; }
+  [[nodiscard]] bool ready() const { return has_sample_ && sample_.ready; }
+  /// What was sent last: q, dq, ddq. Of size 0 before the arm was ready for the first time.
+  [[nodiscard]] const ArmSetPoint& set_point() const { return guard_.last(); }
+  /// The set point of this cycle; the last one given counts.
+  void propose(const JointVector& q, const JointVector& dq, const JointVector& ddq);
+  [[nodiscard]] const ToolSetting& tool() const { return tool_; }
+
+  // -- For the control core ------------------------------------------------------------------------------------------
+  /// Takes the newest sample. A device that becomes ready is taken over where it stands.
+  void begin_cycle(std::int64_t cycle, Nanoseconds time);
+  /// Why no net can take this arm now (not ready, braking, away from its set point), or nothing (row S5).
+  [[nodiscard]] std::optional<net::Text> refusal() const;
+  /// A net holds the arm from the next cycle on.
+  void hold();
+  /// The net ended in order: its set point of this cycle is still sent; then the arm stands, or brakes (row L5).
+  void release();
+  /// Stop reaction now: what was proposed in this cycle is not sent (row L2).
+  void stop();
+  /// The guard checks, the set point of this cycle is sent.
+  /// @return why the guard tripped, if it did; the arm then already brakes.
+  std::optional<GuardTrip> hand_over();
+
+  [[nodiscard]] Phase phase() const { return phase_; }
+  /// True if the last set point sent neither moves nor accelerates.
+  [[nodiscard]] bool at_rest() const { return guard_.at_rest(); }
+  /// True if a net holds the arm.
+  [[nodiscard]] bool held() const { return held_; }
+  /// Words for the sample's fault. Realtime: setup (makes a string).
+  [[nodiscard]] std::string fault_text() const;
+  /// Category 0 (row S3): the device's own brakes.
+  void brake();
+
+  /// Changes tool and payload; only while no net holds the arm. Realtime: setup.
+  void set_tool(const ToolSetting& tool);
+
+ private:
+  void send(const motion::JointSample& state);
+  void begin_braking();
+  std::optional<GuardTrip> follow();
+  void continue_braking();
+
+  std::string name_;
+  std::shared_ptr<const ArmDescription> description_;
+  std::shared_ptr<ArmBackend> backend_;
+  Nanoseconds period_;
+  Guard guard_;
+  ToolSetting tool_;
+
+  std::int64_t cycle_ = 0;
+  Nanoseconds time_ = 0;
+  ArmSample sample_;
+  bool has_sample_ = false;
+  Nanoseconds sample_age_ = 0;
+
+  Phase phase_ = Phase::kNotReady;
+  bool held_ = false;
+  bool releasing_ = false;
+  bool proposed_ = false;
+  ArmSetPoint proposal_;
+  BrakeRamp ramp_;
+  std::int64_t brake_cycles_ = 0;
+};
+
+[[nodiscard]] std::string_view name_of(Arm::Phase phase);
+
+}  // namespace takt::device

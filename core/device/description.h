@@ -1,0 +1,93 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/device/backend.h"
+#include "core/kinematics/types.h"
+#include "core/motion/limits.h"
+
+namespace takt::kinematics {
+struct RobotModel;
+class Chain;
+class InverseKinematics;
+}  // namespace takt::kinematics
+
+namespace takt::device {
+
+/// What is known of an arm model: its URDF, and the device file that adds what URDF lacks. Immutable after reading;
+/// shared by all arms of the model. Joint arrays are in the order of the chain.
+struct ArmDescription {
+  std::string model;             ///< name of the model's folder
+  std::string title;             ///< for people
+  std::filesystem::path folder;  ///< where it lies
+  std::filesystem::path urdf;    ///< full path
+  std::string base_link, flange_link;
+  std::shared_ptr<const kinematics::RobotModel> robot;
+  std::shared_ptr<const kinematics::Chain> chain;  ///< base link to flange link
+  std::shared_ptr<const kinematics::InverseKinematics> inverse;
+  std::vector<std::string> joint_names;
+  motion::JointLimits limits;  ///< range and velocity from the URDF; acceleration and jerk from the device file
+  motion::CartesianLimits cartesian;
+  JointVector effort;                ///< Nm or N, from the URDF
+  JointVector home;                  ///< rad or m, inside the range
+  JointVector armature;              ///< rotor inertia seen at the joint, kg m^2 (kg)
+  JointVector damping;               ///< viscous friction, Nm s/rad (N s/m), from the URDF
+  JointVector friction;              ///< Coulomb friction, Nm (N), from the URDF
+  JointVector natural_frequency;     ///< of the position controller, rad/s
+  JointVector damping_ratio;         ///< of the position controller, 1
+  std::vector<std::string> modes;    ///< control modes, e.g. "position"
+  double position_resolution = 0.0;  ///< rad or m
+  double velocity_noise = 0.0;       ///< standard deviation, rad/s or m/s
+  JointVector torque_noise;          ///< standard deviation, Nm; size 0: the arm has no torque sensors
+  JointVector torque_bias;           ///< standard deviation of the constant offset, Nm; size 0 likewise
+  double payload_max = 0.0;          ///< kg
+  double start_tolerance = 0.01;     ///< rad or m: how far measured and assumed start may lie apart (row S5)
+  Nanoseconds cycle = kMillisecond;  ///< of the device
+  Nanoseconds sample_age_max = 20 * kMillisecond;  ///< older samples count as absent (row T2): 20 device cycles
+};
+
+/// What is known of a six-axis force/torque sensor model.
+struct ForceTorqueDescription {
+  std::string model, title;
+  std::filesystem::path folder, urdf;
+  std::shared_ptr<const kinematics::RobotModel> robot;
+  std::string mount_link;      ///< the side that is screwed to the flange
+  std::string measuring_link;  ///< origin and axes of the reading (frame S); its children hang on the measuring side
+  std::string tool_link;       ///< what the next part is screwed to
+  Eigen::Isometry3d X_MS = Eigen::Isometry3d::Identity();  ///< measuring frame in the mount frame, m
+  Eigen::Isometry3d X_MT = Eigen::Isometry3d::Identity();  ///< tool side in the mount frame, m
+  net::Wrench range;                                       ///< largest magnitude per channel, N and Nm
+  net::Wrench noise;                                       ///< standard deviation per channel
+  net::Wrench bias;                                        ///< standard deviation of the constant offset per channel
+  double low_pass_hz = 0.0;                                ///< of the analogue side; 0 = none
+  Nanoseconds cycle = kMillisecond;
+  Nanoseconds sample_age_max = 20 * kMillisecond;  ///< older samples count as absent (row T2): 20 device cycles
+};
+
+/// What is known of a passive tool: where it acts and what it weighs.
+struct ToolDescription {
+  std::string model, title;
+  std::filesystem::path folder, urdf;
+  std::shared_ptr<const kinematics::RobotModel> robot;
+  std::string mount_link;
+  std::string tcp_link;
+  Eigen::Isometry3d X_MT = Eigen::Isometry3d::Identity();  ///< tool centre point in the mount frame, m
+  double ball_radius = 0.0;                                ///< m; 0 if the tool has no probing ball
+  PayloadSetting payload;                                  ///< from the URDF, in mount axes
+};
+
+/// Mass, centre and inertia of all links of a rigid model, about its centre of mass, in the axes of its root link.
+/// Realtime: setup.
+[[nodiscard]] PayloadSetting rigid_payload(const kinematics::RobotModel& robot);
+
+/// The two rigid bodies as one; both in the same axes. Realtime: setup.
+[[nodiscard]] PayloadSetting combine(const PayloadSetting& a, const PayloadSetting& b);
+
+/// The body seen from another frame: `payload` is given in frame M, the result in A with X_AM. Realtime: setup.
+[[nodiscard]] PayloadSetting transform(const Eigen::Isometry3d& X_AM, const PayloadSetting& payload);
+
+}  // namespace takt::device

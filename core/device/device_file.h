@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/findings.h"
+#include "core/device/description.h"
+
+namespace takt::device {
+
+/// Reads <folder>/device.json and the URDF that it names. All findings at once, each with file, JSON pointer, value and
+/// what is allowed; unknown keys are errors with the nearest known one. Format: schemas/device.schema.json.
+/// Realtime: setup.
+[[nodiscard]] Result<std::shared_ptr<const ArmDescription>> read_arm(const std::filesystem::path& folder);
+[[nodiscard]] Result<std::shared_ptr<const ForceTorqueDescription>> read_force_torque_sensor(
+    const std::filesystem::path& folder);
+[[nodiscard]] Result<std::shared_ptr<const ToolDescription>> read_tool(const std::filesystem::path& folder);
+
+/// The text of "kind" in <folder>/device.json: "arm", "force_torque_sensor", "tool", ... Realtime: setup.
+[[nodiscard]] Result<std::string> read_device_kind(const std::filesystem::path& folder);
+
+/// Finds models by name in a list of folders; the first that holds <name>/device.json wins.
+class ModelLibrary {
+ public:
+  explicit ModelLibrary(std::vector<std::filesystem::path> paths) : paths_(std::move(paths)) {}
+
+  /// @return the model's folder; or a finding with the nearest of the names that exist. A name is one path segment.
+  [[nodiscard]] Result<std::filesystem::path> find(std::string_view name, const std::string& pointer = {}) const;
+  /// All model names in the order of the alphabet.
+  [[nodiscard]] std::vector<std::string> names() const;
+
+ private:
+  std::vector<std::filesystem::path> paths_;
+};
+
+}  // namespace takt::device

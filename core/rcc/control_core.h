@@ -1,0 +1,108 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/findings.h"
+#include "core/base/time.h"
+#include "core/device/arm.h"
+#include "core/device/force_torque_sensor.h"
+#include "core/net/compiled_net.h"
+#include "core/rcc/digest.h"
+#include "core/rcc/net_state.h"
+#include "core/rcc/rules.h"
+#include "core/rcc/statistics.h"
+
+namespace takt::rcc {
+
+/// A net as seen from outside: its state, and why it is in it.
+struct NetStatus {
+  NetState state = NetState::kLoading;
+  net::Cause cause;               ///< of the end; code kNone before
+  std::int64_t first_cycle = -1;  ///< core cycle of its first evaluation
+  std::int64_t last_cycle = -1;   ///< core cycle in which it ended
+};
+
+/// What a net is loaded with.
+struct LoadOptions {
+  /// Cycles from a cancel to the end; then the net is aborted (row L6).
+  std::int64_t cancel_bound_cycles = 10'000;
+};
+
+/// The robot control core: devices, nets and the cycle (docs/cycle.md).
+///
+/// One step is one cycle: take the newest device samples, evaluate the running nets, apply requests and synchronisation
+/// rules on one snapshot, guard and hand over the set points, take the digest. step() is for one thread, the cycle
+/// thread; in lock-step that is the thread that does everything else too. What is marked "any thread" may be called
+/// beside a running cycle; it never blocks the cycle.
+class ControlCore {
+ public:
+  struct Options {
+    Nanoseconds period = kMillisecond;
+    bool digest = true;       ///< take the digest each cycle
+    bool measure = false;     ///< measure wall time per phase (costs about 0.1 us a cycle)
+    int net_capacity = 4096;  ///< loaded nets at one time
+  };
+
+  explicit ControlCore(const Options& options);
+  ~ControlCore();
+  ControlCore(const ControlCore&) = delete;
+  ControlCore& operator=(const ControlCore&) = delete;
+
+  // -- Devices: before the first step. Realtime: setup. --------------------------------------------------------------
+  /// A name that is taken is a programming error (abort).
+  device::Arm& add(std::unique_ptr<device::Arm> arm);
+  device::ForceTorqueSensor& add(std::unique_ptr<device::ForceTorqueSensor> sensor);
+  /// Any other resource that primitives may find by name.
+  net::Resource& add(std::string name, std::unique_ptr<net::Resource> resource);
+  [[nodiscard]] net::Environment& environment();
+  [[nodiscard]] device::Arm* find_arm(std::string_view name);
+  /// All arms in the order of their names.
+  [[nodiscard]] std::span<device::Arm* const> arms() const;
+
+  // -- Nets. Any thread. Realtime: setup. ----------------------------------------------------------------------------
+  /// Verifies and compiles; a net that is right is Ready.
+  [[nodiscard]] Result<NetId> load(const net::NetDescription& description, const LoadOptions& options = {});
+  /// The same on a worker thread: Loading now, Ready or Rejected later (row L1). For real time; in lock-step load().
+  [[nodiscard]] NetId load_async(net::NetDescription description, const LoadOptions& options = {});
+  /// Why a net was rejected.
+  [[nodiscard]] Findings findings(NetId net) const;
+  /// Forgets a net that is not active. @return false while it is active or Loading, or unknown.
+  bool unload(NetId net);
+
+  [[nodiscard]] bool knows(NetId net) const;
+  [[nodiscard]] NetStatus status(NetId net) const;
+  [[nodiscard]] NetState state(NetId net) const { return status(net).state; }
+  /// The net itself: ports and monitors to look at between steps (lock-step) or from the cycle thread.
+  [[nodiscard]] const net::CompiledNet* net(NetId net) const;
+
+  // -- Requests. Any thread, wait-free. Carried out in the next step, after the nets were evaluated. ------------------
+  /// @return the number that kDone or kRefused will carry; 0 if the queue is full.
+  RequestId start(NetId net) { return post(Transaction{.abort = {}, .cancel = {}, .start = {net}}); }
+  RequestId cancel(NetId net) { return post(Transaction{.abort = {}, .cancel = {net}, .start = {}}); }
+  RequestId abort(NetId net) { return post(Transaction{.abort = {net}, .cancel = {}, .start = {}}); }
+  RequestId post(const Transaction& transaction) { return post(Rule{.condition = {}, .action = transaction}); }
+  RequestId post(const Rule& rule);
+
+  // -- The cycle. Cycle thread. Realtime: cyclic. --------------------------------------------------------------------
+  void step();
+  /// The next cycle to be run: 0 before the first step.
+  [[nodiscard]] std::int64_t cycle() const;
+  /// Time of the next cycle: cycle() * period.
+  [[nodiscard]] Nanoseconds time() const;
+  [[nodiscard]] Nanoseconds period() const;
+  /// What happened in the last step, in order; valid until the next.
+  [[nodiscard]] std::span<const Event> events() const;
+  [[nodiscard]] Digest& digest();
+  [[nodiscard]] const Statistics& statistics() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace takt::rcc

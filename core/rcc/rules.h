@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <initializer_list>
+
+#include "core/net/primitive.h"
+#include "core/net/value.h"
+#include "core/rcc/net_state.h"
+
+namespace takt::rcc {
+
+/// A request or a rule, by number; given back by the function that posts it and named in its events. 0 is none.
+using RequestId = std::uint64_t;
+
+/// A few nets; a fixed capacity keeps requests trivially copyable.
+struct NetSet {
+  static constexpr int kCapacity = 16;
+  std::array<NetId, kCapacity> ids{};
+  int size = 0;
+
+  NetSet() = default;
+  NetSet(std::initializer_list<NetId> list) {
+    for (const NetId id : list) add(id);
+  }
+  /// @return false if there is no room.
+  bool add(NetId id) {
+    if (size == kCapacity) return false;
+    ids[static_cast<std::size_t>(size++)] = id;
+    return true;
+  }
+  [[nodiscard]] const NetId* begin() const { return ids.data(); }
+  [[nodiscard]] const NetId* end() const { return ids.data() + size; }
+  [[nodiscard]] bool contains(NetId id) const {
+    for (const NetId one : *this)
+      if (one == id) return true;
+    return false;
+  }
+};
+
+/// What happens in one cycle, wholly or not at all: first all aborts, then all cancels, then all starts (row L2). Nets
+/// that are started together run their first cycle together.
+struct Transaction {
+  NetSet abort, cancel, start;
+};
+
+/// One part of a condition: a net is in one of some states, or a Boolean port of a net is true (null counts as false).
+struct Term {
+  NetId net = 0;
+  std::uint8_t states = 0;                        ///< set of NetState, by bit; 0: the port decides
+  const net::Slot<net::Boolean>* port = nullptr;  ///< an output of that net, read while the net is active
+
+  [[nodiscard]] static Term state(NetId net, std::initializer_list<NetState> states) {
+    Term term{.net = net};
+    for (const NetState s : states) term.states |= static_cast<std::uint8_t>(1u << static_cast<unsigned>(s));
+    return term;
+  }
+  [[nodiscard]] static Term output(NetId net, const net::Slot<net::Boolean>* port) {
+    return {.net = net, .port = port};
+  }
+};
+
+/// All terms hold. No terms: true at once.
+struct Condition {
+  static constexpr int kCapacity = 8;
+  std::array<Term, kCapacity> terms{};
+  int size = 0;
+
+  Condition() = default;
+  Condition(std::initializer_list<Term> list) {
+    for (const Term& term : list)
+      if (size < kCapacity) terms[static_cast<std::size_t>(size++)] = term;
+  }
+};
+
+/// A synchronisation rule: in the first cycle in whose snapshot the condition holds, the transaction is carried out,
+/// wholly or not at all, and the rule is gone. What could not be done is told in an event, with the reason.
+struct Rule {
+  Condition condition;
+  Transaction action;
+};
+
+/// What happened to a net, a request or an arm in a cycle.
+struct Event {
+  enum class Kind : std::uint8_t {
+    kState,    ///< `net` came into `state`; `cause` says why it ended
+    kDone,     ///< `request` was carried out
+    kRefused,  ///< `request` was not carried out at all; `cause.text` says why, `net` names the net it failed on
+    kStopped   ///< an arm began its stop reaction; `cause.text` names it
+  };
+  Kind kind = Kind::kState;
+  NetState state = NetState::kLoading;
+  NetId net = 0;
+  RequestId request = 0;
+  net::Cause cause;
+};
+
+}  // namespace takt::rcc
