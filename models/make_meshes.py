@@ -1,0 +1,287 @@
+#!/usr/bin/env python3
+"""Makes the visual meshes of the models from a few lines of dimensions.
+
+Each models/NAME/geometry.json lists meshes; a mesh is a list of closed solids (lathe, loft, box, extrude), see
+docs/models.md. Output: models/NAME/meshes/MESH.stl, binary STL in metres. The same input gives the same bytes.
+
+  make_meshes.py                  all models beside this script
+  make_meshes.py DIR...           these model folders
+  make_meshes.py --inertia DIR    prints mass, centre and inertia of each link of DIR's URDF, its meshes taken as solids
+                                  of uniform density scaled to the link's mass
+"""
+import json
+import math
+import pathlib
+import struct
+import sys
+import xml.etree.ElementTree as ElementTree
+
+
+class Solid:
+    """A closed surface: vertices [(x, y, z)] and triangles [(i, j, k)], counter-clockwise seen from outside."""
+
+    def __init__(self):
+        self.vertices = []
+        self.triangles = []
+
+    def ring(self, points):
+        """Adds points (one alone is a pole) and returns their indices."""
+        first = len(self.vertices)
+        self.vertices.extend(points)
+        return list(range(first, first + len(points)))
+
+    def bridge(self, lower, upper):
+        """Joins two rings of equal length, or a ring and a pole; `upper` is further along the solid's axis."""
+        n = max(len(lower), len(upper))
+        for i in range(n):
+            j = (i + 1) % n
+            if len(lower) == 1:
+                self.triangles.append((lower[0], upper[j], upper[i]))
+            elif len(upper) == 1:
+                self.triangles.append((lower[i], lower[j], upper[0]))
+            else:
+                self.triangles.append((lower[i], lower[j], upper[j]))
+                self.triangles.append((lower[i], upper[j], upper[i]))
+
+
+def stack(rings):
+    """Closed solid from rings along an axis; the first and the last are poles."""
+    solid = Solid()
+    indices = [solid.ring(points) for points in rings]
+    for lower, upper in zip(indices, indices[1:]):
+        solid.bridge(lower, upper)
+    return solid
+
+
+def lathe(spec):
+    """Turns points [[r, z], ...] about z. Ends off the axis are closed by a flat face."""
+    points, segments = list(spec["points"]), spec.get("segments", 24)
+    if points[0][0] > 0:
+        points.insert(0, [0, points[0][1]])
+    if points[-1][0] > 0:
+        points.append([0, points[-1][1]])
+
+    def ring(r, z):
+        if r == 0:
+            return [(0.0, 0.0, z)]
+        angles = [2 * math.pi * i / segments for i in range(segments)]
+        return [(r * math.cos(a), r * math.sin(a), z) for a in angles]
+
+    return stack([ring(r, z) for r, z in points])
+
+
+def spline(values, steps):
+    """Catmull-Rom curve through rows of numbers, `steps` pieces between two rows; passes each row."""
+    rows = [values[0]] + values + [values[-1]]
+    result = []
+    for p, q, r, s in zip(rows, rows[1:], rows[2:], rows[3:]):
+        for k in range(steps):
+            t = k / steps
+            weights = (-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, t**3 - t**2)
+            result.append([sum(w * v for w, v in zip(weights, column)) / 2 for column in zip(p, q, r, s)])
+    return result + [list(values[-1])]
+
+
+def loft(spec):
+    """A shell between two curves in the y-z plane: rows [inner y, inner z, outer y, outer z, half width, exponent].
+
+    Each row is a section: a superellipse whose one axis is the chord from inner to outer, the other is x. A straight
+    piece of tube down to z = -length is put in front of the first row. Both ends get a bevel and a flat face.
+    """
+    rows, segments, bevel = spec["rows"], spec.get("segments", 24), spec.get("bevel", 0.001)
+    curve = spline(rows, spec.get("steps", 2))
+    if "length" in spec:
+        y_in, _, y_out, _, width, exponent = rows[0]
+        curve.insert(0, [y_in, -spec["length"], y_out, -spec["length"], width, exponent])
+
+    def power(x, exponent):
+        return math.copysign(abs(x) ** (2 / exponent), x)
+
+    def section(row, shrink, shift):
+        y_in, z_in, y_out, z_out, width, exponent = row
+        chord_y, chord_z = (y_out - y_in) / 2, (z_out - z_in) / 2
+        size = math.hypot(chord_y, chord_z)
+        centre_y, centre_z = (y_in + y_out) / 2 - shift * chord_z / size, (z_in + z_out) / 2 + shift * chord_y / size
+        points = []
+        for i in range(segments):
+            a = 2 * math.pi * i / segments
+            u = power(math.sin(a), exponent) * (1 - shrink / size)
+            points.append((power(math.cos(a), exponent) * (width - shrink), centre_y + chord_y * u,
+                           centre_z + chord_z * u))
+        return points, [(0.0, centre_y, centre_z)]
+
+    first, first_pole = section(curve[0], bevel, -bevel)
+    last, last_pole = section(curve[-1], bevel, bevel)
+    middle = [section(row, 0, 0)[0] for row in curve]
+    return stack([first_pole, first] + middle + [last, last_pole])
+
+
+def extrude(spec):
+    """A polygon [[x, y], ...], counter-clockwise, star-shaped about its mean, from z[0] to z[1]; edges bevelled."""
+    outline, (low, high), bevel = spec["polygon"], spec["z"], spec.get("bevel", 0.0)
+    mean = [sum(c) / len(outline) for c in zip(*outline)]
+    size = max(math.dist(p, mean) for p in outline)
+
+    def ring(shrink, z):
+        f = 1 - shrink / size
+        return [(mean[0] + (x - mean[0]) * f, mean[1] + (y - mean[1]) * f, z) for x, y in outline]
+
+    rings = [[(mean[0], mean[1], low)], ring(bevel, low), ring(0, low + bevel), ring(0, high - bevel),
+             ring(bevel, high), [(mean[0], mean[1], high)]]
+    if bevel == 0:
+        rings = [rings[0], rings[2], rings[3], rings[5]]
+    return stack(rings)
+
+
+def box(spec):
+    """A box of the given size about its centre; vertical edges rounded by `round`, the others bevelled."""
+    x, y, z = (s / 2 for s in spec["size"])
+    radius, bevel = spec.get("round", 0.0), spec.get("bevel", 0.0)
+    if radius == 0:
+        outline = [[-x, -y], [x, -y], [x, y], [-x, y]]
+    else:
+        outline = []
+        for sx, sy, start in ((-1, -1, 180), (1, -1, 270), (1, 1, 0), (-1, 1, 90)):
+            for k in range(4):
+                a = math.radians(start + 30 * k)
+                outline.append([sx * (x - radius) + radius * math.cos(a), sy * (y - radius) + radius * math.sin(a)])
+    return extrude({"polygon": outline, "z": [-z, z], "bevel": bevel})
+
+
+SHAPES = {"lathe": lathe, "loft": loft, "extrude": extrude, "box": box}
+AXES = {"z": lambda p: p, "y": lambda p: (p[1], p[2], p[0]), "x": lambda p: (p[2], p[0], p[1])}
+
+
+def place(solid, spec):
+    """Applies `mirror` (letters of axes), `axis` (the solid's z becomes that axis) and `at`, in this order."""
+    signs = [-1 if letter in spec.get("mirror", "") else 1 for letter in "xyz"]
+    turn, shift = AXES[spec.get("axis", "z")], spec.get("at", [0, 0, 0])
+    moved = Solid()
+    moved.vertices = [
+        tuple(c + d for c, d in zip(turn(tuple(s * c for s, c in zip(signs, p))), shift)) for p in solid.vertices
+    ]
+    flipped = signs[0] * signs[1] * signs[2] < 0
+    moved.triangles = [(i, k, j) if flipped else (i, j, k) for i, j, k in solid.triangles]
+    return moved
+
+
+def copies(solid, spec):
+    """`around`: {count, radius, start_deg}: copies on a circle about z, the first at start_deg."""
+    around = spec.get("around")
+    if around is None:
+        return [solid]
+    result = []
+    for k in range(around["count"]):
+        a = 2 * math.pi * k / around["count"] + math.radians(around.get("start_deg", 0))
+        c, s = math.cos(a), math.sin(a)
+        copy = Solid()
+        copy.vertices = [(c * (x + around["radius"]) - s * y, s * (x + around["radius"]) + c * y, z)
+                         for x, y, z in solid.vertices]
+        copy.triangles = solid.triangles
+        result.append(copy)
+    return result
+
+
+def solids_of(parts, curves):
+    """The solids of one mesh. A part names one shape; `rows` and `points` may name a curve of the file."""
+    result = []
+    for part in parts:
+        shape = next(key for key in SHAPES if key in part)
+        spec = dict(part[shape])
+        for key in ("rows", "points"):
+            if isinstance(spec.get(key), str):
+                spec[key] = curves[spec[key]]
+        for solid in copies(SHAPES[shape](spec), part):
+            result.append(place(solid, part))
+    return result
+
+
+def stl(solids):
+    """Binary STL. Coordinates are rounded to 10 nm first, so that the bytes do not hang on the last bit of sin."""
+    triangles = []
+    for solid in solids:
+        vertices = [tuple(round(c, 8) + 0.0 for c in p) for p in solid.vertices]
+        triangles.extend(tuple(vertices[i] for i in triangle) for triangle in solid.triangles)
+    data = [b"takt".ljust(80, b"\0"), struct.pack("<I", len(triangles))]
+    for a, b, c in triangles:
+        u, v = [q - p for p, q in zip(a, b)], [q - p for p, q in zip(a, c)]
+        n = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+        size = math.hypot(*n) or 1.0
+        normal = [round(x / size, 5) + 0.0 for x in n]
+        data.append(struct.pack("<12fH", *normal, *a, *b, *c, 0))
+    return b"".join(data)
+
+
+def make(folder):
+    """Writes the meshes of one model; files that would not change keep their time stamp. @return triangle count."""
+    geometry = json.loads((folder / "geometry.json").read_text())
+    out = folder / "meshes"
+    out.mkdir(exist_ok=True)
+    total = 0
+    for name, parts in geometry["meshes"].items():
+        data = stl(solids_of(parts, geometry.get("curves", {})))
+        total += (len(data) - 84) // 50
+        path = out / f"{name}.stl"
+        if not path.exists() or path.read_bytes() != data:
+            path.write_bytes(data)
+    for path in sorted(out.glob("*.stl")):
+        if path.stem not in geometry["meshes"]:
+            path.unlink()
+    return total
+
+
+def moments(solids):
+    """Volume, first moment and second moments (xx, yy, zz, xy, xz, yz) of solids of density 1 (signed tetrahedra)."""
+    volume, first, second = 0.0, [0.0] * 3, [0.0] * 6
+    for solid in solids:
+        for i, j, k in solid.triangles:
+            a, b, c = solid.vertices[i], solid.vertices[j], solid.vertices[k]
+            det = (a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
+                   a[2] * (b[0] * c[1] - b[1] * c[0]))
+            volume += det / 6
+            s = [p + q + r for p, q, r in zip(a, b, c)]
+            for m in range(3):
+                first[m] += det * s[m] / 24
+            for m, (p, q) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
+                second[m] += det * (s[p] * s[q] + a[p] * a[q] + b[p] * b[q] + c[p] * c[q]) / 120
+    return volume, first, second
+
+
+def link_inertia(folder, link, geometry):
+    """Mass (from the URDF), centre of volume and inertia (ixx iyy izz ixy ixz iyz) about it, link axes."""
+    mass = float(link.find("inertial/mass").get("value"))
+    solids = []
+    for mesh in link.iterfind("visual/geometry/mesh"):
+        solids += solids_of(geometry["meshes"][pathlib.Path(mesh.get("filename")).stem], geometry.get("curves", {}))
+    volume, first, second = moments(solids)
+    centre = [m / volume for m in first]
+    density = mass / volume
+    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    xx, yy, zz, xy, xz, yz = (density * s - mass * centre[p] * centre[q] for s, (p, q) in zip(second, pairs))
+    return mass, centre, (yy + zz, xx + zz, xx + yy, -xy, -xz, -yz)
+
+
+def print_inertia(folder):
+    geometry = json.loads((folder / "geometry.json").read_text())
+    for link in ElementTree.parse(next(folder.glob("*.urdf"))).iterfind("link"):
+        if link.find("inertial") is None or link.find("visual/geometry/mesh") is None:
+            continue
+        mass, centre, inertia = link_inertia(folder, link, geometry)
+        print(link.get("name"), f"mass {mass:g}", "centre", *(f"{c:.5f}" for c in centre))
+        print("  inertia", *(f'{n}="{v:.7f}"' for n, v in zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), inertia)))
+
+
+def main(arguments):
+    here = pathlib.Path(__file__).resolve().parent
+    if arguments[:1] == ["--inertia"]:
+        for name in arguments[1:]:
+            print_inertia(pathlib.Path(name))
+        return 0
+    folders = [pathlib.Path(a) for a in arguments] or sorted(p.parent for p in here.glob("*/geometry.json"))
+    for folder in folders:
+        print(f"{folder.name}: {make(folder)} triangles")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
