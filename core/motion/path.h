@@ -40,8 +40,8 @@ struct JointLine {
 
 /// The origin of a frame M on a straight line while M turns about one axis that is fixed in B (LIN). Joints that the
 /// frame leaves free (redundancy) are *held*: they go in proportion too, in the order of the arm's inverse kinematics.
-/// As JSON: {"kind": "cartesian_line", "start": [x, y, z, qw, qx, qy, qz], "direction": [x, y, z], "length": m,
-/// "axis": [x, y, z], "angle": rad, "held_start": [...], "held_goal": [...]}.
+/// As JSON: {"kind": "cartesian_line", "start": [x, y, z, qw, qx, qy, qz], "direction": [x, y, z], "length_m": m,
+/// "axis": [x, y, z], "angle_rad": rad, "held_start": [...], "held_goal": [...]}.
 struct CartesianLine {
   Eigen::Vector3d p_start = Eigen::Vector3d::Zero();  ///< origin of M in B, m
   Eigen::Quaterniond R_start = Eigen::Quaterniond::Identity();

@@ -1,0 +1,136 @@
+#include "core/motion/time_law.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace takt::motion {
+namespace {
+
+/// `from` carried on for `t` seconds with its own jerk.
+LawPoint advanced(const LawPoint& from, double t) {
+  return {.s = from.s + t * (from.ds + t / 2 * (from.dds + t / 3 * from.ddds)),
+          .ds = from.ds + t * (from.dds + t / 2 * from.ddds),
+          .dds = from.dds + t * from.ddds,
+          .ddds = from.ddds};
+}
+
+}  // namespace
+
+TimeLaw::TimeLaw(std::vector<Segment> segments) : segments_(std::move(segments)) {
+  if (segments_.empty()) return;
+  knots_.reserve(segments_.size() + 1);
+  double tau = 0.0;
+  LawPoint point;
+  for (const Segment& segment : segments_) {
+    point.ddds = segment.jerk;
+    knots_.push_back({tau, point});
+    point = advanced(point, segment.duration_s);
+    tau += segment.duration_s;
+  }
+  point.ddds = 0.0;
+  knots_.push_back({tau, point});
+}
+
+Result<TimeLaw> TimeLaw::create(std::vector<Segment> segments) {
+  Findings findings;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    const auto [duration, jerk] = segments[i];
+    if (!std::isfinite(duration) || duration < 0.0) {
+      findings.error(pointer_segment(i), fmt::format("duration {} s of a segment", duration), "finite and >= 0");
+    }
+    if (!std::isfinite(jerk)) findings.error(pointer_segment(i), fmt::format("jerk {} of a segment", jerk), "finite");
+  }
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+
+  TimeLaw law(std::move(segments));
+  if (law.knots_.empty()) return law;
+  constexpr double kEndTolerance = 1e-9;
+  double fastest = 0.0;
+  double strongest = 0.0;
+  for (const Knot& knot : law.knots_) {
+    fastest = std::max(fastest, std::abs(knot.point.ds));
+    strongest = std::max(strongest, std::abs(knot.point.dds));
+  }
+  const LawPoint& end = law.knots_.back().point;
+  if (!(std::abs(end.s - 1.0) <= kEndTolerance)) {
+    findings.error({}, fmt::format("the law ends at s = {}", end.s), "a law runs from s = 0 to s = 1");
+  }
+  if (!(std::abs(end.ds) <= kEndTolerance * fastest) || !(std::abs(end.dds) <= kEndTolerance * strongest)) {
+    findings.error({}, fmt::format("the law ends with ds = {} 1/s and dds = {} 1/s^2", end.ds, end.dds),
+                   "a law ends at rest");
+  }
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  return law;
+}
+
+TimeLaw TimeLaw::rest_to_rest(const RateLimits& limits) {
+  const auto [v, a, j] = limits;
+  // The jerk acts for tj in each of four pieces: as long as the way, the acceleration or the velocity limit lets it.
+  const double tj = std::min({std::cbrt(1.0 / (2.0 * j)), a / j, std::sqrt(v / j)});
+  const double peak = j * tj;  // acceleration
+  // ta at that acceleration: the way without cruise is peak (tj + ta)(2 tj + ta) = 1, the velocity peak (tj + ta) <= v.
+  const double way_bound = (std::sqrt(tj * tj + 4.0 / peak) - 3.0 * tj) / 2.0;
+  const double ta = std::max(0.0, std::min(way_bound, v / peak - tj));
+  const double cruise = peak * (tj + ta);
+  const double tv = std::max(0.0, 1.0 / cruise - 2.0 * tj - ta);
+
+  const Segment all[] = {{tj, j}, {ta, 0}, {tj, -j}, {tv, 0}, {tj, -j}, {ta, 0}, {tj, j}};
+  // Pieces that are only rounding (below a part in 1e12 of the whole) are left out; the way that they would cover is
+  // far below the tolerance of the end.
+  const double least = 1e-12 * (4 * tj + 2 * ta + tv);
+  std::vector<Segment> segments;
+  for (const Segment& segment : all) {
+    if (segment.duration_s > least) segments.push_back(segment);
+  }
+  return TimeLaw(std::move(segments));
+}
+
+TimeLaw TimeLaw::stretched(double factor) const {
+  std::vector<Segment> segments = segments_;
+  for (Segment& segment : segments) {
+    segment.duration_s *= factor;
+    segment.jerk /= factor * factor * factor;
+  }
+  return TimeLaw(std::move(segments));
+}
+
+LawPoint TimeLaw::at(double tau) const {
+  if (!(tau < duration())) return {.s = 1.0};
+  if (tau < 0.0) return {};
+  auto knot = std::upper_bound(knots_.begin(), knots_.end(), tau, [](double t, const Knot& k) { return t < k.tau; });
+  --knot;
+  LawPoint point = advanced(knot->point, tau - knot->tau);
+  point.s = std::clamp(point.s, 0.0, 1.0);
+  return point;
+}
+
+nlohmann::ordered_json to_json(const TimeLaw& law) {
+  auto json = nlohmann::ordered_json::array();
+  for (const auto& [duration, jerk] : law.segments()) json.push_back({duration, jerk});
+  return json;
+}
+
+Result<TimeLaw> time_law_from_json(const nlohmann::ordered_json& json, const std::string& pointer) {
+  const std::string form = "a list of [duration in s, jerk in 1/s^3]";
+  if (!json.is_array()) return failure(pointer, "a time law is no list", form);
+  Findings findings;
+  std::vector<TimeLaw::Segment> segments;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const auto& entry = json[i];
+    if (!entry.is_array() || entry.size() != 2 || !entry[0].is_number() || !entry[1].is_number()) {
+      findings.error(pointer + pointer_segment(i), "a segment of a time law is no pair of numbers", form);
+    } else {
+      segments.push_back({entry[0].get<double>(), entry[1].get<double>()});
+    }
+  }
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  auto law = TimeLaw::create(std::move(segments));
+  if (law) return law;
+  findings.append(law.error(), pointer);
+  return std::unexpected(std::move(findings));
+}
+
+}  // namespace takt::motion
