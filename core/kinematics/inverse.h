@@ -1,0 +1,97 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "core/base/findings.h"
+#include "core/kinematics/chain.h"
+#include "core/kinematics/types.h"
+
+namespace takt::kinematics {
+
+enum class IkStatus {
+  kOk,
+  kNotConverged,  ///< no solution on this branch: out of reach, or the seed is too far away
+  kSingular,      ///< at the solution the Jacobian is singular: rates and accelerations do not exist
+};
+
+[[nodiscard]] const char* to_string(IkStatus status);
+
+/// Inverse kinematics in the cycle, on one branch: Newton's method from a seed near the solution.
+/// A chain of n > 6 joints keeps n-6 *held* joints at given values: the redundancy is a coordinate of the path like the
+/// pose itself, so the same point of a path always has the same q; pause, backwards and cancel stay exact.
+/// Joint limits are not looked at: the planner and the guard do that (see limit_distance).
+/// Immutable after creation; thread: any. Holds its own copy of the chain.
+class InverseKinematics {
+ public:
+  /// @param held_joints  n-6 different indices into the joints of the chain, in the order in which values are given
+  /// @return findings if the chain has fewer than six joints, or the indices do not fit. Realtime: setup.
+  [[nodiscard]] static Result<InverseKinematics> create(const Chain& chain, std::vector<int> held_joints);
+  /// The held joint that is right for most arms: none for n == 6, the third for n == 7; findings for any other n.
+  [[nodiscard]] static Result<InverseKinematics> create(const Chain& chain);
+
+  [[nodiscard]] const Chain& chain() const { return chain_; }
+  [[nodiscard]] const std::vector<int>& held_joints() const { return held_joints_; }
+  /// The held joints' part of q.
+  [[nodiscard]] JointVector held(const JointVector& q) const;
+
+  // All below: realtime: cyclic, bounded, no allocation. Sizes are preconditions: q, dq, ddq n; held* n-6.
+
+  /// Joint positions for a flange pose F in B.
+  /// Converges quadratically to a residual of 1e-12 m and rad (relative to the arm's size where that is above 1 m), in
+  /// at most 32 steps; near singularities the steps are damped. @param held values of the held joints, rad or m
+  /// @param[in,out] q  in: the seed; out: the solution on the seed's branch; untouched unless kOk. No joint moves more
+  /// than kMaxTravel from the seed. @return kOk or kNotConverged.
+  [[nodiscard]] IkStatus solve(const Eigen::Isometry3d& X_BF, const JointVector& held, JointVector& q) const;
+
+  /// Joint velocities for a flange twist at q; exact, not damped.
+  /// @param V_BF_B  linear first, m/s and rad/s, expressed in B   @param held_dq  rad/s or m/s
+  /// @param[out] dq untouched unless kOk. @return kOk or kSingular.
+  [[nodiscard]] IkStatus rates(const JointVector& q, const Vector6& V_BF_B, const JointVector& held_dq,
+                               JointVector& dq) const;
+  /// Joint accelerations for the time derivative of the flange twist; else like rates().
+  [[nodiscard]] IkStatus accelerations(const JointVector& q, const JointVector& dq, const Vector6& A_BF_B,
+                                       const JointVector& held_ddq, JointVector& ddq) const;
+
+  /// What the cycle asks for: solve(), rates() and accelerations() with one factorisation.
+  struct Goal {
+    Eigen::Isometry3d X_BF = Eigen::Isometry3d::Identity();
+    Vector6 V_BF_B = Vector6::Zero();  ///< linear first, m/s and rad/s, expressed in B
+    Vector6 A_BF_B = Vector6::Zero();  ///< its time derivative
+    JointVector held, held_dq, held_ddq;
+  };
+  /// @param[in,out] q, dq, ddq  q in: the seed; out: the motion; all untouched unless kOk. A good seed is the last
+  /// cycle's q extrapolated by its dq and ddq.
+  [[nodiscard]] IkStatus solve_motion(const Goal& goal, JointVector& q, JointVector& dq, JointVector& ddq) const;
+
+  /// How far from singular: the smallest singular value of the 6 x 6 Jacobian of the free joints, its linear rows
+  /// divided by length_scale(). 0 = singular; the LWR in a good posture has about 0.3. Realtime: cyclic, O(1).
+  [[nodiscard]] double singularity_measure(const JointVector& q) const;
+  /// What the linear rows are divided by: the sum of the link lengths, at least 1e-3 m.
+  [[nodiscard]] double length_scale() const { return length_scale_; }
+
+  /// No joint moves further than this from the seed in one solve, rad or m: beyond it another branch is near.
+  static constexpr double kMaxTravel = 0.5;
+  /// Below this pivot of the weighted Jacobian the steps are damped; see docs/kinematics.md.
+  static constexpr double kDampedBelow = 1e-3;
+  /// Below this pivot rates do not exist.
+  static constexpr double kSingularBelow = 1e-9;
+
+ private:
+  explicit InverseKinematics(const Chain& chain) : chain_(chain) {}
+
+  Chain chain_;
+  std::vector<int> held_joints_;
+  std::array<int, 6> free_joints_{};
+  double length_scale_ = 1.0;
+  double tolerance_ = 1e-12;
+};
+
+/// The smallest distance to a limit over all joints, rad or m; negative outside; +infinity without limits.
+/// Realtime: cyclic.
+[[nodiscard]] double limit_distance(const Chain& chain, const JointVector& q);
+
+}  // namespace takt::kinematics
