@@ -73,9 +73,10 @@ class CompiledNet {
   [[nodiscard]] const std::string& name() const;
   [[nodiscard]] int primitive_count() const;
 
+  struct Impl;  ///< private to core/net
+
  private:
   CompiledNet();
-  struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -1,0 +1,41 @@
+#include "core/net/load_report.h"
+
+#include <fmt/format.h>
+
+#include "core/net/value.h"
+
+namespace takt::net {
+
+void LoadReport::error(std::string pointer, std::string message, std::string hint) {
+  if (++errors_ <= kMostErrors) findings_.error(std::move(pointer), std::move(message), std::move(hint));
+}
+
+void LoadReport::append(const Findings& findings, std::string_view prefix) {
+  for (const Finding& finding : findings.list()) {
+    if (finding.severity == Severity::kError && ++errors_ > kMostErrors) continue;
+    Finding placed = finding;
+    placed.pointer.insert(0, prefix);
+    findings_.add(std::move(placed));
+  }
+}
+
+std::string LoadReport::nearest(std::string_view name, const std::vector<std::string>& choices) {
+  if (errors_ >= kMostErrors) return {};
+  std::size_t work = 0;
+  for (const std::string& choice : choices) work += (name.size() + 1) * (choice.size() + 1);
+  if (work > work_left_) return fmt::format("{} names are there", choices.size());
+  work_left_ -= work;
+  return nearest_choice(name, choices);
+}
+
+Findings LoadReport::take() {
+  if (errors_ > kMostErrors) findings_.error({}, fmt::format("{} more errors", errors_ - kMostErrors));
+  return std::move(findings_);
+}
+
+std::string shown(std::string_view name) {
+  const Text text(name);
+  return text.view().size() == name.size() ? std::string(name) : std::string(text.view()) + "...";
+}
+
+}  // namespace takt::net

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/findings.h"
+
+namespace takt::net {
+
+/// The findings of one LOAD, bounded in number and work, so that a net of 100 000 mistakes is rejected as fast as one
+/// with a single mistake. Private to core/net.
+class LoadReport {
+ public:
+  void error(std::string pointer, std::string message, std::string hint = {});
+  void append(const Findings& findings, std::string_view prefix);
+
+  /// nearest_choice within the work that is left; a plain count of the choices afterwards.
+  [[nodiscard]] std::string nearest(std::string_view name, const std::vector<std::string>& choices);
+
+  [[nodiscard]] bool has_errors() const { return errors_ > 0; }
+  /// All findings, with a last one that counts those left out.
+  [[nodiscard]] Findings take();
+
+ private:
+  static constexpr std::size_t kMostErrors = 1000;
+  Findings findings_;
+  std::size_t errors_ = 0;
+  std::size_t work_left_ = 20'000'000;  ///< character comparisons: some 50 ms
+};
+
+/// A name from the input for a message: cut after 64 bytes.
+[[nodiscard]] std::string shown(std::string_view name);
+
+}  // namespace takt::net

@@ -1,0 +1,112 @@
+#include "core/net/registry.h"
+
+#include <algorithm>
+#include <exception>
+#include <mutex>
+
+#include <fmt/format.h>
+
+#include "core/net/setup_impl.h"
+
+namespace takt::net {
+
+struct Registry::Entry {
+  std::string name;
+  Maker maker;
+  mutable PrimitiveInfo info;
+  mutable std::once_flag described;
+};
+
+namespace {
+
+bool duplicate_name(const PrimitiveInfo& info) {
+  std::vector<std::string> inputs;
+  for (const auto& port : info.inputs) inputs.push_back(port.name);
+  for (const auto& parameter : info.parameters) inputs.push_back(parameter.name);
+  std::vector<std::string> outputs;
+  for (const auto& port : info.outputs) outputs.push_back(port.name);
+  const auto twice = [](std::vector<std::string>& names) {
+    std::ranges::sort(names);
+    return std::ranges::adjacent_find(names) != names.end();
+  };
+  return twice(inputs) || twice(outputs);
+}
+
+/// Runs the constructor once without a net, so that it declares ports and parameters.
+void describe(const Maker& maker, PrimitiveInfo& info) {
+  Setup::Impl impl;
+  impl.describing = &info;
+  Setup setup(impl);
+  const std::align_val_t alignment{maker.alignment};
+  void* place = ::operator new(maker.size, alignment);
+  try {
+    maker.construct(place, setup)->~Primitive();
+  } catch (const std::exception& error) {
+    programming_error(fmt::format("describing primitive {} threw: {}", info.type, error.what()));
+  }
+  ::operator delete(place, maker.size, alignment);
+  if (duplicate_name(info)) {
+    programming_error(fmt::format("primitive {} uses one name for two ports or parameters", info.type));
+  }
+  const bool has_device = std::ranges::any_of(
+      info.parameters, [](const PrimitiveInfo::Parameter& p) { return p.type.starts_with("device:"); });
+  info.source = info.source || (has_device && !info.outputs.empty());
+}
+
+}  // namespace
+
+Registry::Registry() = default;
+Registry::~Registry() = default;
+
+Registry& Registry::global() {
+  static Registry registry;
+  return registry;
+}
+
+bool Registry::add(std::string_view type, std::string_view family, std::string_view doc, Maker maker) {
+  const auto place =
+      std::ranges::lower_bound(entries_, type, {}, [](const auto& e) { return std::string_view(e->name); });
+  if (place != entries_.end() && (*place)->name == type) {
+    programming_error(fmt::format("primitive {} is registered twice", type));
+  }
+  auto entry = std::make_unique<Entry>();
+  entry->name = type;
+  entry->maker = maker;
+  entry->info.type = type;
+  entry->info.family = family;
+  entry->info.doc = doc;
+  entries_.insert(place, std::move(entry));
+  return true;
+}
+
+const Registry::Entry* Registry::entry(std::string_view type) const {
+  const auto place =
+      std::ranges::lower_bound(entries_, type, {}, [](const auto& e) { return std::string_view(e->name); });
+  return place != entries_.end() && (*place)->name == type ? place->get() : nullptr;
+}
+
+const PrimitiveInfo* Registry::find(std::string_view type) const {
+  const Entry* found = entry(type);
+  if (found == nullptr) return nullptr;
+  std::call_once(found->described, [found] { describe(found->maker, found->info); });
+  return &found->info;
+}
+
+const Maker* Registry::maker(std::string_view type) const {
+  const Entry* found = entry(type);
+  return found == nullptr ? nullptr : &found->maker;
+}
+
+std::vector<const PrimitiveInfo*> Registry::all() const {
+  std::vector<const PrimitiveInfo*> infos;
+  for (const auto& e : entries_) infos.push_back(find(e->name));
+  return infos;
+}
+
+std::vector<std::string> Registry::names() const {
+  std::vector<std::string> names;
+  for (const auto& e : entries_) names.push_back(e->name);
+  return names;
+}
+
+}  // namespace takt::net

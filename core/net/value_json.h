@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/base/findings.h"
+#include "core/net/value.h"
+
+namespace takt::net {
+
+/// How payloads are written in net files. T: Boolean, Integer, Real, Text, std::string, Vector [x,y,z], Rotation
+/// [w,x,y,z], Frame {"position":[x,y,z],"quaternion":[w,x,y,z]} (either may be left out), Twist
+/// {"linear":[..],"angular":[..]}, Wrench {"force":[..],"torque":[..]}, JointArray [..]. Realtime: setup.
+
+/// Reads `json` into `value` (canonical); `value` is untouched on an error. A quaternion must have norm 1 within 1e-3
+/// and is normalised.
+/// @return all findings, pointers relative to `json`.
+template <class T>
+[[nodiscard]] Findings value_from_json(const nlohmann::ordered_json& json, T& value);
+
+template <class T>
+[[nodiscard]] nlohmann::ordered_json value_to_json(const T& value);
+
+/// What lies in a slot (const Slot<T>*, T by `type`), null as JSON null.
+[[nodiscard]] nlohmann::ordered_json slot_to_json(ValueType type, const void* slot);
+
+/// Checks every number of `value` against an interval text such as "(0,inf)", or a String against words "a|b|c"; an
+/// empty range allows everything. A malformed range text is a programming error (abort).
+template <class T>
+[[nodiscard]] Findings check_range(const T& value, std::string_view range);
+
+}  // namespace takt::net

@@ -1,0 +1,59 @@
+#include "tests/support/allocation_guard.h"
+
+#include <cerrno>
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__GLIBC__)
+#define TAKT_COUNTS_ALLOCATIONS 0
+#else
+#define TAKT_COUNTS_ALLOCATIONS 1
+#endif
+
+namespace {
+
+thread_local std::size_t allocations = 0;
+
+}  // namespace
+
+#if TAKT_COUNTS_ALLOCATIONS
+// The program's own malloc goes before glibc's, which stays reachable under these names.
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* memory, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+
+void* malloc(std::size_t size) {
+  ++allocations;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  ++allocations;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* memory, std::size_t size) {
+  ++allocations;
+  return __libc_realloc(memory, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  ++allocations;
+  return __libc_memalign(alignment, size);
+}
+void* memalign(std::size_t alignment, std::size_t size) {
+  ++allocations;
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
+  ++allocations;
+  *memory = __libc_memalign(alignment, size);
+  return *memory == nullptr ? ENOMEM : 0;
+}
+}
+#endif
+
+namespace takt::test {
+
+AllocationGuard::AllocationGuard() : before_(allocations) {}
+std::size_t AllocationGuard::count() const { return allocations - before_; }
+bool AllocationGuard::available() { return TAKT_COUNTS_ALLOCATIONS != 0; }
+
+}  // namespace takt::test

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+
+namespace takt::test {
+
+/// Counts what this thread allocates from the heap while the guard lives: malloc and its kin, so also new, Eigen and
+/// the standard library. Under a sanitizer, which has an allocator of its own, it counts nothing and available() is
+/// false.
+///
+///   AllocationGuard guard;
+///   net.evaluate(cycle);
+///   EXPECT_EQ(guard.count(), 0u);
+class AllocationGuard {
+ public:
+  AllocationGuard();
+  [[nodiscard]] std::size_t count() const;
+  [[nodiscard]] static bool available();
+
+ private:
+  std::size_t before_;
+};
+
+}  // namespace takt::test
