@@ -70,13 +70,21 @@ def lathe(spec):
     return stack([ring(r, z) for r, z in points])
 
 
+def sphere(spec):
+    """A ball about the origin."""
+    radius, segments = spec["radius"], spec.get("segments", 24)
+    angles = [math.pi * k / (segments // 2) for k in range(1, segments // 2)]
+    points = [[0, -radius]] + [[radius * math.sin(a), -radius * math.cos(a)] for a in angles] + [[0, radius]]
+    return lathe({"points": points, "segments": segments})
+
+
 def spline(values, steps):
-    """Catmull-Rom curve through rows of numbers, `steps` pieces between two rows; passes each row."""
+    """Catmull-Rom curve through rows of numbers, passing each; steps[i] pieces between row i and row i + 1."""
     rows = [values[0]] + values + [values[-1]]
     result = []
-    for p, q, r, s in zip(rows, rows[1:], rows[2:], rows[3:]):
-        for k in range(steps):
-            t = k / steps
+    for p, q, r, s, pieces in zip(rows, rows[1:], rows[2:], rows[3:], steps):
+        for k in range(pieces):
+            t = k / pieces
             weights = (-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, t**3 - t**2)
             result.append([sum(w * v for w, v in zip(weights, column)) / 2 for column in zip(p, q, r, s)])
     return result + [list(values[-1])]
@@ -89,7 +97,7 @@ def loft(spec):
     piece of tube down to z = -length is put in front of the first row. Both ends get a bevel and a flat face.
     """
     rows, segments, bevel = spec["rows"], spec.get("segments", 24), spec.get("bevel", 0.001)
-    curve = spline(rows, spec.get("steps", 2))
+    curve = spline(rows, spec.get("steps", [1] * (len(rows) - 1)))
     if "length" in spec:
         y_in, _, y_out, _, width, exponent = rows[0]
         curve.insert(0, [y_in, -spec["length"], y_out, -spec["length"], width, exponent])
@@ -148,7 +156,7 @@ def box(spec):
     return extrude({"polygon": outline, "z": [-z, z], "bevel": bevel})
 
 
-SHAPES = {"lathe": lathe, "loft": loft, "extrude": extrude, "box": box}
+SHAPES = {"lathe": lathe, "sphere": sphere, "loft": loft, "extrude": extrude, "box": box}
 AXES = {"z": lambda p: p, "y": lambda p: (p[1], p[2], p[0]), "x": lambda p: (p[2], p[0], p[1])}
 
 
@@ -183,12 +191,12 @@ def copies(solid, spec):
 
 
 def solids_of(parts, curves):
-    """The solids of one mesh. A part names one shape; `rows` and `points` may name a curve of the file."""
+    """The solids of one mesh. A part names one shape; `rows`, `points`, `steps` may name a curve of the file."""
     result = []
     for part in parts:
         shape = next(key for key in SHAPES if key in part)
         spec = dict(part[shape])
-        for key in ("rows", "points"):
+        for key in ("rows", "points", "steps"):
             if isinstance(spec.get(key), str):
                 spec[key] = curves[spec[key]]
         for solid in copies(SHAPES[shape](spec), part):
@@ -247,17 +255,26 @@ def moments(solids):
     return volume, first, second
 
 
-def link_inertia(folder, link, geometry):
-    """Mass (from the URDF), centre of volume and inertia (ixx iyy izz ixy ixz iyz) about it, link axes."""
+def link_inertia(link, geometry):
+    """Mass (from the URDF), centre and inertia (ixx iyy izz ixy ixz iyz) about it, link axes.
+
+    All meshes of the link are taken as solids of the same density; where the geometry's `mass_kg` names meshes of the
+    link, those only, each uniform with its mass.
+    """
+    names = [pathlib.Path(m.get("filename")).stem for m in link.iterfind("visual/geometry/mesh")]
+    masses = geometry.get("mass_kg", {})
+    weighed = [n for n in names if n in masses] or names
+    parts = [moments(solids_of(geometry["meshes"][n], geometry.get("curves", {}))) for n in weighed]
+    densities = [masses.get(n, part[0]) / part[0] for n, part in zip(weighed, parts)]
     mass = float(link.find("inertial/mass").get("value"))
-    solids = []
-    for mesh in link.iterfind("visual/geometry/mesh"):
-        solids += solids_of(geometry["meshes"][pathlib.Path(mesh.get("filename")).stem], geometry.get("curves", {}))
-    volume, first, second = moments(solids)
-    centre = [m / volume for m in first]
-    density = mass / volume
+    scale = mass / sum(d * part[0] for d, part in zip(densities, parts))
+
+    def total(which, index):
+        return scale * sum(d * part[which][index] for d, part in zip(densities, parts))
+
+    centre = [total(1, m) / mass for m in range(3)]
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    xx, yy, zz, xy, xz, yz = (density * s - mass * centre[p] * centre[q] for s, (p, q) in zip(second, pairs))
+    xx, yy, zz, xy, xz, yz = (total(2, m) - mass * centre[p] * centre[q] for m, (p, q) in enumerate(pairs))
     return mass, centre, (yy + zz, xx + zz, xx + yy, -xy, -xz, -yz)
 
 
@@ -266,7 +283,7 @@ def print_inertia(folder):
     for link in ElementTree.parse(next(folder.glob("*.urdf"))).iterfind("link"):
         if link.find("inertial") is None or link.find("visual/geometry/mesh") is None:
             continue
-        mass, centre, inertia = link_inertia(folder, link, geometry)
+        mass, centre, inertia = link_inertia(link, geometry)
         print(link.get("name"), f"mass {mass:g}", "centre", *(f"{c:.5f}" for c in centre))
         print("  inertia", *(f'{n}="{v:.7f}"' for n, v in zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), inertia)))
 

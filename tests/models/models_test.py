@@ -165,7 +165,7 @@ class EveryModel(unittest.TestCase):
                     if link.find("inertial") is None or link.find("visual/geometry/mesh") is None:
                         continue
                     geometry = json.loads((folder / "geometry.json").read_text())
-                    computed = make_meshes.link_inertia(folder, link, geometry)[2]
+                    computed = make_meshes.link_inertia(link, geometry)[2]
                     written = [float(link.find("inertial/inertia").get(k)) for k in TENSOR]
                     for c, w in zip(computed, written):
                         self.assertAlmostEqual(c, w, delta=0.002 * max(computed) + 1e-7, msg=link.get("name"))
