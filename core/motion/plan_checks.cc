@@ -1,0 +1,105 @@
+#include "core/motion/plan_checks.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace takt::motion {
+namespace {
+
+void check_positive(const kinematics::Chain& chain, const JointVector& values, const std::string& name,
+                    Findings& findings) {
+  if (values.size() != chain.joint_count()) {
+    findings.error("/limits/" + name, fmt::format("{} entries", values.size()),
+                   fmt::format("one for each of the {} joints", chain.joint_count()));
+    return;
+  }
+  for (int i = 0; i < chain.joint_count(); ++i) {
+    if (std::isfinite(values[i]) && values[i] > 0.0) continue;
+    findings.error(
+        "/limits/" + name + pointer_segment(static_cast<std::size_t>(i)),
+        fmt::format("joint '{}': {} limit {}", chain.joint_names()[static_cast<std::size_t>(i)], name, values[i]),
+        "finite and above 0");
+  }
+}
+
+void check_range(const kinematics::Chain& chain, const JointLimits& limits, Findings& findings) {
+  if (limits.lower.size() != chain.joint_count() || limits.upper.size() != chain.joint_count()) {
+    findings.error("/limits", fmt::format("{} lower and {} upper ends", limits.lower.size(), limits.upper.size()),
+                   fmt::format("one for each of the {} joints", chain.joint_count()));
+    return;
+  }
+  for (int i = 0; i < chain.joint_count(); ++i) {
+    if (limits.lower[i] <= limits.upper[i]) continue;
+    findings.error("/limits/lower" + pointer_segment(static_cast<std::size_t>(i)),
+                   fmt::format("joint '{}': range from {} to {}", chain.joint_names()[static_cast<std::size_t>(i)],
+                               limits.lower[i], limits.upper[i]),
+                   "the lower end first");
+  }
+}
+
+}  // namespace
+
+std::vector<LawPoint> instants(const TimeLaw& law) {
+  std::vector<LawPoint> points;
+  points.reserve(law.segments().size() * (kInstantsPerSegment + 1));
+  double start = 0.0;
+  for (const auto& [duration, jerk] : law.segments()) {
+    for (int i = 0; i <= kInstantsPerSegment; ++i) {
+      points.push_back(law.at(start + duration * i / kInstantsPerSegment));
+      points.back().ddds = jerk;
+    }
+    start += duration;
+  }
+  return points;
+}
+
+void check_limits(const kinematics::Chain& chain, const JointLimits& limits, Findings& findings) {
+  check_range(chain, limits, findings);
+  check_positive(chain, limits.velocity, "velocity", findings);
+  check_positive(chain, limits.acceleration, "acceleration", findings);
+  check_positive(chain, limits.jerk, "jerk", findings);
+}
+
+void check_options(const MotionOptions& options, Findings& findings) {
+  const struct {
+    const char* name;
+    double value;
+  } shares[] = {{"velocity", options.velocity}, {"acceleration", options.acceleration}};
+  for (const auto& [name, value] : shares) {
+    if (value > 0.0 && value <= 1.0) continue;
+    findings.error(fmt::format("/options/{}", name), fmt::format("share {}", value), "above 0, at most 1");
+  }
+  const double speed = options.linear_velocity.value_or(1.0);
+  if (!(speed > 0.0 && std::isfinite(speed))) {
+    findings.error("/options/linear_velocity", fmt::format("speed {} m/s", speed), "finite and above 0");
+  }
+}
+
+void range_finding(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
+                   const std::string& pointer, const std::string& where, Findings& findings) {
+  findings.error(pointer,
+                 fmt::format("joint '{}': {:.6g}{} is outside its range",
+                             chain.joint_names()[static_cast<std::size_t>(joint)], value, where),
+                 fmt::format("from {:.6g} to {:.6g}", limits.lower[joint], limits.upper[joint]));
+}
+
+void check_configuration(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q,
+                         const std::string& pointer, Findings& findings) {
+  if (q.size() != chain.joint_count()) {
+    findings.error(pointer, fmt::format("{} joint values", q.size()),
+                   fmt::format("one for each of the {} joints", chain.joint_count()));
+    return;
+  }
+  for (int i = 0; i < chain.joint_count(); ++i) {
+    const std::string place = pointer + pointer_segment(static_cast<std::size_t>(i));
+    if (!std::isfinite(q[i])) {
+      findings.error(place, fmt::format("joint '{}': {}", chain.joint_names()[static_cast<std::size_t>(i)], q[i]),
+                     "a finite number");
+    } else if (q[i] < limits.lower[i] - kRangeTolerance || q[i] > limits.upper[i] + kRangeTolerance) {
+      range_finding(chain, limits, i, q[i], place, "", findings);
+    }
+  }
+}
+
+}  // namespace takt::motion

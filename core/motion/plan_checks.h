@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/findings.h"
+#include "core/kinematics/chain.h"
+#include "core/motion/planner.h"
+
+namespace takt::motion {
+
+/// Shares of the acceleration and jerk limits that a law may use; the path clock gets the rest. A law slowed down by
+/// k = 1.126 (1 / cube root of 0.7) needs only 1/k^2 = 0.79 and 1/k^3 = 0.7 of them: the shares cost at most an eighth
+/// of the shortest time. docs/motion.md compares others.
+inline constexpr double kLawShareOfAcceleration = 0.8;
+inline constexpr double kLawShareOfJerk = 0.7;
+/// Of the velocity limits only rounding and the interpolation between instants get a part: no clock runs above rate 1.
+inline constexpr double kLawShareOfVelocity = 0.995;
+
+/// Instants per segment at which a law is looked at: what it does between two of them differs from the next by less
+/// than 0.2 % of its largest rate.
+inline constexpr int kInstantsPerSegment = 16;
+
+/// The law at kInstantsPerSegment + 1 instants of each segment, both of its ends included.
+[[nodiscard]] std::vector<LawPoint> instants(const TimeLaw& law);
+
+/// Findings for limits that do not fit the chain, are not finite or not > 0.
+void check_limits(const kinematics::Chain& chain, const JointLimits& limits, Findings& findings);
+/// Findings for options out of their range.
+void check_options(const MotionOptions& options, Findings& findings);
+/// Findings for a configuration of the wrong size, not finite, or outside the range of a joint, at `pointer`.
+void check_configuration(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q,
+                         const std::string& pointer, Findings& findings);
+/// "joint 'a2': 2.5 is outside its range" and the range as hint.
+void range_finding(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
+                   const std::string& pointer, const std::string& where, Findings& findings);
+
+/// Range limits are compared with this tolerance (rad or m): a goal read back from a file or found by inverse
+/// kinematics may lie on its limit up to rounding.
+inline constexpr double kRangeTolerance = 1e-9;
+
+}  // namespace takt::motion

@@ -1,0 +1,59 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/motion/clock_bounds.h"
+#include "core/motion/plan_checks.h"
+#include "core/motion/planner.h"
+
+namespace takt::motion {
+namespace {
+
+/// The longest way of a joint measured by its limit: a bound on the path parameter is one over it.
+double longest(const JointVector& way, const JointVector& limit) {
+  return (way.array().abs() / limit.array()).maxCoeff();
+}
+
+ClockBounds clock_for(const TimeLaw& law, double way_by_acceleration, double way_by_jerk) {
+  ClockSearch search;
+  for (const LawPoint& at : instants(law)) {
+    search.add({.first_by_acceleration = way_by_acceleration * std::abs(at.ds),
+                .second_by_acceleration = way_by_acceleration * std::abs(at.dds),
+                .first_by_jerk = way_by_jerk * std::abs(at.ds),
+                .second_by_jerk = way_by_jerk * std::abs(at.dds),
+                .third_by_jerk = way_by_jerk * std::abs(at.ddds)});
+  }
+  return search.bounds();
+}
+
+}  // namespace
+
+Result<Motion> plan_ptp(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q_start,
+                        const JointVector& q_goal, const MotionOptions& options) {
+  Findings findings;
+  check_limits(chain, limits, findings);
+  check_options(options, findings);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  check_configuration(chain, limits, q_start, "/start", findings);
+  check_configuration(chain, limits, q_goal, "/goal", findings);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+
+  Motion motion{.path = JointLine{.q_start = q_start, .q_goal = q_goal},
+                .law = {},
+                .clock = {},
+                .q_start = q_start,
+                .q_goal = q_goal};
+  const JointVector way = q_goal - q_start;
+  constexpr double kNoWay = 1e-12;  // rad or m: less is only the rounding of the inputs
+  if (way.cwiseAbs().maxCoeff() < kNoWay) return motion;
+  const double by_velocity = longest(way, limits.velocity);
+  const double by_acceleration = longest(way, limits.acceleration);
+  const double by_jerk = longest(way, limits.jerk);
+  motion.law = TimeLaw::rest_to_rest({.velocity = kLawShareOfVelocity * options.velocity / by_velocity,
+                                      .acceleration = kLawShareOfAcceleration * options.acceleration / by_acceleration,
+                                      .jerk = kLawShareOfJerk * options.acceleration / by_jerk});
+  motion.clock = clock_for(motion.law, by_acceleration, by_jerk);
+  return motion;
+}
+
+}  // namespace takt::motion
