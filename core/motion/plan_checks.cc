@@ -76,6 +76,16 @@ void check_options(const MotionOptions& options, Findings& findings) {
   }
 }
 
+void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Findings& findings) {
+  constexpr double kRotationTolerance = 1e-6;
+  const Eigen::Matrix3d R = X.linear();
+  const bool rotation = R.allFinite() &&
+                        (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRotationTolerance &&
+                        R.determinant() > 0.0;
+  if (X.translation().allFinite() && rotation) return;
+  findings.error(pointer, "the pose is no rotation and translation of finite numbers");
+}
+
 void range_finding(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
                    const std::string& pointer, const std::string& where, Findings& findings) {
   findings.error(pointer,

@@ -31,6 +31,8 @@ void check_options(const MotionOptions& options, Findings& findings);
 /// Findings for a configuration of the wrong size, not finite, or outside the range of a joint, at `pointer`.
 void check_configuration(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q,
                          const std::string& pointer, Findings& findings);
+/// A finding unless X is a rotation and a translation of finite numbers.
+void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Findings& findings);
 /// "joint 'a2': 2.5 is outside its range" and the range as hint.
 void range_finding(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
                    const std::string& pointer, const std::string& where, Findings& findings);

@@ -266,16 +266,6 @@ void check_cartesian(const CartesianLimits& limits, Findings& findings) {
   }
 }
 
-void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Findings& findings) {
-  constexpr double kRotationTolerance = 1e-6;
-  const Eigen::Matrix3d R = X.linear();
-  const bool rotation = R.allFinite() &&
-                        (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRotationTolerance &&
-                        R.determinant() > 0.0;
-  if (X.translation().allFinite() && rotation) return;
-  findings.error(pointer, "the pose is no rotation and translation of finite numbers");
-}
-
 void check_held(const InverseKinematics& inverse, const JointLimits& limits, const JointVector& held,
                 Findings& findings) {
   const auto& joints = inverse.held_joints();

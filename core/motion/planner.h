@@ -19,10 +19,10 @@ namespace takt::motion {
 /// holds for any history of targets in [-1, 1] (docs/motion.md).
 struct Motion {
   Path path;
-  TimeLaw law;
-  ClockBounds clock;
-  JointVector q_start;  ///< configuration at s = 0; rad or m
-  JointVector q_goal;   ///< configuration at s = 1
+  TimeLaw law = {};
+  ClockBounds clock = {};
+  JointVector q_start = {};  ///< configuration at s = 0; rad or m
+  JointVector q_goal = {};   ///< configuration at s = 1
 
   [[nodiscard]] double duration() const { return law.duration(); }
 };
@@ -32,7 +32,7 @@ struct MotionOptions {
   double velocity = 1.0;      ///< share of the velocity limits
   double acceleration = 1.0;  ///< share of the acceleration limits; the jerk limits scale alike
   /// LIN: speed of the frame on its line, m/s, > 0; bounds the motion in addition to the limits.
-  std::optional<double> linear_velocity;
+  std::optional<double> linear_velocity = std::nullopt;
   /// LIN: the frame that moves on the line, seen from the flange (a tool centre point).
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
 };

@@ -6,9 +6,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <ruckig/ruckig.hpp>
 
 #include "core/base/random.h"
+#include "tests/core/motion/shortest_time.h"
 
 namespace takt::motion {
 namespace {
@@ -73,21 +73,6 @@ TEST(PathClock, PathTimeIsTheIntegralOfTheRate) {
   });
 }
 
-/// Time-optimal duration from (rate, change) to (target, 0) by an independent generator.
-double ruckig_time(const ClockBounds& bounds, const ClockState& from, double target) {
-  ruckig::Ruckig<1> generator;
-  ruckig::InputParameter<1> input;
-  input.control_interface = ruckig::ControlInterface::Velocity;
-  input.current_velocity = {from.rate};
-  input.current_acceleration = {from.rate_change};
-  input.target_velocity = {target};
-  input.max_acceleration = {bounds.acceleration_max};
-  input.max_jerk = {bounds.jerk_max};
-  ruckig::Trajectory<1> trajectory;
-  EXPECT_EQ(generator.calculate(input, trajectory), ruckig::Result::Working);
-  return trajectory.get_duration();
-}
-
 TEST(PathClock, ReachesEachTargetInTheShortestTimeAndHoldsItExactly) {
   Random random(13);
   for (int run = 0; run < 300; ++run) {
@@ -96,7 +81,8 @@ TEST(PathClock, ReachesEachTargetInTheShortestTimeAndHoldsItExactly) {
     clock.reset({.tau = 5e5});
     run_randomly(clock, random, -1.0, 200, [](const auto&, const auto&, double) {});
     const double target = random_target(random, -1.0);
-    const double shortest = ruckig_time(bounds, clock.state(), target);
+    const double shortest = test::shortest_time_to_velocity({1.0, bounds.acceleration_max, bounds.jerk_max},
+                                                            clock.state().rate, clock.state().rate_change, target);
     const int cycles = static_cast<int>(std::ceil(shortest / kPeriod - 1e-6));
     for (int i = 0; i + 1 < cycles; ++i) clock.update(target, kPeriod);
     if (cycles > 1) {

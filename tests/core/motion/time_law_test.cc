@@ -7,10 +7,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <ruckig/ruckig.hpp>
 
 #include "core/base/json.h"
 #include "core/base/random.h"
+#include "tests/core/motion/shortest_time.h"
 
 namespace takt::motion {
 namespace {
@@ -21,24 +21,11 @@ RateLimits random_limits(Random& random) {
           .jerk = std::exp(random.uniform(-2, 9))};
 }
 
-/// Duration of the time-optimal profile from an independent generator.
-double ruckig_duration(const RateLimits& limits) {
-  ruckig::Ruckig<1> generator;
-  ruckig::InputParameter<1> input;
-  input.target_position = {1.0};
-  input.max_velocity = {limits.velocity};
-  input.max_acceleration = {limits.acceleration};
-  input.max_jerk = {limits.jerk};
-  ruckig::Trajectory<1> trajectory;
-  EXPECT_EQ(generator.calculate(input, trajectory), ruckig::Result::Working);
-  return trajectory.get_duration();
-}
-
 TEST(TimeLaw, RestToRestIsAsFastAsAnIndependentGenerator) {
   Random random(1);
   for (int i = 0; i < 2000; ++i) {
     const RateLimits limits = random_limits(random);
-    const double expected = ruckig_duration(limits);
+    const double expected = test::shortest_time({limits.velocity, limits.acceleration, limits.jerk}, 1.0);
     EXPECT_NEAR(TimeLaw::rest_to_rest(limits).duration(), expected, 1e-8 * expected) << "case " << i;
   }
 }
