@@ -31,6 +31,9 @@ class Random {
     return sum;
   }
 
+  /// What Random(state) continues from: for snapshots.
+  [[nodiscard]] constexpr std::uint64_t state() const { return state_; }
+
  private:
   static constexpr std::uint64_t mix(std::uint64_t z) {
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;

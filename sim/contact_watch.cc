@@ -1,0 +1,74 @@
+#include "sim/contact_watch.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include <mujoco/mujoco.h>
+#include <Eigen/Core>
+
+namespace takt::sim {
+namespace {
+
+std::string body_name(const mjModel& model, int body) {
+  const char* name = mj_id2name(&model, mjOBJ_BODY, body);
+  return name ? name : "";
+}
+
+}  // namespace
+
+std::vector<bool> bodies_of(const mjModel_& model, const std::string& name) {
+  std::vector<bool> side(static_cast<std::size_t>(model.nbody), false);
+  for (int body = 1; body < static_cast<int>(model.nbody); ++body) {
+    const std::string candidate = body_name(model, body);
+    side[static_cast<std::size_t>(body)] = candidate == name || candidate.starts_with(name + "/");
+  }
+  return side;
+}
+
+std::vector<std::string> side_names(const mjModel_& model) {
+  std::vector<std::string> names;
+  for (int body = 1; body < static_cast<int>(model.nbody); ++body) {
+    const std::string name = body_name(model, body);
+    const std::string robot = name.substr(0, name.find('/'));
+    if (std::ranges::find(names, robot) == names.end()) names.push_back(robot);
+    if (robot != name) names.push_back(name);
+  }
+  return names;
+}
+
+void ContactWatch::update(const mjModel_& model, const mjData_& data) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  reading_.contacts = 0;
+  for (int i = 0; i < data.ncon; ++i) {
+    const mjContact& contact = data.contact[i];
+    if (contact.geom[0] < 0 || contact.geom[1] < 0) continue;
+    const auto first = static_cast<std::size_t>(model.geom_bodyid[contact.geom[0]]);
+    const auto second = static_cast<std::size_t>(model.geom_bodyid[contact.geom[1]]);
+    const bool straight = a_[first] && b_[second];
+    if (!straight && !(b_[first] && a_[second])) continue;
+    std::array<double, 6> force{};
+    mj_contactForce(&model, &data, i, force.data());
+    // Rows of the contact frame are its axes in the world, the normal first.
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(contact.frame);
+    const Eigen::Vector3d force_W = axes.transpose() * Eigen::Map<const Eigen::Vector3d>(force.data());
+    sum += straight ? force_W : Eigen::Vector3d(-force_W);
+    ++reading_.contacts;
+  }
+  reading_.force = sum.norm();
+  reading_.max_force = std::max(reading_.max_force, reading_.force);
+}
+
+void ContactWatch::save(std::vector<std::uint64_t>& words) const {
+  words.push_back(std::bit_cast<std::uint64_t>(reading_.force));
+  words.push_back(std::bit_cast<std::uint64_t>(reading_.max_force));
+  words.push_back(static_cast<std::uint64_t>(reading_.contacts));
+}
+
+void ContactWatch::restore(std::span<const std::uint64_t> words) {
+  reading_.force = std::bit_cast<double>(words[0]);
+  reading_.max_force = std::bit_cast<double>(words[1]);
+  reading_.contacts = static_cast<int>(words[2]);
+}
+
+}  // namespace takt::sim

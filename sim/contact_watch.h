@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/contact_reading.h"
+
+struct mjModel_;
+struct mjData_;
+
+namespace takt::sim {
+
+/// Which bodies a name means: one body ("ROBOT/LINK", "OBJECT") or all links of a robot; all false if it means none.
+[[nodiscard]] std::vector<bool> bodies_of(const mjModel_& model, const std::string& name);
+/// All names that bodies_of knows, for error texts.
+[[nodiscard]] std::vector<std::string> side_names(const mjModel_& model);
+
+/// Adds up the forces between two sets of bodies after each physics step. Realtime: cyclic but for construction, save
+/// and restore.
+class ContactWatch {
+ public:
+  static constexpr std::size_t kWords = 3;  ///< of its state
+
+  ContactWatch(std::vector<bool> side_a, std::vector<bool> side_b) : a_(std::move(side_a)), b_(std::move(side_b)) {}
+
+  /// Call while contact list and solver result belong together: after the solver, before the next collision pass.
+  void update(const mjModel_& model, const mjData_& data);
+  [[nodiscard]] const ContactReading& reading() const { return reading_; }
+  void save(std::vector<std::uint64_t>& words) const;
+  void restore(std::span<const std::uint64_t> words);
+
+ private:
+  std::vector<bool> a_, b_;  // by body number
+  ContactReading reading_;
+};
+
+}  // namespace takt::sim

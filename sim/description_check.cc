@@ -1,0 +1,238 @@
+#include "sim/description_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace takt::sim {
+namespace {
+
+using kinematics::Joint;
+using kinematics::JointType;
+using kinematics::RobotModel;
+
+/// One check run over a description; collects what is wrong.
+class Checker {
+ public:
+  explicit Checker(const WorldDescription& description) : world_(description), bodies_(body_names(description)) {}
+
+  Findings run() {
+    physics();
+    for (const auto& robot : world_.robots) check(robot);
+    for (const auto& object : world_.objects) check(object);
+    for (const auto& camera : world_.cameras) check(camera);
+    for (const auto& arm : world_.arms) check(arm);
+    for (const auto& sensor : world_.force_torque_sensors) check(sensor);
+    mount_loops();
+    return std::move(findings_);
+  }
+
+ private:
+  void error(const std::string& at, std::string message, std::string hint = {}) {
+    findings_.error(at, std::move(message), std::move(hint));
+  }
+  void require(bool holds, const std::string& at, std::string_view what, double value, std::string_view allowed) {
+    if (!holds) error(at, fmt::format("{} is {}", what, value), std::string(allowed));
+  }
+
+  void physics() {
+    const Physics& p = world_.physics;
+    const std::string at = "/physics";
+    if (p.timestep <= 0 || p.period <= 0 || p.period % p.timestep != 0) {
+      error(at, fmt::format("a period of {} ns does not hold whole physics steps of {} ns", p.period, p.timestep),
+            "both > 0, the period a whole multiple of the timestep");
+    }
+    require(p.gravity.allFinite(), at, "gravity", p.gravity.norm(), "finite, m/s^2");
+    require(p.plant_mass_scale > 0.0 && std::isfinite(p.plant_mass_scale), at, "plant_mass_scale", p.plant_mass_scale,
+            "> 0");
+    require(p.friction_impedance_ratio > 0.0, at, "friction_impedance_ratio", p.friction_impedance_ratio, "> 0");
+  }
+
+  /// Bodies and cameras share one space of names, devices have their own.
+  void name(std::set<std::string>& taken, const std::string& at, const std::string& given, bool slash_allowed) {
+    if (given.empty()) error(at, "the name is empty");
+    if (!slash_allowed && given.find('/') != std::string::npos) {
+      error(at, fmt::format("the name '{}' holds a '/'", given), "'/' separates robot and link");
+    }
+    if (!given.empty() && !taken.insert(given).second) error(at, fmt::format("the name '{}' is taken", given));
+  }
+
+  void mount(const std::string& at, const Mount& mount) {
+    if (!mount.X_P.matrix().allFinite()) error(at, "the pose is not finite");
+    if (!mount.parent.empty() && std::ranges::find(bodies_, mount.parent) == bodies_.end()) {
+      error(at, fmt::format("unknown parent '{}'", mount.parent), nearest_choice(mount.parent, bodies_));
+    }
+  }
+
+  void contact(const std::string& at, const ContactParameters& c) {
+    require(c.friction >= 0.0 && std::isfinite(c.friction), at, "friction", c.friction, ">= 0");
+    const double least = 2.0 * to_seconds(world_.physics.timestep);
+    require(c.time_constant >= least, at, "the contact's time constant", c.time_constant,
+            fmt::format("at least two physics steps: {} s", least));
+    require(c.damping_ratio > 0.0, at, "the contact's damping ratio", c.damping_ratio, "> 0");
+    const bool dimension = c.dimension == 1 || c.dimension == 3 || c.dimension == 4 || c.dimension == 6;
+    require(dimension, at, "the contact's dimension", c.dimension, "1, 3, 4 or 6");
+  }
+
+  void check(const RobotDescription& robot) {
+    const std::string at = place(robot.pointer, "robots", robot.name);
+    name(names_, at, robot.name, false);
+    mount(at, robot.mount);
+    contact(at, robot.contact);
+    require(robot.stop_margin >= 0.0, at, "stop_margin", robot.stop_margin, ">= 0");
+    if (!robot.model || robot.model->links.empty()) return error(at, "the robot has no model");
+    const auto joints = movable_joints(*robot.model);
+    if (!robot.q.empty() && robot.q.size() != joints.size()) {
+      error(at, fmt::format("{} start positions for {} movable joints", robot.q.size(), joints.size()));
+    }
+    for (std::size_t i = 0; i < std::min(robot.q.size(), joints.size()); ++i) {
+      const Joint& joint = *joints[i];
+      const bool within = robot.q[i] >= joint.lower && robot.q[i] <= joint.upper;
+      require(within, at, fmt::format("the start position of joint '{}'", joint.name), robot.q[i],
+              fmt::format("{} to {}", joint.lower, joint.upper));
+    }
+    for (const auto& figures : robot.joints) check(at, joints, figures);
+  }
+
+  void check(const std::string& at, const std::vector<const Joint*>& joints, const JointFigures& figures) {
+    std::vector<std::string> known;
+    for (const Joint* joint : joints) known.push_back(joint->name);
+    if (std::ranges::find(known, figures.joint) == known.end()) {
+      error(at, fmt::format("unknown joint '{}'", figures.joint), nearest_choice(figures.joint, known));
+    }
+    require(figures.armature >= 0.0, at, fmt::format("armature of '{}'", figures.joint), figures.armature, ">= 0");
+    for (const auto& friction : {figures.coulomb, figures.viscous}) {
+      const double value = friction.value_or(0.0);
+      require(value >= 0.0, at, fmt::format("friction of '{}'", figures.joint), value, ">= 0");
+    }
+  }
+
+  void check(const ObjectDescription& object) {
+    const std::string at = place(object.pointer, "objects", object.name);
+    name(names_, at, object.name, false);
+    mount(at, object.mount);
+    contact(at, object.contact);
+    if (object.free && !object.mount.parent.empty()) {
+      error(at, fmt::format("a free object cannot have the parent '{}'", object.mount.parent), "free or mounted");
+    }
+    if (object.free) require(object.mass > 0.0, at, "the mass of a free object", object.mass, "> 0 kg");
+    require(object.mass >= 0.0 && std::isfinite(object.mass), at, "the mass", object.mass, ">= 0 kg");
+    if (object.shapes.empty()) error(at, "the object has no shape");
+    bool has_mesh = false;
+    for (const auto& part : object.shapes) {
+      if (!(volume(part.shape) > 0.0)) error(at, "a shape has a size that is not > 0");
+      has_mesh = has_mesh || std::holds_alternative<kinematics::Mesh>(part.shape);
+    }
+    if (object.free && has_mesh && object.shapes.size() > 1) {
+      error(at, "a free object of a mesh and other shapes: its mass cannot be spread", "one mesh, or no mesh");
+    }
+  }
+
+  static double volume(const ObjectShape& shape) {
+    struct {
+      double operator()(const kinematics::Box& s) const { return s.size.minCoeff(); }
+      double operator()(const kinematics::Cylinder& s) const { return std::min(s.radius, s.length); }
+      double operator()(const kinematics::Sphere& s) const { return s.radius; }
+      double operator()(const Capsule& s) const { return std::min(s.radius, s.length); }
+      double operator()(const kinematics::Mesh&) const { return 1.0; }
+    } smallest;
+    return std::visit(smallest, shape);
+  }
+
+  void check(const CameraDescription& camera) {
+    const std::string at = place(camera.pointer, "cameras", camera.name);
+    name(cameras_, at, camera.name, true);
+    mount(at, camera.mount);
+    const double view = camera.vertical_field_of_view;
+    require(view > 0.0 && view < 3.0, at, "the field of view", view, "0 to 3 rad");
+  }
+
+  void check(const SimArmDescription& arm) {
+    const std::string at = place(arm.pointer, "arms", arm.name);
+    name(devices_, at, arm.name, true);
+    const auto& c = arm.control;
+    for (const double w : c.natural_frequency) require(w > 0.0, at, "natural_frequency", w, "> 0 rad/s");
+    for (const double d : c.damping_ratio) require(d > 0.0, at, "damping_ratio", d, "> 0");
+    require(c.friction_compensation >= 0.0 && c.friction_compensation <= 1.0, at, "friction_compensation",
+            c.friction_compensation, "0 to 1");
+    std::vector<std::string> robots;
+    for (const auto& robot : world_.robots) robots.push_back(robot.name);
+    if (std::ranges::find(robots, arm.robot) == robots.end()) {
+      error(at, fmt::format("unknown robot '{}'", arm.robot), nearest_choice(arm.robot, robots));
+    } else if (const auto [other, fresh] = drivers_.emplace(arm.robot, arm.name); !fresh) {
+      error(at, fmt::format("the robot '{}' is driven by '{}' already", arm.robot, other->second));
+    }
+  }
+
+  void check(const SimForceTorqueDescription& sensor) {
+    const std::string at = place(sensor.pointer, "force_torque_sensors", sensor.name);
+    name(devices_, at, sensor.name, true);
+    if (std::ranges::find(bodies_, sensor.tool_side) == bodies_.end()) {
+      error(at, fmt::format("unknown tool side '{}'", sensor.tool_side), nearest_choice(sensor.tool_side, bodies_));
+    }
+    const bool positive = sensor.force_range.minCoeff() > 0.0 && sensor.torque_range.minCoeff() > 0.0;
+    if (!positive) error(at, "a range is not > 0");
+    if (sensor.force_noise.minCoeff() < 0.0 || sensor.torque_noise.minCoeff() < 0.0) error(at, "a noise is < 0");
+    const bool whole = sensor.period > 0 && world_.physics.period > 0 && sensor.period % world_.physics.period == 0;
+    if (!whole) {
+      error(at, fmt::format("a sensor period of {} ns", sensor.period),
+            fmt::format("a whole multiple of the cycle, {} ns", world_.physics.period));
+    }
+  }
+
+  /// Root names of what is mounted, up to the world; a name met twice is a loop.
+  void mount_loops() {
+    std::map<std::string, std::pair<std::string, std::string>> parent_of;  // root -> its parent's root, place
+    const auto root = [](const std::string& body) { return body.substr(0, body.find('/')); };
+    for (const auto& r : world_.robots) parent_of[r.name] = {root(r.mount.parent), place(r.pointer, "robots", r.name)};
+    for (const auto& o : world_.objects) {
+      parent_of[o.name] = {root(o.mount.parent), place(o.pointer, "objects", o.name)};
+    }
+    for (const auto& [start, step] : parent_of) {
+      std::string at = step.first;
+      std::size_t steps = 0;
+      while (!at.empty() && at != start && parent_of.contains(at) && ++steps <= parent_of.size()) {
+        at = parent_of[at].first;
+      }
+      if (at == start) error(step.second, fmt::format("'{}' is mounted on itself, in a loop", start));
+    }
+  }
+
+  const WorldDescription& world_;
+  std::vector<std::string> bodies_;
+  std::set<std::string> names_, cameras_, devices_;
+  std::map<std::string, std::string> drivers_;  // robot -> arm
+  Findings findings_;
+};
+
+}  // namespace
+
+std::string place(const std::string& pointer, std::string_view group, const std::string& name) {
+  return pointer.empty() ? "/" + std::string(group) + pointer_segment(name) : pointer;
+}
+
+std::vector<std::string> body_names(const WorldDescription& description) {
+  std::vector<std::string> names;
+  for (const auto& robot : description.robots) {
+    if (!robot.model) continue;
+    for (const auto& link : robot.model->links) names.push_back(robot.name + "/" + link.name);
+  }
+  for (const auto& object : description.objects) names.push_back(object.name);
+  return names;
+}
+
+std::vector<const Joint*> movable_joints(const RobotModel& model) {
+  std::vector<const Joint*> joints;
+  for (const auto& joint : model.joints) {
+    if (joint.type != JointType::kFixed) joints.push_back(&joint);
+  }
+  return joints;
+}
+
+Findings check(const WorldDescription& description) { return Checker(description).run(); }
+
+}  // namespace takt::sim

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "core/device/description.h"
+#include "sim/world_description.h"
+
+/// From what the models folder says of a device to its parts in a simulated world. Realtime: setup.
+namespace takt::sim {
+
+/// The body of an arm, with armature and friction as its device file and URDF give them, standing at its home position.
+[[nodiscard]] RobotDescription arm_body(std::string name, const device::ArmDescription& model, Mount mount);
+/// The simulated arm that drives the robot of that name.
+[[nodiscard]] SimArmDescription simulated_arm(std::string name, std::string robot, const device::ArmDescription& model);
+
+/// The body of a force/torque sensor or of a tool: a robot without figures of its own.
+[[nodiscard]] RobotDescription plain_body(std::string name, std::shared_ptr<const kinematics::RobotModel> model,
+                                          Mount mount);
+/// The simulated sensor between the two sides of the robot of that name.
+[[nodiscard]] SimForceTorqueDescription simulated_force_torque(std::string name, const std::string& robot,
+                                                               const device::ForceTorqueDescription& model);
+
+}  // namespace takt::sim

@@ -1,0 +1,323 @@
+#include "sim/world.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+
+#include "core/kinematics/chain.h"
+#include "sim/contact_watch.h"
+#include "sim/description_check.h"
+#include "sim/mujoco_errors.h"
+#include "sim/nominal_payload.h"
+#include "sim/spec_builder.h"
+
+namespace takt::sim {
+namespace {
+
+struct Deleter {
+  void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
+template <class T>
+using Owned = std::unique_ptr<T, Deleter>;
+
+/// All of MuJoCo's state that a step reads: nothing else is ever set (no activations, no mocap bodies, no applied
+/// Cartesian forces, which would only make the digest longer).
+constexpr int kStateParts = mjSTATE_TIME | mjSTATE_QPOS | mjSTATE_QVEL | mjSTATE_QFRC_APPLIED | mjSTATE_WARMSTART;
+
+Nanoseconds wall_clock() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+Result<Owned<mjModel>> compile(const WorldDescription& description, const SpecHook& hook) {
+  Owned<mjSpec> spec(mj_makeSpec());
+  build_spec(description, *spec);
+  if (hook) hook(*spec);
+  Owned<mjModel> model(mj_compile(spec.get(), nullptr));
+  if (model) return model;
+  return failure("", fmt::format("MuJoCo cannot build the world: {}", mjs_getError(spec.get())));
+}
+
+}  // namespace
+
+struct World::Impl {
+  Owned<mjModel> model;
+  Owned<mjData> data;
+  Physics physics;
+  int substeps = 1;
+  Nanoseconds now = 0;
+  // In the order of the description: the arms, then the sensors.
+  std::vector<std::unique_ptr<SimArm>> arms;
+  std::vector<std::unique_ptr<SimForceTorque>> sensors;
+  std::vector<SimDevice*> devices;
+  std::vector<std::string> arm_names, sensor_names;
+  std::vector<ContactWatch> watches;
+  std::vector<double> plant_state;
+  std::vector<std::uint64_t> words;  // the state as a digest sees it
+  bool profiling = false;
+  StepTimes times;
+
+  [[nodiscard]] Findings add_arms(const WorldDescription& description);
+  [[nodiscard]] Result<ArmPlant> arm_plant(const WorldDescription& description, const SimArmDescription& arm);
+  void add_sensors(const WorldDescription& description);
+  void set_start(const WorldDescription& description);
+  void physics_step();
+  void stream(StateStream::Mode mode, std::vector<std::uint64_t>& state);
+  [[nodiscard]] bool diverged() const;
+};
+
+Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, const SimArmDescription& arm) {
+  const auto& robot = *std::ranges::find(description.robots, arm.robot, &RobotDescription::name);
+  const std::string at = place(arm.pointer, "arms", arm.name);
+  auto chain = kinematics::Chain::create(*robot.model, arm.base_link, arm.flange_link);
+  if (!chain) {
+    Findings found;
+    found.append(chain.error(), at);
+    return std::unexpected(std::move(found));
+  }
+  const int n = chain->joint_count();
+  Findings wrong_sizes;
+  for (const JointVector* given : {&arm.control.natural_frequency, &arm.control.damping_ratio,
+                                   &arm.measurement.torque_noise, &arm.measurement.torque_bias}) {
+    if (given->size() == 0 || given->size() == n) continue;
+    wrong_sizes.error(at, fmt::format("{} figures for {} joints", given->size(), n), "one for each joint, or none");
+  }
+  if (wrong_sizes.has_errors()) return std::unexpected(std::move(wrong_sizes));
+  ArmPlant plant{.chain = std::move(*chain)};
+  plant.armature = plant.coulomb = plant.viscous = JointVector::Zero(n);
+  for (int i = 0; i < n; ++i) {
+    const auto slot = static_cast<std::size_t>(i);
+    const std::string& name = plant.chain.joint_names()[slot];
+    const int id = mj_name2id(model.get(), mjOBJ_JOINT, (robot.name + "/" + name).c_str());
+    plant.position_address[slot] = model->jnt_qposadr[id];
+    plant.velocity_address[slot] = model->jnt_dofadr[id];
+    const kinematics::Joint& joint = *robot.model->joint(name);
+    const auto figures = std::ranges::find(robot.joints, name, &JointFigures::joint);
+    const JointFigures known = figures == robot.joints.end() ? JointFigures{} : *figures;
+    plant.armature[i] = known.armature;
+    plant.coulomb[i] = known.coulomb.value_or(joint.friction);
+    plant.viscous[i] = known.viscous.value_or(joint.damping);
+  }
+  const int base = mj_name2id(model.get(), mjOBJ_BODY, (robot.name + "/" + arm.base_link).c_str());
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WB(data->xmat + 9 * base);
+  plant.gravity_B = R_WB.transpose() * description.physics.gravity;
+  plant.timestep = to_seconds(description.physics.timestep);
+  plant.payload = arm.payload ? *arm.payload : nominal_payload(description, arm.robot, arm.flange_link);
+  return plant;
+}
+
+Findings World::Impl::add_arms(const WorldDescription& description) {
+  Findings findings;
+  for (const auto& arm : description.arms) {
+    auto plant = arm_plant(description, arm);
+    if (!plant) {
+      findings.append(plant.error());
+      continue;
+    }
+    arms.push_back(std::make_unique<SimArm>(arm, std::move(*plant), description.seed));
+    arm_names.push_back(arm.name);
+    devices.push_back(arms.back().get());
+  }
+  return findings;
+}
+
+void World::Impl::add_sensors(const WorldDescription& description) {
+  for (const auto& sensor : description.force_torque_sensors) {
+    const auto address = [&](std::string_view suffix) {
+      return model->sensor_adr[mj_name2id(model.get(), mjOBJ_SENSOR, fmt::format("{}{}", sensor.name, suffix).c_str())];
+    };
+    sensors.push_back(std::make_unique<SimForceTorque>(sensor, address("/force"), address("/torque"),
+                                                       description.physics, description.seed));
+    sensor_names.push_back(sensor.name);
+    devices.push_back(sensors.back().get());
+  }
+}
+
+void World::Impl::set_start(const WorldDescription& description) {
+  for (const auto& robot : description.robots) {
+    const auto joints = movable_joints(*robot.model);
+    for (std::size_t i = 0; i < robot.q.size(); ++i) {
+      const int id = mj_name2id(model.get(), mjOBJ_JOINT, (robot.name + "/" + joints[i]->name).c_str());
+      data->qpos[model->jnt_qposadr[id]] = robot.q[i];
+    }
+  }
+  mj_forward(model.get(), data.get());
+}
+
+void World::Impl::physics_step() {
+  mjModel* m = model.get();
+  mjData* d = data.get();
+  // The state's poses and velocities are known from the end of the last step, so that poses always belong to time().
+  if (m->opt.integrator == mjINT_RK4) {
+    mj_step(m, d);
+  } else {
+    mj_step2(m, d);
+  }
+  for (auto& watch : watches) watch.update(*m, *d);
+  mj_step1(m, d);
+}
+
+bool World::Impl::diverged() const {
+  const auto& w = data->warning;
+  return w[mjWARN_BADQPOS].number + w[mjWARN_BADQVEL].number + w[mjWARN_BADQACC].number > 0;
+}
+
+void World::Impl::stream(StateStream::Mode mode, std::vector<std::uint64_t>& state) {
+  StateStream stream(mode, state);
+  if (mode == StateStream::Mode::kWrite) mj_getState(model.get(), data.get(), plant_state.data(), kStateParts);
+  stream.vector(plant_state);
+  if (mode == StateStream::Mode::kRead) mj_setState(model.get(), data.get(), plant_state.data(), kStateParts);
+  stream(now);
+  for (SimDevice* device : devices) device->stream(stream);
+}
+
+World::World(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+World::~World() = default;
+
+Result<World> World::create(const WorldDescription& description, const SpecHook& hook) {
+  Findings findings = check(description);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  auto built = mujoco_call("", [&] { return compile(description, hook); });
+  if (!built) return std::unexpected(std::move(built.error()));
+  if (!*built) return std::unexpected(std::move(built->error()));
+
+  auto impl = std::make_unique<Impl>();
+  impl->model = std::move(**built);
+  impl->data.reset(mj_makeData(impl->model.get()));
+  impl->physics = description.physics;
+  impl->substeps = static_cast<int>(description.physics.period / description.physics.timestep);
+  impl->set_start(description);
+  findings = impl->add_arms(description);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  impl->add_sensors(description);
+  impl->plant_state.resize(static_cast<std::size_t>(mj_stateSize(impl->model.get(), kStateParts)));
+
+  // The arms hold their start positions, so that the first samples are those of a robot at rest.
+  for (SimDevice* device : impl->devices) {
+    device->start(*impl->data);
+    device->actuate(*impl->data, 0);
+  }
+  mj_forward(impl->model.get(), impl->data.get());
+  for (SimDevice* device : impl->devices) device->measure(*impl->data, 0);
+  impl->stream(StateStream::Mode::kWrite, impl->words);
+  return World(std::move(impl));
+}
+
+bool World::step() {
+  Impl& w = *impl_;
+  for (int substep = 0; substep < w.substeps; ++substep) {
+    const Nanoseconds begin = w.profiling ? wall_clock() : 0;
+    for (SimDevice* device : w.devices) device->actuate(*w.data, substep);
+    const Nanoseconds actuated = w.profiling ? wall_clock() : 0;
+    w.physics_step();
+    if (!w.profiling) continue;
+    w.times.devices += actuated - begin;
+    w.times.physics += wall_clock() - actuated;
+  }
+  const Nanoseconds begin = w.profiling ? wall_clock() : 0;
+  w.now += w.physics.period;
+  for (SimDevice* device : w.devices) device->measure(*w.data, w.now);
+  w.stream(StateStream::Mode::kWrite, w.words);
+  if (w.profiling) w.times.devices += wall_clock() - begin;
+  return !w.diverged();
+}
+
+Nanoseconds World::time() const { return impl_->now; }
+
+SimArm* World::arm(std::string_view name) {
+  const auto at = std::ranges::find(impl_->arm_names, name);
+  return at == impl_->arm_names.end() ? nullptr
+                                      : impl_->arms[static_cast<std::size_t>(at - impl_->arm_names.begin())].get();
+}
+
+SimForceTorque* World::force_torque(std::string_view name) {
+  const auto at = std::ranges::find(impl_->sensor_names, name);
+  if (at == impl_->sensor_names.end()) return nullptr;
+  return impl_->sensors[static_cast<std::size_t>(at - impl_->sensor_names.begin())].get();
+}
+
+std::span<const std::byte> World::state_bytes() const { return std::as_bytes(std::span(impl_->words)); }
+
+Snapshot World::save() const {
+  Snapshot snapshot;
+  snapshot.reserve(impl_->words.size() + 3 * impl_->watches.size());
+  impl_->stream(StateStream::Mode::kWrite, snapshot);
+  for (auto& watch : impl_->watches) watch.save(snapshot);
+  return snapshot;
+}
+
+bool World::restore(const Snapshot& snapshot) {
+  Impl& w = *impl_;
+  const std::size_t size = w.words.size();
+  if (snapshot.size() != size + ContactWatch::kWords * w.watches.size()) return false;
+  w.words.assign(snapshot.begin(), snapshot.begin() + static_cast<std::ptrdiff_t>(size));
+  w.stream(StateStream::Mode::kRead, w.words);
+  for (std::size_t i = 0; i < w.watches.size(); ++i) {
+    w.watches[i].restore(std::span(snapshot).subspan(size + ContactWatch::kWords * i, ContactWatch::kWords));
+  }
+  mj_step1(w.model.get(), w.data.get());
+  return true;
+}
+
+int World::body(std::string_view name) const {
+  return mj_name2id(impl_->model.get(), mjOBJ_BODY, std::string(name).c_str());
+}
+
+Pose World::body_pose(int body) const {
+  const mjData& d = *impl_->data;
+  Pose X_WB = Pose::Identity();
+  X_WB.translation() = Eigen::Map<const Eigen::Vector3d>(d.xpos + 3 * body);
+  X_WB.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(d.xmat + 9 * body);
+  return X_WB;
+}
+
+double World::energy() const {
+  mj_energyPos(impl_->model.get(), impl_->data.get());
+  mj_energyVel(impl_->model.get(), impl_->data.get());
+  return impl_->data->energy[0] + impl_->data->energy[1];
+}
+
+Result<std::size_t> World::watch_contact(const std::string& side_a, const std::string& side_b) {
+  Findings findings;
+  std::vector<std::vector<bool>> sides;
+  for (const std::string& side : {side_a, side_b}) {
+    sides.push_back(bodies_of(*impl_->model, side));
+    if (std::ranges::find(sides.back(), true) != sides.back().end()) continue;
+    findings.error("", fmt::format("no body or robot '{}'", side), nearest_choice(side, side_names(*impl_->model)));
+  }
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  impl_->watches.emplace_back(std::move(sides[0]), std::move(sides[1]));
+  return impl_->watches.size() - 1;
+}
+
+const ContactReading& World::contact(std::size_t watch) const { return impl_->watches.at(watch).reading(); }
+
+const mjModel_* World::model() const { return impl_->model.get(); }
+const mjData_* World::data() const { return impl_->data.get(); }
+void World::set_profiling(bool on) { impl_->profiling = on; }
+StepTimes World::times() const { return impl_->times; }
+
+Pose look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, const Eigen::Vector3d& up) {
+  const Eigen::Vector3d back = (eye - target).normalized();
+  // Looking straight along `up`, any direction across serves.
+  Eigen::Vector3d right = up.cross(back);
+  if (right.norm() < 1e-9) right = back.unitOrthogonal();
+  right.normalize();
+  Pose X = Pose::Identity();
+  X.linear() << right, back.cross(right), back;
+  X.translation() = eye;
+  return X;
+}
+
+}  // namespace takt::sim

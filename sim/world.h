@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/findings.h"
+#include "sim/arm.h"
+#include "sim/contact_reading.h"
+#include "sim/force_torque.h"
+#include "sim/world_description.h"
+
+struct mjModel_;
+struct mjData_;
+struct mjSpec_;
+
+namespace takt::sim {
+
+/// Adds what the description does not know (lights, floor, materials, visual options) to the specification before it
+/// is compiled.
+using SpecHook = std::function<void(mjSpec_&)>;
+
+/// Wall time spent so far, only counted while profiling is on.
+struct StepTimes {
+  Nanoseconds physics = 0;
+  Nanoseconds devices = 0;  ///< simulated controllers and sensors
+};
+
+/// The whole state of a world at the end of a cycle. Fits only worlds made from the same description.
+using Snapshot = std::vector<std::uint64_t>;
+
+/// A MuJoCo world with the simulated devices in it, stepped by one thread, one control cycle at a time. The same
+/// description and the same calls give the same bits.
+class World {
+ public:
+  /// Builds and compiles the model; the devices stand at the start positions, holding them.
+  /// @return the world, or everything found wrong: names (empty, duplicate, unknown parent), figures out of range,
+  /// chains, sensors, meshes, and what MuJoCo's compiler says. Realtime: setup.
+  [[nodiscard]] static Result<World> create(const WorldDescription& description, const SpecHook& hook = {});
+
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+  ~World();
+
+  /// Advances by one control cycle: in each physics step the controllers compute from what they measure at its begin,
+  /// then the plant moves; at the end all devices take new samples.
+  /// @return false if the physics diverged; the state is then worthless and must not be used on. Realtime: cyclic.
+  [[nodiscard]] bool step();
+
+  [[nodiscard]] Nanoseconds time() const;  ///< whole cycles since the start
+
+  /// The device of that name, or null. Owned by the world, at a fixed address while the world lives.
+  [[nodiscard]] SimArm* arm(std::string_view name);
+  [[nodiscard]] SimForceTorque* force_torque(std::string_view name);
+
+  /// Everything that the next step depends on, in a fixed order without gaps: for the digest. Valid until the next
+  /// call of a function that is not const. Realtime: cyclic.
+  [[nodiscard]] std::span<const std::byte> state_bytes() const;
+  /// Realtime: setup.
+  [[nodiscard]] Snapshot save() const;
+  /// Continues bit for bit as the world did that `snapshot` was saved from, if it is given the same set points.
+  /// @return false, and nothing changed, if the sizes differ. Realtime: setup.
+  [[nodiscard]] bool restore(const Snapshot& snapshot);
+
+  // The truth of the simulation: for expectations, pictures and tests, never for a controller (row D6).
+
+  /// Number of the body of that name ("ROBOT/LINK" or "OBJECT"), or -1. Realtime: setup.
+  [[nodiscard]] int body(std::string_view name) const;
+  /// Pose in the world at time(). Realtime: cyclic.
+  [[nodiscard]] Pose body_pose(int body) const;
+  /// Kinetic and potential energy of the plant, J, at time(). Realtime: cyclic.
+  [[nodiscard]] double energy() const;
+  /// Begins to watch the contact between two sides, each a body ("ROBOT/LINK" or "OBJECT") or a whole robot ("ROBOT").
+  /// @return the number to ask contact() with; or a finding for an unknown name. Realtime: setup.
+  [[nodiscard]] Result<std::size_t> watch_contact(const std::string& side_a, const std::string& side_b);
+  [[nodiscard]] const ContactReading& contact(std::size_t watch) const;
+
+  [[nodiscard]] const mjModel_* model() const;
+  [[nodiscard]] const mjData_* data() const;
+
+  void set_profiling(bool on);
+  [[nodiscard]] StepTimes times() const;
+
+ private:
+  struct Impl;
+  explicit World(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace takt::sim

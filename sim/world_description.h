@@ -1,0 +1,177 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/device/backend.h"
+#include "core/kinematics/robot_model.h"
+#include "core/kinematics/types.h"
+
+/// What a simulated world is made of, as plain data: robots and objects, where they stand, the simulated devices on
+/// them. No word of scenarios or files here. Units are SI; frames: W world (z up), P parent body, B root of a robot,
+/// O object, L link, F flange, S sensor.
+namespace takt::sim {
+
+using Pose = Eigen::Isometry3d;
+using kinematics::JointVector;
+
+/// Where something is fixed. The names of bodies: "ROBOT/LINK" for a link of a robot, "OBJECT" for an object.
+struct Mount {
+  std::string parent;           ///< name of a body; empty: the world
+  Pose X_P = Pose::Identity();  ///< the mounted root (robot root link, object, camera) in the parent body
+};
+
+/// How a surface answers a touch. Of two touching surfaces the larger friction counts and the mean of the rest, but
+/// where `priority` differs the higher one gives all (MuJoCo's rules).
+struct ContactParameters {
+  double friction = 0.6;        ///< sliding coefficient
+  double torsion = 0.005;       ///< m, torsional friction
+  double rolling = 0.0001;      ///< m, rolling friction
+  double time_constant = 0.01;  ///< s, of the contact as a spring and damper; >= 2 physics steps
+  double damping_ratio = 1.0;
+  /// Impedance d(0), d(width), width in m, midpoint, power: see docs/simulation.md, "Contacts".
+  std::array<double, 5> impedance = {0.95, 0.99, 0.0005, 0.5, 2.0};
+  int dimension = 3;  ///< 1 frictionless, 3 sliding, 4 with torsion, 6 with rolling
+  int priority = 0;
+};
+
+/// What a URDF does not say about a joint of the machine. Absent figures come from the URDF (damping, friction) or are
+/// zero (armature).
+struct JointFigures {
+  std::string joint;                   ///< name in the URDF
+  double armature = 0.0;               ///< kg m^2 or kg: rotor inertia times gear ratio squared
+  std::optional<double> coulomb = {};  ///< Nm or N
+  std::optional<double> viscous = {};  ///< Nms/rad or Ns/m
+};
+
+/// A machine from a URDF: an arm, a sensor body, a tool. Joints that no device drives move freely.
+struct RobotDescription {
+  std::string name;
+  std::string pointer;  ///< where it stands in the user's file; findings are placed there
+  std::shared_ptr<const kinematics::RobotModel> model;
+  Mount mount;
+  std::vector<JointFigures> joints;
+  std::vector<double> q;  ///< start position of the movable joints in the order of the URDF; empty: zeros
+  ContactParameters contact;
+  bool self_collision = false;  ///< whether links of this robot (and of what is mounted on it) can touch each other
+  double stop_margin = 0.035;   ///< rad or m: the mechanical stops lie this far beyond the limits of the URDF
+};
+
+struct Capsule {
+  double radius = 0.0;
+  double length = 0.0;  ///< of the cylindrical part
+};
+using ObjectShape = std::variant<kinematics::Box, kinematics::Cylinder, kinematics::Sphere, Capsule, kinematics::Mesh>;
+
+/// A part of an object.
+struct ObjectGeometry {
+  ObjectShape shape;
+  Pose X_OG = Pose::Identity();
+  Eigen::Vector4d rgba = Eigen::Vector4d(0.6, 0.6, 0.62, 1.0);
+  std::string material = {};  ///< name of a material of the stage; empty: rgba
+  bool visible = true;
+  bool solid = true;  ///< takes part in contacts
+};
+
+struct ObjectDescription {
+  std::string name;
+  std::string pointer;
+  Mount mount;
+  std::vector<ObjectGeometry> shapes;
+  double mass = 0.0;  ///< kg, spread evenly over the shapes by volume; must be > 0 if the object is free
+  bool free = false;  ///< moves freely (only without a parent); otherwise fixed to its parent
+  ContactParameters contact;
+};
+
+/// A camera looks along its own -z, +y is up in the picture.
+struct CameraDescription {
+  std::string name;
+  std::string pointer;
+  Mount mount;
+  double vertical_field_of_view = 0.785;  ///< rad
+};
+
+/// Pose of a camera in the frame in which `eye`, `target` and `up` are given.
+[[nodiscard]] Pose look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
+                           const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ());
+
+/// The simulated controller of an arm (docs/simulation.md, "The controller"). Joint vectors in the order of the chain;
+/// size 0 stands for the default.
+struct ArmControlParameters {
+  JointVector natural_frequency;       ///< rad/s of the position loop; default 60
+  JointVector damping_ratio;           ///< default 1
+  double friction_compensation = 0.8;  ///< share of the joint friction that the controller feeds forward, 0..1
+  double following_error_limit = 0.1;  ///< rad or m between set point and joint; beyond it the brakes close
+  double overspeed_factor = 1.3;       ///< times the velocity limit; beyond it the brakes close
+  double brake_factor = 1.5;           ///< holding torque of the brakes over the effort limit
+};
+
+/// What the arm's own sensors make of the truth. Noise is normal, independent in each sample.
+struct ArmMeasurement {
+  double position_resolution = 0.0;  ///< rad or m; 0: exact
+  double velocity_noise = 0.0;       ///< sigma, rad/s or m/s
+  bool torque_sensors = true;        ///< behind the gears; without them ArmSample::tau has size 0
+  JointVector torque_noise;          ///< sigma, Nm or N; size 0: none
+  JointVector torque_bias;           ///< sigma of the constant offset that the seed draws, Nm or N; size 0: none
+};
+
+struct SimArmDescription {
+  std::string name;  ///< of the device
+  std::string pointer;
+  std::string robot;      ///< name of the robot it drives
+  std::string base_link;  ///< the chain that the controller computes with
+  std::string flange_link;
+  ArmControlParameters control;
+  ArmMeasurement measurement;
+  /// What the controller is told to carry at the start; absent: what the URDFs of all that is fixed to the flange say.
+  std::optional<device::PayloadSetting> payload;
+  double payload_mass_error = 0.0;  ///< kg added to the controller's belief, never to the plant
+};
+
+/// A six-axis sensor between the tool-side body and that body's parent.
+struct SimForceTorqueDescription {
+  std::string name;  ///< of the device
+  std::string pointer;
+  std::string tool_side;                                          ///< body "ROBOT/LINK" on the side of the tool
+  Pose X_LS = Pose::Identity();                                   ///< measuring frame S in that body
+  Eigen::Vector3d force_range = Eigen::Vector3d::Constant(1e9);   ///< N, symmetric; readings are clipped there
+  Eigen::Vector3d torque_range = Eigen::Vector3d::Constant(1e9);  ///< Nm
+  Eigen::Vector3d force_noise = Eigen::Vector3d::Zero();          ///< N, sigma per sample
+  Eigen::Vector3d torque_noise = Eigen::Vector3d::Zero();         ///< Nm
+  Eigen::Vector3d force_bias = Eigen::Vector3d::Zero();           ///< N, sigma of the offset that the seed draws
+  Eigen::Vector3d torque_bias = Eigen::Vector3d::Zero();          ///< Nm
+  double low_pass_Hz = 0.0;                                       ///< first-order corner; 0: none
+  Nanoseconds period = kMillisecond;  ///< between samples; a whole multiple of the world's period
+};
+
+enum class Integrator { kEuler, kImplicitFast, kRungeKutta4 };
+
+struct Physics {
+  Nanoseconds period = kMillisecond;                           ///< one control cycle = one World::step
+  Nanoseconds timestep = kMillisecond;                         ///< of the physics; divides the period
+  Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  ///< m/s^2 in W
+  Integrator integrator = Integrator::kEuler;
+  double friction_impedance_ratio = 10.0;  ///< how much stiffer contacts are along the surface than normal to it
+  int noslip_iterations = 0;               ///< > 0 keeps gripped parts from creeping
+  int solver_iterations = 20;
+  double solver_tolerance = 1e-10;
+  double plant_mass_scale = 1.0;  ///< multiplies mass and inertia of all robots in the plant only (row D6)
+};
+
+struct WorldDescription {
+  Physics physics;
+  std::vector<RobotDescription> robots;
+  std::vector<ObjectDescription> objects;
+  std::vector<CameraDescription> cameras;
+  std::vector<SimArmDescription> arms;
+  std::vector<SimForceTorqueDescription> force_torque_sensors;
+  std::uint64_t seed = 1;  ///< of all noise; each device draws from a stream of its own name
+};
+
+}  // namespace takt::sim
