@@ -1,0 +1,209 @@
+#include "record/mcap_reader.h"
+
+#include <fmt/format.h>
+#include <zstd.h>
+
+#include <algorithm>
+
+namespace takt::record::mcap {
+
+namespace {
+
+/// A chunk that claims more than this is damaged: ours have about 1 MiB.
+constexpr std::uint64_t kMostRawBytes = 256u << 20;
+
+bool take_chunk(const Record& record, Contents& contents) {
+  Cursor cursor(record.body);
+  cursor.get<std::uint64_t>();
+  cursor.get<std::uint64_t>();
+  Stretch stretch;
+  stretch.offset = record.offset;
+  stretch.is_chunk = true;
+  stretch.raw_size = cursor.get<std::uint64_t>();
+  stretch.raw_crc = cursor.get<std::uint32_t>();
+  stretch.compression = cursor.get_text();
+  stretch.data = cursor.get_blob();
+  if (!cursor.ok() || !cursor.at_end()) return false;
+  contents.stretches.push_back(std::move(stretch));
+  return true;
+}
+
+bool take_attachment(const Record& record, Contents& contents) {
+  Cursor cursor(record.body);
+  cursor.get<std::uint64_t>();
+  cursor.get<std::uint64_t>();
+  AttachmentRecord attachment;
+  attachment.name = cursor.get_text();
+  attachment.media_type = cursor.get_text();
+  attachment.data = cursor.get_blob();
+  const auto crc = cursor.get<std::uint32_t>();
+  if (!cursor.ok() || !cursor.at_end()) return false;
+  attachment.whole = crc == 0 || crc == crc32(0, record.body.substr(0, record.body.size() - sizeof(crc)));
+  if (!attachment.whole) {
+    contents.damage.push_back(fmt::format("attachment '{}' at byte {}: checksum", attachment.name, record.offset));
+  }
+  contents.attachments.push_back(std::move(attachment));
+  return true;
+}
+
+bool take_metadata(const Record& record, Contents& contents) {
+  Cursor cursor(record.body);
+  std::string name(cursor.get_text());
+  Map map = cursor.get_map();
+  if (!cursor.ok() || !cursor.at_end()) return false;
+  contents.metadata.insert_or_assign(std::move(name), std::move(map));
+  return true;
+}
+
+bool check_message_index(const Record& record) {
+  Cursor cursor(record.body);
+  cursor.get<std::uint16_t>();
+  cursor.get_text();
+  return cursor.ok() && cursor.at_end();
+}
+
+bool check_data_end(const Record& record, std::string_view bytes, Contents& contents) {
+  Cursor cursor(record.body);
+  const auto crc = cursor.get<std::uint32_t>();
+  if (!cursor.ok()) return false;
+  if (crc != 0 && crc != crc32(0, bytes.substr(0, record.offset))) {
+    contents.damage.push_back("checksum of the data section");
+  }
+  contents.in_summary = !contents.channels.empty();
+  return true;
+}
+
+/// A message outside of chunks is one's own choice for a whole file; among chunks it is a rotten message index.
+void drop_stray_messages(Contents& contents) {
+  if (std::ranges::none_of(contents.stretches, &Stretch::is_chunk)) return;
+  std::erase_if(contents.stretches, [&](const Stretch& stretch) {
+    if (!stretch.is_chunk) contents.damage.push_back(fmt::format("message at byte {}: no chunk", stretch.offset));
+    return !stretch.is_chunk;
+  });
+}
+
+/// False: the record does not fit its own lengths.
+bool take_record(const Record& record, std::string_view bytes, Contents& contents) {
+  switch (static_cast<Op>(record.op)) {
+    case Op::kSchema:
+    case Op::kChannel:
+      return contents.in_summary || take_definition(record, contents);
+    case Op::kChunk:
+      return take_chunk(record, contents);
+    case Op::kMessage:
+      if (record.body.size() < 22) return false;
+      contents.stretches.emplace_back();
+      contents.stretches.back().offset = record.offset;
+      contents.stretches.back().data = bytes.substr(record.offset, record.end() - record.offset);
+      return true;
+    case Op::kMessageIndex:
+      return check_message_index(record);
+    case Op::kAttachment:
+      return take_attachment(record, contents);
+    case Op::kMetadata:
+      return take_metadata(record, contents);
+    case Op::kDataEnd:
+      return check_data_end(record, bytes, contents);
+    case Op::kHeader:
+    case Op::kFooter:
+    case Op::kChunkIndex:
+    case Op::kAttachmentIndex:
+    case Op::kStatistics:
+    case Op::kMetadataIndex:
+    case Op::kSummaryOffset:
+      return true;
+  }
+  return record.op >= kFirstPrivateOp;
+}
+
+/// Where the next chunk begins at or after `from`: its length, its compression and its inner length must agree.
+std::optional<std::size_t> find_chunk(std::string_view bytes, std::size_t from) {
+  constexpr std::size_t kCompressionAt = kRecordHead + 28;
+  const std::string_view mark{"\x04\0\0\0zstd", 8};
+  for (std::size_t at = bytes.find(mark, from + kCompressionAt); at != std::string_view::npos;
+       at = bytes.find(mark, at + 1)) {
+    const std::size_t offset = at - kCompressionAt;
+    if (bytes[offset] != static_cast<char>(Op::kChunk)) continue;
+    const auto record = record_at(bytes, offset);
+    Contents ignored;
+    if (record && take_chunk(*record, ignored)) return offset;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool take_definition(const Record& record, Contents& contents) {
+  Cursor cursor(record.body);
+  if (static_cast<Op>(record.op) == Op::kSchema) {
+    const auto id = cursor.get<std::uint16_t>();
+    std::string name(cursor.get_text());
+    cursor.get_text();
+    cursor.get_text();
+    if (!cursor.ok() || !cursor.at_end()) return false;
+    contents.schema_names.try_emplace(id, std::move(name));
+    return true;
+  }
+  ChannelRecord channel;
+  channel.id = cursor.get<std::uint16_t>();
+  channel.schema = cursor.get<std::uint16_t>();
+  channel.topic = cursor.get_text();
+  channel.encoding = cursor.get_text();
+  channel.metadata = cursor.get_map();
+  if (!cursor.ok() || !cursor.at_end()) return false;
+  const std::uint16_t id = channel.id;
+  contents.channels.try_emplace(id, std::move(channel));
+  return true;
+}
+
+Result<Contents> scan(std::string_view bytes) {
+  if (!bytes.starts_with(kMagic)) {
+    return failure("", bytes.empty() ? "the file is empty" : "this is no MCAP file: its first 8 bytes are others");
+  }
+  Contents contents;
+  std::size_t offset = kMagic.size();
+  for (;;) {
+    const auto record = record_at(bytes, offset);
+    if (record && take_record(*record, bytes, contents)) {
+      offset = record->end();
+      if (static_cast<Op>(record->op) != Op::kFooter) continue;
+      if (bytes.substr(offset) != kMagic) {
+        contents.truncated_at = offset;
+        contents.damage.push_back(fmt::format("truncated at byte {}", offset));
+      }
+      drop_stray_messages(contents);
+      return contents;
+    }
+    // Torn at the end, or rotted in the middle: then whole chunks may follow.
+    const auto next = find_chunk(bytes, offset + 1);
+    if (!next) break;
+    contents.damage.push_back(fmt::format("record at byte {}: unreadable up to byte {}", offset, *next));
+    offset = *next;
+  }
+  drop_stray_messages(contents);
+  contents.truncated_at = offset;
+  contents.damage.push_back(fmt::format("truncated at byte {}", offset));
+  return contents;
+}
+
+std::expected<std::string, std::string> unpack(const Stretch& stretch) {
+  std::string raw;
+  if (stretch.compression == "zstd") {
+    // The size stands twice; a rotted one must not cost memory.
+    if (stretch.raw_size > kMostRawBytes ||
+        ZSTD_getFrameContentSize(stretch.data.data(), stretch.data.size()) != stretch.raw_size) {
+      return std::unexpected("its size is implausible");
+    }
+    raw.resize(stretch.raw_size);
+    const std::size_t size = ZSTD_decompress(raw.data(), raw.size(), stretch.data.data(), stretch.data.size());
+    if (ZSTD_isError(size) || size != raw.size()) return std::unexpected("it does not decompress");
+  } else if (stretch.compression.empty()) {
+    raw = stretch.data;
+  } else {
+    return std::unexpected(fmt::format("compression '{}' is not known", stretch.compression));
+  }
+  if (stretch.raw_crc != 0 && crc32(0, raw) != stretch.raw_crc) return std::unexpected("checksum");
+  return raw;
+}
+
+}  // namespace takt::record::mcap

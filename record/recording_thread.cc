@@ -1,0 +1,176 @@
+#include "record/recording_thread.h"
+
+#include <cstring>
+
+#include "record/wire_pattern.h"
+
+namespace takt::record {
+
+namespace {
+
+/// The texts of an event or a log line: a word with their lengths (21 bits each), then their bytes.
+struct Texts {
+  std::string_view a, b, c;
+};
+
+Texts unpack_texts(std::span<const std::uint64_t> words) {
+  const std::uint64_t sizes = words[0];
+  const auto* bytes = reinterpret_cast<const char*>(words.data() + 1);
+  const std::size_t a = sizes & 0x1FFFFF, b = (sizes >> 21) & 0x1FFFFF, c = sizes >> 42;
+  return {{bytes, a}, {bytes + a, b}, {bytes + a + b, c}};
+}
+
+void put_stamp(std::string& out, const std::string& stamp) {
+  put_varint(out, (1u << 3) | 2u);
+  put_varint(out, stamp.size());
+  out += stamp;
+}
+
+}  // namespace
+
+RecordingThread::RecordingThread(const std::filesystem::path& path, const RecorderOptions& options)
+    : ring(options.ring_bytes), options_(options), writer_(path, options.zstd_level, options.chunk_bytes) {
+  writer_.add_metadata("takt.fingerprint", options_.fingerprint);
+  mcap::Map run = options_.metadata;
+  for (const Attachment& attachment : options_.attachments) {
+    run["hash:" + attachment.name] = content_hash(attachment.data);
+  }
+  writer_.add_metadata("takt.run", run);
+  for (const Attachment& attachment : options_.attachments) {
+    writer_.add_attachment(attachment.name, attachment.media_type, attachment.data);
+  }
+  options_.attachments.clear();
+  note_progress();
+}
+
+void RecordingThread::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void RecordingThread::stop() {
+  if (!thread_.joinable()) return;
+  stop_.store(true, std::memory_order_release);
+  thread_.join();
+}
+
+std::string RecordingThread::error() const {
+  const std::lock_guard lock(error_mutex_);
+  return error_;
+}
+
+void RecordingThread::report_error(const std::string& text) {
+  {
+    const std::lock_guard lock(error_mutex_);
+    if (!error_.empty()) return;
+    error_ = text;
+  }
+  failed.store(true, std::memory_order_release);
+  if (options_.on_error) options_.on_error(text);
+}
+
+void RecordingThread::note_progress() {
+  messages.store(writer_.message_count(), std::memory_order_relaxed);
+  bytes.store(writer_.size(), std::memory_order_relaxed);
+  if (!writer_.error().empty()) report_error(writer_.error());
+}
+
+void RecordingThread::run() {
+  // The producer never wakes this thread (that would be a system call in its cycle); it looks by itself. The ring has
+  // room for much more than comes in between.
+  constexpr auto kPause = std::chrono::milliseconds(1);
+  for (;;) {
+    const bool last_round = stop_.load(std::memory_order_acquire);
+    for (auto entry = ring.front(); entry.valid; entry = ring.front()) {
+      take(entry);
+      ring.release();
+    }
+    if (last_round) break;
+    flush_if_due();
+    note_progress();
+    std::this_thread::sleep_for(kPause);
+  }
+  write_channels();
+  writer_.finish();
+  note_progress();
+}
+
+void RecordingThread::write_channels() {
+  if (channels_written_) return;
+  channels_written_ = true;
+  for (const ChannelPlan& plan : plans) {
+    const std::uint16_t schema = writer_.add_schema(plan.schema.name, "protobuf", plan.schema.descriptor_set);
+    ids_.push_back(writer_.add_channel(schema, plan.topic, "protobuf", plan.metadata));
+  }
+}
+
+void RecordingThread::take(const SampleRing::Entry& entry) {
+  // After an error entries only make room.
+  if (failed.load(std::memory_order_relaxed)) return;
+  write_channels();
+  if (entry.tag == kCycleTag) {
+    take_cycle(static_cast<Nanoseconds>(entry.words[0]), entry.words[1]);
+  } else {
+    take_message(entry.tag, entry.words);
+  }
+}
+
+void RecordingThread::take_cycle(Nanoseconds time, std::uint64_t cycle) {
+  // Where chunks end follows from the run alone, never from the wall clock: the same run gives the same bytes.
+  const bool full = writer_.open_bytes() >= options_.chunk_bytes || time - writer_.open_since() >= options_.chunk_time;
+  if (writer_.open_bytes() > 0 && full) {
+    writer_.close_chunk();
+    flushed_bytes_ = 0;
+    flushed_at_ = Clock::now();
+    note_progress();
+  }
+  flush_if_due();
+  time_ = time;
+  cycle_ = cycle;
+  stamp_ = timestamp_bytes(time);
+}
+
+void RecordingThread::flush_if_due() {
+  if (writer_.open_bytes() == flushed_bytes_) {
+    flushed_at_ = Clock::now();
+    return;
+  }
+  if (Clock::now() - flushed_at_ < std::chrono::nanoseconds(options_.flush_wall_time)) return;
+  writer_.flush_open_chunk();
+  flushed_bytes_ = writer_.open_bytes();
+  flushed_at_ = Clock::now();
+}
+
+void RecordingThread::take_message(std::uint32_t channel, std::span<const std::uint64_t> words) {
+  ChannelPlan& plan = plans[channel];
+  std::string& out = writer_.begin_message(ids_[channel], time_);
+  switch (plan.kind) {
+    case RowKind::kNumbers:
+      plan.rows.encode(out, stamp_, {reinterpret_cast<const double*>(words.data()), words.size()});
+      break;
+    case RowKind::kDigest:
+      put_stamp(out, stamp_);
+      put_varint_field(out, 2, cycle_);
+      put_fixed64_field(out, 3, words[0]);
+      break;
+    case RowKind::kEvent: {
+      const Texts texts = unpack_texts(words);
+      put_stamp(out, stamp_);
+      put_varint_field(out, 2, cycle_);
+      put_text_field(out, 3, texts.a);
+      put_text_field(out, 4, texts.b);
+      put_text_field(out, 5, texts.c);
+      break;
+    }
+    case RowKind::kLog: {
+      const Texts texts = unpack_texts(words.subspan(1));
+      put_stamp(out, stamp_);
+      put_varint_field(out, 2, words[0]);
+      put_text_field(out, 3, texts.b);
+      put_text_field(out, 4, texts.a);
+      break;
+    }
+  }
+  writer_.end_message();
+}
+
+}  // namespace takt::record

@@ -1,0 +1,173 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <map>
+
+#include "core/base/random.h"
+#include "record/mcap_format.h"
+#include "record/mcap_writer.h"
+#include "record/recording.h"
+#include "tests/record/support.h"
+
+namespace takt::record {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+/// A finished file of several chunks, as bytes.
+std::string small_file() {
+  TestFolder folder("damage");
+  RecorderOptions options;
+  options.chunk_time = 10 * kMillisecond;
+  options.attachments = {{"a.json", "application/json", "{}"}};
+  record_run(folder / "a.mcap", 45, options);
+  return bytes_of(folder / "a.mcap");
+}
+
+/// Uses everything that a reader offers, so that a wrong length has a chance to do harm.
+std::size_t read_all(const Recording& recording) {
+  std::size_t seen = recording.digests().size();
+  for (const std::string& topic : recording.table_topics()) {
+    if (const auto table = recording.table(topic)) seen += table->time.size();
+  }
+  for (const std::string& topic : recording.event_topics()) {
+    if (const auto events = recording.events(topic)) seen += events->size();
+  }
+  for (const AttachmentInfo& info : recording.attachments()) seen += recording.attachment(info.name) ? 1 : 0;
+  return seen;
+}
+
+/// Ends of the records at the top of the file, chunks only.
+std::vector<std::size_t> chunk_ends(const std::string& bytes) {
+  std::vector<std::size_t> ends;
+  for (std::size_t offset = mcap::kMagic.size();;) {
+    const auto record = mcap::record_at(bytes, offset);
+    if (!record) return ends;
+    offset = record->end();
+    if (static_cast<mcap::Op>(record->op) == mcap::Op::kChunk) ends.push_back(offset);
+  }
+}
+
+TEST(Damage, CutAtEveryByteItServesEveryWholeChunk) {
+  const std::string bytes = small_file();
+  const std::vector<std::size_t> ends = chunk_ends(bytes);
+  ASSERT_EQ(ends.size(), 5u);
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    const auto recording = Recording::from_bytes(bytes.substr(0, size));
+    if (size < mcap::kMagic.size()) {
+      ASSERT_FALSE(recording);
+      continue;
+    }
+    ASSERT_TRUE(recording) << size;
+    ASSERT_TRUE(recording->truncated_at()) << size;
+    ASSERT_LE(*recording->truncated_at(), size);
+    ASSERT_THAT(recording->damage(), ElementsAre(HasSubstr("truncated at byte "))) << size;
+    const auto whole = static_cast<std::size_t>(std::ranges::count_if(ends, [&](std::size_t e) { return e <= size; }));
+    ASSERT_EQ(recording->digests().size(), whole == 5 ? 45 : 10 * whole) << size;
+    if (size % 31 == 0) read_all(*recording);
+  }
+  EXPECT_FALSE(Recording::from_bytes(bytes)->truncated_at());
+}
+
+TEST(Damage, AFlippedBitIsSeenAndTheRestIsServed) {
+  const std::string bytes = small_file();
+  const std::size_t all = read_all(Recording::from_bytes(bytes).value());
+  const std::size_t definitions = bytes.find(std::string_view("\x04\0\0\0zstd", 8)) - 37;
+  Random random(20261121);
+  std::size_t unseen = 0;
+  for (int round = 0; round < 3000; ++round) {
+    std::string rotten = bytes;
+    const std::size_t bit = random.bits() % (bytes.size() * 8);
+    rotten[bit / 8] = static_cast<char>(rotten[bit / 8] ^ (1 << (bit % 8)));
+    const auto recording = Recording::from_bytes(rotten);
+    if (!recording) {
+      ASSERT_LT(bit / 8, mcap::kMagic.size());
+      continue;
+    }
+    const std::size_t seen = read_all(*recording);
+    // A bit in the definitions may cost or mix up channels. Behind them at most the chunk that holds the bit is lost:
+    // 10 cycles of 6 channels, and what else stands there.
+    if (bit / 8 >= definitions) {
+      ASSERT_LE(seen, all);
+      ASSERT_GE(seen + 80, all) << bit;
+    }
+    if (recording->damage().empty()) ++unseen;
+  }
+  // The summary repeats what stands before it; a bit there harms nobody.
+  const std::size_t summary = bytes.size() - chunk_ends(bytes).back();
+  EXPECT_LE(static_cast<double>(unseen),
+            3000.0 * 1.2 * static_cast<double>(summary) / static_cast<double>(bytes.size()));
+}
+
+TEST(Damage, ARottenChunkIsNamedAndTheOthersStay) {
+  std::string bytes = small_file();
+  const std::vector<std::size_t> ends = chunk_ends(bytes);
+  bytes[ends[2] - 40] = static_cast<char>(bytes[ends[2] - 40] ^ 4);
+  const auto recording = Recording::from_bytes(bytes);
+  ASSERT_TRUE(recording);
+  EXPECT_THAT(recording->damage(), Not(IsEmpty()));
+  EXPECT_THAT(recording->damage().back(), HasSubstr("chunk at byte "));
+  std::vector<std::uint64_t> cycles;
+  for (const RecordedDigest& digest : recording->digests()) cycles.push_back(digest.cycle);
+  EXPECT_EQ(cycles.size(), 35u);
+  EXPECT_EQ(cycles[19], 19u);
+  EXPECT_EQ(cycles[20], 30u);
+}
+
+TEST(Damage, ALengthThatLeadsAstrayIsBridged) {
+  std::string bytes = small_file();
+  const std::vector<std::size_t> ends = chunk_ends(bytes);
+  // The record after the first chunk, a message index, claims to be enormous.
+  bytes[ends[0] + 6] = 0x7F;
+  const auto recording = Recording::from_bytes(bytes);
+  ASSERT_TRUE(recording);
+  EXPECT_THAT(recording->damage().front(), HasSubstr("unreadable up to byte"));
+  EXPECT_EQ(recording->digests().size(), 45u);
+}
+
+TEST(Damage, WhatIsNoRecordingIsRefusedInWords) {
+  EXPECT_THAT(Recording::from_bytes("").error().to_string(), HasSubstr("the file is empty"));
+  EXPECT_THAT(Recording::from_bytes("{\"scenario\": 1}").error().to_string(), HasSubstr("no MCAP file"));
+  EXPECT_THAT(Recording::open("/nowhere.mcap").error().to_string(), HasSubstr("there is no file /nowhere.mcap"));
+  EXPECT_THAT(Recording::open("/tmp").error().to_string(), HasSubstr("is no file"));
+}
+
+TEST(Damage, AWrongTopicNamesTheNearest) {
+  const auto recording = Recording::from_bytes(small_file());
+  ASSERT_TRUE(recording);
+  EXPECT_THAT(recording->table("/left/joint").error().to_string(), HasSubstr("/left/joints"));
+  EXPECT_THAT(recording->table("/events").error().to_string(), HasSubstr("has no columns of numbers"));
+}
+
+TEST(Damage, AfterEachFlushTheFileIsWholeRecordsUpToItsEnd) {
+  TestFolder folder("flush");
+  const std::string path = folder / "a.mcap";
+  mcap::Writer writer(path, 1, 4096);
+  const std::uint16_t schema = writer.add_schema("", "", "");
+  const std::uint16_t channel = writer.add_channel(schema, "/x", "raw", {});
+  std::size_t written = 0;
+  const auto put = [&] {
+    writer.begin_message(channel, static_cast<Nanoseconds>(written)) += std::string(100, 'x');
+    writer.end_message();
+    ++written;
+  };
+  for (int round = 0; round < 40; ++round) {
+    put();
+    if (round % 9 == 8) {
+      writer.close_chunk();
+    } else {
+      writer.flush_open_chunk();
+    }
+    const auto recording = Recording::from_bytes(bytes_of(path));
+    ASSERT_TRUE(recording);
+    ASSERT_EQ(recording->message_count(), written);
+    ASSERT_EQ(recording->truncated_at(), std::filesystem::file_size(path)) << "whole records up to the end";
+  }
+}
+
+}  // namespace
+}  // namespace takt::record
