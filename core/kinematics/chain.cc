@@ -44,12 +44,6 @@ SpatialInertia& SpatialInertia::operator+=(const SpatialInertia& other) {
   return *this;
 }
 
-struct Chain::Placement {
-  Vectors z;  ///< joint axes in B
-  Vectors p;  ///< origins in B, moved along the axis by a prismatic joint
-  Eigen::Isometry3d X_BF;
-};
-
 Eigen::Isometry3d Chain::forward(const JointVector& q) const {
   Eigen::Matrix3d R = segments_[0].R;
   Eigen::Vector3d p = segments_[0].p;
@@ -95,26 +89,33 @@ void Chain::place(const JointVector& q, Placement& placement) const {
   placement.X_BF.makeAffine();
 }
 
+Vector6 Chain::column(const Placement& placement, int i) const {
+  const auto k = static_cast<std::size_t>(i);
+  const Eigen::Vector3d& z = placement.z[k];
+  Vector6 column;
+  if (segment(i).prismatic) {
+    column << z, Eigen::Vector3d::Zero();
+  } else {
+    column << cross(z, placement.X_BF.translation() - placement.p[k]), z;
+  }
+  return column;
+}
+
 void Chain::jacobian(const JointVector& q, Eigen::Isometry3d& X_BF, Jacobian& J) const {
   Placement placement;
   place(q, placement);
   X_BF = placement.X_BF;
-  const Eigen::Vector3d p_F = X_BF.translation();
   J.resize(6, count_);
-  for (int i = 0; i < count_; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const Eigen::Vector3d& z = placement.z[k];
-    if (segment(i).prismatic) {
-      J.col(i) << z, Eigen::Vector3d::Zero();
-    } else {
-      J.col(i) << cross(z, p_F - placement.p[k]), z;
-    }
-  }
+  for (int i = 0; i < count_; ++i) J.col(i) = column(placement, i);
 }
 
 Vector6 Chain::jacobian_dot_times_dq(const JointVector& q, const JointVector& dq) const {
   Placement placement;
   place(q, placement);
+  return bias(placement, dq);
+}
+
+Vector6 Chain::bias(const Placement& placement, const JointVector& dq) const {
   // The acceleration of F for ddq = 0, from the base outwards, all in B.
   Eigen::Vector3d w = Eigen::Vector3d::Zero();
   Eigen::Vector3d alpha = Eigen::Vector3d::Zero();
@@ -137,9 +138,9 @@ Vector6 Chain::jacobian_dot_times_dq(const JointVector& q, const JointVector& dq
     }
   }
   carry(placement.X_BF.translation());
-  Vector6 bias;
-  bias << a, alpha;
-  return bias;
+  Vector6 product;
+  product << a, alpha;
+  return product;
 }
 
 void Chain::relative(const JointVector& q, Rotations& R, Vectors& p) const {

@@ -84,15 +84,23 @@ class Chain {
     bool prismatic = false;
     SpatialInertia body;  ///< all bodies fixed to this frame
   };
-  /// Placement of every joint frame in B for one q.
-  struct Placement;
   using Bodies = std::array<SpatialInertia, kMaxJoints>;
   using Rotations = std::array<Eigen::Matrix3d, kMaxJoints>;
   using Vectors = std::array<Eigen::Vector3d, kMaxJoints>;
+  /// Where every joint stands in B for one q: what Jacobian and bias are read from.
+  struct Placement {
+    Vectors z;  ///< joint axes
+    Vectors p;  ///< origins, moved along the axis by a prismatic joint, m
+    Eigen::Isometry3d X_BF;
+  };
   friend struct ChainBuilder;
+  friend class InverseKinematics;
 
   [[nodiscard]] const Segment& segment(int i) const { return segments_[static_cast<std::size_t>(i)]; }
   void place(const JointVector& q, Placement& placement) const;
+  /// Column of the Jacobian for joint i.
+  [[nodiscard]] Vector6 column(const Placement& placement, int i) const;
+  [[nodiscard]] Vector6 bias(const Placement& placement, const JointVector& dq) const;
   /// Rotation and origin of each joint frame in the previous one at q.
   void relative(const JointVector& q, Rotations& R, Vectors& p) const;
   [[nodiscard]] SpatialInertia payload_body(const Payload& payload) const;

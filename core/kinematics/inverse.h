@@ -42,7 +42,7 @@ class InverseKinematics {
 
   /// Joint positions for a flange pose F in B.
   /// Converges quadratically to a residual of 1e-12 m and rad (relative to the arm's size where that is above 1 m), in
-  /// at most 32 steps; near singularities the steps are damped. @param held values of the held joints, rad or m
+  /// at most kMaxSteps steps; near singularities the steps are damped. @param held values of the held joints, rad or m
   /// @param[in,out] q  in: the seed; out: the solution on the seed's branch; untouched unless kOk. No joint moves more
   /// than kMaxTravel from the seed. @return kOk or kNotConverged.
   [[nodiscard]] IkStatus solve(const Eigen::Isometry3d& X_BF, const JointVector& held, JointVector& q) const;
@@ -75,13 +75,26 @@ class InverseKinematics {
 
   /// No joint moves further than this from the seed in one solve, rad or m: beyond it another branch is near.
   static constexpr double kMaxTravel = 0.5;
+  static constexpr int kMaxSteps = 32;
   /// Below this pivot of the weighted Jacobian the steps are damped; see docs/kinematics.md.
   static constexpr double kDampedBelow = 1e-3;
   /// Below this pivot rates do not exist.
-  static constexpr double kSingularBelow = 1e-9;
+  static constexpr double kSingularBelow = 1e-6;
 
  private:
   explicit InverseKinematics(const Chain& chain) : chain_(chain) {}
+
+  /// The chain at one q, linearised for the free joints.
+  struct Linear;
+
+  /// Newton's method from q; `at` is placed, not linearised, at the solution.
+  [[nodiscard]] IkStatus converge(const Eigen::Isometry3d& X_BF, const JointVector& held, JointVector& q,
+                                  Linear& at) const;
+  void linearise(Linear& at) const;
+  /// The free joints' part of J x = y, with the held joints' part of x given; all of x is returned.
+  [[nodiscard]] JointVector solve_linear(const Linear& at, const Vector6& y, const JointVector& held) const;
+  /// Linear rows divided by the length scale.
+  [[nodiscard]] Vector6 weighted(const Vector6& v) const;
 
   Chain chain_;
   std::vector<int> held_joints_;

@@ -1,0 +1,212 @@
+#include "core/kinematics/inverse.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <Eigen/Dense>
+
+#include "core/kinematics/lu6.h"
+#include "core/kinematics/pose_error.h"
+
+namespace takt::kinematics {
+namespace {
+
+using Matrix6 = Lu6::Matrix6;
+
+/// Most that one joint moves in one step of Newton's method, rad or m: the linear picture is good no further.
+constexpr double kMaxStep = 0.25;
+
+/// The step of Levenberg and Marquardt. The damping shrinks with the residual, so that convergence stays quadratic.
+/// Source: Yamashita, Fukushima 2001.
+Vector6 damped_step(const Matrix6& A, const Vector6& error) {
+  const double lambda = std::min(InverseKinematics::kDampedBelow, error.norm());
+  Matrix6 normal = A.transpose().lazyProduct(A);
+  normal.diagonal().array() += lambda * lambda + 1e-30;
+  const Vector6 right = A.transpose().lazyProduct(error);
+  return normal.llt().solve(right);
+}
+
+Findings check_held(int joint_count, const std::vector<int>& held) {
+  Findings findings;
+  if (joint_count < 6) {
+    findings.error({}, fmt::format("the chain has {} joints", joint_count), "six or more, to reach any pose");
+    return findings;
+  }
+  if (static_cast<int>(held.size()) != joint_count - 6)
+    findings.error({}, fmt::format("{} held joints for a chain of {}", held.size(), joint_count),
+                   fmt::format("{}, so that six remain", joint_count - 6));
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    if (held[i] < 0 || held[i] >= joint_count)
+      findings.error(pointer_segment(i), fmt::format("held joint {}", held[i]),
+                     fmt::format("0 to {}", joint_count - 1));
+    if (std::find(held.begin(), held.begin() + static_cast<std::ptrdiff_t>(i), held[i]) !=
+        held.begin() + static_cast<std::ptrdiff_t>(i))
+      findings.error(pointer_segment(i), fmt::format("joint {} is held twice", held[i]));
+  }
+  return findings;
+}
+
+}  // namespace
+
+const char* to_string(IkStatus status) {
+  switch (status) {
+    case IkStatus::kOk:
+      return "ok";
+    case IkStatus::kNotConverged:
+      return "not converged";
+    case IkStatus::kSingular:
+      return "singular";
+  }
+  return "unknown";
+}
+
+struct InverseKinematics::Linear {
+  Chain::Placement placement;
+  Matrix6 A;  ///< columns of the free joints, rows weighted
+  Lu6 lu;
+  double pivot = 0.0;
+};
+
+Result<InverseKinematics> InverseKinematics::create(const Chain& chain, std::vector<int> held_joints) {
+  Findings findings = check_held(chain.joint_count(), held_joints);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  InverseKinematics inverse(chain);
+  inverse.held_joints_ = std::move(held_joints);
+  std::size_t k = 0;
+  for (int i = 0; i < chain.joint_count(); ++i) {
+    const auto& held = inverse.held_joints_;
+    if (std::find(held.begin(), held.end(), i) == held.end()) inverse.free_joints_[k++] = i;
+  }
+  inverse.length_scale_ = std::max(chain.reach(), 1e-3);
+  inverse.tolerance_ = 1e-12 * std::max(1.0, chain.reach());
+  return inverse;
+}
+
+Result<InverseKinematics> InverseKinematics::create(const Chain& chain) {
+  if (chain.joint_count() == 7) return create(chain, {2});
+  if (chain.joint_count() > 7)
+    return failure({}, fmt::format("a chain of {} joints has no default held joints", chain.joint_count()),
+                   fmt::format("name {}", chain.joint_count() - 6));
+  return create(chain, {});
+}
+
+JointVector InverseKinematics::held(const JointVector& q) const {
+  JointVector values(static_cast<Eigen::Index>(held_joints_.size()));
+  for (std::size_t i = 0; i < held_joints_.size(); ++i) values[static_cast<Eigen::Index>(i)] = q[held_joints_[i]];
+  return values;
+}
+
+Vector6 InverseKinematics::weighted(const Vector6& v) const {
+  Vector6 result = v;
+  result.head<3>() *= 1.0 / length_scale_;
+  return result;
+}
+
+void InverseKinematics::linearise(Linear& at) const {
+  const double weight = 1.0 / length_scale_;
+  for (int k = 0; k < 6; ++k) {
+    at.A.col(k) = chain_.column(at.placement, free_joints_[static_cast<std::size_t>(k)]);
+    at.A.col(k).head<3>() *= weight;
+  }
+  at.pivot = at.lu.factor(at.A);
+}
+
+IkStatus InverseKinematics::converge(const Eigen::Isometry3d& X_BF, const JointVector& held, JointVector& q,
+                                     Linear& at) const {
+  for (std::size_t i = 0; i < held_joints_.size(); ++i) q[held_joints_[i]] = held[static_cast<Eigen::Index>(i)];
+  const JointVector seed = q;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    chain_.place(q, at.placement);
+    const Vector6 error = pose_error(at.placement.X_BF, X_BF);
+    const double p_error = error.head<3>().cwiseAbs().maxCoeff();
+    const double r_error = error.tail<3>().cwiseAbs().maxCoeff();
+    if (p_error <= tolerance_ && r_error <= 1e-12) return IkStatus::kOk;
+
+    linearise(at);
+    const Vector6 e = weighted(error);
+    Vector6 delta = at.pivot > kDampedBelow ? at.lu.solve(e) : damped_step(at.A, e);
+    const double longest = delta.cwiseAbs().maxCoeff();
+    if (longest > kMaxStep) delta *= kMaxStep / longest;
+    double travel = 0.0;
+    for (int k = 0; k < 6; ++k) {
+      const int joint = free_joints_[static_cast<std::size_t>(k)];
+      q[joint] += delta[k];
+      travel = std::max(travel, std::abs(q[joint] - seed[joint]));
+    }
+    // Written so that NaN ends here too.
+    if (!(longest < std::numeric_limits<double>::infinity()) || travel > kMaxTravel) break;
+  }
+  return IkStatus::kNotConverged;
+}
+
+IkStatus InverseKinematics::solve(const Eigen::Isometry3d& X_BF, const JointVector& held, JointVector& q) const {
+  Linear at;
+  JointVector solution = q;
+  const IkStatus status = converge(X_BF, held, solution, at);
+  if (status == IkStatus::kOk) q = solution;
+  return status;
+}
+
+JointVector InverseKinematics::solve_linear(const Linear& at, const Vector6& y, const JointVector& held) const {
+  JointVector x(chain_.joint_count());
+  Vector6 rest = y;
+  for (std::size_t i = 0; i < held_joints_.size(); ++i) {
+    const double value = held[static_cast<Eigen::Index>(i)];
+    x[held_joints_[i]] = value;
+    rest -= chain_.column(at.placement, held_joints_[i]) * value;
+  }
+  const Vector6 free = at.lu.solve(weighted(rest));
+  for (int k = 0; k < 6; ++k) x[free_joints_[static_cast<std::size_t>(k)]] = free[k];
+  return x;
+}
+
+IkStatus InverseKinematics::rates(const JointVector& q, const Vector6& V_BF_B, const JointVector& held_dq,
+                                  JointVector& dq) const {
+  Linear at;
+  chain_.place(q, at.placement);
+  linearise(at);
+  if (!(at.pivot > kSingularBelow)) return IkStatus::kSingular;
+  dq = solve_linear(at, V_BF_B, held_dq);
+  return IkStatus::kOk;
+}
+
+IkStatus InverseKinematics::accelerations(const JointVector& q, const JointVector& dq, const Vector6& A_BF_B,
+                                          const JointVector& held_ddq, JointVector& ddq) const {
+  Linear at;
+  chain_.place(q, at.placement);
+  linearise(at);
+  if (!(at.pivot > kSingularBelow)) return IkStatus::kSingular;
+  ddq = solve_linear(at, A_BF_B - chain_.bias(at.placement, dq), held_ddq);
+  return IkStatus::kOk;
+}
+
+IkStatus InverseKinematics::solve_motion(const Goal& goal, JointVector& q, JointVector& dq, JointVector& ddq) const {
+  Linear at;
+  JointVector solution = q;
+  const IkStatus status = converge(goal.X_BF, goal.held, solution, at);
+  if (status != IkStatus::kOk) return status;
+  linearise(at);
+  if (!(at.pivot > kSingularBelow)) return IkStatus::kSingular;
+  q = solution;
+  dq = solve_linear(at, goal.V_BF_B, goal.held_dq);
+  ddq = solve_linear(at, goal.A_BF_B - chain_.bias(at.placement, dq), goal.held_ddq);
+  return IkStatus::kOk;
+}
+
+double InverseKinematics::singularity_measure(const JointVector& q) const {
+  Linear at;
+  chain_.place(q, at.placement);
+  linearise(at);
+  return Eigen::JacobiSVD<Matrix6>(at.A).singularValues()[5];
+}
+
+double limit_distance(const Chain& chain, const JointVector& q) {
+  double distance = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < chain.joint_count(); ++i)
+    distance = std::min({distance, q[i] - chain.lower()[i], chain.upper()[i] - q[i]});
+  return distance;
+}
+
+}  // namespace takt::kinematics
