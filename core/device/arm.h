@@ -74,9 +74,11 @@ class Arm final : public net::Resource {
   void release();
   /// Stop reaction now: what was proposed in this cycle is not sent (row L2).
   void stop();
-  /// The guard checks, the set point of this cycle is sent.
-  /// @return why the guard tripped, if it did; the arm then already brakes.
-  std::optional<GuardTrip> hand_over();
+  /// The guard looks at what was proposed in this cycle.
+  /// @return why it tripped, if it did; the arm is then stopped.
+  [[nodiscard]] std::optional<GuardTrip> check();
+  /// Sends the set point of this cycle.
+  void hand_over();
 
   [[nodiscard]] Phase phase() const { return phase_; }
   /// True if the last set point sent neither moves nor accelerates.
@@ -94,7 +96,9 @@ class Arm final : public net::Resource {
  private:
   void send(const motion::JointSample& state);
   void begin_braking();
-  std::optional<GuardTrip> follow();
+  [[nodiscard]] std::optional<Violation> find_violation() const;
+  void follow();
+  void freeze();
   void continue_braking();
 
   std::string name_;
@@ -114,6 +118,7 @@ class Arm final : public net::Resource {
   bool held_ = false;
   bool releasing_ = false;
   bool proposed_ = false;
+  bool started_ = false;  ///< the net has sent its first set point
   ArmSetPoint proposal_;
   BrakeRamp ramp_;
   std::int64_t brake_cycles_ = 0;

@@ -33,6 +33,12 @@ class BrakeRamp {
   /// Realtime: cyclic.
   [[nodiscard]] motion::JointSample sample(double time) const;
 
+  /// One axis: the velocity that is left when the acceleration goes to zero as fast as the jerk allows. Beyond the
+  /// limit, that limit cannot be kept any more. Realtime: cyclic.
+  [[nodiscard]] static double rest_velocity(double v, double a, double jerk);
+  /// One axis: where the fastest stop ends. Realtime: cyclic.
+  [[nodiscard]] static double stopping_point(double q, double v, double a, double a_max, double jerk);
+
  private:
   /// Jerk +-J to the acceleration `peak`, hold it, jerk to zero.
   struct Axis {

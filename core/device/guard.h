@@ -19,11 +19,12 @@ struct Violation {
     kMissing,       ///< a net holds the moving arm and gave no set point in this cycle
     kSize,          ///< not one entry per joint
     kNotFinite,     ///< NaN or infinity in q, dq or ddq
-    kPosition,      ///< outside the joint's range
-    kVelocity,      ///< difference of what was sent, or the field dq
+    kPosition,      ///< outside the joint's range, or the fastest stop from here ends outside
+    kVelocity,      ///< difference of what was sent, the field dq, or what ddq will bring
     kAcceleration,  ///< second difference of what was sent, or the field ddq
     kJerk,          ///< third difference of what was sent, or the step of ddq
-    kInconsistent   ///< q, dq, ddq do not belong to one motion
+    kInconsistent,  ///< q, dq, ddq do not belong to one motion
+    kStart          ///< the first set point of a net is not where the arm is (row S5); limit = where the arm is
   };
   Rule rule = Rule::kMissing;
   int joint = -1;      ///< -1: the arm as a whole
@@ -35,7 +36,8 @@ struct Violation {
 
 /// The last code before the wire (row S2). It trusts no net and no planner: it forms the differences of the set points
 /// that were really sent and holds them, and the derivatives that come with them, to the limits of the joints. It
-/// refuses, it never changes a set point.
+/// refuses, it never changes a set point. It lets pass only what can still be stopped within the limits of velocity,
+/// acceleration and jerk and inside the range, so the stop reaction that follows a trip keeps them too.
 ///
 /// Tolerances against rounding, not slack for planners: kShare of a limit, and what kPositionNoise in q does to the
 /// differences. One guard per arm, used by the cycle thread only.
@@ -64,7 +66,11 @@ class Guard {
   [[nodiscard]] const motion::JointLimits& limits() const { return limits_; }
 
  private:
-  [[nodiscard]] std::optional<Violation> check_joint(const ArmSetPoint& set_point, int joint) const;
+  [[nodiscard]] std::optional<Violation> check_joint(const ArmSetPoint& next, int joint) const;
+  /// The fields dq and ddq; `d1` is the step in q.
+  [[nodiscard]] std::optional<Violation> check_derivatives(const ArmSetPoint& next, int joint, double d1) const;
+  /// From here the arm can still be stopped inside its limits.
+  [[nodiscard]] std::optional<Violation> check_future(const ArmSetPoint& next, int joint) const;
 
   motion::JointLimits limits_;
   double period_;

@@ -1,0 +1,193 @@
+#include "core/device/arm.h"
+
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace takt::device {
+
+namespace {
+
+bool finite(const JointVector& v) {
+  for (int i = 0; i < v.size(); ++i)
+    if (!std::isfinite(v[i])) return false;
+  return true;
+}
+
+/// Row N5: what a driver gives is finite and has the right size, or it is no sample.
+bool usable(const ArmSample& sample, int joint_count) {
+  return sample.q.size() == joint_count && sample.dq.size() == joint_count && finite(sample.q) && finite(sample.dq) &&
+         finite(sample.tau);
+}
+
+}  // namespace
+
+std::string_view name_of(Arm::Phase phase) {
+  switch (phase) {
+    case Arm::Phase::kNotReady:
+      return "not ready";
+    case Arm::Phase::kFrozen:
+      return "frozen";
+    case Arm::Phase::kFollowing:
+      return "following";
+    case Arm::Phase::kBraking:
+      return "braking";
+  }
+  return "";
+}
+
+Arm::Arm(std::string name, std::shared_ptr<const ArmDescription> description, std::shared_ptr<ArmBackend> backend,
+         Nanoseconds period)
+    : name_(std::move(name)),
+      description_(std::move(description)),
+      backend_(std::move(backend)),
+      period_(period),
+      guard_(description_->limits, to_seconds(period)) {}
+
+void Arm::propose(const JointVector& q, const JointVector& dq, const JointVector& ddq) {
+  proposal_.q = q;
+  proposal_.dq = dq;
+  proposal_.ddq = ddq;
+  proposed_ = true;
+}
+
+void Arm::begin_cycle(std::int64_t cycle, Nanoseconds time) {
+  cycle_ = cycle;
+  time_ = time;
+  proposed_ = false;
+  has_sample_ = backend_->read(sample_) && usable(sample_, joint_count());
+  sample_age_ = has_sample_ ? time - sample_.stamp : 0;
+  if (sample_age_ > description_->sample_age_max) has_sample_ = false;
+  if (!ready()) {
+    phase_ = Phase::kNotReady;
+  } else if (phase_ == Phase::kNotReady && !held_) {
+    guard_.rest_at(sample_.q);
+    phase_ = Phase::kFrozen;
+  }
+}
+
+std::optional<net::Text> Arm::refusal() const {
+  const auto because = [this](std::string_view why) {
+    std::array<char, 63> text;
+    const auto end = fmt::format_to_n(text.data(), text.size(), "{}: {}", name_, why);
+    return net::Text(std::string_view(text.data(), std::min(end.size, text.size())));
+  };
+  if (phase_ == Phase::kNotReady) return because("not ready");
+  if (phase_ == Phase::kBraking) return because("is braking");
+  for (int i = 0; i < joint_count(); ++i) {
+    const double away = std::abs(sample_.q[i] - guard_.last().q[i]);
+    if (at_rest() && away > description_->start_tolerance) return because("is not where it was sent");
+  }
+  return std::nullopt;
+}
+
+void Arm::hold() {
+  held_ = true;
+  releasing_ = false;
+  started_ = false;
+  if (phase_ == Phase::kFrozen) phase_ = Phase::kFollowing;
+}
+
+void Arm::release() {
+  held_ = false;
+  releasing_ = true;
+}
+
+void Arm::stop() {
+  held_ = false;
+  releasing_ = false;
+  proposed_ = false;
+  if (phase_ != Phase::kFollowing) return;
+  if (at_rest()) {
+    freeze();
+  } else {
+    begin_braking();
+  }
+}
+
+std::optional<Violation> Arm::find_violation() const {
+  if (!proposed_) return at_rest() ? std::nullopt : std::optional(Violation{});
+  if (!started_ && at_rest() && proposal_.q.size() == joint_count()) {
+    for (int i = 0; i < joint_count(); ++i) {
+      const double here = guard_.last().q[i];
+      const bool away = std::abs(proposal_.q[i] - here) > description_->start_tolerance;
+      if (away) return Violation{Violation::Rule::kStart, i, proposal_.q[i], here};
+    }
+  }
+  return guard_.check(proposal_);
+}
+
+std::optional<GuardTrip> Arm::check() {
+  if (phase_ != Phase::kFollowing) return std::nullopt;
+  const auto violation = find_violation();
+  if (!violation) return std::nullopt;
+  stop();
+  return GuardTrip{*violation, describe(*violation, description_->joint_names)};
+}
+
+void Arm::hand_over() {
+  switch (phase_) {
+    case Phase::kNotReady:
+      break;
+    case Phase::kFollowing:
+      follow();
+      break;
+    case Phase::kBraking:
+      continue_braking();
+      break;
+    case Phase::kFrozen:
+      send({guard_.last().q, guard_.last().dq, guard_.last().ddq});
+      break;
+  }
+}
+
+void Arm::follow() {
+  if (proposed_) {
+    started_ = true;
+    send({proposal_.q, proposal_.dq, proposal_.ddq});
+  } else {
+    send({guard_.last().q, guard_.last().dq, guard_.last().ddq});
+  }
+  if (!std::exchange(releasing_, false)) return;
+  if (at_rest()) {
+    freeze();
+  } else {
+    begin_braking();
+  }
+}
+
+void Arm::freeze() {
+  phase_ = Phase::kFrozen;
+  guard_.rest_at(guard_.last().q);
+}
+
+void Arm::begin_braking() {
+  ramp_ = BrakeRamp({guard_.last().q, guard_.last().dq, guard_.last().ddq}, guard_.limits());
+  brake_cycles_ = 0;
+  phase_ = Phase::kBraking;
+}
+
+void Arm::continue_braking() {
+  ++brake_cycles_;
+  const double time = static_cast<double>(brake_cycles_) * to_seconds(period_);
+  send(ramp_.sample(time));
+  if (time >= ramp_.duration()) phase_ = Phase::kFrozen;
+}
+
+void Arm::send(const motion::JointSample& state) {
+  const ArmSetPoint set_point{.cycle = cycle_, .stamp = time_, .q = state.q, .dq = state.dq, .ddq = state.ddq};
+  guard_.sent(set_point);
+  backend_->write(set_point);
+}
+
+std::string Arm::fault_text() const { return backend_->fault_text(sample_.fault); }
+
+void Arm::brake() { backend_->brake(); }
+
+void Arm::set_tool(const ToolSetting& tool) {
+  tool_ = tool;
+  backend_->set_payload(tool.payload);
+}
+
+}  // namespace takt::device

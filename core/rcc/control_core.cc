@@ -1,0 +1,305 @@
+#include "core/rcc/control_core.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cstdlib>
+#include <map>
+#include <utility>
+
+#include <boost/lockfree/queue.hpp>
+
+#include "core/rcc/event_buffer.h"
+#include "core/rcc/executor.h"
+#include "core/rcc/net_table.h"
+#include "core/rcc/resources.h"
+#include "core/rcc/rule_book.h"
+#include "core/rcc/stopwatch.h"
+
+namespace takt::rcc {
+
+namespace {
+
+constexpr std::size_t kQueueCapacity = 512;
+
+/// What travels to the cycle thread. Trivially copyable, as the queue demands.
+struct Posted {
+  RequestId id;
+  NetId retire;  ///< not 0: let go of this net
+  Rule rule;
+};
+
+/// One device's part of the digest, packed without padding.
+class Packer {
+ public:
+  void add(double x) { words_[size_++] = std::bit_cast<std::uint64_t>(x); }
+  void add(std::uint64_t x) { words_[size_++] = x; }
+  void add(const kinematics::JointVector& v) {
+    add(static_cast<std::uint64_t>(v.size()));
+    for (int i = 0; i < v.size(); ++i) add(v[i]);
+  }
+  void add(const Eigen::Vector3d& v) {
+    for (const double x : v) add(x);
+  }
+  [[nodiscard]] std::span<const std::byte> bytes() const { return std::as_bytes(std::span(words_.data(), size_)); }
+
+ private:
+  std::array<std::uint64_t, 6 * (kinematics::kMaxJoints + 1) + 16> words_;
+  std::size_t size_ = 0;
+};
+
+void pack(Packer& packer, const device::Arm& arm) {
+  const device::ArmSample& sample = arm.sample();
+  packer.add(std::uint64_t{arm.has_sample()} | std::uint64_t{sample.ready} << 1 | std::uint64_t{sample.fault} << 32);
+  packer.add(static_cast<std::uint64_t>(arm.phase()));
+  if (arm.has_sample()) {
+    packer.add(sample.sequence);
+    packer.add(static_cast<std::uint64_t>(sample.stamp));
+    for (const auto* part : {&sample.q, &sample.dq, &sample.tau}) packer.add(*part);
+  }
+  const device::ArmSetPoint& sent = arm.set_point();
+  for (const auto* part : {&sent.q, &sent.dq, &sent.ddq}) packer.add(*part);
+}
+
+void pack(Packer& packer, const device::ForceTorqueSensor& sensor) {
+  const device::WrenchSample& sample = sensor.sample();
+  packer.add(std::uint64_t{sensor.has_sample()} | std::uint64_t{sample.overload} << 1);
+  if (!sensor.has_sample()) return;
+  packer.add(sample.sequence);
+  packer.add(static_cast<std::uint64_t>(sample.stamp));
+  packer.add(sample.wrench.force);
+  packer.add(sample.wrench.torque);
+}
+
+class DeviceTable final : public net::Environment {
+ public:
+  net::Resource* find(std::string_view name) override {
+    const auto found = by_name.find(name);
+    return found == by_name.end() ? nullptr : found->second;
+  }
+  [[nodiscard]] std::vector<std::string> names() const override {
+    std::vector<std::string> names;
+    for (const auto& [name, resource] : by_name) names.push_back(name);
+    return names;
+  }
+  std::map<std::string, net::Resource*, std::less<>> by_name;
+};
+
+}  // namespace
+
+struct ControlCore::Impl {
+  explicit Impl(const Options& given)
+      : options(given),
+        nets(given.net_capacity, devices, [this](const net::CompiledNet& net) { return places_of(net); }),
+        executor(nets, resources, events, given.net_capacity),
+        rules(executor, events) {}
+
+  net::Resource& keep(std::string name, std::unique_ptr<net::Resource> resource) {
+    const bool is_new = devices.by_name.emplace(std::move(name), resource.get()).second;
+    if (!is_new) std::abort();
+    resources.add(*resource);
+    return *owned.emplace_back(std::move(resource));
+  }
+  [[nodiscard]] std::vector<int> places_of(const net::CompiledNet& net) const {
+    std::vector<int> places;
+    for (const net::Resource* claim : net.claims()) places.push_back(resources.place_of(claim));
+    return places;
+  }
+
+  void take_samples(std::int64_t k, Nanoseconds now);
+  void take_requests();
+  void guard_and_hand_over(std::int64_t k);
+  void digest_nets(std::int64_t k);
+  void digest_devices();
+
+  Options options;
+  DeviceTable devices;
+  std::vector<std::unique_ptr<net::Resource>> owned;
+  std::vector<device::Arm*> arms;  // by name
+  std::vector<device::ForceTorqueSensor*> sensors;
+  ResourceTable resources;
+  NetTable nets;
+  EventBuffer events;
+  Executor executor;
+  RuleBook rules;
+  Digest digest;
+  Statistics statistics;
+  boost::lockfree::queue<Posted, boost::lockfree::capacity<kQueueCapacity>> queue;
+  std::atomic<RequestId> last_request = 0;
+  std::atomic<std::int64_t> cycle = 0;
+};
+
+void ControlCore::Impl::take_samples(std::int64_t k, Nanoseconds now) {
+  for (device::Arm* arm : arms) arm->begin_cycle(k, now);
+  for (device::ForceTorqueSensor* sensor : sensors) sensor->begin_cycle(now);
+}
+
+void ControlCore::Impl::take_requests() {
+  Posted posted;
+  while (queue.pop(posted)) {
+    if (posted.retire != 0) {
+      NetEntry* entry = nets.find(posted.retire);
+      const bool free = entry != nullptr && !is_active(entry->state) && entry->state != NetState::kLoading;
+      if (free) nets.retire(*entry);
+    } else if (!rules.add(posted.id, posted.rule)) {
+      Event event{.kind = Event::Kind::kRefused, .state = {}, .net = 0, .request = posted.id, .cause = {}};
+      event.cause.text = net::Text("too many rules wait");
+      events.add(event);
+    }
+  }
+}
+
+void ControlCore::Impl::guard_and_hand_over(std::int64_t k) {
+  // All arms are looked at before anything is sent: a net that trips at one arm stops all its arms in this cycle.
+  for (auto& place : resources.all()) {
+    if (place.arm == nullptr) continue;
+    const bool moving = !place.arm->at_rest();
+    const auto trip = place.arm->check();
+    if (!trip) continue;
+    const net::Cause cause{.code = net::Cause::Code::kGuard, .text = trip->text, .cycle = k};
+    NetEntry* owner = nets.find(place.owner);
+    if (moving) {
+      Event event{.kind = Event::Kind::kStopped, .state = {}, .net = place.owner, .request = 0, .cause = cause};
+      events.add(event);
+    }
+    if (owner != nullptr && is_active(owner->state.load(std::memory_order_relaxed))) executor.abort(*owner, cause, k);
+  }
+  executor.forget_ended();
+  for (device::Arm* arm : arms) arm->hand_over();
+}
+
+void ControlCore::Impl::digest_nets(std::int64_t k) {
+  const std::array<std::int64_t, 1> number = {k};
+  digest.take(0, std::as_bytes(std::span(number)));
+  for (const NetEntry* entry : executor.active()) digest.take(entry->id, entry->net->slots());
+}
+
+void ControlCore::Impl::digest_devices() {
+  constexpr std::uint64_t kFirstDevice = 0x8000'0000'0000'0000ull;  // apart from the numbers of nets
+  std::uint64_t number = kFirstDevice;
+  const auto take = [&](const auto& device) {
+    Packer packer;
+    pack(packer, device);
+    digest.take(number++, packer.bytes());
+  };
+  for (const device::Arm* arm : arms) take(*arm);
+  for (const device::ForceTorqueSensor* sensor : sensors) take(*sensor);
+  digest.take_added_blocks();
+}
+
+ControlCore::ControlCore(const Options& options) : impl_(std::make_unique<Impl>(options)) {}
+ControlCore::~ControlCore() = default;
+
+device::Arm& ControlCore::add(std::unique_ptr<device::Arm> arm) {
+  device::Arm& added = *arm;
+  impl_->keep(added.name(), std::move(arm));
+  impl_->arms.push_back(&added);
+  std::ranges::sort(impl_->arms, {}, [](const device::Arm* one) { return one->name(); });
+  return added;
+}
+
+device::ForceTorqueSensor& ControlCore::add(std::unique_ptr<device::ForceTorqueSensor> sensor) {
+  device::ForceTorqueSensor& added = *sensor;
+  impl_->keep(added.name(), std::move(sensor));
+  impl_->sensors.push_back(&added);
+  std::ranges::sort(impl_->sensors, {}, [](const device::ForceTorqueSensor* one) { return one->name(); });
+  return added;
+}
+
+net::Resource& ControlCore::add(std::string name, std::unique_ptr<net::Resource> resource) {
+  return impl_->keep(std::move(name), std::move(resource));
+}
+
+net::Environment& ControlCore::environment() { return impl_->devices; }
+
+device::Arm* ControlCore::find_arm(std::string_view name) {
+  return dynamic_cast<device::Arm*>(impl_->devices.find(name));
+}
+
+std::span<device::Arm* const> ControlCore::arms() const { return impl_->arms; }
+
+Result<NetId> ControlCore::load(const net::NetDescription& description, const LoadOptions& options) {
+  return impl_->nets.load(description, options);
+}
+
+NetId ControlCore::load_async(net::NetDescription description, const LoadOptions& options) {
+  return impl_->nets.load_async(std::move(description), options);
+}
+
+bool ControlCore::knows(NetId net) const { return impl_->nets.find(net) != nullptr; }
+
+Findings ControlCore::findings(NetId net) const {
+  const NetEntry* entry = impl_->nets.find(net);
+  const bool known = entry != nullptr && entry->state.load(std::memory_order_acquire) == NetState::kRejected;
+  return known ? entry->findings : Findings{};
+}
+
+bool ControlCore::unload(NetId net) {
+  const NetEntry* entry = impl_->nets.find(net);
+  if (entry == nullptr) return false;
+  const NetState state = entry->state.load(std::memory_order_acquire);
+  if (is_active(state) || state == NetState::kLoading) return false;
+  return impl_->queue.push(Posted{.id = 0, .retire = net, .rule = {}});
+}
+
+NetStatus ControlCore::status(NetId net) const {
+  NetStatus status;
+  const NetEntry* entry = impl_->nets.find(net);
+  if (entry == nullptr) return status;
+  status.state = entry->state.load(std::memory_order_acquire);
+  status.first_cycle = entry->first_cycle.load(std::memory_order_relaxed);
+  status.last_cycle = entry->last_cycle.load(std::memory_order_relaxed);
+  if (status.state == NetState::kTerminated) status.cause = entry->cause;
+  return status;
+}
+
+const net::CompiledNet* ControlCore::net(NetId net) const {
+  const NetEntry* entry = impl_->nets.find(net);
+  const bool compiled = entry != nullptr && entry->state.load(std::memory_order_acquire) != NetState::kLoading;
+  return compiled ? entry->net.get() : nullptr;
+}
+
+RequestId ControlCore::post(const Rule& rule) {
+  const RequestId id = ++impl_->last_request;
+  return impl_->queue.push(Posted{.id = id, .retire = 0, .rule = rule}) ? id : 0;
+}
+
+void ControlCore::step() {
+  Impl& core = *impl_;
+  const std::int64_t k = core.cycle.load(std::memory_order_relaxed);
+  net::Cycle cycle;
+  cycle.index = k;
+  cycle.period = core.options.period;
+  cycle.time = k * core.options.period;
+  cycle.dt = to_seconds(core.options.period);
+  core.events.clear();
+
+  Stopwatch watch(core.statistics, core.options.measure);
+  core.take_samples(k, cycle.time);
+  watch.lap(CyclePhase::kDevices);
+  core.executor.evaluate(cycle);
+  watch.lap(CyclePhase::kNets);
+  if (core.options.digest) core.digest_nets(k);
+  watch.lap(CyclePhase::kDigest);
+  core.executor.end_finished(k);
+  core.take_requests();
+  core.rules.apply(k);
+  watch.lap(CyclePhase::kRules);
+  core.guard_and_hand_over(k);
+  watch.lap(CyclePhase::kGuard);
+  if (core.options.digest) core.digest_devices();
+  watch.lap(CyclePhase::kDigest);
+
+  core.statistics.cycles = k + 1;
+  core.statistics.events_dropped = core.events.dropped();
+  core.cycle.store(k + 1, std::memory_order_relaxed);
+}
+
+std::int64_t ControlCore::cycle() const { return impl_->cycle.load(std::memory_order_relaxed); }
+Nanoseconds ControlCore::time() const { return cycle() * impl_->options.period; }
+Nanoseconds ControlCore::period() const { return impl_->options.period; }
+std::span<const Event> ControlCore::events() const { return impl_->events.view(); }
+Digest& ControlCore::digest() { return impl_->digest; }
+const Statistics& ControlCore::statistics() const { return impl_->statistics; }
+
+}  // namespace takt::rcc

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "core/rcc/rules.h"
+
+namespace takt::rcc {
+
+/// The events of one cycle, in order; what does not fit is counted. Realtime: cyclic.
+class EventBuffer {
+ public:
+  static constexpr std::size_t kCapacity = 512;
+
+  void clear() { size_ = 0; }
+  void add(const Event& event) {
+    if (size_ < kCapacity) {
+      events_[size_++] = event;
+    } else {
+      ++dropped_;
+    }
+  }
+  void state(NetId net, NetState state, const net::Cause& cause) {
+    add({.kind = Event::Kind::kState, .state = state, .net = net, .request = 0, .cause = cause});
+  }
+  [[nodiscard]] std::span<const Event> view() const { return {events_.data(), size_}; }
+  [[nodiscard]] std::int64_t dropped() const { return dropped_; }
+
+ private:
+  std::array<Event, kCapacity> events_{};
+  std::size_t size_ = 0;
+  std::int64_t dropped_ = 0;
+};
+
+}  // namespace takt::rcc

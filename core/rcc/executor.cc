@@ -1,0 +1,173 @@
+#include "core/rcc/executor.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+#include <fmt/format.h>
+
+namespace takt::rcc {
+
+namespace {
+
+/// Text for people without allocation, cut to what a Text holds.
+template <class... Args>
+net::Text text(fmt::format_string<Args...> format, Args&&... args) {
+  std::array<char, 63> buffer;
+  const auto end = fmt::format_to_n(buffer.data(), buffer.size(), format, std::forward<Args>(args)...);
+  return net::Text(std::string_view(buffer.data(), std::min(end.size, buffer.size())));
+}
+
+net::Cause cause_of(net::Cause::Code code, const net::Text& text, std::int64_t cycle) {
+  return {.code = code, .text = text, .cycle = cycle};
+}
+
+}  // namespace
+
+Executor::Executor(NetTable& nets, ResourceTable& resources, EventBuffer& events, int capacity)
+    : nets_(nets), resources_(resources), events_(events) {
+  active_.reserve(static_cast<std::size_t>(capacity));
+}
+
+void Executor::evaluate(const net::Cycle& cycle) {
+  for (NetEntry* entry : active_) {
+    net::Cycle own = cycle;
+    own.cancel_requested = entry->state.load(std::memory_order_relaxed) == NetState::kCanceling;
+    entry->net->evaluate(own);
+  }
+}
+
+void Executor::end_finished(std::int64_t cycle) {
+  for (NetEntry* entry : active_) {
+    const net::NetSignals& signals = entry->net->signals();
+    const bool canceling = entry->state.load(std::memory_order_relaxed) == NetState::kCanceling;
+    if (signals.fail) {
+      abort(*entry, signals.cause, cycle);
+    } else if (const device::Arm* arm = lost_arm(*entry)) {
+      const auto why = text("{}: not ready, fault {}", arm->name(), arm->sample().fault);
+      abort(*entry, cause_of(net::Cause::Code::kDevice, why, cycle), cycle);
+    } else if (signals.terminate) {
+      const auto code = canceling ? net::Cause::Code::kCancelled : net::Cause::Code::kTerminated;
+      end(*entry, cause_of(code, signals.cause.text, cycle), cycle);
+    } else if (canceling && cycle - entry->cancel_cycle >= entry->options.cancel_bound_cycles) {
+      const auto why = text("did not end within {} cycles of its cancel", entry->options.cancel_bound_cycles);
+      abort(*entry, cause_of(net::Cause::Code::kAborted, why, cycle), cycle);
+    }
+  }
+  forget_ended();
+}
+
+const device::Arm* Executor::lost_arm(const NetEntry& entry) const {
+  for (const int place : entry.claims) {
+    const device::Arm* arm = resources_[place].arm;
+    if (arm != nullptr && arm->phase() == device::Arm::Phase::kNotReady) return arm;
+  }
+  return nullptr;
+}
+
+void Executor::move_to(NetEntry& entry, NetState state) {
+  assert(is_legal(entry.state.load(std::memory_order_relaxed), state));
+  entry.state.store(state, std::memory_order_release);
+  events_.state(entry.id, state, entry.cause);
+}
+
+void Executor::end(NetEntry& entry, const net::Cause& cause, std::int64_t cycle) {
+  entry.cause = cause;
+  entry.last_cycle.store(cycle, std::memory_order_relaxed);
+  for (const int place : entry.claims) {
+    auto& held = resources_[place];
+    held.owner = 0;
+    if (held.arm != nullptr && held.arm->held()) held.arm->release();
+  }
+  move_to(entry, NetState::kTerminated);
+}
+
+void Executor::abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycle) {
+  for (const int place : entry.claims) {
+    device::Arm* arm = resources_[place].arm;
+    if (arm == nullptr) continue;
+    const bool moving = arm->held() && !arm->at_rest();
+    arm->stop();
+    if (!moving) continue;
+    const auto what = cause_of(cause.code, text("{}: stop reaction", arm->name()), cycle);
+    events_.add({.kind = Event::Kind::kStopped, .state = {}, .net = entry.id, .request = 0, .cause = what});
+  }
+  end(entry, cause, cycle);
+}
+
+void Executor::forget_ended() {
+  std::erase_if(active_,
+                [](const NetEntry* entry) { return !is_active(entry->state.load(std::memory_order_relaxed)); });
+}
+
+void Executor::start(NetEntry& entry, std::int64_t cycle) {
+  entry.first_cycle.store(cycle + 1, std::memory_order_relaxed);
+  for (const int place : entry.claims) {
+    resources_[place].owner = entry.id;
+    if (resources_[place].arm != nullptr) resources_[place].arm->hold();
+  }
+  const auto by_number = [](const NetEntry* a, const NetEntry* b) { return a->id < b->id; };
+  active_.insert(std::upper_bound(active_.begin(), active_.end(), &entry, by_number), &entry);
+  move_to(entry, NetState::kRunning);
+}
+
+std::optional<net::Text> Executor::refuse_start(const NetEntry& entry, const Transaction& transaction) const {
+  if (active_.size() == active_.capacity()) return text("too many nets are running");
+  for (const int place : entry.claims) {
+    const auto& wanted = resources_[place];
+    const bool freed = wanted.owner != 0 && transaction.abort.contains(wanted.owner);
+    if (wanted.owner != 0 && !freed)
+      return text("{} is held by net {}", wanted.arm != nullptr ? wanted.arm->name() : "resource", wanted.owner);
+    if (wanted.arm == nullptr) continue;
+    if (freed && !wanted.arm->at_rest()) return text("{} moves; its abort leaves it braking", wanted.arm->name());
+    if (const auto why = wanted.arm->refusal()) return *why;
+  }
+  // Two nets of one transaction may not want the same thing.
+  for (const NetId other : transaction.start) {
+    if (other == entry.id) break;
+    const NetEntry* before = nets_.find(other);
+    for (const int place : entry.claims)
+      if (before != nullptr && std::count(before->claims.begin(), before->claims.end(), place) > 0)
+        return text("net {} of the same start wants the same device", other);
+  }
+  return std::nullopt;
+}
+
+std::optional<Executor::Refusal> Executor::check(const Transaction& transaction) const {
+  for (const NetSet* set : {&transaction.abort, &transaction.cancel, &transaction.start})
+    for (const NetId id : *set)
+      if (nets_.find(id) == nullptr) return Refusal{id, text("net {} is not loaded", id)};
+  const auto state_of = [this](NetId id) { return nets_.find(id)->state.load(std::memory_order_acquire); };
+  for (const NetSet* set : {&transaction.abort, &transaction.cancel})
+    for (const NetId id : *set)
+      if (!is_active(state_of(id)) && state_of(id) != NetState::kTerminated)
+        return Refusal{id, text("net {} is not running, it is {}", id, name_of(state_of(id)))};
+  for (const NetId id : transaction.start) {
+    const NetState state = state_of(id);
+    if (is_active(state)) continue;
+    if (state != NetState::kReady) return Refusal{id, text("net {} is not Ready, it is {}", id, name_of(state))};
+    if (const auto why = refuse_start(*nets_.find(id), transaction)) return Refusal{id, *why};
+  }
+  return std::nullopt;
+}
+
+void Executor::carry_out(const Transaction& transaction, std::int64_t cycle) {
+  for (const NetId id : transaction.abort) {
+    NetEntry& entry = *nets_.find(id);
+    if (is_active(entry.state.load(std::memory_order_relaxed)))
+      abort(entry, cause_of(net::Cause::Code::kAborted, text("abort was asked for"), cycle), cycle);
+  }
+  forget_ended();
+  for (const NetId id : transaction.cancel) {
+    NetEntry& entry = *nets_.find(id);
+    if (entry.state.load(std::memory_order_relaxed) != NetState::kRunning) continue;
+    entry.cancel_cycle = cycle;
+    move_to(entry, NetState::kCanceling);
+  }
+  for (const NetId id : transaction.start) {
+    NetEntry& entry = *nets_.find(id);
+    if (entry.state.load(std::memory_order_relaxed) == NetState::kReady) start(entry, cycle);
+  }
+}
+
+}  // namespace takt::rcc

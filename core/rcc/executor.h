@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/net/primitive.h"
+#include "core/rcc/event_buffer.h"
+#include "core/rcc/net_table.h"
+#include "core/rcc/resources.h"
+#include "core/rcc/rules.h"
+
+namespace takt::rcc {
+
+/// Runs the active nets and moves them through their life (rows L1, L5, L6, L7). Cycle thread only.
+class Executor {
+ public:
+  Executor(NetTable& nets, ResourceTable& resources, EventBuffer& events, int capacity);
+
+  /// Evaluates every active net once, in the order of their numbers. Realtime: cyclic.
+  void evaluate(const net::Cycle& cycle);
+  /// Ends the nets that ended, failed, lost a device or outstayed their cancel bound. Realtime: cyclic.
+  void end_finished(std::int64_t cycle);
+
+  /// What a transaction would do, before it is done. @return the net that forbids it and why, or nothing.
+  struct Refusal {
+    NetId net = 0;
+    net::Text text;
+  };
+  [[nodiscard]] std::optional<Refusal> check(const Transaction& transaction) const;
+  /// Does it; check() has found nothing. Realtime: cyclic.
+  void carry_out(const Transaction& transaction, std::int64_t cycle);
+
+  /// Ends a net in which something went wrong: its devices stop (rows S2, L6).
+  void abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
+
+  /// Takes the nets that have ended off the list; after abort(), which may be called while the list is walked.
+  void forget_ended();
+
+  [[nodiscard]] std::span<NetEntry* const> active() const { return active_; }
+  [[nodiscard]] NetEntry* find(NetId net) const { return nets_.find(net); }
+
+ private:
+  void start(NetEntry& entry, std::int64_t cycle);
+  void end(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
+  void move_to(NetEntry& entry, NetState state);
+  [[nodiscard]] std::optional<net::Text> refuse_start(const NetEntry& entry, const Transaction& transaction) const;
+  [[nodiscard]] const device::Arm* lost_arm(const NetEntry& entry) const;
+
+  NetTable& nets_;
+  ResourceTable& resources_;
+  EventBuffer& events_;
+  std::vector<NetEntry*> active_;  ///< by number; never grows beyond its capacity
+};
+
+}  // namespace takt::rcc

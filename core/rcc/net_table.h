@@ -1,0 +1,80 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/base/findings.h"
+#include "core/net/compiled_net.h"
+#include "core/rcc/control_core.h"
+
+namespace takt::rcc {
+
+/// A loaded net with its life. Who may touch what: the loader until the state is Ready or Rejected; then the cycle
+/// thread; `cause` and the cycles may be read by all once the state is Terminated.
+struct NetEntry {
+  NetId id = 0;
+  LoadOptions options;
+  std::atomic<NetState> state = NetState::kLoading;
+  std::unique_ptr<net::CompiledNet> net;
+  Findings findings;
+  std::vector<int> claims;  ///< places in the resource table
+
+  net::Cause cause;
+  std::atomic<std::int64_t> first_cycle = -1, last_cycle = -1;
+  std::int64_t cancel_cycle = -1;
+};
+
+/// All nets by number. Loading and forgetting happens on any thread under a lock that the cycle never takes; the cycle
+/// finds entries through atomic pointers. An entry is freed only after the cycle thread has let go of it.
+class NetTable {
+ public:
+  /// Turns what a net claims into places of the resource table. Realtime: setup.
+  using Claims = std::function<std::vector<int>(const net::CompiledNet&)>;
+
+  NetTable(int capacity, net::Environment& environment, Claims claims);
+  ~NetTable();
+
+  [[nodiscard]] Result<NetId> load(const net::NetDescription& description, const LoadOptions& options);
+  [[nodiscard]] NetId load_async(net::NetDescription description, const LoadOptions& options);
+
+  /// @return the entry or nullptr. Realtime: cyclic, wait-free.
+  [[nodiscard]] NetEntry* find(NetId id) const;
+
+  /// The cycle thread lets go of an entry; it is not found any more and freed by collect(). Realtime: cyclic.
+  void retire(NetEntry& entry);
+  /// Frees retired entries. Realtime: setup.
+  void collect();
+
+ private:
+  struct Job {
+    NetEntry* entry;
+    net::NetDescription description;
+  };
+  NetEntry* make_entry(const LoadOptions& options);
+  void compile(NetEntry& entry, const net::NetDescription& description);
+  void work(const std::stop_token& stop);
+
+  std::vector<std::atomic<NetEntry*>> slots_;
+  net::Environment& environment_;
+  Claims claims_;
+  NetId last_id_ = 0;
+  std::vector<std::unique_ptr<NetEntry>> entries_;
+  std::vector<std::atomic<NetEntry*>> retired_;  ///< as slots_: what the cycle thread has let go of
+
+  std::mutex mutex_;  ///< loaders among themselves
+  std::mutex compile_mutex_;
+  std::condition_variable_any wake_;
+  std::deque<Job> jobs_;
+  std::jthread worker_;
+};
+
+}  // namespace takt::rcc
