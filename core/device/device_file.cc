@@ -1,0 +1,385 @@
+#include "core/device/device_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/json.h"
+#include "core/base/object_reader.h"
+#include "core/kinematics/chain.h"
+#include "core/kinematics/inverse.h"
+#include "core/kinematics/robot_model.h"
+
+namespace takt::device {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr const char* kFileName = "device.json";
+constexpr int kSampleCyclesMax = 20;  // a sample may be missing for this many device cycles: a lost packet or two
+
+const std::vector<std::string> kKinds = {"arm", "force_torque_sensor", "tool", "object"};
+const std::vector<std::string> kModes = {"position", "velocity", "torque", "joint_impedance", "cartesian_impedance"};
+
+JointVector vector_of(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+/// One device file while it is read: what all kinds share, and where findings go.
+class DeviceFile {
+ public:
+  static Result<DeviceFile> open(const fs::path& folder, const std::string& kind) {
+    auto json = read_json(folder / kFileName);
+    if (!json) return std::unexpected(std::move(json.error()));
+    return DeviceFile(folder, std::move(*json), kind);
+  }
+
+  DeviceFile(fs::path folder, Json json, const std::string& kind)
+      : folder_(std::move(folder)), json_(std::make_unique<Json>(std::move(json))), kind_(kind) {}
+
+  [[nodiscard]] const Json& json() const { return *json_; }
+  [[nodiscard]] Findings& findings() { return *findings_; }
+  [[nodiscard]] const fs::path& folder() const { return folder_; }
+
+  /// kind, name, title, maker, urdf, base: as members of every description.
+  template <class Description>
+  std::string read_common(ObjectReader& reader, Description& description) {
+    reader.choice("kind", {kind_});
+    reader.text("name");
+    reader.text("maker", "");
+    description.title = reader.text("title", "");
+    description.folder = folder_;
+    description.model = folder_.filename().string();
+    const std::string urdf = reader.text("urdf");
+    description.urdf = load_urdf(urdf, reader.at("urdf"));
+    description.robot = robot_;
+    std::string base = reader.text("base");
+    check_link(base, reader.at("base"));
+    return base;
+  }
+
+  /// The name of a link that must exist; empty without a URDF or if it does not.
+  std::string link(ObjectReader& reader, const char* key, std::optional<std::string> fallback = {}) {
+    std::string name = reader.text(key, std::move(fallback));
+    check_link(name, reader.at(key));
+    return name;
+  }
+
+  [[nodiscard]] const std::shared_ptr<const kinematics::RobotModel>& robot() const { return robot_; }
+
+  /// Ends reading: the findings with the file's name, or the description.
+  template <class Description>
+  Result<std::shared_ptr<const Description>> finish(ObjectReader& reader, Description description) {
+    reader.finish();
+    if (findings_->has_errors()) {
+      findings_->set_file((folder_ / kFileName).string());
+      return std::unexpected(std::move(*findings_));
+    }
+    return std::make_shared<const Description>(std::move(description));
+  }
+
+ private:
+  fs::path load_urdf(const std::string& name, const std::string& pointer) {
+    if (name.empty()) return {};
+    const auto path = resolve_below(folder_, name, pointer);
+    if (!path) {
+      findings_->append(path.error());
+      return {};
+    }
+    auto robot = kinematics::RobotModel::load(*path);
+    if (!robot) {
+      findings_->append(robot.error(), {}, path->string());
+      return *path;
+    }
+    robot_ = std::make_shared<const kinematics::RobotModel>(std::move(*robot));
+    return *path;
+  }
+
+  void check_link(const std::string& name, const std::string& pointer) {
+    if (robot_ == nullptr || name.empty() || robot_->link(name) != nullptr) return;
+    std::vector<std::string> names;
+    for (const auto& one : robot_->links) names.push_back(one.name);
+    findings_->error(pointer, fmt::format("the URDF has no link '{}'", name), nearest_choice(name, names));
+  }
+
+  fs::path folder_;
+  std::unique_ptr<Json> json_;
+  std::string kind_;
+  std::unique_ptr<Findings> findings_ = std::make_unique<Findings>();
+  std::shared_ptr<const kinematics::RobotModel> robot_;
+};
+
+/// Pose of link `to` in link `from`; both belong to one rigid model (or all joints are at zero).
+Eigen::Isometry3d pose_between(const kinematics::RobotModel& robot, const std::string& from, const std::string& to) {
+  const auto to_root = [&robot](const std::string& link) {
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    for (const auto* joint = robot.joint_above(link); joint != nullptr; joint = robot.joint_above(joint->parent))
+      X = joint->X_PJ * X;
+    return X;
+  };
+  return to_root(from).inverse() * to_root(to);
+}
+
+Nanoseconds read_cycle(ObjectReader& reader) {
+  return static_cast<Nanoseconds>(std::llround(reader.number("cycle_ms", 1.0, kPositive) * kMillisecond));
+}
+
+net::Wrench read_wrench(ObjectReader& parent, const char* key, bool required) {
+  const Json* json = parent.object(key, required);
+  if (json == nullptr) return {};
+  ObjectReader reader(*json, parent.at(key), parent.findings());
+  const auto channel = [&reader](const char* name) -> Eigen::Vector3d {
+    const auto values = reader.numbers(name, 3, {}, kNotNegative);
+    return values.size() == 3 ? Eigen::Vector3d(values[0], values[1], values[2]) : Eigen::Vector3d::Zero();
+  };
+  net::Wrench wrench{.force = channel("force_N"), .torque = channel("torque_Nm")};
+  reader.finish();
+  return wrench;
+}
+
+/// Reads the parts of an arm's file, one function a part.
+class ArmReader {
+ public:
+  ArmReader(DeviceFile& file, ObjectReader& reader, ArmDescription& arm) : file_(file), reader_(reader), arm_(arm) {}
+
+  void read() {
+    arm_.base_link = file_.read_common(reader_, arm_);
+    arm_.flange_link = file_.link(reader_, "flange");
+    read_chain();
+    arm_.home = joints(reader_, "home_rad", kAnyNumber);
+    check_home();
+    read_held_joints();
+    arm_.start_tolerance = reader_.number("start_tolerance_rad", 0.01, kPositive);
+    arm_.payload_max = reader_.number("payload_max_kg", 0.0, kNotNegative);
+    arm_.cycle = read_cycle(reader_);
+    arm_.sample_age_max = kSampleCyclesMax * arm_.cycle;
+    read_limits();
+    read_control();
+    arm_.armature = joints(reader_, "armature_kg_m2", kNotNegative, /*required=*/false);
+    read_sensors();
+  }
+
+ private:
+  /// One number per joint; zeros if absent and not required. Wrong lengths are findings.
+  JointVector joints(ObjectReader& reader, const char* key, const Range& range, bool required = true) {
+    const auto n = static_cast<std::size_t>(joint_count_);
+    std::optional<std::vector<double>> fallback;
+    if (!required) fallback = std::vector<double>(n, 0.0);
+    auto values = reader.numbers(key, n, fallback, range);
+    const auto usable = n > 0 ? n : std::min<std::size_t>(values.size(), kinematics::kMaxJoints);
+    values.resize(usable, 0.0);
+    return vector_of(values);
+  }
+
+  void read_chain() {
+    if (arm_.robot == nullptr || arm_.base_link.empty() || arm_.flange_link.empty()) return;
+    if (arm_.robot->link(arm_.base_link) == nullptr || arm_.robot->link(arm_.flange_link) == nullptr) return;
+    auto chain = kinematics::Chain::create(*arm_.robot, arm_.base_link, arm_.flange_link);
+    if (!chain) return reader_.findings().append(chain.error(), {}, arm_.urdf.string());
+    joint_count_ = chain->joint_count();
+    arm_.joint_names = chain->joint_names();
+    arm_.limits.lower = chain->lower();
+    arm_.limits.upper = chain->upper();
+    arm_.limits.velocity = chain->velocity_limit();
+    arm_.effort = chain->effort_limit();
+    arm_.damping = arm_.friction = JointVector::Zero(joint_count_);
+    for (int i = 0; i < joint_count_; ++i) {
+      const auto* joint = arm_.robot->joint(arm_.joint_names[static_cast<std::size_t>(i)]);
+      arm_.damping[i] = joint->damping;
+      arm_.friction[i] = joint->friction;
+      if (!std::isfinite(arm_.limits.velocity[i]))
+        reader_.findings().error(reader_.at("urdf"), fmt::format("joint '{}' has no velocity limit", joint->name),
+                                 "add <limit velocity=\"...\"/> to the URDF");
+    }
+    arm_.chain = std::make_shared<const kinematics::Chain>(std::move(*chain));
+  }
+
+  void check_home() {
+    if (arm_.chain == nullptr || arm_.home.size() != joint_count_) return;
+    for (int i = 0; i < joint_count_; ++i) {
+      const bool inside = arm_.home[i] >= arm_.limits.lower[i] && arm_.home[i] <= arm_.limits.upper[i];
+      if (inside) continue;
+      reader_.findings().error(reader_.at("home_rad") + pointer_segment(static_cast<std::size_t>(i)),
+                               fmt::format("{} is outside the range of joint '{}'", arm_.home[i],
+                                           arm_.joint_names[static_cast<std::size_t>(i)]),
+                               fmt::format("[{}, {}]", arm_.limits.lower[i], arm_.limits.upper[i]));
+    }
+  }
+
+  void read_held_joints() {
+    const bool given = reader_.has("held_joints");
+    const auto names = reader_.texts("held_joints", std::vector<std::string>{});
+    if (arm_.chain == nullptr) return;
+    std::vector<int> held;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto found = std::ranges::find(arm_.joint_names, names[i]);
+      if (found == arm_.joint_names.end()) {
+        reader_.findings().error(reader_.at("held_joints") + pointer_segment(i),
+                                 fmt::format("there is no joint '{}'", names[i]),
+                                 nearest_choice(names[i], arm_.joint_names));
+        return;
+      }
+      held.push_back(static_cast<int>(found - arm_.joint_names.begin()));
+    }
+    if (joint_count_ < 6) return;  // no inverse: only joint motions
+    auto inverse = given ? kinematics::InverseKinematics::create(*arm_.chain, held)
+                         : kinematics::InverseKinematics::create(*arm_.chain);
+    if (!inverse) return reader_.findings().append(inverse.error(), reader_.at("held_joints"));
+    arm_.inverse = std::make_shared<const kinematics::InverseKinematics>(std::move(*inverse));
+  }
+
+  void read_limits() {
+    const Json* json = reader_.object("limits");
+    if (json == nullptr) return;
+    ObjectReader limits(*json, reader_.at("limits"), reader_.findings());
+    arm_.limits.acceleration = joints(limits, "acceleration_rad_s2", kPositive);
+    arm_.limits.jerk = joints(limits, "jerk_rad_s3", kPositive);
+    if (const Json* inner = limits.object("cartesian")) {
+      ObjectReader cartesian(*inner, limits.at("cartesian"), reader_.findings());
+      auto& c = arm_.cartesian;
+      c.linear_velocity = cartesian.number("linear_velocity_m_s", {}, kPositive);
+      c.linear_acceleration = cartesian.number("linear_acceleration_m_s2", {}, kPositive);
+      c.linear_jerk = cartesian.number("linear_jerk_m_s3", {}, kPositive);
+      c.angular_velocity = cartesian.number("angular_velocity_rad_s", {}, kPositive);
+      c.angular_acceleration = cartesian.number("angular_acceleration_rad_s2", {}, kPositive);
+      c.angular_jerk = cartesian.number("angular_jerk_rad_s3", {}, kPositive);
+      cartesian.finish();
+    }
+    limits.finish();
+  }
+
+  void read_control() {
+    const Json* json = reader_.object("control");
+    if (json == nullptr) return;
+    ObjectReader control(*json, reader_.at("control"), reader_.findings());
+    arm_.modes = control.texts("modes");
+    for (std::size_t i = 0; i < arm_.modes.size(); ++i)
+      if (std::ranges::find(kModes, arm_.modes[i]) == kModes.end())
+        reader_.findings().error(control.at("modes") + pointer_segment(i),
+                                 fmt::format("unknown control mode '{}'", arm_.modes[i]),
+                                 nearest_choice(arm_.modes[i], kModes));
+    control.array("mode_changes", /*required=*/false);
+    if (const Json* inner = control.object("gains")) {
+      ObjectReader gains(*inner, control.at("gains"), reader_.findings());
+      arm_.natural_frequency = joints(gains, "natural_frequency_rad_s", kPositive);
+      arm_.damping_ratio = joints(gains, "damping_ratio", kPositive);
+      gains.finish();
+    }
+    control.finish();
+  }
+
+  void read_sensors() {
+    const Json* json = reader_.object("sensors", /*required=*/false);
+    if (json == nullptr) return;
+    ObjectReader sensors(*json, reader_.at("sensors"), reader_.findings());
+    arm_.position_resolution = one_number(sensors, "position", "resolution_rad");
+    arm_.velocity_noise = one_number(sensors, "velocity", "noise_sigma_rad_s");
+    if (const Json* inner = sensors.object("torque", /*required=*/false)) {
+      ObjectReader torque(*inner, sensors.at("torque"), reader_.findings());
+      arm_.torque_noise = joints(torque, "noise_sigma_Nm", kNotNegative);
+      arm_.torque_bias = joints(torque, "bias_sigma_Nm", kNotNegative);
+      torque.finish();
+    }
+    sensors.finish();
+  }
+
+  static double one_number(ObjectReader& parent, const char* object, const char* key) {
+    const Json* json = parent.object(object, /*required=*/false);
+    if (json == nullptr) return 0.0;
+    ObjectReader reader(*json, parent.at(object), parent.findings());
+    const double value = reader.number(key, 0.0, kNotNegative);
+    reader.finish();
+    return value;
+  }
+
+  DeviceFile& file_;
+  ObjectReader& reader_;
+  ArmDescription& arm_;
+  int joint_count_ = 0;
+};
+
+}  // namespace
+
+Result<std::string> read_device_kind(const fs::path& folder) {
+  auto json = read_json(folder / kFileName);
+  if (!json) return std::unexpected(std::move(json.error()));
+  Findings findings;
+  std::string kind = ObjectReader(*json, "", findings).choice("kind", kKinds);
+  findings.set_file((folder / kFileName).string());
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  return kind;
+}
+
+Result<std::shared_ptr<const ArmDescription>> read_arm(const fs::path& folder) {
+  auto file = DeviceFile::open(folder, "arm");
+  if (!file) return std::unexpected(std::move(file.error()));
+  ObjectReader reader(file->json(), "", file->findings());
+  ArmDescription arm;
+  ArmReader(*file, reader, arm).read();
+  return file->finish(reader, std::move(arm));
+}
+
+Result<std::shared_ptr<const ForceTorqueDescription>> read_force_torque_sensor(const fs::path& folder) {
+  auto file = DeviceFile::open(folder, "force_torque_sensor");
+  if (!file) return std::unexpected(std::move(file.error()));
+  ObjectReader reader(file->json(), "", file->findings());
+  ForceTorqueDescription sensor;
+  sensor.mount_link = file->read_common(reader, sensor);
+  sensor.measuring_link = file->link(reader, "measuring");
+  sensor.tool_link = file->link(reader, "flange");
+  sensor.cycle = read_cycle(reader);
+  sensor.sample_age_max = kSampleCyclesMax * sensor.cycle;
+  sensor.range = read_wrench(reader, "range", true);
+  sensor.noise = read_wrench(reader, "noise_sigma", true);
+  sensor.bias = read_wrench(reader, "bias_sigma", false);
+  sensor.low_pass_hz = reader.has("low_pass_Hz") ? reader.number("low_pass_Hz", {}, kPositive) : 0.0;
+  if (file->robot() != nullptr && !file->findings().has_errors()) {
+    sensor.X_MS = pose_between(*file->robot(), sensor.mount_link, sensor.measuring_link);
+    sensor.X_MT = pose_between(*file->robot(), sensor.mount_link, sensor.tool_link);
+  }
+  return file->finish(reader, std::move(sensor));
+}
+
+Result<std::shared_ptr<const ToolDescription>> read_tool(const fs::path& folder) {
+  auto file = DeviceFile::open(folder, "tool");
+  if (!file) return std::unexpected(std::move(file.error()));
+  ObjectReader reader(file->json(), "", file->findings());
+  ToolDescription tool;
+  tool.mount_link = file->read_common(reader, tool);
+  tool.tcp_link = file->link(reader, "tcp");
+  if (reader.has("flange")) file->link(reader, "flange");
+  tool.ball_radius = reader.has("ball_radius_m") ? reader.number("ball_radius_m", {}, kPositive) : 0.0;
+  if (file->robot() != nullptr && !file->findings().has_errors()) {
+    tool.X_MT = pose_between(*file->robot(), tool.mount_link, tool.tcp_link);
+    tool.payload = transform(pose_between(*file->robot(), tool.mount_link, file->robot()->root().name),
+                             rigid_payload(*file->robot()));
+  }
+  return file->finish(reader, std::move(tool));
+}
+
+std::vector<std::string> ModelLibrary::names() const {
+  std::set<std::string> names;
+  for (const fs::path& path : paths_) {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(path, ignored))
+      if (fs::is_regular_file(entry.path() / kFileName, ignored)) names.insert(entry.path().filename().string());
+  }
+  return {names.begin(), names.end()};
+}
+
+Result<fs::path> ModelLibrary::find(std::string_view name, const std::string& pointer) const {
+  const bool one_segment = !name.empty() && name.find_first_of("/\\") == name.npos && name != "." && name != "..";
+  for (const fs::path& path : paths_) {
+    std::error_code ignored;
+    if (one_segment && fs::is_regular_file(path / name / kFileName, ignored)) return path / name;
+  }
+  return failure(pointer, fmt::format("unknown model '{}'", name), nearest_choice(name, names()));
+}
+
+}  // namespace takt::device

@@ -1,0 +1,114 @@
+// Family "device": the canonical arm.
+#include <array>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "core/device/arm.h"
+#include "core/kinematics/chain.h"
+#include "core/net/registry.h"
+#include "core/net/setup.h"
+
+namespace takt::primitives {
+namespace {
+
+using namespace net;
+using device::Arm;
+
+static_assert(kJointCapacity == kinematics::kMaxJoints);
+
+class ArmCommand final : public Primitive {
+ public:
+  explicit ArmCommand(Setup& setup)
+      : q_(setup.in<JointArray>("q", {.unit = "rad", .doc = "joint positions", .on_null = OnNull::kStop})),
+        dq_(setup.in<JointArray>("dq", {.unit = "rad/s", .doc = "their velocities", .on_null = OnNull::kStop})),
+        ddq_(setup.in<JointArray>("ddq", {.unit = "rad/s^2", .doc = "their accelerations", .on_null = OnNull::kStop})),
+        arm_(setup.device<Arm>("device", Arm::kKind, "the arm that is driven")),
+        extrapolate_(setup.parameter<Integer>(
+            "extrapolate_cycles", 0,
+            {.doc = "cycles of null that are bridged with constant acceleration before the net fails",
+             .range = "[0,1000]"})) {
+    setup.claims("device");
+  }
+
+  void update(const Cycle& cycle) override {
+    if (cycle.first) bridged_ = extrapolate_;  // nothing to extrapolate from yet
+    if (q_.null() || dq_.null() || ddq_.null()) return bridge(cycle);
+    bridged_ = 0;
+    arm_->propose(q_->map(), dq_->map(), ddq_->map());
+  }
+
+ private:
+  void bridge(const Cycle& cycle) {
+    if (bridged_ >= extrapolate_) {
+      std::array<char, 63> text;
+      const auto end = fmt::format_to_n(text.data(), text.size(), "{}: the set point is null", arm_->name());
+      cycle.signals->fail_with(Cause::Code::kNullInput, {text.data(), std::min(end.size, text.size())}, cycle.index);
+      return;
+    }
+    ++bridged_;
+    const auto& last = arm_->set_point();
+    const double h = cycle.dt;
+    arm_->propose(last.q + h * last.dq + 0.5 * h * h * last.ddq, last.dq + h * last.ddq, last.ddq);
+  }
+
+  In<JointArray> q_, dq_, ddq_;
+  Arm* arm_;
+  std::int64_t extrapolate_;
+  std::int64_t bridged_ = 0;
+};
+
+class ArmState final : public Primitive {
+ public:
+  explicit ArmState(Setup& setup)
+      : q_(setup.out<JointArray>("q", {.unit = "rad", .doc = "measured positions", .may_be_null = true})),
+        dq_(setup.out<JointArray>("dq", {.unit = "rad/s", .doc = "measured velocities", .may_be_null = true})),
+        tau_(setup.out<JointArray>(
+            "tau", {.unit = "N*m", .doc = "measured torques; null without torque sensors", .may_be_null = true})),
+        sent_q_(setup.out<JointArray>("set_point_q",
+                                      {.unit = "rad", .doc = "set point of the last cycle", .may_be_null = true})),
+        sent_dq_(setup.out<JointArray>("set_point_dq", {.unit = "rad/s", .doc = "its velocity", .may_be_null = true})),
+        ready_(setup.out<Boolean>("ready", {.doc = "the arm accepts set points; never null"})),
+        age_(setup.out<Real>("age", {.unit = "s", .doc = "age of the sample", .may_be_null = true})),
+        arm_(setup.device<Arm>("device", Arm::kKind, "the arm that is read")) {}
+
+  void update(const Cycle&) override {
+    ready_.set(arm_->ready());
+    set(q_, arm_->has_sample(), arm_->sample().q);
+    set(dq_, arm_->has_sample(), arm_->sample().dq);
+    set(tau_, arm_->has_sample() && arm_->sample().tau.size() > 0, arm_->sample().tau);
+    const bool sent = arm_->set_point().q.size() > 0;
+    set(sent_q_, sent, arm_->set_point().q);
+    set(sent_dq_, sent, arm_->set_point().dq);
+    if (arm_->has_sample()) {
+      age_.set(to_seconds(arm_->sample_age()));
+    } else {
+      age_.set_null();
+    }
+  }
+
+ private:
+  static void set(Out<JointArray>& out, bool valid, const kinematics::JointVector& value) {
+    if (valid) {
+      out.set(JointArray(value));
+    } else {
+      out.set_null();
+    }
+  }
+
+  Out<JointArray> q_, dq_, tau_, sent_q_, sent_dq_;
+  Out<Boolean> ready_;
+  Out<Real> age_;
+  Arm* arm_;
+};
+
+TAKT_PRIMITIVE(
+    ArmCommand, "device",
+    "Proposes the set point of this cycle to an arm, which the net then holds alone; the guard decides. Null "
+    "at any input fails the net and starts the stop reaction, after the bridged cycles if any.");
+TAKT_PRIMITIVE(ArmState, "device",
+               "The newest sample of an arm and the set point that was sent last. Null until the first sample and when "
+               "the newest is older than the device allows.");
+
+}  // namespace
+}  // namespace takt::primitives

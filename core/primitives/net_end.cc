@@ -1,0 +1,99 @@
+// Family "net": how a net ends, is asked to end, and shows values.
+#include <string>
+
+#include "core/net/registry.h"
+#include "core/net/setup.h"
+
+namespace takt::primitives {
+namespace {
+
+using namespace net;
+
+/// A Boolean that stops something: null counts as true unless the net says otherwise (row N3).
+class StopCondition {
+ public:
+  explicit StopCondition(Setup& setup)
+      : condition_(setup.in<Boolean>("condition", {.doc = "true: it happens", .on_null = OnNull::kCountsAsTrue})),
+        null_counts_as_(setup.parameter<Boolean>("null_counts_as", true, {.doc = "what null means at the condition"})) {
+  }
+  [[nodiscard]] bool holds() const { return condition_.null() ? null_counts_as_ : *condition_; }
+
+ private:
+  In<Boolean> condition_;
+  bool null_counts_as_;
+};
+
+class Termination final : public Primitive {
+ public:
+  explicit Termination(Setup& setup) : condition_(setup) { setup.is_termination(); }
+  void update(const Cycle& cycle) override {
+    if (condition_.holds()) cycle.signals->terminate = true;
+  }
+
+ private:
+  StopCondition condition_;
+};
+
+class Error final : public Primitive {
+ public:
+  explicit Error(Setup& setup)
+      : condition_(setup), text_(setup.parameter<Text>("text", {.doc = "cause for people, at most 63 bytes"})) {}
+  void update(const Cycle& cycle) override {
+    if (condition_.holds()) cycle.signals->fail_with(Cause::Code::kError, text_.view(), cycle.index);
+  }
+
+ private:
+  StopCondition condition_;
+  Text text_;
+};
+
+class Cancel final : public Primitive {
+ public:
+  explicit Cancel(Setup& setup)
+      : requested_(setup.out<Boolean>("requested", {.doc = "true from the first cycle after the cancel on"})) {
+    setup.is_source();
+  }
+  void update(const Cycle& cycle) override { requested_.set(cycle.cancel_requested); }
+
+ private:
+  Out<Boolean> requested_;
+};
+
+template <class T>
+class Monitor final : public Primitive {
+ public:
+  explicit Monitor(Setup& setup)
+      : value_(setup.in<T>("value", {.unit = "u", .doc = "what is shown", .on_null = OnNull::kHandled})) {
+    setup.is_monitor();
+  }
+  void update(const Cycle&) override {}
+
+ private:
+  In<T> value_;
+};
+
+TAKT_PRIMITIVE(Termination, "net", "Ends the net in the cycle in which its condition is true or null.");
+TAKT_PRIMITIVE(Error, "net", "Ends the net with an error: its devices stop. Null counts as true.");
+TAKT_PRIMITIVE(Cancel, "net", "Says that the net is asked to end; false in the first cycle.");
+
+using MonitorBoolean = Monitor<Boolean>;
+using MonitorInteger = Monitor<Integer>;
+using MonitorReal = Monitor<Real>;
+using MonitorVector = Monitor<Vector>;
+using MonitorFrame = Monitor<Frame>;
+using MonitorTwist = Monitor<Twist>;
+using MonitorWrench = Monitor<Wrench>;
+using MonitorJoints = Monitor<JointArray>;
+
+constexpr const char* kMonitorDoc = "Shows a value outside the net under the primitive's id. Does nothing else.";
+TAKT_PRIMITIVE(MonitorBoolean, "net", kMonitorDoc);
+TAKT_PRIMITIVE(MonitorInteger, "net", kMonitorDoc);
+TAKT_PRIMITIVE(MonitorReal, "net", kMonitorDoc);
+TAKT_PRIMITIVE(MonitorVector, "net", kMonitorDoc);
+TAKT_PRIMITIVE(MonitorFrame, "net", kMonitorDoc);
+TAKT_PRIMITIVE(MonitorTwist, "net", kMonitorDoc);
+TAKT_PRIMITIVE(MonitorWrench, "net", kMonitorDoc);
+TAKT_PRIMITIVE(MonitorJoints, "net", kMonitorDoc);
+
+}  // namespace
+}  // namespace takt::primitives

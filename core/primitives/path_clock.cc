@@ -1,0 +1,107 @@
+// Family "path": the path clock and the time law that it drives (rows P1, P2).
+#include <optional>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "core/motion/path_clock.h"
+#include "core/motion/time_law.h"
+#include "core/net/registry.h"
+#include "core/net/setup.h"
+
+namespace takt::primitives {
+namespace {
+
+using namespace net;
+
+class PathClock final : public Primitive {
+ public:
+  explicit PathClock(Setup& setup)
+      : target_rate_(setup.in<Real>(
+            "target_rate",
+            {.unit = "1", .doc = "wanted rate: 1 = as planned, 0 = stop on the path", .on_null = OnNull::kHandled})),
+        time_(setup.out<Real>("time", {.unit = "s", .doc = "path time after this cycle, in [0, duration]"})),
+        rate_(setup.out<Real>("rate", {.unit = "1", .doc = "path time per time"})),
+        rate_derivative_(setup.out<Real>("rate_derivative", {.unit = "1/s", .doc = "change of the rate"})),
+        at_end_(setup.out<Boolean>("at_end", {.doc = "path time is exactly the duration"})),
+        standstill_(setup.out<Boolean>("standstill", {.doc = "rate and its change are exactly 0"})),
+        duration_(setup.parameter<Real>("duration", {.unit = "s", .doc = "planned duration", .range = "[0,inf)"})),
+        retraceable_(setup.parameter<Boolean>("retraceable", false, {.doc = "rates down to -1 are allowed"})),
+        bounds_json_(setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2} from the plan"})) {}
+
+  Findings prepare() override {
+    auto bounds = motion::clock_bounds_from_json(bounds_json_, "/bounds");
+    if (!bounds) return std::move(bounds.error());
+    clock_.emplace(*bounds, duration_, retraceable_);
+    clock_at_start_ = clock_;
+    return {};
+  }
+
+  void update(const Cycle& cycle) override {
+    if (cycle.first) clock_ = clock_at_start_;
+    const auto& state = clock_->update(target_rate_.value_or(0.0), cycle.dt);
+    time_.set(state.tau);
+    rate_.set(state.rate);
+    rate_derivative_.set(state.rate_change);
+    at_end_.set(clock_->at_end());
+    standstill_.set(clock_->at_rest());
+  }
+
+ private:
+  In<Real> target_rate_;
+  Out<Real> time_, rate_, rate_derivative_;
+  Out<Boolean> at_end_, standstill_;
+  double duration_;
+  bool retraceable_;
+  nlohmann::ordered_json bounds_json_;
+  std::optional<motion::PathClock> clock_, clock_at_start_;
+};
+
+class TimeLaw final : public Primitive {
+ public:
+  explicit TimeLaw(Setup& setup)
+      : time_(setup.in<Real>("time", {.unit = "s", .doc = "path time"})),
+        rate_(setup.in<Real>("rate", {.unit = "1", .doc = "path time per time"})),
+        rate_derivative_(setup.in<Real>("rate_derivative", {.unit = "1/s", .doc = "change of the rate"})),
+        s_(setup.out<Real>("s", {.unit = "1", .doc = "path parameter, 0 at the start, 1 at the end"})),
+        ds_(setup.out<Real>("ds", {.unit = "1/s", .doc = "its first derivative with respect to real time"})),
+        dds_(setup.out<Real>("dds", {.unit = "1/s^2", .doc = "its second derivative with respect to real time"})),
+        law_json_(setup.json("law", {.doc = "[[duration in s, jerk in 1/s^3], ...] from the plan"})) {}
+
+  Findings prepare() override {
+    auto law = motion::time_law_from_json(law_json_, "/law");
+    if (!law) return std::move(law.error());
+    law_ = std::move(*law);
+    return {};
+  }
+
+  void update(const Cycle&) override {
+    if (time_.null() || rate_.null() || rate_derivative_.null()) {
+      s_.set_null();
+      ds_.set_null();
+      dds_.set_null();
+      return;
+    }
+    const auto point = motion::follow(law_, {.tau = *time_, .rate = *rate_, .rate_change = *rate_derivative_});
+    s_.set(point.s);
+    ds_.set(point.ds);
+    dds_.set(point.dds);
+  }
+
+ private:
+  In<Real> time_, rate_, rate_derivative_;
+  Out<Real> s_, ds_, dds_;
+  nlohmann::ordered_json law_json_;
+  motion::TimeLaw law_;
+};
+
+TAKT_PRIMITIVE(PathClock, "path",
+               "Path time with a rate that follows its target in the shortest time within bounds on its first and "
+               "second derivative, without overshoot. A target of null counts as 0: the motion stops on its path. In "
+               "the first cycle the clock has already run for one period from time 0.");
+TAKT_PRIMITIVE(TimeLaw, "path",
+               "Path parameter and its derivatives with respect to real time, for a planned time law followed by a "
+               "path clock. The first cycle is like any other.");
+
+}  // namespace
+}  // namespace takt::primitives
