@@ -2,7 +2,8 @@
 """Makes the visual meshes of the models from a few lines of dimensions.
 
 Each models/NAME/geometry.json lists meshes; a mesh is a list of closed solids (lathe, loft, box, extrude), see
-docs/models.md. Output: models/NAME/meshes/MESH.stl, binary STL in metres. The same input gives the same bytes.
+docs/models.md. Output: models/NAME/meshes/MESH.obj with normals, in metres. The same input gives the
+same bytes.
 
   make_meshes.py                  all models beside this script
   make_meshes.py DIR...           these model folders
@@ -12,9 +13,10 @@ docs/models.md. Output: models/NAME/meshes/MESH.stl, binary STL in metres. The s
 import json
 import math
 import pathlib
-import struct
 import sys
 import xml.etree.ElementTree as ElementTree
+
+CREASE = math.radians(40)  # 24 segments bend by 15 degrees, bevels by 45
 
 
 class Solid:
@@ -124,20 +126,28 @@ def loft(spec):
     return stack([first_pole, first] + middle + [last, last_pole])
 
 
+def inset(outline, distance):
+    """The convex outline with each edge moved inwards."""
+    result = []
+    for before, corner, after in zip(outline[-1:] + outline, outline, outline[1:] + outline[:1]):
+        edges = ((before, corner), (corner, after))
+        (ax, ay), (bx, by) = (((q[1] - p[1]) / math.dist(p, q), (p[0] - q[0]) / math.dist(p, q)) for p, q in edges)
+        f = distance / (1 + ax * bx + ay * by)
+        result.append([corner[0] - f * (ax + bx), corner[1] - f * (ay + by)])
+    return result
+
+
 def extrude(spec):
-    """A polygon [[x, y], ...], counter-clockwise, star-shaped about its mean, from z[0] to z[1]; edges bevelled."""
+    """A convex polygon [[x, y], ...], counter-clockwise, from z[0] to z[1]; its edges there are bevelled."""
     outline, (low, high), bevel = spec["polygon"], spec["z"], spec.get("bevel", 0.0)
-    mean = [sum(c) / len(outline) for c in zip(*outline)]
-    size = max(math.dist(p, mean) for p in outline)
+    x, y = (sum(c) / len(outline) for c in zip(*outline))
 
-    def ring(shrink, z):
-        f = 1 - shrink / size
-        return [(mean[0] + (x - mean[0]) * f, mean[1] + (y - mean[1]) * f, z) for x, y in outline]
+    def ring(distance, z):
+        return [(px, py, z) for px, py in inset(outline, distance)]
 
-    rings = [[(mean[0], mean[1], low)], ring(bevel, low), ring(0, low + bevel), ring(0, high - bevel),
-             ring(bevel, high), [(mean[0], mean[1], high)]]
-    if bevel == 0:
-        rings = [rings[0], rings[2], rings[3], rings[5]]
+    rings = [[(x, y, low)], ring(0, low + bevel), ring(0, high - bevel), [(x, y, high)]]
+    if bevel > 0:
+        rings[1:1], rings[-1:-1] = [ring(bevel, low)], [ring(bevel, high)]
     return stack(rings)
 
 
@@ -204,20 +214,46 @@ def solids_of(parts, curves):
     return result
 
 
-def stl(solids):
-    """Binary STL. Coordinates are rounded to 10 nm first, so that the bytes do not hang on the last bit of sin."""
-    triangles = []
+def direction(u, v, w):
+    """Twice the area of triangle u v w times its outward normal."""
+    a, b = [q - p for p, q in zip(u, v)], [q - p for p, q in zip(u, w)]
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def corner_normals(solid):
+    """A unit normal for each corner of each triangle: the mean, weighted by area, of the faces around that vertex that
+    bend away from this one by less than CREASE. So round shapes look round and edges stay sharp."""
+    areas = [direction(*(solid.vertices[i] for i in triangle)) for triangle in solid.triangles]
+    units = [[c / math.hypot(*n) for c in n] for n in areas]
+    around = {}
+    for face, triangle in enumerate(solid.triangles):
+        for vertex in triangle:
+            around.setdefault(vertex, []).append(face)
+    result = []
+    for face, triangle in enumerate(solid.triangles):
+        corners = []
+        for vertex in triangle:
+            near = [f for f in around[vertex] if sum(p * q for p, q in zip(units[f], units[face])) > math.cos(CREASE)]
+            total = [sum(c) for c in zip(*(areas[f] for f in near))]
+            corners.append(tuple(c / math.hypot(*total) for c in total))
+        result.append(corners)
+    return result
+
+
+def obj(solids):
+    """Wavefront OBJ with normals. Rounded to 0.1 um, so that the text does not hang on the last bit of a sine."""
+    points, normals, faces = {}, {}, []
+
+    def index(table, row, digits):
+        return table.setdefault(" ".join(f"{round(c, digits) + 0.0:.{digits}f}" for c in row), len(table) + 1)
+
     for solid in solids:
-        vertices = [tuple(round(c, 8) + 0.0 for c in p) for p in solid.vertices]
-        triangles.extend(tuple(vertices[i] for i in triangle) for triangle in solid.triangles)
-    data = [b"takt".ljust(80, b"\0"), struct.pack("<I", len(triangles))]
-    for a, b, c in triangles:
-        u, v = [q - p for p, q in zip(a, b)], [q - p for p, q in zip(a, c)]
-        n = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
-        size = math.hypot(*n) or 1.0
-        normal = [round(x / size, 5) + 0.0 for x in n]
-        data.append(struct.pack("<12fH", *normal, *a, *b, *c, 0))
-    return b"".join(data)
+        places = [index(points, p, 7) for p in solid.vertices]
+        for triangle, corners in zip(solid.triangles, corner_normals(solid)):
+            pairs = [f"{places[v]}//{index(normals, n, 4)}" for v, n in zip(triangle, corners)]
+            faces.append("f " + " ".join(pairs))
+    lines = [f"v {p}" for p in points] + [f"vn {n}" for n in normals] + faces
+    return ("\n".join(lines) + "\n").encode()
 
 
 def make(folder):
@@ -227,13 +263,14 @@ def make(folder):
     out.mkdir(exist_ok=True)
     total = 0
     for name, parts in geometry["meshes"].items():
-        data = stl(solids_of(parts, geometry.get("curves", {})))
-        total += (len(data) - 84) // 50
-        path = out / f"{name}.stl"
+        solids = solids_of(parts, geometry.get("curves", {}))
+        total += sum(len(solid.triangles) for solid in solids)
+        data = obj(solids)
+        path = out / f"{name}.obj"
         if not path.exists() or path.read_bytes() != data:
             path.write_bytes(data)
-    for path in sorted(out.glob("*.stl")):
-        if path.stem not in geometry["meshes"]:
+    for path in sorted(out.iterdir()):
+        if path.suffix in (".obj", ".stl") and path.stem + path.suffix not in [f"{n}.obj" for n in geometry["meshes"]]:
             path.unlink()
     return total
 

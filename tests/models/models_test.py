@@ -4,7 +4,6 @@ import math
 import pathlib
 import random
 import re
-import struct
 import sys
 import unittest
 import xml.etree.ElementTree as ElementTree
@@ -97,12 +96,14 @@ def eigenvalues(ixx, iyy, izz, ixy, ixz, iyz):
     return sorted(mean + 2 * p * math.cos(phi + 2 * math.pi * k / 3) for k in range(3))
 
 
-def stl_triangles(data):
-    count = struct.unpack_from("<I", data, 80)[0]
-    assert len(data) == 84 + 50 * count
-    for i in range(count):
-        v = struct.unpack_from("<9f", data, 84 + 50 * i + 12)
-        yield v[0:3], v[3:6], v[6:9]
+def obj_triangles(data):
+    """Triangles of an OBJ: three corners of (place, normal)."""
+    rows = [line.split() for line in data.decode().splitlines()]
+    places, normals = ([tuple(map(float, r[1:])) for r in rows if r[0] == key] for key in ("v", "vn"))
+    for row in rows:
+        if row[0] == "f":
+            pairs = [corner.split("//") for corner in row[1:]]
+            yield [(places[int(v) - 1], normals[int(n) - 1]) for v, n in pairs]
 
 
 class EveryModel(unittest.TestCase):
@@ -135,7 +136,7 @@ class EveryModel(unittest.TestCase):
                 names = [m.get("filename") for m in robot.iterfind(".//mesh")]
                 made = json.loads((folder / "geometry.json").read_text())["meshes"] if names else {}
                 for name in names:
-                    self.assertRegex(name, r"^meshes/[a-z0-9_]+\.stl$")
+                    self.assertRegex(name, r"^meshes/[a-z0-9_]+\.obj$")
                     self.assertIn(pathlib.Path(name).stem, made)
                 self.assertEqual({pathlib.Path(n).stem for n in names}, set(made), "a mesh that no link uses")
 
@@ -206,16 +207,20 @@ class Meshes(unittest.TestCase):
     def test_files_are_made_and_of_these_bytes(self):
         for folder, name, solids in self.meshes():
             with self.subTest(model=folder.name, mesh=name):
-                self.assertEqual((folder / f"meshes/{name}.stl").read_bytes(), make_meshes.stl(solids))
+                self.assertEqual((folder / f"meshes/{name}.obj").read_bytes(), make_meshes.obj(solids))
 
     def test_solids_are_closed_and_turned_outwards(self):
         for folder, name, solids in self.meshes():
             with self.subTest(model=folder.name, mesh=name):
                 for solid in solids:
-                    triangles = list(stl_triangles(make_meshes.stl([solid])))
                     edges = {}
-                    for a, b, c in triangles:
+                    for corners in obj_triangles(make_meshes.obj([solid])):
+                        a, b, c = (place for place, _ in corners)
                         self.assertEqual(len({a, b, c}), 3, "a triangle without area")
+                        outward = make_meshes.direction(a, b, c)
+                        for _, normal in corners:
+                            self.assertAlmostEqual(math.hypot(*normal), 1, places=3)
+                            self.assertGreater(sum(p * q for p, q in zip(outward, normal)), 0)
                         for edge in ((a, b), (b, c), (c, a)):
                             edges[edge] = edges.get(edge, 0) + 1
                     for (a, b), count in edges.items():
