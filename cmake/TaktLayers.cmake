@@ -30,7 +30,7 @@ function(takt_tests name)
   endif()
   set(target test_${name})
   add_executable(${target} ${sources})
-  target_link_libraries(${target} PRIVATE ${ARGN} takt_test_support GTest::gtest_main)
+  target_link_libraries(${target} PRIVATE ${ARGN} takt_test_support GTest::gmock GTest::gtest_main)
   target_precompile_headers(${target} REUSE_FROM takt_test_pch)
   add_dependencies(${target} takt_meshes)  # a URDF whose meshes are missing is refused
   add_test(NAME ${name} COMMAND ${target} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})

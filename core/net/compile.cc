@@ -6,8 +6,12 @@
 
 #include "core/net/compiled_net_impl.h"
 #include "core/net/flat_net.h"
+#include "core/net/frame_check.h"
+#include "core/net/null_paths.h"
+#include "core/net/reaction.h"
 #include "core/net/schedule.h"
 #include "core/net/setup_impl.h"
+#include "core/net/unit_check.h"
 #include "core/net/value_json.h"
 
 namespace takt::net {
@@ -320,6 +324,16 @@ void check_claims(const FlatNet& flat, NetReport& net_report, LoadReport& report
   std::ranges::sort(net_report.resources);
 }
 
+void note_latencies(const FlatNet& flat, LoadReport& report) {
+  for (int p = 0; p < flat.primitive_count(); ++p) {
+    for (const auto& entry : flat.primitives[static_cast<std::size_t>(p)].info->latencies) {
+      if (!entry.latency.data_dependent) continue;
+      report.note(flat.primitive_pointer(p), fmt::format("the latency from '{}.{}' to '{}.{}' depends on data",
+                                                         flat.id(p), entry.in, flat.id(p), entry.out));
+    }
+  }
+}
+
 }  // namespace
 
 Result<std::unique_ptr<CompiledNet>> CompiledNet::compile(const NetDescription& description, Environment& environment) {
@@ -331,9 +345,14 @@ Result<std::unique_ptr<CompiledNet>> CompiledNet::compile(const NetDescription& 
   impl.name = description.name;
   check_termination(flat, report);
   check_claims(flat, impl.report, report);
+  check_units(flat, report);
+  check_frames(flat, report);
   Builder(flat, order, environment, report, impl).run();
   if (report.has_errors()) return std::unexpected(report.take());
+  note_null_paths(flat, report);
+  note_latencies(flat, report);
   impl.report.order = impl.ids;
+  impl.report.reactions = reactions(flat, report);
   impl.report.notes = report.take();
   return net;
 }

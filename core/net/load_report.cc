@@ -10,6 +10,10 @@ void LoadReport::error(std::string pointer, std::string message, std::string hin
   if (++errors_ <= kMostErrors) findings_.error(std::move(pointer), std::move(message), std::move(hint));
 }
 
+void LoadReport::note(std::string pointer, std::string message, std::string hint) {
+  findings_.note(std::move(pointer), std::move(message), std::move(hint));
+}
+
 void LoadReport::append(const Findings& findings, std::string_view prefix) {
   for (const Finding& finding : findings.list()) {
     if (finding.severity == Severity::kError && ++errors_ > kMostErrors) continue;
@@ -29,8 +33,13 @@ std::string LoadReport::nearest(std::string_view name, const std::vector<std::st
 }
 
 Findings LoadReport::take() {
-  if (errors_ > kMostErrors) findings_.error({}, fmt::format("{} more errors", errors_ - kMostErrors));
-  return std::move(findings_);
+  if (errors_ == 0) return std::move(findings_);
+  Findings errors;
+  for (const Finding& finding : findings_.list()) {
+    if (finding.severity == Severity::kError) errors.add(finding);
+  }
+  if (errors_ > kMostErrors) errors.error({}, fmt::format("{} more errors", errors_ - kMostErrors));
+  return errors;
 }
 
 std::string shown(std::string_view name) {

@@ -13,13 +13,14 @@ namespace takt::net {
 class LoadReport {
  public:
   void error(std::string pointer, std::string message, std::string hint = {});
+  void note(std::string pointer, std::string message, std::string hint = {});
   void append(const Findings& findings, std::string_view prefix);
 
   /// nearest_choice within the work that is left; a plain count of the choices afterwards.
   [[nodiscard]] std::string nearest(std::string_view name, const std::vector<std::string>& choices);
 
   [[nodiscard]] bool has_errors() const { return errors_ > 0; }
-  /// All findings, with a last one that counts those left out.
+  /// The errors with a last one that counts those left out; the notes if there is no error.
   [[nodiscard]] Findings take();
 
  private:

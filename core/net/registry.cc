@@ -6,7 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "core/net/frame_check.h"
 #include "core/net/setup_impl.h"
+#include "core/net/unit.h"
 
 namespace takt::net {
 
@@ -32,6 +34,20 @@ bool duplicate_name(const PrimitiveInfo& info) {
   return twice(inputs) || twice(outputs);
 }
 
+/// Unit and frame texts are part of the program: a malformed one is found at the first look at its type.
+void check_texts(const PrimitiveInfo& info) {
+  for (const auto* ports : {&info.inputs, &info.outputs}) {
+    for (const PrimitiveInfo::Port& port : *ports) {
+      if (!parse_unit(port.spec.unit)) {
+        programming_error(fmt::format("{}.{}: '{}' is no unit", info.type, port.name, port.spec.unit));
+      }
+      if (!parse_frame_names(port.spec.frame, info)) {
+        programming_error(fmt::format("{}.{}: '{}' names no frames", info.type, port.name, port.spec.frame));
+      }
+    }
+  }
+}
+
 /// Runs the constructor once without a net, so that it declares ports and parameters.
 void describe(const Maker& maker, PrimitiveInfo& info) {
   Setup::Impl impl;
@@ -48,6 +64,7 @@ void describe(const Maker& maker, PrimitiveInfo& info) {
   if (duplicate_name(info)) {
     programming_error(fmt::format("primitive {} uses one name for two ports or parameters", info.type));
   }
+  check_texts(info);
   const bool has_device = std::ranges::any_of(
       info.parameters, [](const PrimitiveInfo::Parameter& p) { return p.type.starts_with("device:"); });
   info.source = info.source || (has_device && !info.outputs.empty());

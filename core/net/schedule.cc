@@ -7,58 +7,37 @@
 
 #include <fmt/format.h>
 
+#include "core/net/digraph.h"
+
 namespace takt::net {
 namespace {
 
-/// Which nodes read a node in the same cycle; the edges of node n are [base[n], base[n+1]).
-struct Graph {
-  struct Edge {
-    int to;
-    int link;  ///< -1: from a gate to a member of its fragment
-  };
-  std::vector<int> base;
-  std::vector<Edge> edges;
-  std::vector<int> incoming;
-
-  [[nodiscard]] std::span<const Edge> from(int node) const {
-    const auto n = static_cast<std::size_t>(node);
-    return {edges.data() + base[n], edges.data() + base[n + 1]};
-  }
+/// Which nodes read a node in the same cycle. An edge's label is its link, or -1 from a gate to a member.
+struct Dependencies {
+  std::vector<std::pair<int, int>> edges;
+  std::vector<int> links;
 };
 
-template <class Visit>
-void for_each_edge(const FlatNet& flat, Visit visit) {
+Dependencies dependencies(const FlatNet& flat) {
+  Dependencies all;
+  const auto add = [&](int from, int to, int link) {
+    all.edges.emplace_back(from, to);
+    all.links.push_back(link);
+  };
   for (std::size_t l = 0; l < flat.links.size(); ++l) {
     const FlatLink& link = flat.links[l];
-    if (link.from >= 0 && !link.delayed) visit(link.from, Graph::Edge{link.to, static_cast<int>(l)});
+    if (link.from >= 0 && !link.delayed) add(link.from, link.to, static_cast<int>(l));
   }
+  const auto gated = [&](int fragment) { return flat.fragments[static_cast<std::size_t>(fragment)].gated; };
   const auto gate = [&](int fragment) { return flat.primitive_count() + fragment; };
   for (int p = 0; p < flat.primitive_count(); ++p) {
-    const int fragment = flat.fragment_of(p);
-    if (flat.fragments[static_cast<std::size_t>(fragment)].gated) visit(gate(fragment), Graph::Edge{p, -1});
+    if (gated(flat.fragment_of(p))) add(gate(flat.fragment_of(p)), p, -1);
   }
   for (std::size_t f = 1; f < flat.fragments.size(); ++f) {
     const int parent = flat.fragments[f].parent;
-    if (flat.fragments[static_cast<std::size_t>(parent)].gated) {
-      visit(gate(parent), Graph::Edge{gate(static_cast<int>(f)), -1});
-    }
+    if (gated(parent)) add(gate(parent), gate(static_cast<int>(f)), -1);
   }
-}
-
-Graph make_graph(const FlatNet& flat) {
-  const std::size_t nodes = static_cast<std::size_t>(flat.node_count());
-  Graph graph{std::vector<int>(nodes + 1), {}, std::vector<int>(nodes)};
-  for_each_edge(flat, [&](int from, Graph::Edge edge) {
-    ++graph.base[static_cast<std::size_t>(from) + 1];
-    ++graph.incoming[static_cast<std::size_t>(edge.to)];
-  });
-  std::partial_sum(graph.base.begin(), graph.base.end(), graph.base.begin());
-  graph.edges.resize(static_cast<std::size_t>(graph.base.back()));
-  std::vector<int> next(graph.base.begin(), graph.base.end() - 1);
-  for_each_edge(flat, [&](int from, Graph::Edge edge) {
-    graph.edges[static_cast<std::size_t>(next[static_cast<std::size_t>(from)]++)] = edge;
-  });
-  return graph;
+  return all;
 }
 
 /// Nodes sorted by id, and each node's place in that list.
@@ -81,94 +60,41 @@ Ranks rank_by_id(const FlatNet& flat) {
   return ranks;
 }
 
-/// Finds and words the cycles among nodes that could not be ordered.
+/// Finds and words the cycles, one per strongly connected group of nodes.
 class CycleReporter {
  public:
-  CycleReporter(const FlatNet& flat, const Graph& graph, std::vector<bool> open, LoadReport& report)
+  CycleReporter(const FlatNet& flat, const Digraph& graph, const std::vector<int>& links, LoadReport& report)
       : flat_(flat),
         graph_(graph),
-        open_(std::move(open)),
+        links_(links),
         report_(report),
-        component_(open_.size(), -1),
-        reached_by_(open_.size(), -1) {}
+        components_(strong_components(graph)),
+        reached_by_(static_cast<std::size_t>(graph.node_count()), -1) {}
 
-  void run(const std::vector<int>& by_rank) {
-    find_components(by_rank);
-    std::vector<std::vector<int>> members(static_cast<std::size_t>(components_));
-    for (const int node : by_rank) {
-      if (const int c = component_[static_cast<std::size_t>(node)]; c >= 0)
-        members[static_cast<std::size_t>(c)].push_back(node);
+  /// `nodes`: those that could not be ordered, by id.
+  void run(std::span<const int> nodes) {
+    std::vector<int> group_of(static_cast<std::size_t>(components_.count), -1);
+    std::vector<std::vector<int>> groups;
+    for (const int node : nodes) {
+      int& group = group_of[static_cast<std::size_t>(component(node))];
+      if (group < 0) {
+        group = static_cast<int>(groups.size());
+        groups.emplace_back();
+      }
+      groups[static_cast<std::size_t>(group)].push_back(node);
     }
-    std::ranges::sort(members);  // components are numbered by the walk; report them by their first member
-    for (const auto& nodes : members) report_component(nodes);
+    for (const auto& group : groups) {
+      const std::vector<int> chain = shortest_cycle(group);
+      if (!chain.empty()) word(chain);
+    }
   }
 
  private:
-  struct Step {
-    int node;
-    int edge;  ///< index into graph_.edges by which the node was reached
-  };
+  [[nodiscard]] int component(int node) const { return components_.of[static_cast<std::size_t>(node)]; }
 
-  bool inside(int node, int component) const { return component_[static_cast<std::size_t>(node)] == component; }
-
-  /// Tarjan's strongly connected components with a stack of our own.
-  void find_components(const std::vector<int>& by_rank) {
-    const std::size_t nodes = open_.size();
-    std::vector<int> number(nodes, -1), low(nodes), next(nodes), stack;
-    std::vector<bool> on_stack(nodes);
-    std::vector<int> path;
-    int counter = 0;
-    const auto enter = [&](int node) {
-      const auto n = static_cast<std::size_t>(node);
-      number[n] = low[n] = counter++;
-      next[n] = graph_.base[n];
-      stack.push_back(node);
-      on_stack[n] = true;
-      path.push_back(node);
-    };
-    for (const int root : by_rank) {
-      if (!open_[static_cast<std::size_t>(root)] || number[static_cast<std::size_t>(root)] >= 0) continue;
-      enter(root);
-      while (!path.empty()) {
-        const auto n = static_cast<std::size_t>(path.back());
-        if (next[n] < graph_.base[n + 1]) {
-          const int to = graph_.edges[static_cast<std::size_t>(next[n]++)].to;
-          const auto t = static_cast<std::size_t>(to);
-          if (!open_[t]) continue;
-          if (number[t] < 0) {
-            enter(to);
-          } else if (on_stack[t]) {
-            low[n] = std::min(low[n], number[t]);
-          }
-          continue;
-        }
-        path.pop_back();
-        if (!path.empty()) {
-          const auto p = static_cast<std::size_t>(path.back());
-          low[p] = std::min(low[p], low[n]);
-        }
-        if (low[n] == number[n]) close_component(static_cast<int>(n), stack, on_stack);
-      }
-    }
-  }
-
-  void close_component(int root, std::vector<int>& stack, std::vector<bool>& on_stack) {
-    const bool single = stack.back() == root;
-    const bool loop = std::ranges::any_of(graph_.from(root), [&](const Graph::Edge& edge) { return edge.to == root; });
-    const int number = single && !loop ? -1 : components_++;
-    for (int node = -1; node != root;) {
-      node = stack.back();
-      stack.pop_back();
-      on_stack[static_cast<std::size_t>(node)] = false;
-      component_[static_cast<std::size_t>(node)] = number;
-    }
-  }
-
-  /// Shortest way from `start` back to itself inside its component, as indices of edges; empty if longer than `limit`.
+  /// Edges of the shortest way from `start` back to itself with at most `limit` of them; empty if there is none.
   std::vector<int> shortest_from(int start, std::size_t limit, std::size_t& work) {
-    const int component = component_[static_cast<std::size_t>(start)];
-    std::vector<int> touched;
-    std::vector<int> chain;
+    std::vector<int> touched, chain;
     std::vector<std::pair<int, std::size_t>> queue{{start, 0}};
     for (std::size_t head = 0; head < queue.size() && chain.empty(); ++head) {
       const auto [node, length] = queue[head];
@@ -176,8 +102,9 @@ class CycleReporter {
       const auto n = static_cast<std::size_t>(node);
       for (int e = graph_.base[n]; e < graph_.base[n + 1]; ++e, ++work) {
         const int to = graph_.edges[static_cast<std::size_t>(e)].to;
-        if (!inside(to, component) || (to != start && reached_by_[static_cast<std::size_t>(to)] >= 0)) continue;
-        reached_by_[static_cast<std::size_t>(to)] = e;
+        int& reached_by = reached_by_[static_cast<std::size_t>(to)];
+        if (component(to) != component(start) || reached_by >= 0) continue;
+        reached_by = e;
         touched.push_back(to);
         if (to == start) {
           chain = walk_back(start);
@@ -190,7 +117,7 @@ class CycleReporter {
     return chain;
   }
 
-  std::vector<int> walk_back(int start) const {
+  [[nodiscard]] std::vector<int> walk_back(int start) const {
     std::vector<int> chain;
     int node = start;
     do {
@@ -202,17 +129,17 @@ class CycleReporter {
     return chain;
   }
 
-  void report_component(const std::vector<int>& nodes) {
-    // The shortest cycle through each node, until the work is enough; in a big tangle a short one will do.
+  /// The shortest cycle through each node of the group, until the work is enough; in a big tangle a short one will do.
+  std::vector<int> shortest_cycle(const std::vector<int>& group) {
     constexpr std::size_t kEnoughWork = 2'000'000;
     std::vector<int> best;
     std::size_t work = 0;
-    for (const int node : nodes) {
-      std::vector<int> chain = shortest_from(node, best.empty() ? open_.size() + 1 : best.size() - 1, work);
+    for (const int node : group) {
+      std::vector<int> chain = shortest_from(node, best.empty() ? group.size() : best.size() - 1, work);
       if (!chain.empty()) best = std::move(chain);
       if (best.size() == 1 || work > kEnoughWork) break;
     }
-    word(best);
+    return best;
   }
 
   void word(const std::vector<int>& chain) {
@@ -220,15 +147,15 @@ class CycleReporter {
     std::string text;
     int first_link = -1;
     for (std::size_t i = 0; i < chain.size(); ++i) {
-      const int link = graph_.edges[static_cast<std::size_t>(chain[i])].link;
-      if (link < 0) continue;  // from a gate to its member: the member's link follows
+      const int link = links_[static_cast<std::size_t>(graph_.edges[static_cast<std::size_t>(chain[i])].label)];
+      if (link < 0) continue;  // from a gate to a member: the member's link follows
       if (first_link < 0) first_link = link;
       if (i >= kMostShown) continue;
       const FlatLink& l = flat_.links[static_cast<std::size_t>(link)];
       text += fmt::format("{}{} -> {}", text.empty() ? "" : ", ", flat_.output_name(l.from, l.from_port),
                           flat_.input_name(l.to, l.to_port));
     }
-    if (chain.size() > kMostShown) text += fmt::format(", ... ({} links in all)", chain.size());
+    if (chain.size() > kMostShown) text += fmt::format(", ... ({} steps in all)", chain.size());
     report_.error(flat_.link_pointer(flat_.links[static_cast<std::size_t>(first_link)]),
                   fmt::format("cycle without a delay: {}", text),
                   "every value here waits for itself; mark one of these links \"delayed\": true (one cycle, with "
@@ -236,41 +163,44 @@ class CycleReporter {
   }
 
   const FlatNet& flat_;
-  const Graph& graph_;
-  std::vector<bool> open_;
+  const Digraph& graph_;
+  const std::vector<int>& links_;
   LoadReport& report_;
-  std::vector<int> component_;
+  Components components_;
   std::vector<int> reached_by_;  ///< edge by which the search came to a node, or -1
-  int components_ = 0;
 };
 
 }  // namespace
 
 std::vector<int> schedule(const FlatNet& flat, LoadReport& report) {
-  Graph graph = make_graph(flat);
+  const Dependencies all = dependencies(flat);
+  const Digraph graph(flat.node_count(), all.edges);
+  std::vector<int> waits_for(static_cast<std::size_t>(flat.node_count()));
+  for (const auto& [from, to] : all.edges) ++waits_for[static_cast<std::size_t>(to)];
+
   const Ranks ranks = rank_by_id(flat);
   std::vector<int> order;
   order.reserve(ranks.rank.size());
   std::priority_queue<int, std::vector<int>, std::greater<>> ready;
   for (const int node : ranks.by_rank) {
-    if (graph.incoming[static_cast<std::size_t>(node)] == 0) ready.push(ranks.rank[static_cast<std::size_t>(node)]);
+    if (waits_for[static_cast<std::size_t>(node)] == 0) ready.push(ranks.rank[static_cast<std::size_t>(node)]);
   }
   while (!ready.empty()) {
     const int node = ranks.by_rank[static_cast<std::size_t>(ready.top())];
     ready.pop();
     order.push_back(node);
-    for (const Graph::Edge& edge : graph.from(node)) {
-      if (--graph.incoming[static_cast<std::size_t>(edge.to)] == 0)
-        ready.push(ranks.rank[static_cast<std::size_t>(edge.to)]);
+    for (const Digraph::Edge& edge : graph.from(node)) {
+      const auto to = static_cast<std::size_t>(edge.to);
+      if (--waits_for[to] == 0) ready.push(ranks.rank[to]);
     }
   }
-  if (order.size() == ranks.rank.size()) return order;
-  std::vector<bool> open(ranks.rank.size(), true);
-  for (const int node : order) open[static_cast<std::size_t>(node)] = false;
+  const std::size_t ordered = order.size();
   for (const int node : ranks.by_rank) {
-    if (open[static_cast<std::size_t>(node)]) order.push_back(node);
+    if (waits_for[static_cast<std::size_t>(node)] > 0) order.push_back(node);
   }
-  CycleReporter(flat, graph, std::move(open), report).run(ranks.by_rank);
+  if (ordered < order.size()) {
+    CycleReporter(flat, graph, all.links, report).run(std::span(order).subspan(ordered));
+  }
   return order;
 }
 

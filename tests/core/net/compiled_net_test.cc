@@ -3,55 +3,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/core/net/net_support.h"
 #include "tests/support/primitive_harness.h"
 
 namespace takt::net {
 namespace {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
-using Json = nlohmann::ordered_json;
-
-class NoDevices : public Environment {
- public:
-  Resource* find(std::string_view) override { return nullptr; }
-  [[nodiscard]] std::vector<std::string> names() const override { return {}; }
-};
-
-std::unique_ptr<CompiledNet> make(const NetDescription& description) {
-  NoDevices devices;
-  auto net = CompiledNet::compile(description, devices);
-  if (!net) {
-    ADD_FAILURE() << net.error().to_string();
-    return nullptr;
-  }
-  return std::move(*net);
-}
-
-void run(CompiledNet& net, int cycles) {
-  for (int i = 0; i < cycles; ++i) {
-    Cycle cycle;
-    cycle.index = net.cycles();
-    const test::AllocationGuard guard;
-    net.evaluate(cycle);
-    EXPECT_EQ(guard.count(), 0u);
-  }
-}
-
-std::optional<double> real(const CompiledNet& net, std::string_view port) {
-  const Slot<Real>* slot = net.find<Real>(port);
-  if (slot == nullptr) {
-    ADD_FAILURE() << "no port " << port;
-    return std::nullopt;
-  }
-  return slot->null != 0 ? std::nullopt : std::optional<double>(slot->value);
-}
 
 TEST(CompiledNet, EvaluatesInTheOrderOfTheLinks) {
   NetDescription d;
   d.add("z", "TestConstant", {{"value", 2.0}}).add("a", "TestAdd", {{"b", 1.0}}).add("m", "TestAdd", {{"b", 10.0}});
   d.add("end", "TestEnd").link("z.out", "m.a").link("m.out", "a.a");
-  const auto net = make(d);
+  const auto net = make_net(d);
   run(*net, 1);
   EXPECT_EQ(real(*net, "a.out"), 13.0);
   EXPECT_THAT(net->report().order, ElementsAre("end", "z", "m", "a"));
@@ -64,7 +28,7 @@ TEST(CompiledNet, RowO2DelayedLinkDelaysOneCycleAndStartsWithItsInitial) {
   d.add("n", "TestCounter").add("r", "TestToReal").add("end", "TestEnd").link("n.out", "r.in");
   d.add("with", "TestAdd", {{"b", 0.0}}).add("without", "TestAdd", {{"b", 0.0}}).add("again", "TestAdd", {{"b", 0.0}});
   d.link_delayed("r.out", "with.a", 7.5).link_delayed("r.out", "without.a").link_delayed("with.out", "again.a");
-  const auto net = make(d);
+  const auto net = make_net(d);
   run(*net, 1);
   EXPECT_EQ(real(*net, "with.out"), 7.5);
   EXPECT_EQ(real(*net, "without.out"), std::nullopt);
@@ -82,7 +46,7 @@ TEST(CompiledNet, RowO2LoopsCloseOverADelay) {
   NetDescription d;
   d.add("one", "TestConstant", {{"value", 1.0}}).add("sum", "TestAdd").add("end", "TestEnd");
   d.link("one.out", "sum.a").link_delayed("sum.out", "sum.b", 0.0);
-  const auto net = make(d);
+  const auto net = make_net(d);
   run(*net, 5);
   EXPECT_EQ(real(*net, "sum.out"), 5.0);
 }
@@ -93,7 +57,7 @@ TEST(CompiledNet, AnInputThatBreaksLoopsReadsTheCycleBeforeWhateverTheOrder) {
     NetDescription d;
     d.add("m", "TestCounter").add("n", "TestToReal").add(id, "TestPrevious").add("end", "TestEnd");
     d.link("m.out", "n.in").link("n.out", std::string(id) + ".in");
-    const auto net = make(d);
+    const auto net = make_net(d);
     const std::string port = std::string(id) + ".out";
     run(*net, 1);
     EXPECT_EQ(real(*net, port), std::nullopt);
@@ -107,7 +71,7 @@ TEST(CompiledNet, RowN5WhatIsNotFiniteBecomesNull) {
   d.add("q", "TestDivide", {{"a", 1.0}, {"b", 0.0}})
       .add("z", "TestMultiply", {{"a", -1.0}, {"b", 0.0}})
       .add("end", "TestEnd");
-  const auto net = make(d);
+  const auto net = make_net(d);
   run(*net, 1);
   EXPECT_EQ(real(*net, "q.out"), std::nullopt);
   EXPECT_EQ(net->find<Real>("q.out")->value, 0.0);
@@ -128,7 +92,7 @@ TEST(CompiledNet, RowN6ConstantsFeedInputsNullIncluded) {
          {"twist", {{"linear", {1, 0, 0}}}},
          {"wrench", nullptr}});
   d.add("end", "TestEnd");
-  const auto net = make(d);
+  const auto net = make_net(d);
   run(*net, 1);
   EXPECT_TRUE(net->find<Boolean>("x.boolean_out")->value);
   EXPECT_EQ(net->find<Integer>("x.integer_out")->value, -5);
@@ -144,7 +108,7 @@ TEST(CompiledNet, RowN6ConstantsFeedInputsNullIncluded) {
 TEST(CompiledNet, RowL7AnExceptionFailsItsNetWithThePrimitiveNamed) {
   NetDescription d;
   d.add("bad", "TestThrow", {{"at", 2}}).add("sum", "TestSum", {{"in", 1.0}}).add("end", "TestEnd");
-  const auto net = make(d);
+  const auto net = make_net(d);
   for (int i = 0; i < 5; ++i) net->evaluate({.index = 100 + i});
   EXPECT_TRUE(net->signals().fail);
   EXPECT_EQ(net->signals().cause.code, Cause::Code::kException);
@@ -166,7 +130,7 @@ TEST(CompiledNet, SlotsHoldNoByteThatNobodyWrote) {
       dirt.back()->fill(static_cast<char>(0x5A + round));
     }
     dirt.clear();
-    const auto net = make(d);
+    const auto net = make_net(d);
     run(*net, 3);
     const std::vector<std::byte> bytes(net->slots().begin(), net->slots().end());
     if (round == 0) first = bytes;
@@ -186,7 +150,7 @@ TEST(CompiledNet, MonitorsReadTheSlotOfTheirSource) {
       .add("speed", "TestMonitor")
       .add("end", "TestEnd")
       .link("c.out", "speed.in");
-  const auto net = make(d);
+  const auto net = make_net(d);
   run(*net, 1);
   ASSERT_EQ(net->monitors().size(), 1u);
   EXPECT_EQ(net->monitors()[0].name, "speed");

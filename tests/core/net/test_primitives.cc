@@ -305,5 +305,46 @@ class TestAllTypes : public Primitive {
 };
 TAKT_PRIMITIVE(TestAllTypes, "test", "Every type, passed through.");
 
+class TestPose : public Primitive {
+ public:
+  explicit TestPose(Setup& setup)
+      : in_(setup.parameter<std::string>("in", "")),
+        of_(setup.parameter<std::string>("of", "")),
+        out_(setup.out<Frame>("out", {.frame = "@in>@of"})) {}
+  void update(const Cycle&) override { out_.set(Frame::Identity()); }
+
+ private:
+  std::string in_, of_;
+  Out<Frame> out_;
+};
+TAKT_PRIMITIVE(TestPose, "test", "An identity with names.");
+
+class TestCompose : public Primitive {
+ public:
+  explicit TestCompose(Setup& setup)
+      : ab_(setup.in<Frame>("ab", {.frame = "A>B"})),
+        bc_(setup.in<Frame>("bc", {.frame = "B>C"})),
+        out_(setup.out<Frame>("out", {.frame = "A>C"})) {}
+  void update(const Cycle&) override {
+    if (ab_.null() || bc_.null()) return out_.set_null();
+    out_.set(*ab_ * *bc_);
+  }
+
+ private:
+  In<Frame> ab_, bc_;
+  Out<Frame> out_;
+};
+TAKT_PRIMITIVE(TestCompose, "test", "Product of poses.");
+
+class TestArmPose : public Primitive {
+ public:
+  explicit TestArmPose(Setup& setup) : flange_(setup.in<Frame>("flange", {.frame = "world>flange"})) {}
+  void update(const Cycle&) override {}
+
+ private:
+  In<Frame> flange_;
+};
+TAKT_PRIMITIVE(TestArmPose, "test", "Takes the pose of the flange in the world.");
+
 }  // namespace
 }  // namespace takt::net

@@ -1,0 +1,166 @@
+#include "core/net/null_paths.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace takt::net {
+namespace {
+
+/// Breadth first from every place where null arises; so the first way to reach an output is a shortest one.
+class NullSearch {
+ public:
+  NullSearch(const FlatNet& flat, LoadReport& report)
+      : flat_(flat),
+        report_(report),
+        reached_by_(static_cast<std::size_t>(flat.output_base.back()), kNot),
+        input_reason_(flat.input_link.size(), kNot) {}
+
+  void run() {
+    index_readers();
+    for (int node = 0; node < flat_.primitive_count(); ++node) start_at(node);
+    for (std::size_t head = 0; head < queue_.size(); ++head) leave(queue_[head]);
+    for (int node = 0; node < flat_.primitive_count(); ++node) note(node);
+  }
+
+ private:
+  static constexpr int kNot = -1;        ///< no null comes here
+  static constexpr int kOwn = -2;        ///< it arises here
+  static constexpr int kNoInitial = -3;  ///< a delayed link without an initial value
+  static constexpr int kConstant = -4;   ///< the constant null
+  static constexpr int kResting = -5;    ///< its fragment may rest
+  static constexpr std::size_t kMostNotes = 100;
+
+  struct Output {
+    int node, port;
+  };
+
+  [[nodiscard]] std::size_t output_number(int node, int port) const {
+    return static_cast<std::size_t>(flat_.output_base[static_cast<std::size_t>(node)] + port);
+  }
+  [[nodiscard]] std::size_t input_number(int node, int port) const {
+    return static_cast<std::size_t>(flat_.input_base[static_cast<std::size_t>(node)] + port);
+  }
+
+  void index_readers() {
+    readers_.resize(reached_by_.size());
+    for (std::size_t l = 0; l < flat_.links.size(); ++l) {
+      const FlatLink& link = flat_.links[l];
+      readers_[output_number(link.from, link.from_port)].push_back(static_cast<int>(l));
+    }
+  }
+
+  void start_at(int node) {
+    const bool resting = flat_.fragments[static_cast<std::size_t>(flat_.fragment_of(node))].gated;
+    for (int port = 0; port < flat_.output_count(node); ++port) {
+      if (flat_.output(node, port).spec.may_be_null) reach({node, port}, kOwn);
+      // Inside a fragment nobody reads while it rests; only a reader outside sees that null.
+      if (resting) reach_outside(node, port);
+    }
+    for (int port = 0; port < flat_.input_count(node); ++port) {
+      const int link = flat_.input_link[input_number(node, port)];
+      if (link >= 0) {
+        const FlatLink& l = flat_.links[static_cast<std::size_t>(link)];
+        if (l.delayed && flat_.description(l).initial.is_null()) enter(node, port, kNoInitial);
+      } else if (const auto* constant = flat_.constant(node, port); constant != nullptr && constant->is_null()) {
+        enter(node, port, kConstant);
+      }
+    }
+  }
+
+  void reach_outside(int node, int port) {
+    for (const int l : readers_[output_number(node, port)]) {
+      const FlatLink& link = flat_.links[static_cast<std::size_t>(l)];
+      if (!flat_.is_gate(link.to) && !within(flat_.fragment_of(link.to), flat_.fragment_of(node))) {
+        enter(link.to, link.to_port, kResting);
+      }
+    }
+  }
+
+  [[nodiscard]] bool within(int inner, int outer) const {
+    while (inner > outer)
+      inner = flat_.fragments[static_cast<std::size_t>(inner)].parent;  // parents are numbered first
+    return inner == outer;
+  }
+
+  void reach(Output output, int reason) {
+    int& reached = reached_by_[output_number(output.node, output.port)];
+    if (reached != kNot) return;
+    reached = reason;
+    queue_.push_back(output);
+  }
+
+  /// Null comes to an input, by a link (its number) or for another reason.
+  void enter(int node, int port, int reason) {
+    int& known = input_reason_[input_number(node, port)];
+    if (known != kNot) return;
+    known = reason;
+    if (flat_.input(node, port).spec.on_null != OnNull::kPropagate) return;
+    for (int out = 0; out < flat_.output_count(node); ++out) reach({node, out}, port);
+  }
+
+  void leave(Output output) {
+    for (const int l : readers_[output_number(output.node, output.port)]) {
+      const FlatLink& link = flat_.links[static_cast<std::size_t>(l)];
+      if (!flat_.is_gate(link.to)) enter(link.to, link.to_port, l);
+    }
+  }
+
+  void note(int node) {
+    const PrimitiveInfo& info = *flat_.primitives[static_cast<std::size_t>(node)].info;
+    for (int port = 0; port < flat_.input_count(node); ++port) {
+      const OnNull on_null = flat_.input(node, port).spec.on_null;
+      const bool stops = on_null == OnNull::kStop || on_null == OnNull::kCountsAsTrue;
+      const bool drives = !info.claims.empty() && on_null == OnNull::kPropagate;
+      if (!(stops || drives) || input_reason_[input_number(node, port)] == kNot || ++notes_ > kMostNotes) continue;
+      report_.note(flat_.primitive_pointer(node),
+                   fmt::format("null can reach '{}': {}", flat_.input_name(node, port), path_to(node, port)),
+                   on_null == OnNull::kCountsAsTrue ? "null counts as true here (row N3)"
+                   : on_null == OnNull::kStop       ? "null stops here (row N4)"
+                                                    : "");
+    }
+  }
+
+  [[nodiscard]] std::string linked_from(int node, int port, int reason) const {
+    const FlatLink& link = flat_.links[static_cast<std::size_t>(flat_.input_link[input_number(node, port)])];
+    return fmt::format("{} ({})", flat_.output_name(link.from, link.from_port),
+                       reason == kNoInitial ? "delayed, without an initial value" : "null while its fragment rests");
+  }
+
+  /// From the place where the null arises to the input.
+  [[nodiscard]] std::string path_to(int node, int port) const {
+    constexpr std::size_t kMostShown = 12;
+    std::vector<std::string> steps{flat_.input_name(node, port)};
+    std::string origin;
+    for (std::size_t length = 0; length <= reached_by_.size(); ++length) {
+      const int reason = input_reason_[input_number(node, port)];
+      if (reason < 0) {
+        origin = reason == kConstant ? "the constant null" : linked_from(node, port, reason);
+        break;
+      }
+      const FlatLink& link = flat_.links[static_cast<std::size_t>(reason)];
+      if (steps.size() < kMostShown) steps.push_back(flat_.output_name(link.from, link.from_port));
+      node = link.from;
+      port = reached_by_[output_number(link.from, link.from_port)];
+      if (port < 0) break;  // it arises at this output
+    }
+    if (!origin.empty()) steps.push_back(origin);
+    std::ranges::reverse(steps);
+    return fmt::format("{}", fmt::join(steps, " -> "));
+  }
+
+  const FlatNet& flat_;
+  LoadReport& report_;
+  std::vector<int> reached_by_;    ///< per output: input port of its primitive by which null came, or a reason
+  std::vector<int> input_reason_;  ///< per input: link by which null came, or a reason
+  std::vector<std::vector<int>> readers_;
+  std::vector<Output> queue_;
+  std::size_t notes_ = 0;
+};
+
+}  // namespace
+
+void note_null_paths(const FlatNet& flat, LoadReport& report) { NullSearch(flat, report).run(); }
+
+}  // namespace takt::net
