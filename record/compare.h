@@ -21,7 +21,7 @@ namespace takt::record {
 enum class ToleranceKind {
   kExact,       ///< the same samples at the same times, bit for bit
   kTube,        ///< within dv of the reference somewhere within dt around each time
-  kFeatures,    ///< only peak, least value, end value and length of the curve, each within dv
+  kFeatures,    ///< only the greatest, least, mean and last value, each within dv
   kReportOnly,  ///< shown, never judged
 };
 
@@ -60,7 +60,7 @@ struct DigestDifference {
 
 /// A value of one feature in both runs.
 struct FeatureDifference {
-  std::string name;  ///< "max", "min", "end", "length"
+  std::string name;  ///< "max", "min", "mean", "end"
   double a = 0.0, b = 0.0;
   bool passed = true;
 };
@@ -86,7 +86,7 @@ struct ColumnComparison {
   std::uint64_t samples_outside = 0;
   std::vector<FeatureDifference> features;
   std::string note;            ///< in words, if numbers do not say it
-  PlotCurve curve_a, curve_b;  ///< for the report; empty for columns that are equal throughout
+  PlotCurve curve_a, curve_b;  ///< for the report; curve_b is empty where both are equal throughout
 };
 
 /// Two runs side by side. A is the run under test, B the reference (the second recording, or a golden).

@@ -29,8 +29,9 @@ struct GoldenEvent {
   double time_s = 0.0;
 };
 
-/// A run that a person has looked at and approved, small enough for the repository. Across machines it is compared
-/// with tolerances; where the fingerprint is equal, the digest must be equal too (row D5).
+/// A run that a person has looked at and approved, small enough for the repository. It is compared with tolerances, so
+/// that it holds across machines and harmless changes of code; whether the digest is still the same is told, and judged
+/// only on request (row D5).
 struct Golden {
   std::string scenario;  ///< as the caller names it
   std::string reason;    ///< why this run is right, in words; never empty
@@ -61,7 +62,7 @@ struct BlessOptions {
 [[nodiscard]] Result<Golden> golden_from_json(const nlohmann::ordered_json& json);
 [[nodiscard]] Result<Golden> read_golden(const std::filesystem::path& path);
 
-/// A run against a golden, with the golden's tolerances. Equal fingerprints demand equal digests.
+/// A run against a golden, with the golden's tolerances; rules in `options` come before them.
 [[nodiscard]] Comparison compare_with_golden(const Recording& recording, const Golden& golden,
                                              const CompareOptions& options = {});
 

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "record/compare.h"
+#include "record/curves.h"
+
+namespace takt::record {
+
+// The parts of a comparison that recordings and goldens share.
+
+/// Who is compared, under which tolerance.
+struct ColumnId {
+  std::string topic, column, unit;
+};
+
+[[nodiscard]] Tolerance choose_tolerance(const std::vector<ToleranceRule>& rules, std::string_view topic,
+                                         std::string_view column, const Tolerance& otherwise);
+
+/// One column of the run under test against the reference. `plot_points` = 0: no curves.
+[[nodiscard]] ColumnComparison compare_column(const ColumnId& id, const CurveView& a, const CurveView& b,
+                                              const Tolerance& tolerance, std::size_t plot_points);
+
+/// Events as a sequence: the same (source, name) in the same order, each within dt; texts too if exact.
+[[nodiscard]] ColumnComparison compare_events(std::string_view topic, const std::vector<RecordedEvent>& a,
+                                              const std::vector<RecordedEvent>& b, const Tolerance& tolerance);
+
+/// The end of the run as a column of its own.
+[[nodiscard]] ColumnComparison compare_end(Nanoseconds a, Nanoseconds b, const Tolerance& tolerance);
+
+/// Differences of fingerprints and torn ends, in words.
+void note_differences(const Recording& a, std::string_view name_a,
+                      const std::map<std::string, std::string>& fingerprint_b, Comparison& comparison);
+
+/// Fills `passed` from columns, missing and, if required, digests.
+void judge(const CompareOptions& options, Comparison& comparison);
+
+}  // namespace takt::record

@@ -1,0 +1,218 @@
+// The pictures of the report.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "record/curves.h"
+#include "record/report_parts.h"
+
+namespace takt::record {
+
+namespace {
+
+constexpr double kWidth = 1000.0, kLeft = 64.0, kRight = 12.0;
+constexpr double kCurveHeight = 210.0, kDifferenceHeight = 64.0, kGap = 30.0, kTop = 22.0;
+constexpr std::string_view kColorA = "#d9480f", kColorB = "#1f6feb", kColorTube = "#9cc3ff";
+
+/// A strip of the picture with its two scales.
+struct Strip {
+  double top, height;
+  double time_low, time_high, low, high;
+  [[nodiscard]] double x(double time) const {
+    return kLeft + (time - time_low) / (time_high - time_low) * (kWidth - kLeft - kRight);
+  }
+  [[nodiscard]] double y(double value) const { return top + (high - value) / (high - low) * height; }
+};
+
+/// About `count` round numbers between low and high.
+std::vector<double> ticks(double low, double high, int count) {
+  const double raw = (high - low) / count;
+  const double power = std::pow(10.0, std::floor(std::log10(raw)));
+  double step = 10.0 * power;
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= raw) {
+      step = factor * power;
+      break;
+    }
+  }
+  std::vector<double> found;
+  for (double n = std::ceil(low / step); n * step <= high + 1e-9 * step; n += 1.0) found.push_back(n * step);
+  return found;
+}
+
+std::string tick_text(double value, double span) {
+  return fmt::format("{:.4g}", std::abs(value) < 1e-9 * span ? 0.0 : value);
+}
+
+void take_range(const std::vector<double>& values, double& low, double& high) {
+  for (const double value : values) {
+    if (std::isnan(value)) continue;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+}
+
+/// Never flat, with air above and below.
+void widen(double& low, double& high, double least) {
+  if (!(low <= high)) low = high = 0.0;
+  const double air = std::max(0.08 * (high - low), least);
+  low -= air;
+  high += air;
+}
+
+std::string path_of(const PlotCurve& curve, const Strip& strip) {
+  std::string path;
+  bool pen_down = false;
+  for (std::size_t i = 0; i < curve.time_s.size(); ++i) {
+    if (std::isnan(curve.value[i])) {
+      pen_down = false;
+      continue;
+    }
+    path += fmt::format("{}{:.1f} {:.1f}", pen_down ? "L" : "M", strip.x(curve.time_s[i]), strip.y(curve.value[i]));
+    pen_down = true;
+  }
+  return path;
+}
+
+void add_axes(std::string& svg, const Strip& strip, int rows, bool with_time) {
+  const double right = kWidth - kRight, bottom = strip.top + strip.height;
+  svg += fmt::format(R"(<rect x="{}" y="{:.1f}" width="{}" height="{:.1f}" fill="#fcfcfd" stroke="#e4e7ec"/>)", kLeft,
+                     strip.top, right - kLeft, strip.height);
+  for (const double value : ticks(strip.low, strip.high, rows)) {
+    const double y = strip.y(value);
+    svg +=
+        fmt::format(R"(<path d="M{} {:.1f}H{}" stroke="#eceef2"/><text x="{}" y="{:.1f}" text-anchor="end">{}</text>)",
+                    kLeft, y, right, kLeft - 6, y + 4, tick_text(value, strip.high - strip.low));
+  }
+  for (const double time : ticks(strip.time_low, strip.time_high, 10)) {
+    const double x = strip.x(time);
+    svg += fmt::format(R"(<path d="M{:.1f} {:.1f}V{:.1f}" stroke="#eceef2"/>)", x, strip.top, bottom);
+    if (!with_time) continue;
+    svg += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="middle">{} s</text>)", x, bottom + 16,
+                       tick_text(time, strip.time_high - strip.time_low));
+  }
+}
+
+std::vector<Nanoseconds> to_nanoseconds(const std::vector<double>& seconds) {
+  std::vector<Nanoseconds> times;
+  for (const double s : seconds) times.push_back(static_cast<Nanoseconds>(std::llround(s * 1e9)));
+  return times;
+}
+
+/// The tube as the union of boxes around the reference: drawn as a broad line plus the freedom in value.
+void add_tube(std::string& svg, const ColumnComparison& c, const Strip& strip) {
+  if (c.tolerance.kind != ToleranceKind::kTube || c.tolerance.dv <= 0.0) return;
+  const PlotCurve& b = c.curve_b.time_s.empty() ? c.curve_a : c.curve_b;
+  const auto times = to_nanoseconds(b.time_s);
+  const std::size_t count = times.size();
+  // The bounds at each drawn time: least and greatest value of the reference within dt.
+  const auto bounds = [&](std::size_t i) {
+    double low = b.value[i], high = b.value[i];
+    for (std::size_t k = i; k-- > 0 && times[k] >= times[i] - c.tolerance.dt;) {
+      low = std::fmin(low, b.value[k]);
+      high = std::fmax(high, b.value[k]);
+    }
+    for (std::size_t k = i + 1; k < count && times[k] <= times[i] + c.tolerance.dt; ++k) {
+      low = std::fmin(low, b.value[k]);
+      high = std::fmax(high, b.value[k]);
+    }
+    return std::pair(low - c.tolerance.dv, high + c.tolerance.dv);
+  };
+  const auto clipped = [&](double value) { return std::clamp(strip.y(value), strip.top, strip.top + strip.height); };
+  for (std::size_t start = 0; start < count;) {
+    if (std::isnan(b.value[start])) {
+      ++start;
+      continue;
+    }
+    std::string upper, lower;
+    std::size_t i = start;
+    for (; i < count && !std::isnan(b.value[i]); ++i) {
+      const auto [low, high] = bounds(i);
+      upper += fmt::format("{}{:.1f} {:.1f}", i == start ? "M" : "L", strip.x(b.time_s[i]), clipped(high));
+      lower.insert(0, fmt::format("L{:.1f} {:.1f}", strip.x(b.time_s[i]), clipped(low)));
+    }
+    svg += fmt::format(R"(<path d="{}{}Z" fill="{}" fill-opacity="0.4"/>)", upper, lower, kColorTube);
+    start = i;
+  }
+}
+
+/// A minus B at the times of A.
+PlotCurve difference_of(const ColumnComparison& c) {
+  PlotCurve difference;
+  const auto times_a = to_nanoseconds(c.curve_a.time_s), times_b = to_nanoseconds(c.curve_b.time_s);
+  for (std::size_t i = 0; i < times_a.size(); ++i) {
+    difference.time_s.push_back(c.curve_a.time_s[i]);
+    difference.value.push_back(c.curve_a.value[i] - value_at({times_b, c.curve_b.value}, times_a[i]));
+  }
+  return difference;
+}
+
+void add_difference(std::string& svg, const ColumnComparison& c, const Strip& curves) {
+  const PlotCurve difference = difference_of(c);
+  Strip strip{curves.top + curves.height + kGap, kDifferenceHeight, curves.time_low, curves.time_high, 0.0, 0.0};
+  take_range(difference.value, strip.low, strip.high);
+  const bool tube = c.tolerance.kind == ToleranceKind::kTube;
+  widen(strip.low, strip.high, tube ? 1.3 * c.tolerance.dv : 1e-12);
+  add_axes(svg, strip, 3, false);
+  if (tube && c.tolerance.dv > 0.0) {
+    svg += fmt::format(R"(<rect x="{}" y="{:.1f}" width="{}" height="{:.1f}" fill="{}" fill-opacity="0.4"/>)", kLeft,
+                       strip.y(c.tolerance.dv), kWidth - kLeft - kRight,
+                       strip.y(-c.tolerance.dv) - strip.y(c.tolerance.dv), kColorTube);
+  }
+  svg += fmt::format(R"(<path d="{}" fill="none" stroke="#344054" stroke-width="1.2"/>)", path_of(difference, strip));
+  svg += fmt::format(R"(<text x="{}" y="{:.1f}">A - B at equal times</text>)", kLeft + 6, strip.top + 13);
+}
+
+void add_legend(std::string& svg, bool has_b, bool tube) {
+  double x = kLeft;
+  const auto add = [&](std::string_view color, std::string_view text, double width) {
+    svg += fmt::format(R"(<path d="M{} 10h22" stroke="{}" stroke-width="{}"/><text x="{}" y="14">{}</text>)", x, color,
+                       width, x + 28, text);
+    x += 52.0 + 6.5 * static_cast<double>(text.size());
+  };
+  if (!has_b) return add(kColorA, "A and B", 2.0);
+  add(kColorA, "A", 2.0);
+  add(kColorB, "B, the reference", 2.0);
+  if (tube) add(kColorTube, "tolerance around B", 8.0);
+}
+
+}  // namespace
+
+std::string draw_column(const ColumnComparison& c) {
+  const bool has_b = !c.curve_b.time_s.empty();
+  Strip strip{kTop, kCurveHeight, c.curve_a.time_s.front(), c.curve_a.time_s.back(), 0.0, 0.0};
+  strip.low = std::numeric_limits<double>::infinity();
+  strip.high = -strip.low;
+  take_range(c.curve_a.value, strip.low, strip.high);
+  if (has_b) {
+    take_range(c.curve_b.value, strip.low, strip.high);
+    strip.time_low = std::min(strip.time_low, c.curve_b.time_s.front());
+    strip.time_high = std::max(strip.time_high, c.curve_b.time_s.back());
+  }
+  if (!(strip.time_high > strip.time_low)) strip.time_high = strip.time_low + 1e-3;
+  const bool tube = has_b && c.tolerance.kind == ToleranceKind::kTube;
+  widen(strip.low, strip.high, tube ? 1.3 * c.tolerance.dv : 1e-9 + 1e-3 * std::abs(strip.high));
+
+  const double height = kTop + kCurveHeight + kGap + (has_b ? kDifferenceHeight + 8.0 : 0.0);
+  std::string svg =
+      fmt::format(R"(<svg viewBox="0 0 {} {}" role="img" aria-label="curves over time">)", kWidth, height);
+  add_legend(svg, has_b, tube);
+  add_axes(svg, strip, 5, true);
+  if (has_b) {
+    add_tube(svg, c, strip);
+    svg +=
+        fmt::format(R"(<path d="{}" fill="none" stroke="{}" stroke-width="2"/>)", path_of(c.curve_b, strip), kColorB);
+  }
+  svg +=
+      fmt::format(R"(<path d="{}" fill="none" stroke="{}" stroke-width="1.4"/>)", path_of(c.curve_a, strip), kColorA);
+  if (has_b && !c.passed && std::isfinite(c.a)) {
+    svg += fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="5" fill="none" stroke="#c0362c" stroke-width="2"/>)",
+                       strip.x(to_seconds(c.time)), strip.y(c.a));
+  }
+  if (has_b) add_difference(svg, c, strip);
+  return svg + "</svg>";
+}
+
+}  // namespace takt::record

@@ -1,0 +1,287 @@
+#include "record/compare.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "record/golden.h"
+#include "tests/record/support.h"
+
+namespace takt::record {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+/// A run of `cycles` cycles in memory; `disturb` adds to the first joint in each cycle.
+Recording run(
+    std::uint64_t cycles, const std::function<double(std::uint64_t)>& disturb = [](std::uint64_t) { return 0.0; }) {
+  TestFolder folder("compare");
+  RecorderOptions options;
+  options.fingerprint = {{"takt", "0.1.0"}, {"cpu", "x86_64: avx2"}};
+  auto recorder = Recorder::open(folder / "a.mcap", options).value();
+  SampleRun sample(*recorder);
+  for (std::uint64_t k = 0; k < cycles; ++k) sample.cycle(k, disturb(k));
+  recorder->close();
+  return Recording::open(folder / "a.mcap").value();
+}
+
+const ColumnComparison& column(const Comparison& comparison, std::string_view topic, std::string_view name) {
+  const auto found = std::ranges::find_if(
+      comparison.columns, [&](const ColumnComparison& c) { return c.topic == topic && c.column == name; });
+  EXPECT_NE(found, comparison.columns.end()) << topic << " " << name;
+  return *found;
+}
+
+TEST(Compare, EqualRunsAreIdentical) {
+  const Comparison c = compare(run(200), run(200));
+  EXPECT_TRUE(c.identical);
+  EXPECT_TRUE(c.passed);
+  EXPECT_FALSE(c.first_difference);
+  EXPECT_THAT(c.missing, IsEmpty());
+  EXPECT_THAT(c.notes, IsEmpty());
+  EXPECT_EQ(c.cycles_a, 200u);
+  for (const ColumnComparison& each : c.columns) EXPECT_EQ(each.max_difference, 0.0) << each.topic << each.column;
+  EXPECT_THAT(to_text(c), HasSubstr("identical"));
+}
+
+TEST(Compare, TheFirstDifferingCycleIsNamed) {
+  const Comparison c = compare(run(200, [](std::uint64_t k) { return k >= 137 ? 1e-9 : 0.0; }), run(200));
+  EXPECT_FALSE(c.identical);
+  ASSERT_TRUE(c.first_difference);
+  EXPECT_EQ(c.first_difference->cycle, 137u);
+  EXPECT_EQ(c.first_difference->time, 137 * kMillisecond);
+  EXPECT_EQ(c.first_difference->a, c.first_difference->b + 1);
+  EXPECT_TRUE(c.passed) << "a nanoradian is inside of every tolerance";
+  CompareOptions strict;
+  strict.require_equal_digests = true;
+  EXPECT_FALSE(compare(run(200, [](std::uint64_t) { return 1e-9; }), run(200), strict).passed);
+}
+
+TEST(Compare, BothEndsOfAToleranceArePinned) {
+  CompareOptions options;
+  options.rules = {{"/left/joints", "a1.position", {.kind = ToleranceKind::kTube, .dt = 0, .dv = 0.01}}};
+  const auto with = [&](double size) {
+    return compare(run(200, [size](std::uint64_t k) { return k == 77 ? size : 0.0; }), run(200), options);
+  };
+  EXPECT_TRUE(with(0.0099).passed);
+  const Comparison failed = with(0.0101);
+  EXPECT_FALSE(failed.passed);
+  const ColumnComparison& c = column(failed, "/left/joints", "a1.position");
+  EXPECT_FALSE(c.passed);
+  EXPECT_EQ(c.samples_outside, 1u);
+  EXPECT_NEAR(c.max_deviation, 0.0101, 1e-12);
+  EXPECT_EQ(c.time, 77 * kMillisecond);
+  EXPECT_NEAR(c.a - c.b, 0.0101, 1e-12);
+  EXPECT_TRUE(column(failed, "/left/joints", "a2.position").passed);
+  EXPECT_THAT(to_text(failed),
+              AllOf(HasSubstr("different"), HasSubstr("outside: /left/joints a1.position: 0.0101 rad")));
+}
+
+TEST(Compare, EveryClassOfToleranceJudgesItsOwnWay) {
+  const auto judged_by = [](ToleranceKind kind, double size) {
+    CompareOptions options;
+    options.rules = {{"/left/joints", "a1.*", {.kind = kind, .dt = 0, .dv = 0.05}}};
+    return column(compare(run(200, [size](std::uint64_t k) { return k == 50 ? size : 0.0; }), run(200), options),
+                  "/left/joints", "a1.position");
+  };
+  EXPECT_FALSE(judged_by(ToleranceKind::kExact, 1e-12).passed);
+  EXPECT_TRUE(judged_by(ToleranceKind::kExact, 0.0).passed);
+  EXPECT_FALSE(judged_by(ToleranceKind::kTube, 0.1).passed);
+  EXPECT_TRUE(judged_by(ToleranceKind::kReportOnly, 100.0).passed);
+  EXPECT_EQ(judged_by(ToleranceKind::kReportOnly, 100.0).max_deviation, 100.0);
+  // sin(0.003 k) is 0.15 at the spike and 0.56 at the end: a spike of 0.1 changes neither peak nor end.
+  EXPECT_TRUE(judged_by(ToleranceKind::kFeatures, 0.1).passed);
+  const ColumnComparison peak = judged_by(ToleranceKind::kFeatures, 1.0);
+  EXPECT_FALSE(peak.passed);
+  ASSERT_EQ(peak.features.size(), 4u);
+  EXPECT_EQ(peak.features[0].name, "max");
+  EXPECT_FALSE(peak.features[0].passed);
+  EXPECT_TRUE(peak.features[3].passed);
+}
+
+TEST(Compare, NullAgainstAValueIsNeverClose) {
+  TestFolder folder("null");
+  const auto record = [&](const std::string& name, std::uint64_t null_at) {
+    auto recorder = Recorder::open(folder / name).value();
+    const ChannelId id = recorder->add_samples("/x", {"v"});
+    for (std::uint64_t k = 0; k < 100; ++k) {
+      recorder->begin_cycle(static_cast<Nanoseconds>(k) * kMillisecond, k);
+      recorder->write(id, std::vector<double>{k / 10 == null_at ? NAN : 1.0});
+    }
+    recorder->close();
+    return Recording::open(folder / name).value();
+  };
+  const Comparison c = compare(record("a", 3), record("b", 7));
+  EXPECT_FALSE(c.passed);
+  EXPECT_TRUE(std::isinf(column(c, "/x", "v").max_deviation));
+  EXPECT_TRUE(compare(record("a", 3), record("b", 3)).passed);
+  EXPECT_TRUE(to_json(c).at("columns").back().at("max_deviation").is_null());
+}
+
+TEST(Compare, AShorterRunAndMissingTopicsFail) {
+  const Comparison shorter = compare(run(150), run(200));
+  EXPECT_FALSE(shorter.passed);
+  EXPECT_FALSE(column(shorter, "run", "end").passed);
+  EXPECT_FALSE(column(shorter, "/events", "events").passed);
+  EXPECT_THAT(column(shorter, "/events", "events").note, HasSubstr("4 events, not 5"));
+
+  TestFolder folder("missing");
+  {
+    auto recorder = Recorder::open(folder / "a.mcap").value();
+    recorder->add_samples("/other", {"x"});
+    recorder->begin_cycle(199 * kMillisecond, 0);
+  }
+  const Comparison c = compare(Recording::open(folder / "a.mcap").value(), run(200));
+  EXPECT_FALSE(c.passed);
+  EXPECT_THAT(c.missing, ::testing::Contains("topic '/other' is only in A"));
+  EXPECT_THAT(c.missing, ::testing::Contains("topic '/left/joints' is only in B"));
+}
+
+TEST(Compare, EventsAreASequenceWithWindows) {
+  TestFolder folder("events");
+  const auto record = [&](const std::string& file, const std::vector<std::pair<int, std::string>>& events) {
+    auto recorder = Recorder::open(folder / file).value();
+    const ChannelId id = recorder->add_events("/events");
+    for (int k = 0; k < 100; ++k) {
+      recorder->begin_cycle(k * kMillisecond, static_cast<std::uint64_t>(k));
+      for (const auto& [at, name] : events) {
+        if (at == k) recorder->event(id, "net", name, "text");
+      }
+    }
+    recorder->close();
+    return Recording::open(folder / file).value();
+  };
+  const auto events = [&](const std::vector<std::pair<int, std::string>>& a) {
+    return column(compare(record("a", a), record("b", {{10, "start"}, {50, "contact"}})), "/events", "events");
+  };
+  EXPECT_TRUE(events({{10, "start"}, {55, "contact"}}).passed) << "5 ms is the window";
+  EXPECT_THAT(events({{10, "start"}, {56, "contact"}}).note, HasSubstr("'net contact' at 0.056000 s, not 0.050000 s"));
+  EXPECT_THAT(events({{10, "contact"}, {50, "start"}}).note, HasSubstr("event 1 is 'net contact', not 'net start'"));
+  EXPECT_FALSE(events({{10, "start"}}).passed);
+}
+
+TEST(Compare, OtherMachinesAndTornFilesAreTold) {
+  TestFolder folder("notes");
+  RecorderOptions options;
+  options.fingerprint = {{"takt", "0.1.0"}, {"cpu", "x86_64: avx512f"}};
+  record_run(folder / "a.mcap", 200, options);
+  const std::string bytes = bytes_of(folder / "a.mcap");
+  const Comparison c = compare(Recording::from_bytes(bytes.substr(0, bytes.size() - 5)).value(), run(200));
+  EXPECT_THAT(c.notes, ElementsAre(HasSubstr("truncated at byte"), "cpu: 'x86_64: avx512f' in A, 'x86_64: avx2' in B"));
+  EXPECT_TRUE(c.identical);
+}
+
+TEST(Compare, FilesAreOpenedWithAllFindings) {
+  const auto c = compare_recordings("/no/a.mcap", "/no/b.mcap");
+  ASSERT_FALSE(c);
+  EXPECT_EQ(c.error().list().size(), 2u);
+}
+
+TEST(Compare, TheReportHasTheCurvesAndNoForeignText) {
+  Comparison c = compare(run(200, [](std::uint64_t k) { return k > 90 ? 0.2 : 0.0; }), run(200));
+  c.name_a = "<script>alert(1)</script>";
+  const std::string page = to_html(c);
+  EXPECT_THAT(
+      page, AllOf(HasSubstr("<svg"), HasSubstr("Different"), HasSubstr("a1.position"), HasSubstr("first difference")));
+  EXPECT_THAT(page, Not(HasSubstr("<script>"))) << "names from files are text";
+  EXPECT_THAT(page, Not(HasSubstr("http"))) << "nothing is loaded from elsewhere";
+  EXPECT_LT(page.size(), 3u << 20);
+  TestFolder folder("report");
+  EXPECT_TRUE(write_report(c, folder / "r.html"));
+  EXPECT_EQ(bytes_of(folder / "r.html"), page);
+  EXPECT_FALSE(write_report(c, "/nowhere/r.html"));
+}
+
+TEST(Compare, JsonHoldsTheVerdict) {
+  const auto json = to_json(compare(run(200, [](std::uint64_t k) { return k > 90 ? 0.2 : 0.0; }), run(200)));
+  EXPECT_FALSE(json.at("passed"));
+  EXPECT_EQ(json.at("first_difference").at("cycle"), 91);
+  EXPECT_EQ(json.at("columns").size(), 3 + 9 + 14 + 6 + 3 + 3u);
+}
+
+// Goldens.
+
+BlessOptions bless_options() {
+  BlessOptions options;
+  options.scenario = "scenarios/touch.json";
+  options.reason = "first run that a person has watched";
+  return options;
+}
+
+TEST(Golden, TheRunItCameFromPassesAndAnotherDoesNot) {
+  const Recording first = run(400);
+  const Golden golden = make_golden(first, bless_options()).value();
+  const Comparison same = compare_with_golden(first, golden);
+  EXPECT_TRUE(same.passed) << to_text(same);
+  EXPECT_TRUE(same.identical);
+  // Thinning and rounding stay within a quarter of each tolerance.
+  for (const ColumnComparison& c : same.columns) {
+    EXPECT_LE(c.max_difference, 0.25 * c.tolerance.dv * (1 + 1e-9)) << c.topic << " " << c.column;
+  }
+  const Comparison close = compare_with_golden(run(400, [](std::uint64_t) { return 1e-4; }), golden);
+  EXPECT_TRUE(close.passed) << to_text(close);
+  EXPECT_FALSE(close.identical);
+  EXPECT_THAT(close.notes, ElementsAre(HasSubstr("the digest at the end is")));
+  const Comparison far = compare_with_golden(run(400, [](std::uint64_t k) { return k > 200 ? 0.01 : 0.0; }), golden);
+  EXPECT_FALSE(far.passed);
+  EXPECT_FALSE(column(far, "/left/joints", "a1.position").passed);
+  EXPECT_FALSE(compare_with_golden(run(380), golden).passed);
+}
+
+TEST(Golden, ComesBackFromItsText) {
+  TestFolder folder("golden");
+  record_run(folder / "run.mcap", 300);
+  const Golden made = bless(folder / "run.mcap", folder / "sub/golden.json", bless_options()).value();
+  const Golden read = read_golden(folder / "sub/golden.json").value();
+  EXPECT_EQ(golden_to_text(read), golden_to_text(made));
+  EXPECT_EQ(read.reason, made.reason);
+  EXPECT_EQ(read.columns.size(), 9u + 14 + 6 + 3);
+  const auto verdict = verify(folder / "run.mcap", folder / "sub/golden.json");
+  ASSERT_TRUE(verdict);
+  EXPECT_TRUE(verdict->passed) << to_text(*verdict);
+  // Smooth curves are cheap: a second of 32 columns is some kilobytes.
+  EXPECT_LT(bytes_of(folder / "sub/golden.json").size(), 40'000u);
+}
+
+TEST(Golden, IsRefusedWithoutReasonFromTornRunsAndWhenLarge) {
+  const Recording whole = run(300);
+  BlessOptions options = bless_options();
+  options.reason = "  ";
+  EXPECT_THAT(make_golden(whole, options).error().to_string(), HasSubstr("a golden needs a reason"));
+  options = bless_options();
+  options.max_bytes = 2000;
+  EXPECT_THAT(make_golden(whole, options).error().to_string(), HasSubstr("the largest columns: /net/probe force.z"));
+  options = bless_options();
+  options.topics = {"/left/*"};
+  EXPECT_EQ(make_golden(whole, options)->columns.size(), 15u);
+  TestFolder folder("torn");
+  record_run(folder / "a.mcap", 300);
+  const std::string bytes = bytes_of(folder / "a.mcap");
+  EXPECT_THAT(make_golden(Recording::from_bytes(bytes.substr(0, bytes.size() - 9)).value(), bless_options())
+                  .error()
+                  .to_string(),
+              HasSubstr("truncated"));
+}
+
+TEST(Golden, MistakesInTheFileAreAllTold) {
+  const std::string text = R"({"takt_golden": 1, "scenario": 3, "reason": "", "cycles": 1, "end_s": 1, "digest": "",
+    "event_tolerance": {"kind": "tub", "dt_s": 1, "dv": 1}, "events": [{"topic": "/e"}],
+    "columns": [{"topic": "/a", "column": "c", "unit": "", "tolerance": {"kind": "tube", "dt_s": 0, "dv": 1},
+                 "thinning": 0, "time_s": [1, 0.5, 2], "value": [1, null]}]})";
+  const auto golden = golden_from_json(nlohmann::ordered_json::parse(text));
+  ASSERT_FALSE(golden);
+  const std::string findings = golden.error().to_string();
+  EXPECT_THAT(findings, AllOf(HasSubstr("/scenario"), HasSubstr("did you mean 'tube'"), HasSubstr("/events/0"),
+                              HasSubstr("3 times and 2 values"), HasSubstr("times do not ascend")));
+  EXPECT_THAT(golden_from_json(nlohmann::ordered_json::parse("[]")).error().to_string(),
+              HasSubstr("this is no golden"));
+}
+
+}  // namespace
+}  // namespace takt::record
