@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/activity/step.h"
+
+namespace takt::activity {
+
+/// A node of a program tree: a step, or a sequence of nodes that may be repeated.
+struct Node {
+  std::string name;     ///< for people; "lin" and the like where the file gives none
+  std::string pointer;  ///< JSON pointer in the file
+  std::unique_ptr<Step> step;  ///< null for a sequence
+  std::vector<Node> children;
+  std::int64_t times = 1;  ///< how often a sequence runs
+};
+
+/// A program tree, checked for form. Immutable.
+class Program {
+ public:
+  /// {"do": "sequence", "steps": [...]}: all findings at once. Pointers start with `pointer`. Realtime: setup.
+  [[nodiscard]] static Result<Program> parse(const nlohmann::ordered_json& json, const std::string& pointer,
+                                             const command::Cell& cell);
+
+  /// Plays the whole tree on nominal values: unreachable goals, limits, names that nothing defines. A guarded motion
+  /// is taken to its end. @return findings, and the planned duration in s. Realtime: setup.
+  [[nodiscard]] std::pair<Findings, double> rehearse(const command::Cell& cell) const;
+
+  [[nodiscard]] const Node& root() const { return root_; }
+  /// Number of steps that one run executes, repetitions counted.
+  [[nodiscard]] std::int64_t step_count() const;
+  /// Names of all nodes, in the order of the file.
+  [[nodiscard]] std::vector<std::string> names() const;
+
+ private:
+  Node root_;
+};
+
+/// Runs a program: advance() between cycles until it is done. All its state is the stack of positions in the tree and
+/// the run of the current step (row D3). Thread: the one that steps the core (lock-step).
+class ProgramRunner {
+ public:
+  /// `program` and `context` must outlive the runner.
+  ProgramRunner(const Program& program, Context& context);
+
+  /// Runs until it has to wait for the next cycle. A program that makes more than 10 000 steps without waiting is
+  /// stopped with a finding (row D1). @return where it is.
+  Progress advance();
+  /// Graceful end: the current step is cancelled, nothing follows.
+  void cancel();
+
+  [[nodiscard]] Progress progress() const { return progress_; }
+  /// Why it failed.
+  [[nodiscard]] const Findings& findings() const { return findings_; }
+  /// Name of the current step; empty before the first and after the last.
+  [[nodiscard]] const std::string& current() const { return current_; }
+  [[nodiscard]] std::int64_t steps_done() const { return steps_done_; }
+
+ private:
+  struct Position {
+    const Node* node;
+    std::size_t child = 0;
+    std::int64_t round = 0;
+  };
+
+  bool enter_next();
+
+  const Program& program_;
+  Context& context_;
+  std::vector<Position> stack_;
+  const Node* leaf_ = nullptr;
+  std::unique_ptr<StepRun> run_;
+  Progress progress_ = Progress::kRunning;
+  bool cancelled_ = false;
+  std::string current_;
+  std::int64_t steps_done_ = 0;
+  Findings findings_;
+};
+
+}  // namespace takt::activity

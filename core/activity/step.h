@@ -1,0 +1,88 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/base/findings.h"
+#include "core/command/cell.h"
+#include "core/rcc/control_core.h"
+#include "core/world/pose_fit.h"
+
+namespace takt::activity {
+
+/// A touch that a guarded motion ended with.
+struct Touch {
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< tool centre point in the world when the condition first held, m
+  double radius = 0.0;                            ///< of the probing ball, m
+  std::int64_t cycle = -1;
+};
+
+/// What a program has measured so far.
+struct Variables {
+  std::map<std::string, world::Contact, std::less<>> contacts;              ///< recorded under a name, in the world
+  std::map<std::string, Eigen::Isometry3d, std::less<>> estimates;          ///< fitted poses X_WO by name
+  std::map<std::string, double, std::less<>> residuals;                     ///< rms of each fit, m
+  std::map<std::string, Touch, std::less<>> touches;                        ///< last touch of each arm
+  command::Biases biases;
+};
+
+/// What happened, for logs and recordings.
+using EventSink = std::function<void(std::string_view source, std::string_view name, std::string_view text)>;
+
+/// All that a running step may use. Owned by the session.
+struct Context {
+  command::Cell& cell;
+  rcc::ControlCore& core;
+  Variables& variables;
+  std::int64_t program_latency_cycles = 2;  ///< from a command to its effect (row D2)
+  EventSink event;
+};
+
+/// The state that checking a program carries along: where arms would stand, what would be known.
+struct Rehearsal {
+  command::Cell cell;                                          ///< copy; fitted frames enter at their nominal pose
+  std::map<std::string, kinematics::JointVector, std::less<>> q;  ///< planned position per arm
+  std::map<std::string, bool, std::less<>> touched;            ///< the last motion of the arm was guarded
+  std::map<std::string, std::string, std::less<>> contacts;    ///< recorded contacts: name, arm
+  double duration = 0.0;                                       ///< s, of all planned motions and waits
+};
+
+enum class Progress { kRunning, kDone, kFailed };
+
+/// One execution of a step. Destroyed when it is done, failed or given up.
+class StepRun {
+ public:
+  virtual ~StepRun() = default;
+  /// Called between cycles, as often as needed; never blocks. Findings say why it failed.
+  virtual Progress advance(Context& context, Findings& findings) = 0;
+  /// Asks for a graceful end (row L6); advance() then comes to an end.
+  virtual void cancel(Context& context) { (void)context; }
+};
+
+/// A leaf of a program tree: immutable after parsing.
+class Step {
+ public:
+  virtual ~Step() = default;
+  /// Plays the step on the rehearsal's state: everything that can be found wrong before anything moves.
+  virtual void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const = 0;
+  [[nodiscard]] virtual std::unique_ptr<StepRun> begin() const = 0;
+};
+
+/// A kind of step: the word after "do", and how to read it.
+struct StepKind {
+  std::string_view name;
+  std::string_view doc;  ///< what it does, then its keys
+  std::unique_ptr<Step> (*parse)(const nlohmann::ordered_json& json, const std::string& pointer,
+                                 const command::Cell& cell, Findings& findings);
+};
+
+/// All leaf kinds, by name.
+[[nodiscard]] const std::vector<StepKind>& step_kinds();
+
+}  // namespace takt::activity

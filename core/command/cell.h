@@ -1,0 +1,46 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include <Eigen/Geometry>
+
+#include "core/device/arm.h"
+#include "core/device/force_torque_sensor.h"
+#include "core/net/value.h"
+#include "core/world/frame_graph.h"
+#include "core/world/shape.h"
+
+namespace takt::command {
+
+/// An arm as it stands in the cell. Its base is the frame of its name in the frame graph.
+struct MountedArm {
+  device::Arm* device = nullptr;                            ///< owned by the control core
+  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< tool centre point in the flange, m
+  double ball_radius = 0.0;                                ///< of a probing ball around the tool centre point, m; 0 = none
+  kinematics::JointVector start;                           ///< where the arm stands before the program, rad or m
+};
+
+/// A force/torque sensor on the flange of an arm.
+struct MountedSensor {
+  device::ForceTorqueSensor* device = nullptr;              ///< owned by the control core
+  std::string arm;                                          ///< name of the arm it is mounted on
+  Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();  ///< measuring frame in the flange, m
+  double tool_mass = 0.0;                                   ///< of all that hangs on the measuring side, kg
+  Eigen::Vector3d p_SC = Eigen::Vector3d::Zero();          ///< its centre of mass in the measuring frame, m
+};
+
+/// What the application knows of its cell: devices, frames, objects at their nominal places. Where things really are
+/// only sensors tell. Names are unique over all members. Thread: the program's.
+struct Cell {
+  world::FrameGraph frames;
+  std::map<std::string, world::Object, std::less<>> objects;
+  std::map<std::string, MountedArm, std::less<>> arms;
+  std::map<std::string, MountedSensor, std::less<>> sensors;
+  Eigen::Vector3d gravity_W{0.0, 0.0, -9.81};  ///< m/s^2
+};
+
+/// Constant offsets of sensors as found by taring: sensor name to wrench in its measuring frame.
+using Biases = std::map<std::string, net::Wrench, std::less<>>;
+
+}  // namespace takt::command

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/base/findings.h"
+#include "core/command/cell.h"
+
+namespace takt::command {
+
+/// What of a force/torque sensor is compared: the length of a vector or one component, in the measuring frame, with
+/// the tool's weight and the tared bias taken out.
+enum class Quantity { kForce, kForceX, kForceY, kForceZ, kTorque, kTorqueX, kTorqueY, kTorqueZ };
+
+/// A condition over sensors, evaluated in every cycle inside the net.
+///   {"sensor": "wrist", "quantity": "force", "above_N": 5}        also below_N, above_Nm, below_Nm
+///   {"all": [...]}, {"any": [...]}, {"not": {...}}
+/// A sensor that does not answer makes the whole condition count as true (row N3).
+struct Condition {
+  enum class Kind { kComparison, kAll, kAny, kNot };
+  Kind kind = Kind::kComparison;
+  std::string sensor;
+  Quantity quantity = Quantity::kForce;
+  bool above = true;
+  double threshold = 0.0;  ///< N or Nm
+  std::vector<Condition> operands;
+};
+
+/// Findings: unknown sensor (nearest), unknown quantity, no or two thresholds, a unit that does not fit the quantity.
+[[nodiscard]] Result<Condition> parse_condition(const nlohmann::ordered_json& json, const std::string& pointer,
+                                                const Cell& cell);
+
+/// Names of all sensors in a condition, each once, in order of first use.
+[[nodiscard]] std::vector<std::string> sensors_of(const Condition& condition);
+
+[[nodiscard]] bool is_torque(Quantity quantity);
+
+}  // namespace takt::command

@@ -1,0 +1,294 @@
+#include "scenario/description.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "core/base/json.h"
+#include "core/base/object_reader.h"
+#include "core/base/random.h"
+
+namespace takt::scenario {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+Placement read_placement(const Json& json, const std::string& pointer, Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  Placement placement{reader.text("in", "world"), reader.pose()};
+  reader.finish();
+  return placement;
+}
+
+Placement read_placement(ObjectReader& reader, std::string_view key, bool required = true) {
+  const Json* json = reader.object(key, required);
+  return json ? read_placement(*json, reader.at(key), reader.findings()) : Placement{};
+}
+
+Variation read_variation(ObjectReader& parent) {
+  const Json* json = parent.object("vary", false);
+  if (!json) return {};
+  ObjectReader reader(*json, parent.at("vary"), parent.findings());
+  const std::vector<double> none{0, 0, 0};
+  const Variation variation{reader.number("radius_m", 0.0, kNotNegative),
+                            Eigen::Vector3d(reader.numbers("position_m", 3, none, kNotNegative).data()),
+                            Eigen::Vector3d(reader.numbers("rpy_deg", 3, none, {.low = 0, .high = 180}).data())};
+  reader.finish();
+  return variation;
+}
+
+std::optional<world::Shape> read_shape(ObjectReader& reader) {
+  const std::string kind = reader.choice("shape", {"box", "cylinder", "sphere", "capsule"});
+  if (kind == "box") return world::Box{Eigen::Vector3d(reader.numbers("size_m", 3, {}, kPositive).data())};
+  if (kind == "cylinder") {
+    return world::Cylinder{reader.number("radius_m", {}, kPositive), reader.number("length_m", {}, kPositive)};
+  }
+  if (kind == "sphere") return world::Sphere{reader.number("radius_m", {}, kPositive)};
+  if (kind == "capsule") {
+    return world::Capsule{reader.number("radius_m", {}, kPositive), reader.number("length_m", {}, kPositive)};
+  }
+  return std::nullopt;
+}
+
+std::vector<world::Object::Part> read_parts(ObjectReader& reader) {
+  std::vector<world::Object::Part> parts;
+  const Json* list = reader.array("parts", false);
+  if (!list) {
+    if (const auto shape = read_shape(reader)) parts.push_back({*shape});
+    return parts;
+  }
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    ObjectReader part((*list)[i], reader.at("parts") + pointer_segment(i), reader.findings());
+    const Eigen::Isometry3d X = part.pose();
+    if (const auto shape = read_shape(part)) parts.push_back({*shape, X});
+    part.finish();
+  }
+  if (parts.empty()) reader.findings().error(reader.at("parts"), "no part stands here", "at least one shape");
+  return parts;
+}
+
+DeviceEntry read_device(const std::string& name, const Json& json, const std::string& pointer, Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  DeviceEntry device;
+  device.name = name;
+  device.model = reader.text("model");
+  device.on = reader.text("on", "");
+  if (reader.has("at")) device.at = read_placement(reader, "at");
+  if (!device.on.empty() && device.at) {
+    findings.error(pointer, "'on' and 'at' both stand here", "mounted on a device, or placed in a frame");
+  }
+  if (device.on.empty() && !device.at) device.at = Placement{};
+  device.start_rad = reader.numbers("start_deg", 0, std::vector<double>{});
+  for (double& q : device.start_rad) q *= kDegree;
+  device.payload_error_kg = reader.number("payload_error_kg", 0.0);
+  reader.finish();
+  return device;
+}
+
+ObjectEntry read_object(const std::string& name, const Json& json, const std::string& pointer, Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  ObjectEntry object;
+  object.name = name;
+  object.model = reader.text("model", "");
+  if (object.model.empty()) object.parts = read_parts(reader);
+  object.at = read_placement(reader, "at");
+  object.vary = read_variation(reader);
+  object.fixed = reader.boolean("fixed", true);
+  object.mass_kg = reader.number("mass_kg", 1.0, kPositive);
+  const auto rgba = reader.numbers("rgba", 4, std::vector<double>{0.6, 0.6, 0.62, 1.0}, {.low = 0, .high = 1});
+  object.rgba = Eigen::Vector4d(rgba.data());
+  object.finish = reader.choice("finish", {"matte", "plastic", "metal"}, "matte");
+  object.friction = reader.number("friction", 0.6, kNotNegative);
+  object.stiffness_N_m = reader.number("stiffness_N_m", 2.0e5, {.low = 1e3, .high = 1e7});
+  reader.finish();
+  return object;
+}
+
+CameraEntry read_camera(const std::string& name, const Json& json, const std::string& pointer, Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  CameraEntry camera;
+  camera.name = name;
+  camera.at = read_placement(reader, "at");
+  if (reader.has("look_at")) camera.look_at = read_placement(reader, "look_at");
+  camera.fovy_deg = reader.number("fovy_deg", 45.0, {.low = 5, .high = 120});
+  reader.finish();
+  if (camera.look_at && camera.look_at->in == camera.at.in &&
+      (camera.look_at->X.translation() - camera.at.X.translation()).norm() < 1e-6) {
+    findings.error(pointer + "/look_at", "the camera stands where it looks", "another point");
+  }
+  return camera;
+}
+
+FilmEntry read_film(const Json& json, const std::string& pointer, Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  FilmEntry film;
+  film.camera = reader.text("camera", "");
+  film.inset = reader.text("inset", "");
+  film.force_sensor = reader.text("force_sensor", "");
+  film.force_scale_N = reader.number("force_scale_N", 20.0, kPositive);
+  if (const Json* cuts = reader.array("cuts", false)) {
+    for (std::size_t i = 0; i < cuts->size(); ++i) {
+      ObjectReader cut((*cuts)[i], reader.at("cuts") + pointer_segment(i), findings);
+      film.cuts.push_back({cut.text("step"), cut.text("camera")});
+      cut.finish();
+    }
+  }
+  reader.finish();
+  return film;
+}
+
+/// Calls `read(name, json, pointer)` for each member of an object that maps names to things.
+template <class Read>
+void for_each_member(ObjectReader& reader, std::string_view key, const Read& read) {
+  const Json* members = reader.object(key, false);
+  if (!members) return;
+  for (const auto& [name, value] : members->items()) {
+    const std::string pointer = reader.at(key) + pointer_segment(name);
+    if (name.empty()) reader.findings().error(pointer, "an empty name");
+    if (name.find('/') != std::string::npos || name == "world") {
+      reader.findings().error(pointer, fmt::format("'{}' cannot be a name", name), "no '/', and not 'world'");
+    }
+    read(name, value, pointer);
+  }
+}
+
+void read_expectations(ObjectReader& reader, Description& description) {
+  const Json* list = reader.array("expectations", false);
+  if (!list) return;
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const std::string pointer = reader.at("expectations") + pointer_segment(i);
+    if (!(*list)[i].is_object()) {
+      reader.findings().error(pointer, short_dump((*list)[i]) + " stands here", "an object {...}");
+      continue;
+    }
+    Findings unread;  // the fields of each kind are read, and reported, where the kind is known
+    ObjectReader entry((*list)[i], pointer, unread);
+    const std::string kind = entry.text("kind", "");
+    description.expectations.push_back({entry.text("name", kind), kind, pointer, (*list)[i]});
+  }
+}
+
+/// Devices, objects, frames and cameras share one name space, so that "in" is never ambiguous.
+void check_names(const Description& description, Findings& findings) {
+  std::set<std::string> names;
+  const auto once = [&](const std::string& name, const std::string& place) {
+    if (!names.insert(name).second) {
+      findings.error(place + pointer_segment(name), fmt::format("the name '{}' is used twice in this cell", name),
+                     "frames, devices and objects share one name space");
+    }
+  };
+  for (const auto& frame : description.frames) once(frame.name, "/frames");
+  for (const auto& device : description.devices) once(device.name, "/devices");
+  for (const auto& object : description.objects) once(object.name, "/objects");
+}
+
+void check_film(const Description& description, Findings& findings) {
+  std::vector<std::string> cameras;
+  for (const auto& camera : description.cameras) cameras.push_back(camera.name);
+  const auto known = [&](const std::string& camera, const std::string& pointer) {
+    if (camera.empty() || std::ranges::find(cameras, camera) != cameras.end()) return;
+    findings.error(pointer, fmt::format("there is no camera '{}'", camera), nearest_choice(camera, cameras));
+  };
+  known(description.film.camera, "/film/camera");
+  known(description.film.inset, "/film/inset");
+  for (std::size_t i = 0; i < description.film.cuts.size(); ++i) {
+    known(description.film.cuts[i].camera, fmt::format("/film/cuts/{}/camera", i));
+  }
+}
+
+Description read_document(const Json& document, Findings& findings) {
+  Description description;
+  ObjectReader reader(document, "", findings);
+  description.title = reader.text("title", "");
+  (void)reader.text("description", "");
+  description.seed = static_cast<std::uint64_t>(reader.integer("seed", 1, kNotNegative));
+  description.time_limit_s = reader.number("time_limit_s", 120.0, {.low = 0.0, .high = 3600, .low_open = true});
+  description.program_latency_cycles = reader.integer("program_latency_cycles", 2, {.low = 0, .high = 1000});
+  description.plant_mass_scale = reader.number("plant_mass_scale", 1.0, {.low = 0.5, .high = 2.0});
+  for_each_member(reader, "frames", [&](const auto& name, const Json& json, const std::string& pointer) {
+    description.frames.push_back({name, read_placement(json, pointer, findings)});
+  });
+  for_each_member(reader, "devices", [&](const auto& name, const Json& json, const std::string& pointer) {
+    description.devices.push_back(read_device(name, json, pointer, findings));
+  });
+  for_each_member(reader, "objects", [&](const auto& name, const Json& json, const std::string& pointer) {
+    description.objects.push_back(read_object(name, json, pointer, findings));
+  });
+  for_each_member(reader, "cameras", [&](const auto& name, const Json& json, const std::string& pointer) {
+    description.cameras.push_back(read_camera(name, json, pointer, findings));
+  });
+  if (const Json* film = reader.object("film", false)) description.film = read_film(*film, "/film", findings);
+  if (const Json* program = reader.object("program")) description.program = *program;
+  read_expectations(reader, description);
+  reader.finish();
+  check_names(description, findings);
+  check_film(description, findings);
+  return description;
+}
+
+void apply(const Override& change, Json& document, Findings& findings) {
+  try {
+    const Json::json_pointer pointer(change.pointer);
+    const Json::json_pointer parent = pointer.parent_pointer();
+    if (pointer.empty() || !document.contains(parent)) {
+      findings.error(change.pointer, "--set names a place that is not in the file",
+                     "the JSON pointer of an existing object");
+      return;
+    }
+    const auto value = parse_json(change.value);
+    document[pointer] = value ? *value : Json(change.value);
+  } catch (const Json::exception&) {
+    findings.error(change.pointer, "--set needs a JSON pointer", "/devices/arm/model=NAME");
+  }
+}
+
+}  // namespace
+
+Result<Description> parse_description(std::string_view text, const std::vector<Override>& overrides,
+                                      std::optional<std::uint64_t> seed) {
+  auto document = parse_json(text);
+  if (!document) return std::unexpected(std::move(document.error()));
+  Findings findings;
+  for (const Override& change : overrides) apply(change, *document, findings);
+  Description description = read_document(*document, findings);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  description.text = document->dump(2) + "\n";
+  if (seed) description.seed = *seed;
+  return description;
+}
+
+Result<Description> read_description(const std::filesystem::path& file, const std::vector<Override>& overrides,
+                                     std::optional<std::uint64_t> seed) {
+  auto text = read_file(file, InputLimits{}.bytes);
+  if (!text) return std::unexpected(std::move(text.error()));
+  auto description = parse_description(*text, overrides, seed);
+  if (!description) {
+    description.error().set_file(file.string());
+    return description;
+  }
+  description->file = file;
+  if (description->title.empty()) description->title = file.stem().string();
+  return description;
+}
+
+Eigen::Isometry3d drawn_pose(const ObjectEntry& object, std::uint64_t seed) {
+  Random random(seed, object.name);
+  const double radius = object.vary.radius_m * std::sqrt(random.unit());
+  const double direction = random.uniform(0.0, 2.0 * std::numbers::pi);
+  Eigen::Isometry3d X = object.at.X;
+  X.translation() += radius * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0.0);
+  for (int axis = 0; axis < 3; ++axis) X.translation()[axis] += object.vary.position_m[axis] * random.uniform(-1, 1);
+  for (int axis = 2; axis >= 0; --axis) {
+    X.linear() = X.linear() * Eigen::AngleAxisd(object.vary.rpy_deg[axis] * kDegree * random.uniform(-1, 1),
+                                                Eigen::Vector3d::Unit(axis))
+                                  .toRotationMatrix();
+  }
+  return X;
+}
+
+}  // namespace takt::scenario

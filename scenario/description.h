@@ -1,0 +1,118 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include "core/base/findings.h"
+#include "core/world/shape.h"
+
+namespace takt::scenario {
+
+/// A pose relative to a named frame: "in", "position_m", "rpy_deg" or "quaternion".
+struct Placement {
+  std::string in = "world";
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+};
+
+/// How far a placement is drawn from its nominal pose, uniformly, from the scenario's seed and the object's name.
+struct Variation {
+  double radius_m = 0.0;                                 ///< in a disc of this radius in the x-y plane of the frame
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< +- per axis
+  Eigen::Vector3d rpy_deg = Eigen::Vector3d::Zero();     ///< +- per angle
+};
+
+struct FrameEntry {
+  std::string name;
+  Placement at;
+};
+
+/// A device of the cell: what it is (model), where it stands (`at`) or on which device's flange it is mounted (`on`).
+struct DeviceEntry {
+  std::string name;
+  std::string model;
+  std::optional<Placement> at;
+  std::string on;
+  std::vector<double> start_rad;  ///< joint positions at the start; empty = the model's home
+  double payload_error_kg = 0.0;  ///< how much the controller believes more than there is
+};
+
+struct ObjectEntry {
+  std::string name;
+  std::string model;  ///< folder below models/, or empty if `parts` say the shape
+  std::vector<world::Object::Part> parts;
+  Placement at;
+  Variation vary;
+  bool fixed = true;
+  double mass_kg = 1.0;  ///< of a free object
+  Eigen::Vector4d rgba{0.6, 0.6, 0.62, 1.0};
+  std::string finish = "matte";  ///< "matte", "plastic", "metal"
+  double friction = 0.6;         ///< sliding, Coulomb
+  double stiffness_N_m = 2.0e5;  ///< of the contact with another hard body
+};
+
+struct CameraEntry {
+  std::string name;
+  Placement at;  ///< looks along -z of this pose, y up, unless `look_at` is given
+  std::optional<Placement> look_at;
+  double fovy_deg = 45.0;
+};
+
+/// What the film shows: a camera from the beginning, others from the moment a named step begins, one as inset.
+struct FilmEntry {
+  struct Cut {
+    std::string step, camera;
+  };
+  std::string camera;
+  std::string inset;
+  std::vector<Cut> cuts;
+  std::string force_sensor;     ///< whose force is shown; empty = none
+  double force_scale_N = 20.0;  ///< full length of the bar
+};
+
+/// One statement that must hold at the end; `kind` chooses the fields, which scenario/expectations.cc reads.
+struct ExpectationEntry {
+  std::string name, kind, pointer;
+  nlohmann::ordered_json json;
+};
+
+/// A scenario file as read: checked for form, not yet against models.
+struct Description {
+  std::filesystem::path file;
+  std::string text;  ///< the bytes of the file
+  std::string title;
+  std::uint64_t seed = 1;
+  double time_limit_s = 120.0;
+  std::int64_t program_latency_cycles = 2;
+  double plant_mass_scale = 1.0;  ///< masses of the simulated arms against their URDF
+  std::vector<FrameEntry> frames;
+  std::vector<DeviceEntry> devices;
+  std::vector<ObjectEntry> objects;
+  std::vector<CameraEntry> cameras;
+  FilmEntry film;
+  nlohmann::ordered_json program;
+  std::vector<ExpectationEntry> expectations;
+};
+
+/// Replaces one value before the file is checked: `--set /devices/arm/model=NAME`.
+struct Override {
+  std::string pointer;
+  std::string value;  ///< JSON; what is not JSON is taken as a text
+};
+
+/// Reads a scenario file. @return the description, or all findings of form with file and JSON pointer.
+[[nodiscard]] Result<Description> read_description(const std::filesystem::path& file,
+                                                   const std::vector<Override>& overrides = {},
+                                                   std::optional<std::uint64_t> seed = {});
+[[nodiscard]] Result<Description> parse_description(std::string_view text, const std::vector<Override>& overrides = {},
+                                                    std::optional<std::uint64_t> seed = {});
+
+/// The pose of an object in its parent frame for a seed (row D5: same seed, same pose, whatever else is in the file).
+[[nodiscard]] Eigen::Isometry3d drawn_pose(const ObjectEntry& object, std::uint64_t seed);
+
+}  // namespace takt::scenario
