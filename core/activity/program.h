@@ -14,8 +14,8 @@ namespace takt::activity {
 
 /// A node of a program tree: a step, or a sequence of nodes that may be repeated.
 struct Node {
-  std::string name;     ///< for people; "lin" and the like where the file gives none
-  std::string pointer;  ///< JSON pointer in the file
+  std::string name;            ///< for people; "lin" and the like where the file gives none
+  std::string pointer;         ///< JSON pointer in the file
   std::unique_ptr<Step> step;  ///< null for a sequence
   std::vector<Node> children;
   std::int64_t times = 1;  ///< how often a sequence runs

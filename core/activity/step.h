@@ -25,10 +25,10 @@ struct Touch {
 
 /// What a program has measured so far.
 struct Variables {
-  std::map<std::string, world::Contact, std::less<>> contacts;              ///< recorded under a name, in the world
-  std::map<std::string, Eigen::Isometry3d, std::less<>> estimates;          ///< fitted poses X_WO by name
-  std::map<std::string, double, std::less<>> residuals;                     ///< rms of each fit, m
-  std::map<std::string, Touch, std::less<>> touches;                        ///< last touch of each arm
+  std::map<std::string, world::Contact, std::less<>> contacts;      ///< recorded under a name, in the world
+  std::map<std::string, Eigen::Isometry3d, std::less<>> estimates;  ///< fitted poses X_WO by name
+  std::map<std::string, double, std::less<>> residuals;             ///< rms of each fit, m
+  std::map<std::string, Touch, std::less<>> touches;                ///< last touch of each arm
   command::Biases biases;
 };
 
@@ -46,11 +46,11 @@ struct Context {
 
 /// The state that checking a program carries along: where arms would stand, what would be known.
 struct Rehearsal {
-  command::Cell cell;                                          ///< copy; fitted frames enter at their nominal pose
+  command::Cell cell;                                             ///< copy; fitted frames enter at their nominal pose
   std::map<std::string, kinematics::JointVector, std::less<>> q;  ///< planned position per arm
-  std::map<std::string, bool, std::less<>> touched;            ///< the last motion of the arm was guarded
-  std::map<std::string, std::string, std::less<>> contacts;    ///< recorded contacts: name, arm
-  double duration = 0.0;                                       ///< s, of all planned motions and waits
+  std::map<std::string, bool, std::less<>> touched;               ///< the last motion of the arm was guarded
+  std::map<std::string, std::string, std::less<>> contacts;       ///< recorded contacts: name, arm
+  double duration = 0.0;                                          ///< s, of all planned motions and waits
 };
 
 enum class Progress { kRunning, kDone, kFailed };

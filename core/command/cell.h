@@ -15,18 +15,18 @@ namespace takt::command {
 
 /// An arm as it stands in the cell. Its base is the frame of its name in the frame graph.
 struct MountedArm {
-  device::Arm* device = nullptr;                            ///< owned by the control core
+  device::Arm* device = nullptr;                           ///< owned by the control core
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< tool centre point in the flange, m
-  double ball_radius = 0.0;                                ///< of a probing ball around the tool centre point, m; 0 = none
-  kinematics::JointVector start;                           ///< where the arm stands before the program, rad or m
+  double ball_radius = 0.0;       ///< of a probing ball around the tool centre point, m; 0 = none
+  kinematics::JointVector start;  ///< where the arm stands before the program, rad or m
 };
 
 /// A force/torque sensor on the flange of an arm.
 struct MountedSensor {
-  device::ForceTorqueSensor* device = nullptr;              ///< owned by the control core
-  std::string arm;                                          ///< name of the arm it is mounted on
+  device::ForceTorqueSensor* device = nullptr;             ///< owned by the control core
+  std::string arm;                                         ///< name of the arm it is mounted on
   Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();  ///< measuring frame in the flange, m
-  double tool_mass = 0.0;                                   ///< of all that hangs on the measuring side, kg
+  double tool_mass = 0.0;                                  ///< of all that hangs on the measuring side, kg
   Eigen::Vector3d p_SC = Eigen::Vector3d::Zero();          ///< its centre of mass in the measuring frame, m
 };
 

@@ -38,7 +38,8 @@ void read_threshold(ObjectReader& reader, Condition& condition) {
   const std::string above = fmt::format("above_{}", unit);
   const std::string below = fmt::format("below_{}", unit);
   if (reader.has(above) == reader.has(below)) {
-    reader.findings().error(reader.pointer(), "exactly one threshold is needed", fmt::format("'{}' or '{}'", above, below));
+    reader.findings().error(reader.pointer(), "exactly one threshold is needed",
+                            fmt::format("'{}' or '{}'", above, below));
   }
   condition.above = reader.has(above);
   condition.threshold = reader.number(condition.above ? above : below, 0.0);
@@ -66,7 +67,8 @@ Condition read_comparison(ObjectReader& reader, const Cell& cell) {
                             nearest_choice(condition.sensor, names));
   }
   const std::string quantity = reader.choice("quantity", quantity_names(), "force");
-  const auto found = std::ranges::find(kQuantities, quantity, [](const auto& entry) { return std::string(entry.name); });
+  const auto found =
+      std::ranges::find(kQuantities, quantity, [](const auto& entry) { return std::string(entry.name); });
   if (found != kQuantities.end()) condition.quantity = found->quantity;
   read_threshold(reader, condition);
   return condition;

@@ -1,0 +1,45 @@
+#include "core/activity/net_run.h"
+
+#include <fmt/format.h>
+
+namespace takt::activity {
+
+Progress NetRun::begin(Context& context, const net::NetDescription& description, Findings& findings) {
+  auto id = context.core.load(description);
+  if (!id) {
+    findings.append(id.error());
+    return Progress::kFailed;
+  }
+  id_ = *id;
+  start_cycle_ = context.core.cycle() + context.program_latency_cycles;
+  return advance(context, findings);
+}
+
+Progress NetRun::advance(Context& context, Findings& findings) {
+  if (start_request_ == 0) {
+    if (cancelled_) return Progress::kDone;
+    if (context.core.cycle() >= start_cycle_) start_request_ = context.core.start(id_);
+    return Progress::kRunning;
+  }
+  for (const rcc::Event& event : context.core.events()) {
+    if (event.kind != rcc::Event::Kind::kRefused || event.request != start_request_) continue;
+    findings.error({}, fmt::format("the net was not started: {}", event.cause.text.view()));
+    return Progress::kFailed;
+  }
+  const rcc::NetStatus status = context.core.status(id_);
+  if (status.state != rcc::NetState::kTerminated) return Progress::kRunning;
+  const auto code = status.cause.code;
+  if (code == net::Cause::Code::kTerminated || code == net::Cause::Code::kCancelled) return Progress::kDone;
+  findings.error({}, fmt::format("the net was stopped in cycle {} ({}): {}", status.last_cycle, name_of(code),
+                                 status.cause.text.view()));
+  return Progress::kFailed;
+}
+
+void NetRun::cancel(Context& context) {
+  cancelled_ = true;
+  if (id_ != 0 && start_request_ != 0) context.core.cancel(id_);
+}
+
+const net::CompiledNet* NetRun::net(const Context& context) const { return id_ ? context.core.net(id_) : nullptr; }
+
+}  // namespace takt::activity

@@ -1,0 +1,26 @@
+#include "core/activity/measure_step.h"
+#include "core/activity/motion_step.h"
+#include "core/activity/step.h"
+
+namespace takt::activity {
+
+const std::vector<StepKind>& step_kinds() {
+  static const std::vector<StepKind> kinds{
+      {"fit_pose",
+       "Finds the pose of an object from recorded contacts. Keys: object, as, contacts, free, max_residual_m.",
+       parse_fit_pose},
+      {"lin",
+       "Moves the tool centre point on a straight line. Keys: arm, to, speed, acceleration, velocity_m_s, until, "
+       "on_end.",
+       parse_lin},
+      {"ptp", "Moves all joints together to a goal. Keys: arm, to, speed, acceleration, until, on_end.", parse_ptp},
+      {"record_contact", "Keeps the touch that the last guarded motion ended with. Keys: arm, as.",
+       parse_record_contact},
+      {"tare", "Averages a force/torque sensor at rest; its offset is then taken out. Keys: sensor, cycles.",
+       parse_tare},
+      {"wait", "Lets time pass. Keys: seconds.", parse_wait},
+  };
+  return kinds;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/command/cell.h"
+#include "core/command/condition.h"
+#include "core/motion/planner.h"
+#include "core/net/description.h"
+
+namespace takt::command {
+
+/// One planned motion of one arm, optionally until a condition over sensors holds: then the arm brakes on its path and
+/// the net ends at rest.
+struct MotionCommand {
+  std::string name;
+  std::string arm;
+  const motion::Motion* motion = nullptr;                  ///< planned from the arm's set point
+  Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();  ///< LIN: the frame that moves on the line, in the flange
+  std::optional<Condition> until;
+};
+
+/// Output ports of a net made by motion_net() that the program reads when the net has ended.
+namespace motion_ports {
+inline constexpr std::string_view kTouched = "until_latch.value";  ///< Boolean: the condition has held
+inline constexpr std::string_view kTouchFrame =
+    "touch_frame.value";  ///< Frame: T in the arm's base, measured, when it first held
+inline constexpr std::string_view kPathTime = "clock.time";  ///< Real, s
+}  // namespace motion_ports
+
+/// The net of a motion: path clock, time law, path, inverse kinematics where the path is Cartesian, arm. A request to
+/// cancel and the condition set the clock's target rate to zero in the cycle in which they hold.
+/// @param biases  of the sensors in the condition; a sensor that was never tared has none. Realtime: setup.
+[[nodiscard]] net::NetDescription motion_net(const MotionCommand& command, const Cell& cell, const Biases& biases);
+
+/// The net that averages a sensor's reading, tool weight taken out, over `cycles` cycles while the arms stand still.
+/// Its result is on kBias.
+[[nodiscard]] net::NetDescription tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell);
+namespace tare_ports {
+inline constexpr std::string_view kBias = "tare.bias";  ///< Wrench in the measuring frame
+}
+
+}  // namespace takt::command
