@@ -102,9 +102,7 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
   object.mass_kg = reader.number("mass_kg", 1.0, kPositive);
   const auto rgba = reader.numbers("rgba", 4, std::vector<double>{0.6, 0.6, 0.62, 1.0}, {.low = 0, .high = 1});
   object.rgba = Eigen::Vector4d(rgba.data());
-  object.finish = reader.choice("finish", {"matte", "plastic", "metal"}, "matte");
   object.friction = reader.number("friction", 0.6, kNotNegative);
-  object.stiffness_N_m = reader.number("stiffness_N_m", 2.0e5, {.low = 1e3, .high = 1e7});
   reader.finish();
   return object;
 }

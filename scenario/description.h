@@ -51,9 +51,7 @@ struct ObjectEntry {
   bool fixed = true;
   double mass_kg = 1.0;  ///< of a free object
   Eigen::Vector4d rgba{0.6, 0.6, 0.62, 1.0};
-  std::string finish = "matte";  ///< "matte", "plastic", "metal"
-  double friction = 0.6;         ///< sliding, Coulomb
-  double stiffness_N_m = 2.0e5;  ///< of the contact with another hard body
+  double friction = 0.6;  ///< sliding, Coulomb
 };
 
 struct CameraEntry {

@@ -1,0 +1,367 @@
+#include "scenario/cell_builder.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "core/base/random.h"
+#include "core/kinematics/chain.h"
+#include "scenario/cell_models.h"
+#include "sim/render_shapes.h"
+#include "sim/stage.h"
+
+namespace takt::scenario {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+std::string device_pointer(const LoadedDevice& device) { return "/devices" + pointer_segment(device.entry->name); }
+std::string object_pointer(const ObjectEntry& object) { return "/objects" + pointer_segment(object.name); }
+
+/// The cell's frames: as the application believes them (nominal), and as they are (truth). Entries may name each other
+/// in any order.
+class Frames {
+ public:
+  Frames(const Description& description, Findings& findings) {
+    for (const FrameEntry& frame : description.frames) {
+      want("/frames" + pointer_segment(frame.name), frame.name, frame.at, frame.at.X);
+    }
+    for (const DeviceEntry& device : description.devices) {
+      if (device.at) want("/devices" + pointer_segment(device.name) + "/at", device.name, *device.at, device.at->X);
+    }
+    for (const ObjectEntry& object : description.objects) {
+      want(object_pointer(object) + "/at", object.name, object.at, drawn_pose(object, description.seed));
+    }
+    place_all(findings);
+  }
+
+  world::FrameGraph nominal, truth;
+
+ private:
+  struct Wanted {
+    std::string pointer, name;
+    Placement at;
+    Eigen::Isometry3d drawn;
+    bool placed = false;
+  };
+
+  void want(std::string pointer, const std::string& name, const Placement& at, const Eigen::Isometry3d& drawn) {
+    wanted_.push_back({std::move(pointer), name, at, drawn});
+  }
+
+  void place_all(Findings& findings) {
+    for (bool progress = true; progress;) {
+      progress = false;
+      for (Wanted& one : wanted_) {
+        if (one.placed || !nominal.contains(one.at.in)) continue;
+        findings.append(nominal.add(one.name, one.at.in, one.at.X), one.pointer);
+        (void)truth.add(one.name, one.at.in, one.drawn);
+        one.placed = progress = true;
+      }
+    }
+    std::vector<std::string> names{"world"};
+    for (const Wanted& one : wanted_) names.push_back(one.name);
+    for (const Wanted& one : wanted_) {
+      if (one.placed) continue;
+      const bool exists = std::ranges::find(names, one.at.in) != names.end();
+      findings.error(one.pointer + "/in",
+                     exists ? fmt::format("'{}' hangs on a frame that has no place of its own", one.at.in)
+                            : fmt::format("there is no frame '{}'", one.at.in),
+                     nearest_choice(one.at.in, names));
+    }
+  }
+
+  std::vector<Wanted> wanted_;
+};
+
+// -- Arms, sensors, tools
+// ----------------------------------------------------------------------------------------------
+
+/// Pose of a mounted device's mount frame in the flange of the arm that carries it.
+Eigen::Isometry3d pose_on_arm(const LoadedDevice& device) {
+  Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
+  for (const LoadedDevice* carrier = device.on; carrier && !std::holds_alternative<ArmModel>(carrier->model);
+       carrier = carrier->on) {
+    X_FM = flange_of(*carrier) * X_FM;
+  }
+  return X_FM;
+}
+
+kinematics::JointVector start_of(const LoadedDevice& device, const device::ArmDescription& arm, Findings& findings) {
+  const auto& wanted = device.entry->start_rad;
+  if (wanted.empty()) return arm.home;
+  const std::string pointer = device_pointer(device) + "/start_deg";
+  const auto count = static_cast<std::size_t>(arm.home.size());
+  if (wanted.size() != count) {
+    findings.error(pointer, fmt::format("{} numbers for an arm of {} joints", wanted.size(), count));
+    return arm.home;
+  }
+  kinematics::JointVector q(arm.home.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto j = static_cast<Eigen::Index>(i);
+    q[j] = wanted[i];
+    if (q[j] >= arm.limits.lower[j] && q[j] <= arm.limits.upper[j]) continue;
+    findings.error(pointer + pointer_segment(i),
+                   fmt::format("{:g} deg for joint {}", q[j] / kDegree, arm.joint_names[i]),
+                   fmt::format("{:g} to {:g} deg", arm.limits.lower[j] / kDegree, arm.limits.upper[j] / kDegree));
+  }
+  return q;
+}
+
+sim::ArmDescription simulated_arm(const LoadedDevice& device, const device::ArmDescription& arm) {
+  sim::ArmDescription simulated;
+  simulated.name = simulated.robot = device.entry->name;
+  simulated.pointer = device_pointer(device);
+  simulated.base_link = arm.base_link;
+  simulated.flange_link = arm.flange_link;
+  simulated.control.natural_frequency = arm.natural_frequency;
+  simulated.control.damping_ratio = arm.damping_ratio;
+  simulated.measurement.torque_sensors = arm.has_torque_sensors;
+  simulated.payload_mass_error = device.entry->payload_error_kg;
+  return simulated;
+}
+
+sim::ForceTorqueDescription simulated_sensor(const LoadedDevice& device, const device::ForceTorqueDescription& sensor,
+                                             std::uint64_t seed) {
+  sim::ForceTorqueDescription simulated;
+  simulated.name = device.entry->name;
+  simulated.pointer = device_pointer(device);
+  simulated.tool_side = device.entry->name + "/" + sensor.measuring_link;
+  simulated.force_range = sensor.range.force;
+  simulated.torque_range = sensor.range.torque;
+  simulated.force_noise = sensor.noise.force;
+  simulated.torque_noise = sensor.noise.torque;
+  Random random(seed, device.entry->name + " bias");
+  for (int i = 0; i < 3; ++i) simulated.force_bias[i] = sensor.bias.force[i] * random.uniform(-1, 1);
+  for (int i = 0; i < 3; ++i) simulated.torque_bias[i] = sensor.bias.torque[i] * random.uniform(-1, 1);
+  return simulated;
+}
+
+sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) {
+  if (!device.on) return {"", truth.pose(device.entry->name).value_or(Eigen::Isometry3d::Identity())};
+  const std::string& carrier = device.on->entry->name;
+  if (const auto* arm = std::get_if<ArmModel>(&device.on->model)) return {carrier + "/" + (*arm)->flange_link, {}};
+  const auto& sensor = std::get<SensorModel>(device.on->model);
+  return {carrier + "/" + sensor->measuring_link, sensor->X_MS.inverse() * sensor->X_MT};
+}
+
+sim::RobotDescription simulated_robot(const LoadedDevice& device, const world::FrameGraph& truth, Findings& findings) {
+  sim::RobotDescription robot;
+  robot.name = device.entry->name;
+  robot.pointer = device_pointer(device);
+  robot.model = robot_of(device.model);
+  robot.mount = mount_of(device, truth);
+  if (!device.on) robot.mount.X_P = truth.pose(device.entry->name).value_or(Eigen::Isometry3d::Identity());
+  const auto* arm = std::get_if<ArmModel>(&device.model);
+  if (!arm) {
+    if (!device.entry->start_rad.empty()) findings.error(robot.pointer + "/start_deg", "this device has no joints");
+    return robot;
+  }
+  const kinematics::JointVector q = start_of(device, **arm, findings);
+  robot.q.assign(q.data(), q.data() + q.size());
+  for (std::size_t i = 0; i < (*arm)->joint_names.size(); ++i) {
+    const auto j = static_cast<Eigen::Index>(i);
+    robot.joints.push_back({(*arm)->joint_names[i], (*arm)->armature[j], (*arm)->friction[j], (*arm)->damping[j]});
+  }
+  return robot;
+}
+
+// -- Objects and cameras
+// -----------------------------------------------------------------------------------------------
+
+sim::ObjectShape simulated_shape(const world::Shape& shape) {
+  if (const auto* box = std::get_if<world::Box>(&shape)) return kinematics::Box{box->size};
+  if (const auto* cylinder = std::get_if<world::Cylinder>(&shape)) {
+    return kinematics::Cylinder{cylinder->radius, cylinder->length};
+  }
+  if (const auto* sphere = std::get_if<world::Sphere>(&shape)) return kinematics::Sphere{sphere->radius};
+  const auto& capsule = std::get<world::Capsule>(shape);
+  return sim::Capsule{capsule.radius, capsule.length};
+}
+
+sim::ObjectDescription simulated_object(const ObjectEntry& entry, const Eigen::Isometry3d& X_WO) {
+  sim::ObjectDescription object;
+  object.name = entry.name;
+  object.pointer = object_pointer(entry);
+  object.mount = {"", X_WO};
+  object.free = !entry.fixed;
+  object.mass = entry.mass_kg;
+  object.contact.friction = entry.friction;
+  for (const world::Object::Part& part : entry.parts) {
+    object.shapes.push_back({.shape = simulated_shape(part.shape), .X_OG = part.X_OS, .rgba = entry.rgba});
+  }
+  return object;
+}
+
+/// An object that is a model: its URDF stands in the world; its collision shapes are what the application knows.
+bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& models, const Eigen::Isometry3d& X_WO,
+                      sim::WorldDescription& world, world::Object& known, Findings& findings) {
+  const std::string pointer = object_pointer(entry) + "/model";
+  const auto folder = models.find(entry.model, pointer);
+  if (!folder) {
+    findings.append(folder.error());
+    return false;
+  }
+  auto model = kinematics::RobotModel::load(*folder / (entry.model + ".urdf"));
+  if (!model) {
+    findings.append(model.error(), "", "");
+    return false;
+  }
+  if (!entry.fixed) findings.error(object_pointer(entry) + "/fixed", "an object from a model is fixed", "true");
+  for (const kinematics::Geometry& geometry : model->root().collisions) {
+    if (const auto* box = std::get_if<kinematics::Box>(&geometry.shape)) {
+      known.parts.push_back({world::Box{box->size}, geometry.X_LG});
+    } else if (const auto* cylinder = std::get_if<kinematics::Cylinder>(&geometry.shape)) {
+      known.parts.push_back({world::Cylinder{cylinder->radius, cylinder->length}, geometry.X_LG});
+    } else if (const auto* sphere = std::get_if<kinematics::Sphere>(&geometry.shape)) {
+      known.parts.push_back({world::Sphere{sphere->radius}, geometry.X_LG});
+    }
+  }
+  sim::RobotDescription robot;
+  robot.name = entry.name;
+  robot.pointer = pointer;
+  robot.model = std::make_shared<const kinematics::RobotModel>(std::move(*model));
+  robot.mount = {"", X_WO};
+  robot.contact.friction = entry.friction;
+  world.robots.push_back(std::move(robot));
+  return true;
+}
+
+/// The body that a camera rides on: a device's flange or an object moves with it, a plain frame stands in the world.
+sim::CameraDescription simulated_camera(const CameraEntry& entry, const world::FrameGraph& truth, Findings& findings) {
+  const std::string pointer = "/cameras" + pointer_segment(entry.name);
+  sim::CameraDescription camera;
+  camera.name = entry.name;
+  camera.pointer = pointer;
+  camera.vertical_field_of_view = entry.fovy_deg * kDegree;
+  const auto X_WI = truth.pose(entry.at.in);
+  if (!X_WI) findings.append(X_WI.error(), pointer + "/at/in");
+  const Eigen::Isometry3d X_WC = X_WI.value_or(Eigen::Isometry3d::Identity()) * entry.at.X;
+  if (!entry.look_at) {
+    camera.mount = {"", X_WC};
+    return camera;
+  }
+  const auto X_WL = truth.pose(entry.look_at->in);
+  if (!X_WL) {
+    findings.append(X_WL.error(), pointer + "/look_at/in");
+    return camera;
+  }
+  camera.mount = {"", sim::look_at(X_WC.translation(), *X_WL * entry.look_at->X.translation())};
+  return camera;
+}
+
+// -- The application's side
+// --------------------------------------------------------------------------------------------
+
+/// The back end of a simulated device, borrowed from the world and keeping it alive.
+template <class Backend, class Device>
+std::shared_ptr<Backend> borrowed(const std::shared_ptr<sim::World>& world, Device* device) {
+  return {world, device};
+}
+
+void add_arm(const LoadedDevice& device, const ArmModel& model, BuiltCell& built) {
+  auto backend = borrowed<device::ArmBackend>(built.world, built.world->arm(device.entry->name));
+  auto& arm = built.core->add(
+      std::make_unique<device::Arm>(device.entry->name, model, std::move(backend), built.core->period()));
+  command::MountedArm mounted;
+  mounted.device = &arm;
+  Findings ignored;  // checked when the simulation was described
+  mounted.start = start_of(device, *model, ignored);
+  built.cell.arms[device.entry->name] = mounted;
+}
+
+/// All that hangs on the measuring side of a sensor, in its measuring frame.
+MassPoint measured_mass(const LoadedDevice& sensor, const std::vector<std::unique_ptr<LoadedDevice>>& devices) {
+  const auto& model = std::get<SensorModel>(sensor.model);
+  MassPoint sum = mass_below(*model->robot, model->measuring_link);
+  for (const auto& device : devices) {
+    if (device->on != &sensor) continue;
+    const auto robot = robot_of(device->model);
+    const Eigen::Isometry3d X_SM = model->X_MS.inverse() * model->X_MT;
+    sum = sum + transformed(X_SM, mass_below(*robot, robot->root().name));
+  }
+  return sum;
+}
+
+void add_sensor(const LoadedDevice& device, const SensorModel& model,
+                const std::vector<std::unique_ptr<LoadedDevice>>& devices, BuiltCell& built) {
+  auto backend = borrowed<device::ForceTorqueBackend>(built.world, built.world->force_torque(device.entry->name));
+  auto& sensor =
+      built.core->add(std::make_unique<device::ForceTorqueSensor>(device.entry->name, model, std::move(backend)));
+  const LoadedDevice* arm = carrying_arm(device);
+  const MassPoint tool = measured_mass(device, devices);
+  built.cell.sensors[device.entry->name] = {&sensor, arm ? arm->entry->name : "", pose_on_arm(device) * model->X_MS,
+                                            tool.mass, tool.p};
+}
+
+void add_tool(const LoadedDevice& device, const ToolModel& model, BuiltCell& built) {
+  const LoadedDevice* carrier = carrying_arm(device);
+  if (!carrier) return;
+  command::MountedArm& arm = built.cell.arms[carrier->entry->name];
+  arm.X_FT = pose_on_arm(device) * model->X_MT;
+  arm.ball_radius = model->ball_radius;
+  // Only the tool centre point: the simulated controller knows its payload from the URDFs of what it carries.
+  device::ToolSetting setting;
+  setting.X_FT = arm.X_FT;
+  arm.device->set_tool(setting);
+}
+
+}  // namespace
+
+Result<BuiltCell> build_cell(const Description& description, const device::ModelLibrary& models, bool measure_times,
+                             Findings& warnings) {
+  Findings findings;
+  const auto devices = load_devices(description, models, findings);
+  const Frames frames(description, findings);
+  for (const auto& device : devices) {
+    if (!std::holds_alternative<ArmModel>(device->model) && !carrying_arm(*device)) {
+      findings.error(device_pointer(*device), "this device has to be mounted on an arm",
+                     "\"on\": NAME of an arm or sensor");
+    }
+  }
+
+  sim::WorldDescription simulated;
+  simulated.seed = description.seed;
+  simulated.physics.plant_mass_scale = description.plant_mass_scale;
+  for (const auto& device : devices) {
+    simulated.robots.push_back(simulated_robot(*device, frames.truth, findings));
+    if (const auto* arm = std::get_if<ArmModel>(&device->model))
+      simulated.arms.push_back(simulated_arm(*device, **arm));
+    if (const auto* sensor = std::get_if<SensorModel>(&device->model)) {
+      simulated.force_torque_sensors.push_back(simulated_sensor(*device, **sensor, description.seed));
+    }
+  }
+  BuiltCell built;
+  for (const ObjectEntry& entry : description.objects) {
+    const Eigen::Isometry3d X_WO = frames.truth.pose(entry.name).value_or(Eigen::Isometry3d::Identity());
+    world::Object known{entry.name, entry.parts};
+    if (entry.model.empty()) {
+      simulated.objects.push_back(simulated_object(entry, X_WO));
+    } else if (!add_model_object(entry, models, X_WO, simulated, known, findings)) {
+      continue;
+    }
+    built.truth_W[entry.name] = X_WO;
+    built.cell.objects[entry.name] = std::move(known);
+  }
+  for (const CameraEntry& camera : description.cameras) {
+    simulated.cameras.push_back(simulated_camera(camera, frames.truth, findings));
+  }
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+
+  auto world = sim::World::create(simulated, [](mjSpec_& spec) { sim::dress_stage(&spec, {}); });
+  if (!world) return std::unexpected(std::move(world.error()));
+  built.world = std::make_shared<sim::World>(std::move(*world));
+  built.triangles = sim::triangle_count(built.world->model());
+  built.core = std::make_unique<rcc::ControlCore>(rcc::ControlCore::Options{.measure = measure_times});
+  built.cell.frames = frames.nominal;
+  for (const auto& device : devices) {
+    if (const auto* arm = std::get_if<ArmModel>(&device->model)) add_arm(*device, *arm, built);
+    if (const auto* sensor = std::get_if<SensorModel>(&device->model)) add_sensor(*device, *sensor, devices, built);
+    if (const auto* tool = std::get_if<ToolModel>(&device->model)) add_tool(*device, *tool, built);
+  }
+  warnings.append(findings);
+  return built;
+}
+
+}  // namespace takt::scenario

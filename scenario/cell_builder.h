@@ -1,0 +1,31 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "core/command/cell.h"
+#include "core/device/device_file.h"
+#include "core/rcc/control_core.h"
+#include "scenario/description.h"
+#include "sim/world.h"
+
+namespace takt::scenario {
+
+/// Everything that a scenario's cell is made of, ready to run: the simulated world, the control core with the canonical
+/// devices on simulated back ends, and what the program knows.
+struct BuiltCell {
+  std::shared_ptr<sim::World> world;  ///< outlives the core: devices borrow their back ends from it
+  std::unique_ptr<rcc::ControlCore> core;
+  command::Cell cell;
+  std::map<std::string, Eigen::Isometry3d, std::less<>>
+      truth_W;        ///< drawn pose of every fixed object: expectations only
+  int triangles = 0;  ///< of the scene, for the visual budget
+};
+
+/// Builds a cell. @return it, or all findings with pointers into the scenario file: unknown models, frames, devices,
+/// start positions outside limits, and what the simulation finds. Warnings go to `warnings`. Realtime: setup.
+[[nodiscard]] Result<BuiltCell> build_cell(const Description& description, const device::ModelLibrary& models,
+                                           bool measure_times, Findings& warnings);
+
+}  // namespace takt::scenario

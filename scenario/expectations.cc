@@ -1,0 +1,293 @@
+#include "scenario/expectations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "core/base/object_reader.h"
+
+namespace takt::scenario {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+template <class Map>
+std::vector<std::string> keys_of(const Map& map) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : map) keys.push_back(key);
+  return keys;
+}
+
+double angle_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+}
+
+Eigen::Isometry3d true_pose(const BuiltCell& built, const std::string& object) {
+  const int body = built.world->body(object);
+  return body >= 0 ? built.world->body_pose(body) : built.truth_W.find(object)->second;
+}
+
+ExpectationResult pose_result(const std::string& what, const Eigen::Isometry3d& measured,
+                              const Eigen::Isometry3d& wanted, double within_m, double within_rad) {
+  const double distance = (measured.translation() - wanted.translation()).norm();
+  const double angle = angle_between(measured, wanted);
+  ExpectationResult result;
+  result.passed = distance <= within_m && angle <= within_rad;
+  result.value = distance;
+  result.measured = fmt::format("{} off by {:.3f} mm (at most {:.3f}) and {:.3f} deg (at most {:.3f})", what,
+                                1e3 * distance, 1e3 * within_m, angle / kDegree, within_rad / kDegree);
+  return result;
+}
+
+class EstimateExpectation final : public Expectation {
+ public:
+  EstimateExpectation(ObjectReader& reader, const BuiltCell& built)
+      : estimate_(reader.text("estimate")),
+        object_(reader.choice("of", keys_of(built.cell.objects))),
+        within_m_(reader.number("position_within_m", {}, kPositive)),
+        within_rad_(kDegree * reader.number("angle_within_deg", 180.0, kPositive)) {}
+
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    const auto found = outcome.variables.estimates.find(estimate_);
+    if (found == outcome.variables.estimates.end()) {
+      return {.measured = fmt::format("nothing was estimated as '{}'", estimate_)};
+    }
+    return pose_result(fmt::format("'{}'", estimate_), found->second, true_pose(outcome.built, object_), within_m_,
+                       within_rad_);
+  }
+
+ private:
+  std::string estimate_, object_;
+  double within_m_, within_rad_;
+};
+
+class ObjectPoseExpectation final : public Expectation {
+ public:
+  ObjectPoseExpectation(ObjectReader& reader, const BuiltCell& built)
+      : object_(reader.choice("object", keys_of(built.cell.objects))),
+        in_(reader.text("in", "world")),
+        wanted_(reader.pose()),
+        within_m_(reader.number("position_within_m", {}, kPositive)),
+        within_rad_(kDegree * reader.number("angle_within_deg", 180.0, kPositive)) {
+    const auto X_WI = built.cell.frames.pose(in_);
+    if (X_WI) {
+      wanted_ = *X_WI * wanted_;
+    } else {
+      reader.findings().append(X_WI.error(), reader.at("in"));
+    }
+  }
+
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    return pose_result(fmt::format("'{}'", object_), true_pose(outcome.built, object_), wanted_, within_m_,
+                       within_rad_);
+  }
+
+ private:
+  std::string object_, in_;
+  Eigen::Isometry3d wanted_;
+  double within_m_, within_rad_;
+};
+
+class ContactForceExpectation final : public Expectation {
+ public:
+  ContactForceExpectation(ObjectReader& reader, BuiltCell& built) : between_(reader.texts("between")) {
+    below_N_ = reader.number("below_N", {}, kPositive);
+    at_least_N_ = reader.number("at_least_N", 0.0, kNotNegative);
+    if (between_.size() != 2) {
+      reader.findings().error(reader.at("between"), fmt::format("{} names", between_.size()), "exactly two");
+      return;
+    }
+    const auto watch = built.world->watch_contact(between_[0], between_[1]);
+    if (watch) {
+      watch_ = *watch;
+    } else {
+      reader.findings().append(watch.error(), reader.at("between"));
+    }
+  }
+
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    ExpectationResult result;
+    result.value = outcome.built.world->contact(watch_).max_force;
+    result.passed = result.value < below_N_ && result.value >= at_least_N_;
+    result.measured = fmt::format("{:.2f} N at most between '{}' and '{}' (below {:g})", result.value, between_[0],
+                                  between_[1], below_N_);
+    return result;
+  }
+
+ private:
+  std::vector<std::string> between_;
+  double below_N_ = 0.0, at_least_N_ = 0.0;
+  std::size_t watch_ = 0;
+};
+
+class PeakForceExpectation final : public Expectation {
+ public:
+  PeakForceExpectation(ObjectReader& reader, const BuiltCell& built)
+      : sensor_(reader.choice("sensor", keys_of(built.cell.sensors))),
+        below_N_(reader.number("below_N", {}, kPositive)) {}
+
+  void watch(const BuiltCell& built) override {
+    const device::ForceTorqueSensor& sensor = *built.cell.sensors.find(sensor_)->second.device;
+    if (sensor.has_sample()) peak_ = std::max(peak_, sensor.sample().wrench.force.norm());
+  }
+  [[nodiscard]] ExpectationResult judge(const Outcome&) const override {
+    ExpectationResult result;
+    result.value = peak_;
+    result.passed = peak_ < below_N_;
+    result.measured =
+        fmt::format("{:.2f} N at most read by '{}', tool weight included (below {:g})", peak_, sensor_, below_N_);
+    return result;
+  }
+
+ private:
+  std::string sensor_;
+  double below_N_;
+  double peak_ = 0.0;
+};
+
+class LimitsExpectation final : public Expectation {
+ public:
+  LimitsExpectation(ObjectReader& reader, const BuiltCell& built) {
+    const auto arms = keys_of(built.cell.arms);
+    arm_ = reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms.front()) : std::nullopt);
+    const auto found = built.cell.arms.find(arm_);
+    if (found == built.cell.arms.end()) return;
+    const device::ArmDescription& description = found->second.device->description();
+    monitor_.emplace(description.limits, description.joint_names, to_seconds(built.core->period()));
+  }
+
+  void watch(const BuiltCell& built) override {
+    const auto& q = built.cell.arms.find(arm_)->second.device->set_point().q;
+    if (q.size() > 0) monitor_->add(q);
+  }
+  [[nodiscard]] ExpectationResult judge(const Outcome&) const override {
+    const LimitMonitor::Worst worst = monitor_->worst();
+    ExpectationResult result;
+    result.value = worst.share;
+    result.passed = monitor_->held();
+    result.measured = fmt::format("{:.1f} % of a limit at most: {}", 100 * worst.share, worst.what);
+    return result;
+  }
+
+ private:
+  std::string arm_;
+  std::optional<LimitMonitor> monitor_;
+};
+
+class DurationExpectation final : public Expectation {
+ public:
+  explicit DurationExpectation(ObjectReader& reader) : below_s_(reader.number("below_s", {}, kPositive)) {}
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    ExpectationResult result;
+    result.value = outcome.sim_time;
+    result.passed = outcome.sim_time < below_s_;
+    result.measured = fmt::format("{:.3f} s (below {:g})", outcome.sim_time, below_s_);
+    return result;
+  }
+
+ private:
+  double below_s_;
+};
+
+class StepExpectation final : public Expectation {
+ public:
+  StepExpectation(ObjectReader& reader, const activity::Program& program)
+      : step_(reader.choice("step", program.names())) {}
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    ExpectationResult result;
+    result.value = static_cast<double>(std::ranges::count(outcome.steps_begun, step_));
+    result.passed = result.value > 0;
+    result.measured = fmt::format("step '{}' ran {:g} times", step_, result.value);
+    return result;
+  }
+
+ private:
+  std::string step_;
+};
+
+class RepeatsExpectation final : public Expectation {
+ public:
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    if (!outcome.run_again) return {.passed = true, .measured = "this is the second run"};
+    const std::string second = outcome.run_again();
+    ExpectationResult result;
+    result.passed = second == outcome.digest;
+    result.measured = result.passed ? "a second run has the same digest"
+                                    : fmt::format("a second run has digest {}, this one {}", second, outcome.digest);
+    return result;
+  }
+};
+
+/// Gives the entry's name to what its expectation finds.
+class Named final : public Expectation {
+ public:
+  Named(const ExpectationEntry& entry, std::unique_ptr<Expectation> expectation)
+      : name_(entry.name), kind_(entry.kind), expectation_(std::move(expectation)) {}
+  void watch(const BuiltCell& built) override { expectation_->watch(built); }
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    ExpectationResult result = expectation_->judge(outcome);
+    result.name = name_;
+    result.kind = kind_;
+    return result;
+  }
+
+ private:
+  std::string name_, kind_;
+  std::unique_ptr<Expectation> expectation_;
+};
+
+std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& reader, BuiltCell& built,
+                                      const activity::Program& program) {
+  if (kind == "estimate") return std::make_unique<EstimateExpectation>(reader, built);
+  if (kind == "object_pose") return std::make_unique<ObjectPoseExpectation>(reader, built);
+  if (kind == "contact_force") return std::make_unique<ContactForceExpectation>(reader, built);
+  if (kind == "peak_force") return std::make_unique<PeakForceExpectation>(reader, built);
+  if (kind == "limits") return std::make_unique<LimitsExpectation>(reader, built);
+  if (kind == "duration") return std::make_unique<DurationExpectation>(reader);
+  if (kind == "step") return std::make_unique<StepExpectation>(reader, program);
+  if (kind == "repeats") return std::make_unique<RepeatsExpectation>();
+  return nullptr;
+}
+
+}  // namespace
+
+const std::vector<ExpectationKind>& expectation_kinds() {
+  static const std::vector<ExpectationKind> kinds{
+      {"contact_force",
+       "True force between two bodies stays below a bound. Keys: between [a, b], below_N, at_least_N."},
+      {"duration", "The program ends in time. Keys: below_s."},
+      {"estimate", "A fitted pose is near the truth. Keys: estimate, of, position_within_m, angle_within_deg."},
+      {"limits", "No set point leaves the joint limits, differentiated from what was sent. Keys: arm."},
+      {"object_pose",
+       "An object ends near a pose. Keys: object, in, position_m, rpy_deg, position_within_m, angle_within_deg."},
+      {"peak_force", "A sensor's raw reading stays below a bound. Keys: sensor, below_N."},
+      {"repeats", "A second run has the same digest."},
+      {"step", "A named step has run. Keys: step."},
+  };
+  return kinds;
+}
+
+Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(const std::vector<ExpectationEntry>& entries,
+                                                                    BuiltCell& built,
+                                                                    const activity::Program& program) {
+  std::vector<std::string> kinds;
+  for (const ExpectationKind& kind : expectation_kinds()) kinds.emplace_back(kind.name);
+  Findings findings;
+  std::vector<std::unique_ptr<Expectation>> expectations;
+  for (const ExpectationEntry& entry : entries) {
+    ObjectReader reader(entry.json, entry.pointer, findings);
+    (void)reader.text("name", "");
+    (void)reader.choice("kind", kinds);
+    auto expectation = make_one(entry.kind, reader, built, program);
+    if (!expectation) continue;
+    reader.finish();
+    expectations.push_back(std::make_unique<Named>(entry, std::move(expectation)));
+  }
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  return expectations;
+}
+
+}  // namespace takt::scenario

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/activity/program.h"
+#include "scenario/cell_builder.h"
+#include "scenario/limit_monitor.h"
+
+namespace takt::scenario {
+
+/// What came of one expectation.
+struct ExpectationResult {
+  std::string name, kind;
+  bool passed = false;
+  std::string measured;  ///< for people: value, unit, bound
+  double value = 0.0;    ///< what was measured, in the unit of `measured`
+};
+
+/// What expectations may look at when a run has ended.
+struct Outcome {
+  const BuiltCell& built;
+  const activity::Variables& variables;
+  const std::vector<std::string>& steps_begun;
+  double sim_time = 0.0;  ///< s
+  std::string digest;
+  std::function<std::string()> run_again;  ///< digest of a second run of the same scenario; may be empty
+};
+
+/// One statement about a run: watches while it runs, judges when it has ended. Only expectations may look at the truth
+/// of the simulation (row D6).
+class Expectation {
+ public:
+  virtual ~Expectation() = default;
+  /// After every cycle. Realtime: cyclic.
+  virtual void watch(const BuiltCell& built) { (void)built; }
+  [[nodiscard]] virtual ExpectationResult judge(const Outcome& outcome) const = 0;
+};
+
+/// A kind of expectation: the word in "kind", and its keys.
+struct ExpectationKind {
+  std::string_view name;
+  std::string_view doc;
+};
+[[nodiscard]] const std::vector<ExpectationKind>& expectation_kinds();
+
+/// Makes the expectations of a scenario. All findings at once: unknown kinds, keys, names.
+/// @param estimates  names that the program's fits will define
+[[nodiscard]] Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(
+    const std::vector<ExpectationEntry>& entries, BuiltCell& built, const activity::Program& program);
+
+}  // namespace takt::scenario

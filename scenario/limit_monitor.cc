@@ -1,0 +1,54 @@
+#include "scenario/limit_monitor.h"
+
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace takt::scenario {
+
+LimitMonitor::LimitMonitor(motion::JointLimits limits, std::vector<std::string> joint_names, double period_s)
+    : limits_(std::move(limits)), joint_names_(std::move(joint_names)), period_s_(period_s) {}
+
+void LimitMonitor::note(Quantity quantity, Eigen::Index joint, double value, double limit) {
+  const double share = std::abs(value) / limit;
+  if (share <= worst_share_) return;
+  worst_share_ = share;
+  worst_quantity_ = quantity;
+  worst_joint_ = joint;
+  worst_value_ = value;
+  worst_limit_ = limit;
+  worst_cycle_ = count_;
+}
+
+void LimitMonitor::add(const kinematics::JointVector& q) {
+  if (count_ == 0) {
+    dq_ = ddq_ = kinematics::JointVector::Zero(q.size());
+  } else {
+    const kinematics::JointVector dq = (q - q_) / period_s_;
+    const kinematics::JointVector ddq = (dq - dq_) / period_s_;
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      note(kVelocity, i, dq[i], limits_.velocity[i]);
+      note(kAcceleration, i, ddq[i], limits_.acceleration[i]);
+      note(kJerk, i, (ddq[i] - ddq_[i]) / period_s_, limits_.jerk[i]);
+    }
+    dq_ = dq;
+    ddq_ = ddq;
+  }
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const double middle = 0.5 * (limits_.lower[i] + limits_.upper[i]);
+    if (std::isfinite(middle)) note(kPosition, i, q[i] - middle, limits_.upper[i] - middle);
+  }
+  q_ = q;
+  ++count_;
+}
+
+LimitMonitor::Worst LimitMonitor::worst() const {
+  static constexpr const char* kNames[] = {"position", "velocity", "acceleration", "jerk"};
+  if (worst_cycle_ < 0) return {};
+  return {worst_share_,
+          fmt::format("{} of joint {}: {:.4g} of {:.4g} in cycle {}", kNames[worst_quantity_],
+                      joint_names_[static_cast<std::size_t>(worst_joint_)], worst_value_, worst_limit_, worst_cycle_)};
+}
+
+}  // namespace takt::scenario

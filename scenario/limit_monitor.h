@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/kinematics/types.h"
+#include "core/motion/limits.h"
+
+namespace takt::scenario {
+
+/// Differentiates the positions that an arm was really sent, once per cycle, and remembers the worst of each limit.
+/// An oracle: it shares nothing with planner and guard but the limits. Differences over one cycle are means of the
+/// derivative over that cycle, so a signal inside its limits stays inside here but for rounding.
+/// Realtime: cyclic, no allocation after construction.
+class LimitMonitor {
+ public:
+  LimitMonitor(motion::JointLimits limits, std::vector<std::string> joint_names, double period_s);
+
+  /// The set point of this cycle; rad or m.
+  void add(const kinematics::JointVector& q);
+
+  /// Worst use of any limit so far: 1 = exactly at the limit.
+  struct Worst {
+    double share = 0.0;
+    std::string what;  ///< "jerk of joint a3: 212.4 of 160 in cycle 1204"
+  };
+  [[nodiscard]] Worst worst() const;
+  /// Shares up to this count as inside: rounding of positions of some rad, seen through three differences over 1 ms.
+  static constexpr double kTolerance = 1e-4;
+  [[nodiscard]] bool held() const { return worst_share_ <= 1.0 + kTolerance; }
+
+ private:
+  enum Quantity { kPosition, kVelocity, kAcceleration, kJerk };
+  void note(Quantity quantity, Eigen::Index joint, double value, double limit);
+
+  motion::JointLimits limits_;
+  std::vector<std::string> joint_names_;
+  double period_s_;
+  std::int64_t count_ = 0;
+  kinematics::JointVector q_, dq_, ddq_;
+  double worst_share_ = 0.0;
+  Quantity worst_quantity_ = kPosition;
+  Eigen::Index worst_joint_ = 0;
+  double worst_value_ = 0.0, worst_limit_ = 0.0;
+  std::int64_t worst_cycle_ = -1;
+};
+
+}  // namespace takt::scenario
