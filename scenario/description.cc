@@ -128,7 +128,7 @@ FilmEntry read_film(const Json& json, const std::string& pointer, Findings& find
   film.camera = reader.text("camera", "");
   film.inset = reader.text("inset", "");
   film.force_sensor = reader.text("force_sensor", "");
-  film.force_scale_N = reader.number("force_scale_N", 20.0, kPositive);
+  film.force_limit_N = reader.number("force_limit_N", 15.0, kPositive);
   if (const Json* cuts = reader.array("cuts", false)) {
     for (std::size_t i = 0; i < cuts->size(); ++i) {
       ObjectReader cut((*cuts)[i], reader.at("cuts") + pointer_segment(i), findings);

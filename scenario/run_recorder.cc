@@ -1,0 +1,93 @@
+#include "scenario/run_recorder.h"
+
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+
+namespace takt::scenario {
+namespace {
+
+/// Names of the positions in qpos, so that a recording can be drawn again with the model that it carries.
+std::vector<std::string> position_names(const mjModel& model) {
+  std::vector<std::string> names;
+  for (int i = 0; i < model.nq; ++i) names.push_back(fmt::format("qpos{}", i));
+  for (int j = 0; j < model.njnt; ++j) {
+    const char* name = mj_id2name(&model, mjOBJ_JOINT, j);
+    if (name && name[0]) names[static_cast<std::size_t>(model.jnt_qposadr[j])] = name;
+  }
+  return names;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::path& path,
+                                                       const Description& description, const BuiltCell& built) {
+  record::RecorderOptions options;
+  options.metadata = {{"scenario", description.file.filename().string()},
+                      {"title", description.title},
+                      {"seed", std::to_string(description.seed)}};
+  options.fingerprint = record::fingerprint({{"mujoco", mj_versionString()}});
+  options.attachments.push_back({"scenario.json", "application/json", description.text});
+  auto recorder = record::Recorder::open(path, std::move(options));
+  if (!recorder) return std::unexpected(std::move(recorder.error()));
+  return std::unique_ptr<RunRecorder>(new RunRecorder(std::move(*recorder), built));
+}
+
+RunRecorder::RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built)
+    : recorder_(std::move(recorder)), built_(built) {
+  add_channels();
+}
+
+void RunRecorder::add_channels() {
+  for (const auto& [name, arm] : built_.cell.arms) {
+    const auto& joints = arm.device->description().joint_names;
+    arms_.push_back({&arm, recorder_->add_joint_states("/" + name + "/joint_states", joints),
+                     recorder_->add_joint_states("/" + name + "/set_point", joints, {true, true, false})});
+  }
+  for (const auto& [name, sensor] : built_.cell.sensors) {
+    sensors_.push_back({&sensor, recorder_->add_wrench("/" + name + "/wrench", name)});
+  }
+  const mjModel& model = *built_.world->model();
+  std::vector<std::pair<std::string, std::string>> frames;
+  for (int body = 1; body < model.nbody; ++body) {
+    frames.emplace_back("world", mj_id2name(&model, mjOBJ_BODY, body));
+    bodies_.push_back(body);
+  }
+  poses_.resize(bodies_.size());
+  transforms_ = recorder_->add_transforms("/tf", std::move(frames));
+  digest_ = recorder_->add_digest("/digest");
+  state_ = recorder_->add_state("/state", position_names(model));
+  events_ = recorder_->add_events("/program");
+}
+
+void RunRecorder::add_cycle() {
+  const std::int64_t cycle = built_.core->cycle() - 1;
+  recorder_->begin_cycle(cycle * built_.core->period(), static_cast<std::uint64_t>(cycle));
+  for (const ArmChannels& channels : arms_) {
+    const device::ArmSample& sample = channels.arm->device->sample();
+    const device::ArmSetPoint& sent = channels.arm->device->set_point();
+    const auto span = [](const kinematics::JointVector& v) {
+      return std::span<const double>(v.data(), static_cast<std::size_t>(v.size()));
+    };
+    recorder_->write_joints(channels.joints, span(sample.q), span(sample.dq), span(sample.tau));
+    recorder_->write_joints(channels.set_point, span(sent.q), span(sent.dq), {});
+  }
+  for (const SensorChannel& channel : sensors_) {
+    const net::Wrench& wrench = channel.sensor->device->sample().wrench;
+    const std::array<double, 6> row{wrench.force.x(),  wrench.force.y(),  wrench.force.z(),
+                                    wrench.torque.x(), wrench.torque.y(), wrench.torque.z()};
+    recorder_->write(channel.wrench, row);
+  }
+  recorder_->digest(digest_, built_.core->digest().value().low);
+  const mjData& data = *built_.world->data();
+  recorder_->write(state_, {data.qpos, static_cast<std::size_t>(built_.world->model()->nq)});
+  // Poses change slowly against 1 kHz: fifty a second serve every viewer.
+  if (cycle % 20 != 0) return;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) poses_[i] = built_.world->body_pose(bodies_[i]);
+  recorder_->write_transforms(transforms_, poses_);
+}
+
+void RunRecorder::add_event(std::string_view source, std::string_view name, std::string_view text) {
+  recorder_->event(events_, source, name, text);
+}
+
+}  // namespace takt::scenario

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string_view>
+
+#include "record/recorder.h"
+#include "scenario/cell_builder.h"
+#include "scenario/description.h"
+
+namespace takt::scenario {
+
+/// What a run leaves in its recording: per arm measured joints, set points and frames; per sensor the raw wrench; the
+/// digest and the simulation's state of every cycle; what the program did.
+///   /NAME/joint_states, /NAME/set_point, /tf, /NAME/wrench, /digest, /state, /program
+class RunRecorder {
+ public:
+  [[nodiscard]] static Result<std::unique_ptr<RunRecorder>> open(const std::filesystem::path& path,
+                                                                 const Description& description,
+                                                                 const BuiltCell& built);
+
+  /// After each cycle. Realtime: cyclic.
+  void add_cycle();
+  void add_event(std::string_view source, std::string_view name, std::string_view text);
+  [[nodiscard]] record::RecorderStatus close() { return recorder_->close(); }
+
+ private:
+  struct ArmChannels {
+    const command::MountedArm* arm;
+    record::ChannelId joints, set_point;
+  };
+  struct SensorChannel {
+    const command::MountedSensor* sensor;
+    record::ChannelId wrench;
+  };
+  RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built);
+  void add_channels();
+
+  std::unique_ptr<record::Recorder> recorder_;
+  const BuiltCell& built_;
+  std::vector<ArmChannels> arms_;
+  std::vector<SensorChannel> sensors_;
+  std::vector<int> bodies_;
+  std::vector<Eigen::Isometry3d> poses_;
+  record::ChannelId transforms_, digest_, state_, events_;
+};
+
+}  // namespace takt::scenario
