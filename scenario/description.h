@@ -70,7 +70,7 @@ struct FilmEntry {
   std::string inset;
   std::vector<Cut> cuts;
   std::string force_sensor;     ///< whose force is shown; empty = none
-  double force_scale_N = 20.0;  ///< full length of the bar
+  double force_limit_N = 15.0;  ///< marked in the bar
 };
 
 /// One statement that must hold at the end; `kind` chooses the fields, which scenario/expectations.cc reads.

@@ -1,0 +1,225 @@
+// validate, verify, list: whole files and folders of them.
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "core/base/json.h"
+#include "core/net/compiled_net.h"
+#include "record/golden.h"
+#include "scenario/session.h"
+#include "tools/cli.h"
+#include "tools/run_verb.h"
+
+namespace takt::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What a JSON file is, by the keys it has.
+enum class FileKind { kScenario, kNet, kModel };
+
+FileKind kind_of(const Json& document) {
+  if (document.is_object() && document.contains("primitives")) return FileKind::kNet;
+  if (document.is_object() && document.contains("urdf") && document.contains("kind")) return FileKind::kModel;
+  return FileKind::kScenario;
+}
+
+/// All findings of a file, warnings included.
+Findings check_scenario(const std::filesystem::path& file, const Common& common) {
+  auto description = scenario::read_description(file);
+  if (!description) return description.error();
+  const device::ModelLibrary library = common.library();
+  auto session = scenario::Session::create(std::move(*description), library);
+  return session ? (*session)->warnings() : session.error();
+}
+
+Findings check_model(const std::filesystem::path& folder) {
+  const auto kind = device::read_device_kind(folder);
+  if (!kind) return kind.error();
+  Findings findings;
+  const auto collect = [&](const auto& result) {
+    if (!result) findings = result.error();
+  };
+  if (*kind == "arm") collect(device::read_arm(folder));
+  if (*kind == "force_torque_sensor") collect(device::read_force_torque_sensor(folder));
+  if (*kind == "tool") collect(device::read_tool(folder));
+  return findings;
+}
+
+Findings check_net_file(const Json& document) {
+  const auto net = net::net_from_json(document);
+  return net ? Findings{} : net.error();
+}
+
+Findings check_file(const std::filesystem::path& file, const Common& common) {
+  if (std::filesystem::is_directory(file)) return check_model(file);
+  const auto document = read_json(file);
+  if (!document) return document.error();
+  Findings findings;
+  switch (kind_of(*document)) {
+    case FileKind::kScenario:
+      return check_scenario(file, common);
+    case FileKind::kModel:
+      return check_model(file.parent_path().empty() ? "." : file.parent_path());
+    case FileKind::kNet:
+      findings = check_net_file(*document);
+  }
+  findings.set_file(file.string());
+  return findings;
+}
+
+int validate(const std::vector<std::string>& files, const Common& common) {
+  Findings findings;
+  for (const std::string& file : files) findings.append(check_file(file, common));
+  fmt::print(stderr, "{}", findings.to_string());
+  const bool valid = !findings.has_errors();
+  if (common.json) {
+    print({{"result", valid ? "valid" : "error"}, {"findings", to_json(findings)}});
+  } else if (valid) {
+    fmt::print("{} {} valid\n", files.size(), files.size() == 1 ? "file is" : "files are");
+  }
+  return valid ? kHeld : kBadInput;
+}
+
+/// Scenario files below the given files and folders, sorted; goldens are not scenarios.
+std::vector<std::filesystem::path> scenario_files(const std::vector<std::string>& paths, Findings& findings) {
+  std::vector<std::filesystem::path> files;
+  for (const std::string& path : paths) {
+    if (!std::filesystem::exists(path)) {
+      findings.add({Severity::kError, path, {}, "there is no such file or folder", {}});
+    } else if (!std::filesystem::is_directory(path)) {
+      files.emplace_back(path);
+    } else {
+      for (const auto& entry : std::filesystem::recursive_directory_iterator(path)) {
+        const std::string name = entry.path().filename().string();
+        if (!name.ends_with(".json") || name.ends_with(".golden.json")) continue;
+        const auto document = read_json(entry.path());
+        if (document && kind_of(*document) == FileKind::kScenario) files.push_back(entry.path());
+      }
+    }
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+std::filesystem::path golden_of(const std::filesystem::path& file) {
+  return file.parent_path() / (file.stem().string() + ".golden.json");
+}
+
+/// A scenario's run against its expectations and its golden.
+struct Verified {
+  std::filesystem::path file;
+  scenario::RunReport run;
+  std::optional<record::Comparison> golden;
+  Findings findings;
+  int status = kFault;
+};
+
+Verified verify_one(const std::filesystem::path& file, const Common& common) {
+  Verified verified;
+  verified.file = file;
+  auto description = scenario::read_description(file);
+  const device::ModelLibrary library = common.library();
+  Result<std::unique_ptr<scenario::Session>> session = std::unexpected(Findings{});
+  if (description) session = scenario::Session::create(std::move(*description), library, true);
+  if (!description || !session) {
+    verified.findings = !description ? description.error() : session.error();
+    verified.status = kBadInput;
+    return verified;
+  }
+  const std::filesystem::path recording =
+      std::filesystem::temp_directory_path() / fmt::format("takt-verify-{}-{}.mcap", file.stem().string(), getpid());
+  scenario::RunOptions options;
+  options.interrupt = &catch_interrupts();
+  const bool has_golden = std::filesystem::exists(golden_of(file));
+  if (has_golden) options.record = recording;
+  verified.run = (*session)->run(options);
+  verified.status = exit_status(verified.run.verdict);
+  if (has_golden && verified.status == kHeld) {
+    auto comparison = record::verify(recording, golden_of(file));
+    if (comparison) {
+      verified.golden = std::move(*comparison);
+      if (!verified.golden->passed) verified.status = kNotHeld;
+    } else {
+      verified.findings = comparison.error();
+      verified.status = kBadInput;
+    }
+  }
+  std::error_code ignored;
+  std::filesystem::remove(recording, ignored);
+  return verified;
+}
+
+Json to_json(const Verified& verified) {
+  Json json{{"file", verified.file.string()}, {"status", verified.status}, {"run", to_json(verified.run)}};
+  if (verified.golden) json["golden"] = record::to_json(*verified.golden);
+  json["findings"] = to_json(verified.findings);
+  return json;
+}
+
+int verify(const std::vector<std::string>& paths, const Common& common) {
+  Findings findings;
+  const auto files = scenario_files(paths, findings);
+  if (files.empty() && !findings.has_errors()) findings.error("", "no scenario file is there", "*.json");
+  if (findings.has_errors()) return report(findings, common);
+  int status = kHeld;
+  Json results = Json::array();
+  for (const auto& file : files) {
+    const Verified verified = verify_one(file, common);
+    status = std::max(status, verified.status);
+    results.push_back(to_json(verified));
+    fmt::print(stderr, "{}", verified.findings.to_string());
+    if (common.json) continue;
+    fmt::print("{}", to_text(verified.run, verified.file.string()));
+    if (verified.golden) fmt::print("{}", record::to_text(*verified.golden));
+    if (verified.status == kInterrupted) break;
+  }
+  if (common.json) print({{"result", status == kHeld ? "passed" : "failed"}, {"scenarios", std::move(results)}});
+  return status;
+}
+
+int list(const Common& common) {
+  Findings ignored;
+  Json scenarios = Json::array(), models = Json::array();
+  for (const auto& file : scenario_files({(common.root / "scenarios").string()}, ignored)) {
+    const auto description = scenario::read_description(file);
+    const std::string title = description ? description->title : "(not valid)";
+    scenarios.push_back({{"file", file.lexically_relative(common.root).string()}, {"title", title}});
+  }
+  for (const std::string& name : common.library().names()) models.push_back(name);
+  if (common.json) {
+    print({{"scenarios", scenarios}, {"models", models}});
+    return kHeld;
+  }
+  for (const Json& one : scenarios) {
+    fmt::print("scenario {:<28} {}\n", one["file"].get<std::string>(), one["title"].get<std::string>());
+  }
+  for (const Json& one : models) fmt::print("model    {}\n", one.get<std::string>());
+  return kHeld;
+}
+
+}  // namespace
+
+std::pair<CLI::App*, Verb> add_validate(CLI::App& app, Common& common) {
+  auto files = std::make_shared<std::vector<std::string>>();
+  CLI::App* verb = app.add_subcommand("validate", "Check scenario, net and model files whole; move nothing");
+  verb->add_option("FILE", *files, "Files, or folders of models")->required();
+  return {verb, [files, &common] { return validate(*files, common); }};
+}
+
+std::pair<CLI::App*, Verb> add_verify(CLI::App& app, Common& common) {
+  auto paths = std::make_shared<std::vector<std::string>>();
+  CLI::App* verb = app.add_subcommand("verify", "Run scenarios against their expectations and goldens");
+  verb->add_option("PATH", *paths, "Scenario files, or folders of them")->required();
+  return {verb, [paths, &common] { return verify(*paths, common); }};
+}
+
+std::pair<CLI::App*, Verb> add_list(CLI::App& app, Common& common) {
+  CLI::App* verb = app.add_subcommand("list", "List the project's scenarios and models");
+  return {verb, [&common] { return list(common); }};
+}
+
+}  // namespace takt::tools

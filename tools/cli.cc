@@ -1,0 +1,100 @@
+#include "tools/cli.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+namespace takt::tools {
+namespace {
+
+constexpr AddVerb kVerbs[] = {add_run,    add_validate, add_verify,     add_compare, add_bless,
+                              add_render, add_net,      add_primitives, add_model,   add_list};
+
+/// The project's folder: above the program (build/PRESET/tools/takt), or TAKT_ROOT.
+std::filesystem::path find_root() {
+  if (const char* root = std::getenv("TAKT_ROOT")) return root;
+  std::error_code error;
+  std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  while (!folder.empty() && folder != folder.root_path()) {
+    if (std::filesystem::is_directory(folder / "models", error)) return folder;
+    folder = folder.parent_path();
+  }
+  return std::filesystem::current_path();
+}
+
+/// A usage error in the form of every other finding.
+int report_usage(const CLI::App& app, const CLI::ParseError& error, const Common& common) {
+  if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+  Findings findings;
+  findings.error("", error.what(), "takt --help, or takt VERB --help");
+  return report(findings, common);
+}
+
+}  // namespace
+
+device::ModelLibrary Common::library() const {
+  std::vector<std::filesystem::path> paths(models.begin(), models.end());
+  paths.push_back(root / "models");
+  return device::ModelLibrary(std::move(paths));
+}
+
+nlohmann::ordered_json to_json(const Findings& findings) {
+  auto list = nlohmann::ordered_json::array();
+  for (const Finding& finding : findings.list()) {
+    const char* severity = finding.severity == Severity::kError     ? "error"
+                           : finding.severity == Severity::kWarning ? "warning"
+                                                                    : "note";
+    list.push_back({{"severity", severity},
+                    {"file", finding.file},
+                    {"pointer", finding.pointer},
+                    {"message", finding.message},
+                    {"hint", finding.hint}});
+  }
+  return list;
+}
+
+void print(const nlohmann::ordered_json& json) {
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+int report(const Findings& findings, const Common& common) {
+  fmt::print(stderr, "{}", findings.to_string());
+  if (common.json) print({{"result", "error"}, {"findings", to_json(findings)}});
+  return kBadInput;
+}
+
+int run_command_line(int argc, char** argv) {
+  Common common;
+  common.root = find_root();
+  CLI::App app{
+      "takt: robot control core and digital twin of the cell it controls.\n"
+      "Exit status: 0 held; 1 an expectation or comparison failed; 2 bad input or usage; 3 device,\n"
+      "communication or runtime fault; 130 interrupted."};
+  app.name("takt");
+  app.set_version_flag("--version", std::string("takt ") + TAKT_VERSION);
+  app.require_subcommand(1);
+  std::vector<std::pair<CLI::App*, Verb>> verbs;
+  for (const AddVerb add : kVerbs) {
+    verbs.push_back(add(app, common));
+    CLI::App* verb = verbs.back().first;
+    verb->add_flag("--json", common.json, "One JSON object on stdout; progress and diagnostics on stderr");
+    verb->add_option("--models", common.models, "Folders searched for models before the project's own")
+        ->type_name("DIR");
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    for (int i = 1; i < argc; ++i) common.json = common.json || std::string_view(argv[i]) == "--json";
+    return report_usage(app, error, common);
+  }
+  for (const auto& [verb, run] : verbs) {
+    if (verb->parsed()) return run();
+  }
+  return kBadInput;
+}
+
+}  // namespace takt::tools

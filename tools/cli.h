@@ -1,0 +1,57 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/base/findings.h"
+#include "core/device/device_file.h"
+
+namespace CLI {
+class App;
+}
+
+namespace takt::tools {
+
+/// Exit status of every verb.
+enum ExitStatus { kHeld = 0, kNotHeld = 1, kBadInput = 2, kFault = 3, kInterrupted = 130 };
+
+/// What all verbs share.
+struct Common {
+  bool json = false;
+  std::vector<std::string> models;  ///< folders to search for models before the project's own
+  std::filesystem::path root;       ///< of the project: where models/ and scenarios/ lie
+
+  [[nodiscard]] device::ModelLibrary library() const;
+};
+
+/// A verb: adds its sub-command to the app; the callback runs it and gives the exit status.
+using Verb = std::function<int()>;
+using AddVerb = std::pair<CLI::App*, Verb> (*)(CLI::App& app, Common& common);
+
+std::pair<CLI::App*, Verb> add_run(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_validate(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_verify(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_compare(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_bless(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_render(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_net(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_primitives(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_model(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_list(CLI::App& app, Common& common);
+
+/// Prints findings on stderr, a line each; with --json also {"result": "error", "findings": [...]} on stdout.
+/// @return kBadInput
+int report(const Findings& findings, const Common& common);
+/// The findings as JSON for a report of a verb.
+[[nodiscard]] nlohmann::ordered_json to_json(const Findings& findings);
+/// One JSON object on stdout.
+void print(const nlohmann::ordered_json& json);
+
+/// The whole program: parses the command line, runs the verb. @return the exit status.
+int run_command_line(int argc, char** argv);
+
+}  // namespace takt::tools

@@ -1,0 +1,139 @@
+// compare, bless, render: what is done with recordings.
+#include <unistd.h>
+
+#include <memory>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "record/compare.h"
+#include "record/golden.h"
+#include "scenario/replay.h"
+#include "scenario/session.h"
+#include "tools/cli.h"
+#include "tools/run_verb.h"
+
+namespace takt::tools {
+namespace {
+
+struct CompareArguments {
+  std::string a, b, html;
+};
+
+bool is_golden(const std::string& file) { return file.ends_with(".json"); }
+
+int compare(const CompareArguments& arguments, const Common& common) {
+  if (is_golden(arguments.a)) {
+    Findings findings;
+    findings.add({Severity::kError, arguments.a, {}, "a golden stands first", "compare RECORDING GOLDEN"});
+    return report(findings, common);
+  }
+  const auto comparison = is_golden(arguments.b) ? record::verify(arguments.a, arguments.b)
+                                                 : record::compare_recordings(arguments.a, arguments.b);
+  if (!comparison) return report(comparison.error(), common);
+  if (!arguments.html.empty()) {
+    const auto written = record::write_report(*comparison, arguments.html);
+    if (!written) return report(written.error(), common);
+  }
+  if (common.json) {
+    print(record::to_json(*comparison));
+  } else {
+    fmt::print("{}", record::to_text(*comparison));
+  }
+  return comparison->passed ? kHeld : kNotHeld;
+}
+
+struct BlessArguments {
+  std::string scenario, reason;
+};
+
+int bless(const BlessArguments& arguments, const Common& common) {
+  auto description = scenario::read_description(arguments.scenario);
+  if (!description) return report(description.error(), common);
+  const device::ModelLibrary library = common.library();
+  auto session = scenario::Session::create(std::move(*description), library);
+  if (!session) return report(session.error(), common);
+  const std::filesystem::path file = arguments.scenario;
+  const auto recording = std::filesystem::temp_directory_path() / fmt::format("takt-bless-{}.mcap", getpid());
+  scenario::RunOptions options;
+  options.record = recording;
+  const scenario::RunReport run = (*session)->run(options);
+  if (run.verdict != scenario::Verdict::kPassed) {
+    fmt::print(stderr, "{}", to_text(run, arguments.scenario));
+    Findings findings;
+    findings.add({Severity::kError, arguments.scenario, {}, "this run does not hold, so it is not blessed", {}});
+    (void)report(findings, common);
+    return exit_status(run.verdict);
+  }
+  const auto golden_file = file.parent_path() / (file.stem().string() + ".golden.json");
+  record::BlessOptions blessing;
+  blessing.scenario = file.filename().string();
+  blessing.reason = arguments.reason;
+  blessing.topics = {"/*/set_point", "/*/joint_states", "/*/wrench", "/program"};
+  const auto golden = record::bless(recording, golden_file, blessing);
+  std::error_code ignored;
+  std::filesystem::remove(recording, ignored);
+  if (!golden) return report(golden.error(), common);
+  if (common.json) {
+    print({{"result", "blessed"}, {"golden", golden_file.string()}, {"columns", golden->columns.size()}});
+  } else {
+    fmt::print("{}: {} curves, {} events\n", golden_file.string(), golden->columns.size(), golden->events.size());
+  }
+  return kHeld;
+}
+
+struct RenderArguments {
+  std::string recording;
+  scenario::ReplayOptions options;
+  std::string size = "1280x720";
+};
+
+int render(RenderArguments& arguments, const Common& common) {
+  if (std::sscanf(arguments.size.c_str(), "%dx%d", &arguments.options.width, &arguments.options.height) != 2) {
+    Findings findings;
+    findings.error("--size", fmt::format("'{}' is no size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
+    return report(findings, common);
+  }
+  const device::ModelLibrary library = common.library();
+  const auto frames = scenario::render_recording(arguments.recording, library, arguments.options);
+  if (!frames) return report(frames.error(), common);
+  if (common.json) {
+    print({{"result", "rendered"}, {"frames", *frames}, {"video", arguments.options.video.string()}});
+  } else {
+    fmt::print("{}: {} frames\n", arguments.options.video.string(), *frames);
+  }
+  return kHeld;
+}
+
+}  // namespace
+
+std::pair<CLI::App*, Verb> add_compare(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<CompareArguments>();
+  CLI::App* verb = app.add_subcommand("compare", "Compare a recording with another one, or with a golden");
+  verb->add_option("A", arguments->a, "Recording (MCAP)")->required();
+  verb->add_option("B", arguments->b, "Recording (MCAP) or golden (JSON)")->required();
+  verb->add_option("--report", arguments->html, "Page with the curves")->type_name("OUT.html");
+  return {verb, [arguments, &common] { return compare(*arguments, common); }};
+}
+
+std::pair<CLI::App*, Verb> add_bless(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<BlessArguments>();
+  CLI::App* verb = app.add_subcommand("bless", "Run a scenario and keep its curves as the golden beside it");
+  verb->add_option("SCENARIO", arguments->scenario, "Scenario file")->required();
+  verb->add_option("--reason", arguments->reason, "Why this run is right")->required()->type_name("TEXT");
+  return {verb, [arguments, &common] { return bless(*arguments, common); }};
+}
+
+std::pair<CLI::App*, Verb> add_render(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<RenderArguments>();
+  CLI::App* verb = app.add_subcommand("render", "Make a film from a recording");
+  verb->add_option("RECORDING", arguments->recording, "Recording (MCAP)")->required();
+  verb->add_option("--video", arguments->options.video, "Film (MP4, H.264)")->required()->type_name("OUT.mp4");
+  verb->add_option("--camera", arguments->options.camera, "Camera; without it the scenario's first")->type_name("NAME");
+  verb->add_option("--size", arguments->size, "Size of the film")->type_name("WxH")->capture_default_str();
+  verb->add_option("--fps", arguments->options.fps, "Pictures per second")->capture_default_str();
+  return {verb, [arguments, &common] { return render(*arguments, common); }};
+}
+
+}  // namespace takt::tools
