@@ -44,102 +44,90 @@ SpatialInertia& SpatialInertia::operator+=(const SpatialInertia& other) {
   return *this;
 }
 
-Eigen::Isometry3d Chain::forward(const JointVector& q) const {
-  Eigen::Matrix3d R = segments_[0].R;
-  Eigen::Vector3d p = segments_[0].p;
+template <class Visit>
+Eigen::Isometry3d Chain::walk(const JointVector& q, Visit visit) const {
+  // All sines first: a call in the loop below would push the frame out of the registers.
+  std::array<double, kMaxJoints> sine, cosine;
   for (int i = 0; i < count_; ++i) {
-    const Segment& s = segment(i);
-    if (i > 0) {
-      p += R * s.p;
-      R = (R * s.R).eval();
-    }
-    if (s.prismatic) {
-      p += R.col(2) * q[i];
-    } else {
-      turn_about_z(R, q[i]);
-    }
+    sine[static_cast<std::size_t>(i)] = std::sin(q[i]);
+    cosine[static_cast<std::size_t>(i)] = std::cos(q[i]);
   }
-  Eigen::Isometry3d X_BF;
-  X_BF.linear().noalias() = R * X_LF_.linear();
-  X_BF.translation() = p + R * X_LF_.translation();
-  X_BF.makeAffine();
-  return X_BF;
-}
-
-void Chain::place(const JointVector& q, Placement& placement) const {
-  Eigen::Matrix3d R = segments_[0].R;
-  Eigen::Vector3d p = segments_[0].p;
-  for (int i = 0; i < count_; ++i) {
-    const Segment& s = segment(i);
-    if (i > 0) {
-      p += R * s.p;
-      R = (R * s.R).eval();
-    }
-    const auto k = static_cast<std::size_t>(i);
-    placement.z[k] = R.col(2);
-    if (s.prismatic) {
-      p += R.col(2) * q[i];
-    } else {
-      turn_about_z(R, q[i]);
-    }
-    placement.p[k] = p;
-  }
-  placement.X_BF.linear().noalias() = R * X_LF_.linear();
-  placement.X_BF.translation() = p + R * X_LF_.translation();
-  placement.X_BF.makeAffine();
-}
-
-Vector6 Chain::column(const Placement& placement, int i) const {
-  const auto k = static_cast<std::size_t>(i);
-  const Eigen::Vector3d& z = placement.z[k];
-  Vector6 column;
-  if (segment(i).prismatic) {
-    column << z, Eigen::Vector3d::Zero();
-  } else {
-    column << cross(z, placement.X_BF.translation() - placement.p[k]), z;
-  }
-  return column;
-}
-
-void Chain::jacobian(const JointVector& q, Eigen::Isometry3d& X_BF, Jacobian& J) const {
-  Placement placement;
-  place(q, placement);
-  X_BF = placement.X_BF;
-  J.resize(6, count_);
-  for (int i = 0; i < count_; ++i) J.col(i) = column(placement, i);
-}
-
-Vector6 Chain::jacobian_dot_times_dq(const JointVector& q, const JointVector& dq) const {
-  Placement placement;
-  place(q, placement);
-  return bias(placement, dq);
-}
-
-Vector6 Chain::bias(const Placement& placement, const JointVector& dq) const {
-  // The acceleration of F for ddq = 0, from the base outwards, all in B.
-  Eigen::Vector3d w = Eigen::Vector3d::Zero();
-  Eigen::Vector3d alpha = Eigen::Vector3d::Zero();
-  Eigen::Vector3d a = Eigen::Vector3d::Zero();
-  Eigen::Vector3d p = placement.p[0];
-  const auto carry = [&](const Eigen::Vector3d& to) {
-    const Eigen::Vector3d r = to - p;
-    a += cross(alpha, r) + cross(w, cross(w, r));
-    p = to;
+  Columns c{Eigen::Vector4d::UnitX(), Eigen::Vector4d::UnitY(), Eigen::Vector4d::UnitZ(), Eigen::Vector4d::UnitW()};
+  const auto shift = [&c](const Eigen::Vector3d& p) { c.p += c.x * p.x() + c.y * p.y() + c.z * p.z(); };
+  const auto turn = [&c](const Eigen::Matrix3d& R) {
+    const Eigen::Vector4d x = c.x * R(0, 0) + c.y * R(1, 0) + c.z * R(2, 0);
+    const Eigen::Vector4d y = c.x * R(0, 1) + c.y * R(1, 1) + c.z * R(2, 1);
+    c.z = c.x * R(0, 2) + c.y * R(1, 2) + c.z * R(2, 2);
+    c.x = x;
+    c.y = y;
   };
   for (int i = 0; i < count_; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    carry(placement.p[k]);
-    const Eigen::Vector3d own = placement.z[k] * dq[i];
-    if (segment(i).prismatic) {
-      a += 2.0 * cross(w, own);
+    shift(segments_[k].p);
+    turn(segments_[k].R);
+    visit(i, c);
+    if (segments_[k].prismatic) {
+      c.p += c.z * q[i];
     } else {
-      alpha += cross(w, own);
-      w += own;
+      const Eigen::Vector4d x = c.x * cosine[k] + c.y * sine[k];
+      c.y = c.y * cosine[k] - c.x * sine[k];
+      c.x = x;
     }
   }
-  carry(placement.X_BF.translation());
+  shift(X_LF_.translation());
+  turn(X_LF_.linear());
+  Eigen::Isometry3d X_BF;
+  X_BF.matrix() << c.x, c.y, c.z, c.p;
+  return X_BF;
+}
+
+Eigen::Isometry3d Chain::forward(const JointVector& q) const {
+  return walk(q, [](int, const Columns&) {});
+}
+
+void Chain::fill(const JointVector& q, Eigen::Isometry3d& X_BF, Jacobian& J) const {
+  // Axis and origin of each joint first, in the places where the column will stand.
+  X_BF = walk(q, [&J](int i, const Columns& c) { J.col(i) << c.p.head<3>(), c.z.head<3>(); });
+  const Eigen::Vector3d p_F = X_BF.translation();
+  for (int i = 0; i < count_; ++i) {
+    const Eigen::Vector3d z = J.col(i).tail<3>();
+    if (segment(i).prismatic) {
+      J.col(i) << z, Eigen::Vector3d::Zero();
+    } else {
+      J.col(i).head<3>() = cross(z, p_F - J.col(i).head<3>());
+    }
+  }
+}
+
+void Chain::jacobian(const JointVector& q, Eigen::Isometry3d& X_BF, Jacobian& J) const {
+  J.resize(6, count_);
+  fill(q, X_BF, J);
+}
+
+Vector6 Chain::jacobian_dot_times_dq(const JointVector& q, const JointVector& dq) const {
+  Eigen::Isometry3d X_BF;
+  Jacobian J(6, count_);
+  fill(q, X_BF, J);
+  return bias(J, dq);
+}
+
+Vector6 Chain::bias(const Jacobian& J, const JointVector& dq) const {
+  // Spatial vectors about the point where F is now. Each joint's screw, a column of J, moves with the joints before
+  // it; what comes out is the acceleration field, of which F, itself in motion, sees w x v more.
+  Eigen::Vector3d v = Eigen::Vector3d::Zero();
+  Eigen::Vector3d w = Eigen::Vector3d::Zero();
+  Eigen::Vector3d a = Eigen::Vector3d::Zero();
+  Eigen::Vector3d alpha = Eigen::Vector3d::Zero();
+  for (int i = 0; i < count_; ++i) {
+    const Eigen::Vector3d v_own = J.col(i).head<3>() * dq[i];
+    const Eigen::Vector3d w_own = J.col(i).tail<3>() * dq[i];
+    a += cross(w, v_own) + cross(v, w_own);
+    alpha += cross(w, w_own);
+    v += v_own;
+    w += w_own;
+  }
   Vector6 product;
-  product << a, alpha;
+  product << a + cross(w, v), alpha;
   return product;
 }
 

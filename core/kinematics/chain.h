@@ -87,20 +87,21 @@ class Chain {
   using Bodies = std::array<SpatialInertia, kMaxJoints>;
   using Rotations = std::array<Eigen::Matrix3d, kMaxJoints>;
   using Vectors = std::array<Eigen::Vector3d, kMaxJoints>;
-  /// Where every joint stands in B for one q: what Jacobian and bias are read from.
-  struct Placement {
-    Vectors z;  ///< joint axes
-    Vectors p;  ///< origins, moved along the axis by a prismatic joint, m
-    Eigen::Isometry3d X_BF;
+  /// Axes and origin of a frame in B as columns of four, which the processor adds in pairs; w = 0, 0, 0, 1.
+  struct Columns {
+    Eigen::Vector4d x, y, z, p;
   };
   friend struct ChainBuilder;
   friend class InverseKinematics;
 
   [[nodiscard]] const Segment& segment(int i) const { return segments_[static_cast<std::size_t>(i)]; }
-  void place(const JointVector& q, Placement& placement) const;
-  /// Column of the Jacobian for joint i.
-  [[nodiscard]] Vector6 column(const Placement& placement, int i) const;
-  [[nodiscard]] Vector6 bias(const Placement& placement, const JointVector& dq) const;
+  /// Goes from B to F and shows visit(i, columns) each joint's frame before its rotation or shift by q.
+  template <class Visit>
+  [[nodiscard]] Eigen::Isometry3d walk(const JointVector& q, Visit visit) const;
+  /// jacobian() for a J of the right size.
+  void fill(const JointVector& q, Eigen::Isometry3d& X_BF, Jacobian& J) const;
+  /// jacobian_dot_times_dq() from the Jacobian.
+  [[nodiscard]] Vector6 bias(const Jacobian& J, const JointVector& dq) const;
   /// Rotation and origin of each joint frame in the previous one at q.
   void relative(const JointVector& q, Rotations& R, Vectors& p) const;
   [[nodiscard]] SpatialInertia payload_body(const Payload& payload) const;

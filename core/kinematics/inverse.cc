@@ -18,6 +18,12 @@ using Matrix6 = Lu6::Matrix6;
 /// Most that one joint moves in one step of Newton's method, rad or m: the linear picture is good no further.
 constexpr double kMaxStep = 0.25;
 
+/// What a step leaves behind is at most half its square (sum over the joints, lengths in units of the reach), so after
+/// one as small as this the residual need not be looked at: 8e-14.
+constexpr double kLastStep = 4e-7;
+/// The same where the Jacobian is used on: it changes by no more than the step itself.
+constexpr double kLastStepOfMotion = 1e-12;
+
 /// The step of Levenberg and Marquardt. The damping shrinks with the residual, so that convergence stays quadratic.
 /// Source: Yamashita, Fukushima 2001.
 Vector6 damped_step(const Matrix6& A, const Vector6& error) {
@@ -63,10 +69,12 @@ const char* to_string(IkStatus status) {
 }
 
 struct InverseKinematics::Linear {
-  Chain::Placement placement;
-  Matrix6 A;  ///< columns of the free joints, rows weighted
+  Eigen::Isometry3d X_BF;
+  Jacobian J;  ///< of all joints
+  Matrix6 A;   ///< columns of the free joints, rows weighted
   Lu6 lu;
   double pivot = 0.0;
+  bool linearised = false;
 };
 
 Result<InverseKinematics> InverseKinematics::create(const Chain& chain, std::vector<int> held_joints) {
@@ -107,26 +115,29 @@ Vector6 InverseKinematics::weighted(const Vector6& v) const {
 void InverseKinematics::linearise(Linear& at) const {
   const double weight = 1.0 / length_scale_;
   for (int k = 0; k < 6; ++k) {
-    at.A.col(k) = chain_.column(at.placement, free_joints_[static_cast<std::size_t>(k)]);
+    at.A.col(k) = at.J.col(free_joints_[static_cast<std::size_t>(k)]);
     at.A.col(k).head<3>() *= weight;
   }
   at.pivot = at.lu.factor(at.A);
+  at.linearised = true;
 }
 
-IkStatus InverseKinematics::converge(const Eigen::Isometry3d& X_BF, const JointVector& held, JointVector& q,
-                                     Linear& at) const {
+IkStatus InverseKinematics::converge(const Eigen::Isometry3d& X_BF, const JointVector& held, double last_step,
+                                     JointVector& q, Linear& at) const {
   for (std::size_t i = 0; i < held_joints_.size(); ++i) q[held_joints_[i]] = held[static_cast<Eigen::Index>(i)];
   const JointVector seed = q;
   for (int step = 0; step < kMaxSteps; ++step) {
-    chain_.place(q, at.placement);
-    const Vector6 error = pose_error(at.placement.X_BF, X_BF);
+    chain_.jacobian(q, at.X_BF, at.J);
+    at.linearised = false;
+    const Vector6 error = pose_error(at.X_BF, X_BF);
     const double p_error = error.head<3>().cwiseAbs().maxCoeff();
     const double r_error = error.tail<3>().cwiseAbs().maxCoeff();
     if (p_error <= tolerance_ && r_error <= 1e-12) return IkStatus::kOk;
 
     linearise(at);
     const Vector6 e = weighted(error);
-    Vector6 delta = at.pivot > kDampedBelow ? at.lu.solve(e) : damped_step(at.A, e);
+    const bool damped = !(at.pivot > kDampedBelow);
+    Vector6 delta = damped ? damped_step(at.A, e) : at.lu.solve(e);
     const double longest = delta.cwiseAbs().maxCoeff();
     if (longest > kMaxStep) delta *= kMaxStep / longest;
     double travel = 0.0;
@@ -135,6 +146,7 @@ IkStatus InverseKinematics::converge(const Eigen::Isometry3d& X_BF, const JointV
       q[joint] += delta[k];
       travel = std::max(travel, std::abs(q[joint] - seed[joint]));
     }
+    if (!damped && delta.cwiseAbs().sum() <= last_step) return IkStatus::kOk;
     // Written so that NaN ends here too.
     if (!(longest < std::numeric_limits<double>::infinity()) || travel > kMaxTravel) break;
   }
@@ -144,7 +156,7 @@ IkStatus InverseKinematics::converge(const Eigen::Isometry3d& X_BF, const JointV
 IkStatus InverseKinematics::solve(const Eigen::Isometry3d& X_BF, const JointVector& held, JointVector& q) const {
   Linear at;
   JointVector solution = q;
-  const IkStatus status = converge(X_BF, held, solution, at);
+  const IkStatus status = converge(X_BF, held, kLastStep, solution, at);
   if (status == IkStatus::kOk) q = solution;
   return status;
 }
@@ -155,7 +167,7 @@ JointVector InverseKinematics::solve_linear(const Linear& at, const Vector6& y, 
   for (std::size_t i = 0; i < held_joints_.size(); ++i) {
     const double value = held[static_cast<Eigen::Index>(i)];
     x[held_joints_[i]] = value;
-    rest -= chain_.column(at.placement, held_joints_[i]) * value;
+    rest -= at.J.col(held_joints_[i]) * value;
   }
   const Vector6 free = at.lu.solve(weighted(rest));
   for (int k = 0; k < 6; ++k) x[free_joints_[static_cast<std::size_t>(k)]] = free[k];
@@ -165,7 +177,7 @@ JointVector InverseKinematics::solve_linear(const Linear& at, const Vector6& y, 
 IkStatus InverseKinematics::rates(const JointVector& q, const Vector6& V_BF_B, const JointVector& held_dq,
                                   JointVector& dq) const {
   Linear at;
-  chain_.place(q, at.placement);
+  chain_.jacobian(q, at.X_BF, at.J);
   linearise(at);
   if (!(at.pivot > kSingularBelow)) return IkStatus::kSingular;
   dq = solve_linear(at, V_BF_B, held_dq);
@@ -175,29 +187,29 @@ IkStatus InverseKinematics::rates(const JointVector& q, const Vector6& V_BF_B, c
 IkStatus InverseKinematics::accelerations(const JointVector& q, const JointVector& dq, const Vector6& A_BF_B,
                                           const JointVector& held_ddq, JointVector& ddq) const {
   Linear at;
-  chain_.place(q, at.placement);
+  chain_.jacobian(q, at.X_BF, at.J);
   linearise(at);
   if (!(at.pivot > kSingularBelow)) return IkStatus::kSingular;
-  ddq = solve_linear(at, A_BF_B - chain_.bias(at.placement, dq), held_ddq);
+  ddq = solve_linear(at, A_BF_B - chain_.bias(at.J, dq), held_ddq);
   return IkStatus::kOk;
 }
 
 IkStatus InverseKinematics::solve_motion(const Goal& goal, JointVector& q, JointVector& dq, JointVector& ddq) const {
   Linear at;
   JointVector solution = q;
-  const IkStatus status = converge(goal.X_BF, goal.held, solution, at);
+  const IkStatus status = converge(goal.X_BF, goal.held, kLastStepOfMotion, solution, at);
   if (status != IkStatus::kOk) return status;
-  linearise(at);
+  if (!at.linearised) linearise(at);
   if (!(at.pivot > kSingularBelow)) return IkStatus::kSingular;
   q = solution;
   dq = solve_linear(at, goal.V_BF_B, goal.held_dq);
-  ddq = solve_linear(at, goal.A_BF_B - chain_.bias(at.placement, dq), goal.held_ddq);
+  ddq = solve_linear(at, goal.A_BF_B - chain_.bias(at.J, dq), goal.held_ddq);
   return IkStatus::kOk;
 }
 
 double InverseKinematics::singularity_measure(const JointVector& q) const {
   Linear at;
-  chain_.place(q, at.placement);
+  chain_.jacobian(q, at.X_BF, at.J);
   linearise(at);
   return Eigen::JacobiSVD<Matrix6>(at.A).singularValues()[5];
 }

@@ -87,9 +87,10 @@ class InverseKinematics {
   /// The chain at one q, linearised for the free joints.
   struct Linear;
 
-  /// Newton's method from q; `at` is placed, not linearised, at the solution.
-  [[nodiscard]] IkStatus converge(const Eigen::Isometry3d& X_BF, const JointVector& held, JointVector& q,
-                                  Linear& at) const;
+  /// Newton's method from q. It ends when the residual is small enough, or with an undamped step of at most `last_step`
+  /// (sum over the joints). `at` is where that step began, or the solution itself and then not linearised.
+  [[nodiscard]] IkStatus converge(const Eigen::Isometry3d& X_BF, const JointVector& held, double last_step,
+                                  JointVector& q, Linear& at) const;
   void linearise(Linear& at) const;
   /// The free joints' part of J x = y, with the held joints' part of x given; all of x is returned.
   [[nodiscard]] JointVector solve_linear(const Linear& at, const Vector6& y, const JointVector& held) const;
