@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace takt::record::mcap {
 
@@ -23,18 +24,65 @@ std::string filler_head(std::uint64_t size) {
   return head;
 }
 
+class PosixFile : public File {
+ public:
+  explicit PosixFile(int fd) : fd_(fd) {}
+  ~PosixFile() override { close(); }
+  PosixFile(const PosixFile&) = delete;
+  PosixFile& operator=(const PosixFile&) = delete;
+
+  int write_at(std::uint64_t offset, std::string_view bytes) override {
+    while (!bytes.empty()) {
+      const ssize_t written = ::pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) return written < 0 ? errno : ENOSPC;
+      bytes.remove_prefix(static_cast<std::size_t>(written));
+      offset += static_cast<std::uint64_t>(written);
+    }
+    return 0;
+  }
+  int cut_at(std::uint64_t size) override { return ::ftruncate(fd_, static_cast<off_t>(size)) == 0 ? 0 : errno; }
+  int close() override {
+    if (fd_ < 0) return 0;
+    const int result = ::close(std::exchange(fd_, -1));
+    return result == 0 ? 0 : errno;
+  }
+
+ private:
+  int fd_;
+};
+
 }  // namespace
+
+std::unique_ptr<File> create_file(const std::filesystem::path& path, int& error) {
+  const int fd = ::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644);
+  error = fd < 0 ? errno : 0;
+  return fd < 0 ? nullptr : std::make_unique<PosixFile>(fd);
+}
 
 void Writer::ZstdFree::operator()(void* context) const { ZSTD_freeCCtx(static_cast<ZSTD_CCtx*>(context)); }
 
 Writer::Writer(const std::filesystem::path& path, int zstd_level, std::size_t chunk_bytes)
-    : name_(path.string()), zstd_(ZSTD_createCCtx()), slot_bytes_(2 * chunk_bytes + (64u << 10)) {
-  ZSTD_CCtx_setParameter(static_cast<ZSTD_CCtx*>(zstd_.get()), ZSTD_c_compressionLevel, zstd_level);
-  fd_ = ::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644);
-  if (fd_ < 0) {
-    fail("create", errno);
-    return;
+    : Writer(nullptr, path.string(), zstd_level, chunk_bytes) {
+  int code = 0;
+  file_ = create_file(path, code);
+  if (file_ == nullptr) {
+    fail("create", code);
+  } else {
+    write_start();
   }
+}
+
+Writer::Writer(std::unique_ptr<File> file, std::string name, int zstd_level, std::size_t chunk_bytes)
+    : file_(std::move(file)),
+      name_(std::move(name)),
+      zstd_(ZSTD_createCCtx()),
+      slot_bytes_(2 * chunk_bytes + (64u << 10)) {
+  ZSTD_CCtx_setParameter(static_cast<ZSTD_CCtx*>(zstd_.get()), ZSTD_c_compressionLevel, zstd_level);
+  if (file_ != nullptr) write_start();
+}
+
+void Writer::write_start() {
   std::string start(kMagic);
   {
     const RecordScope record(start, Op::kHeader);
@@ -44,10 +92,6 @@ Writer::Writer(const std::filesystem::path& path, int zstd_level, std::size_t ch
   append(start);
 }
 
-Writer::~Writer() {
-  if (fd_ >= 0) ::close(fd_);
-}
-
 void Writer::fail(std::string_view what, int code) {
   if (!error_.empty()) return;
   error_ = fmt::format("cannot {} {}: {}", what, name_, std::strerror(code));
@@ -55,26 +99,20 @@ void Writer::fail(std::string_view what, int code) {
 
 bool Writer::write_at(std::uint64_t offset, std::string_view bytes) {
   if (!error_.empty()) return false;
-  while (!bytes.empty()) {
-    const ssize_t written = ::pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) {
-      const int code = written < 0 ? errno : ENOSPC;
-      // What is torn goes, so that the file ends with a whole record; a flushed chunk stays.
-      if (live_slot_ < 0) cut_at(end_);
-      fail("write to", code);
-      return false;
-    }
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-    offset += static_cast<std::uint64_t>(written);
+  const int code = file_->write_at(offset, bytes);
+  if (code != 0) {
+    // What is torn goes, so that the file ends with a whole record; a flushed chunk stays.
+    if (live_slot_ < 0) cut_at(end_);
+    fail("write to", code);
+    return false;
   }
-  file_size_ = std::max(file_size_, offset);
+  file_size_ = std::max(file_size_, offset + bytes.size());
   return true;
 }
 
 void Writer::cut_at(std::uint64_t size) {
   // A file that cannot be cut (a device) only keeps bytes behind its end.
-  if (::ftruncate(fd_, static_cast<off_t>(size)) == 0) file_size_ = size;
+  if (file_->cut_at(size) == 0) file_size_ = size;
 }
 
 void Writer::append(std::string_view bytes) {
@@ -332,11 +370,11 @@ void Writer::write_summary() {
 }
 
 void Writer::finish() {
-  if (fd_ < 0) return;
+  if (file_ == nullptr) return;
   close_chunk();
   if (error_.empty()) write_summary();
-  if (::close(fd_) != 0) fail("close", errno);
-  fd_ = -1;
+  if (const int code = file_->close(); code != 0) fail("close", code);
+  file_.reset();
 }
 
 }  // namespace takt::record::mcap

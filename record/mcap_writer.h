@@ -14,6 +14,20 @@
 
 namespace takt::record::mcap {
 
+/// Where a recording goes. Each call is one change of what a killed process leaves behind. Errors are errno values, 0 =
+/// done.
+class File {
+ public:
+  virtual ~File() = default;
+  virtual int write_at(std::uint64_t offset, std::string_view bytes) = 0;
+  virtual int cut_at(std::uint64_t size) = 0;
+  virtual int close() = 0;
+};
+
+/// A file of the operating system, created or replaced; every write has left the process when it returns. On error
+/// nullptr, and `error` is set.
+[[nodiscard]] std::unique_ptr<File> create_file(const std::filesystem::path& path, int& error);
+
 /// Writes the container: schemas and channels first, then messages in compressed chunks with their indexes, at the end
 /// the summary. One owner, one thread. After the first error (error() is not empty) all calls do nothing.
 ///
@@ -25,7 +39,8 @@ class Writer {
  public:
   /// Creates or replaces the file. Look at error().
   Writer(const std::filesystem::path& path, int zstd_level, std::size_t chunk_bytes);
-  ~Writer();
+  /// The same into any File; `name` is for messages.
+  Writer(std::unique_ptr<File> file, std::string name, int zstd_level, std::size_t chunk_bytes);
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
@@ -61,6 +76,7 @@ class Writer {
     void operator()(void* context) const;
   };
 
+  void write_start();
   void append(std::string_view bytes);
   void append_over_flushed(std::string_view bytes);
   bool write_at(std::uint64_t offset, std::string_view bytes);
@@ -71,8 +87,8 @@ class Writer {
   bool encode_chunk();
   void write_summary();
 
+  std::unique_ptr<File> file_;  ///< null once closed
   std::string name_;
-  int fd_ = -1;
   std::string error_;
   std::uint64_t end_ = 0;        ///< where the next final record goes
   std::uint64_t file_size_ = 0;  ///< more than end_ while a flushed chunk lies behind

@@ -39,7 +39,10 @@ struct Recording::Impl {
   std::uint64_t message_count = 0;
   Nanoseconds start = 0, end = 0;
 
+  /// Leaves the stretches that unpack, each message once.
   void check_stretches();
+  /// Counts their messages and keeps their bytes.
+  void take_stretches();
   void list_channels();
   template <class Visit>
   bool visit_messages(std::string_view raw, Visit&& visit) const;
@@ -71,6 +74,7 @@ Result<Recording> Recording::from_bytes(std::string bytes) {
   if (!contents) return std::unexpected(std::move(contents.error()));
   impl->contents = std::move(*contents);
   impl->check_stretches();
+  impl->take_stretches();
   impl->list_channels();
   for (const auto& attachment : impl->contents.attachments) {
     impl->attachments.push_back({attachment.name, attachment.media_type, attachment.data.size()});
@@ -100,32 +104,43 @@ bool Recording::Impl::visit_messages(std::string_view raw, Visit&& visit) const 
 
 void Recording::Impl::check_stretches() {
   std::vector<mcap::Stretch> good;
-  std::size_t kept = 0;
+  std::string last;
   for (mcap::Stretch& stretch : contents.stretches) {
     auto raw = mcap::unpack(stretch);
     if (!raw) {
       contents.damage.push_back(fmt::format("chunk at byte {}: {}", stretch.offset, raw.error()));
       continue;
     }
+    // A writer killed in the middle of a flush can leave two stages of its open chunk: the longer one counts.
+    if (!last.empty() && last.starts_with(*raw)) continue;
+    if (!last.empty() && raw->starts_with(last)) good.pop_back();
+    good.push_back(std::move(stretch));
+    last = std::move(*raw);
+  }
+  contents.stretches = std::move(good);
+}
+
+void Recording::Impl::take_stretches() {
+  std::size_t kept = 0;
+  for (const mcap::Stretch& stretch : contents.stretches) {
+    std::string raw = mcap::unpack(stretch).value_or("");
     // Foreign writers define channels inside of chunks.
-    for (std::size_t offset = 0; offset < raw->size();) {
-      const auto record = mcap::record_at(*raw, offset);
+    for (std::size_t offset = 0; offset < raw.size();) {
+      const auto record = mcap::record_at(raw, offset);
       if (!record) break;
       const auto op = static_cast<mcap::Op>(record->op);
       if (op == mcap::Op::kSchema || op == mcap::Op::kChannel) mcap::take_definition(*record, contents);
       offset = record->end();
     }
-    visit_messages(*raw, [&](std::uint16_t, const MessageView& view) {
+    visit_messages(raw, [&](std::uint16_t, const MessageView& view) {
       start = message_count == 0 ? view.time : std::min(start, view.time);
       end = std::max(end, view.time);
       ++message_count;
       return true;
     });
-    kept += raw->size();
-    unpacked.push_back(kept <= kKeptBytes ? std::optional(std::move(*raw)) : std::nullopt);
-    good.push_back(std::move(stretch));
+    kept += raw.size();
+    unpacked.push_back(kept <= kKeptBytes ? std::optional(std::move(raw)) : std::nullopt);
   }
-  contents.stretches = std::move(good);
 }
 
 void Recording::Impl::list_channels() {

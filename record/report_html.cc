@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 
@@ -70,6 +71,11 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
+std::string sentence(std::string text) {
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
 bool is_judged(const ColumnComparison& c) { return c.tolerance.kind != ToleranceKind::kReportOnly; }
 
 std::string mark(const ColumnComparison& c) {
@@ -90,14 +96,13 @@ void add_list(std::string& page, std::string_view title, const std::vector<std::
 }
 
 void add_verdict(std::string& page, const Comparison& c) {
-  std::string title = verdict_text(c);
-  title.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(title.front())));
+  const std::string title = sentence(verdict_text(c));
   const auto failed = std::ranges::count(c.columns, false, &ColumnComparison::passed);
   page += fmt::format(R"(<div class="card verdict{}"><h1>{}</h1>)", c.passed ? "" : " bad", title);
   page += fmt::format("<p>A: <code>{}</code><br>B, the reference: <code>{}</code></p>", escaped(c.name_a),
                       escaped(c.name_b));
   page += fmt::format("<p>{} of {} columns judged are outside. {}.</p>", failed,
-                      std::ranges::count_if(c.columns, is_judged), escaped(digest_text(c)));
+                      std::ranges::count_if(c.columns, is_judged), escaped(sentence(digest_text(c))));
   add_list(page, "Missing", c.missing);
   add_list(page, "To know", c.notes);
   page += "</div>";

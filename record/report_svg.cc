@@ -13,7 +13,7 @@ namespace takt::record {
 namespace {
 
 constexpr double kWidth = 1000.0, kLeft = 64.0, kRight = 12.0;
-constexpr double kCurveHeight = 210.0, kDifferenceHeight = 64.0, kGap = 30.0, kTop = 22.0;
+constexpr double kCurveHeight = 210.0, kDifferenceHeight = 64.0, kGap = 44.0, kTop = 22.0;
 constexpr std::string_view kColorA = "#d9480f", kColorB = "#1f6feb", kColorTube = "#9cc3ff";
 
 /// A strip of the picture with its two scales.
@@ -162,7 +162,7 @@ void add_difference(std::string& svg, const ColumnComparison& c, const Strip& cu
                        strip.y(-c.tolerance.dv) - strip.y(c.tolerance.dv), kColorTube);
   }
   svg += fmt::format(R"(<path d="{}" fill="none" stroke="#344054" stroke-width="1.2"/>)", path_of(difference, strip));
-  svg += fmt::format(R"(<text x="{}" y="{:.1f}">A - B at equal times</text>)", kLeft + 6, strip.top + 13);
+  svg += fmt::format(R"(<text x="{}" y="{:.1f}">A - B at equal times</text>)", kLeft, strip.top - 6);
 }
 
 void add_legend(std::string& svg, bool has_b, bool tube) {

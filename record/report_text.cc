@@ -36,7 +36,7 @@ std::string digest_text(const Comparison& c) {
   if (!c.digests_compared) return "no digests to compare";
   if (c.identical) return fmt::format("digests equal over {} cycles", c.cycles_a);
   if (!c.first_difference) return fmt::format("digests differ; {} cycles against {}", c.cycles_a, c.cycles_b);
-  return fmt::format("digests equal up to cycle {}, first difference at {:.6f} s: {:016x} against {:016x}",
+  return fmt::format("digests equal before cycle {}, which differs at {:.6f} s: {:016x} against {:016x}",
                      c.first_difference->cycle, to_seconds(c.first_difference->time), c.first_difference->a,
                      c.first_difference->b);
 }
