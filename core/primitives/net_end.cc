@@ -3,6 +3,7 @@
 
 #include "core/net/registry.h"
 #include "core/net/setup.h"
+#include "core/primitives/payload_types.h"
 
 namespace takt::primitives {
 namespace {
@@ -63,7 +64,7 @@ template <class T>
 class Monitor final : public Primitive {
  public:
   explicit Monitor(Setup& setup)
-      : value_(setup.in<T>("value", {.unit = "u", .doc = "what is shown", .on_null = OnNull::kHandled})) {
+      : value_(setup.in<T>("value", {.unit = free_unit<T>(), .doc = "what is shown", .on_null = OnNull::kHandled})) {
     setup.is_monitor();
   }
   void update(const Cycle&) override {}
@@ -76,24 +77,7 @@ TAKT_PRIMITIVE(Termination, "net", "Ends the net in the cycle in which its condi
 TAKT_PRIMITIVE(Error, "net", "Ends the net with an error: its devices stop. Null counts as true.");
 TAKT_PRIMITIVE(Cancel, "net", "Says that the net is asked to end; false in the first cycle.");
 
-using MonitorBoolean = Monitor<Boolean>;
-using MonitorInteger = Monitor<Integer>;
-using MonitorReal = Monitor<Real>;
-using MonitorVector = Monitor<Vector>;
-using MonitorFrame = Monitor<Frame>;
-using MonitorTwist = Monitor<Twist>;
-using MonitorWrench = Monitor<Wrench>;
-using MonitorJoints = Monitor<JointArray>;
-
-constexpr const char* kMonitorDoc = "Shows a value outside the net under the primitive's id. Does nothing else.";
-TAKT_PRIMITIVE(MonitorBoolean, "net", kMonitorDoc);
-TAKT_PRIMITIVE(MonitorInteger, "net", kMonitorDoc);
-TAKT_PRIMITIVE(MonitorReal, "net", kMonitorDoc);
-TAKT_PRIMITIVE(MonitorVector, "net", kMonitorDoc);
-TAKT_PRIMITIVE(MonitorFrame, "net", kMonitorDoc);
-TAKT_PRIMITIVE(MonitorTwist, "net", kMonitorDoc);
-TAKT_PRIMITIVE(MonitorWrench, "net", kMonitorDoc);
-TAKT_PRIMITIVE(MonitorJoints, "net", kMonitorDoc);
+TAKT_PRIMITIVE_FOR_ALL(Monitor, "net", "Shows a value outside the net under the primitive's id. Does nothing else.");
 
 }  // namespace
 }  // namespace takt::primitives
