@@ -130,6 +130,34 @@ void cyclic_inverse(benchmark::State& state) {
 }
 BENCHMARK(cyclic_inverse)->Arg(0)->Arg(1);
 
+/// All solutions of one pose after the other. Argument 0: the default grid of the third joint; 1: its value given.
+void all_solutions(benchmark::State& state) {
+  std::size_t k = 0;
+  for (auto _ : state) {
+    SolutionOptions options;
+    options.reference = motion().q[k];
+    if (state.range(0) == 1) options.held_values = {motion().q[k][2]};
+    benchmark::DoNotOptimize(inverse_solutions(arm(), arm().forward(motion().q[k]), options));
+    k = next(k);
+  }
+}
+BENCHMARK(all_solutions)->Arg(0)->Arg(1);
+
+void load_model(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(RobotModel::load("models/lwr4plus/lwr4plus.urdf"));
+}
+BENCHMARK(load_model);
+
+void singularity_measure(benchmark::State& state) {
+  const auto inverse = InverseKinematics::create(arm());
+  std::size_t k = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(inverse->singularity_measure(motion().q[k]));
+    k = next(k);
+  }
+}
+BENCHMARK(singularity_measure);
+
 }  // namespace
 }  // namespace takt::kinematics
 

@@ -8,6 +8,12 @@
 
 #include "core/kinematics/types.h"
 
+#if defined(__clang__)
+#define TAKT_UNROLL_6 _Pragma("unroll")
+#else
+#define TAKT_UNROLL_6 _Pragma("GCC unroll 6")
+#endif
+
 namespace takt::kinematics {
 
 /// LU factorisation of a 6 x 6 matrix with row pivoting: a third of the time of a general one, since all loops have
@@ -20,10 +26,10 @@ class Lu6 {
   double factor(const Matrix6& A) {
     double smallest = std::numeric_limits<double>::infinity();
     a_ = A;
-#pragma GCC unroll 6
+    TAKT_UNROLL_6
     for (int k = 0; k < 6; ++k) {
       int row = k;
-#pragma GCC unroll 6
+      TAKT_UNROLL_6
       for (int i = k + 1; i < 6; ++i) {
         if (std::abs(a_(i, k)) > std::abs(a_(row, k))) row = i;
       }
@@ -33,12 +39,12 @@ class Lu6 {
       if (!(smallest > 0.0)) return 0.0;
       const double inverse = 1.0 / a_(k, k);
       inverse_[static_cast<std::size_t>(k)] = inverse;
-#pragma GCC unroll 6
+      TAKT_UNROLL_6
       for (int i = k + 1; i < 6; ++i) a_(i, k) *= inverse;
-#pragma GCC unroll 6
+      TAKT_UNROLL_6
       for (int j = k + 1; j < 6; ++j) {
         const double factor = a_(k, j);
-#pragma GCC unroll 6
+        TAKT_UNROLL_6
         for (int i = k + 1; i < 6; ++i) a_(i, j) -= a_(i, k) * factor;
       }
     }
@@ -47,15 +53,15 @@ class Lu6 {
 
   [[nodiscard]] Vector6 solve(Vector6 b) const {
     for (int k = 0; k < 6; ++k) std::swap(b[k], b[row_[static_cast<std::size_t>(k)]]);
-#pragma GCC unroll 6
+    TAKT_UNROLL_6
     for (int k = 0; k < 6; ++k) {
-#pragma GCC unroll 6
+      TAKT_UNROLL_6
       for (int i = k + 1; i < 6; ++i) b[i] -= a_(i, k) * b[k];
     }
-#pragma GCC unroll 6
+    TAKT_UNROLL_6
     for (int k = 5; k >= 0; --k) {
       b[k] *= inverse_[static_cast<std::size_t>(k)];
-#pragma GCC unroll 6
+      TAKT_UNROLL_6
       for (int i = 0; i < k; ++i) b[i] -= a_(i, k) * b[k];
     }
     return b;
@@ -68,3 +74,5 @@ class Lu6 {
 };
 
 }  // namespace takt::kinematics
+
+#undef TAKT_UNROLL_6

@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 
 #include "core/base/random.h"
+#include "core/kinematics/closed_form.h"
 #include "core/kinematics/pose_error.h"
 
 namespace takt::kinematics {
@@ -17,7 +18,10 @@ constexpr double kPi = std::numbers::pi;
 /// no pose was missed.
 constexpr int kSeeds = 60;
 constexpr int kFreeSeeds = 400;
+/// The last resort where a closed form has found nothing: mostly, the pose is out of reach.
+constexpr int kLastSeeds = 20;
 constexpr int kHeldGrid = 16;
+constexpr int kFineGrid = 720;
 constexpr int kMaxIterations = 60;
 constexpr double kMaxStep = 0.6;    // rad: a damped step further than this trusts the linear picture too far
 constexpr double kDistinct = 1e-5;  // rad or m: two results nearer than this are one solution
@@ -33,11 +37,12 @@ class Search {
 
   std::vector<JointVector> run() {
     if (!X_is_finite()) return {};
-    if (n_ == 7) {
-      for (const double value : held_values()) search_held(value);
-      if (found_.empty() && options_.held_values.empty()) search_free();
+    if (n_ == 6 && options_.closed_form && solve_closed(middle(), {})) {
+      // Nothing to search for.
+    } else if (n_ == 7) {
+      run_seven();
     } else {
-      search_free();
+      search_free(kFreeSeeds);
     }
     sort_and_cut();
     return std::move(found_);
@@ -46,6 +51,34 @@ class Search {
  private:
   [[nodiscard]] bool X_is_finite() const { return target_.matrix().allFinite(); }
   [[nodiscard]] bool enough() const { return static_cast<int>(found_.size()) >= options_.enough; }
+
+  void run_seven() {
+    bool closed = options_.closed_form;
+    for (const double value : held_values()) {
+      if (enough() || value < chain_.lower()[2] || value > chain_.upper()[2]) continue;
+      closed = closed && solve_closed_at(value);
+      if (!closed) search_held(value);
+    }
+    if (!found_.empty() || !options_.held_values.empty()) return;
+    // Where the grid found nothing, the third joint is free in a narrow range only, or nowhere.
+    for (int k = 0; closed && found_.empty() && k < kFineGrid; ++k) solve_closed_at(grid_value(k, kFineGrid));
+    if (found_.empty()) search_free(closed ? kLastSeeds : kFreeSeeds);
+  }
+
+  bool solve_closed_at(double value) {
+    JointVector q = reference_;
+    q[2] = value;
+    held_ = 2;
+    return solve_closed(q, {2});
+  }
+
+  /// @return false if the chain has no closed form.
+  bool solve_closed(const JointVector& q_held, const std::vector<int>& held) {
+    const auto form = ClosedForm::recognise(chain_, q_held, held);
+    if (!form) return false;
+    for (const JointVector& candidate : form->solve(target_)) try_seed(candidate);
+    return true;
+  }
 
   // --- seeds -------------------------------------------------------------------------------------------------------
 
@@ -62,12 +95,13 @@ class Search {
   [[nodiscard]] std::vector<double> held_values() const {
     if (!options_.held_values.empty()) return options_.held_values;
     std::vector<double> values{reference_[2]};
-    for (int k = 0; k < kHeldGrid; ++k) values.push_back(low(2) + (high(2) - low(2)) * (k + 0.5) / kHeldGrid);
+    for (int k = 0; k < kHeldGrid; ++k) values.push_back(grid_value(k, kHeldGrid));
     return values;
   }
 
+  [[nodiscard]] double grid_value(int k, int count) const { return low(2) + (high(2) - low(2)) * (k + 0.5) / count; }
+
   void search_held(double value) {
-    if (value < chain_.lower()[2] || value > chain_.upper()[2]) return;
     held_ = 2;
     Random random(1, "held");
     for (int k = 0; k <= kSeeds && !enough(); ++k) {
@@ -77,10 +111,10 @@ class Search {
     }
   }
 
-  void search_free() {
+  void search_free(int seeds) {
     held_ = -1;
     Random random(1, "free");
-    for (int k = 0; k <= kFreeSeeds && !enough(); ++k) {
+    for (int k = 0; k <= seeds && !enough(); ++k) {
       // A redundant arm has solutions everywhere: the first few stand for all.
       if (n_ > 6 && static_cast<int>(found_.size()) >= 16) return;
       try_seed(seed(k, random));

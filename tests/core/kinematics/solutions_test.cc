@@ -1,9 +1,10 @@
 #include "core/kinematics/solutions.h"
 
-#include <set>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
+#include "core/kinematics/closed_form.h"
 #include "core/kinematics/inverse.h"
 #include "tests/core/kinematics/robots.h"
 
@@ -46,41 +47,74 @@ TEST(InverseSolutions, EveryReachablePoseOfTheLwrIsReached) {
   EXPECT_EQ(failures, 0);
 }
 
-TEST(InverseSolutions, HeldJointGivesTheEightBranchesOfTheLwr) {
-  const Chain chain = test::lwr();
-  Random random(18, "branches");
-  for (int round = 0; round < 20; ++round) {
-    const JointVector q = random_q(random, chain);
-    SolutionOptions options;
-    options.reference = q;
-    options.held_values = {q[2]};
-    const auto solutions = inverse_solutions(chain, chain.forward(q), options);
-    expect_valid(chain, chain.forward(q), q, solutions);
-    ASSERT_FALSE(solutions.empty());
-    EXPECT_LT(distance(solutions.front(), q), 1e-6) << "the one that made the pose is the nearest to itself";
-    for (const JointVector& solution : solutions) EXPECT_EQ(solution[2], q[2]);
+/// Every solution of `some` is among `all`.
+void expect_among(const std::vector<JointVector>& some, const std::vector<JointVector>& all) {
+  for (const JointVector& q : some) {
+    const auto same = [&](const JointVector& other) { return distance(other, q) < 1e-5; };
+    EXPECT_TRUE(std::any_of(all.begin(), all.end(), same)) << q.transpose();
   }
 }
 
-TEST(InverseSolutions, SixAxesFindTheJointsThatMadeThePoseAmongAllBranches) {
-  for (const std::string& urdf : {test::ur5_urdf(), test::tx90_urdf()}) {
-    const Chain chain = test::chain_of(urdf);
-    Random random(19, "six");
-    std::set<std::size_t> counts;
-    for (int round = 0; round < 20; ++round) {
+/// The closed form and the numeric search, which share nothing but the chain, give the same solutions, and the joints
+/// that made the pose are among them.
+void compare_ways(const Chain& chain, bool held, int rounds) {
+  Random random(18, "ways");
+  std::size_t most = 0;
+  for (int round = 0; round < rounds; ++round) {
+    const JointVector q = random_q(random, chain);
+    SolutionOptions options;
+    options.reference = q;
+    options.most = options.enough = 5000;
+    if (held) options.held_values = {q[2]};
+    const Eigen::Isometry3d X_BF = chain.forward(q);
+    const auto closed = inverse_solutions(chain, X_BF, options);
+    options.closed_form = false;
+    const auto searched = inverse_solutions(chain, X_BF, options);
+    expect_valid(chain, X_BF, q, closed);
+    expect_valid(chain, X_BF, q, searched);
+    expect_among(searched, closed);
+    expect_among(closed, searched);
+    ASSERT_FALSE(closed.empty());
+    EXPECT_LT(distance(closed.front(), q), 1e-6) << "the one that made the pose is the nearest to itself";
+    for (const JointVector& solution : closed) EXPECT_TRUE(!held || solution[2] == q[2]) << "held to the bit";
+    most = std::max(most, closed.size());
+  }
+  EXPECT_GE(most, 8u);
+}
+
+TEST(InverseSolutions, TwoWaysAgreeForTheLwrWithItsThirdJointHeld) { compare_ways(test::lwr(), true, 20); }
+TEST(InverseSolutions, TwoWaysAgreeForTheUr5) { compare_ways(test::chain_of(test::ur5_urdf()), false, 4); }
+TEST(InverseSolutions, TwoWaysAgreeForTheTx90) { compare_ways(test::chain_of(test::tx90_urdf()), false, 10); }
+
+TEST(InverseSolutions, ClosedFormsAreFoundFromTheGeometryAlone) {
+  const JointVector zero = JointVector::Zero(7);
+  EXPECT_TRUE(ClosedForm::recognise(test::lwr(), zero, {2}));
+  EXPECT_TRUE(ClosedForm::recognise(test::lwr(), zero, {0})) << "axes 2 and 3 meet in the shoulder too";
+  EXPECT_FALSE(ClosedForm::recognise(test::lwr(), zero, {5})) << "a wrist of two axes";
+  const Chain ur5 = test::chain_of(test::ur5_urdf());
+  const Chain tx90 = test::chain_of(test::tx90_urdf());
+  Random random(3);
+  const auto any = Chain::create(test::random_model(random, 6), "l0", "flange");
+  EXPECT_FALSE(ClosedForm::recognise(*any, JointVector::Zero(6), {}));
+  // 5000 poses per arm: all eight candidates of the closed form, before any polish, make the pose.
+  for (const Chain& chain : {ur5, tx90}) {
+    const auto form = ClosedForm::recognise(chain, JointVector::Zero(6), {});
+    ASSERT_TRUE(form);
+    const auto inverse = InverseKinematics::create(chain);
+    for (int round = 0; round < 5000; ++round) {
       const JointVector q = random_q(random, chain);
-      const Eigen::Isometry3d X_BF = chain.forward(q);
-      SolutionOptions options;
-      options.most = options.enough = 5000;
-      const auto solutions = inverse_solutions(chain, X_BF, options);
-      expect_valid(chain, X_BF,
-                   JointVector::Zero(6) + 0.5 * (chain.lower().cwiseMax(-EIGEN_PI) + chain.upper().cwiseMin(EIGEN_PI)),
-                   solutions);
-      const auto same = [&](const JointVector& s) { return distance(s, q) < 1e-6; };
-      EXPECT_TRUE(std::any_of(solutions.begin(), solutions.end(), same)) << q.transpose();
-      counts.insert(solutions.size());
+      if (inverse->singularity_measure(q) < 1e-3) continue;
+      const auto candidates = form->solve(chain.forward(q));
+      EXPECT_GE(candidates.size(), 2u);
+      double nearest = 1.0;
+      for (const JointVector& candidate : candidates) {
+        EXPECT_LT(pose_distance(chain.forward(candidate), chain.forward(q)), 1e-7);
+        JointVector difference = candidate - q;
+        for (double& d : difference) d = std::remainder(d, 2.0 * std::numbers::pi);
+        nearest = std::min(nearest, difference.cwiseAbs().maxCoeff());
+      }
+      EXPECT_LT(nearest, 1e-8) << q.transpose();
     }
-    EXPECT_GT(*counts.rbegin(), 4u);
   }
 }
 
