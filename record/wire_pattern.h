@@ -12,7 +12,7 @@
 namespace takt::record {
 
 // Protobuf's wire format for messages whose shape never changes: names and tags are laid out once, a row only fills in
-// the time stamp and the doubles. About 30 times cheaper than building message objects (docs/recording.md).
+// the time stamp and the doubles (what that saves: docs/recording.md, "What else was weighed").
 
 void put_varint(std::string& out, std::uint64_t value);
 void put_varint_field(std::string& out, int field, std::uint64_t value);
