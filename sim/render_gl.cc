@@ -1,0 +1,110 @@
+#include "sim/render_gl.h"
+
+#include <array>
+#include <cstdlib>
+#include <utility>
+
+#define GL_GLEXT_PROTOTYPES
+#include <GL/osmesa.h>
+// After osmesa.h, which brings gl.h.
+#include <GL/glext.h>
+#include <fmt/format.h>
+
+namespace takt::sim {
+namespace {
+
+constexpr int kDummySide = 16;
+
+// A thread of ours draws a whole picture by itself: threads of the rasteriser's own only add switching, and no picture
+// should wait for a shader cache on disk. The user's own settings win.
+void set_driver_defaults() {
+  static const bool done = [] {
+    setenv("LP_NUM_THREADS", "0", 0);
+    setenv("GALLIUM_DRIVER", "llvmpipe", 0);
+    setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
+    return true;
+  }();
+  (void)done;
+}
+
+Result<unsigned> compile(GLenum kind, std::string_view defines, const char* source) {
+  const std::string text = fmt::format("#version 330 core\n{}\n{}", defines, source);
+  const char* lines = text.c_str();
+  const GLuint shader = glCreateShader(kind);
+  glShaderSource(shader, 1, &lines, nullptr);
+  glCompileShader(shader);
+  GLint compiled = 0;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+  if (compiled == GL_TRUE) return shader;
+  std::array<char, 2048> log{};
+  glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
+  glDeleteShader(shader);
+  return failure("", fmt::format("the graphics driver refuses a shader: {}", log.data()));
+}
+
+}  // namespace
+
+Result<GlContext> GlContext::create() {
+  set_driver_defaults();
+  constexpr std::array kAttributes = {OSMESA_FORMAT,
+                                      OSMESA_RGBA,
+                                      OSMESA_DEPTH_BITS,
+                                      0,
+                                      OSMESA_PROFILE,
+                                      OSMESA_CORE_PROFILE,
+                                      OSMESA_CONTEXT_MAJOR_VERSION,
+                                      3,
+                                      OSMESA_CONTEXT_MINOR_VERSION,
+                                      3,
+                                      0};
+  GlContext made;
+  made.context_ = OSMesaCreateContextAttribs(kAttributes.data(), nullptr);
+  if (made.context_ == nullptr) {
+    return failure("", "OSMesa gives no OpenGL 3.3 core context", "install libosmesa6; unset GALLIUM_DRIVER");
+  }
+  made.pixels_ = std::make_unique<std::uint32_t[]>(kDummySide * kDummySide);
+  if (!made.make_current()) return failure("", "the OSMesa context cannot be made current", "install libosmesa6");
+  return made;
+}
+
+GlContext::GlContext(GlContext&& other) noexcept
+    : context_(std::exchange(other.context_, nullptr)), pixels_(std::move(other.pixels_)) {}
+
+GlContext& GlContext::operator=(GlContext&& other) noexcept {
+  std::swap(context_, other.context_);
+  std::swap(pixels_, other.pixels_);
+  return *this;
+}
+
+GlContext::~GlContext() {
+  if (context_ != nullptr) OSMesaDestroyContext(static_cast<OSMesaContext>(context_));
+}
+
+bool GlContext::make_current() {
+  const auto context = static_cast<OSMesaContext>(context_);
+  if (OSMesaGetCurrentContext() == context) return true;
+  return OSMesaMakeCurrent(context, pixels_.get(), GL_UNSIGNED_BYTE, kDummySide, kDummySide) == GL_TRUE;
+}
+
+Result<unsigned> build_program(std::string_view defines, const char* vertex_source, std::string_view functions,
+                               const char* fragment_source) {
+  const Result<unsigned> vertex = compile(GL_VERTEX_SHADER, defines, vertex_source);
+  if (!vertex) return vertex;
+  const Result<unsigned> fragment =
+      compile(GL_FRAGMENT_SHADER, fmt::format("{}{}", defines, functions), fragment_source);
+  if (!fragment) return fragment;
+  const GLuint program = glCreateProgram();
+  glAttachShader(program, *vertex);
+  glAttachShader(program, *fragment);
+  glLinkProgram(program);
+  glDeleteShader(*vertex);
+  glDeleteShader(*fragment);
+  GLint linked = 0;
+  glGetProgramiv(program, GL_LINK_STATUS, &linked);
+  if (linked == GL_TRUE) return program;
+  std::array<char, 2048> log{};
+  glGetProgramInfoLog(program, static_cast<GLsizei>(log.size()), nullptr, log.data());
+  return failure("", fmt::format("the graphics driver refuses a program: {}", log.data()));
+}
+
+}  // namespace takt::sim

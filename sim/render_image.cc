@@ -1,0 +1,38 @@
+#include "sim/render_image.h"
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+
+#include <fmt/format.h>
+
+namespace takt::sim {
+
+void smooth_edges(Image&) {}
+
+Result<void> write_ppm(const Image& image, const std::filesystem::path& path) {
+  std::ofstream file(path, std::ios::binary);
+  file << fmt::format("P6\n{} {}\n255\n", image.width, image.height);
+  std::vector<char> row(static_cast<std::size_t>(3 * image.width));
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) std::memcpy(row.data() + 3 * x, image.pixel(x, y), 3);
+    file.write(row.data(), static_cast<std::streamsize>(row.size()));
+  }
+  file.close();
+  if (!file) return failure("", fmt::format("cannot write '{}'", path.string()));
+  return {};
+}
+
+void paste(const Image& source, Image& target, int left, int top, int border) {
+  const int x0 = std::max(0, left - border), x1 = std::min(target.width, left + source.width + border);
+  for (int y = std::max(0, top - border); y < std::min(target.height, top + source.height + border); ++y)
+    if (x1 > x0) std::fill_n(target.pixel(x0, y), 4 * (x1 - x0), std::uint8_t{245});
+  for (int y = 0; y < source.height; ++y) {
+    const int first = std::max(0, -left), last = std::min(source.width, target.width - left);
+    if (top + y < 0 || top + y >= target.height || last <= first) continue;
+    std::memcpy(target.pixel(left + first, top + y), source.pixel(first, y),
+                static_cast<std::size_t>(4 * (last - first)));
+  }
+}
+
+}  // namespace takt::sim
