@@ -8,8 +8,6 @@
 
 namespace takt::sim {
 
-void smooth_edges(Image&) {}
-
 Result<void> write_ppm(const Image& image, const std::filesystem::path& path) {
   std::ofstream file(path, std::ios::binary);
   file << fmt::format("P6\n{} {}\n255\n", image.width, image.height);

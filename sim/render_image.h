@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <vector>
@@ -28,8 +29,20 @@ struct Image {
   bool operator==(const Image&) const = default;
 };
 
-/// Smooths the stair steps of edges in place; leaves flat areas untouched. A pure function of the picture.
-void smooth_edges(Image& image);
+/// Smooths the stair steps of edges and leaves flat areas untouched; the outermost pixels stay. What comes out depends
+/// on the picture alone; the object only keeps memory from one picture to the next. Thread: one at a time.
+class EdgeSmoother {
+ public:
+  void smooth(Image& image);
+
+ private:
+  struct Change {
+    std::uint32_t pixel;
+    std::array<std::uint8_t, 3> rgb;
+  };
+  std::vector<std::uint8_t> luma_, edges_;
+  std::vector<Change> changes_;
+};
 
 /// Writes binary PPM (P6); a path that cannot be written is a finding. Realtime: setup.
 [[nodiscard]] Result<void> write_ppm(const Image& image, const std::filesystem::path& path);

@@ -83,7 +83,6 @@ void main() {
   float near_eye = inversesqrt(dot(to_eye, to_eye));
   V = to_eye * near_eye;
   N = normalize(normal);
-  if (dot(N, V) < 0.0) N = -N;
   diffuse_sum = mix(ambient_down, ambient_up, 0.5 + 0.5 * N.z);
   specular_sum = vec3(0.0);
   LIGHTING

@@ -130,7 +130,7 @@ class Renderer::Impl {
     read_back(width, height, image);
     if (const GLenum error = glGetError(); error != GL_NO_ERROR)
       return failure("", fmt::format("OpenGL error 0x{:x} while drawing", error));
-    if (options_.smooth_edges) smooth_edges(image);
+    if (options_.smooth_edges) smoother_.smooth(image);
     return {};
   }
 
@@ -250,6 +250,7 @@ class Renderer::Impl {
     glDepthMask(GL_TRUE);
     glDepthFunc(GL_LESS);
     glDisable(GL_BLEND);
+    glDisable(GL_CULL_FACE);
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1.5f, 2.0f);
     glClear(GL_DEPTH_BUFFER_BIT);
@@ -325,6 +326,8 @@ class Renderer::Impl {
 
     glBindFramebuffer(GL_FRAMEBUFFER, picture_buffer_);
     glViewport(0, 0, width, height);
+    glEnable(GL_CULL_FACE);
+    glFrontFace(GL_CW);  // the camera's y points down
     glEnable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
@@ -341,6 +344,7 @@ class Renderer::Impl {
     draw_sky(camera, aspect);
     if (transparent.count > 0) {
       glUseProgram(program);
+      glEnable(GL_CULL_FACE);
       glEnable(GL_BLEND);
       glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
       glDepthMask(GL_FALSE);
@@ -350,6 +354,7 @@ class Renderer::Impl {
   }
 
   void draw_sky(const mjvGLCamera& camera, float aspect) {
+    glDisable(GL_CULL_FACE);
     glUseProgram(sky_program_);
     const Vector3f forward(camera.forward[0], camera.forward[1], camera.forward[2]);
     const Vector3f up(camera.up[0], camera.up[1], camera.up[2]);
@@ -376,6 +381,7 @@ class Renderer::Impl {
   mjvOption visible_{};
   mjData* data_ = nullptr;
   bool uploaded_ = false;
+  EdgeSmoother smoother_;
   SceneTriangles triangles_;
   SceneLights lights_;
   std::vector<std::uint32_t> indices_;
