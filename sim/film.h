@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/findings.h"
@@ -36,6 +37,9 @@ struct FilmOptions {
   RenderOptions render;           ///< size and quality; width and height must be even
 };
 
+/// All that is wrong with `options` for `model`, without starting anything. Pointers name the option ("/path").
+[[nodiscard]] Findings check_film(const mjModel_* model, const FilmOptions& options);
+
 /// What a finished film is.
 struct FilmReport {
   std::int64_t frames = 0;
@@ -62,7 +66,11 @@ class Film {
   /// Time of the next frame; call push() with the first state at or after it.
   [[nodiscard]] Nanoseconds next_time() const;
 
-  /// Adds the state of `data` as the next frame. `overlay.title` and `overlay.camera` are filled in by the film.
+  /// Shows `camera` from the next frame on, in place of the cuts; empty: a free camera that shows everything.
+  [[nodiscard]] Result<void> set_camera(std::string_view camera);
+
+  /// Adds the state of `data` as the next frame. `overlay.time` decides about cuts; `overlay.title` and
+  /// `overlay.camera` are filled in by the film where they are empty.
   /// @return findings if drawing or encoding has failed meanwhile; the film is then at its end
   [[nodiscard]] Result<void> push(const mjData_* data, const Overlay& overlay);
   /// The same from a recording: `qpos` as in the model, mocap poses at their defaults.

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
+#include "core/base/findings.h"
 #include "core/base/time.h"
 #include "sim/render_image.h"
 
@@ -22,8 +24,23 @@ struct Overlay {
   bool operator==(const Overlay&) const = default;
 };
 
-/// Draws `overlay` on translucent strips at the upper and lower edge; scales with the height of the picture.
-/// Pure function of its arguments; needs no font on the machine. Thread: any. Realtime: setup.
-void draw_overlay(const Overlay& overlay, Image& image);
+/// Draws overlays into pictures of one size: light text on translucent strips at the upper and lower edge, scaled with
+/// the height of the picture. Keeps the glyphs it has drawn. Thread: one at a time. Realtime: setup.
+class OverlayPainter {
+ public:
+  /// @return a finding if the font (DejaVu Sans) is not on the machine
+  [[nodiscard]] static Result<OverlayPainter> create(int width, int height);
+  OverlayPainter(OverlayPainter&&) noexcept;
+  OverlayPainter& operator=(OverlayPainter&&) noexcept;
+  ~OverlayPainter();
+
+  /// Draws into `image`, which has the size given to create(). What comes out depends on the arguments alone.
+  void draw(const Overlay& overlay, Image& image);
+
+ private:
+  class Impl;
+  explicit OverlayPainter(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace takt::sim

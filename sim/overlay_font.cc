@@ -1,0 +1,149 @@
+#include "sim/overlay_font.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <ft2build.h>
+#include FT_FREETYPE_H
+
+namespace takt::sim {
+namespace {
+
+// Where Debian, Fedora and Arch keep DejaVu.
+constexpr std::array kFontFolders = {"/usr/share/fonts/truetype/dejavu", "/usr/share/fonts/dejavu-sans-fonts",
+                                     "/usr/share/fonts/TTF"};
+constexpr char32_t kReplacement = 0xFFFD;
+
+std::string find_font(const std::string& file) {
+  for (const char* folder : kFontFolders) {
+    const auto path = std::filesystem::path(folder) / file;
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(path, ignored)) return path.string();
+  }
+  return {};
+}
+
+// Takes the first character off `text`. Malformed bytes become the replacement character, one each.
+char32_t next_character(std::string_view& text) {
+  const auto first = static_cast<unsigned char>(text.front());
+  const std::size_t length = first < 0x80   ? 1
+                             : first < 0xC2 ? 0
+                             : first < 0xE0 ? 2
+                             : first < 0xF0 ? 3
+                             : first < 0xF5 ? 4
+                                            : 0;
+  if (length == 0 || length > text.size()) {
+    text.remove_prefix(1);
+    return kReplacement;
+  }
+  char32_t character = length == 1 ? first : first & (0x7F >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    if ((byte & 0xC0) != 0x80) {
+      text.remove_prefix(1);
+      return kReplacement;
+    }
+    character = (character << 6) | (byte & 0x3F);
+  }
+  text.remove_prefix(length);
+  return character;
+}
+
+void mix(std::uint8_t* pixel, Colour colour, int opacity) {
+  const auto blend = [opacity](int under, int over) {
+    return static_cast<std::uint8_t>(under + ((over - under) * opacity + 127) / 255);
+  };
+  pixel[0] = blend(pixel[0], colour.r);
+  pixel[1] = blend(pixel[1], colour.g);
+  pixel[2] = blend(pixel[2], colour.b);
+}
+
+}  // namespace
+
+struct Font::Face {
+  FT_Library library = nullptr;
+  FT_Face face = nullptr;
+};
+
+void Font::FaceDeleter::operator()(Face* face) const {
+  if (face->face != nullptr) FT_Done_Face(face->face);
+  if (face->library != nullptr) FT_Done_FreeType(face->library);
+  delete face;
+}
+
+Result<Font> Font::open(Weight weight, int pixels) {
+  const std::string file = weight == Weight::kBold ? "DejaVuSans-Bold.ttf" : "DejaVuSans.ttf";
+  const std::string path = find_font(file);
+  if (path.empty()) return failure("", fmt::format("the font {} is missing", file), "install fonts-dejavu-core");
+  Font font;
+  font.face_.reset(new Face);
+  if (FT_Init_FreeType(&font.face_->library) != 0 ||
+      FT_New_Face(font.face_->library, path.c_str(), 0, &font.face_->face) != 0 ||
+      FT_Set_Pixel_Sizes(font.face_->face, 0, static_cast<FT_UInt>(std::max(6, pixels))) != 0)
+    return failure("", fmt::format("the font {} cannot be read", file), "reinstall fonts-dejavu-core");
+  return font;
+}
+
+const Font::Glyph& Font::glyph(char32_t character) {
+  auto [found, is_new] = glyphs_.try_emplace(character);
+  if (!is_new) return found->second;
+  Glyph& glyph = found->second;
+  FT_Face face = face_->face;
+  if (FT_Load_Char(face, character, FT_LOAD_RENDER | FT_LOAD_TARGET_LIGHT) != 0) return glyph;
+  const FT_GlyphSlot slot = face->glyph;
+  glyph = {.left = slot->bitmap_left,
+           .top = slot->bitmap_top,
+           .width = static_cast<int>(slot->bitmap.width),
+           .height = static_cast<int>(slot->bitmap.rows),
+           .advance = static_cast<int>(slot->advance.x >> 6),
+           .coverage = {}};
+  for (int y = 0; y < glyph.height; ++y) {
+    const std::uint8_t* row = slot->bitmap.buffer + y * slot->bitmap.pitch;
+    glyph.coverage.insert(glyph.coverage.end(), row, row + glyph.width);
+  }
+  return glyph;
+}
+
+int Font::width(std::string_view text) {
+  int sum = 0;
+  while (!text.empty()) sum += glyph(next_character(text)).advance;
+  return sum;
+}
+
+std::string Font::fitted(std::string_view text, int most) {
+  if (width(text) <= most) return std::string(text);
+  const std::string ellipsis = "\u2026";
+  int used = width(ellipsis);
+  std::string_view rest = text;
+  std::size_t kept = 0;
+  while (!rest.empty()) {
+    used += glyph(next_character(rest)).advance;
+    if (used > most) break;
+    kept = text.size() - rest.size();
+  }
+  return std::string(text.substr(0, kept)) + ellipsis;
+}
+
+void Font::draw(std::string_view text, int left, int base, Colour colour, Image& image) {
+  while (!text.empty()) {
+    const Glyph& shape = glyph(next_character(text));
+    for (int y = 0; y < shape.height; ++y) {
+      for (int x = 0; x < shape.width; ++x) {
+        const int column = left + shape.left + x, row = base - shape.top + y;
+        if (column < 0 || row < 0 || column >= image.width || row >= image.height) continue;
+        mix(image.pixel(column, row), colour, shape.coverage[static_cast<std::size_t>(y * shape.width + x)]);
+      }
+    }
+    left += shape.advance;
+  }
+}
+
+void fill_rectangle(Image& image, int left, int top, int width, int height, Colour colour, int opacity) {
+  const int x0 = std::max(0, left), x1 = std::min(image.width, left + width);
+  for (int y = std::max(0, top); y < std::min(image.height, top + height); ++y)
+    for (int x = x0; x < x1; ++x) mix(image.pixel(x, y), colour, opacity);
+}
+
+}  // namespace takt::sim
