@@ -162,6 +162,7 @@ void append_indices(const SceneGeom& geom, std::vector<std::uint32_t>& indices) 
 void SceneLights::fill(const mjvScene_& scene) {
   count = 0;
   shadow_light = -1;
+  all_distant = true;
   ambient.setZero();
   code.clear();
   const mjvLight* caster = shadow_caster(scene);
@@ -172,6 +173,7 @@ void SceneLights::fill(const mjvScene_& scene) {
     const auto slot = static_cast<std::size_t>(count);
     const bool distant = light.type == mjLIGHT_DIRECTIONAL;
     const bool shadowed = &light == caster;
+    all_distant = all_distant && distant;
     if (shadowed) shadow_light = count;
     axis[slot] = vec(light.dir).normalized();
     at[slot] = distant ? Vector3f(-axis[slot]) : vec(light.pos);

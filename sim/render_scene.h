@@ -49,7 +49,8 @@ void append_indices(const SceneGeom& geom, std::vector<std::uint32_t>& indices);
 struct SceneLights {
   static constexpr int kMost = 8;
   int count = 0;
-  int shadow_light = -1;  ///< index of the one that casts the shadow; -1: none
+  int shadow_light = -1;    ///< index of the one that casts the shadow; -1: none
+  bool all_distant = true;  ///< no light stands in the room
   Eigen::Vector3f ambient = Eigen::Vector3f::Zero();
   std::array<Eigen::Vector3f, kMost> at, axis, diffuse, specular;
   std::array<Eigen::Vector4f, kMost> fading;

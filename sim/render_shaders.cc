@@ -5,9 +5,13 @@ namespace takt::sim {
 // One tap of 2x2 texels: at 720p a texel is about a pixel, and more taps cost more than everything else together.
 const char* const kShadowFunction = R"glsl(
 #ifdef SHADOWS
-in vec3 shadow_at;
+in vec4 shadow_at;
 uniform sampler2DShadow shadow_map;
-float shadow() { return texture(shadow_map, shadow_at); }
+#ifdef NEAR_SHADOW
+float shadow() { return textureProj(shadow_map, shadow_at); }
+#else
+float shadow() { return texture(shadow_map, shadow_at.xyz); }
+#endif
 #else
 float shadow() { return 1.0; }
 #endif
@@ -28,7 +32,7 @@ flat out vec3 material;
 #ifdef SHADOWS
 uniform mat4 shadow_from_world;
 uniform float shadow_offset;
-out vec3 shadow_at;
+out vec4 shadow_at;
 #endif
 
 void main() {
@@ -38,7 +42,7 @@ void main() {
   // Strength of the highlight, its width as Schlick's exponent, light of its own.
   material = vec3(material_in.x, 4.0 + 120.0 * material_in.y, material_in.z);
 #ifdef SHADOWS
-  shadow_at = (shadow_from_world * vec4(position + shadow_offset * normal_in, 1.0)).xyz;
+  shadow_at = shadow_from_world * vec4(position + shadow_offset * normal_in, 1.0);
 #endif
   gl_Position = clip_from_world * vec4(position, 1.0);
 }
@@ -105,7 +109,7 @@ flat out vec3 plain;   // colour under all lights but the one with the shadow
 flat out vec3 sunlit;  // what that one adds
 #ifdef SHADOWS
 uniform mat4 shadow_from_world;
-out vec3 shadow_at;
+out vec4 shadow_at;
 #endif
 
 void main() {
@@ -119,7 +123,7 @@ void main() {
   plain *= colour_in.rgb * colour_in.rgb;
   sunlit *= colour_in.rgb * colour_in.rgb;
 #ifdef SHADOWS
-  shadow_at = (shadow_from_world * vec4(position, 1.0)).xyz;
+  shadow_at = shadow_from_world * vec4(position, 1.0);
 #endif
   gl_Position = clip_from_world * vec4(position, 1.0);
 }

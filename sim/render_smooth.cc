@@ -79,6 +79,7 @@ Blend blend_at(const std::vector<std::uint8_t>& luma, int width, int height, int
   const int on = walk(along, room_on, deviation_on);
   const int nearer = std::min(back, on);
   const int deviation = back < on ? deviation_back : deviation_on;
+  if (2 * std::abs(deviation) < rise) return {};  // no end in reach: a straight edge
   // The near end must step towards the other side, else this pixel lies on the far half of the tread.
   if ((deviation > 0) == (2 * here - middle > 0)) return {};
   return {across, 128 - 256 * nearer / (back + on)};

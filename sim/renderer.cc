@@ -54,17 +54,23 @@ void set(GLuint program, const char* name, float v) { glUniform1f(glGetUniformLo
 
 Vector3f linear(const Vector3f& colour) { return colour.cwiseProduct(colour); }
 
-// The colour overhead: the middle of the sky texture's upper face, if the model has one.
-Vector3f zenith_colour(const mjModel* model, const Vector3f& fallback) {
+// Colours of the sky, sRGB.
+struct Sky {
+  Vector3f horizon{0.72f, 0.76f, 0.81f};
+  Vector3f zenith{0.45f, 0.53f, 0.63f};
+};
+
+// A model with a sky texture gives the middle of its upper face for the zenith, and its haze for the horizon.
+Sky sky_of(const mjModel* model) {
   for (int i = 0; i < model->ntex; ++i) {
     if (model->tex_type[i] != mjTEXTURE_SKYBOX || model->tex_adr[i] < 0 || model->tex_nchannel[i] < 3) continue;
     const std::int64_t width = model->tex_width[i];
     const std::int64_t faces = model->tex_height[i] / std::max<std::int64_t>(1, width);
     const std::int64_t row = faces >= 6 ? 2 * width + width / 2 : model->tex_height[i] / 2;
     const mjtByte* pixel = model->tex_data + model->tex_adr[i] + model->tex_nchannel[i] * (row * width + width / 2);
-    return Vector3f(pixel[0], pixel[1], pixel[2]) / 255;
+    return {Eigen::Map<const Vector3f>(model->vis.rgba.haze), Vector3f(pixel[0], pixel[1], pixel[2]) / 255};
   }
-  return fallback;
+  return {};
 }
 
 }  // namespace
@@ -77,8 +83,7 @@ class Renderer::Impl {
     mjv_makeScene(model, &scene_, options.max_geoms);
     mjv_defaultOption(&visible_);
     if (!options.show_sites) std::ranges::fill(visible_.sitegroup, mjtByte{0});
-    horizon_ = Eigen::Map<const Vector3f>(model->vis.rgba.haze);
-    zenith_ = zenith_colour(model, horizon_);
+    sky_ = sky_of(model);
   }
 
   ~Impl() {
@@ -123,7 +128,7 @@ class Renderer::Impl {
     if (!updated) return updated;
     if (!uploaded_) upload();
     Result<GLuint> program = program_for(false, has_shadow());
-    Result<GLuint> floor_program = program_for(true, has_shadow());
+    Result<GLuint> floor_program = program_for(lights_.all_distant, has_shadow());
     if (!program) return std::unexpected(program.error());
     if (!floor_program) return std::unexpected(floor_program.error());
     draw_view(*program, *floor_program, width, height);
@@ -262,9 +267,11 @@ class Renderer::Impl {
 
   // Programs differ by the scene's lights; a light switched on or off by the model makes new ones.
   Result<GLuint> program_for(bool is_floor, bool shadowed) {
-    const std::string defines = fmt::format(
-        "{}#define MAX_LIGHTS {}\n#define SHADOW_LIGHT {}\n#define LIGHTING float lit = shadow(); {}\n",
-        shadowed ? "#define SHADOWS\n" : "", std::max(1, lights_.count), lights_.shadow_light, lights_.code);
+    const bool near_shadow = shadowed && !lights_.all_distant;
+    const std::string defines =
+        fmt::format("{}{}#define MAX_LIGHTS {}\n#define SHADOW_LIGHT {}\n#define LIGHTING float lit = shadow(); {}\n",
+                    shadowed ? "#define SHADOWS\n" : "", near_shadow ? "#define NEAR_SHADOW\n" : "",
+                    std::max(1, lights_.count), lights_.shadow_light, lights_.code);
     const std::pair key{defines, is_floor};
     if (const auto found = programs_.find(key); found != programs_.end()) return found->second;
     Result<unsigned> made = is_floor
@@ -281,7 +288,7 @@ class Renderer::Impl {
     set(program, "eye", Vector3f(camera.pos[0], camera.pos[1], camera.pos[2]));
     set(program, "ambient_up", Vector3f(1.25f * lights_.ambient));
     set(program, "ambient_down", Vector3f(0.6f * lights_.ambient));
-    const Vector3f haze = linear(horizon_);
+    const Vector3f haze = linear(sky_.horizon);
     glUniform4f(glGetUniformLocation(program, "haze"), haze[0], haze[1], haze[2],
                 1 / (kHazeDistance * static_cast<float>(model_->stat.extent)));
     const GLsizei count = lights_.count;
@@ -362,8 +369,8 @@ class Renderer::Impl {
     set(sky_program_, "forward", forward);
     set(sky_program_, "up", Vector3f(-half * up));
     set(sky_program_, "right", Vector3f(half * aspect * forward.cross(up).normalized()));
-    set(sky_program_, "horizon", linear(horizon_));
-    set(sky_program_, "zenith", linear(zenith_));
+    set(sky_program_, "horizon", linear(sky_.horizon));
+    set(sky_program_, "zenith", linear(sky_.zenith));
     glDrawArrays(GL_TRIANGLES, 0, 3);
   }
 
@@ -385,7 +392,7 @@ class Renderer::Impl {
   SceneTriangles triangles_;
   SceneLights lights_;
   std::vector<std::uint32_t> indices_;
-  Vector3f horizon_, zenith_;
+  Sky sky_;
   Matrix4f shadow_view_ = Matrix4f::Identity();
   float shadow_texel_m_ = 0;
   GLuint vertex_array_ = 0, vertex_buffer_ = 0, index_buffer_ = 0;

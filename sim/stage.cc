@@ -15,8 +15,8 @@ void add_sky(mjSpec* spec, const StageOptions& options) {
   mjs_setName(sky->element, kStageSky);
   sky->type = mjTEXTURE_SKYBOX;
   sky->builtin = mjBUILTIN_GRADIENT;
-  std::ranges::copy(options.sky_horizon, sky->rgb1);
-  std::ranges::copy(options.sky_top, sky->rgb2);
+  std::ranges::copy(options.sky_top, sky->rgb1);
+  std::ranges::copy(options.sky_horizon, sky->rgb2);
   sky->width = 64;
   sky->height = 64;
 }
