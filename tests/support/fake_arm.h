@@ -71,7 +71,7 @@ class FakeForceTorqueSensor final : public device::ForceTorqueBackend {
  public:
   bool read(device::WrenchSample& out) override {
     if (silent) return false;
-    ++sample.sequence;
+    sample.stamp = static_cast<Nanoseconds>(sample.sequence++) * kMillisecond;  // read once in a cycle of 1 ms
     out = sample;
     return true;
   }
