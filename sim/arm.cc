@@ -160,7 +160,8 @@ void SimArm::actuate(mjData_& data, int substep) {
     set_point_.ddq.setZero();
   }
   fresh_set_point_ = false;
-  gather(data);
+  // At the begin of a cycle the drive still has what it measured at the end of the last one.
+  if (substep > 0) gather(data);
   if (!braked_) supervise();
 
   JointVector torque = q_;
@@ -200,9 +201,11 @@ void SimArm::stream(StateStream& state) {
   noise_ = Random(random);
   drives_.stream(state);
   for (JointVector* values : {&q_, &dq_, &q_true_, &dq_true_, &motor_torque_, &joint_torque_, &set_point_.q,
-                              &set_point_.dq, &set_point_.ddq, &sample_.q, &sample_.dq, &sample_.tau}) {
+                              &set_point_.dq, &set_point_.ddq, &sample_.tau}) {
     state.vector(*values);
   }
+  sample_.q = q_;
+  sample_.dq = dq_;
   state(set_point_.cycle);
   state(set_point_.stamp);
   state(fresh_set_point_);
@@ -214,8 +217,7 @@ void SimArm::stream(StateStream& state) {
   state(sample_.stamp);
   state(payload_.mass);
   state.vector(payload_.p_FC);
-  auto inertia = payload_.I_C.reshaped();
-  state.vector(inertia);
+  state.vector(payload_.I_C);
 }
 
 }  // namespace takt::sim

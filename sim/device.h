@@ -1,9 +1,9 @@
 #pragma once
 
-#include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
-#include <vector>
 
 #include "core/base/time.h"
 
@@ -12,46 +12,45 @@ struct mjData_;
 
 namespace takt::sim {
 
-/// Writes state as 64-bit words into a buffer, and reads it back in the same order. One function of a device serves
-/// both ways, so that the orders cannot differ.
+/// Writes state as 64-bit words into a buffer of fixed size, or reads it back in the same order, or only counts. One
+/// function of a device serves all, so that the orders cannot differ. Realtime: cyclic.
 class StateStream {
  public:
-  enum class Mode { kWrite, kRead };
-  StateStream(Mode mode, std::vector<std::uint64_t>& words) : mode_(mode), words_(words) {}
+  enum class Mode { kCount, kWrite, kRead };
+  /// @param words  as many as were counted; unused while counting
+  StateStream(Mode mode, std::span<std::uint64_t> words) : mode_(mode), words_(words) {}
 
-  void operator()(std::uint64_t& word) {
-    if (mode_ == Mode::kRead) {
-      word = next_ < words_.size() ? words_[next_] : 0;
-    } else if (next_ < words_.size()) {
-      words_[next_] = word;
-    } else {
-      words_.push_back(word);
-    }
-    ++next_;
-  }
-  void operator()(std::int64_t& value) { convert(value); }
-  void operator()(double& value) { convert(value); }
+  void operator()(std::uint64_t& word) { copy(&word, 1); }
+  void operator()(std::int64_t& value) { copy(&value, 1); }
+  void operator()(double& value) { copy(&value, 1); }
   void operator()(bool& value) {
     std::uint64_t word = value ? 1 : 0;
     (*this)(word);
     value = word != 0;
   }
-  template <class Derived>
-  void vector(Derived& values) {
-    for (int i = 0; i < static_cast<int>(values.size()); ++i) (*this)(values[i]);
+  /// Doubles that lie side by side: an Eigen matrix or a std::vector.
+  template <class Values>
+  void vector(Values& values) {
+    copy(values.data(), static_cast<std::size_t>(values.size()));
   }
   [[nodiscard]] std::size_t position() const { return next_; }
 
  private:
   template <class T>
-  void convert(T& value) {
-    auto word = std::bit_cast<std::uint64_t>(value);
-    (*this)(word);
-    value = std::bit_cast<T>(word);
+  void copy(T* values, std::size_t count) {
+    static_assert(sizeof(T) == sizeof(std::uint64_t));
+    if (mode_ != Mode::kCount && next_ + count <= words_.size() && count > 0) {
+      if (mode_ == Mode::kWrite) {
+        std::memcpy(words_.data() + next_, values, count * sizeof(T));
+      } else {
+        std::memcpy(values, words_.data() + next_, count * sizeof(T));
+      }
+    }
+    next_ += count;
   }
 
   Mode mode_;
-  std::vector<std::uint64_t>& words_;
+  std::span<std::uint64_t> words_;
   std::size_t next_ = 0;
 };
 

@@ -76,7 +76,8 @@ double volume(const ObjectShape& shape) {
 /// Builds the tree of bodies, each part with what is mounted on it.
 class Builder {
  public:
-  Builder(const WorldDescription& description, mjSpec& spec) : world_(description), spec_(spec) {
+  Builder(const WorldDescription& description, bool visuals, mjSpec& spec)
+      : world_(description), visuals_(visuals), spec_(spec) {
     for (std::size_t i = 0; i < world_.robots.size(); ++i) robots_on_[world_.robots[i].mount.parent].push_back(i);
     for (std::size_t i = 0; i < world_.objects.size(); ++i) objects_on_[world_.objects[i].mount.parent].push_back(i);
     for (const auto& arm : world_.arms) driven_.insert(arm.robot);
@@ -145,7 +146,9 @@ class Builder {
       set_pose(*body, joint ? joint->X_PJ : robot.mount.X_P);
       if (joint && joint->type != JointType::kFixed) add_joint(robot, *joint, body);
       set_inertia(link, *body);
-      for (const Geometry& geometry : link.visuals) add_visual(robot, geometry, body);
+      if (visuals_) {
+        for (const Geometry& geometry : link.visuals) add_visual(robot, geometry, body);
+      }
       for (const Geometry& geometry : link.collisions) add_collision(robot, geometry, body, bits);
       bodies[link.name] = body;
     }
@@ -315,6 +318,7 @@ class Builder {
   }
 
   const WorldDescription& world_;
+  bool visuals_;
   mjSpec& spec_;
   std::map<std::string, std::vector<std::size_t>> robots_on_, objects_on_;  // by name of the parent body
   std::set<std::string> driven_, materials_;
@@ -324,6 +328,8 @@ class Builder {
 
 }  // namespace
 
-void build_spec(const WorldDescription& description, mjSpec& spec) { Builder(description, spec).build(); }
+void build_spec(const WorldDescription& description, bool visuals, mjSpec& spec) {
+  Builder(description, visuals, spec).build();
+}
 
 }  // namespace takt::sim

@@ -12,6 +12,7 @@ namespace takt::sim {
 /// of its own, also behind fixed joints and at a fixed base, so that no mass is lost (docs/simulation.md, "The
 /// model"). Names: bodies "ROBOT/LINK" and "OBJECT", joints "ROBOT/JOINT", materials "ROBOT/MATERIAL", sensors
 /// "DEVICE/force" and "DEVICE/torque". Geometry groups: 1 objects, 2 visuals, 3 collisions. Realtime: setup.
-void build_spec(const WorldDescription& description, mjSpec_& spec);
+/// @param visuals  false leaves out what only pictures need of the robots; bodies and their numbers stay the same
+void build_spec(const WorldDescription& description, bool visuals, mjSpec_& spec);
 
 }  // namespace takt::sim

@@ -38,9 +38,9 @@ Nanoseconds wall_clock() {
       .count();
 }
 
-Result<Owned<mjModel>> compile(const WorldDescription& description, const SpecHook& hook) {
+Result<Owned<mjModel>> compile(const WorldDescription& description, bool visuals, const SpecHook& hook) {
   Owned<mjSpec> spec(mj_makeSpec());
-  build_spec(description, *spec);
+  build_spec(description, visuals, *spec);
   if (hook) hook(*spec);
   Owned<mjModel> model(mj_compile(spec.get(), nullptr));
   if (model) return model;
@@ -50,8 +50,10 @@ Result<Owned<mjModel>> compile(const WorldDescription& description, const SpecHo
 }  // namespace
 
 struct World::Impl {
-  Owned<mjModel> model;
+  Owned<mjModel> model;  // of the physics
   Owned<mjData> data;
+  Owned<mjModel> picture_model;
+  Owned<mjData> picture_data;
   Physics physics;
   int substeps = 1;
   Nanoseconds now = 0;
@@ -71,7 +73,8 @@ struct World::Impl {
   void add_sensors(const WorldDescription& description);
   void set_start(const WorldDescription& description);
   void physics_step();
-  void stream(StateStream::Mode mode, std::vector<std::uint64_t>& state);
+  /// @return the number of words
+  std::size_t stream(StateStream::Mode mode, std::span<std::uint64_t> state);
   [[nodiscard]] bool diverged() const;
 };
 
@@ -171,13 +174,14 @@ bool World::Impl::diverged() const {
   return w[mjWARN_BADQPOS].number + w[mjWARN_BADQVEL].number + w[mjWARN_BADQACC].number > 0;
 }
 
-void World::Impl::stream(StateStream::Mode mode, std::vector<std::uint64_t>& state) {
+std::size_t World::Impl::stream(StateStream::Mode mode, std::span<std::uint64_t> state) {
   StateStream stream(mode, state);
   if (mode == StateStream::Mode::kWrite) mj_getState(model.get(), data.get(), plant_state.data(), kStateParts);
   stream.vector(plant_state);
   if (mode == StateStream::Mode::kRead) mj_setState(model.get(), data.get(), plant_state.data(), kStateParts);
   stream(now);
   for (SimDevice* device : devices) device->stream(stream);
+  return stream.position();
 }
 
 World::World(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -188,13 +192,15 @@ World::~World() = default;
 Result<World> World::create(const WorldDescription& description, const SpecHook& hook) {
   Findings findings = check(description);
   if (findings.has_errors()) return std::unexpected(std::move(findings));
-  auto built = mujoco_call("", [&] { return compile(description, hook); });
-  if (!built) return std::unexpected(std::move(built.error()));
-  if (!*built) return std::unexpected(std::move(built->error()));
-
   auto impl = std::make_unique<Impl>();
-  impl->model = std::move(**built);
+  for (const bool visuals : {true, false}) {
+    auto built = mujoco_call("", [&] { return compile(description, visuals, hook); });
+    if (!built) return std::unexpected(std::move(built.error()));
+    if (!*built) return std::unexpected(std::move(built->error()));
+    (visuals ? impl->picture_model : impl->model) = std::move(**built);
+  }
   impl->data.reset(mj_makeData(impl->model.get()));
+  impl->picture_data.reset(mj_makeData(impl->picture_model.get()));
   impl->physics = description.physics;
   impl->substeps = static_cast<int>(description.physics.period / description.physics.timestep);
   impl->set_start(description);
@@ -210,7 +216,8 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   }
   mj_forward(impl->model.get(), impl->data.get());
   for (SimDevice* device : impl->devices) device->measure(*impl->data, 0);
-  impl->stream(StateStream::Mode::kWrite, impl->words);
+  impl->words.resize(impl->stream(StateStream::Mode::kCount, {}));
+  (void)impl->stream(StateStream::Mode::kWrite, impl->words);
   return World(std::move(impl));
 }
 
@@ -228,7 +235,7 @@ bool World::step() {
   const Nanoseconds begin = w.profiling ? wall_clock() : 0;
   w.now += w.physics.period;
   for (SimDevice* device : w.devices) device->measure(*w.data, w.now);
-  w.stream(StateStream::Mode::kWrite, w.words);
+  (void)w.stream(StateStream::Mode::kWrite, w.words);
   if (w.profiling) w.times.devices += wall_clock() - begin;
   return !w.diverged();
 }
@@ -250,9 +257,8 @@ SimForceTorque* World::force_torque(std::string_view name) {
 std::span<const std::byte> World::state_bytes() const { return std::as_bytes(std::span(impl_->words)); }
 
 Snapshot World::save() const {
-  Snapshot snapshot;
-  snapshot.reserve(impl_->words.size() + 3 * impl_->watches.size());
-  impl_->stream(StateStream::Mode::kWrite, snapshot);
+  Snapshot snapshot(impl_->words.size());
+  (void)impl_->stream(StateStream::Mode::kWrite, snapshot);
   for (auto& watch : impl_->watches) watch.save(snapshot);
   return snapshot;
 }
@@ -262,7 +268,7 @@ bool World::restore(const Snapshot& snapshot) {
   const std::size_t size = w.words.size();
   if (snapshot.size() != size + ContactWatch::kWords * w.watches.size()) return false;
   w.words.assign(snapshot.begin(), snapshot.begin() + static_cast<std::ptrdiff_t>(size));
-  w.stream(StateStream::Mode::kRead, w.words);
+  (void)w.stream(StateStream::Mode::kRead, w.words);
   for (std::size_t i = 0; i < w.watches.size(); ++i) {
     w.watches[i].restore(std::span(snapshot).subspan(size + ContactWatch::kWords * i, ContactWatch::kWords));
   }
@@ -303,8 +309,17 @@ Result<std::size_t> World::watch_contact(const std::string& side_a, const std::s
 
 const ContactReading& World::contact(std::size_t watch) const { return impl_->watches.at(watch).reading(); }
 
-const mjModel_* World::model() const { return impl_->model.get(); }
-const mjData_* World::data() const { return impl_->data.get(); }
+const mjModel_* World::model() const { return impl_->picture_model.get(); }
+
+const mjData_* World::data() const {
+  mjData* pictured = impl_->picture_data.get();
+  pictured->time = impl_->data->time;
+  std::copy_n(impl_->data->qpos, impl_->model->nq, pictured->qpos);
+  return pictured;
+}
+
+const mjModel_* World::physics_model() const { return impl_->model.get(); }
+const mjData_* World::physics_data() const { return impl_->data.get(); }
 void World::set_profiling(bool on) { impl_->profiling = on; }
 StepTimes World::times() const { return impl_->times; }
 

@@ -119,9 +119,9 @@ TEST(Description, CamerasLookWhereTheyAreTold) {
   camera.mount.X_P = look_at({2, 0, 1}, {0, 0, 1});
   world.cameras.push_back(camera);
   const World made = make(world);
-  const int id = mj_name2id(made.model(), mjOBJ_CAMERA, "front");
+  const int id = mj_name2id(made.physics_model(), mjOBJ_CAMERA, "front");
   ASSERT_GE(id, 0);
-  const double* R = made.data()->cam_xmat + 9 * id;  // row-major, columns: right, up, back
+  const double* R = made.physics_data()->cam_xmat + 9 * id;  // row-major, columns: right, up, back
   EXPECT_NEAR(R[2], 1.0, 1e-12);
   EXPECT_NEAR(R[7], 1.0, 1e-12);
 }

@@ -17,7 +17,8 @@ WorldDescription lwr_alone() {
 /// A scratch copy of the plant's state to evaluate at any position.
 class Scratch {
  public:
-  explicit Scratch(const World& world) : model_(world.model()), data_(mj_copyData(nullptr, model_, world.data())) {}
+  explicit Scratch(const World& world)
+      : model_(world.physics_model()), data_(mj_copyData(nullptr, model_, world.physics_data())) {}
   ~Scratch() { mj_deleteData(data_); }
   Scratch(const Scratch&) = delete;
   Scratch& operator=(const Scratch&) = delete;
@@ -89,7 +90,7 @@ TEST(Model, NoMassIsLostAtTheBaseOrBehindFixedJoints) {
   const World world = make(description);
   double expected = 0.0;
   for (const auto& robot : description.robots) expected += robot.model->total_mass();
-  EXPECT_NEAR(mj_getTotalmass(world.model()), expected, 1e-9);
+  EXPECT_NEAR(mj_getTotalmass(world.physics_model()), expected, 1e-9);
   EXPECT_GT(world.body("arm/base"), 0);
   EXPECT_GT(world.body("probe/tcp"), world.body("sensor/tool"));
 }
@@ -104,6 +105,27 @@ TEST(Model, MountedPartsStandWhereTheirUrdfsSay) {
   EXPECT_LT((world.body_pose(world.body("probe/tcp")).matrix() - expected.matrix()).cwiseAbs().maxCoeff(), 1e-9);
 }
 
+TEST(Model, PicturesShowTheSameBodiesAtTheSamePlaces) {
+  WorldDescription description = lwr_alone();
+  add_probe(description);
+  description.arms.push_back(lwr_controller());
+  World world = make(description);
+  JointVector goal = lwr_home();
+  goal[0] += 0.05;
+  hold(world, goal, 100);
+  const mjModel* model = world.model();
+  ASSERT_EQ(model->nbody, world.physics_model()->nbody);
+  EXPECT_GT(model->ngeom, world.physics_model()->ngeom);
+  mjData* drawn = mj_copyData(nullptr, model, world.data());
+  mj_kinematics(model, drawn);
+  for (int body = 0; body < static_cast<int>(model->nbody); ++body) {
+    EXPECT_STREQ(mj_id2name(model, mjOBJ_BODY, body), mj_id2name(world.physics_model(), mjOBJ_BODY, body));
+    const Eigen::Vector3d at = Eigen::Map<const Eigen::Vector3d>(drawn->xpos + 3 * body);
+    EXPECT_LT((at - world.body_pose(body).translation()).norm(), 1e-12);
+  }
+  mj_deleteData(drawn);
+}
+
 TEST(Model, NothingTouchesAtHomeOrOnTheWayDown) {
   // Links that overlap at their joints must not push each other, also where the arm may touch itself.
   for (const bool self_collision : {false, true}) {
@@ -111,7 +133,7 @@ TEST(Model, NothingTouchesAtHomeOrOnTheWayDown) {
     add_probe(description);
     description.robots[0].self_collision = self_collision;
     const World world = make(description);
-    EXPECT_EQ(world.data()->ncon, 0) << self_collision;
+    EXPECT_EQ(world.physics_data()->ncon, 0) << self_collision;
   }
 }
 
@@ -148,7 +170,7 @@ TEST(Model, UndrivenPlantKeepsItsEnergy) {
   World world = make(description);
   const double begin = world.energy();
   for (int i = 0; i < 10'000; ++i) ASSERT_TRUE(world.step());
-  EXPECT_GT((Eigen::Map<const Eigen::VectorXd>(world.data()->qvel, 7).norm()), 0.01) << "the test needs motion";
+  EXPECT_GT((Eigen::Map<const Eigen::VectorXd>(world.physics_data()->qvel, 7).norm()), 0.01) << "the test needs motion";
   EXPECT_LT(std::abs(world.energy() - begin), 1e-3);
 }
 
