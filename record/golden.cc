@@ -20,8 +20,9 @@ namespace {
 /// A golden may be larger than an input of the user's hand, but not without bound.
 constexpr InputLimits kGoldenLimits{.bytes = 4u << 20, .depth = 16};
 
-/// Thinning takes a quarter of the tolerance, so that three quarters stay for the run.
-constexpr double kThinningShare = 0.25;
+/// Thinning takes a quarter of the tolerance, so that three quarters stay for the run; half of it where the golden
+/// would be too large otherwise (noise).
+constexpr double kThinningShare = 0.25, kCoarseShare = 0.5;
 
 bool topic_wanted(const BlessOptions& options, const ChannelInfo& channel) {
   if (options.topics.empty()) return channel.schema != kSimStateSchema;
@@ -36,12 +37,12 @@ double rounded(double value, double step) {
   return unit < 1.0 ? std::round(value * inverse) / inverse : std::round(value / unit) * unit;
 }
 
-GoldenColumn thin_column(const Table& table, std::size_t column, const Tolerance& tolerance) {
+GoldenColumn thin_column(const Table& table, std::size_t column, const Tolerance& tolerance, double share) {
   GoldenColumn golden{.topic = table.topic,
                       .column = table.columns[column],
                       .unit = table.units[column],
                       .tolerance = tolerance,
-                      .thinning = kThinningShare * tolerance.dv,
+                      .thinning = share * tolerance.dv,
                       .time_s = {},
                       .value = {}};
   const CurveView curve{table.time, table.values[column]};
@@ -60,6 +61,21 @@ GoldenColumn thin_column(const Table& table, std::size_t column, const Tolerance
     golden.value.push_back(rounded(curve.value[i], step));
   }
   return golden;
+}
+
+std::vector<GoldenColumn> golden_columns(const Recording& recording, const BlessOptions& options, double share) {
+  std::vector<GoldenColumn> columns;
+  for (const std::string& topic : recording.table_topics()) {
+    if (!topic_wanted(options, *recording.find_channel(topic))) continue;
+    const Table table = *recording.table(topic);
+    for (std::size_t i = 0; i < table.columns.size(); ++i) {
+      const Tolerance tolerance =
+          choose_tolerance(options.rules, topic, table.columns[i], default_tolerance(topic, table.units[i]));
+      if (tolerance.kind == ToleranceKind::kReportOnly) continue;
+      columns.push_back(thin_column(table, i, tolerance, share));
+    }
+  }
+  return columns;
 }
 
 const char* kind_name(ToleranceKind kind) {
@@ -234,20 +250,15 @@ Result<Golden> make_golden(const Recording& recording, const BlessOptions& optio
       golden.events.push_back({topic, event.source, event.name, to_seconds(event.time)});
     }
   }
-  for (const std::string& topic : recording.table_topics()) {
-    if (!topic_wanted(options, *recording.find_channel(topic))) continue;
-    const Table table = *recording.table(topic);
-    for (std::size_t i = 0; i < table.columns.size(); ++i) {
-      const Tolerance tolerance =
-          choose_tolerance(options.rules, topic, table.columns[i], default_tolerance(topic, table.units[i]));
-      if (tolerance.kind == ToleranceKind::kReportOnly) continue;
-      golden.columns.push_back(thin_column(table, i, tolerance));
-    }
-  }
+  golden.columns = golden_columns(recording, options, kThinningShare);
   if (golden.columns.empty() && golden.events.empty()) {
     return failure("", "the recording has no columns and no events to keep");
   }
-  const std::size_t bytes = golden_to_text(golden).size();
+  std::size_t bytes = golden_to_text(golden).size();
+  if (bytes > options.max_bytes) {
+    golden.columns = golden_columns(recording, options, kCoarseShare);
+    bytes = golden_to_text(golden).size();
+  }
   if (bytes > options.max_bytes) return std::unexpected(too_large(golden, bytes, options.max_bytes));
   return golden;
 }

@@ -20,7 +20,7 @@ namespace takt::record {
 struct GoldenColumn {
   std::string topic, column, unit;
   Tolerance tolerance;
-  double thinning = 0.0;              ///< in the column's unit, at most a quarter of the tolerance
+  double thinning = 0.0;              ///< in the column's unit, a quarter of the tolerance, or half of it if need be
   std::vector<double> time_s, value;  ///< NaN = null from here to the next point
 };
 

@@ -6,6 +6,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "core/base/random.h"
 #include "record/golden.h"
 #include "tests/record/support.h"
 
@@ -267,6 +268,27 @@ TEST(Golden, IsRefusedWithoutReasonFromTornRunsAndWhenLarge) {
                   .error()
                   .to_string(),
               HasSubstr("truncated"));
+}
+
+TEST(Golden, NoiseMayTakeHalfOfTheTolerance) {
+  TestFolder folder("noise");
+  {
+    auto recorder = Recorder::open(folder / "a.mcap").value();
+    const ChannelId id = recorder->add_samples("/noise", {"force"}, {"N"});
+    Random random(3);
+    for (std::uint64_t k = 0; k < 2000; ++k) {
+      recorder->begin_cycle(static_cast<Nanoseconds>(k) * kMillisecond, k);
+      recorder->write(id, std::vector<double>{random.uniform(-0.2, 0.2)});
+    }
+  }
+  const Recording noise = Recording::open(folder / "a.mcap").value();
+  BlessOptions options = bless_options();
+  const Golden fine = make_golden(noise, options).value();
+  EXPECT_EQ(fine.columns[0].thinning, 0.125);
+  options.max_bytes = golden_to_text(fine).size() / 2;
+  const Golden coarse = make_golden(noise, options).value();
+  EXPECT_EQ(coarse.columns[0].thinning, 0.25);
+  EXPECT_TRUE(compare_with_golden(noise, coarse).passed);
 }
 
 TEST(Golden, MistakesInTheFileAreAllTold) {

@@ -51,7 +51,7 @@ def check_container(path):
         check(len(messages) == statistics.message_count, "the summary counts what is there")
         times = [message.log_time for _, _, message in messages]
         check(times == sorted(times), "messages are in the order of time")
-        check(len(list(reader.iter_messages(topics=["/digest"], start_time=100_000_000, end_time=110_000_000))) == 10,
+        check(len(list(reader.iter_messages(topics=["/digest"], starting_at=100_000_000, ending_before=110_000_000))) == 10,
               "a stretch of time is found through the indexes")
         attachments = list(reader.iter_attachments())
         check([(a.name, a.data) for a in attachments] == [("scenario.json", b'{"seed": 7}')], "the attachment")
