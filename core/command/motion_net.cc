@@ -1,0 +1,190 @@
+#include "core/command/motion_net.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/net/value_json.h"
+
+namespace takt::command {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using net::NetDescription;
+
+Json frame_json(const Eigen::Isometry3d& X) { return net::value_to_json(net::Frame(X)); }
+Json wrench_json(const net::Wrench& wrench) { return net::value_to_json(wrench); }
+Json vector_json(const Eigen::Vector3d& v) { return net::value_to_json(net::Vector(v)); }
+
+/// Measured positions of an arm, one primitive however many ask. @return the port of q.
+std::string add_arm_state(NetDescription& net, const std::string& arm) {
+  const std::string id = "state-" + arm;
+  for (const auto& primitive : net.primitives) {
+    if (primitive.id == id) return id + ".q";
+  }
+  net.add(id, "ArmState", {{"device", arm}});
+  return id + ".q";
+}
+
+/// A sensor's reading without the weight of what hangs on it. @return the port of the wrench.
+std::string add_compensated_wrench(NetDescription& net, const std::string& name, const Cell& cell) {
+  const MountedSensor& sensor = cell.sensors.find(name)->second;
+  net.add(name + "-raw", "ForceTorqueSensor", {{"device", name}});
+  net.add(name + "-pose", "ForwardKinematics", {{"device", sensor.arm}, {"tool", frame_json(sensor.X_FS)}});
+  net.link(add_arm_state(net, sensor.arm), name + "-pose.q");
+  // Weight needs the direction of gravity only, so the arm's base stands for the world but for its orientation.
+  const Eigen::Isometry3d X_WB = cell.frames.pose(sensor.arm).value_or(Eigen::Isometry3d::Identity());
+  net.add(name + "-in-world", "Compose", {{"left", frame_json(X_WB)}});
+  net.link(name + "-pose.frame", name + "-in-world.right");
+  net.add(name + "-weight", "PayloadCompensation",
+          {{"mass", sensor.tool_mass},
+           {"centre", vector_json(sensor.p_SC)},
+           {"gravity", vector_json(cell.gravity_W)},
+           {"acceleration", vector_json(Eigen::Vector3d::Zero())}});
+  net.link(name + "-raw.wrench", name + "-weight.wrench");
+  net.link(name + "-in-world.value", name + "-weight.frame");
+  return name + "-weight.compensated";
+}
+
+/// The contact wrench of a sensor: weight and bias taken out, its components side by side.
+void add_contact_wrench(NetDescription& net, const std::string& name, const Cell& cell, const Biases& biases) {
+  const auto bias = biases.find(name);
+  net.add(name + "-contact", "SubtractWrenches",
+          {{"b", wrench_json(bias == biases.end() ? net::Wrench{} : bias->second)}});
+  net.link(add_compensated_wrench(net, name, cell), name + "-contact.a");
+  net.add(name + "-parts", "WrenchComponents");
+  net.link(name + "-contact.value", name + "-parts.input");
+}
+
+/// The number that a comparison looks at. @return its port.
+std::string add_quantity(NetDescription& net, const Condition& condition, const std::string& id) {
+  const bool torque = is_torque(condition.quantity);
+  const std::string vector = condition.sensor + (torque ? "-parts.torque" : "-parts.force");
+  const int component =
+      static_cast<int>(condition.quantity) - static_cast<int>(torque ? Quantity::kTorque : Quantity::kForce);
+  if (component == 0) {
+    net.add(id + "-length", "Norm");
+    net.link(vector, id + "-length.input");
+    return id + "-length.value";
+  }
+  net.add(id + "-parts", "VectorComponents");
+  net.link(vector, id + "-parts.input");
+  return fmt::format("{}-parts.{}", id, "xyz"[component - 1]);
+}
+
+std::string add_condition(NetDescription& net, const Condition& condition, const std::string& id);
+
+/// A chain of two-input gates over all operands. @return the port of the result.
+std::string add_gates(NetDescription& net, const Condition& condition, const std::string& id, const char* gate) {
+  std::string result = add_condition(net, condition.operands.front(), id + "-0");
+  for (std::size_t i = 1; i < condition.operands.size(); ++i) {
+    const std::string next = fmt::format("{}-gate{}", id, i);
+    net.add(next, gate);
+    net.link(result, next + ".a");
+    net.link(add_condition(net, condition.operands[i], fmt::format("{}-{}", id, i)), next + ".b");
+    result = next + ".value";
+  }
+  return result;
+}
+
+/// Recursion is bounded by the depth of the file that the condition came from.
+std::string add_condition(NetDescription& net, const Condition& condition, const std::string& id) {
+  if (condition.kind == Condition::Kind::kAll) return add_gates(net, condition, id, "And");
+  if (condition.kind == Condition::Kind::kAny) return add_gates(net, condition, id, "Or");
+  if (condition.kind == Condition::Kind::kNot) {
+    net.add(id + "-not", "Not");
+    net.link(add_condition(net, condition.operands.front(), id + "-0"), id + "-not.input");
+    return id + "-not.value";
+  }
+  net.add(id, condition.above ? "GreaterThan" : "LessThan", {{"b", condition.threshold}});
+  net.link(add_quantity(net, condition, id), id + ".a");
+  return id + ".value";
+}
+
+/// The condition, the latch that remembers it, and where the tool was when it first held.
+void add_until(NetDescription& net, const MotionCommand& command, const Cell& cell, const Biases& biases) {
+  for (const std::string& sensor : sensors_of(*command.until)) add_contact_wrench(net, sensor, cell, biases);
+  net.add("until_latch", "SetResetLatch", {{"reset", false}});
+  net.link(add_condition(net, *command.until, "until"), "until_latch.set");
+  const MountedArm& arm = cell.arms.find(command.arm)->second;
+  net.add("tool_pose", "ForwardKinematics", {{"device", command.arm}, {"tool", frame_json(arm.X_FT)}});
+  net.link(add_arm_state(net, command.arm), "tool_pose.q");
+  net.add("touch_frame", "SnapshotFrame");
+  net.link("tool_pose.frame", "touch_frame.input");
+  net.link("until_latch.value", "touch_frame.trigger");
+}
+
+/// Path clock: runs until a stop is wanted, then brakes on the path. @return the port that says a stop is wanted.
+void add_clock(NetDescription& net, const MotionCommand& command) {
+  const motion::Motion& motion = *command.motion;
+  net.add("cancel", "Cancel");
+  std::string stop = "cancel.requested";
+  if (command.until) {
+    net.add("stop", "Or");
+    net.link("cancel.requested", "stop.a");
+    net.link("until_latch.value", "stop.b");
+    stop = "stop.value";
+  }
+  net.add("target_rate", "SelectReal", {{"if_true", 0.0}, {"if_false", 1.0}});
+  net.link(stop, "target_rate.condition");
+  net.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
+  net.link("target_rate.value", "clock.target_rate");
+  net.add("stopped", "And");
+  net.link(stop, "stopped.a");
+  net.link("clock.standstill", "stopped.b");
+  net.add("done", "Or");
+  net.link("clock.at_end", "done.a");
+  net.link("stopped.value", "done.b");
+  net.add("end", "Termination");
+  net.link("done.value", "end.condition");
+}
+
+void link_all(NetDescription& net, const std::string& from, const std::string& to,
+              std::initializer_list<const char*> ports) {
+  for (const char* port : ports) net.link(from + "." + port, to + "." + port);
+}
+
+/// Time law, path, inverse kinematics where it is needed, arm.
+void add_path(NetDescription& net, const MotionCommand& command) {
+  const motion::Motion& motion = *command.motion;
+  const bool joints = std::holds_alternative<motion::JointLine>(motion.path);
+  net.add("law", "TimeLaw", {{"law", motion::to_json(motion.law)}});
+  link_all(net, "clock", "law", {"time", "rate", "rate_derivative"});
+  net.add("path", joints ? "JointLine" : "CartesianLine", {{"path", motion::to_json(motion.path)}});
+  link_all(net, "law", "path", {"s", "ds", "dds"});
+  std::string source = "path";
+  if (!joints) {
+    net.add("inverse", "InverseKinematics", {{"device", command.arm}, {"tool", frame_json(command.X_FM)}});
+    link_all(net, "path", "inverse", {"frame", "twist", "acceleration", "held", "held_velocity", "held_acceleration"});
+    source = "inverse";
+  }
+  net.add("arm", "ArmCommand", {{"device", command.arm}});
+  link_all(net, source, "arm", {"q", "dq", "ddq"});
+}
+
+}  // namespace
+
+net::NetDescription motion_net(const MotionCommand& command, const Cell& cell, const Biases& biases) {
+  NetDescription net;
+  net.name = command.name;
+  if (command.until) add_until(net, command, cell, biases);
+  add_clock(net, command);
+  add_path(net, command);
+  return net;
+}
+
+net::NetDescription tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell) {
+  NetDescription net;
+  net.name = "tare " + sensor;
+  const std::string wrench = add_compensated_wrench(net, sensor, cell);
+  net.add("tare", "Tare", {{"cycles", cycles}, {"trigger", true}});
+  net.link(wrench, "tare.wrench");
+  net.add("cancel", "Cancel");
+  net.add("done", "Or");
+  net.link("cancel.requested", "done.a");
+  net.link("tare.done", "done.b");
+  net.add("end", "Termination");
+  net.link("done.value", "end.condition");
+  return net;
+}
+
+}  // namespace takt::command

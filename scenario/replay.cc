@@ -1,0 +1,84 @@
+#include "scenario/replay.h"
+
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+
+#include "record/recording.h"
+#include "scenario/cell_builder.h"
+#include "sim/film.h"
+
+namespace takt::scenario {
+namespace {
+
+std::unexpected<Findings> unusable(const std::filesystem::path& file, std::string message, std::string hint = {}) {
+  Findings findings;
+  findings.add({Severity::kError, file.string(), {}, std::move(message), std::move(hint)});
+  return std::unexpected(std::move(findings));
+}
+
+/// The recorded positions, a picture apart; the overlay shows time and step.
+std::vector<sim::FilmState> states_for_film(const record::Table& table,
+                                            const std::vector<record::RecordedEvent>& events, int fps) {
+  std::vector<sim::FilmState> states;
+  std::size_t event = 0;
+  std::string step;
+  Nanoseconds next = 0;
+  for (std::size_t row = 0; row < table.time.size(); ++row) {
+    for (; event < events.size() && events[event].time <= table.time[row]; ++event) {
+      if (events[event].name == "begin") step = events[event].text;
+    }
+    if (table.time[row] < next) continue;
+    next += kSecond / fps;
+    sim::FilmState state;
+    state.time = state.overlay.time = table.time[row];
+    state.overlay.step = step;
+    for (const auto& column : table.values) state.qpos.push_back(column[row]);
+    states.push_back(std::move(state));
+  }
+  return states;
+}
+
+}  // namespace
+
+Result<std::int64_t> render_recording(const std::filesystem::path& recording, const device::ModelLibrary& models,
+                                      const ReplayOptions& options) {
+  auto opened = record::Recording::open(recording);
+  if (!opened) return std::unexpected(std::move(opened.error()));
+  const auto scenario = opened->attachment("scenario.json");
+  if (!scenario) return unusable(recording, "there is no scenario in this recording", "one made by takt run --record");
+  auto description = parse_description(*scenario);
+  if (!description) {
+    description.error().set_file(recording.string());
+    return std::unexpected(std::move(description.error()));
+  }
+  const auto& metadata = opened->metadata();
+  const auto run = metadata.find("takt.run");
+  if (run != metadata.end() && run->second.contains("seed")) description->seed = std::stoull(run->second.at("seed"));
+  Findings warnings;
+  auto built = build_cell(*description, models, false, warnings);
+  if (!built) return std::unexpected(std::move(built.error()));
+  const auto table = opened->table("/state");
+  if (!table) return std::unexpected(table.error());
+  if (static_cast<int>(table->values.size()) != built->world->model()->nq) {
+    return unusable(
+        recording,
+        fmt::format("states of {} positions for a model of {}", table->values.size(), built->world->model()->nq),
+        "the models that it was recorded with");
+  }
+  sim::FilmOptions film;
+  film.path = options.video;
+  film.fps = options.fps;
+  film.title = description->title;
+  film.render.width = options.width;
+  film.render.height = options.height;
+  std::string camera = options.camera.empty() ? description->film.camera : options.camera;
+  if (camera.empty() && !description->cameras.empty()) camera = description->cameras.front().name;
+  film.cuts = {{0, camera}};
+  const auto events = opened->events("/program");
+  const auto states = states_for_film(*table, events ? *events : std::vector<record::RecordedEvent>{}, options.fps);
+  const auto report = sim::film_from_states(built->world->model(), states, film);
+  if (!report) return std::unexpected(report.error());
+  return report->frames;
+}
+
+}  // namespace takt::scenario
