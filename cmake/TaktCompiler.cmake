@@ -19,8 +19,11 @@ endif()
 
 find_program(TAKT_CCACHE ccache)
 if(TAKT_CCACHE)
-  # Precompiled headers need these two liberties; -Werror stays the judge of everything else.
-  set(launcher ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${TAKT_CCACHE})
+  # Paths below the source folder count as relative, and a precompiled header counts by the checksum file beside it, so
+  # that every clone of the project shares the cache (cmake/TaktLayers.cmake writes that file).
+  set(launcher ${CMAKE_COMMAND} -E env
+    CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_PCH_EXTSUM=1
+    CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${TAKT_CCACHE})
   set(CMAKE_C_COMPILER_LAUNCHER ${launcher})
   set(CMAKE_CXX_COMPILER_LAUNCHER ${launcher})
 endif()

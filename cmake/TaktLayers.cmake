@@ -1,11 +1,27 @@
 # A layer is a folder: takt_layer(<folder with / as _> <targets it may use...>) makes the static library takt_<name>
 # from every .cc in the folder. Its tests lie in tests/<folder>, its benchmarks in bench/<folder>.
 
+# What a precompiled header depends on, for ccache: the header itself, the compiler, the libraries in it.
+function(takt_pch_checksum target header)
+  file(SHA256 ${header} checksum)
+  file(SHA256 ${CMAKE_SOURCE_DIR}/cmake/pch.h base)
+  set(text "${checksum} ${base} ${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION} ${CMAKE_CXX_FLAGS} ${CMAKE_BUILD_TYPE} \
+${TAKT_SANITIZE} ${Eigen3_VERSION} ${fmt_VERSION} ${nlohmann_json_VERSION} ${GTest_VERSION}")
+  foreach(system_header /usr/include/eigen3/Eigen/Core /usr/include/nlohmann/json.hpp /usr/include/fmt/format.h)
+    if(EXISTS ${system_header})
+      file(SHA256 ${system_header} checksum)
+      string(APPEND text " ${checksum}")
+    endif()
+  endforeach()
+  file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${target}.dir/cmake_pch.hxx.gch.sum "${text}\n")
+endfunction()
+
 # One precompiled header for all code, one more for tests.
 add_library(takt_pch OBJECT ${CMAKE_SOURCE_DIR}/cmake/pch.cc)
 target_link_libraries(takt_pch PUBLIC Eigen3::Eigen fmt::fmt nlohmann_json::nlohmann_json)
 target_include_directories(takt_pch PUBLIC ${CMAKE_SOURCE_DIR})
 target_precompile_headers(takt_pch PRIVATE ${CMAKE_SOURCE_DIR}/cmake/pch.h)
+takt_pch_checksum(takt_pch ${CMAKE_SOURCE_DIR}/cmake/pch.h)
 
 function(takt_layer name)
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cc)
