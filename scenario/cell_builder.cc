@@ -5,9 +5,10 @@
 
 #include <fmt/format.h>
 
-#include "core/base/random.h"
 #include "core/kinematics/chain.h"
 #include "scenario/cell_models.h"
+#include "sim/from_model.h"
+#include "sim/nominal_payload.h"
 #include "sim/render_shapes.h"
 #include "sim/stage.h"
 
@@ -109,35 +110,6 @@ kinematics::JointVector start_of(const LoadedDevice& device, const device::ArmDe
   return q;
 }
 
-sim::ArmDescription simulated_arm(const LoadedDevice& device, const device::ArmDescription& arm) {
-  sim::ArmDescription simulated;
-  simulated.name = simulated.robot = device.entry->name;
-  simulated.pointer = device_pointer(device);
-  simulated.base_link = arm.base_link;
-  simulated.flange_link = arm.flange_link;
-  simulated.control.natural_frequency = arm.natural_frequency;
-  simulated.control.damping_ratio = arm.damping_ratio;
-  simulated.measurement.torque_sensors = arm.has_torque_sensors;
-  simulated.payload_mass_error = device.entry->payload_error_kg;
-  return simulated;
-}
-
-sim::ForceTorqueDescription simulated_sensor(const LoadedDevice& device, const device::ForceTorqueDescription& sensor,
-                                             std::uint64_t seed) {
-  sim::ForceTorqueDescription simulated;
-  simulated.name = device.entry->name;
-  simulated.pointer = device_pointer(device);
-  simulated.tool_side = device.entry->name + "/" + sensor.measuring_link;
-  simulated.force_range = sensor.range.force;
-  simulated.torque_range = sensor.range.torque;
-  simulated.force_noise = sensor.noise.force;
-  simulated.torque_noise = sensor.noise.torque;
-  Random random(seed, device.entry->name + " bias");
-  for (int i = 0; i < 3; ++i) simulated.force_bias[i] = sensor.bias.force[i] * random.uniform(-1, 1);
-  for (int i = 0; i < 3; ++i) simulated.torque_bias[i] = sensor.bias.torque[i] * random.uniform(-1, 1);
-  return simulated;
-}
-
 sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) {
   if (!device.on) return {"", truth.pose(device.entry->name).value_or(Eigen::Isometry3d::Identity())};
   const std::string& carrier = device.on->entry->name;
@@ -146,25 +118,34 @@ sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) 
   return {carrier + "/" + sensor->measuring_link, sensor->X_MS.inverse() * sensor->X_MT};
 }
 
-sim::RobotDescription simulated_robot(const LoadedDevice& device, const world::FrameGraph& truth, Findings& findings) {
+sim::RobotDescription body_of(const LoadedDevice& device, const world::FrameGraph& truth, Findings& findings) {
+  const std::string& name = device.entry->name;
   sim::RobotDescription robot;
-  robot.name = device.entry->name;
+  if (const auto* arm = std::get_if<ArmModel>(&device.model)) {
+    robot = sim::arm_body(name, **arm, mount_of(device, truth));
+    const kinematics::JointVector q = start_of(device, **arm, findings);
+    robot.q.assign(q.data(), q.data() + q.size());
+  } else {
+    robot = sim::plain_body(name, robot_of(device.model), mount_of(device, truth));
+    if (!device.entry->start_rad.empty()) {
+      findings.error(device_pointer(device) + "/start_deg", "this device has no joints");
+    }
+  }
   robot.pointer = device_pointer(device);
-  robot.model = robot_of(device.model);
-  robot.mount = mount_of(device, truth);
-  if (!device.on) robot.mount.X_P = truth.pose(device.entry->name).value_or(Eigen::Isometry3d::Identity());
-  const auto* arm = std::get_if<ArmModel>(&device.model);
-  if (!arm) {
-    if (!device.entry->start_rad.empty()) findings.error(robot.pointer + "/start_deg", "this device has no joints");
-    return robot;
-  }
-  const kinematics::JointVector q = start_of(device, **arm, findings);
-  robot.q.assign(q.data(), q.data() + q.size());
-  for (std::size_t i = 0; i < (*arm)->joint_names.size(); ++i) {
-    const auto j = static_cast<Eigen::Index>(i);
-    robot.joints.push_back({(*arm)->joint_names[i], (*arm)->armature[j], (*arm)->friction[j], (*arm)->damping[j]});
-  }
   return robot;
+}
+
+void add_simulated(const LoadedDevice& device, sim::WorldDescription& world) {
+  const std::string& name = device.entry->name;
+  if (const auto* arm = std::get_if<ArmModel>(&device.model)) {
+    world.arms.push_back(sim::simulated_arm(name, name, **arm));
+    world.arms.back().pointer = device_pointer(device);
+    world.arms.back().payload_mass_error = device.entry->payload_error_kg;
+  }
+  if (const auto* sensor = std::get_if<SensorModel>(&device.model)) {
+    world.force_torque_sensors.push_back(sim::simulated_force_torque(name, name, **sensor));
+    world.force_torque_sensors.back().pointer = device_pointer(device);
+  }
 }
 
 // -- Objects and cameras
@@ -272,14 +253,14 @@ void add_arm(const LoadedDevice& device, const ArmModel& model, BuiltCell& built
 }
 
 /// All that hangs on the measuring side of a sensor, in its measuring frame.
-MassPoint measured_mass(const LoadedDevice& sensor, const std::vector<std::unique_ptr<LoadedDevice>>& devices) {
+device::PayloadSetting measured_mass(const LoadedDevice& sensor,
+                                     const std::vector<std::unique_ptr<LoadedDevice>>& devices) {
   const auto& model = std::get<SensorModel>(sensor.model);
-  MassPoint sum = mass_below(*model->robot, model->measuring_link);
+  device::PayloadSetting sum = mass_below(*model->robot, model->measuring_link);
   for (const auto& device : devices) {
     if (device->on != &sensor) continue;
-    const auto robot = robot_of(device->model);
     const Eigen::Isometry3d X_SM = model->X_MS.inverse() * model->X_MT;
-    sum = sum + transformed(X_SM, mass_below(*robot, robot->root().name));
+    sum = device::combine(sum, device::transform(X_SM, device::rigid_payload(*robot_of(device->model))));
   }
   return sum;
 }
@@ -290,21 +271,24 @@ void add_sensor(const LoadedDevice& device, const SensorModel& model,
   auto& sensor =
       built.core->add(std::make_unique<device::ForceTorqueSensor>(device.entry->name, model, std::move(backend)));
   const LoadedDevice* arm = carrying_arm(device);
-  const MassPoint tool = measured_mass(device, devices);
+  const device::PayloadSetting tool = measured_mass(device, devices);
   built.cell.sensors[device.entry->name] = {&sensor, arm ? arm->entry->name : "", pose_on_arm(device) * model->X_MS,
-                                            tool.mass, tool.p};
+                                            tool.mass, tool.p_FC};
 }
 
+/// The tool centre point of an arm from the tool that it carries, through whatever is between.
 void add_tool(const LoadedDevice& device, const ToolModel& model, BuiltCell& built) {
-  const LoadedDevice* carrier = carrying_arm(device);
-  if (!carrier) return;
-  command::MountedArm& arm = built.cell.arms[carrier->entry->name];
+  command::MountedArm& arm = built.cell.arms[carrying_arm(device)->entry->name];
   arm.X_FT = pose_on_arm(device) * model->X_MT;
   arm.ball_radius = model->ball_radius;
-  // Only the tool centre point: the simulated controller knows its payload from the URDFs of what it carries.
-  device::ToolSetting setting;
-  setting.X_FT = arm.X_FT;
-  arm.device->set_tool(setting);
+}
+
+/// Tells each arm what it carries, as a technician would enter it: from the data sheets, not from the simulation.
+void set_tools(const sim::WorldDescription& simulated, BuiltCell& built) {
+  for (auto& [name, arm] : built.cell.arms) {
+    const device::ArmDescription& model = arm.device->description();
+    arm.device->set_tool({arm.X_FT, sim::nominal_payload(simulated, name, model.flange_link)});
+  }
 }
 
 }  // namespace
@@ -325,12 +309,8 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   simulated.seed = description.seed;
   simulated.physics.plant_mass_scale = description.plant_mass_scale;
   for (const auto& device : devices) {
-    simulated.robots.push_back(simulated_robot(*device, frames.truth, findings));
-    if (const auto* arm = std::get_if<ArmModel>(&device->model))
-      simulated.arms.push_back(simulated_arm(*device, **arm));
-    if (const auto* sensor = std::get_if<SensorModel>(&device->model)) {
-      simulated.force_torque_sensors.push_back(simulated_sensor(*device, **sensor, description.seed));
-    }
+    simulated.robots.push_back(body_of(*device, frames.truth, findings));
+    add_simulated(*device, simulated);
   }
   BuiltCell built;
   for (const ObjectEntry& entry : description.objects) {
@@ -360,6 +340,7 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
     if (const auto* sensor = std::get_if<SensorModel>(&device->model)) add_sensor(*device, *sensor, devices, built);
     if (const auto* tool = std::get_if<ToolModel>(&device->model)) add_tool(*device, *tool, built);
   }
+  set_tools(simulated, built);
   warnings.append(findings);
   return built;
 }

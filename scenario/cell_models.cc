@@ -96,18 +96,10 @@ std::shared_ptr<const kinematics::RobotModel> robot_of(const DeviceModel& model)
   return std::visit([](const auto& description) { return description->robot; }, model);
 }
 
-MassPoint operator+(const MassPoint& a, const MassPoint& b) {
-  const double mass = a.mass + b.mass;
-  if (mass <= 0.0) return {};
-  return {mass, (a.mass * a.p + b.mass * b.p) / mass};
-}
-
-MassPoint transformed(const Eigen::Isometry3d& X, const MassPoint& m) { return {m.mass, X * m.p}; }
-
-MassPoint mass_below(const kinematics::RobotModel& model, const std::string& link) {
+device::PayloadSetting mass_below(const kinematics::RobotModel& model, const std::string& link) {
   // Links come parents first, so one pass knows the pose of every link below.
   std::map<std::string, Eigen::Isometry3d> poses{{link, Eigen::Isometry3d::Identity()}};
-  MassPoint sum;
+  device::PayloadSetting sum;
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     const kinematics::Link& body = model.links[i];
     if (i > 0) {
@@ -117,7 +109,7 @@ MassPoint mass_below(const kinematics::RobotModel& model, const std::string& lin
     }
     const auto pose = poses.find(body.name);
     if (pose == poses.end() || !body.inertial) continue;
-    sum = sum + MassPoint{body.inertial->mass, pose->second * body.inertial->X_LC.translation()};
+    sum = device::combine(sum, {body.inertial->mass, pose->second * body.inertial->X_LC.translation()});
   }
   return sum;
 }

@@ -41,14 +41,7 @@ struct LoadedDevice {
 /// The URDF of a device.
 [[nodiscard]] std::shared_ptr<const kinematics::RobotModel> robot_of(const DeviceModel& model);
 
-/// Mass and centre of mass of part of a model.
-struct MassPoint {
-  double mass = 0.0;                            ///< kg
-  Eigen::Vector3d p = Eigen::Vector3d::Zero();  ///< m, in the frame that the function names
-};
-[[nodiscard]] MassPoint operator+(const MassPoint& a, const MassPoint& b);
-[[nodiscard]] MassPoint transformed(const Eigen::Isometry3d& X, const MassPoint& m);
-/// Of a link and all that hangs below it, joints at zero, in that link's frame.
-[[nodiscard]] MassPoint mass_below(const kinematics::RobotModel& model, const std::string& link);
+/// Mass and centre of mass of a link and all that hangs below it, joints at zero, in that link's frame; no inertia.
+[[nodiscard]] device::PayloadSetting mass_below(const kinematics::RobotModel& model, const std::string& link);
 
 }  // namespace takt::scenario

@@ -15,10 +15,10 @@ namespace takt::scenario {
 
 /// What came of one expectation.
 struct ExpectationResult {
-  std::string name, kind;
+  std::string name = {}, kind = {};
   bool passed = false;
-  std::string measured;  ///< for people: value, unit, bound
-  double value = 0.0;    ///< what was measured, in the unit of `measured`
+  std::string measured = {};  ///< for people: value, unit, bound
+  double value = 0.0;         ///< what was measured, in the unit of `measured`
 };
 
 /// What expectations may look at when a run has ended.

@@ -52,7 +52,9 @@ Findings RunFilm::add_cycle(const std::string& step, const command::Biases& bias
     step_ = step;
     const auto& cuts = description_.film.cuts;
     const auto cut = std::ranges::find(cuts, step, &FilmEntry::Cut::step);
-    if (cuts_ && cut != cuts.end()) film_.cut_to(cut->camera);
+    if (cuts_ && cut != cuts.end()) {
+      if (auto shown = film_.set_camera(cut->camera); !shown) return std::move(shown.error());
+    }
   }
   if (built_.world->time() < film_.next_time()) return {};
   sim::Overlay overlay;

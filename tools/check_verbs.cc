@@ -1,4 +1,6 @@
 // validate, verify, list: whole files and folders of them.
+#include <unistd.h>
+
 #include <algorithm>
 #include <memory>
 
@@ -153,7 +155,7 @@ Verified verify_one(const std::filesystem::path& file, const Common& common) {
   return verified;
 }
 
-Json to_json(const Verified& verified) {
+Json describe(const Verified& verified) {
   Json json{{"file", verified.file.string()}, {"status", verified.status}, {"run", to_json(verified.run)}};
   if (verified.golden) json["golden"] = record::to_json(*verified.golden);
   json["findings"] = to_json(verified.findings);
@@ -170,7 +172,7 @@ int verify(const std::vector<std::string>& paths, const Common& common) {
   for (const auto& file : files) {
     const Verified verified = verify_one(file, common);
     status = std::max(status, verified.status);
-    results.push_back(to_json(verified));
+    results.push_back(describe(verified));
     fmt::print(stderr, "{}", verified.findings.to_string());
     if (common.json) continue;
     fmt::print("{}", to_text(verified.run, verified.file.string()));

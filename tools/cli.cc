@@ -20,7 +20,10 @@ std::filesystem::path find_root() {
   std::error_code error;
   std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
   while (!folder.empty() && folder != folder.root_path()) {
-    if (std::filesystem::is_directory(folder / "models", error)) return folder;
+    if (std::filesystem::is_directory(folder / "models", error) &&
+        std::filesystem::is_directory(folder / "scenarios", error)) {
+      return folder;
+    }
     folder = folder.parent_path();
   }
   return std::filesystem::current_path();
