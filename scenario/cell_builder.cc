@@ -113,7 +113,8 @@ kinematics::JointVector start_of(const LoadedDevice& device, const device::ArmDe
 sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) {
   if (!device.on) return {"", truth.pose(device.entry->name).value_or(Eigen::Isometry3d::Identity())};
   const std::string& carrier = device.on->entry->name;
-  if (const auto* arm = std::get_if<ArmModel>(&device.on->model)) return {carrier + "/" + (*arm)->flange_link, {}};
+  if (const auto* arm = std::get_if<ArmModel>(&device.on->model))
+    return {carrier + "/" + (*arm)->flange_link, Eigen::Isometry3d::Identity()};
   const auto& sensor = std::get<SensorModel>(device.on->model);
   return {carrier + "/" + sensor->measuring_link, sensor->X_MS.inverse() * sensor->X_MT};
 }

@@ -27,8 +27,6 @@ struct RunArguments {
   std::uint64_t seed = 0;
   CLI::Option* seed_option = nullptr;
   std::vector<std::string> sets;
-  std::string site;
-  std::vector<std::string> backends;
 };
 
 bool parse_size(const std::string& text, scenario::RunOptions& options) {
