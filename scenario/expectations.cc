@@ -211,7 +211,7 @@ class StepExpectation final : public Expectation {
 class RepeatsExpectation final : public Expectation {
  public:
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
-    if (!outcome.run_again) return {.passed = true, .measured = "this is the second run"};
+    if (!outcome.run_again) return {.passed = true, .measured = "not run a second time"};
     const std::string second = outcome.run_again();
     ExpectationResult result;
     result.passed = second == outcome.digest;

@@ -46,6 +46,7 @@ std::string_view name_of(Verdict verdict) {
       return "passed";
     case Verdict::kFailed:
       return "failed";
+    case Verdict::kRefused:
     case Verdict::kError:
       return "error";
     case Verdict::kInterrupted:
@@ -107,7 +108,11 @@ class Session::Run {
   RunReport execute() {
     start_ = Clock::now();
     session_.built_.world->set_profiling(options_.measure_times);
-    if (open_products()) loop();
+    if (!open_products()) {
+      report_.verdict = Verdict::kRefused;
+      return std::move(report_);
+    }
+    loop();
     close_products();
     finish();
     return std::move(report_);
@@ -220,12 +225,13 @@ class Session::Run {
     report_.estimates = variables_.estimates;
     measure_core();
     report_.findings.append(runner_.findings());
+    const bool held = judge();
     if (cancelled_) {
       report_.verdict = Verdict::kInterrupted;
     } else if (report_.findings.has_errors()) {
       report_.verdict = Verdict::kError;
     } else {
-      judge();
+      report_.verdict = held ? Verdict::kPassed : Verdict::kFailed;
     }
     report_.findings.set_file(session_.description_.file.string());
   }
@@ -244,15 +250,17 @@ class Session::Run {
     }
   }
 
-  void judge() {
+  /// Judges all expectations, also those of a run that broke off: they say how far it came.
+  bool judge() {
     Outcome outcome{session_.built_, variables_, steps_begun_, report_.sim_time, report_.digest, {}};
-    if (!session_.second_run_) outcome.run_again = [this] { return second_digest(); };
+    const bool whole = !cancelled_ && !report_.findings.has_errors();
+    if (!session_.second_run_ && whole) outcome.run_again = [this] { return second_digest(); };
     bool all = true;
     for (const auto& expectation : session_.expectations_) {
       report_.expectations.push_back(expectation->judge(outcome));
       all = all && report_.expectations.back().passed;
     }
-    report_.verdict = all ? Verdict::kPassed : Verdict::kFailed;
+    return all;
   }
 
   std::string second_digest() const {

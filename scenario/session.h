@@ -30,7 +30,8 @@ struct RunOptions {
   std::function<void(double sim_time, double planned, const std::string& step)> progress;
 };
 
-enum class Verdict { kPassed, kFailed, kError, kInterrupted };
+/// kRefused: an option of the run was wrong and nothing has moved; kError: the run broke off.
+enum class Verdict { kPassed, kFailed, kRefused, kError, kInterrupted };
 [[nodiscard]] std::string_view name_of(Verdict verdict);
 
 /// Wall time of a run by part, s. What the parts do beside the run loop (drawing, encoding, writing) is CPU time.

@@ -173,7 +173,7 @@ int verify(const std::vector<std::string>& paths, const Common& common) {
     const Verified verified = verify_one(file, common);
     status = std::max(status, verified.status);
     results.push_back(describe(verified));
-    fmt::print(stderr, "{}", verified.findings.to_string());
+    fmt::print(stderr, "{}{}", verified.run.findings.to_string(), verified.findings.to_string());
     if (common.json) continue;
     fmt::print("{}", to_text(verified.run, verified.file.string()));
     if (verified.golden) fmt::print("{}", record::to_text(*verified.golden));

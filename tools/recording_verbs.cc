@@ -60,7 +60,7 @@ int bless(const BlessArguments& arguments, const Common& common) {
   options.record = recording;
   const scenario::RunReport run = (*session)->run(options);
   if (run.verdict != scenario::Verdict::kPassed) {
-    fmt::print(stderr, "{}", to_text(run, arguments.scenario));
+    fmt::print(stderr, "{}{}", to_text(run, arguments.scenario), run.findings.to_string());
     Findings findings;
     findings.add({Severity::kError, arguments.scenario, {}, "this run does not hold, so it is not blessed", {}});
     (void)report(findings, common);

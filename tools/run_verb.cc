@@ -109,10 +109,10 @@ int run(const RunArguments& arguments, const Common& common) {
   if (terminal) options.progress = show_progress;
   const scenario::RunReport report = (*session)->run(options);
   if (terminal) fmt::print(stderr, "\r\033[K");
+  fmt::print(stderr, "{}", report.findings.to_string());
   if (common.json) {
     print(to_json(report));
-    fmt::print(stderr, "{}", report.findings.to_string());
-  } else {
+  } else if (report.verdict != scenario::Verdict::kRefused) {
     fmt::print("{}", to_text(report, (*session)->description().title));
   }
   return exit_status(report.verdict);
@@ -134,6 +134,8 @@ int exit_status(scenario::Verdict verdict) {
       return kHeld;
     case scenario::Verdict::kFailed:
       return kNotHeld;
+    case scenario::Verdict::kRefused:
+      return kBadInput;
     case scenario::Verdict::kError:
       return kFault;
     case scenario::Verdict::kInterrupted:
@@ -184,7 +186,6 @@ std::string to_text(const scenario::RunReport& report, const std::string& title)
   for (const auto& result : report.expectations) {
     text += fmt::format("  {} {:<28} {}\n", result.passed ? "ok  " : "FAIL", result.name, result.measured);
   }
-  text += report.findings.to_string();
   text += fmt::format("  {:.3f} s simulated in {:.3f} s ({:.1f} times real time), {} cycles, digest {}\n",
                       report.sim_time, report.wall_time,
                       report.wall_time > 0 ? report.sim_time / report.wall_time : 0.0, report.cycles, report.digest);

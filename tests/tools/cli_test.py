@@ -1,0 +1,296 @@
+#!/usr/bin/env python3
+"""The command line from outside: exit status, JSON, and clear errors for bad input, all at once, before anything moves."""
+import copy
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+TAKT = pathlib.Path(sys.argv.pop(1)).resolve()
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+TOUCH = json.loads((ROOT / "scenarios/touch.json").read_text())
+
+
+def takt(*arguments, timeout=300):
+    return subprocess.run([str(TAKT), *map(str, arguments)], capture_output=True, text=True, timeout=timeout, cwd=ROOT)
+
+
+def step(document, name):
+    return next(one for one in document["program"]["steps"] if one.get("name") == name)
+
+
+class WithFolder(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.path = pathlib.Path(self.folder.name)
+        self.addCleanup(self.folder.cleanup)
+
+    def write(self, content, name="bad.json"):
+        file = self.path / name
+        file.write_bytes(content if isinstance(content, bytes) else json.dumps(content).encode())
+        return file
+
+
+class Verbs(WithFolder):
+    def test_run_reports_what_tools_rely_on(self):
+        run = takt("run", "scenarios/touch.json", "--json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        report = json.loads(run.stdout)
+        for key in ("result", "sim_time", "wall_time", "cycles", "digest", "expectations", "timing"):
+            self.assertIn(key, report)
+        self.assertEqual(report["result"], "passed")
+        for one in report["expectations"]:
+            self.assertTrue({"name", "passed", "measured"} <= one.keys())
+        for part in ("physics", "controller", "core", "digest", "rendering", "recording"):
+            self.assertIn(part, report["timing"])
+
+    def test_seeds_move_the_block_and_repeat(self):
+        digests = {}
+        for seed in (2, 3, 2):
+            run = takt("run", "scenarios/touch.json", "--json", "--seed", seed)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            digest = json.loads(run.stdout)["digest"]
+            self.assertEqual(digests.setdefault(seed, digest), digest)
+        self.assertNotEqual(digests[2], digests[3])
+
+    def test_ten_times_the_speed_breaks_the_force_bound(self):
+        fast = copy.deepcopy(TOUCH)
+        for one in fast["program"]["steps"]:
+            if "velocity_m_s" in one:
+                one["velocity_m_s"] = 0.05
+        run = takt("run", self.write(fast, "fast.json"), "--json")
+        self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
+        failed = [one["name"] for one in json.loads(run.stdout)["expectations"] if not one["passed"]]
+        self.assertIn("touched gently", failed)
+
+    def test_recording_is_compared_rendered_and_blessed(self):
+        a, b = self.path / "a.mcap", self.path / "b.mcap"
+        short = copy.deepcopy(TOUCH)
+        short["program"]["steps"] = short["program"]["steps"][:2]
+        short["expectations"] = []
+        short["film"]["cuts"] = []
+        file = self.write(short, "short.json")
+        self.assertEqual(takt("run", file, "--record", a).returncode, 0)
+        self.assertEqual(takt("run", file, "--record", b).returncode, 0)
+        same = takt("compare", a, b, "--json")
+        self.assertEqual(same.returncode, 0, same.stdout + same.stderr)
+        self.assertTrue(json.loads(same.stdout)["identical"])
+        self.assertEqual(takt("run", file, "--record", b, "--set", "/program/steps/0/speed=0.2").returncode, 0)
+        page = self.path / "report.html"
+        self.assertEqual(takt("compare", a, b, "--report", page).returncode, 1)
+        self.assertGreater(page.stat().st_size, 1000)
+        video = self.path / "film.mp4"
+        film = takt("render", a, "--video", video, "--size", "320x180", "--fps", 10)
+        self.assertEqual(film.returncode, 0, film.stderr)
+        self.assertGreater(video.stat().st_size, 1000)
+        blessed = takt("bless", file, "--reason", "a test")
+        self.assertEqual(blessed.returncode, 0, blessed.stdout + blessed.stderr)
+        self.assertEqual(takt("verify", file).returncode, 0)
+        slow = copy.deepcopy(short)
+        slow["program"]["steps"][0]["speed"] = 0.2
+        self.write(slow, "short.json")
+        self.assertEqual(takt("verify", file).returncode, 1)
+
+    def test_film_has_the_pictures_of_its_time(self):
+        short = copy.deepcopy(TOUCH)
+        short["program"]["steps"] = short["program"]["steps"][:1]
+        short["expectations"] = []
+        short["film"]["cuts"] = []
+        video = self.path / "film.mp4"
+        run = takt("run", self.write(short, "short.json"), "--video", video, "--size", "320x180", "--json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        report = json.loads(run.stdout)
+        probe = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries",
+                                "stream=codec_name,width,height,nb_read_frames,r_frame_rate", "-of", "json", str(video)],
+                               capture_output=True, text=True, check=True)
+        stream = json.loads(probe.stdout)["streams"][0]
+        self.assertEqual((stream["codec_name"], stream["width"], stream["height"], stream["r_frame_rate"]),
+                         ("h264", 320, 180, "25/1"))
+        self.assertEqual(int(stream["nb_read_frames"]), report["frames"])
+        self.assertAlmostEqual(report["frames"] / 25, report["sim_time"], delta=0.1)
+
+    def test_dry_run_and_validate_move_nothing(self):
+        dry = takt("run", "scenarios/touch.json", "--dry-run", "--json")
+        self.assertEqual(dry.returncode, 0)
+        self.assertEqual(json.loads(dry.stdout)["result"], "valid")
+        self.assertEqual(takt("validate", "scenarios/touch.json", "models/lwr4plus").returncode, 0)
+
+    def test_model_gives_kinematics(self):
+        q = [0, -0.5236, 0, 1.5708, 0, -1.0472, 0]
+        forward = takt("model", "lwr4plus", "--fk", ",".join(map(str, q)), "--json")
+        self.assertEqual(forward.returncode, 0, forward.stderr)
+        report = json.loads(forward.stdout)
+        pose = report["pose"]
+        self.assertAlmostEqual(pose[0][3], 0.538, delta=1e-3)
+        self.assertAlmostEqual(report["mass"], 16.0, delta=0.48)
+        w = [pose[0][3], pose[1][3], pose[2][3], 0, 1, 0, 0]  # home points the flange straight down
+        inverse = takt("model", "lwr4plus", "--ik", ",".join(map(str, w)), "--json")
+        self.assertEqual(inverse.returncode, 0, inverse.stderr)
+        self.assertGreater(len(json.loads(inverse.stdout)["solutions"]), 0)
+
+    def test_list_and_primitives(self):
+        self.assertIn("touch.json", takt("list").stdout)
+        everything = json.loads(takt("primitives", "--json").stdout)["primitives"]
+        self.assertIn("PathClock", [one["type"] for one in everything])
+        for one in everything:
+            self.assertTrue(one["doc"], one["type"])
+        self.assertEqual(takt("primitives", "PathClok").returncode, 2)
+
+    def test_first_interrupt_ends_gracefully(self):
+        record = self.path / "a.mcap"
+        process = subprocess.Popen([str(TAKT), "run", str(ROOT / "scenarios/touch.json"), "--realtime", "--record", str(record)],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT)
+        time.sleep(1.5)
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130)
+        self.assertEqual(takt("compare", record, record).returncode, 0)
+
+    def test_killed_run_leaves_a_readable_recording(self):
+        record = self.path / "a.mcap"
+        process = subprocess.Popen([str(TAKT), "run", str(ROOT / "scenarios/touch.json"), "--realtime", "--record", str(record)],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=ROOT)
+        time.sleep(3.0)
+        process.kill()
+        process.wait()
+        compared = takt("compare", record, record, "--json")
+        self.assertEqual(compared.returncode, 0, compared.stdout + compared.stderr)
+        self.assertGreater(json.loads(compared.stdout)["cycles_a"], 0)
+
+
+class BadInput(WithFolder):
+    """Exit status 2, and a line that names file, place and what is allowed."""
+
+    def refuse(self, content, *wanted, name="bad.json"):
+        file = content if isinstance(content, pathlib.Path) else self.write(content, name)
+        for verb in ("validate", "run"):
+            result = takt(verb, file)
+            self.assertEqual(result.returncode, 2, f"{verb}: {result.stdout}{result.stderr}")
+            for text in (file.name, *wanted):
+                self.assertIn(text, result.stderr)
+        return result.stderr
+
+    def changed(self, change):
+        document = copy.deepcopy(TOUCH)
+        change(document)
+        return document
+
+    def test_typo_in_a_key(self):
+        self.refuse(self.changed(lambda d: d["objects"]["block"].update(szie_m=[1, 1, 1])), "/objects/block/szie_m",
+                    "did you mean 'size_m'?")
+
+    def test_unknown_model(self):
+        self.refuse(self.changed(lambda d: d["devices"]["arm"].update(model="lwr4pus")), "/devices/arm/model", "lwr4plus")
+
+    def test_unknown_step_and_condition(self):
+        def change(document):
+            document["program"]["steps"][0]["do"] = "pttp"
+            step(document, "touch the top")["until"] = {"sensor": "wirst", "above_N": 5}
+        self.refuse(self.changed(change), "/program/steps/0/do", "did you mean 'ptp'?", "did you mean 'wrist'?")
+
+    def test_all_errors_at_once(self):
+        def change(document):
+            document["seed"] = -1
+            document["devices"]["arm"]["at"]["position_m"] = [0, 0]
+            document["objects"]["block"]["size_m"][1] = 0
+            document["cameras"]["overview"]["fovy_deg"] = 400
+            document["film"]["camera"] = "nowhere"
+        text = self.refuse(self.changed(change), "/seed", "/devices/arm/at/position_m", "/objects/block/size_m/1",
+                           "/cameras/overview/fovy_deg", "/film/camera")
+        self.assertEqual(text.count("error:"), 5)
+
+    def test_bad_pose(self):
+        self.refuse(self.changed(lambda d: d["devices"]["arm"]["at"].update(quaternion=[1, 1, 0, 0])),
+                    "/devices/arm/at/quaternion", "unit quaternion")
+
+    def test_unknown_frame(self):
+        self.refuse(self.changed(lambda d: d["objects"]["block"]["at"].update({"in": "chukc"})), "/objects/block/at/in",
+                    "did you mean 'chuck'?")
+
+    def test_frames_in_a_circle(self):
+        self.refuse(self.changed(lambda d: d["objects"]["chuck"]["at"].update({"in": "block"})), "/objects/chuck/at/in")
+
+    def test_duplicate_name_and_key(self):
+        self.refuse(self.changed(lambda d: d["objects"].update(arm=d["objects"]["block"])), "/objects/arm", "used twice")
+        self.refuse(b'{"seed": 1, "seed": 2}', "/seed", "twice")
+
+    def test_unreachable_goal(self):
+        self.refuse(self.changed(lambda d: d["program"]["steps"][0].update(to={"in": "world", "position_m": [5, 0, 1]})),
+                    "/program/steps/0/to", "reach")
+
+    def test_goal_beyond_a_joint_limit(self):
+        goal = {"joints_deg": [0, 130, 0, 0, 0, 0, 0]}
+        self.refuse(self.changed(lambda d: d["program"]["steps"][0].update(to=goal)), "/program/steps/0/to", "a2")
+
+    def test_start_beyond_a_joint_limit(self):
+        self.refuse(self.changed(lambda d: d["devices"]["arm"].update(start_deg=[0, 130, 0, 0, 0, 0, 0])),
+                    "/devices/arm/start_deg/1")
+
+    def test_contact_that_nobody_records(self):
+        self.refuse(self.changed(lambda d: step(d, "fit the pose").update(contacts=["topp", "a", "b", "c"])),
+                    "/contacts/0", "did you mean 'top'?")
+
+    def test_deep_empty_truncated_binary(self):
+        self.refuse(b"[" * 100_000 + b"]" * 100_000, "deeper than 64")
+        self.refuse(b"", "empty")
+        self.refuse(json.dumps(TOUCH).encode()[:300], "parse error")
+        self.refuse(bytes(range(256)), "error:")
+        self.refuse(b'{"seed": NaN}', "parse error")
+        self.refuse(b'{"seed": 1e999}', "error:")
+        self.refuse(b"[]", "error:")
+
+    def test_missing_file_and_folder(self):
+        self.refuse(self.path / "nothing.json", "no such file")
+
+    def test_path_out_of_the_tree(self):
+        self.refuse(self.changed(lambda d: d["devices"]["arm"].update(model="../models/lwr4plus")), "/devices/arm/model")
+        self.refuse(self.changed(lambda d: d["objects"]["table"].update(model="/etc")), "/objects/table/model")
+
+    def test_missing_mesh(self):
+        model = self.path / "models" / "broken"
+        model.mkdir(parents=True)
+        urdf = (ROOT / "models/lwr4plus/lwr4plus.urdf").read_text()
+        (model / "lwr4plus.urdf").write_text(urdf)
+        (model / "device.json").write_text((ROOT / "models/lwr4plus/device.json").read_text())
+        file = self.write(self.changed(lambda d: d["devices"]["arm"].update(model="broken")))
+        result = takt("run", file, "--models", self.path / "models")
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("mesh", result.stderr)
+
+    def test_usage(self):
+        for arguments in (["run"], ["dance"], [], ["run", "scenarios/touch.json", "--size", "big"],
+                          ["run", "scenarios/touch.json", "--set", "seed=2"], ["run", "scenarios/touch.json", "--sed", "2"],
+                          ["model", "lwr4plus", "--fk", "1,2"], ["model", "lwr4plus", "--ik", "0,0,0,2,0,0,0"],
+                          ["run", "scenarios/touch.json", "--set", "/nowhere/at/all=2"]):
+            result = takt(*arguments)
+            self.assertEqual(result.returncode, 2, f"{arguments}: {result.stdout}{result.stderr}")
+            self.assertIn("error:", result.stderr, arguments)
+        for arguments in (["--help"], ["run", "--help"], ["--version"]):
+            self.assertEqual(takt(*arguments).returncode, 0)
+
+    def test_errors_as_json(self):
+        result = takt("run", self.write(b"{}"), "--json")
+        self.assertEqual(result.returncode, 2)
+        report = json.loads(result.stdout)
+        self.assertEqual(report["result"], "error")
+        self.assertTrue(all(one["message"] for one in report["findings"]))
+
+    def test_film_that_cannot_be_written(self):
+        result = takt("run", "scenarios/touch.json", "--video", "/nowhere/film.mp4")
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("film.mp4", result.stderr)
+        result = takt("run", "scenarios/touch.json", "--camera", "clsoe", "--video", self.path / "a.mp4")
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("close", result.stderr)
+        result = takt("run", "scenarios/touch.json", "--record", "/nowhere/a.mcap")
+        self.assertEqual(result.returncode, 2, result.stderr)
+
+
+if __name__ == "__main__":
+    os.environ.pop("TAKT_ROOT", None)
+    unittest.main(verbosity=1)
