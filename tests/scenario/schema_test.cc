@@ -1,0 +1,341 @@
+// The schema of scenario files and the code that reads them agree: what one refuses, so does the other; and every
+// scenario, and the example of the documentation, is accepted by both.
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <ostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validator.hpp>
+
+#include "core/activity/program.h"
+#include "scenario/cell_builder.h"
+#include "scenario/description.h"
+#include "scenario/expectations.h"
+#include "scenario/session.h"
+
+namespace takt::scenario {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+class ScenarioSchema {
+ public:
+  ScenarioSchema() {
+    valijson::SchemaParser(valijson::SchemaParser::kDraft7)
+        .populateSchema(valijson::adapters::NlohmannJsonAdapter(text_), schema_);
+  }
+  bool accepts(const Json& json) const {
+    return valijson::Validator().validate(schema_, valijson::adapters::NlohmannJsonAdapter(json), nullptr);
+  }
+
+ private:
+  Json text_ = Json::parse(text_of("schemas/scenario.schema.json"));
+  valijson::Schema schema_;
+};
+
+const ScenarioSchema& schema() {
+  static const ScenarioSchema schema;
+  return schema;
+}
+
+const device::ModelLibrary& models() {
+  static const device::ModelLibrary library({"models"});
+  return library;
+}
+
+/// Uses every key there is at least once.
+constexpr const char* kEverything = R"({
+  "$schema": "x", "comment": ["any", 1], "title": "t", "description": "d", "seed": 7, "time_limit_s": 10,
+  "program_latency_cycles": 0, "plant_mass_scale": 1.1,
+  "frames": {"a": {"in": "b", "position_m": [1, 0, 0], "rpy_deg": [0, 0, 90]}, "b": {"quaternion": [1, 0, 0, 0]}},
+  "devices": {
+    "arm": {"model": "lwr4plus", "at": {"comment": "here", "in": "world"}, "payload_error_kg": -0.1,
+            "start_deg": [0, -30, 0, 90, 0, -60, 0]},
+    "wrist": {"model": "ft_gamma", "on": "arm"},
+    "probe": {"model": "probe_ball", "on": "wrist"}
+  },
+  "objects": {
+    "table": {"model": "table", "at": {"position_m": [0.8, 0, -0.75]}, "fixed": true},
+    "stack": {"parts": [
+        {"shape": "cylinder", "radius_m": 0.02, "length_m": 0.05, "position_m": [0, 0, 0.1]},
+        {"shape": "capsule", "radius_m": 0.02, "length_m": 0.05, "rpy_deg": [90, 0, 0]},
+        {"shape": "sphere", "radius_m": 0.03, "quaternion": [1, 0, 0, 0]}],
+      "at": {"in": "a"}, "rgba": [1, 0, 0.5, 1], "friction": 0},
+    "block": {"shape": "box", "size_m": [0.1, 0.06, 0.05], "at": {"in": "world", "position_m": [0.56, 0, 0.3]},
+      "vary": {"radius_m": 0.01, "position_m": [0, 0, 0.01], "rpy_deg": [0, 0, 5]}, "fixed": false, "mass_kg": 2}
+  },
+  "cameras": {
+    "c": {"at": {"position_m": [2, 0, 1]}, "look_at": {"in": "block"}, "fovy_deg": 30},
+    "down": {"at": {"in": "block", "position_m": [0, 0, 1]}}
+  },
+  "film": {"camera": "c", "inset": "down", "force_sensor": "wrist", "force_limit_N": 20,
+           "cuts": [{"step": "touch", "camera": "down"}]},
+  "program": {"do": "sequence", "name": "all", "times": 2, "steps": [
+    {"do": "ptp", "to": "home", "arm": "arm", "speed": 0.5, "acceleration": 1},
+    {"do": "ptp", "to": {"joints_deg": [0, -30, 0, 90, 0, -60, 0]}},
+    {"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 0.1], "rpy_deg": [180, 0, 0]},
+     "until": {"any": [{"not": {"sensor": "wrist", "below_N": 5}},
+                       {"all": [{"sensor": "wrist", "quantity": "torque_x", "above_Nm": 1}]}]}, "on_end": "continue"},
+    {"do": "tare", "sensor": "wrist", "cycles": 100},
+    {"do": "lin", "name": "touch", "to": {"by_m": [0, 0, -0.05], "in": "tcp", "by_rpy_deg": [0, 0, 1]},
+     "velocity_m_s": 0.01, "until": {"sensor": "wrist", "quantity": "force_z", "above_N": 5}},
+    {"do": "record_contact", "arm": "arm", "as": "top"},
+    {"do": "fit_pose", "object": "block", "as": "found", "contacts": ["top"], "free": ["z"], "max_residual_m": 0.01},
+    {"do": "wait", "name": "pause", "seconds": 0}
+  ]},
+  "expectations": [
+    {"name": "n", "kind": "estimate", "estimate": "found", "of": "block", "position_within_m": 1, "angle_within_deg": 1},
+    {"kind": "object_pose", "object": "block", "in": "world", "position_m": [0, 0, 0], "rpy_deg": [0, 0, 0],
+     "position_within_m": 5, "angle_within_deg": 5},
+    {"kind": "contact_force", "between": ["probe", "block"], "below_N": 15, "at_least_N": 0},
+    {"kind": "peak_force", "sensor": "wrist", "below_N": 100},
+    {"kind": "limits", "arm": "arm"}, {"kind": "duration", "below_s": 60}, {"kind": "step", "step": "touch"},
+    {"kind": "repeats"}
+  ]
+})";
+
+/// What takt's own readers say of a file. Program and expectations are read against a cell, that of kEverything.
+Findings findings_of(const Json& json) {
+  const auto description = parse_description(json.dump());
+  if (!description) return description.error();
+  static Findings warnings;
+  static auto built = build_cell(*parse_description(kEverything), models(), false, warnings);
+  if (!built) return built.error();
+  const auto program = activity::Program::parse(description->program, "/program", built->cell);
+  if (!program) return program.error();
+  const auto expectations = make_expectations(description->expectations, *built, *program);
+  return expectations ? Findings{} : expectations.error();
+}
+
+TEST(ScenarioSchema, EveryKeyThereIsIsKnownToBoth) {
+  const Json everything = Json::parse(kEverything);
+  EXPECT_TRUE(schema().accepts(everything));
+  EXPECT_EQ(findings_of(everything).to_string(), "");
+}
+
+TEST(ScenarioSchema, TheLeastIsEnough) {
+  const Json least = Json::parse(R"({"program": {"do": "wait", "seconds": 1}})");
+  EXPECT_TRUE(schema().accepts(least));
+  EXPECT_EQ(findings_of(least).to_string(), "");
+}
+
+/// One mistake in kEverything: `value` at `pointer`; null: what stands there is taken out.
+struct Mistake {
+  const char* pointer;
+  const char* value;
+};
+
+void PrintTo(const Mistake& mistake, std::ostream* out) {
+  *out << mistake.pointer << " = " << (mistake.value ? mistake.value : "nothing");
+}
+
+class ScenarioMistake : public testing::TestWithParam<Mistake> {};
+
+TEST_P(ScenarioMistake, IsRefusedByBoth) {
+  Json json = Json::parse(kEverything);
+  const Json::json_pointer pointer(GetParam().pointer);
+  if (GetParam().value) {
+    json[pointer] = Json::parse(GetParam().value);
+  } else {
+    json[pointer.parent_pointer()].erase(pointer.back());
+  }
+  EXPECT_FALSE(schema().accepts(json)) << "by the schema";
+  EXPECT_TRUE(findings_of(json).has_errors()) << "by takt";
+}
+
+constexpr Mistake kMistakes[] = {
+    // The whole.
+    {"/program", nullptr},
+    {"/program", "[]"},
+    {"/progam", "{}"},
+    {"/title", "3"},
+    {"/seed", "-1"},
+    {"/seed", "1.5"},
+    {"/seed", "\"1\""},
+    {"/time_limit_s", "0"},
+    {"/time_limit_s", "3601"},
+    {"/program_latency_cycles", "1001"},
+    {"/plant_mass_scale", "0.4"},
+    {"/plant_mass_scale", "2.1"},
+    {"/devices", "[]"},
+    {"/expectations", "{}"},
+    // Names and places.
+    {"/frames/world", "{}"},
+    {"/frames/x~1y", "{}"},
+    {"/frames/", "{}"},
+    {"/frames/a/position_m", "[1, 2]"},
+    {"/frames/a/position_m", "[1, 2, \"3\"]"},
+    {"/frames/a/quaternion", "[1, 0, 0, 0]"},
+    {"/frames/b/quaternion", "[1, 0, 0]"},
+    {"/frames/b/quaternion", "[2, 0, 0, 0]"},
+    {"/frames/a/xyz", "[0, 0, 0]"},
+    {"/frames/a/in", "null"},
+    // Devices.
+    {"/devices/arm/model", nullptr},
+    {"/devices/arm/model", "true"},
+    {"/devices/wrist/at", "{}"},
+    {"/devices/arm/start_deg", "90"},
+    {"/devices/arm/start_rad", "[0]"},
+    {"/devices/arm/payload_error_kg", "\"1\""},
+    {"/devices/arm/at/position", "[0, 0, 0]"},
+    // Objects.
+    {"/objects/block/at", nullptr},
+    {"/objects/block/shape", nullptr},
+    {"/objects/block/shape", "\"cube\""},
+    {"/objects/block/size_m", "[0, 1, 1]"},
+    {"/objects/block/size_m", nullptr},
+    {"/objects/block/radius_m", "1"},
+    {"/objects/table/shape", "\"box\""},
+    {"/objects/table/size_m", "[1, 1, 1]"},
+    {"/objects/stack/shape", "\"sphere\""},
+    {"/objects/stack/parts", "[]"},
+    {"/objects/stack/parts/0/length_m", nullptr},
+    {"/objects/stack/parts/1/radius_m", "-1"},
+    {"/objects/stack/parts/2/length_m", "1"},
+    {"/objects/stack/parts/2/rpy_deg", "[0, 0, 0]"},
+    {"/objects/stack/parts/2/mass_kg", "1"},
+    {"/objects/stack/rgba", "[1, 0, 0]"},
+    {"/objects/stack/rgba", "[1, 0, 0, 2]"},
+    {"/objects/stack/friction", "-0.1"},
+    {"/objects/block/mass_kg", "0"},
+    {"/objects/block/fixed", "1"},
+    {"/objects/block/vary/radius_m", "-0.01"},
+    {"/objects/block/vary/position_m", "[0, 0, -1]"},
+    {"/objects/block/vary/rpy_deg", "[0, 0, 181]"},
+    {"/objects/block/vary/yaw_deg", "5"},
+    // Cameras and film.
+    {"/cameras/c/at", nullptr},
+    {"/cameras/c/fovy_deg", "4"},
+    {"/cameras/c/fovy_deg", "121"},
+    {"/cameras/c/lookat", "{}"},
+    {"/film/camera", "1"},
+    {"/film/force_limit_N", "0"},
+    {"/film/cuts", "{}"},
+    {"/film/cuts/0/camera", nullptr},
+    {"/film/cuts/0/at", "1"},
+    {"/film/fps", "25"},
+    // Steps.
+    {"/program/do", nullptr},
+    {"/program/do", "\"parallel\""},
+    {"/program/steps", nullptr},
+    {"/program/times", "-1"},
+    {"/program/times", "0.5"},
+    {"/program/speed", "1"},
+    {"/program/steps/0", "\"home\""},
+    {"/program/steps/0/do", "\"jump\""},
+    {"/program/steps/0/name", "1"},
+    {"/program/steps/0/speed", "0"},
+    {"/program/steps/0/speed", "1.1"},
+    {"/program/steps/0/acceleration", "-1"},
+    {"/program/steps/0/velocity_m_s", "0.1"},
+    {"/program/steps/0/on_end", "\"continue\""},
+    {"/program/steps/2/on_end", "\"stop\""},
+    {"/program/steps/4/velocity_m_s", "0"},
+    {"/program/steps/4/until", "[]"},
+    // Goals.
+    {"/program/steps/0/to", nullptr},
+    {"/program/steps/0/to", "\"away\""},
+    {"/program/steps/0/to", "{}"},
+    {"/program/steps/0/to", "[0, 0, 0]"},
+    {"/program/steps/1/to/in", "\"world\""},
+    {"/program/steps/1/to/joints_deg", "[0, \"-30\"]"},
+    {"/program/steps/2/to/in", nullptr},
+    {"/program/steps/2/to/position_m", nullptr},
+    {"/program/steps/2/to/quaternion", "[1, 0, 0, 0]"},
+    {"/program/steps/4/to/by_m", "[0, 0]"},
+    {"/program/steps/4/to/rpy_deg", "[0, 0, 0]"},
+    // Conditions.
+    {"/program/steps/4/until/sensor", nullptr},
+    {"/program/steps/4/until/above_N", nullptr},
+    {"/program/steps/4/until/above_N", "\"5\""},
+    {"/program/steps/4/until/below_N", "5"},
+    {"/program/steps/4/until/above_Nm", "5"},
+    {"/program/steps/4/until/quantity", "\"torque_z\""},
+    {"/program/steps/4/until/quantity", "\"pressure\""},
+    {"/program/steps/2/until/any", "[]"},
+    {"/program/steps/2/until/all", "[]"},
+    {"/program/steps/2/until/any/0/not", "true"},
+    {"/program/steps/2/until/any/1/all/0/above_N", "1"},
+    // The other steps.
+    {"/program/steps/3/cycles", "0"},
+    {"/program/steps/3/cycles", "100001"},
+    {"/program/steps/3/arm", "\"arm\""},
+    {"/program/steps/5/as", nullptr},
+    {"/program/steps/5/as", "1"},
+    {"/program/steps/6/object", nullptr},
+    {"/program/steps/6/as", nullptr},
+    {"/program/steps/6/contacts", nullptr},
+    {"/program/steps/6/contacts", "[1]"},
+    {"/program/steps/6/free", nullptr},
+    {"/program/steps/6/free", "[\"w\"]"},
+    {"/program/steps/6/max_residual_m", "0"},
+    {"/program/steps/7/seconds", nullptr},
+    {"/program/steps/7/seconds", "-1"},
+    {"/program/steps/7/seconds", "3601"},
+    // Expectations.
+    {"/expectations/0", "1"},
+    {"/expectations/0/kind", nullptr},
+    {"/expectations/0/kind", "\"hope\""},
+    {"/expectations/0/of", nullptr},
+    {"/expectations/0/estimate", nullptr},
+    {"/expectations/0/position_within_m", nullptr},
+    {"/expectations/0/angle_within_deg", "0"},
+    {"/expectations/1/quaternion", "[1, 0, 0, 0]"},
+    {"/expectations/1/object", nullptr},
+    {"/expectations/2/between", "[\"probe\"]"},
+    {"/expectations/2/below_N", nullptr},
+    {"/expectations/2/at_least_N", "-1"},
+    {"/expectations/3/sensor", nullptr},
+    {"/expectations/3/above_N", "1"},
+    {"/expectations/4/sensor", "\"wrist\""},
+    {"/expectations/5/below_s", "0"},
+    {"/expectations/6/step", nullptr},
+    {"/expectations/7/times", "2"},
+};
+INSTANTIATE_TEST_SUITE_P(Each, ScenarioMistake, testing::ValuesIn(kMistakes));
+
+TEST(ScenarioSchema, EveryScenarioFits) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator("scenarios")) {
+    const std::string name = entry.path().filename().string();
+    if (!name.ends_with(".json") || name.ends_with(".golden.json")) continue;
+    const Json json = Json::parse(text_of(entry.path()));
+    if (json.contains("primitives")) continue;  // a net
+    EXPECT_TRUE(schema().accepts(json)) << entry.path();
+    EXPECT_TRUE(read_description(entry.path()).has_value()) << entry.path();
+    ++count;
+  }
+  EXPECT_GT(count, 0);
+}
+
+/// The example that a reader copies: form, models, and a rehearsal of its program.
+TEST(ScenarioSchema, TheExampleOfTheDocumentationIsReadyToRun) {
+  const std::string page = text_of("docs/scenarios.md");
+  const std::size_t fence = page.find("```json\n");
+  ASSERT_NE(fence, std::string::npos);
+  const std::size_t begin = fence + 8;
+  const std::string example = page.substr(begin, page.find("```", begin) - begin);
+  EXPECT_TRUE(schema().accepts(Json::parse(example)));
+  auto description = parse_description(example);
+  ASSERT_TRUE(description.has_value()) << description.error().to_string();
+  const auto session = Session::create(std::move(*description), models());
+  ASSERT_TRUE(session.has_value()) << session.error().to_string();
+  EXPECT_EQ((*session)->warnings().to_string(), "");
+}
+
+}  // namespace
+}  // namespace takt::scenario
