@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdlib>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include <boost/lockfree/queue.hpp>
@@ -107,6 +108,7 @@ struct ControlCore::Impl {
   }
 
   void take_samples(std::int64_t k, Nanoseconds now);
+  void look_at_stops(std::int64_t k);
   void take_requests();
   void guard_and_hand_over(std::int64_t k);
   void digest_nets(std::int64_t k);
@@ -117,6 +119,8 @@ struct ControlCore::Impl {
   std::vector<std::unique_ptr<net::Resource>> owned;
   std::vector<device::Arm*> arms;  // by name
   std::vector<device::ForceTorqueSensor*> sensors;
+  std::vector<device::EmergencyStop*> emergency_stops;
+  std::optional<net::Cause> stop_cause;  // of stop_all(), for the next step
   ResourceTable resources;
   NetTable nets;
   EventBuffer events;
@@ -132,6 +136,18 @@ struct ControlCore::Impl {
 void ControlCore::Impl::take_samples(std::int64_t k, Nanoseconds now) {
   for (device::Arm* arm : arms) arm->begin_cycle(k, now);
   for (device::ForceTorqueSensor* sensor : sensors) sensor->begin_cycle(now);
+  for (device::EmergencyStop* stop : emergency_stops) stop->begin_cycle();
+}
+
+void ControlCore::Impl::look_at_stops(std::int64_t k) {
+  executor.allow_starts();
+  for (const device::EmergencyStop* stop : emergency_stops)
+    if (stop->latched())
+      executor.stop_arms({.code = net::Cause::Code::kDevice, .text = net::Text(stop->name()), .cycle = k}, k);
+  if (!stop_cause) return;
+  stop_cause->cycle = k;
+  executor.stop_all(*stop_cause, k);
+  stop_cause.reset();
 }
 
 void ControlCore::Impl::take_requests() {
@@ -184,6 +200,10 @@ void ControlCore::Impl::digest_devices() {
   };
   for (const device::Arm* arm : arms) take(*arm);
   for (const device::ForceTorqueSensor* sensor : sensors) take(*sensor);
+  for (const device::EmergencyStop* stop : emergency_stops) {
+    const std::array<std::uint64_t, 1> latched = {stop->latched()};
+    digest.take(number++, std::as_bytes(std::span(latched)));
+  }
   digest.take_added_blocks();
 }
 
@@ -203,6 +223,13 @@ device::ForceTorqueSensor& ControlCore::add(std::unique_ptr<device::ForceTorqueS
   impl_->keep(added.name(), std::move(sensor));
   impl_->sensors.push_back(&added);
   std::ranges::sort(impl_->sensors, {}, [](const device::ForceTorqueSensor* one) { return one->name(); });
+  return added;
+}
+
+device::EmergencyStop& ControlCore::add(std::unique_ptr<device::EmergencyStop> stop) {
+  device::EmergencyStop& added = *stop;
+  impl_->keep(added.name(), std::move(stop));
+  impl_->emergency_stops.push_back(&added);
   return added;
 }
 
@@ -282,6 +309,7 @@ void ControlCore::step() {
   if (core.options.digest) core.digest_nets(k);
   watch.lap(CyclePhase::kDigest);
   core.executor.end_finished(k);
+  core.look_at_stops(k);
   core.take_requests();
   core.rules.apply(k);
   watch.lap(CyclePhase::kRules);
@@ -294,6 +322,12 @@ void ControlCore::step() {
   core.statistics.events_dropped = core.events.dropped();
   core.cycle.store(k + 1, std::memory_order_relaxed);
 }
+
+void ControlCore::stop_all(net::Cause::Code code, std::string_view text) {
+  impl_->stop_cause = net::Cause{.code = code, .text = net::Text(text), .cycle = -1};
+}
+
+void ControlCore::count_overruns(std::int64_t late_cycles) { impl_->statistics.overruns += late_cycles; }
 
 std::int64_t ControlCore::cycle() const { return impl_->cycle.load(std::memory_order_relaxed); }
 Nanoseconds ControlCore::time() const { return cycle() * impl_->options.period; }

@@ -10,6 +10,7 @@
 #include "core/base/findings.h"
 #include "core/base/time.h"
 #include "core/device/arm.h"
+#include "core/device/emergency_stop.h"
 #include "core/device/force_torque_sensor.h"
 #include "core/net/compiled_net.h"
 #include "core/rcc/digest.h"
@@ -57,6 +58,8 @@ class ControlCore {
   /// A name that is taken is a programming error (abort).
   device::Arm& add(std::unique_ptr<device::Arm> arm);
   device::ForceTorqueSensor& add(std::unique_ptr<device::ForceTorqueSensor> sensor);
+  /// While one is latched, no net starts and nets that hold arms are aborted (row S4).
+  device::EmergencyStop& add(std::unique_ptr<device::EmergencyStop> stop);
   /// Any other resource that primitives may find by name.
   net::Resource& add(std::string name, std::unique_ptr<net::Resource> resource);
   [[nodiscard]] net::Environment& environment();
@@ -90,6 +93,11 @@ class ControlCore {
 
   // -- The cycle. Cycle thread. Realtime: cyclic. --------------------------------------------------------------------
   void step();
+  /// Ends every active net in the next step with this cause; their arms brake within their limits. No later request of
+  /// that step starts anything. For an overrun or a second Ctrl-C.
+  void stop_all(net::Cause::Code code, std::string_view text);
+  /// Counts cycles that began late; for the real-time clock.
+  void count_overruns(std::int64_t late_cycles);
   /// The next cycle to be run: 0 before the first step.
   [[nodiscard]] std::int64_t cycle() const;
   /// Time of the next cycle: cycle() * period.

@@ -95,6 +95,21 @@ void Executor::abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycl
   end(entry, cause, cycle);
 }
 
+void Executor::stop_arms(const net::Cause& cause, std::int64_t cycle) {
+  stopped_by_ = cause.text;
+  for (NetEntry* entry : active_) {
+    const bool holds_arm = std::ranges::any_of(entry->claims, [this](int p) { return resources_[p].arm != nullptr; });
+    if (holds_arm) abort(*entry, cause, cycle);
+  }
+  forget_ended();
+}
+
+void Executor::stop_all(const net::Cause& cause, std::int64_t cycle) {
+  stopped_by_ = cause.text;
+  for (NetEntry* entry : active_) abort(*entry, cause, cycle);
+  forget_ended();
+}
+
 void Executor::forget_ended() {
   std::erase_if(active_,
                 [](const NetEntry* entry) { return !is_active(entry->state.load(std::memory_order_relaxed)); });
@@ -112,6 +127,7 @@ void Executor::start(NetEntry& entry, std::int64_t cycle) {
 }
 
 std::optional<net::Text> Executor::refuse_start(const NetEntry& entry, const Transaction& transaction) const {
+  if (stopped_by_) return text("stopped by {}", stopped_by_->view());
   if (active_.size() == active_.capacity()) return text("too many nets are running");
   for (const int place : entry.claims) {
     const auto& wanted = resources_[place];

@@ -35,6 +35,12 @@ class Executor {
   /// Ends a net in which something went wrong: its devices stop (rows S2, L6).
   void abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
 
+  /// Aborts all nets that hold an arm, or all nets, and refuses every start of this cycle. Realtime: cyclic.
+  void stop_arms(const net::Cause& cause, std::int64_t cycle);
+  void stop_all(const net::Cause& cause, std::int64_t cycle);
+  /// A new cycle: starts are allowed until something stops.
+  void allow_starts() { stopped_by_ = {}; }
+
   /// Takes the nets that have ended off the list; after abort(), which may be called while the list is walked.
   void forget_ended();
 
@@ -51,6 +57,7 @@ class Executor {
   NetTable& nets_;
   ResourceTable& resources_;
   EventBuffer& events_;
+  std::optional<net::Text> stopped_by_;
   std::vector<NetEntry*> active_;  ///< by number; never grows beyond its capacity
 };
 

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <utility>
+
+#include "core/net/primitive.h"
+
+namespace takt::device {
+
+/// The latch of an emergency stop (row S4): it starts latched, latches again whenever its chain is not healthy, and is
+/// reset only by a rising edge of the reset signal while the chain is healthy. While it is latched no net may start and
+/// every net that holds an arm is aborted. Nothing resumes by itself.
+///
+/// Inputs may be set from any thread; they count from the next cycle on. The cycle thread calls begin_cycle().
+class EmergencyStop final : public net::Resource {
+ public:
+  static constexpr std::string_view kKind = "emergency_stop";
+
+  explicit EmergencyStop(std::string name) : name_(std::move(name)) {}
+
+  [[nodiscard]] std::string_view kind() const override { return kKind; }
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+  /// The chain of buttons, doors and enabling devices is closed. False before it is first set.
+  void set_healthy(bool healthy) { healthy_.store(healthy, std::memory_order_relaxed); }
+  /// The level of the reset button.
+  void set_reset(bool pressed) { reset_.store(pressed, std::memory_order_relaxed); }
+
+  /// Realtime: cyclic.
+  void begin_cycle() {
+    const bool healthy = healthy_.load(std::memory_order_relaxed), reset = reset_.load(std::memory_order_relaxed);
+    if (healthy && reset && !reset_before_) latched_ = false;
+    if (!healthy) latched_ = true;
+    reset_before_ = reset;
+  }
+  [[nodiscard]] bool latched() const { return latched_; }
+
+ private:
+  std::string name_;
+  std::atomic<bool> healthy_ = false, reset_ = false;
+  bool reset_before_ = true;  // a button that is stuck from the beginning gives no edge
+  bool latched_ = true;
+};
+
+}  // namespace takt::device

@@ -1,0 +1,65 @@
+#include "core/rcc/realtime_clock.h"
+
+#include <algorithm>
+#include <ctime>
+
+#include <pthread.h>
+#include <sys/mman.h>
+
+namespace takt::rcc {
+
+namespace {
+
+Nanoseconds now() {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return time.tv_sec * kSecond + time.tv_nsec;
+}
+
+void sleep_until(Nanoseconds instant) {
+  const timespec time{.tv_sec = instant / kSecond, .tv_nsec = instant % kSecond};
+  // A signal may end the sleep early; then the rest is slept.
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, nullptr) != 0) {
+  }
+}
+
+}  // namespace
+
+RealtimeClock::Granted RealtimeClock::prepare_thread() const {
+  Granted granted;
+  if (options_.priority > 0) {
+    const sched_param parameters{.sched_priority = options_.priority};
+    granted.realtime_scheduling = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
+  }
+  if (options_.lock_memory) granted.locked_memory = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  return granted;
+}
+
+void RealtimeClock::count(ControlCore& core, std::int64_t late_cycles) {
+  level_ = std::max<std::int64_t>(0, level_ - 1);
+  if (late_cycles == 0) return;
+  core.count_overruns(late_cycles);
+  level_ += options_.leak_cycles;
+  if (level_ < std::int64_t{options_.overrun_limit} * options_.leak_cycles) return;
+  core.stop_all(net::Cause::Code::kOverrun, "the cycle was late too often");
+  level_ = 0;
+}
+
+RealtimeClock::Granted RealtimeClock::run(ControlCore& core, const std::stop_token& stop,
+                                          const std::function<void(ControlCore&)>& after_step) {
+  const Granted granted = prepare_thread();
+  const Nanoseconds period = core.period();
+  Nanoseconds instant = now();
+  while (!stop.stop_requested()) {
+    core.step();
+    if (after_step) after_step(core);
+    instant += period;
+    const std::int64_t late_cycles = std::max<Nanoseconds>(0, now() - instant) / period;
+    instant += late_cycles * period;
+    count(core, late_cycles);
+    sleep_until(instant);
+  }
+  return granted;
+}
+
+}  // namespace takt::rcc

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <stop_token>
+
+#include "core/base/time.h"
+#include "core/rcc/control_core.h"
+
+namespace takt::rcc {
+
+/// Runs a control core in real time: one step per period of the monotonic clock, with absolute wake-ups. The other
+/// clock is lock-step: whoever owns the core calls step() as fast as he likes.
+///
+/// What the machine grants is taken: real-time scheduling and locked memory where permitted, else the clock runs
+/// without and says so. A wake-up that is a whole period late or more skips the instants it missed, so cycles are late
+/// but never bunched; each counts into a leaky counter. When that is full, all nets are stopped within their limits
+/// (cause kOverrun).
+class RealtimeClock {
+ public:
+  struct Options {
+    int priority = 80;        ///< of SCHED_FIFO; 0: leave the scheduling alone
+    bool lock_memory = true;  ///< no page of the process leaves memory
+    int overrun_limit = 5;    ///< this many overruns, less one for each leak_cycles, stop the nets
+    int leak_cycles = 1000;
+  };
+  struct Granted {
+    bool realtime_scheduling = false;
+    bool locked_memory = false;
+  };
+
+  explicit RealtimeClock(const Options& options) : options_(options) {}
+
+  /// Runs on the calling thread until `stop` is requested. `after_step` runs on it after each step and must be cyclic
+  /// too; may be empty. @return what was granted.
+  Granted run(ControlCore& core, const std::stop_token& stop, const std::function<void(ControlCore&)>& after_step = {});
+
+ private:
+  Granted prepare_thread() const;
+  void count(ControlCore& core, std::int64_t late_cycles);
+
+  Options options_;
+  std::int64_t level_ = 0;  ///< of the leaky counter, in overruns * leak_cycles
+};
+
+}  // namespace takt::rcc
