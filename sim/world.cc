@@ -276,6 +276,24 @@ bool World::restore(const Snapshot& snapshot) {
   return true;
 }
 
+std::span<const double> World::positions() const {
+  return {impl_->data->qpos, static_cast<std::size_t>(impl_->model->nq)};
+}
+
+std::vector<std::string> World::position_names() const {
+  const mjModel& m = *impl_->model;
+  std::vector<std::string> names;
+  for (int joint = 0; joint < static_cast<int>(m.njnt); ++joint) {
+    const std::string name = mj_id2name(&m, mjOBJ_JOINT, joint);
+    if (m.jnt_type[joint] != mjJNT_FREE) {
+      names.push_back(name);
+      continue;
+    }
+    for (const char* part : {"x", "y", "z", "qw", "qx", "qy", "qz"}) names.push_back(name + "/" + part);
+  }
+  return names;
+}
+
 int World::body(std::string_view name) const {
   return mj_name2id(impl_->model.get(), mjOBJ_BODY, std::string(name).c_str());
 }

@@ -66,6 +66,12 @@ class World {
   /// @return false, and nothing changed, if the sizes differ. Realtime: setup.
   [[nodiscard]] bool restore(const Snapshot& snapshot);
 
+  /// Positions of all joints of the plant (MuJoCo's qpos) at time(): what a recording keeps to draw the run again.
+  /// Valid until the next step. Realtime: cyclic.
+  [[nodiscard]] std::span<const double> positions() const;
+  /// A name for each of them: "ROBOT/JOINT", for a free object "OBJECT/x" ... "OBJECT/qz". Realtime: setup.
+  [[nodiscard]] std::vector<std::string> position_names() const;
+
   // The truth of the simulation: for expectations, pictures and tests, never for a controller (row D6).
 
   /// Number of the body of that name ("ROBOT/LINK" or "OBJECT"), or -1. Realtime: setup.
