@@ -5,12 +5,14 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <thread>
 
 #include "record/recording.h"
 #include "tests/record/support.h"
+#include "tests/support/allocation_guard.h"
 
 namespace takt::record {
 namespace {
@@ -175,6 +177,30 @@ TEST(Recorder, DroppingLeavesOutWholeCyclesAndCountsThem) {
   const std::size_t kept = recording.digests().size();
   EXPECT_EQ(kept + status.dropped_cycles, 5000u);
   for (const std::string& topic : recording.table_topics()) EXPECT_EQ(recording.table(topic)->time.size(), kept);
+}
+
+TEST(Recorder, TheCycleAllocatesNothing) {
+  TestFolder folder("heap");
+  auto recorder = Recorder::open(folder / "a.mcap").value();
+  const ChannelId joints = recorder->add_joint_states("/joints", {"a1", "a2"});
+  const ChannelId frames = recorder->add_transforms("/frames", {{"w", "b"}});
+  const ChannelId samples = recorder->add_samples("/samples", {"x", "y"});
+  const ChannelId digest = recorder->add_digest("/digest");
+  const ChannelId events = recorder->add_events("/events");
+  const ChannelId log = recorder->add_log("/log");
+  const std::array<double, 2> q{1, 2};
+  const std::array<Eigen::Isometry3d, 1> poses{Eigen::Isometry3d::Identity()};
+  const test::AllocationGuard guard;
+  for (std::uint64_t k = 0; k < 100; ++k) {
+    recorder->begin_cycle(static_cast<Nanoseconds>(k) * kMillisecond, k);
+    recorder->write_joints(joints, q, q, {});
+    recorder->write_transforms(frames, poses);
+    recorder->write(samples, q);
+    recorder->digest(digest, k);
+    recorder->event(events, "a source with a long name", "and a name that fits in no small string", "text");
+    recorder->log(log, LogLevel::kInfo, "source", "a line that is longer than a small string can be");
+  }
+  EXPECT_EQ(guard.count(), 0u);
 }
 
 TEST(Recorder, RefusesWrongCallsAndSaysSo) {
