@@ -93,22 +93,31 @@ class Flattener {
 
   FlatNet& flat_;
   LoadReport& report_;
-  /// Full id -> primitive number, or -1 - fragment number.
-  std::unordered_map<std::string, int> names_;
-  std::unordered_map<std::string, std::pair<const PrimitiveInfo*, const Maker*>> types_;
+  /// Full id -> primitive number, or -1 - fragment number. The ids lie in flat_, which does not move them any more.
+  std::unordered_map<std::string_view, int> names_;
+  std::unordered_map<std::string_view, std::pair<const PrimitiveInfo*, const Maker*>> types_;
   std::string scratch_;
 };
 
 void Flattener::collect(const NetDescription& net) {
   flat_.fragments.push_back({.id = "", .pointer = "", .net = &net, .inputs = {}, .outputs = {}});
-  flat_.primitives.reserve(net.primitives.size());
-  names_.reserve(net.primitives.size() + net.fragments.size());
+  std::size_t primitives = 0;
+  for (std::size_t f = 0; f < flat_.fragments.size(); ++f) {
+    primitives += flat_.fragments[f].net->primitives.size();
+    add_fragments(static_cast<int>(f));
+  }
+  flat_.primitives.reserve(primitives);
+  names_.reserve(primitives + flat_.fragments.size());
   for (std::size_t f = 0; f < flat_.fragments.size(); ++f) {
     const NetDescription& inner = *flat_.fragments[f].net;
     for (std::size_t i = 0; i < inner.primitives.size(); ++i) {
       add_primitive(static_cast<int>(f), inner.primitives[i], static_cast<int>(i));
     }
-    add_fragments(static_cast<int>(f));
+  }
+  for (std::size_t f = 1; f < flat_.fragments.size(); ++f) {
+    const FlatFragment& fragment = flat_.fragments[f];
+    add_name(fragment.id, fragment.description->id, fragment.pointer.substr(0, fragment.pointer.size() - 4),
+             -1 - static_cast<int>(f));
   }
 }
 
@@ -140,12 +149,10 @@ void Flattener::add_fragments(int parent) {
     const FragmentDescription& description = net.fragments[i];
     const std::string place = pointer + pointer_segment(i);
     const std::string id = scope.empty() ? description.id : scope + "/" + description.id;
-    const int number = static_cast<int>(flat_.fragments.size());
     if (static_cast<std::size_t>(std::ranges::count(id, '/')) >= kMaxNesting) {
       report_.error(place, fmt::format("fragments nest deeper than {} levels", kMaxNesting));
       continue;
     }
-    add_name(id, description.id, place, -1 - number);
     flat_.fragments.push_back({.id = id,
                                .pointer = place + "/net",
                                .description = &description,
@@ -300,10 +307,13 @@ bool Flattener::split(std::string_view text, std::string_view& id, std::string_v
 
 const int* Flattener::find_name(int fragment, std::string_view id) {
   const std::string& scope = flat_.fragments[static_cast<std::size_t>(fragment)].id;
-  scratch_.assign(scope);
-  if (!scope.empty()) scratch_ += '/';
-  scratch_ += id;
-  const auto found = names_.find(scratch_);
+  if (!scope.empty()) {
+    scratch_.assign(scope);
+    scratch_ += '/';
+    scratch_ += id;
+    id = scratch_;
+  }
+  const auto found = names_.find(id);
   return found == names_.end() ? nullptr : &found->second;
 }
 

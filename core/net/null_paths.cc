@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/net/digraph.h"
+
 namespace takt::net {
 namespace {
 
@@ -15,10 +17,10 @@ class NullSearch {
       : flat_(flat),
         report_(report),
         reached_by_(static_cast<std::size_t>(flat.output_base.back()), kNot),
-        input_reason_(flat.input_link.size(), kNot) {}
+        input_reason_(flat.input_link.size(), kNot),
+        readers_(flat.output_base.back(), links_by_output(flat)) {}
 
   void run() {
-    index_readers();
     for (int node = 0; node < flat_.primitive_count(); ++node) start_at(node);
     for (std::size_t head = 0; head < queue_.size(); ++head) leave(queue_[head]);
     for (int node = 0; node < flat_.primitive_count(); ++node) note(node);
@@ -32,6 +34,16 @@ class NullSearch {
   static constexpr int kResting = -5;    ///< its fragment may rest
   static constexpr std::size_t kMostNotes = 100;
 
+  /// An edge per link; where it leads is in the link itself, so the graph needs nodes for outputs only.
+  static std::vector<std::pair<int, int>> links_by_output(const FlatNet& flat) {
+    std::vector<std::pair<int, int>> edges;
+    edges.reserve(flat.links.size());
+    for (const FlatLink& link : flat.links) {
+      edges.emplace_back(flat.output_base[static_cast<std::size_t>(link.from)] + link.from_port, link.to);
+    }
+    return edges;
+  }
+
   struct Output {
     int node, port;
   };
@@ -41,14 +53,6 @@ class NullSearch {
   }
   [[nodiscard]] std::size_t input_number(int node, int port) const {
     return static_cast<std::size_t>(flat_.input_base[static_cast<std::size_t>(node)] + port);
-  }
-
-  void index_readers() {
-    readers_.resize(reached_by_.size());
-    for (std::size_t l = 0; l < flat_.links.size(); ++l) {
-      const FlatLink& link = flat_.links[l];
-      readers_[output_number(link.from, link.from_port)].push_back(static_cast<int>(l));
-    }
   }
 
   void start_at(int node) {
@@ -70,7 +74,7 @@ class NullSearch {
   }
 
   void reach_outside(int node, int port) {
-    for (const int l : readers_[output_number(node, port)]) {
+    for (const auto& [to, l] : readers_.from(static_cast<int>(output_number(node, port)))) {
       const FlatLink& link = flat_.links[static_cast<std::size_t>(l)];
       if (!flat_.is_gate(link.to) && !within(flat_.fragment_of(link.to), flat_.fragment_of(node))) {
         enter(link.to, link.to_port, kResting);
@@ -101,7 +105,7 @@ class NullSearch {
   }
 
   void leave(Output output) {
-    for (const int l : readers_[output_number(output.node, output.port)]) {
+    for (const auto& [to, l] : readers_.from(static_cast<int>(output_number(output.node, output.port)))) {
       const FlatLink& link = flat_.links[static_cast<std::size_t>(l)];
       if (!flat_.is_gate(link.to)) enter(link.to, link.to_port, l);
     }
@@ -154,7 +158,7 @@ class NullSearch {
   LoadReport& report_;
   std::vector<int> reached_by_;    ///< per output: input port of its primitive by which null came, or a reason
   std::vector<int> input_reason_;  ///< per input: link by which null came, or a reason
-  std::vector<std::vector<int>> readers_;
+  Digraph readers_;                ///< from outputs to nodes; labels are links
   std::vector<Output> queue_;
   std::size_t notes_ = 0;
 };

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <deque>
-#include <limits>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -101,9 +101,13 @@ class Certificate {
   }
 
   void index_components() {
-    members_.resize(static_cast<std::size_t>(components_.count));
-    for (int n = 0; n < node_count(); ++n) members_[component(n)].push_back(n);
-    loop_weight_.resize(members_.size());
+    first_member_.resize(static_cast<std::size_t>(components_.count) + 1);
+    for (int n = 0; n < node_count(); ++n) ++first_member_[component(n) + 1];
+    std::partial_sum(first_member_.begin(), first_member_.end(), first_member_.begin());
+    members_.resize(static_cast<std::size_t>(node_count()));
+    std::vector<std::size_t> next(first_member_.begin(), first_member_.end() - 1);
+    for (int n = 0; n < node_count(); ++n) members_[next[component(n)]++] = n;
+    loop_weight_.resize(static_cast<std::size_t>(components_.count));
     for (std::size_t e = 0; e < edges_.size(); ++e) {
       if (component(edges_[e].first) == component(edges_[e].second)) {
         loop_weight_[component(edges_[e].first)] += weights_[e].cycles;
@@ -134,9 +138,10 @@ class Certificate {
     }
     shortest(source);
     // Components are numbered against the direction of the edges.
-    for (std::size_t c = members_.size(); c-- > 0;) {
-      if (members_[c].size() > 1) through_loop(members_[c]);
-      for (const int node : members_[c]) leave(node);
+    for (std::size_t c = loop_weight_.size(); c-- > 0;) {
+      const std::span members(members_.data() + first_member_[c], members_.data() + first_member_[c + 1]);
+      if (members.size() > 1) through_loop(members);
+      for (const int node : members) leave(node);
     }
     for (const auto& [node, port] : sinks_) {
       const Arrival& arrival = arrivals_[static_cast<std::size_t>(input_node(node, port))];
@@ -186,7 +191,7 @@ class Certificate {
   }
 
   /// Latest arrivals inside a loop, from those at its entries.
-  void through_loop(const std::vector<int>& members) {
+  void through_loop(std::span<const int> members) {
     std::vector<std::pair<int, Arrival>> entries;
     for (const int node : members) {
       const Arrival& arrival = arrivals_[static_cast<std::size_t>(node)];
@@ -244,7 +249,8 @@ class Certificate {
   std::vector<Latency> weights_;
   Digraph graph_;
   Components components_;
-  std::vector<std::vector<int>> members_;
+  std::vector<int> members_;  ///< nodes by component; those of c are [first_member_[c], first_member_[c + 1])
+  std::vector<std::size_t> first_member_;
   std::vector<std::int64_t> loop_weight_;  ///< per component: cycles of all its edges
   std::vector<bool> on_way_;
   std::vector<std::pair<int, int>> sinks_;
@@ -255,6 +261,8 @@ class Certificate {
 }  // namespace
 
 std::vector<NetReport::Reaction> reactions(const FlatNet& flat, LoadReport& report) {
+  const bool any = std::ranges::any_of(flat.primitives, [](const FlatPrimitive& p) { return p.info->source; });
+  if (!any) return {};
   return Certificate(flat, report).run();
 }
 

@@ -54,6 +54,13 @@ class Unknowns {
     }
   }
 
+  /// The representative, if the unknown equals it outright (power 1, factor 1); -1 otherwise.
+  [[nodiscard]] int equal_root(int unknown) {
+    compress(unknown);
+    const Entry& entry = at(unknown);
+    return entry.power == Rational{1, 1} && entry.factor.zero() ? entry.parent : -1;
+  }
+
   /// representative = value
   void fix(int root, const Dimension& value) {
     at(root).known = true;
@@ -157,14 +164,15 @@ class UnitChecker {
     return (output ? units.outputs : units.inputs)[static_cast<std::size_t>(port)];
   }
 
-  void multiply(int node, const UnitTerm& term, const Rational& sign, Product& product) {
+  int number_of(int node, char variable) {
     const auto& variables = units_of(flat_.primitives[static_cast<std::size_t>(node)].info).variables;
+    const auto index = std::ranges::find(variables, variable) - variables.begin();
+    return first_unknown_[static_cast<std::size_t>(node)] + static_cast<int>(index);
+  }
+
+  void multiply(int node, const UnitTerm& term, const Rational& sign, Product& product) {
     product.constant = product.constant.times(term.dimension, sign);
-    for (const auto& [name, power] : term.variables) {
-      const auto index = std::ranges::find(variables, name) - variables.begin();
-      unknowns_.substitute(first_unknown_[static_cast<std::size_t>(node)] + static_cast<int>(index), power * sign,
-                           product);
-    }
+    for (const auto& [name, power] : term.variables) unknowns_.substitute(number_of(node, name), power * sign, product);
   }
 
   void add_link(int number) {
@@ -173,6 +181,7 @@ class UnitChecker {
     const Terms& from = terms(link.from, link.from_port, true);
     const Terms& to = terms(link.to, link.to_port, false);
     if (from.empty() || to.empty()) return;
+    if (plainly_equal(link, from, to)) return;
     for (std::size_t i = 0; i < std::max(from.size(), to.size()); ++i) {
       Product product;
       multiply(link.from, from[std::min(i, from.size() - 1)], {1, 1}, product);
@@ -180,6 +189,23 @@ class UnitChecker {
       take({number, std::move(product)});
       solve();
     }
+  }
+
+  /// The common link, variable to variable, without the general machinery.
+  bool plainly_equal(const FlatLink& link, const Terms& from, const Terms& to) {
+    const auto lone = [](const Terms& terms) {
+      return terms.size() == 1 && terms[0].variables.size() == 1 && terms[0].variables[0].second == Rational{1, 1} &&
+             terms[0].dimension.zero();
+    };
+    if (!lone(from) || !lone(to)) return false;
+    const int a = unknowns_.equal_root(number_of(link.from, from[0].variables[0].first));
+    const int b = unknowns_.equal_root(number_of(link.to, to[0].variables[0].first));
+    if (a < 0 || b < 0 || !unknowns_.open(a) || !unknowns_.open(b)) return false;
+    if (a == b) return true;
+    const bool fewer = waiting_[static_cast<std::size_t>(a)].size() <= waiting_[static_cast<std::size_t>(b)].size();
+    settle(fewer ? a : b, [&] { unknowns_.join(fewer ? a : b, fewer ? b : a, {1, 1}, {}); });
+    solve();
+    return true;
   }
 
   /// Looks at an equation in terms of today's representatives: uses it up, or lets it wait for one of them.
