@@ -101,7 +101,9 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
   std::string pointer() const {
     std::string text;
     for (const Level& level : levels_) {
-      text += level.value->is_array() ? pointer_segment(level.value->size()) : pointer_segment(level.key);
+      // The innermost array waits for its next element, the others hold the one that is being read already.
+      const std::size_t placed = &level == &levels_.back() ? 0 : 1;
+      text += level.value->is_array() ? pointer_segment(level.value->size() - placed) : pointer_segment(level.key);
     }
     return text;
   }

@@ -1,6 +1,7 @@
 #include "core/net/flat_net.h"
 
 #include <algorithm>
+#include <ranges>
 #include <unordered_map>
 
 #include <fmt/format.h>
@@ -133,8 +134,9 @@ void Flattener::add_primitive(int fragment, const PrimitiveDescription& descript
   }
   if (info == nullptr) {
     report_.error(flat_.primitive_pointer(number) + "/type", fmt::format("unknown type '{}'", shown(description.type)),
-                  description.type.size() <= kMaxIdBytes ? report_.nearest(description.type, Registry::global().names())
-                                                         : std::string());
+                  description.type.size() <= kMaxIdBytes
+                      ? report_.nearest(description.type, [] { return Registry::global().names(); })
+                      : std::string());
   } else {
     check_parameters(number);
   }
@@ -196,9 +198,11 @@ void Flattener::check_parameters(int number) {
         primitive.info->parameters.end()) {
       continue;
     }
-    std::vector<std::string> choices;
-    for (const auto& parameter : primitive.info->parameters) choices.push_back(parameter.name);
-    for (const auto& input : primitive.info->inputs) choices.push_back(input.name);
+    const auto choices = [&] {
+      std::vector<std::string> names = port_names(primitive.info->inputs);
+      for (const auto& parameter : primitive.info->parameters) names.push_back(parameter.name);
+      return names;
+    };
     report_.error(flat_.primitive_pointer(number) + "/parameters" + pointer_segment(shown(key)),
                   fmt::format("{} has no parameter '{}'", primitive.info->type, shown(key)),
                   report_.nearest(shown(key), choices));
@@ -319,13 +323,13 @@ const int* Flattener::find_name(int fragment, std::string_view id) {
 
 void Flattener::unknown_id(int fragment, std::string_view id, const std::string& pointer) {
   const NetDescription& net = *flat_.fragments[static_cast<std::size_t>(fragment)].net;
-  std::vector<std::string> choices;
-  for (const auto& primitive : net.primitives) {
-    if (choices.size() < 2000) choices.push_back(primitive.id);
-  }
-  for (const auto& inner : net.fragments) {
-    if (choices.size() < 2000) choices.push_back(inner.id);
-  }
+  const auto choices = [&net] {
+    constexpr std::size_t kMost = 2000;
+    std::vector<std::string> ids;
+    for (const auto& primitive : net.primitives | std::views::take(kMost)) ids.push_back(primitive.id);
+    for (const auto& inner : net.fragments | std::views::take(kMost)) ids.push_back(inner.id);
+    return ids;
+  };
   report_.error(pointer, fmt::format("there is no primitive or fragment '{}'", shown(id)),
                 report_.nearest(shown(id), choices));
 }
@@ -333,7 +337,8 @@ void Flattener::unknown_id(int fragment, std::string_view id, const std::string&
 void Flattener::unknown_port(std::string_view port, std::string_view owner, std::string_view kind,
                              const std::vector<std::string>& choices, const std::string& pointer) {
   report_.error(pointer, fmt::format("{} has no {} '{}'", owner, kind, shown(port)),
-                choices.empty() ? fmt::format("it has no {}s at all", kind) : report_.nearest(shown(port), choices));
+                choices.empty() ? fmt::format("it has no {}s at all", kind)
+                                : report_.nearest(shown(port), [&choices] { return choices; }));
 }
 
 bool Flattener::resolve_output(int fragment, std::string_view text, const std::string& pointer, Endpoint& found) {

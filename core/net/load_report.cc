@@ -23,13 +23,12 @@ void LoadReport::append(const Findings& findings, std::string_view prefix) {
   }
 }
 
-std::string LoadReport::nearest(std::string_view name, const std::vector<std::string>& choices) {
-  if (errors_ >= kMostErrors) return {};
-  std::size_t work = 0;
+std::string LoadReport::nearest_of(std::string_view name, const std::vector<std::string>& choices) {
+  std::size_t work = 1;
   for (const std::string& choice : choices) work += (name.size() + 1) * (choice.size() + 1);
-  if (work > work_left_) return fmt::format("{} names are there", choices.size());
-  work_left_ -= work;
-  return nearest_choice(name, choices);
+  const bool enough = work <= work_left_;
+  work_left_ = enough ? work_left_ - work : 0;
+  return enough ? nearest_choice(name, choices) : std::string();
 }
 
 Findings LoadReport::take() {

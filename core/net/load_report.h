@@ -16,14 +16,19 @@ class LoadReport {
   void note(std::string pointer, std::string message, std::string hint = {});
   void append(const Findings& findings, std::string_view prefix);
 
-  /// nearest_choice within the work that is left; a plain count of the choices afterwards.
-  [[nodiscard]] std::string nearest(std::string_view name, const std::vector<std::string>& choices);
+  /// nearest_choice among what `choices` returns, while errors are still listed and work is left; else nothing.
+  template <class Choices>
+  [[nodiscard]] std::string nearest(std::string_view name, Choices choices) {
+    return errors_ < kMostErrors && work_left_ > 0 ? nearest_of(name, choices()) : std::string();
+  }
 
   [[nodiscard]] bool has_errors() const { return errors_ > 0; }
   /// The errors with a last one that counts those left out; the notes if there is no error.
   [[nodiscard]] Findings take();
 
  private:
+  std::string nearest_of(std::string_view name, const std::vector<std::string>& choices);
+
   static constexpr std::size_t kMostErrors = 1000;
   Findings findings_;
   std::size_t errors_ = 0;

@@ -1,0 +1,131 @@
+// Deep and wide nets: nothing here may depend on the depth of a stack.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pthread.h>
+
+#include "tests/core/net/net_support.h"
+
+namespace takt::net {
+namespace {
+
+constexpr int kMany = 100'000;
+
+/// Runs `work` on a thread with a stack of 256 KiB: recursion over 100 000 nodes would not survive it.
+template <class Work>
+void with_small_stack(Work work) {
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, 256 * 1024);
+  pthread_t thread;
+  ASSERT_EQ(pthread_create(
+                &thread, &attributes,
+                [](void* argument) -> void* {
+                  (*static_cast<Work*>(argument))();
+                  return nullptr;
+                },
+                &work),
+            0);
+  pthread_join(thread, nullptr);
+  pthread_attr_destroy(&attributes);
+}
+
+std::string id(int i) { return fmt::format("p{:06}", i); }
+
+TEST(Scale, AChain) {
+  NetDescription d;
+  d.add("end", "TestEnd").add(id(0), "TestAdd", {{"a", 1}, {"b", 0}});
+  for (int i = 1; i < kMany; ++i) d.add(id(i), "TestAdd", {{"b", 1}}).link(id(i - 1) + ".out", id(i) + ".a");
+  with_small_stack([&] {
+    const auto net = make_net(d);
+    ASSERT_NE(net, nullptr);
+    net->evaluate({});
+    EXPECT_EQ(real(*net, id(kMany - 1) + ".out"), static_cast<double>(kMany));
+  });
+}
+
+TEST(Scale, AStar) {
+  NetDescription d;
+  d.add("end", "TestEnd").add("hub", "TestCounter").add("r", "TestToReal").link("hub.out", "r.in");
+  for (int i = 0; i < kMany; ++i) d.add(id(i), "TestSum").link("r.out", id(i) + ".in");
+  with_small_stack([&] {
+    const auto net = make_net(d);
+    ASSERT_NE(net, nullptr);
+    run(*net, 3);
+    EXPECT_EQ(real(*net, id(kMany - 1) + ".out"), 3.0);
+  });
+}
+
+TEST(Scale, AComb) {
+  // A spine with a tooth at every node, each tooth a source, a stop at the end: null paths and certificate included.
+  NetDescription d;
+  d.add(id(0), "TestDivide", {{"a", 1}, {"b", 1}});
+  for (int i = 2; i < kMany; i += 2) {
+    d.add(id(i), "TestAdd").add(id(i + 1), "TestConstant", {{"value", 1}});
+    d.link(id(i - 2) + ".out", id(i) + ".a").link(id(i + 1) + ".out", id(i) + ".b");
+  }
+  d.add("g", "TestGreater", {{"b", 1e9}})
+      .add("end", "TestEnd")
+      .link(id(kMany - 2) + ".out", "g.a")
+      .link("g.out", "end.in");
+  with_small_stack([&] {
+    const auto net = make_net(d);
+    ASSERT_NE(net, nullptr);
+    EXPECT_THAT(net->report().notes.to_string(), testing::HasSubstr("null can reach 'end.in'"));
+    net->evaluate({});
+    EXPECT_EQ(real(*net, id(kMany - 2) + ".out"), static_cast<double>(kMany / 2));
+  });
+}
+
+TEST(Scale, ARingIsRejectedWithAShortText) {
+  NetDescription d;
+  d.add("end", "TestEnd");
+  for (int i = 0; i < kMany; ++i)
+    d.add(id(i), "TestAdd", {{"b", 1}}).link(id((i + kMany - 1) % kMany) + ".out", id(i) + ".a");
+  with_small_stack([&] {
+    TestDevices devices;
+    const auto net = CompiledNet::compile(d, devices);
+    ASSERT_FALSE(net.has_value());
+    ASSERT_EQ(net.error().list().size(), 1u);
+    EXPECT_THAT(net.error().to_string(), testing::HasSubstr("(100000 steps in all)"));
+    EXPECT_LT(net.error().to_string().size(), 2000u);
+  });
+}
+
+TEST(Scale, ProductsOfProductsAreBounded) {
+  // u * u again and again: the exponent doubles with every step.
+  NetDescription d;
+  d.add("end", "TestEnd").add(id(0), "TestMetres");
+  for (int i = 1; i < 200; ++i)
+    d.add(id(i), "TestMultiply").link(id(i - 1) + ".out", id(i) + ".a").link(id(i - 1) + ".out", id(i) + ".b");
+  TestDevices devices;
+  const auto net = CompiledNet::compile(d, devices);
+  ASSERT_FALSE(net.has_value());
+  EXPECT_THAT(net.error().to_string(), testing::HasSubstr("grow without bound"));
+}
+
+TEST(Scale, AHundredThousandMistakesAreCounted) {
+  NetDescription d;
+  for (int i = 0; i < kMany; ++i) d.add(id(i), "TestAdf", {{"q", 1}}).link("nobody.out", id(i) + ".a");
+  TestDevices devices;
+  const auto net = CompiledNet::compile(d, devices);
+  ASSERT_FALSE(net.has_value());
+  EXPECT_EQ(net.error().list().size(), 1001u);
+  EXPECT_THAT(net.error().list().back().message, testing::HasSubstr("more errors"));
+}
+
+TEST(Scale, LongNamesDoNotFloodTheMessages) {
+  const std::string huge(3'000'000, 'n');
+  NetDescription d;
+  d.add(huge, huge, {{huge, 1}})
+      .add("end", "TestEnd")
+      .add("a", "TestAdd", {{huge, 1}})
+      .link(huge, huge + ".x")
+      .link(huge + ".x", "a.a");
+  TestDevices devices;
+  const auto net = CompiledNet::compile(d, devices);
+  ASSERT_FALSE(net.has_value());
+  EXPECT_LT(net.error().to_string().size(), 10'000u);
+}
+
+}  // namespace
+}  // namespace takt::net
