@@ -47,7 +47,8 @@ TEST(NetJson, ReadsEveryPart) {
 TEST(NetJson, EveryMistakeWithItsPointer) {
   EXPECT_THAT(findings(R"({"nmae": "n", "primitives": [{"id": 1, "typ": "T"}, 5],
     "links": [{"from": "a.o", "delayed": 1}, {"from": "a", "to": "b", "initail": 0}],
-    "fragments": [{"id": "f", "when_inactive": "rest", "net": {"link": []}, "inputs": [{"port": "p"}]}, {"id": "g"}]})"),
+    "fragments": [{"id": "f", "when_inactive": "rest", "net": {"link": []}, "inputs": [{"port": "p"}]},
+                  {"id": "g"}]})"),
               UnorderedElementsAre(HasSubstr("/nmae"), HasSubstr("/primitives/0/id"), HasSubstr("/primitives/0/typ"),
                                    HasSubstr("/primitives/0"), HasSubstr("/primitives/1"),
                                    HasSubstr("/links/0/delayed"), HasSubstr("/links/0"), HasSubstr("/links/1/initail"),
