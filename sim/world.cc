@@ -72,6 +72,7 @@ struct World::Impl {
   [[nodiscard]] Result<ArmPlant> arm_plant(const WorldDescription& description, const SimArmDescription& arm);
   void add_sensors(const WorldDescription& description);
   void set_start(const WorldDescription& description);
+  void step();
   void physics_step();
   /// @return the number of words
   std::size_t stream(StateStream::Mode mode, std::span<std::uint64_t> state);
@@ -221,23 +222,30 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   return World(std::move(impl));
 }
 
-bool World::step() {
-  Impl& w = *impl_;
-  for (int substep = 0; substep < w.substeps; ++substep) {
-    const Nanoseconds begin = w.profiling ? wall_clock() : 0;
-    for (SimDevice* device : w.devices) device->actuate(*w.data, substep);
-    const Nanoseconds actuated = w.profiling ? wall_clock() : 0;
-    w.physics_step();
-    if (!w.profiling) continue;
-    w.times.devices += actuated - begin;
-    w.times.physics += wall_clock() - actuated;
+void World::Impl::step() {
+  for (int substep = 0; substep < substeps; ++substep) {
+    const Nanoseconds begin = profiling ? wall_clock() : 0;
+    for (SimDevice* device : devices) device->actuate(*data, substep);
+    const Nanoseconds actuated = profiling ? wall_clock() : 0;
+    physics_step();
+    if (!profiling) continue;
+    times.devices += actuated - begin;
+    times.physics += wall_clock() - actuated;
   }
-  const Nanoseconds begin = w.profiling ? wall_clock() : 0;
-  w.now += w.physics.period;
-  for (SimDevice* device : w.devices) device->measure(*w.data, w.now);
-  (void)w.stream(StateStream::Mode::kWrite, w.words);
-  if (w.profiling) w.times.devices += wall_clock() - begin;
-  return !w.diverged();
+  const Nanoseconds begin = profiling ? wall_clock() : 0;
+  now += physics.period;
+  for (SimDevice* device : devices) device->measure(*data, now);
+  (void)stream(StateStream::Mode::kWrite, words);
+  if (profiling) times.devices += wall_clock() - begin;
+}
+
+bool World::step() {
+  try {
+    impl_->step();
+  } catch (const MujocoError&) {  // out of memory for contacts, and the like: no state to go on with
+    return false;
+  }
+  return !impl_->diverged();
 }
 
 Nanoseconds World::time() const { return impl_->now; }
@@ -284,7 +292,8 @@ std::vector<std::string> World::position_names() const {
   const mjModel& m = *impl_->model;
   std::vector<std::string> names;
   for (int joint = 0; joint < static_cast<int>(m.njnt); ++joint) {
-    const std::string name = mj_id2name(&m, mjOBJ_JOINT, joint);
+    const char* given = mj_id2name(&m, mjOBJ_JOINT, joint);  // null where a hook added a joint without a name
+    const std::string name = given ? given : fmt::format("joint{}", joint);
     if (m.jnt_type[joint] != mjJNT_FREE) {
       names.push_back(name);
       continue;

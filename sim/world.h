@@ -48,7 +48,8 @@ class World {
 
   /// Advances by one control cycle: in each physics step the controllers compute from what they measure at its begin,
   /// then the plant moves; at the end all devices take new samples.
-  /// @return false if the physics diverged; the state is then worthless and must not be used on. Realtime: cyclic.
+  /// @return false if the physics diverged or MuJoCo gave up; the state is then worthless and must not be used on.
+  /// Realtime: cyclic.
   [[nodiscard]] bool step();
 
   [[nodiscard]] Nanoseconds time() const;  ///< whole cycles since the start

@@ -104,6 +104,20 @@ TEST(Description, FreeObjectFallsOntoAFixedOneAndRests) {
   EXPECT_GT(made.contact(watch).contacts, 2);
 }
 
+TEST(Description, DivergedPhysicsIsToldAndNotRestarted) {
+  WorldDescription world = cell();
+  world.arms.clear();
+  world.robots.resize(1);
+  world.force_torque_sensors.clear();
+  // Without rotors and with stops of no width the light wrist is torn apart by a gravity that no step can follow.
+  for (auto& joint : world.robots[0].joints) joint.armature = 0.0;
+  world.physics.gravity << 0, 0, -1e13;
+  World made = make(world);
+  bool alive = true;
+  for (int k = 0; k < 1000 && alive; ++k) alive = made.step();
+  EXPECT_FALSE(alive);
+}
+
 TEST(Description, UnknownSidesOfAContactAreFindings) {
   World world = make(cell());
   const auto watch = world.watch_contact("proob", "tabel");
