@@ -32,7 +32,8 @@ MAY_INCLUDE = {
     "tools": CORE + ["sim", "record", "scenario"],
 }
 HEAVY = re.compile(r'#include <(nlohmann/json\.hpp|mujoco/|boost/beast|google/protobuf|urdf)')
-HEAVY_ALLOWED = {"core/net/description.h", "cmake/pch.h"}
+# Descriptions hold JSON by value.
+HEAVY_ALLOWED = {"core/net/description.h", "scenario/description.h", "cmake/pch.h"}
 MARKS = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X|HA" r"CK)\b")
 MACHINE = re.compile(r"(^|[^A-Za-z0-9_.])/(work|farm|root|home)/|pypi\.o" r"rg|pythonhos" r"ted|deb\.deb" r"ian")
 

@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json.h"
-#include "core/net/compiled_net.h"
 #include "record/golden.h"
 #include "scenario/session.h"
 #include "tools/cli.h"
+#include "tools/net_file.h"
 #include "tools/run_verb.h"
 
 namespace takt::tools {
@@ -51,26 +51,26 @@ Findings check_model(const std::filesystem::path& folder) {
   return findings;
 }
 
-Findings check_net_file(const Json& document) {
-  const auto net = net::net_from_json(document);
-  return net ? Findings{} : net.error();
+/// Devices are those of a cell, so a net that names some is checked with `takt net FILE --scenario SCENARIO`.
+Findings check_net_file(const std::filesystem::path& file) {
+  rcc::ControlCore no_devices({});
+  const auto net = load_net_file(file, no_devices.environment());
+  return net ? (*net)->report().notes : net.error();
 }
 
 Findings check_file(const std::filesystem::path& file, const Common& common) {
   if (std::filesystem::is_directory(file)) return check_model(file);
   const auto document = read_json(file);
   if (!document) return document.error();
-  Findings findings;
   switch (kind_of(*document)) {
-    case FileKind::kScenario:
-      return check_scenario(file, common);
     case FileKind::kModel:
       return check_model(file.parent_path().empty() ? "." : file.parent_path());
     case FileKind::kNet:
-      findings = check_net_file(*document);
+      return check_net_file(file);
+    case FileKind::kScenario:
+      break;
   }
-  findings.set_file(file.string());
-  return findings;
+  return check_scenario(file, common);
 }
 
 int validate(const std::vector<std::string>& files, const Common& common) {

@@ -1,4 +1,4 @@
-// net, primitives, model: what takt knows of one thing.
+// primitives, model: what takt knows of one thing.
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -7,11 +7,9 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "core/base/json.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/robot_model.h"
 #include "core/kinematics/solutions.h"
-#include "core/net/compiled_net.h"
 #include "core/net/registry.h"
 #include "tools/cli.h"
 
@@ -21,60 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
 
-// -- net
-// ---------------------------------------------------------------------------------------------------------------
-
-/// Without a cell there are no devices: nets that use some are checked inside a scenario.
-class NoDevices final : public net::Environment {
- public:
-  net::Resource* find(std::string_view) override { return nullptr; }
-  [[nodiscard]] std::vector<std::string> names() const override { return {}; }
-};
-
-int check_net(const std::string& file, const Common& common) {
-  const auto document = read_json(file);
-  if (!document) return report(document.error(), common);
-  Findings findings;
-  auto description = net::net_from_json(*document);
-  if (!description) {
-    description.error().set_file(file);
-    return report(description.error(), common);
-  }
-  NoDevices devices;
-  auto net = net::CompiledNet::compile(*description, devices);
-  if (!net) {
-    net.error().set_file(file);
-    return report(net.error(), common);
-  }
-  const net::NetReport& about = (*net)->report();
-  if (common.json) {
-    Json reactions = Json::array();
-    for (const auto& one : about.reactions) {
-      reactions.push_back({{"source", one.source},
-                           {"sink", one.sink},
-                           {"minimum_cycles", one.minimum_cycles},
-                           {"maximum_cycles", one.maximum_cycles},
-                           {"data_dependent", one.data_dependent}});
-    }
-    print({{"result", "ready"},
-           {"primitives", (*net)->primitive_count()},
-           {"order", about.order},
-           {"reactions", reactions},
-           {"findings", to_json(about.notes)}});
-    return kHeld;
-  }
-  fmt::print("{}: ready, {} primitives\n", file, (*net)->primitive_count());
-  for (const std::string& id : about.order) fmt::print("  {}\n", id);
-  for (const auto& one : about.reactions) {
-    fmt::print("  reaction {} -> {}: {} to {} cycles{}\n", one.source, one.sink, one.minimum_cycles, one.maximum_cycles,
-               one.data_dependent ? ", depends on data" : "");
-  }
-  fmt::print("{}", about.notes.to_string());
-  return kHeld;
-}
-
-// -- primitives
-// --------------------------------------------------------------------------------------------------------
+// -- primitives ----------------------------------------------------------------------------------------------------
 
 Json describe(const net::PrimitiveInfo& info) {
   const auto ports = [](const auto& list) {
@@ -143,8 +88,7 @@ int primitives(const std::string& name, const Common& common) {
   return kHeld;
 }
 
-// -- model
-// -------------------------------------------------------------------------------------------------------------
+// -- model ---------------------------------------------------------------------------------------------------------
 
 struct ModelArguments {
   std::string name;
@@ -271,15 +215,6 @@ int model(const ModelArguments& arguments, const Common& common) {
 }
 
 }  // namespace
-
-std::pair<CLI::App*, Verb> add_net(CLI::App& app, Common& common) {
-  auto file = std::make_shared<std::string>();
-  CLI::App* verb = app.add_subcommand("net", "Check a realtime primitive net: order, reactions, all errors at once");
-  verb->add_option("FILE", *file, "Net file (JSON)")->required();
-  verb->add_flag_callback(
-      "--check", [] {}, "Verify and report (the default)");
-  return {verb, [file, &common] { return check_net(*file, common); }};
-}
 
 std::pair<CLI::App*, Verb> add_primitives(CLI::App& app, Common& common) {
   auto name = std::make_shared<std::string>();
