@@ -123,6 +123,34 @@ Vector3f any_normal_to(const Vector3f& v) {
   return std::abs(v.z()) < 0.9f * v.norm() ? Vector3f::UnitZ() : Vector3f::UnitX();
 }
 
+// Where the casters lie as a distant light sees them. Size and place move in steps: a quarter metre, whole texels.
+struct Square {
+  Eigen::Vector2f centre = Eigen::Vector2f::Zero();
+  float half = 0;
+};
+
+Square square_of_casters(const SceneTriangles& triangles, const Matrix4f& view, float radius, int map_size) {
+  constexpr float kStep = 0.25f;
+  Eigen::AlignedBox2f bounds;
+  const Eigen::Matrix<float, 2, 3> axes = view.topLeftCorner<2, 3>();
+  const Eigen::Vector2f origin = view.topRightCorner<2, 1>();
+  for (const SceneGeom& geom : triangles.geoms) {
+    if (!geom.casts_shadow) continue;
+    const SceneVertex* vertex = triangles.vertices.data() + geom.first_vertex;
+    for (std::size_t i = 0; i < geom.shape->vertices.size(); ++i)
+      bounds.extend(axes * vec(vertex[i].position.data()) + origin);
+  }
+  bounds = bounds.intersection(Eigen::AlignedBox2f(Eigen::Vector2f(-radius, -radius), Eigen::Vector2f(radius, radius)));
+  if (bounds.isEmpty()) return {Eigen::Vector2f::Zero(), radius};
+  Square square;
+  square.half = std::min(radius, kStep * std::ceil((bounds.sizes().maxCoeff() / 2 + kStep) / kStep));
+  const float texel = 2 * square.half / static_cast<float>(map_size);
+  // Steps of a few texels leave the square larger than the casters by more than they can move within one step.
+  const float place = std::max(1.0f, std::floor(0.5f * kStep / texel)) * texel;
+  square.centre = (bounds.center() / place).array().round() * place;
+  return square;
+}
+
 const mjvLight* shadow_caster(const mjvScene& scene) {
   for (int i = 0; i < scene.nlight; ++i)
     if (scene.lights[i].castshadow && !scene.lights[i].headlight) return &scene.lights[i];
@@ -189,20 +217,24 @@ void SceneLights::fill(const mjvScene_& scene) {
   }
 }
 
-Matrix4f shadow_view(const mjvScene_& scene, const Vector3f& centre, float radius, float spot_scale) {
+ShadowView shadow_view(const mjvScene_& scene, const SceneTriangles& triangles, const Vector3f& centre, float radius,
+                       float spot_scale, int map_size) {
   const mjvLight* light = shadow_caster(scene);
-  if (light == nullptr) return Matrix4f::Identity();
+  if (light == nullptr) return {};
   const Vector3f direction = vec(light->dir).normalized();
   if (light->type == mjLIGHT_DIRECTIONAL) {
-    const Vector3f eye = centre - 2 * radius * direction;
-    return box_view(radius, radius, 0.01f, 4 * radius) * look_along(eye, direction, any_normal_to(direction));
+    Matrix4f view = look_along(centre - 2 * radius * direction, direction, any_normal_to(direction));
+    const Square square = square_of_casters(triangles, view, radius, map_size);
+    view.topRightCorner<2, 1>() -= square.centre;
+    return {box_view(square.half, square.half, 0.01f, 4 * radius) * view, 2 * square.half};
   }
   const float cut_off = std::clamp(light->cutoff * spot_scale, 5.f, 80.f) * std::numbers::pi_v<float> / 180;
   const Vector3f eye = vec(light->pos);
-  const float far = (eye - centre).norm() + 2 * radius;
-  const float near = 0.02f * far;
+  const float distance = (eye - centre).norm();
+  const float far = distance + 2 * radius, near = 0.02f * far;
   const float half = near * std::tan(cut_off);
-  return frustum(-half, half, -half, half, near, far) * look_along(eye, direction, any_normal_to(direction));
+  return {frustum(-half, half, -half, half, near, far) * look_along(eye, direction, any_normal_to(direction)),
+          2 * distance * std::tan(cut_off)};
 }
 
 Matrix4f camera_view(const mjvScene_& scene, float aspect) {

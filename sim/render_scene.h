@@ -59,10 +59,16 @@ struct SceneLights {
   void fill(const mjvScene_& scene);
 };
 
-/// World to clip coordinates of the light's view for the shadow map.
-/// @param centre, radius  m, the sphere that a distant light covers
-[[nodiscard]] Eigen::Matrix4f shadow_view(const mjvScene_& scene, const Eigen::Vector3f& centre, float radius,
-                                          float spot_scale);
+/// The view of the light that casts the shadow.
+struct ShadowView {
+  Eigen::Matrix4f clip_from_world = Eigen::Matrix4f::Identity();
+  float width = 0;  ///< m that the map covers; for a lamp in the room, about its centre
+};
+
+/// A distant light sees the casters of `triangles`, as far as they lie within `radius` of `centre` (m in world); its
+/// view changes in steps, so that shadows do not shimmer while something moves. A lamp sees its cone.
+[[nodiscard]] ShadowView shadow_view(const mjvScene_& scene, const SceneTriangles& triangles,
+                                     const Eigen::Vector3f& centre, float radius, float spot_scale, int map_size);
 
 /// World to clip coordinates of the scene's camera; y points down, so that rows come out from the top.
 [[nodiscard]] Eigen::Matrix4f camera_view(const mjvScene_& scene, float aspect);

@@ -243,8 +243,7 @@ class Renderer::Impl {
   void draw_shadow_map() {
     const Vector3f centre = Eigen::Map<const Eigen::Vector3d>(model_->stat.center).cast<float>();
     const float radius = static_cast<float>(model_->stat.extent) * model_->vis.map.shadowclip;
-    shadow_view_ = shadow_view(scene_, centre, radius, model_->vis.map.shadowscale);
-    shadow_texel_m_ = 2 * radius / static_cast<float>(options_.shadow_size);
+    shadow_view_ = shadow_view(scene_, triangles_, centre, radius, model_->vis.map.shadowscale, options_.shadow_size);
     indices_.clear();
     for (const SceneGeom& geom : triangles_.geoms)
       if (geom.casts_shadow && !geom.transparent) append_indices(geom, indices_);
@@ -260,7 +259,7 @@ class Renderer::Impl {
     glPolygonOffset(1.5f, 2.0f);
     glClear(GL_DEPTH_BUFFER_BIT);
     glUseProgram(shadow_program_);
-    set(shadow_program_, "clip_from_world", shadow_view_);
+    set(shadow_program_, "clip_from_world", shadow_view_.clip_from_world);
     draw_range({static_cast<GLsizei>(indices_.size()), 0});
     glDisable(GL_POLYGON_OFFSET_FILL);
   }
@@ -304,8 +303,8 @@ class Renderer::Impl {
     Matrix4f to_texture = Matrix4f::Identity();
     to_texture.diagonal().head<3>().setConstant(0.5f);
     to_texture.topRightCorner<3, 1>().setConstant(0.5f);
-    set(program, "shadow_from_world", Matrix4f(to_texture * shadow_view_));
-    set(program, "shadow_offset", 1.5f * shadow_texel_m_);
+    set(program, "shadow_from_world", Matrix4f(to_texture * shadow_view_.clip_from_world));
+    set(program, "shadow_offset", 1.5f * shadow_view_.width / static_cast<float>(options_.shadow_size));
     glUniform1i(glGetUniformLocation(program, "shadow_map"), 0);
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, shadow_map_);
@@ -393,8 +392,7 @@ class Renderer::Impl {
   SceneLights lights_;
   std::vector<std::uint32_t> indices_;
   Sky sky_;
-  Matrix4f shadow_view_ = Matrix4f::Identity();
-  float shadow_texel_m_ = 0;
+  ShadowView shadow_view_;
   GLuint vertex_array_ = 0, vertex_buffer_ = 0, index_buffer_ = 0;
   GLuint picture_buffer_ = 0, shadow_buffer_ = 0, shadow_map_ = 0;
   GLuint shadow_program_ = 0, sky_program_ = 0;

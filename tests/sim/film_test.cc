@@ -36,9 +36,9 @@ class FilmTest : public testing::Test {
               fmt::format("takt-film-{}-{}", getpid(), testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::create_directories(folder_);
     const StageOptions stage;
-    model_ = compile_scene(std::string(kFrontCamera) +
-                               R"(<camera name="top" pos="0 0 4"/>
-        <body><joint type="slide" axis="1 0 0"/><geom type="box" size=".3 .3 1" pos="-1.4 0 1" rgba="0.05 0.05 0.05 1"/></body>)",
+    model_ = compile_scene(std::string(kFrontCamera) + R"(<camera name="top" pos="0 0 4"/>
+        <body><joint type="slide" axis="1 0 0"/>
+        <geom type="box" size=".3 .3 1" pos="-1.4 0 1" rgba="0.05 0.05 0.05 1"/></body>)",
                            &stage);
     data_ = posed_data(model_.get());
   }
