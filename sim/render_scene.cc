@@ -65,11 +65,10 @@ Vector3f mean_colour(const mjModel* model, int texture) {
   return sum / static_cast<float>(std::max<std::int64_t>(1, count));
 }
 
-void append_vertices(const mjvGeom& geom, const Shape& shape, const Fit& size, const SceneVertex& look,
-                     std::vector<SceneVertex>& vertices) {
+void append_vertices(const mjvGeom& geom, const Vector3f& origin, const Shape& shape, const Fit& size,
+                     const SceneVertex& look, std::vector<SceneVertex>& vertices) {
   Matrix3f rotation;
   for (int i = 0; i < 9; ++i) rotation(i / 3, i % 3) = geom.mat[i];
-  const Vector3f origin = vec(geom.pos);
   const Matrix3f position_map = rotation * size.scale.asDiagonal();
   const bool even = size.scale[0] == size.scale[1] && size.scale[1] == size.scale[2];
   const Matrix3f normal_map =
@@ -159,7 +158,8 @@ const mjvLight* shadow_caster(const mjvScene& scene) {
 
 }  // namespace
 
-void SceneTriangles::fill(const mjModel_* model, const mjvScene_& scene, const ShapeLibrary& shapes) {
+void SceneTriangles::fill(const mjModel_* model, const mjData_* data, const mjvScene_& scene,
+                          const ShapeLibrary& shapes) {
   vertices.clear();
   geoms.clear();
   for (int i = 0; i < scene.ngeom; ++i) {
@@ -179,7 +179,10 @@ void SceneTriangles::fill(const mjModel_* model, const mjvScene_& scene, const S
                      .casts_shadow = geom.castshadow != 0 && geom.type != mjGEOM_PLANE && geom.category != mjCAT_DECOR,
                      .transparent = geom.rgba[3] < 0.996f,
                      .is_floor = endless});
-    append_vertices(geom, *shape, fit(model, geom), look, vertices);
+    // MuJoCo puts an endless plane below the camera of the picture before; ours stays where the model has it.
+    const Vector3f origin =
+        endless ? Eigen::Map<const Eigen::Vector3d>(data->geom_xpos + 3 * geom.objid).cast<float>() : vec(geom.pos);
+    append_vertices(geom, origin, *shape, fit(model, geom), look, vertices);
   }
 }
 

@@ -11,6 +11,7 @@
 
 struct mjvScene_;
 struct mjModel_;
+struct mjData_;
 
 namespace takt::sim {
 
@@ -38,8 +39,8 @@ struct SceneTriangles {
   std::vector<SceneVertex> vertices;
   std::vector<SceneGeom> geoms;
 
-  /// Replaces the content by the geoms of `scene`.
-  void fill(const mjModel_* model, const mjvScene_& scene, const ShapeLibrary& shapes);
+  /// Replaces the content by the geoms of `scene`, which was made from `data`.
+  void fill(const mjModel_* model, const mjData_* data, const mjvScene_& scene, const ShapeLibrary& shapes);
 };
 
 /// Appends the triangles of `geom` to `indices`.

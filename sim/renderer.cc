@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -12,8 +13,10 @@
 #include <GL/gl.h>
 // After gl.h.
 #include <GL/glext.h>
+
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
+#include <Eigen/Geometry>
 
 #include "sim/mujoco_errors.h"
 #include "sim/render_gl.h"
@@ -221,7 +224,7 @@ class Renderer::Impl {
 
   // The corners of the state, and its shadow map; every view of the state shares them.
   void upload() {
-    triangles_.fill(model_, scene_, shapes_);
+    triangles_.fill(model_, data_, scene_, shapes_);
     glBindBuffer(GL_ARRAY_BUFFER, vertex_buffer_);
     glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(triangles_.vertices.size() * sizeof(SceneVertex)),
                  triangles_.vertices.data(), GL_STREAM_DRAW);

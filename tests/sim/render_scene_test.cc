@@ -30,7 +30,7 @@ class SceneOf {
     mjv_defaultCamera(&camera);
     pose_for_drawing(model_, data);
     mjv_updateScene(model_, data, &option, nullptr, &camera, mjCAT_ALL, &scene_);
-    triangles.fill(model_, scene_, shapes_);
+    triangles.fill(model_, data, scene_, shapes_);
     return shadow_view(scene_, triangles, {0, 0, 0.6f}, 2.5f, 1, 2048);
   }
 

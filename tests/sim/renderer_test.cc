@@ -79,6 +79,24 @@ TEST(Renderer, GlassLetsThroughWhatStandsBehind) {
   EXPECT_GT(glass.b, 60);
 }
 
+TEST(Renderer, APictureDoesNotDependOnTheOneBefore) {
+  const ModelPtr model = dressed(R"(<geom type="box" size=".3 .3 .3" pos="0.3 0 1" euler="10 20 30"/>)");
+  const DataPtr data = posed_data(model.get());
+  Result<Renderer> renderer = Renderer::create(model.get(), small_picture());
+  ASSERT_TRUE(renderer);
+  const Image fresh = draw_once(model.get(), small_picture());
+  for (double x = 0; x < 3; x += 0.37) {
+    FreeCamera elsewhere;
+    elsewhere.look_at = {x, 1.7 * x, 0.3};
+    Image image;
+    ASSERT_TRUE(renderer->set_state(data.get()));
+    ASSERT_TRUE(renderer->draw(elsewhere, 160, 120, image));
+    ASSERT_TRUE(renderer->set_state(data.get()));
+    ASSERT_TRUE(renderer->draw(0, 160, 120, image));
+    EXPECT_EQ(image, fresh) << x;
+  }
+}
+
 TEST(Renderer, AFloatingBoxShadesTheFloorBelowIt) {
   StageOptions stage;
   stage.key_light = {0, 0, -1};
