@@ -51,7 +51,7 @@ function(takt_fetch_mujoco)
 endfunction()
 
 function(takt_fetch_ruckig)
-  takt_pip_archive(ruckig.txt ruckig-0.19.4.tar.gz --no-binary=:all:)
+  takt_pip_archive(ruckig.txt ruckig-0.19.4.tar.gz --no-binary=ruckig)
   set(root ${CMAKE_BINARY_DIR}/_deps/ruckig-0.19.4)
   if(NOT EXISTS ${root})
     file(ARCHIVE_EXTRACT INPUT ${TAKT_ARCHIVE} DESTINATION ${CMAKE_BINARY_DIR}/_deps)
