@@ -19,7 +19,8 @@ constexpr std::size_t kMostPictures = 80;
 constexpr std::string_view kStyle = R"css(
 :root { --ink: #1c2330; --soft: #667085; --line: #e4e7ec; --good: #16794c; --bad: #c0362c; }
 * { box-sizing: border-box; }
-body { margin: 0; background: #f6f7f9; color: var(--ink); font: 15px/1.5 "Inter", "DejaVu Sans", system-ui, sans-serif; }
+body { margin: 0; background: #f6f7f9; color: var(--ink);
+  font: 15px/1.5 "Inter", "DejaVu Sans", system-ui, sans-serif; }
 main { max-width: 1080px; margin: 0 auto; padding: 32px 24px 64px; }
 h1 { font-size: 26px; margin: 0 0 4px; }
 h2 { font-size: 18px; margin: 36px 0 12px; }
@@ -29,14 +30,16 @@ h2 { font-size: 18px; margin: 36px 0 12px; }
 .verdict h1 { color: var(--good); }
 .verdict.bad h1 { color: var(--bad); }
 .soft { color: var(--soft); }
-code { font: 13px "DejaVu Sans Mono", ui-monospace, monospace; background: #f1f3f6; border-radius: 4px; padding: 1px 5px;
-  overflow-wrap: anywhere; }
+code { font: 13px "DejaVu Sans Mono", ui-monospace, monospace; background: #f1f3f6; border-radius: 4px;
+  padding: 1px 5px; overflow-wrap: anywhere; }
 ul { margin: 6px 0 0; padding-left: 20px; }
 table { border-collapse: collapse; width: 100%; font-size: 13.5px; }
-th { text-align: left; color: var(--soft); font-weight: 600; border-bottom: 2px solid var(--line); padding: 6px 10px 6px 0; }
+th { text-align: left; color: var(--soft); font-weight: 600; border-bottom: 2px solid var(--line);
+  padding: 6px 10px 6px 0; }
 td { border-bottom: 1px solid var(--line); padding: 5px 10px 5px 0; vertical-align: top; }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
-.mark { display: inline-block; width: 68px; text-align: center; border-radius: 10px; font-size: 12px; font-weight: 600; }
+.mark { display: inline-block; width: 68px; text-align: center; border-radius: 10px; font-size: 12px;
+  font-weight: 600; }
 .mark.good { background: #e3f4ea; color: var(--good); }
 .mark.bad { background: #fbe6e4; color: var(--bad); }
 .mark.none { background: #eef0f3; color: var(--soft); }
@@ -135,7 +138,8 @@ void add_pictures(std::string& page, const std::vector<const ColumnComparison*>&
     if (c->curve_a.time_s.size() < 2) continue;
     --left;
     page += fmt::format(
-        R"(<div class="card"><figure><figcaption><span><b>{}</b> <span class="soft">{}{}</span></span><span>{} {}</span></figcaption>{}</figure></div>)",
+        R"(<div class="card"><figure><figcaption><span><b>{}</b> <span class="soft">{}{}</span></span>)"
+        R"(<span>{} {}</span></figcaption>{}</figure></div>)",
         escaped(c->column), escaped(c->topic), c->unit.empty() ? "" : ", " + escaped(c->unit),
         c->curve_b.time_s.empty()
             ? R"(<span class="soft">equal to the bit</span>)"

@@ -17,7 +17,8 @@ enum class Quantity { kForce, kForceX, kForceY, kForceZ, kTorque, kTorqueX, kTor
 /// A condition over sensors, evaluated in every cycle inside the net.
 ///   {"sensor": "wrist", "quantity": "force", "above_N": 5}        also below_N, above_Nm, below_Nm
 ///   {"all": [...]}, {"any": [...]}, {"not": {...}}
-/// A sensor that does not answer makes the whole condition count as true (row N3).
+/// A comparison with a sensor that does not answer is null; a condition that is null as a whole counts as true (rows
+/// N2, N3).
 struct Condition {
   enum class Kind { kComparison, kAll, kAny, kNot };
   Kind kind = Kind::kComparison;

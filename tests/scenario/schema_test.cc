@@ -98,7 +98,8 @@ constexpr const char* kEverything = R"({
     {"do": "wait", "name": "pause", "seconds": 0}
   ]},
   "expectations": [
-    {"name": "n", "kind": "estimate", "estimate": "found", "of": "block", "position_within_m": 1, "angle_within_deg": 1},
+    {"name": "n", "kind": "estimate", "estimate": "found", "of": "block", "position_within_m": 1,
+     "angle_within_deg": 1},
     {"kind": "object_pose", "object": "block", "in": "world", "position_m": [0, 0, 0], "rpy_deg": [0, 0, 0],
      "position_within_m": 5, "angle_within_deg": 5},
     {"kind": "contact_force", "between": ["probe", "block"], "below_N": 15, "at_least_N": 0},

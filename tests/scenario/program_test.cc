@@ -1,0 +1,165 @@
+// Programs run in a small cell: latency, budget of steps, guarded motions, rehearsal.
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "scenario/session.h"
+
+namespace takt::scenario {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using testing::HasSubstr;
+
+/// An arm with sensor and probe over a plate that lies up to 4 mm off: the example of docs/scenarios.md.
+Json example() {
+  std::ifstream stream("docs/scenarios.md");
+  const std::string page{std::istreambuf_iterator<char>(stream), {}};
+  const std::size_t begin = page.find("```json\n") + 8;
+  return Json::parse(page.substr(begin, page.find("```", begin) - begin));
+}
+
+/// The same cell with other steps and no expectations.
+Json cell_with(const std::string& steps) {
+  Json json = example();
+  json["program"]["steps"] = Json::parse(steps);
+  json["expectations"] = Json::array();
+  return json;
+}
+
+Result<std::unique_ptr<Session>> session_of(const Json& json) {
+  static const device::ModelLibrary models({"models"});
+  auto description = parse_description(json.dump());
+  if (!description) return std::unexpected(std::move(description.error()));
+  return Session::create(std::move(*description), models);
+}
+
+RunReport run(const Json& json) {
+  auto session = session_of(json);
+  if (!session) {
+    RunReport report;
+    report.findings = session.error();
+    return report;
+  }
+  return (*session)->run({});
+}
+
+std::string refusal(const Json& json) {
+  const auto session = session_of(json);
+  return session ? "accepted" : session.error().to_string();
+}
+
+TEST(Program, D2_ANetStartsLatencyCyclesAfterTheCommand) {
+  Json json = cell_with(R"([{"do": "ptp", "to": {"by_m": [0, 0, 0.02]}}])");
+  const auto cycles = [&](int latency) {
+    json["program_latency_cycles"] = latency;
+    const RunReport report = run(json);
+    EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+    return report.cycles;
+  };
+  const auto at_once = cycles(0);
+  for (const int latency : {1, 2, 17, 50}) EXPECT_EQ(cycles(latency), at_once + latency);
+}
+
+TEST(Program, D2_MeasuringHoldsWhateverTheLatency) {
+  Json json = example();
+  json["expectations"].erase(3);  // "repeats": one run is enough here
+  for (const int latency : {0, 1, 50}) {
+    json["program_latency_cycles"] = latency;
+    const RunReport report = run(json);
+    EXPECT_EQ(report.verdict, Verdict::kPassed) << latency << " cycles\n" << report.findings.to_string();
+  }
+}
+
+TEST(Program, D1_AProgramThatNeverWaitsIsStoppedAndNamed) {
+  const auto waits = [](int times) {
+    Json json = cell_with(R"([{"do": "sequence", "steps": [{"do": "wait", "name": "nothing", "seconds": 0}]}])");
+    json["program"]["steps"][0]["times"] = times;
+    return run(json);
+  };
+  EXPECT_EQ(waits(9'000).verdict, Verdict::kPassed);
+  const RunReport report = waits(20'000);
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  EXPECT_THAT(report.findings.to_string(),
+              HasSubstr("/program/steps/0/steps/0: error: 10000 steps without a single cycle between them"));
+}
+
+TEST(Program, ASequenceRunsAsOftenAsItSays) {
+  Json json = cell_with(R"([
+      {"do": "sequence", "times": 3, "steps": [{"do": "wait", "seconds": 0.1}]},
+      {"do": "sequence", "times": 0, "steps": [{"do": "wait", "name": "never", "seconds": 9}]}])");
+  json["expectations"] = Json::parse(R"([{"kind": "step", "step": "wait"}, {"kind": "step", "step": "never"}])");
+  const RunReport report = run(json);
+  EXPECT_EQ(report.cycles, 300);
+  ASSERT_EQ(report.expectations.size(), 2u);
+  EXPECT_EQ(report.expectations[0].value, 3.0);
+  EXPECT_FALSE(report.expectations[1].passed);
+  EXPECT_EQ(report.verdict, Verdict::kFailed);
+}
+
+TEST(Program, AGuardedMotionThatMeetsNothingFailsUnlessToldToGoOn) {
+  Json json = cell_with(R"([{"do": "tare"}, {"do": "lin", "name": "into the air", "to": {"by_m": [0, 0, 0.01]},
+                             "until": {"sensor": "wrist", "above_N": 5}}])");
+  const RunReport failed = run(json);
+  EXPECT_EQ(failed.verdict, Verdict::kError);
+  EXPECT_THAT(failed.findings.to_string(),
+              HasSubstr("/program/steps/1/until: error: the motion reached its end and the condition never held"));
+  json["program"]["steps"][1]["on_end"] = "continue";
+  EXPECT_EQ(run(json).verdict, Verdict::kPassed);
+}
+
+TEST(Program, ARunThatDoesNotEndIsAnErrorThatNamesTheStep) {
+  Json json = cell_with(R"([{"do": "wait", "name": "long", "seconds": 5}])");
+  json["time_limit_s"] = 0.5;
+  const RunReport report = run(json);
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  EXPECT_THAT(report.findings.to_string(),
+              HasSubstr("/time_limit_s: error: the program has not ended after 0.5 s, in step 'long'"));
+}
+
+TEST(Rehearsal, FindsWhatCannotWorkBeforeAnythingMoves) {
+  const std::string text = refusal(cell_with(R"([
+      {"do": "ptp", "to": {"in": "plat", "position_m": [0, 0, 0]}},
+      {"do": "lin", "to": {"in": "plate", "position_m": [3, 0, 0]}},
+      {"do": "ptp", "to": {"joints_deg": [0, 0, 0, 150, 0, 0, 0]}}])"));
+  EXPECT_THAT(text, HasSubstr("/program/steps/0/to"));
+  EXPECT_THAT(text, HasSubstr("did you mean 'plate'?"));
+  EXPECT_THAT(text, HasSubstr("/program/steps/1/to"));
+  EXPECT_THAT(text, HasSubstr("/program/steps/2/to"));
+}
+
+TEST(Rehearsal, RefusesGoalsOutOfReachAndOutOfRange) {
+  EXPECT_THAT(refusal(cell_with(R"([{"do": "ptp", "to": {"in": "world", "position_m": [3, 0, 0]}}])")),
+              HasSubstr("/program/steps/0/to: error: the goal is out of reach"));
+  const std::string text = refusal(cell_with(R"([{"do": "ptp", "to": {"joints_deg": [0, 0, 0, 150, 0, 0, 0]}}])"));
+  EXPECT_THAT(text, HasSubstr("/program/steps/0/to"));
+  EXPECT_THAT(text, HasSubstr("a3"));
+}
+
+TEST(Rehearsal, AContactNeedsATouchAndAFitNeedsContacts) {
+  const std::string text = refusal(cell_with(R"([
+      {"do": "ptp", "to": "home"},
+      {"do": "record_contact", "as": "top"},
+      {"do": "fit_pose", "object": "plate", "as": "found", "contacts": ["tip"], "free": ["x", "z"]}])"));
+  EXPECT_THAT(text, HasSubstr("/program/steps/1: error: the last motion of 'arm' was not guarded"));
+}
+
+TEST(Rehearsal, AFittedFrameMayBeUsedAfterwardsAndNotBefore) {
+  const std::string step = R"({"do": "ptp", "to": {"in": "plate found", "position_m": [0, 0, 0.1]}})";
+  Json json = example();
+  auto& steps = json["program"]["steps"];
+  steps.push_back(Json::parse(step));
+  EXPECT_EQ(refusal(json), "accepted");
+  steps.insert(steps.begin(), Json::parse(step));
+  EXPECT_THAT(refusal(json), HasSubstr("/program/steps/0/to"));
+}
+
+}  // namespace
+}  // namespace takt::scenario
