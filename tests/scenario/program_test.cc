@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using testing::HasSubstr;
 
-/// An arm with sensor and probe over a plate that lies up to 4 mm off: the example of docs/scenarios.md.
+/// An arm with sensor and probe over a plinth that stands up to 4 mm too high or low: the example of docs/scenarios.md.
 Json example() {
   std::ifstream stream("docs/scenarios.md");
   const std::string page{std::istreambuf_iterator<char>(stream), {}};
@@ -126,11 +126,11 @@ TEST(Program, ARunThatDoesNotEndIsAnErrorThatNamesTheStep) {
 
 TEST(Rehearsal, FindsWhatCannotWorkBeforeAnythingMoves) {
   const std::string text = refusal(cell_with(R"([
-      {"do": "ptp", "to": {"in": "plat", "position_m": [0, 0, 0]}},
-      {"do": "lin", "to": {"in": "plate", "position_m": [3, 0, 0]}},
+      {"do": "ptp", "to": {"in": "plinht", "position_m": [0, 0, 0]}},
+      {"do": "lin", "to": {"in": "plinth", "position_m": [3, 0, 0]}},
       {"do": "ptp", "to": {"joints_deg": [0, 0, 0, 150, 0, 0, 0]}}])"));
   EXPECT_THAT(text, HasSubstr("/program/steps/0/to"));
-  EXPECT_THAT(text, HasSubstr("did you mean 'plate'?"));
+  EXPECT_THAT(text, HasSubstr("did you mean 'plinth'?"));
   EXPECT_THAT(text, HasSubstr("/program/steps/1/to"));
   EXPECT_THAT(text, HasSubstr("/program/steps/2/to"));
 }
@@ -147,12 +147,12 @@ TEST(Rehearsal, AContactNeedsATouchAndAFitNeedsContacts) {
   const std::string text = refusal(cell_with(R"([
       {"do": "ptp", "to": "home"},
       {"do": "record_contact", "as": "top"},
-      {"do": "fit_pose", "object": "plate", "as": "found", "contacts": ["tip"], "free": ["x", "z"]}])"));
+      {"do": "fit_pose", "object": "plinth", "as": "found", "contacts": ["tip"], "free": ["x", "z"]}])"));
   EXPECT_THAT(text, HasSubstr("/program/steps/1: error: the last motion of 'arm' was not guarded"));
 }
 
 TEST(Rehearsal, AFittedFrameMayBeUsedAfterwardsAndNotBefore) {
-  const std::string step = R"({"do": "ptp", "to": {"in": "plate found", "position_m": [0, 0, 0.1]}})";
+  const std::string step = R"({"do": "ptp", "to": {"in": "plinth found", "position_m": [0, 0, 0.1]}})";
   Json json = example();
   auto& steps = json["program"]["steps"];
   steps.push_back(Json::parse(step));
