@@ -63,13 +63,15 @@ class Frames {
     }
     std::vector<std::string> names{"world"};
     for (const Wanted& one : wanted_) names.push_back(one.name);
+    // What hangs on something unknown is a consequence; only where nothing is unknown do frames hang in a circle.
+    const auto unknown = [&](const Wanted& one) { return std::ranges::find(names, one.at.in) == names.end(); };
+    const bool circle = std::ranges::none_of(wanted_, unknown);
     for (const Wanted& one : wanted_) {
-      if (one.placed) continue;
-      const bool exists = std::ranges::find(names, one.at.in) != names.end();
+      if (one.placed || !(circle || unknown(one))) continue;
       findings.error(one.pointer + "/in",
-                     exists ? fmt::format("'{}' hangs on a frame that has no place of its own", one.at.in)
+                     circle ? fmt::format("'{}' hangs on a frame that has no place of its own", one.at.in)
                             : fmt::format("there is no frame '{}'", one.at.in),
-                     nearest_choice(one.at.in, names));
+                     circle ? "frames that end at 'world'" : nearest_choice(one.at.in, names));
     }
   }
 
@@ -344,6 +346,26 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   set_tools(simulated, built);
   warnings.append(findings);
   return built;
+}
+
+Findings check_cell_names(const Description& description, const device::ModelLibrary& models) {
+  Findings findings;
+  (void)load_devices(description, models, findings);
+  (void)Frames(description, findings);
+  return findings;
+}
+
+command::Cell names_of_cell(const Description& description, const device::ModelLibrary& models) {
+  command::Cell cell;
+  for (const DeviceEntry& device : description.devices) {
+    const auto folder = models.find(device.model);
+    const auto known = folder ? device::read_device_kind(*folder) : Result<std::string>(std::unexpected(Findings{}));
+    const std::string kind = known.value_or(device.on.empty() ? "arm" : "force_torque_sensor");
+    if (kind == "arm") cell.arms[device.name];
+    if (kind == "force_torque_sensor") cell.sensors[device.name];
+  }
+  for (const ObjectEntry& object : description.objects) cell.objects[object.name];
+  return cell;
 }
 
 }  // namespace takt::scenario

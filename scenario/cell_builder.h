@@ -28,4 +28,11 @@ struct BuiltCell {
 [[nodiscard]] Result<BuiltCell> build_cell(const Description& description, const device::ModelLibrary& models,
                                            bool measure_times, Findings& warnings);
 
+/// What can be said of a cell that has errors of form already: models, mounts and frames that do not exist.
+[[nodiscard]] Findings check_cell_names(const Description& description, const device::ModelLibrary& models);
+
+/// The names of a cell without anything behind them: enough to check the form of a program when the cell cannot be
+/// built. A device whose model is not known counts as an arm if it stands in the room, else as a sensor.
+[[nodiscard]] command::Cell names_of_cell(const Description& description, const device::ModelLibrary& models);
+
 }  // namespace takt::scenario

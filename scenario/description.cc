@@ -247,31 +247,53 @@ void apply(const Override& change, Json& document, Findings& findings) {
 
 }  // namespace
 
-Result<Description> parse_description(std::string_view text, const std::vector<Override>& overrides,
-                                      std::optional<std::uint64_t> seed) {
+namespace {
+
+std::optional<Description> parse(std::string_view text, const std::vector<Override>& overrides,
+                                 std::optional<std::uint64_t> seed, Findings& findings) {
   auto document = parse_json(text);
-  if (!document) return std::unexpected(std::move(document.error()));
-  Findings findings;
+  if (!document) {
+    findings.append(document.error());
+    return std::nullopt;
+  }
   for (const Override& change : overrides) apply(change, *document, findings);
   Description description = read_document(*document, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
   description.text = document->dump(2) + "\n";
   if (seed) description.seed = *seed;
   return description;
 }
 
-Result<Description> read_description(const std::filesystem::path& file, const std::vector<Override>& overrides,
-                                     std::optional<std::uint64_t> seed) {
-  auto text = read_file(file, InputLimits{}.bytes);
-  if (!text) return std::unexpected(std::move(text.error()));
-  auto description = parse_description(*text, overrides, seed);
-  if (!description) {
-    description.error().set_file(file.string());
-    return description;
+}  // namespace
+
+Result<Description> parse_description(std::string_view text, const std::vector<Override>& overrides,
+                                      std::optional<std::uint64_t> seed) {
+  Findings findings;
+  auto description = parse(text, overrides, seed, findings);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  return std::move(*description);
+}
+
+std::optional<Description> read_description(const std::filesystem::path& file, const std::vector<Override>& overrides,
+                                            std::optional<std::uint64_t> seed, Findings& findings) {
+  const auto text = read_file(file, InputLimits{}.bytes);
+  if (!text) {
+    findings.append(text.error());
+    return std::nullopt;
   }
+  auto description = parse(*text, overrides, seed, findings);
+  findings.set_file(file.string());
+  if (!description) return std::nullopt;
   description->file = file;
   if (description->title.empty()) description->title = file.stem().string();
   return description;
+}
+
+Result<Description> read_description(const std::filesystem::path& file, const std::vector<Override>& overrides,
+                                     std::optional<std::uint64_t> seed) {
+  Findings findings;
+  auto description = read_description(file, overrides, seed, findings);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  return std::move(*description);
 }
 
 Eigen::Isometry3d drawn_pose(const ObjectEntry& object, std::uint64_t seed) {

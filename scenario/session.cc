@@ -38,6 +38,13 @@ class Stopwatch {
 /// Number of the digest's block for the simulation's state; the core's own blocks have small numbers.
 constexpr std::uint64_t kWorldBlock = 1u << 20;
 
+/// Errors of form in the program of a cell that cannot be built.
+Findings program_findings(const Description& description, const device::ModelLibrary& models) {
+  if (!description.program.is_object()) return {};
+  const auto program = activity::Program::parse(description.program, "/program", names_of_cell(description, models));
+  return program ? Findings{} : program.error();
+}
+
 }  // namespace
 
 std::string_view name_of(Verdict verdict) {
@@ -55,6 +62,19 @@ std::string_view name_of(Verdict verdict) {
   return "error";
 }
 
+Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file, const device::ModelLibrary& models,
+                                               const OpenOptions& options) {
+  Findings findings;
+  auto description = read_description(file, options.overrides, options.seed, findings);
+  if (!findings.has_errors()) return create(std::move(*description), models, options.measure_times);
+  if (description) {
+    findings.append(check_cell_names(*description, models));
+    findings.append(program_findings(*description, models));
+  }
+  findings.set_file(file.string());
+  return std::unexpected(std::move(findings));
+}
+
 Result<std::unique_ptr<Session>> Session::create(Description description, const device::ModelLibrary& models,
                                                  bool measure_times) {
   const std::string file = description.file.string();
@@ -64,7 +84,10 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
     return std::unexpected(std::move(findings));
   };
   auto built = build_cell(description, models, measure_times, warnings);
-  if (!built) return refuse(std::move(built.error()));
+  if (!built) {
+    built.error().append(program_findings(description, models));
+    return refuse(std::move(built.error()));
+  }
   auto program = activity::Program::parse(description.program, "/program", built->cell);
   if (!program) return refuse(std::move(program.error()));
   auto expectations = make_expectations(description.expectations, *built, *program);

@@ -53,10 +53,22 @@ struct RunReport {
   std::vector<std::string> products;  ///< files written
 };
 
+/// How a scenario file is read.
+struct OpenOptions {
+  std::vector<Override> overrides;
+  std::optional<std::uint64_t> seed;  ///< in place of the file's
+  bool measure_times = false;         ///< let the core measure its phases
+};
+
 /// A scenario made ready: built, its program parsed and rehearsed, its expectations made. Runs once.
 class Session {
  public:
-  /// @return the session, or everything that is wrong with the scenario; nothing has moved then. Realtime: setup.
+  /// Reads a file and makes it ready. @return the session, or everything that is wrong with the scenario, errors of
+  /// form and unknown names together; nothing has moved then. Realtime: setup.
+  [[nodiscard]] static Result<std::unique_ptr<Session>> open(const std::filesystem::path& file,
+                                                             const device::ModelLibrary& models,
+                                                             const OpenOptions& options = {});
+  /// The same for a description that is right in form. `models` must outlive the session.
   [[nodiscard]] static Result<std::unique_ptr<Session>> create(Description description,
                                                                const device::ModelLibrary& models,
                                                                bool measure_times = false);

@@ -31,10 +31,8 @@ FileKind kind_of(const Json& document) {
 
 /// All findings of a file, warnings included.
 Findings check_scenario(const std::filesystem::path& file, const Common& common) {
-  auto description = scenario::read_description(file);
-  if (!description) return description.error();
   const device::ModelLibrary library = common.library();
-  auto session = scenario::Session::create(std::move(*description), library);
+  const auto session = scenario::Session::open(file, library);
   return session ? (*session)->warnings() : session.error();
 }
 
@@ -123,12 +121,10 @@ struct Verified {
 Verified verify_one(const std::filesystem::path& file, const Common& common) {
   Verified verified;
   verified.file = file;
-  auto description = scenario::read_description(file);
   const device::ModelLibrary library = common.library();
-  Result<std::unique_ptr<scenario::Session>> session = std::unexpected(Findings{});
-  if (description) session = scenario::Session::create(std::move(*description), library, true);
-  if (!description || !session) {
-    verified.findings = !description ? description.error() : session.error();
+  auto session = scenario::Session::open(file, library, {.overrides = {}, .seed = {}, .measure_times = true});
+  if (!session) {
+    verified.findings = session.error();
     verified.status = kBadInput;
     return verified;
   }

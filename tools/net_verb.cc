@@ -51,11 +51,9 @@ int check_net(const NetArguments& arguments, const Common& common) {
   const device::ModelLibrary library = common.library();
   std::unique_ptr<scenario::Session> session;
   if (!arguments.scenario.empty()) {
-    auto description = scenario::read_description(arguments.scenario);
-    if (!description) return report(description.error(), common);
-    auto created = scenario::Session::create(std::move(*description), library);
-    if (!created) return report(created.error(), common);
-    session = std::move(*created);
+    auto opened = scenario::Session::open(arguments.scenario, library);
+    if (!opened) return report(opened.error(), common);
+    session = std::move(*opened);
   }
   net::Environment& devices = session ? session->built().core->environment() : no_devices.environment();
   const auto net = load_net_file(arguments.file, devices);

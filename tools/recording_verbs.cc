@@ -49,10 +49,8 @@ struct BlessArguments {
 };
 
 int bless(const BlessArguments& arguments, const Common& common) {
-  auto description = scenario::read_description(arguments.scenario);
-  if (!description) return report(description.error(), common);
   const device::ModelLibrary library = common.library();
-  auto session = scenario::Session::create(std::move(*description), library);
+  auto session = scenario::Session::open(arguments.scenario, library);
   if (!session) return report(session.error(), common);
   const std::filesystem::path file = arguments.scenario;
   const auto recording = std::filesystem::temp_directory_path() / fmt::format("takt-bless-{}.mcap", getpid());

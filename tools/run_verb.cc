@@ -87,14 +87,11 @@ int run(const RunArguments& arguments, const Common& common) {
   if (!parse_size(arguments.size, options)) {
     findings.error("--size", fmt::format("'{}' is no size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
   }
-  const auto overrides = parse_sets(arguments.sets, findings);
+  scenario::OpenOptions opening{parse_sets(arguments.sets, findings), {}, true};
   if (findings.has_errors()) return report(findings, common);
-  const std::optional<std::uint64_t> seed =
-      arguments.seed_option->count() > 0 ? std::optional(arguments.seed) : std::nullopt;
-  auto description = scenario::read_description(arguments.file, overrides, seed);
-  if (!description) return report(description.error(), common);
+  if (arguments.seed_option->count() > 0) opening.seed = arguments.seed;
   const device::ModelLibrary library = common.library();
-  auto session = scenario::Session::create(std::move(*description), library, true);
+  auto session = scenario::Session::open(arguments.file, library, opening);
   if (!session) return report(session.error(), common);
   fmt::print(stderr, "{}", (*session)->warnings().to_string());
   if (arguments.dry_run) return dry_run(**session, common);

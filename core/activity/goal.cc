@@ -13,7 +13,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Goal::Joints read_joints(ObjectReader& reader, const command::MountedArm* arm) {
-  const std::size_t count = arm ? static_cast<std::size_t>(arm->device->joint_count()) : 0;
+  // Without a device (a cell that cannot be built) any number of joints is right in form.
+  const std::size_t count = arm && arm->device ? static_cast<std::size_t>(arm->device->joint_count()) : 0;
   const auto degrees = reader.numbers("joints_deg", count);
   const std::size_t kept = std::min<std::size_t>(degrees.size(), kinematics::kMaxJoints);
   Goal::Joints joints{kinematics::JointVector(static_cast<Eigen::Index>(kept))};

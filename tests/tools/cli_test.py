@@ -200,9 +200,13 @@ class BadInput(WithFolder):
             document["objects"]["block"]["size_m"][1] = 0
             document["cameras"]["overview"]["fovy_deg"] = 400
             document["film"]["camera"] = "nowhere"
+            document["devices"]["wrist"]["model"] = "ft_gama"
+            document["objects"]["chuck"]["at"]["in"] = "tabel"
+            document["program"]["steps"][0]["speed"] = 7
         text = self.refuse(self.changed(change), "/seed", "/devices/arm/at/position_m", "/objects/block/size_m/1",
-                           "/cameras/overview/fovy_deg", "/film/camera")
-        self.assertEqual(text.count("error:"), 5)
+                           "/cameras/overview/fovy_deg", "/film/camera", "/devices/wrist/model", "/objects/chuck/at/in",
+                           "/program/steps/0/speed")
+        self.assertEqual(text.count("error:"), 8, text)
 
     def test_bad_pose(self):
         self.refuse(self.changed(lambda d: d["devices"]["arm"]["at"].update(quaternion=[1, 1, 0, 0])),
