@@ -1,5 +1,6 @@
 // Names in a scenario file: places share one name space, the film names cameras that exist.
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -174,7 +174,7 @@ TEST(SimArm, MeasurementIsQuantisedAndNoisyAsTold) {
   EXPECT_NEAR(sigma, 0.1, 0.02);
 }
 
-TEST(SimArm, BrakesStopAndHoldTheArm) {
+TEST(SimArm, S3_BrakesStopAndHoldTheArm) {
   World world = make(cell());
   const JointVector from = lwr_home();
   JointVector to = from;
