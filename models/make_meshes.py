@@ -201,12 +201,12 @@ def copies(solid, spec):
 
 
 def solids_of(parts, curves):
-    """The solids of one mesh. A part names one shape; `rows`, `points`, `steps` may name a curve of the file."""
+    """The solids of one mesh. A part names one shape; `rows`, `points`, `steps`, `polygon` may name a curve of the file."""
     result = []
     for part in parts:
         shape = next(key for key in SHAPES if key in part)
         spec = dict(part[shape])
-        for key in ("rows", "points", "steps"):
+        for key in ("rows", "points", "steps", "polygon"):
             if isinstance(spec.get(key), str):
                 spec[key] = curves[spec[key]]
         for solid in copies(SHAPES[shape](spec), part):
