@@ -13,8 +13,8 @@ namespace takt::activity {
 /// Where a motion goes.
 ///   "home"                                                 the posture of the model's device file
 ///   {"joints_deg": [...]}                                  joint positions
-///   {"in": FRAME, "position_m": [...], "rpy_deg": [...]}    tool centre point in a frame; without orientation it is
-///   kept
+///   {"in": FRAME, "position_m": [...], "rpy_deg": [...]}    tool centre point in a frame; without an orientation that
+///                                                          of the tool is kept
 ///   {"by_m": [...], "in": FRAME, "by_rpy_deg": [...]}       step from the present set point, along the axes of a frame
 ///                                                          ("tcp": of the tool); turned about the tool's own axes
 struct Goal {
@@ -35,17 +35,20 @@ struct Goal {
   std::variant<Home, Joints, Pose, Step> value;
 };
 
-/// Reads key "to" of a motion step of `arm`; findings in the reader.
+/// Reads key "to" of a motion step. Findings in the reader: not a goal, numbers that do not fit the arm.
+/// @param arm  null if the step names no arm that exists; then the number of joints is not checked. Realtime: setup.
 [[nodiscard]] Goal read_goal(ObjectReader& reader, const command::MountedArm* arm);
 
 /// A goal in numbers: joint positions, or the pose of the tool centre point T in the arm's base B.
 using ResolvedGoal = std::variant<kinematics::JointVector, Eigen::Isometry3d>;
 
-/// @param q  where the arm's set point is. @return findings for an unknown frame. Realtime: setup.
+/// @param arm  name of an arm of the cell
+/// @param q    where its set point is, rad or m
+/// @return the goal, or a finding for an unknown frame. Realtime: setup.
 [[nodiscard]] Result<ResolvedGoal> resolve(const Goal& goal, const command::Cell& cell, const std::string& arm,
                                            const kinematics::JointVector& q);
 
-/// Pose of the tool centre point of an arm in its base at q.
+/// Pose X_BT of the tool centre point of an arm in its base at q. Realtime: setup.
 [[nodiscard]] Eigen::Isometry3d tool_pose(const command::MountedArm& arm, const kinematics::JointVector& q);
 
 }  // namespace takt::activity

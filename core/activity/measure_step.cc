@@ -36,18 +36,17 @@ class ImmediateRun final : public StepRun {
   std::function<bool(Context&, Findings&)> work_;
 };
 
-// -- tare
-// --------------------------------------------------------------------------------------------------------------
+// -- tare ----------------------------------------------------------------------------------------------------------
 
 class TareRun final : public StepRun {
  public:
   TareRun(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
 
   Progress advance(Context& context, Findings& findings) override {
-    if (!net_.begun()) return net_.begin(context, command::tare_net(sensor_, cycles_, context.cell), findings);
+    if (!net_.begun()) return net_.begin(context, command::tare_net(sensor_, cycles_, context.cell), {}, findings);
     const Progress progress = net_.advance(context, findings);
     if (progress != Progress::kDone || cancelled_) return progress;
-    const auto* bias = net_.net(context)->find<net::Wrench>(command::tare_ports::kBias);
+    const auto* bias = net_.net()->find<net::Wrench>(command::tare_ports::kBias);
     if (!bias || bias->null) {
       findings.error("/sensor", fmt::format("'{}' did not answer while it was tared", sensor_));
       return Progress::kFailed;
@@ -56,9 +55,9 @@ class TareRun final : public StepRun {
     return Progress::kDone;
   }
 
-  void cancel(Context& context) override {
+  void cancel(Context&) override {
     cancelled_ = true;
-    net_.cancel(context);
+    net_.cancel();
   }
 
  private:
@@ -81,8 +80,7 @@ class TareStep final : public Step {
   std::int64_t cycles_;
 };
 
-// -- record_contact
-// ----------------------------------------------------------------------------------------------------
+// -- record_contact ------------------------------------------------------------------------------------------------
 
 class RecordContactStep final : public Step {
  public:
@@ -115,8 +113,7 @@ class RecordContactStep final : public Step {
   std::string arm_, name_;
 };
 
-// -- fit_pose
-// ----------------------------------------------------------------------------------------------------------
+// -- fit_pose ------------------------------------------------------------------------------------------------------
 
 struct FitRequest {
   std::string object, as;
@@ -187,8 +184,7 @@ class FitPoseStep final : public Step {
   FitRequest request_;
 };
 
-// -- wait
-// --------------------------------------------------------------------------------------------------------------
+// -- wait ----------------------------------------------------------------------------------------------------------
 
 class WaitStep final : public Step {
  public:
@@ -254,11 +250,13 @@ std::unique_ptr<Step> parse_fit_pose(const Json& json, const std::string& pointe
   FitRequest request;
   request.object = reader.choice("object", keys_of(cell.objects));
   request.as = reader.text("as");
+  // The fit of an object may replace what the file says of this object, and of nothing else.
+  if (request.as != request.object && cell.frames.contains(request.as)) {
+    findings.error(reader.at("as"), fmt::format("'{}' cannot be the name of an estimate", request.as),
+                   fmt::format("a new name, or '{}'", request.object));
+  }
   request.contacts = reader.texts("contacts");
   const auto free = reader.texts("free");
-  if (!reader.has("free"))
-    reader.findings().error(pointer, "key 'free' is missing", "an array of x, y, z, roll, pitch, yaw");
-  if (!reader.has("contacts")) reader.findings().error(pointer, "key 'contacts' is missing");
   for (std::size_t i = 0; i < free.size(); ++i) {
     const auto found = std::ranges::find(kCoordinates, free[i]);
     if (found == kCoordinates.end()) {

@@ -101,9 +101,9 @@ class MotionRun final : public StepRun {
     return progress;
   }
 
-  void cancel(Context& context) override {
+  void cancel(Context&) override {
     cancelled_ = true;
-    net_.cancel(context);
+    net_.cancel();
   }
 
  private:
@@ -117,23 +117,33 @@ class MotionRun final : public StepRun {
       return Progress::kFailed;
     }
     const command::MotionCommand command{request_.name, request_.arm, &*motion, arm.X_FT, request_.until};
-    return net_.begin(context, command::motion_net(command, context.cell, context.variables.biases), findings);
+    const rcc::LoadOptions options{.cancel_bound_cycles = command::cancel_bound_cycles(*motion, context.core.period())};
+    return net_.begin(context, command::motion_net(command, context.cell, context.variables.biases), options, findings);
   }
 
   Progress finish(Context& context, Findings& findings) {
     context.variables.touches.erase(request_.arm);
     if (!request_.until) return Progress::kDone;
-    const auto* touched = net_.net(context)->find<net::Boolean>(command::motion_ports::kTouched);
-    if (touched && !touched->null && touched->value) return note_touch(context, findings);
-    if (!request_.must_touch || cancelled_) return Progress::kDone;
+    if (was_true(command::motion_ports::kTouched)) return note_touch(context, findings);
+    if (cancelled_) return Progress::kDone;
+    if (was_true(command::motion_ports::kStopped)) {
+      findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path");
+      return Progress::kFailed;
+    }
+    if (!request_.must_touch) return Progress::kDone;
     findings.error("/until", "the motion reached its end and the condition never held",
                    "a longer motion, another threshold, or \"on_end\": \"continue\"");
     return Progress::kFailed;
   }
 
+  [[nodiscard]] bool was_true(std::string_view port) const {
+    const auto* slot = net_.net()->find<net::Boolean>(port);
+    return slot && !slot->null && slot->value;
+  }
+
   Progress note_touch(Context& context, Findings& findings) {
     const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
-    const auto* X_BT = net_.net(context)->find<net::Frame>(command::motion_ports::kTouchFrame);
+    const auto* X_BT = net_.net()->find<net::Frame>(command::motion_ports::kTouchFrame);
     const auto X_WB = context.cell.frames.pose(request_.arm);
     if (!X_BT || X_BT->null || !X_WB) {
       findings.error("/until", "the condition held, but the arm's position was not known in that cycle");
@@ -155,6 +165,7 @@ class MotionStep final : public Step {
   explicit MotionStep(MotionRequest request) : request_(std::move(request)) {}
 
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+    rehearsal.touched[request_.arm] = request_.until.has_value();
     JointVector& q = rehearsal.q[request_.arm];
     const auto motion = plan(request_, rehearsal.cell, q);
     if (!motion) {
@@ -163,7 +174,6 @@ class MotionStep final : public Step {
     }
     q = motion->q_goal;
     rehearsal.duration += motion->duration();
-    rehearsal.touched[request_.arm] = request_.until.has_value();
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<MotionRun>(request_); }

@@ -4,12 +4,18 @@
 
 namespace takt::activity {
 
-Progress NetRun::begin(Context& context, const net::NetDescription& description, Findings& findings) {
-  auto id = context.core.load(description);
+NetRun::~NetRun() {
+  if (core_) (void)core_->unload(id_);
+}
+
+Progress NetRun::begin(Context& context, const net::NetDescription& description, const rcc::LoadOptions& options,
+                       Findings& findings) {
+  auto id = context.core.load(description, options);
   if (!id) {
     findings.append(id.error());
     return Progress::kFailed;
   }
+  core_ = &context.core;
   id_ = *id;
   start_cycle_ = context.core.cycle() + context.program_latency_cycles;
   return advance(context, findings);
@@ -27,6 +33,7 @@ Progress NetRun::advance(Context& context, Findings& findings) {
     return Progress::kFailed;
   }
   const rcc::NetStatus status = context.core.status(id_);
+  if (cancelled_ && status.state == rcc::NetState::kRunning) context.core.cancel(id_);
   if (status.state != rcc::NetState::kTerminated) return Progress::kRunning;
   const auto code = status.cause.code;
   if (code == net::Cause::Code::kTerminated || code == net::Cause::Code::kCancelled) return Progress::kDone;
@@ -34,12 +41,5 @@ Progress NetRun::advance(Context& context, Findings& findings) {
                                  status.cause.text.view()));
   return Progress::kFailed;
 }
-
-void NetRun::cancel(Context& context) {
-  cancelled_ = true;
-  if (id_ != 0 && start_request_ != 0) context.core.cancel(id_);
-}
-
-const net::CompiledNet* NetRun::net(const Context& context) const { return id_ ? context.core.net(id_) : nullptr; }
 
 }  // namespace takt::activity

@@ -15,6 +15,16 @@ using Json = nlohmann::ordered_json;
 /// More steps than this without a cycle between them are a program that never waits.
 constexpr int kStepBudget = 10'000;
 
+/// More steps than this are not counted: repetitions inside repetitions go beyond any integer.
+constexpr std::int64_t kMostSteps = 1'000'000'000'000;
+
+std::int64_t count_steps(const Node& node) {
+  if (node.step) return 1;
+  std::int64_t count = 0;
+  for (const Node& child : node.children) count = std::min(kMostSteps, count + count_steps(child));
+  return std::min(kMostSteps, count * node.times);
+}
+
 Node parse_node(const Json& json, const std::string& pointer, const command::Cell& cell, Findings& findings);
 
 void parse_sequence(const Json& json, const command::Cell& cell, Findings& findings, Node& node) {
@@ -27,6 +37,8 @@ void parse_sequence(const Json& json, const command::Cell& cell, Findings& findi
       node.children.push_back(parse_node((*steps)[i], reader.at("steps") + pointer_segment(i), cell, findings));
     }
   }
+  // A million rounds of nothing would keep the runner busy without ever meeting a step.
+  if (count_steps(node) == 0) node.times = 0;
   reader.finish();
 }
 
@@ -56,20 +68,21 @@ Node parse_node(const Json& json, const std::string& pointer, const command::Cel
   return node;
 }
 
-void rehearse_node(const Node& node, Rehearsal& rehearsal, Findings& findings) {
-  if (node.step) node.step->rehearse(rehearsal, node.pointer, findings);
-  // One round shows whatever the form of the steps can show; a second one starts where the first ended.
-  for (std::int64_t round = 0; round < std::min<std::int64_t>(node.times, 2); ++round) {
-    for (const Node& child : node.children) rehearse_node(child, rehearsal, findings);
+/// One round of a sequence shows whatever the form of the steps can show; a second one starts where the first ended.
+/// Inside a second round one round is enough, or the effort would double with each level. The others are taken to last
+/// as long as the last one that was played.
+/// @param most_rounds  of each sequence, 1 or 2
+void rehearse_node(const Node& node, std::int64_t most_rounds, Rehearsal& rehearsal, Findings& findings) {
+  if (node.step) return node.step->rehearse(rehearsal, node.pointer, findings);
+  const std::int64_t rounds = std::min(node.times, most_rounds);
+  double last_round = 0.0;
+  for (std::int64_t round = 0; round < rounds; ++round) {
+    const double begin = rehearsal.duration;
+    for (const Node& child : node.children) rehearse_node(child, round == 0 ? most_rounds : 1, rehearsal, findings);
     if (findings.has_errors()) return;
+    last_round = rehearsal.duration - begin;
   }
-}
-
-std::int64_t count_steps(const Node& node) {
-  if (node.step) return 1;
-  std::int64_t count = 0;
-  for (const Node& child : node.children) count += count_steps(child);
-  return count * node.times;
+  rehearsal.duration += static_cast<double>(node.times - rounds) * last_round;
 }
 
 void collect_names(const Node& node, std::vector<std::string>& names) {
@@ -91,7 +104,7 @@ std::pair<Findings, double> Program::rehearse(const command::Cell& cell) const {
   Rehearsal rehearsal{.cell = cell, .q = {}, .touched = {}, .contacts = {}};
   for (const auto& [name, arm] : cell.arms) rehearsal.q[name] = arm.start;
   Findings findings;
-  rehearse_node(root_, rehearsal, findings);
+  rehearse_node(root_, 2, rehearsal, findings);
   return {std::move(findings), rehearsal.duration};
 }
 
@@ -154,7 +167,7 @@ Progress ProgramRunner::advance() {
     run_.reset();
     ++steps_done_;
     context_.event("program", progress == Progress::kDone ? "end" : "failed", current_);
-    if (progress == Progress::kFailed && !cancelled_) {
+    if (progress == Progress::kFailed) {
       findings_.append(findings, leaf_->pointer);
       progress_ = Progress::kFailed;
     }

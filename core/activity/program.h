@@ -18,7 +18,7 @@ struct Node {
   std::string pointer;         ///< JSON pointer in the file
   std::unique_ptr<Step> step;  ///< null for a sequence
   std::vector<Node> children;
-  std::int64_t times = 1;  ///< how often a sequence runs
+  std::int64_t times = 1;  ///< how often a sequence runs; 0 if there is no step in it
 };
 
 /// A program tree, checked for form. Immutable.
@@ -33,7 +33,7 @@ class Program {
   [[nodiscard]] std::pair<Findings, double> rehearse(const command::Cell& cell) const;
 
   [[nodiscard]] const Node& root() const { return root_; }
-  /// Number of steps that one run executes, repetitions counted.
+  /// Number of steps that one run executes, repetitions counted; 10^12 stands for all that is more.
   [[nodiscard]] std::int64_t step_count() const;
   /// Names of all nodes, in the order of the file.
   [[nodiscard]] std::vector<std::string> names() const;

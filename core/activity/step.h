@@ -20,7 +20,7 @@ namespace takt::activity {
 struct Touch {
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< tool centre point in the world when the condition first held, m
   double radius = 0.0;                            ///< of the probing ball, m
-  std::int64_t cycle = -1;
+  std::int64_t cycle = -1;                        ///< in which the net had ended
 };
 
 /// What a program has measured so far.
@@ -59,9 +59,10 @@ enum class Progress { kRunning, kDone, kFailed };
 class StepRun {
  public:
   virtual ~StepRun() = default;
-  /// Called between cycles, as often as needed; never blocks. Findings say why it failed.
+  /// Called between cycles, as often as needed; never blocks. Findings, with pointers below the step, say why it
+  /// failed.
   virtual Progress advance(Context& context, Findings& findings) = 0;
-  /// Asks for a graceful end (row L6); advance() then comes to an end.
+  /// Asks for a graceful end (row L6); advance() then comes to an end. A step that is done at once needs none.
   virtual void cancel(Context& context) { (void)context; }
 };
 
@@ -70,7 +71,9 @@ class Step {
  public:
   virtual ~Step() = default;
   /// Plays the step on the rehearsal's state: everything that can be found wrong before anything moves.
+  /// @param pointer  of the step in its file. Realtime: setup.
   virtual void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const = 0;
+  /// A new execution; it may refer to the step, which must outlive it.
   [[nodiscard]] virtual std::unique_ptr<StepRun> begin() const = 0;
 };
 

@@ -37,7 +37,8 @@ void read_threshold(ObjectReader& reader, Condition& condition) {
   const char* unit = is_torque(condition.quantity) ? "Nm" : "N";
   const std::string above = fmt::format("above_{}", unit);
   const std::string below = fmt::format("below_{}", unit);
-  if (reader.has(above) == reader.has(below)) {
+  const bool both_or_none = (reader.child(above) != nullptr) == (reader.child(below) != nullptr);
+  if (both_or_none) {
     reader.findings().error(reader.pointer(), "exactly one threshold is needed",
                             fmt::format("'{}' or '{}'", above, below));
   }
@@ -59,6 +60,7 @@ std::vector<Condition> read_operands(ObjectReader& reader, std::string_view key,
 
 Condition read_comparison(ObjectReader& reader, const Cell& cell) {
   Condition condition;
+  if (!reader.json().is_object()) return condition;
   condition.sensor = reader.text("sensor");
   if (reader.has("sensor") && !cell.sensors.contains(condition.sensor)) {
     std::vector<std::string> names;

@@ -22,18 +22,20 @@ enum class Quantity { kForce, kForceX, kForceY, kForceZ, kTorque, kTorqueX, kTor
 struct Condition {
   enum class Kind { kComparison, kAll, kAny, kNot };
   Kind kind = Kind::kComparison;
-  std::string sensor;
+  std::string sensor;  ///< of a comparison, like the next three
   Quantity quantity = Quantity::kForce;
   bool above = true;
-  double threshold = 0.0;  ///< N or Nm
-  std::vector<Condition> operands;
+  double threshold = 0.0;           ///< N or Nm
+  std::vector<Condition> operands;  ///< of kAll and kAny at least one, of kNot exactly one
 };
 
-/// Findings: unknown sensor (nearest), unknown quantity, no or two thresholds, a unit that does not fit the quantity.
+/// @param pointer  where `json` stands in its file
+/// @return the condition, or all findings: unknown sensor (nearest), unknown quantity, no or two thresholds, a unit
+/// that does not fit the quantity. Realtime: setup.
 [[nodiscard]] Result<Condition> parse_condition(const nlohmann::ordered_json& json, const std::string& pointer,
                                                 const Cell& cell);
 
-/// Names of all sensors in a condition, each once, in order of first use.
+/// Names of all sensors in a condition, each once, in order of first use. Realtime: setup.
 [[nodiscard]] std::vector<std::string> sensors_of(const Condition& condition);
 
 [[nodiscard]] bool is_torque(Quantity quantity);

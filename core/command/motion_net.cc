@@ -1,8 +1,11 @@
 #include "core/command/motion_net.h"
 
+#include <cmath>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/motion/path_clock.h"
 #include "core/net/value_json.h"
 
 namespace takt::command {
@@ -10,6 +13,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using net::NetDescription;
+
+/// A sensor that has been silent for so long is not waited for.
+constexpr double kSilence_s = 0.5;
 
 Json frame_json(const Eigen::Isometry3d& X) { return net::value_to_json(net::Frame(X)); }
 Json wrench_json(const net::Wrench& wrench) { return net::value_to_json(wrench); }
@@ -103,14 +109,20 @@ std::string add_condition(NetDescription& net, const Condition& condition, const
 /// The condition, the latch that remembers it, and where the tool was when it first held.
 void add_until(NetDescription& net, const MotionCommand& command, const Cell& cell, const Biases& biases) {
   for (const std::string& sensor : sensors_of(*command.until)) add_contact_wrench(net, sensor, cell, biases);
+  const std::string condition = add_condition(net, *command.until, "until");
   net.add("until_latch", "SetResetLatch", {{"reset", false}});
-  net.link(add_condition(net, *command.until, "until"), "until_latch.set");
+  net.link(condition, "until_latch.set");
+  // A sensor that is silent stops the arm, but it has not felt anything.
+  net.add("felt", "DefaultToBoolean", {{"fallback", false}});
+  net.link(condition, "felt.input");
+  net.add("touch_latch", "SetResetLatch", {{"reset", false}});
+  net.link("felt.value", "touch_latch.set");
   const MountedArm& arm = cell.arms.find(command.arm)->second;
   net.add("tool_pose", "ForwardKinematics", {{"device", command.arm}, {"tool", frame_json(arm.X_FT)}});
   net.link(add_arm_state(net, command.arm), "tool_pose.q");
   net.add("touch_frame", "SnapshotFrame");
   net.link("tool_pose.frame", "touch_frame.input");
-  net.link("until_latch.value", "touch_frame.trigger");
+  net.link("touch_latch.value", "touch_frame.trigger");
 }
 
 /// Path clock: runs until a stop is wanted, then brakes on the path. @return the port that says a stop is wanted.
@@ -172,15 +184,31 @@ net::NetDescription motion_net(const MotionCommand& command, const Cell& cell, c
   return net;
 }
 
+std::int64_t cancel_bound_cycles(const motion::Motion& motion, Nanoseconds period) {
+  const double stop_s = motion::PathClock(motion.clock, motion.duration(), false).stop_time_bound();
+  // The net hears of the cancel one cycle after it was asked for, and the clock stands at the end of a whole cycle.
+  return static_cast<std::int64_t>(std::ceil(stop_s / to_seconds(period))) + 2;
+}
+
 net::NetDescription tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell) {
   NetDescription net;
   net.name = "tare " + sensor;
   const std::string wrench = add_compensated_wrench(net, sensor, cell);
   net.add("tare", "Tare", {{"cycles", cycles}, {"trigger", true}});
   net.link(wrench, "tare.wrench");
+  // Null readings are not averaged, so a dead sensor would keep the net for ever.
+  net.add("parts", "WrenchComponents");
+  net.link(wrench, "parts.input");
+  net.add("no_force", "IsNullVector");
+  net.link("parts.force", "no_force.input");
+  net.add("silent", "OnDelay", {{"delay", kSilence_s}});
+  net.link("no_force.value", "silent.input");
   net.add("cancel", "Cancel");
+  net.add("give_up", "Or");
+  net.link("cancel.requested", "give_up.a");
+  net.link("silent.value", "give_up.b");
   net.add("done", "Or");
-  net.link("cancel.requested", "done.a");
+  net.link("give_up.value", "done.a");
   net.link("tare.done", "done.b");
   net.add("end", "Termination");
   net.link("done.value", "end.condition");

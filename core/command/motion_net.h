@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "core/base/time.h"
 #include "core/command/cell.h"
 #include "core/command/condition.h"
 #include "core/motion/planner.h"
@@ -21,21 +23,27 @@ struct MotionCommand {
   std::optional<Condition> until;
 };
 
-/// Output ports of a net made by motion_net() that the program reads when the net has ended.
+/// Output ports of a net made by motion_net() with a condition that the program reads when the net has ended.
 namespace motion_ports {
-inline constexpr std::string_view kTouched = "until_latch.value";  ///< Boolean: the condition has held
-inline constexpr std::string_view kTouchFrame =
-    "touch_frame.value";  ///< Frame: T in the arm's base, measured, when it first held
-inline constexpr std::string_view kPathTime = "clock.time";  ///< Real, s
+/// Boolean: the condition held, or nobody knew whether it did (row N3); the arm braked on its path.
+inline constexpr std::string_view kStopped = "until_latch.value";
+/// Boolean: the condition held. False beside a true kStopped: a sensor did not answer.
+inline constexpr std::string_view kTouched = "touch_latch.value";
+/// Frame: T in the arm's base, measured, in the cycle in which the condition first held; null before.
+inline constexpr std::string_view kTouchFrame = "touch_frame.value";
 }  // namespace motion_ports
 
 /// The net of a motion: path clock, time law, path, inverse kinematics where the path is Cartesian, arm. A request to
 /// cancel and the condition set the clock's target rate to zero in the cycle in which they hold.
-/// @param biases  of the sensors in the condition; a sensor that was never tared has none. Realtime: setup.
+/// @param command  names an arm, and sensors, that the cell has
+/// @param biases   of the sensors in the condition; a sensor that was never tared has none. Realtime: setup.
 [[nodiscard]] net::NetDescription motion_net(const MotionCommand& command, const Cell& cell, const Biases& biases);
 
+/// Cycles from a request to cancel to the end of a motion's net, at most (row L6). Realtime: setup.
+[[nodiscard]] std::int64_t cancel_bound_cycles(const motion::Motion& motion, Nanoseconds period);
+
 /// The net that averages a sensor's reading, tool weight taken out, over `cycles` cycles while the arms stand still.
-/// Its result is on kBias.
+/// Its result is on kBias; null if the sensor was silent for half a second, or the net was cancelled. Realtime: setup.
 [[nodiscard]] net::NetDescription tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell);
 namespace tare_ports {
 inline constexpr std::string_view kBias = "tare.bias";  ///< Wrench in the measuring frame
