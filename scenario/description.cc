@@ -171,7 +171,7 @@ void read_expectations(ObjectReader& reader, Description& description) {
   }
 }
 
-/// Devices, objects, frames and cameras share one name space, so that "in" is never ambiguous.
+/// Frames, devices and objects share one name space, so that "in" is never ambiguous.
 void check_names(const Description& description, Findings& findings) {
   std::set<std::string> names;
   const auto once = [&](const std::string& name, const std::string& place) {

@@ -82,7 +82,7 @@ struct ExpectationEntry {
 /// A scenario file as read: checked for form, not yet against models.
 struct Description {
   std::filesystem::path file;
-  std::string text;  ///< the bytes of the file
+  std::string text;  ///< the file with all overrides but the seed, as JSON
   std::string title;
   std::uint64_t seed = 1;
   double time_limit_s = 120.0;

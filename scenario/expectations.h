@@ -48,8 +48,8 @@ struct ExpectationKind {
 };
 [[nodiscard]] const std::vector<ExpectationKind>& expectation_kinds();
 
-/// Makes the expectations of a scenario. All findings at once: unknown kinds, keys, names.
-/// @param estimates  names that the program's fits will define
+/// Makes the expectations of a scenario. All findings at once: unknown kinds, keys, names. Contacts that they look at
+/// are watched in the simulated world from then on. Realtime: setup.
 [[nodiscard]] Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(
     const std::vector<ExpectationEntry>& entries, BuiltCell& built, const activity::Program& program);
 

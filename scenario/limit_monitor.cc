@@ -12,7 +12,8 @@ LimitMonitor::LimitMonitor(motion::JointLimits limits, std::vector<std::string> 
 
 void LimitMonitor::note(Quantity quantity, Eigen::Index joint, double value, double limit) {
   const double share = std::abs(value) / limit;
-  if (share <= worst_share_) return;
+  // What is not a number is the worst there is, and stays it.
+  if (share <= worst_share_ || std::isnan(worst_share_)) return;
   worst_share_ = share;
   worst_quantity_ = quantity;
   worst_joint_ = joint;

@@ -198,11 +198,11 @@ class Session::Run {
   /// Interrupts, and the time limit.
   bool stopped() {
     const int interrupts = options_.interrupt ? options_.interrupt->load() : 0;
-    if (interrupts >= 2) return true;
-    if (interrupts == 1 && !cancelled_) {
+    if (interrupts >= 1 && !cancelled_) {
       cancelled_ = true;
       runner_.cancel();
     }
+    if (interrupts >= 2) return true;
     const double time = to_seconds(session_.built_.core->time());
     if (time < session_.description_.time_limit_s) return false;
     report_.findings.error(

@@ -1,0 +1,226 @@
+// Whole runs of scenarios: what repeats, what changes the digest, how a run may end, and each expectation both ways.
+#include "scenario/session.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace takt::scenario {
+namespace {
+
+using testing::HasSubstr;
+
+const device::ModelLibrary& models() {
+  static const device::ModelLibrary library({"models"});
+  return library;
+}
+
+RunReport run(Description description, const RunOptions& options = {}) {
+  auto session = Session::create(std::move(description), models());
+  if (!session) {
+    ADD_FAILURE() << session.error().to_string();
+    return {};
+  }
+  return (*session)->run(options);
+}
+
+/// scenarios/touch.json, without the second run that one of its expectations asks for: tests compare runs themselves.
+Description touch(const std::vector<Override>& overrides = {}, std::uint64_t seed = 1) {
+  auto description = read_description("scenarios/touch.json", overrides, seed);
+  if (!description) {
+    ADD_FAILURE() << description.error().to_string();
+    return {};
+  }
+  std::erase_if(description->expectations, [](const auto& one) { return one.kind == "repeats"; });
+  return std::move(*description);
+}
+
+/// The arm of the touch scenario, moving a joint and back for a fraction of a second. `more` are keys of the scenario.
+Description shorty(const std::string& more = "", const std::string& start = "[0, -30, 0, 90, 0, -60, 0]") {
+  auto description = parse_description(R"({"devices": {
+      "arm": {"model": "lwr4plus", "start_deg": )" +
+                                       start + R"(},
+      "wrist": {"model": "ft_gamma", "on": "arm"}, "probe": {"model": "probe_ball", "on": "wrist"}},
+    "objects": {"block": {"shape": "box", "size_m": [0.1, 0.1, 0.1], "at": {"position_m": [0, 0.5, 0.05]}}},
+    "program": {"do": "sequence", "steps": [
+      {"do": "ptp", "name": "there", "to": {"joints_deg": [5, -30, 0, 90, 0, -60, 0]}},
+      {"do": "wait", "name": "pause", "seconds": 0.05}]})" +
+                                       more + "}");
+  if (!description) {
+    ADD_FAILURE() << description.error().to_string();
+    return {};
+  }
+  return std::move(*description);
+}
+
+RunReport judged(const std::string& expectation) { return run(shorty(R"(, "expectations": [)" + expectation + "]")); }
+
+// -- Touch ---------------------------------------------------------------------------------------------------------
+
+TEST(Session, TouchPassesWhereverTheBlockLies) {
+  for (const std::uint64_t seed : {1, 7, 42}) {
+    const RunReport report = run(touch({}, seed));
+    EXPECT_EQ(report.verdict, Verdict::kPassed) << "seed " << seed << "\n" << report.findings.to_string();
+    for (const auto& one : report.expectations) EXPECT_TRUE(one.passed) << "seed " << seed << ": " << one.measured;
+  }
+}
+
+/// The controller knows nothing of a plant that is heavier than its URDF: it tracks worse, and touches elsewhere.
+TEST(Session, D6_AHeavierPlantIsFeltButNotKnown) {
+  const RunReport nominal = run(touch());
+  const RunReport heavy = run(touch({{"/plant_mass_scale", "1.1"}}));
+  const RunReport payload = run(touch({{"/devices/arm/payload_error_kg", "0.5"}}));
+  for (const RunReport* other : {&heavy, &payload}) {
+    EXPECT_NE(other->digest, nominal.digest);
+    ASSERT_TRUE(other->estimates.contains("block found")) << other->findings.to_string();
+    const double moved =
+        (other->estimates.at("block found").translation() - nominal.estimates.at("block found").translation()).norm();
+    EXPECT_GT(moved, 1e-7) << "the contacts are elsewhere";
+    EXPECT_LT(moved, 1e-3) << "but not far";
+  }
+}
+
+// -- Repetition ----------------------------------------------------------------------------------------------------
+
+TEST(Session, D4_D5_TwoRunsAreEqualBitForBit) {
+  const RunReport a = run(shorty()), b = run(shorty());
+  EXPECT_EQ(a.verdict, Verdict::kPassed) << a.findings.to_string();
+  EXPECT_GT(a.cycles, 100);
+  EXPECT_EQ(a.cycles, b.cycles);
+  EXPECT_EQ(a.digest, b.digest);
+  EXPECT_EQ(a.digest.size(), 32u);
+}
+
+TEST(Session, D5_MeasuringTimesChangesNoBit) {
+  RunOptions without;
+  without.measure_times = false;
+  auto session = Session::create(shorty(), models(), true);
+  ASSERT_TRUE(session.has_value());
+  EXPECT_EQ((*session)->run({}).digest, run(shorty(), without).digest);
+}
+
+TEST(Session, D4_TheLowestBitOfOneJointChangesTheDigest) {
+  Description changed = shorty();
+  double& q = changed.devices[0].start_rad[1];
+  q = std::nextafter(q, 0.0);
+  EXPECT_NE(run(std::move(changed)).digest, run(shorty()).digest);
+}
+
+// -- Ends ----------------------------------------------------------------------------------------------------------
+
+TEST(Session, D2_LatencyLengthensTheRunAndNothingElse) {
+  const RunReport none = run(shorty(R"(, "program_latency_cycles": 0)"));
+  const RunReport fifty = run(shorty(R"(, "program_latency_cycles": 50)"));
+  EXPECT_EQ(none.verdict, Verdict::kPassed);
+  EXPECT_EQ(fifty.verdict, Verdict::kPassed);
+  EXPECT_EQ(fifty.cycles - none.cycles, 50) << "one motion";
+}
+
+TEST(Session, TheTimeLimitEndsTheRun) {
+  const RunReport report = run(shorty(R"(, "time_limit_s": 0.1)"));
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  EXPECT_NEAR(report.sim_time, 0.1, 1e-9);
+  EXPECT_THAT(report.findings.to_string(), HasSubstr("/time_limit_s: error: the program has not ended after 0.1 s"));
+  EXPECT_THAT(report.findings.to_string(), HasSubstr("in step 'there'"));
+}
+
+TEST(Session, AFirstInterruptEndsAtRest) {
+  std::atomic<int> interrupt = 1;
+  RunOptions options;
+  options.interrupt = &interrupt;
+  const RunReport before = run(shorty(), options);
+  EXPECT_EQ(before.verdict, Verdict::kInterrupted);
+  EXPECT_LT(before.cycles, 5) << "before the first step";
+  // During the motion: the progress function is called now and then.
+  interrupt = 0;
+  options.realtime = true;
+  options.progress = [&](double time, double, const std::string&) { interrupt = time > 0.05 ? 1 : 0; };
+  auto session = Session::create(touch(), models());
+  ASSERT_TRUE(session.has_value());
+  const RunReport report = (*session)->run(options);
+  EXPECT_EQ(report.verdict, Verdict::kInterrupted);
+  EXPECT_LT(report.sim_time, 2.0);
+  EXPECT_TRUE((*session)->built().cell.arms.at("arm").device->at_rest());
+}
+
+TEST(Session, ASecondInterruptStopsAtOnce) {
+  std::atomic<int> interrupt = 2;
+  RunOptions options;
+  options.interrupt = &interrupt;
+  const RunReport report = run(shorty(), options);
+  EXPECT_EQ(report.verdict, Verdict::kInterrupted) << "not passed: nothing was run";
+  EXPECT_EQ(report.cycles, 0);
+}
+
+TEST(Session, AFailingStepIsAnErrorWithItsPlace) {
+  Description description = shorty();
+  description.program["steps"].push_back(nlohmann::ordered_json::parse(
+      R"({"do": "lin", "to": {"by_m": [0, 0, 0.01]}, "until": {"sensor": "wrist", "above_N": 500}})"));
+  const RunReport report = run(std::move(description));
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  EXPECT_THAT(report.findings.to_string(), HasSubstr("/program/steps/2/until: error: the motion reached its end"));
+}
+
+TEST(Session, WhatCannotRunIsRefusedBeforeAnythingMoves) {
+  Description description = shorty(R"(, "expectations": [{"kind": "step", "step": "pauze"}, {"kind": "hope"}])");
+  description.program["steps"].push_back(
+      nlohmann::ordered_json::parse(R"({"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 9]}})"));
+  description.film.cuts.push_back({"theer", "c"});
+  const auto session = Session::create(std::move(description), models());
+  ASSERT_FALSE(session.has_value());
+  const std::string text = session.error().to_string();
+  EXPECT_THAT(text, HasSubstr("/program/steps/2/to: error: the goal is out of reach"));
+  EXPECT_THAT(text, HasSubstr("/expectations/0/step"));
+  EXPECT_THAT(text, HasSubstr("did you mean 'pause'?"));
+  EXPECT_THAT(text, HasSubstr("/expectations/1/kind"));
+  EXPECT_THAT(text, HasSubstr("/film/cuts/0/step"));
+}
+
+// -- Expectations --------------------------------------------------------------------------------------------------
+
+struct Judgement {
+  const char* expectation;
+  bool passed;
+};
+
+void PrintTo(const Judgement& judgement, std::ostream* out) { *out << judgement.expectation; }
+
+class ExpectationTest : public testing::TestWithParam<Judgement> {};
+
+TEST_P(ExpectationTest, IsJudged) {
+  const RunReport report = judged(GetParam().expectation);
+  ASSERT_EQ(report.expectations.size(), 1u) << report.findings.to_string();
+  EXPECT_EQ(report.expectations[0].passed, GetParam().passed) << report.expectations[0].measured;
+  EXPECT_NE(report.expectations[0].measured, "");
+  EXPECT_EQ(report.verdict, GetParam().passed ? Verdict::kPassed : Verdict::kFailed);
+}
+
+constexpr Judgement kJudgements[] = {
+    {R"({"kind": "duration", "below_s": 10})", true},
+    {R"({"kind": "duration", "below_s": 0.1})", false},
+    {R"({"kind": "limits", "arm": "arm"})", true},
+    {R"({"kind": "step", "step": "pause"})", true},
+    {R"({"kind": "repeats"})", true},
+    {R"({"kind": "peak_force", "sensor": "wrist", "below_N": 50})", true},
+    {R"({"kind": "peak_force", "sensor": "wrist", "below_N": 0.01})", false},
+    {R"({"kind": "contact_force", "between": ["probe", "block"], "below_N": 1})", true},
+    {R"({"kind": "contact_force", "between": ["probe", "block"], "below_N": 10, "at_least_N": 1})", false},
+    {R"({"kind": "object_pose", "object": "block", "position_m": [0, 0.5, 0.05], "position_within_m": 0.001})", true},
+    {R"({"kind": "object_pose", "object": "block", "position_m": [0, 0.5, 0.06], "position_within_m": 0.001})", false},
+    {R"({"kind": "object_pose", "object": "block", "position_m": [0, 0.5, 0.05], "rpy_deg": [0, 0, 3],
+         "position_within_m": 0.001, "angle_within_deg": 1})",
+     false},
+    {R"({"kind": "estimate", "estimate": "never", "of": "block", "position_within_m": 1})", false},
+};
+INSTANTIATE_TEST_SUITE_P(Each, ExpectationTest, testing::ValuesIn(kJudgements));
+
+TEST(Session, AStepThatNeverRanFailsItsExpectation) {
+  Description description = shorty(R"(, "expectations": [{"kind": "step", "step": "skipped"}])");
+  description.program["steps"].push_back(nlohmann::ordered_json::parse(
+      R"({"do": "sequence", "times": 0, "steps": [{"do": "wait", "name": "skipped", "seconds": 1}]})"));
+  const RunReport report = run(std::move(description));
+  EXPECT_EQ(report.verdict, Verdict::kFailed);
+  EXPECT_EQ(report.expectations.at(0).measured, "step 'skipped' ran 0 times");
+}
+
+}  // namespace
+}  // namespace takt::scenario
