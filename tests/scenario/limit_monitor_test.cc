@@ -71,7 +71,7 @@ TEST(LimitMonitor, OnePerCentOverAnyLimitIsCaughtAndNamed) {
   const auto acceleration = moved(0, 180, [](int i) { return push(i, 10.1, 50); });
   EXPECT_FALSE(acceleration.held());
   EXPECT_THAT(acceleration.worst().what, StartsWith("acceleration of joint a2: 10.1 of 10 in cycle "));
-  const auto velocity = moved(0, 300, [](int i) { return push(i, 9.9, 104); });
+  const auto velocity = moved(0, 300, [](int i) { return push(i, 10.0, 102); });
   EXPECT_FALSE(velocity.held());
   EXPECT_THAT(velocity.worst().what, StartsWith("velocity of joint a2: 2.02 of 2 in cycle "));
   LimitMonitor position(limits(), {"a1", "a2"}, kPeriod);

@@ -108,7 +108,7 @@ TEST_F(ProgramTest, RehearsalMeasuresRepetitionsButDoesNotPlayThemAll) {
 
 // -- Running -------------------------------------------------------------------------------------------------------
 
-TEST_F(ProgramTest, D3_StepsRunInTheOrderOfTheTree) {
+TEST_F(ProgramTest, StepsRunInTheOrderOfTheTree) {
   EXPECT_EQ(
       run(sequence(
           R"({"do": "wait", "seconds": 0.003, "name": "a"},)" +
@@ -172,7 +172,7 @@ TEST_F(ProgramTest, AFaultOfTheArmIsTheFailureOfItsStep) {
 
 TEST_F(ProgramTest, N3_ASensorThatFallsSilentIsNoTouch) {
   const std::string touch =
-      R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "until": {"sensor": "wrist", "above_N": 50}, "on_end": "continue"})";
+      R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "until": {"sensor": "wrist", "above_N": 9}, "on_end": "continue"})";
   EXPECT_EQ(run(good(touch), [this](int cycle, ProgramRunner&) { fake.sensor->silent = cycle >= 300; }),
             Progress::kFailed);
   EXPECT_THAT(findings.to_string(), HasSubstr("/program/until: error: a sensor of the condition did not answer"));
