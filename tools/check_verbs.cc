@@ -148,6 +148,7 @@ Verified verify_one(const std::filesystem::path& file, const Common& common) {
   }
   std::error_code ignored;
   std::filesystem::remove(recording, ignored);
+  verified.run.products.clear();
   return verified;
 }
 
