@@ -38,6 +38,22 @@ std::vector<sim::FilmState> states_for_film(const record::Table& table,
   return states;
 }
 
+/// The scenario's cuts at the times at which their steps began; with a camera asked for, that one throughout.
+std::vector<sim::CameraCut> cuts_of(const Description& description, const std::vector<record::RecordedEvent>& events,
+                                    const std::string& camera) {
+  if (!camera.empty()) return {{0, camera}};
+  std::string first = description.film.camera;
+  if (first.empty() && !description.cameras.empty()) first = description.cameras.front().name;
+  std::vector<sim::CameraCut> cuts{{0, first}};
+  for (const record::RecordedEvent& event : events) {
+    if (event.name != "begin") continue;
+    for (const FilmEntry::Cut& cut : description.film.cuts) {
+      if (cut.step == event.text) cuts.push_back({event.time, cut.camera});
+    }
+  }
+  return cuts;
+}
+
 }  // namespace
 
 Result<std::int64_t> render_recording(const std::filesystem::path& recording, const device::ModelLibrary& models,
@@ -71,11 +87,11 @@ Result<std::int64_t> render_recording(const std::filesystem::path& recording, co
   film.title = description->title;
   film.render.width = options.width;
   film.render.height = options.height;
-  std::string camera = options.camera.empty() ? description->film.camera : options.camera;
-  if (camera.empty() && !description->cameras.empty()) camera = description->cameras.front().name;
-  film.cuts = {{0, camera}};
-  const auto events = opened->events("/program");
-  const auto states = states_for_film(*table, events ? *events : std::vector<record::RecordedEvent>{}, options.fps);
+  const auto recorded = opened->events("/program");
+  const auto events = recorded.value_or(std::vector<record::RecordedEvent>{});
+  film.cuts = cuts_of(*description, events, options.camera);
+  if (options.camera.empty()) film.inset_camera = description->film.inset;
+  const auto states = states_for_film(*table, events, options.fps);
   const auto report = sim::film_from_states(built->world->model(), states, film);
   if (!report) return std::unexpected(report.error());
   return report->frames;
