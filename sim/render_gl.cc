@@ -1,7 +1,10 @@
 #include "sim/render_gl.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <string>
+#include <thread>
 #include <utility>
 
 #define GL_GLEXT_PROTOTYPES
@@ -15,11 +18,13 @@ namespace {
 
 constexpr int kDummySide = 16;
 
-// A thread of ours draws a whole picture by itself: threads of the rasteriser's own only add switching, and no picture
-// should wait for a shader cache on disk. The user's own settings win.
+// All contexts of a process share one rasteriser, which fills one picture at a time: threads of its own let it keep all
+// cores busy while our workers prepare the next ones (docs/film.md, "Speed"). No picture should wait for a shader cache
+// on disk. The user's own settings win.
 void set_driver_defaults() {
   static const bool done = [] {
-    setenv("LP_NUM_THREADS", "0", 0);
+    const unsigned cores = std::clamp(std::thread::hardware_concurrency(), 1u, 4u);
+    setenv("LP_NUM_THREADS", std::to_string(cores).c_str(), 0);
     setenv("GALLIUM_DRIVER", "llvmpipe", 0);
     setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
     return true;

@@ -18,7 +18,7 @@ namespace takt::sim {
 struct RenderOptions {
   int width = 1280;          ///< pixels, 16 ... 4096; the largest picture that draw() is asked for
   int height = 720;          ///< pixels, 16 ... 4096
-  int shadow_size = 2048;    ///< side of the shadow map in texels, 256 ... 8192; 0: no shadows
+  int shadow_size = 1024;    ///< side of the shadow map in texels, 256 ... 8192; 0: no shadows
   bool smooth_edges = true;  ///< smooths stair steps (about 3 ms at 720p)
   int max_geoms = 4000;      ///< geoms in one picture; more are left out with a MuJoCo warning
   bool show_sites = false;
