@@ -38,6 +38,18 @@ class Stopwatch {
 /// Number of the digest's block for the simulation's state; the core's own blocks have small numbers.
 constexpr std::uint64_t kWorldBlock = 1u << 20;
 
+/// Expectations about poses that no step of the program fits.
+void check_estimates(const Description& description, const std::set<std::string, std::less<>>& estimates,
+                     Findings& findings) {
+  for (const ExpectationEntry& entry : description.expectations) {
+    if (entry.kind != "estimate" || !entry.json.contains("estimate") || !entry.json["estimate"].is_string()) continue;
+    const auto name = entry.json["estimate"].get<std::string>();
+    if (estimates.contains(name)) continue;
+    findings.error(entry.pointer + "/estimate", fmt::format("no step of the program fits '{}'", name),
+                   nearest_choice(name, {estimates.begin(), estimates.end()}));
+  }
+}
+
 /// Errors of form in the program of a cell that cannot be built.
 Findings program_findings(const Description& description, const device::ModelLibrary& models) {
   if (!description.program.is_object()) return {};
@@ -91,8 +103,10 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   auto program = activity::Program::parse(description.program, "/program", built->cell);
   if (!program) return refuse(std::move(program.error()));
   auto expectations = make_expectations(description.expectations, *built, *program);
-  auto [findings, duration] = program->rehearse(built->cell);
+  activity::Rehearsed rehearsed = program->rehearse(built->cell);
+  Findings& findings = rehearsed.findings;
   if (!expectations) findings.append(expectations.error());
+  check_estimates(description, rehearsed.estimates, findings);
   const auto names = program->names();
   for (std::size_t i = 0; i < description.film.cuts.size(); ++i) {
     const std::string& step = description.film.cuts[i].step;
@@ -112,7 +126,7 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   session->models_ = &models;
   session->expectations_ = std::move(*expectations);
   session->warnings_ = std::move(warnings);
-  session->planned_duration_ = duration;
+  session->planned_duration_ = rehearsed.duration;
   return session;
 }
 

@@ -141,6 +141,7 @@ class FitPoseStep final : public Step {
     }
     const auto X_WO = rehearsal.cell.frames.pose(request_.object);
     if (X_WO) findings.append(rehearsal.cell.frames.set(request_.as, "world", *X_WO), pointer + "/as");
+    rehearsal.estimates.insert(request_.as);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override {

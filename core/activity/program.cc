@@ -100,12 +100,13 @@ Result<Program> Program::parse(const Json& json, const std::string& pointer, con
   return program;
 }
 
-std::pair<Findings, double> Program::rehearse(const command::Cell& cell) const {
-  Rehearsal rehearsal{.cell = cell, .q = {}, .touched = {}, .contacts = {}};
+Rehearsed Program::rehearse(const command::Cell& cell) const {
+  Rehearsal rehearsal;
+  rehearsal.cell = cell;
   for (const auto& [name, arm] : cell.arms) rehearsal.q[name] = arm.start;
   Findings findings;
   rehearse_node(root_, 2, rehearsal, findings);
-  return {std::move(findings), rehearsal.duration};
+  return {std::move(findings), rehearsal.duration, std::move(rehearsal.estimates)};
 }
 
 std::int64_t Program::step_count() const { return count_steps(root_); }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,13 @@ struct Node {
   std::int64_t times = 1;  ///< how often a sequence runs; 0 if there is no step in it
 };
 
+/// What a rehearsal found out.
+struct Rehearsed {
+  Findings findings;
+  double duration = 0.0;                         ///< s: planned motions and waits, guarded motions to their end
+  std::set<std::string, std::less<>> estimates;  ///< names of the poses that the program fits
+};
+
 /// A program tree, checked for form. Immutable.
 class Program {
  public:
@@ -29,8 +37,8 @@ class Program {
                                              const command::Cell& cell);
 
   /// Plays the whole tree on nominal values: unreachable goals, limits, names that nothing defines. A guarded motion
-  /// is taken to its end. @return findings, and the planned duration in s. Realtime: setup.
-  [[nodiscard]] std::pair<Findings, double> rehearse(const command::Cell& cell) const;
+  /// is taken to its end. Realtime: setup.
+  [[nodiscard]] Rehearsed rehearse(const command::Cell& cell) const;
 
   [[nodiscard]] const Node& root() const { return root_; }
   /// Number of steps that one run executes, repetitions counted; 10^12 stands for all that is more.

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,6 +51,7 @@ struct Rehearsal {
   std::map<std::string, kinematics::JointVector, std::less<>> q;  ///< planned position per arm
   std::map<std::string, bool, std::less<>> touched;               ///< the last motion of the arm was guarded
   std::map<std::string, std::string, std::less<>> contacts;       ///< recorded contacts: name, arm
+  std::set<std::string, std::less<>> estimates;                   ///< poses that have been fitted
   double duration = 0.0;                                          ///< s, of all planned motions and waits
 };
 

@@ -239,6 +239,10 @@ class BadInput(WithFolder):
         self.refuse(self.changed(lambda d: step(d, "fit the pose").update(contacts=["topp", "a", "b", "c"])),
                     "/contacts/0", "did you mean 'top'?")
 
+    def test_estimate_that_nothing_fits(self):
+        self.refuse(self.changed(lambda d: d["expectations"][0].update(estimate="block fund")),
+                    "/expectations/0/estimate", "did you mean 'block found'?")
+
     def test_deep_empty_truncated_binary(self):
         self.refuse(b"[" * 100_000 + b"]" * 100_000, "deeper than 64")
         self.refuse(b"", "empty")

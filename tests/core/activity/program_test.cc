@@ -12,7 +12,7 @@ using testing::IsEmpty;
 
 class ProgramTest : public test::ActivityTest {
  protected:
-  Findings rehearsed(const std::string& text) const { return good(text).rehearse(fake.cell).first; }
+  Findings rehearsed(const std::string& text) const { return good(text).rehearse(fake.cell).findings; }
   static std::string sequence(const std::string& steps, const std::string& more = "") {
     return R"({"do": "sequence", "steps": [)" + steps + "]" + more + "}";
   }
@@ -96,12 +96,12 @@ TEST_F(ProgramTest, RehearsalKnowsContactsAndFits) {
 }
 
 TEST_F(ProgramTest, RehearsalMeasuresRepetitionsButDoesNotPlayThemAll) {
-  const auto [found, duration] = good(sequence(kWait, R"(, "times": 1000000)")).rehearse(fake.cell);
-  EXPECT_TRUE(found.empty());
-  EXPECT_NEAR(duration, 10'000.0, 1e-3);
+  const Rehearsed rehearsal = good(sequence(kWait, R"(, "times": 1000000)")).rehearse(fake.cell);
+  EXPECT_TRUE(rehearsal.findings.empty());
+  EXPECT_NEAR(rehearsal.duration, 10'000.0, 1e-3);
   std::string nested = kWait;
   for (int i = 0; i < 25; ++i) nested = sequence(nested, R"(, "times": 2)");
-  EXPECT_NEAR(good(nested).rehearse(fake.cell).second, 0.01 * (1 << 25), 1e-3);
+  EXPECT_NEAR(good(nested).rehearse(fake.cell).duration, 0.01 * (1 << 25), 1e-3);
   for (int i = 0; i < 4; ++i) nested = sequence(nested, R"(, "times": 1000000)");
   EXPECT_EQ(good(nested).step_count(), 1'000'000'000'000);
 }
