@@ -1,6 +1,8 @@
 #include "core/command/motion_net.h"
 
 #include <cmath>
+#include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -21,9 +23,22 @@ Json frame_json(const Eigen::Isometry3d& X) { return net::value_to_json(net::Fra
 Json wrench_json(const net::Wrench& wrench) { return net::value_to_json(wrench); }
 Json vector_json(const Eigen::Vector3d& v) { return net::value_to_json(net::Vector(v)); }
 
+/// The beginning of the ids of a device's primitives. Devices may have any name, ids have no '.', '/', blanks and
+/// control characters: these, and the escape itself, stand as % and two hexadecimal digits, so that no two names share
+/// an id.
+std::string id_of(std::string_view kind, std::string_view device) {
+  std::string id = fmt::format("{}-", kind);
+  for (const char c : device) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = byte > 0x20 && byte != 0x7f && c != '.' && c != '/' && c != '%';
+    id += plain ? std::string(1, c) : fmt::format("%{:02x}", byte);
+  }
+  return id;
+}
+
 /// Measured positions of an arm, one primitive however many ask. @return the port of q.
 std::string add_arm_state(NetDescription& net, const std::string& arm) {
-  const std::string id = "state-" + arm;
+  const std::string id = id_of("state", arm);
   for (const auto& primitive : net.primitives) {
     if (primitive.id == id) return id + ".q";
   }
@@ -34,37 +49,39 @@ std::string add_arm_state(NetDescription& net, const std::string& arm) {
 /// A sensor's reading without the weight of what hangs on it. @return the port of the wrench.
 std::string add_compensated_wrench(NetDescription& net, const std::string& name, const Cell& cell) {
   const MountedSensor& sensor = cell.sensors.find(name)->second;
-  net.add(name + "-raw", "ForceTorqueSensor", {{"device", name}});
-  net.add(name + "-pose", "ForwardKinematics", {{"device", sensor.arm}, {"tool", frame_json(sensor.X_FS)}});
-  net.link(add_arm_state(net, sensor.arm), name + "-pose.q");
+  const std::string id = id_of("sensor", name);
+  net.add(id + "-raw", "ForceTorqueSensor", {{"device", name}});
+  net.add(id + "-pose", "ForwardKinematics", {{"device", sensor.arm}, {"tool", frame_json(sensor.X_FS)}});
+  net.link(add_arm_state(net, sensor.arm), id + "-pose.q");
   // Weight needs the direction of gravity only, so the arm's base stands for the world but for its orientation.
   const Eigen::Isometry3d X_WB = cell.frames.pose(sensor.arm).value_or(Eigen::Isometry3d::Identity());
-  net.add(name + "-in-world", "Compose", {{"left", frame_json(X_WB)}});
-  net.link(name + "-pose.frame", name + "-in-world.right");
-  net.add(name + "-weight", "PayloadCompensation",
+  net.add(id + "-in-world", "Compose", {{"left", frame_json(X_WB)}});
+  net.link(id + "-pose.frame", id + "-in-world.right");
+  net.add(id + "-weight", "PayloadCompensation",
           {{"mass", sensor.tool_mass},
            {"centre", vector_json(sensor.p_SC)},
            {"gravity", vector_json(cell.gravity_W)},
            {"acceleration", vector_json(Eigen::Vector3d::Zero())}});
-  net.link(name + "-raw.wrench", name + "-weight.wrench");
-  net.link(name + "-in-world.value", name + "-weight.frame");
-  return name + "-weight.compensated";
+  net.link(id + "-raw.wrench", id + "-weight.wrench");
+  net.link(id + "-in-world.value", id + "-weight.frame");
+  return id + "-weight.compensated";
 }
 
 /// The contact wrench of a sensor: weight and bias taken out, its components side by side.
 void add_contact_wrench(NetDescription& net, const std::string& name, const Cell& cell, const Biases& biases) {
+  const std::string id = id_of("sensor", name);
   const auto bias = biases.find(name);
-  net.add(name + "-contact", "SubtractWrenches",
+  net.add(id + "-contact", "SubtractWrenches",
           {{"b", wrench_json(bias == biases.end() ? net::Wrench{} : bias->second)}});
-  net.link(add_compensated_wrench(net, name, cell), name + "-contact.a");
-  net.add(name + "-parts", "WrenchComponents");
-  net.link(name + "-contact.value", name + "-parts.input");
+  net.link(add_compensated_wrench(net, name, cell), id + "-contact.a");
+  net.add(id + "-parts", "WrenchComponents");
+  net.link(id + "-contact.value", id + "-parts.input");
 }
 
 /// The number that a comparison looks at. @return its port.
 std::string add_quantity(NetDescription& net, const Condition& condition, const std::string& id) {
   const bool torque = is_torque(condition.quantity);
-  const std::string vector = condition.sensor + (torque ? "-parts.torque" : "-parts.force");
+  const std::string vector = id_of("sensor", condition.sensor) + (torque ? "-parts.torque" : "-parts.force");
   const int component =
       static_cast<int>(condition.quantity) - static_cast<int>(torque ? Quantity::kTorque : Quantity::kForce);
   if (component == 0) {

@@ -56,6 +56,23 @@ std::string refusal(const Json& json) {
   return session ? "accepted" : session.error().to_string();
 }
 
+TEST(Program, DevicesMayHaveAnyName) {
+  std::string text = example().dump();
+  const auto rename = [&text](const std::string& from, const std::string& to) {
+    for (auto at = text.find('"' + from + '"'); at != text.npos; at = text.find('"' + from + '"', at + to.size())) {
+      text.replace(at + 1, from.size(), to);
+    }
+  };
+  rename("arm", "left arm 1.5 %");
+  rename("wrist", "until");  // the condition's primitives begin with this word, too
+  rename("probe", "Tastkopf für 5 mm");
+  Json json = Json::parse(text);
+  json["program"]["steps"][2]["until"] = Json::parse(R"({"any": [
+      {"sensor": "until", "quantity": "force_z", "above_N": 5}, {"sensor": "until", "above_N": 5}]})");
+  const RunReport report = run(json);
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+}
+
 TEST(Program, D2_ANetStartsLatencyCyclesAfterTheCommand) {
   Json json = cell_with(R"([{"do": "ptp", "to": {"by_m": [0, 0, 0.02]}}])");
   const auto cycles = [&](int latency) {
