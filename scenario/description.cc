@@ -95,7 +95,13 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
   ObjectEntry object;
   object.name = name;
   object.model = reader.text("model", "");
-  if (object.model.empty()) object.parts = read_parts(reader);
+  if (object.model.empty()) {
+    object.parts = read_parts(reader);
+  } else if (reader.has("shape") || reader.has("parts")) {
+    findings.error(pointer, "a model and shapes of its own stand here", "\"model\", or \"shape\" or \"parts\"");
+    (void)reader.child("parts");
+    for (const char* key : {"shape", "size_m", "radius_m", "length_m"}) (void)reader.child(key);
+  }
   object.at = read_placement(reader, "at");
   object.vary = read_variation(reader);
   object.fixed = reader.boolean("fixed", true);

@@ -27,6 +27,19 @@ double contact_force(const command::MountedSensor& sensor, const BuiltCell& buil
   return force.norm();
 }
 
+/// The film speaks of its own options; a user knows those of the command line.
+Findings as_run_options(const Findings& findings) {
+  Findings renamed;
+  for (Finding finding : findings.list()) {
+    if (finding.pointer == "/path" || finding.pointer == "/ffmpeg") finding.pointer = "--video";
+    if (finding.pointer.starts_with("/render")) finding.pointer = "--size";
+    if (finding.pointer == "/fps") finding.pointer = "--fps";
+    if (finding.pointer.starts_with("/cuts")) finding.pointer = "--camera";
+    renamed.add(std::move(finding));
+  }
+  return renamed;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<RunFilm>> RunFilm::open(const RunOptions& options, const Description& description,
@@ -40,7 +53,7 @@ Result<std::unique_ptr<RunFilm>> RunFilm::open(const RunOptions& options, const 
   film.cuts = {{0, first_camera(options, description)}};
   if (options.camera.empty()) film.inset_camera = description.film.inset;
   auto opened = sim::Film::open(built.world->model(), film);
-  if (!opened) return std::unexpected(std::move(opened.error()));
+  if (!opened) return std::unexpected(as_run_options(opened.error()));
   return std::unique_ptr<RunFilm>(new RunFilm(std::move(*opened), description, built, options.camera.empty()));
 }
 

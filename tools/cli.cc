@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -35,6 +36,17 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, const Common
   Findings findings;
   findings.error("", error.what(), "takt --help, or takt VERB --help");
   return report(findings, common);
+}
+
+/// A first word that is no verb, with the nearest one; empty if it is one, or an option.
+Findings check_verb(const CLI::App& app, int argc, char** argv) {
+  Findings findings;
+  if (argc < 2 || argv[1][0] == '-') return findings;
+  std::vector<std::string> names;
+  for (const CLI::App* verb : app.get_subcommands({})) names.push_back(verb->get_name());
+  if (std::ranges::find(names, argv[1]) != names.end()) return findings;
+  findings.error("", fmt::format("there is no verb '{}'", argv[1]), nearest_choice(argv[1], names));
+  return findings;
 }
 
 }  // namespace
@@ -88,14 +100,21 @@ int run_command_line(int argc, char** argv) {
     verb->add_option("--models", common.models, "Folders searched for models before the project's own")
         ->type_name("DIR");
   }
+  // Known before the parser has read it all: also a usage error is reported as asked for.
+  for (int i = 1; i < argc; ++i) common.json = common.json || std::string_view(argv[i]) == "--json";
+  if (const Findings findings = check_verb(app, argc, argv); findings.has_errors()) return report(findings, common);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    for (int i = 1; i < argc; ++i) common.json = common.json || std::string_view(argv[i]) == "--json";
     return report_usage(app, error, common);
   }
   for (const auto& [verb, run] : verbs) {
-    if (verb->parsed()) return run();
+    if (!verb->parsed()) continue;
+    const int status = run();
+    // A script must not take lost output for an answer.
+    if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
+    fmt::print(stderr, "error: the output could not be written\n");
+    return kFault;
   }
   return kBadInput;
 }

@@ -238,6 +238,7 @@ std::unique_ptr<Step> parse_record_contact(const Json& json, const std::string& 
   const auto arms = keys_of(cell.arms);
   const std::string arm = reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms[0]) : std::nullopt);
   const std::string as = reader.text("as");
+  if (reader.has("as") && as.empty()) findings.error(reader.at("as"), "an empty name", "the name of the contact");
   reader.finish();
   return std::make_unique<RecordContactStep>(arm, as);
 }

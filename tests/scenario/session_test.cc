@@ -209,7 +209,6 @@ constexpr Judgement kJudgements[] = {
     {R"({"kind": "object_pose", "object": "block", "position_m": [0, 0.5, 0.05], "rpy_deg": [0, 0, 3],
          "position_within_m": 0.001, "angle_within_deg": 1})",
      false},
-    {R"({"kind": "estimate", "estimate": "never", "of": "block", "position_within_m": 1})", false},
 };
 INSTANTIATE_TEST_SUITE_P(Each, ExpectationTest, testing::ValuesIn(kJudgements));
 

@@ -281,6 +281,18 @@ class BadInput(WithFolder):
         for arguments in (["--help"], ["run", "--help"], ["--version"]):
             self.assertEqual(takt(*arguments).returncode, 0)
 
+    def test_nearest_verb_and_lost_output(self):
+        self.assertIn("did you mean 'run'?", takt("rnu", "scenarios/touch.json").stderr)
+        with open("/dev/full", "w") as full:
+            lost = subprocess.run([str(TAKT), "list"], stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(lost.returncode, 3, lost.stderr)
+
+    def test_model_beside_shape_and_empty_name(self):
+        def change(document):
+            document["objects"]["block"]["model"] = "table"
+            next(one for one in document["program"]["steps"] if one["do"] == "record_contact")["as"] = ""
+        self.refuse(self.changed(change), "/objects/block", "stand here", "/program/steps/3/as")
+
     def test_errors_as_json(self):
         result = takt("run", self.write(b"{}"), "--json")
         self.assertEqual(result.returncode, 2)

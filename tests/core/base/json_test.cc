@@ -55,6 +55,8 @@ TEST(ResolveBelow, RefusesWhatLeavesTheFolder) {
 
 TEST(NearestChoice, FindsATypo) {
   EXPECT_THAT(nearest_choice("sequnce", {"parallel", "sequence"}), HasSubstr("did you mean 'sequence'?"));
+  EXPECT_THAT(nearest_choice("lwr4", {"ur5", "lwr4plus"}), HasSubstr("did you mean 'lwr4plus'?"));
+  EXPECT_THAT(nearest_choice("nn", {"up", "to"}), testing::Not(HasSubstr("did you mean")));
   EXPECT_THAT(nearest_choice("qqqqqqq", {"parallel", "sequence"}), testing::Not(HasSubstr("did you mean")));
 }
 
