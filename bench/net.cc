@@ -6,90 +6,9 @@
 #include "core/base/json.h"
 #include "core/base/random.h"
 #include "core/net/compiled_net.h"
-#include "core/net/registry.h"
-#include "core/net/setup.h"
 
 namespace takt::net {
 namespace {
-
-class BenchAdd : public Primitive {
- public:
-  explicit BenchAdd(Setup& setup)
-      : a_(setup.in<Real>("a", {.unit = "u"})),
-        b_(setup.in<Real>("b", {.unit = "u"})),
-        out_(setup.out<Real>("out", {.unit = "u"})) {}
-  void update(const Cycle&) override {
-    if (a_.null() || b_.null()) return out_.set_null();
-    out_.set(*a_ + *b_);
-  }
-
- private:
-  In<Real> a_, b_;
-  Out<Real> out_;
-};
-TAKT_PRIMITIVE(BenchAdd, "bench", "Sum.");
-
-class BenchGain : public Primitive {
- public:
-  explicit BenchGain(Setup& setup)
-      : in_(setup.in<Real>("in", {.unit = "u"})),
-        out_(setup.out<Real>("out", {.unit = "u"})),
-        gain_(setup.parameter<Real>("gain", 1.0)) {}
-  void update(const Cycle&) override {
-    if (in_.null()) return out_.set_null();
-    out_.set(*in_ * gain_);
-  }
-
- private:
-  In<Real> in_;
-  Out<Real> out_;
-  double gain_;
-};
-TAKT_PRIMITIVE(BenchGain, "bench", "Product with a parameter.");
-
-class BenchGreater : public Primitive {
- public:
-  explicit BenchGreater(Setup& setup)
-      : a_(setup.in<Real>("a", {.unit = "u"})),
-        b_(setup.in<Real>("b", {.unit = "u"})),
-        out_(setup.out<Boolean>("out")) {}
-  void update(const Cycle&) override {
-    if (a_.null() || b_.null()) return out_.set_null();
-    out_.set(*a_ > *b_);
-  }
-
- private:
-  In<Real> a_, b_;
-  Out<Boolean> out_;
-};
-TAKT_PRIMITIVE(BenchGreater, "bench", "a > b.");
-
-class BenchSelect : public Primitive {
- public:
-  explicit BenchSelect(Setup& setup)
-      : which_(setup.in<Boolean>("which")),
-        a_(setup.in<Real>("a", {.unit = "u"})),
-        b_(setup.in<Real>("b", {.unit = "u"})),
-        out_(setup.out<Real>("out", {.unit = "u"})) {}
-  void update(const Cycle&) override {
-    const In<Real>& taken = !which_.null() && *which_ ? a_ : b_;
-    if (which_.null() || taken.null()) return out_.set_null();
-    out_.set(*taken);
-  }
-
- private:
-  In<Boolean> which_;
-  In<Real> a_, b_;
-  Out<Real> out_;
-};
-TAKT_PRIMITIVE(BenchSelect, "bench", "which ? a : b.");
-
-class BenchEnd : public Primitive {
- public:
-  explicit BenchEnd(Setup& setup) { setup.is_termination(); }
-  void update(const Cycle&) override {}
-};
-TAKT_PRIMITIVE(BenchEnd, "bench", "Never ends.");
 
 class Nothing : public Environment {
  public:
@@ -109,9 +28,9 @@ std::string name(std::int64_t i) { return fmt::format("p{:06}", i); }
 
 NetDescription chain(std::int64_t count) {
   NetDescription net;
-  net.add("end", "BenchEnd").add(name(0), "BenchAdd", {{"a", 0.5}, {"b", 1e-9}});
+  net.add("end", "Termination", {{"condition", false}}).add(name(0), "Add", {{"a", 0.5}, {"b", 1e-9}});
   for (std::int64_t i = 1; i < count; ++i) {
-    net.add(name(i), "BenchAdd", {{"b", 1e-9}}).link(name(i - 1) + ".out", name(i) + ".a");
+    net.add(name(i), "Add", {{"b", 1e-9}}).link(name(i - 1) + ".value", name(i) + ".a");
   }
   return net;
 }
@@ -120,32 +39,32 @@ NetDescription chain(std::int64_t count) {
 NetDescription mixed(std::int64_t count) {
   Random random(7);
   NetDescription net;
-  net.add("end", "BenchEnd").add("seed", "BenchGain", {{"in", 0.7}});
-  std::vector<std::string> reals{"seed.out"}, booleans;
+  net.add("end", "Termination", {{"condition", false}}).add("seed", "Gain", {{"input", 0.7}, {"factor", 1.0}});
+  std::vector<std::string> reals{"seed.value"}, booleans;
   const auto any = [&](const std::vector<std::string>& ports) { return ports[random.bits() % ports.size()]; };
   for (std::int64_t i = 1; i < count; ++i) {
     const std::string id = fmt::format("p{:04x}-{}", random.bits() & 0xFFFFu, i);
     switch (random.bits() % 4) {
       case 0:
-        net.add(id, "BenchAdd").link(any(reals), id + ".a").link(any(reals), id + ".b");
-        reals.push_back(id + ".out");
+        net.add(id, "Add").link(any(reals), id + ".a").link(any(reals), id + ".b");
+        reals.push_back(id + ".value");
         break;
       case 1:
-        net.add(id, "BenchGain", {{"gain", 0.99}}).link(any(reals), id + ".in");
-        reals.push_back(id + ".out");
+        net.add(id, "Gain", {{"factor", 0.99}}).link(any(reals), id + ".input");
+        reals.push_back(id + ".value");
         break;
       case 2:
-        net.add(id, "BenchGreater").link(any(reals), id + ".a").link(any(reals), id + ".b");
-        booleans.push_back(id + ".out");
+        net.add(id, "GreaterThan").link(any(reals), id + ".a").link(any(reals), id + ".b");
+        booleans.push_back(id + ".value");
         break;
       default:
         if (booleans.empty()) {
-          net.add(id, "BenchGain").link(any(reals), id + ".in");
+          net.add(id, "Gain", {{"factor", 1.0}}).link(any(reals), id + ".input");
         } else {
-          net.add(id, "BenchSelect").link(any(booleans), id + ".which").link(any(reals), id + ".a");
-          net.link(any(reals), id + ".b");
+          net.add(id, "SelectReal").link(any(booleans), id + ".condition").link(any(reals), id + ".if_true");
+          net.link(any(reals), id + ".if_false");
         }
-        reals.push_back(id + ".out");
+        reals.push_back(id + ".value");
     }
   }
   return net;
