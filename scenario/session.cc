@@ -103,7 +103,7 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   auto program = activity::Program::parse(description.program, "/program", built->cell);
   if (!program) return refuse(std::move(program.error()));
   auto expectations = make_expectations(description.expectations, *built, *program);
-  activity::Rehearsed rehearsed = program->rehearse(built->cell);
+  activity::Rehearsed rehearsed = program->rehearse(built->cell, &built->core->environment());
   Findings& findings = rehearsed.findings;
   if (!expectations) findings.append(expectations.error());
   check_estimates(description, rehearsed.estimates, findings);

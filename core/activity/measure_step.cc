@@ -70,8 +70,9 @@ class TareRun final : public StepRun {
 class TareStep final : public Step {
  public:
   TareStep(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
-  void rehearse(Rehearsal& rehearsal, const std::string&, Findings&) const override {
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     rehearsal.duration += 1e-3 * static_cast<double>(cycles_);
+    rehearse_net(command::tare_net(sensor_, cycles_, rehearsal.cell), rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<TareRun>(sensor_, cycles_); }
 

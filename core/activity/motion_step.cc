@@ -174,6 +174,9 @@ class MotionStep final : public Step {
     }
     q = motion->q_goal;
     rehearsal.duration += motion->duration();
+    const command::MountedArm& arm = rehearsal.cell.arms.find(request_.arm)->second;
+    const command::MotionCommand command{request_.name, request_.arm, &*motion, arm.X_FT, request_.until};
+    rehearse_net(command::motion_net(command, rehearsal.cell, {}), rehearsal, pointer, findings);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<MotionRun>(request_); }

@@ -4,6 +4,17 @@
 
 namespace takt::activity {
 
+void rehearse_net(const net::NetDescription& description, const Rehearsal& rehearsal, const std::string& pointer,
+                  Findings& findings) {
+  if (!rehearsal.devices) return;
+  const auto net = net::CompiledNet::compile(description, *rehearsal.devices);
+  if (net) return;
+  for (const Finding& finding : net.error().list()) {
+    findings.error(pointer, fmt::format("in the net of this step, {}: {}", finding.pointer, finding.message),
+                   finding.hint);
+  }
+}
+
 NetRun::~NetRun() {
   if (core_) (void)core_->unload(id_);
 }

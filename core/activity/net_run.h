@@ -7,6 +7,10 @@
 
 namespace takt::activity {
 
+/// Verifies a net as LOAD will, so that what is wrong with it is known before anything moves.
+void rehearse_net(const net::NetDescription& description, const Rehearsal& rehearsal, const std::string& pointer,
+                  Findings& findings);
+
 /// A net from LOAD to its end, as a step that is advanced between cycles: load at once, start `program_latency_cycles`
 /// later (row D2), wait for Terminated, unload when destroyed; the core must live until then. Used by steps that act on
 /// devices. Thread: the one that steps the core. Realtime: setup.

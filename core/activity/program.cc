@@ -100,9 +100,10 @@ Result<Program> Program::parse(const Json& json, const std::string& pointer, con
   return program;
 }
 
-Rehearsed Program::rehearse(const command::Cell& cell) const {
+Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices) const {
   Rehearsal rehearsal;
   rehearsal.cell = cell;
+  rehearsal.devices = devices;
   for (const auto& [name, arm] : cell.arms) rehearsal.q[name] = arm.start;
   Findings findings;
   rehearse_node(root_, 2, rehearsal, findings);

@@ -53,6 +53,7 @@ struct Rehearsal {
   std::map<std::string, std::string, std::less<>> contacts;       ///< recorded contacts: name, arm
   std::set<std::string, std::less<>> estimates;                   ///< poses that have been fitted
   double duration = 0.0;                                          ///< s, of all planned motions and waits
+  net::Environment* devices = nullptr;                            ///< nets are verified with them; null: they are not
 };
 
 enum class Progress { kRunning, kDone, kFailed };
