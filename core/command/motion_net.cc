@@ -36,6 +36,21 @@ std::string id_of(std::string_view kind, std::string_view device) {
   return id;
 }
 
+/// A two-input gate over two ports. @return the port of the result.
+std::string add_gate(NetDescription& net, const std::string& id, const char* type, const std::string& a,
+                     const std::string& b) {
+  net.add(id, type);
+  net.link(a, id + ".a");
+  net.link(b, id + ".b");
+  return id + ".value";
+}
+
+/// The net ends when the port is true.
+void add_end(NetDescription& net, const std::string& condition) {
+  net.add("end", "Termination");
+  net.link(condition, "end.condition");
+}
+
 /// Measured positions of an arm, one primitive however many ask. @return the port of q.
 std::string add_arm_state(NetDescription& net, const std::string& arm) {
   const std::string id = id_of("state", arm);
@@ -100,11 +115,8 @@ std::string add_condition(NetDescription& net, const Condition& condition, const
 std::string add_gates(NetDescription& net, const Condition& condition, const std::string& id, const char* gate) {
   std::string result = add_condition(net, condition.operands.front(), id + "-0");
   for (std::size_t i = 1; i < condition.operands.size(); ++i) {
-    const std::string next = fmt::format("{}-gate{}", id, i);
-    net.add(next, gate);
-    net.link(result, next + ".a");
-    net.link(add_condition(net, condition.operands[i], fmt::format("{}-{}", id, i)), next + ".b");
-    result = next + ".value";
+    const std::string operand = add_condition(net, condition.operands[i], fmt::format("{}-{}", id, i));
+    result = add_gate(net, fmt::format("{}-gate{}", id, i), gate, result, operand);
   }
   return result;
 }
@@ -147,24 +159,13 @@ void add_clock(NetDescription& net, const MotionCommand& command) {
   const motion::Motion& motion = *command.motion;
   net.add("cancel", "Cancel");
   std::string stop = "cancel.requested";
-  if (command.until) {
-    net.add("stop", "Or");
-    net.link("cancel.requested", "stop.a");
-    net.link("until_latch.value", "stop.b");
-    stop = "stop.value";
-  }
+  if (command.until) stop = add_gate(net, "stop", "Or", "cancel.requested", "until_latch.value");
   net.add("target_rate", "SelectReal", {{"if_true", 0.0}, {"if_false", 1.0}});
   net.link(stop, "target_rate.condition");
   net.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
   net.link("target_rate.value", "clock.target_rate");
-  net.add("stopped", "And");
-  net.link(stop, "stopped.a");
-  net.link("clock.standstill", "stopped.b");
-  net.add("done", "Or");
-  net.link("clock.at_end", "done.a");
-  net.link("stopped.value", "done.b");
-  net.add("end", "Termination");
-  net.link("done.value", "end.condition");
+  const std::string stopped = add_gate(net, "stopped", "And", stop, "clock.standstill");
+  add_end(net, add_gate(net, "done", "Or", "clock.at_end", stopped));
 }
 
 void link_all(NetDescription& net, const std::string& from, const std::string& to,
@@ -221,14 +222,8 @@ net::NetDescription tare_net(const std::string& sensor, std::int64_t cycles, con
   net.add("silent", "OnDelay", {{"delay", kSilence_s}});
   net.link("no_force.value", "silent.input");
   net.add("cancel", "Cancel");
-  net.add("give_up", "Or");
-  net.link("cancel.requested", "give_up.a");
-  net.link("silent.value", "give_up.b");
-  net.add("done", "Or");
-  net.link("give_up.value", "done.a");
-  net.link("tare.done", "done.b");
-  net.add("end", "Termination");
-  net.link("done.value", "end.condition");
+  const std::string give_up = add_gate(net, "give_up", "Or", "cancel.requested", "silent.value");
+  add_end(net, add_gate(net, "done", "Or", give_up, "tare.done"));
   return net;
 }
 

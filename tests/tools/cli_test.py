@@ -120,6 +120,15 @@ class Verbs(WithFolder):
         self.assertEqual(json.loads(dry.stdout)["result"], "valid")
         self.assertEqual(takt("validate", "scenarios/touch.json", "models/lwr4plus").returncode, 0)
 
+    def test_validate_warns_of_a_scene_over_its_visual_budget(self):
+        crowded = copy.deepcopy(TOUCH)
+        for i in range(6):
+            crowded["objects"][f"column {i}"] = {"model": "pedestal", "at": {"position_m": [-2, i, 0]}}
+        result = takt("validate", self.write(crowded))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stderr, r"warning: \d+ triangles in the scene .*15000")
+        self.assertNotIn("triangles", takt("validate", "scenarios/touch.json").stderr)
+
     def test_model_gives_kinematics(self):
         q = [0, -0.5236, 0, 1.5708, 0, -1.0472, 0]
         forward = takt("model", "lwr4plus", "--fk", ",".join(map(str, q)), "--json")
