@@ -7,6 +7,7 @@
 #include "core/net/compiled_net_impl.h"
 #include "core/net/flat_net.h"
 #include "core/net/frame_check.h"
+#include "core/net/net_plan.h"
 #include "core/net/null_paths.h"
 #include "core/net/reaction.h"
 #include "core/net/schedule.h"
@@ -18,31 +19,6 @@ namespace takt::net {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::size_t aligned(std::size_t offset, std::size_t alignment) { return (offset + alignment - 1) & ~(alignment - 1); }
-
-struct Shape {
-  std::size_t size, alignment;
-};
-
-Shape slot_shape(ValueType type) {
-  return visit_type(type, []<class T>(std::type_identity<T>) { return Shape{sizeof(Slot<T>), alignof(Slot<T>)}; });
-}
-
-/// Hands out places in a block that is allocated once all are known.
-class Layout {
- public:
-  std::size_t take(Shape shape) {
-    const std::size_t place = aligned(size_, shape.alignment);
-    size_ = place + shape.size;
-    return place;
-  }
-  std::size_t take(ValueType type) { return take(slot_shape(type)); }
-  [[nodiscard]] std::size_t size() const { return size_; }
-
- private:
-  std::size_t size_ = 0;
-};
 
 /// Every slot starts as null; a JSON value other than null is written into it.
 Findings write_slot(ValueType type, std::byte* place, const Json* json) {
@@ -63,16 +39,14 @@ const void* null_slot(ValueType type) {
 
 }  // namespace
 
-/// Lays out, constructs and binds the primitives of a flat net. Findings go to the report; with errors in it the
+/// Makes the primitives of a flat net and binds them as the plan says. Findings go to the report; with errors in it the
 /// result is of no use.
 class Builder {
  public:
-  Builder(const FlatNet& flat, const std::vector<int>& order, Environment& environment, LoadReport& report,
-          CompiledNet::Impl& net)
-      : flat_(flat), order_(order), environment_(environment), report_(report), net_(net) {}
+  Builder(const FlatNet& flat, NetPlan plan, Environment& environment, LoadReport& report, CompiledNet::Impl& net)
+      : flat_(flat), plan_(std::move(plan)), environment_(environment), report_(report), net_(net) {}
 
   void run() {
-    lay_out();
     write_initial_values();
     make_primitives();
     make_gates();
@@ -80,130 +54,72 @@ class Builder {
   }
 
  private:
-  static constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
-
-  [[nodiscard]] std::size_t input_number(int node, int port) const {
-    return static_cast<std::size_t>(flat_.input_base[static_cast<std::size_t>(node)] + port);
-  }
-  [[nodiscard]] std::size_t output_number(int node, int port) const {
-    return static_cast<std::size_t>(flat_.output_base[static_cast<std::size_t>(node)] + port);
-  }
-  [[nodiscard]] const FlatLink* link_into(int node, int port) const {
-    const int link = flat_.input_link[input_number(node, port)];
-    return link < 0 ? nullptr : &flat_.links[static_cast<std::size_t>(link)];
-  }
-  template <class Visit>
-  void for_each_input(Visit visit) const {
-    for (const int node : order_) {
-      for (int port = 0; port < flat_.input_count(node); ++port) visit(node, port);
-    }
-  }
-
-  void lay_out();
   void write_initial_values();
   void make_primitives();
   void make_primitive(int primitive, std::byte* place);
   void collect_monitors(int primitive);
   void make_gates();
   void make_delays();
+  [[nodiscard]] const FlatLink& link_of(const NetPlan::Delay& delay) const;
   [[nodiscard]] const void* bound_slot(int node, int port) const;
 
   const FlatNet& flat_;
-  const std::vector<int>& order_;
+  NetPlan plan_;
   Environment& environment_;
   LoadReport& report_;
   CompiledNet::Impl& net_;
-  std::vector<std::size_t> output_place_;  ///< offset in `values`, per output
-  std::vector<std::size_t> input_place_;   ///< of the delay memory or constant that an input has; kNowhere if none
-  std::vector<std::size_t> initial_place_;
-  std::vector<int> gate_of_fragment_;
   std::vector<const void*> inputs_;
   std::vector<void*> outputs_;
 };
 
-void Builder::lay_out() {
-  Layout layout;
-  output_place_.resize(static_cast<std::size_t>(flat_.output_base.back()));
-  input_place_.assign(flat_.input_link.size(), kNowhere);
-  initial_place_.assign(flat_.input_link.size(), kNowhere);
-  net_.ports.reserve(output_place_.size());
-  const auto add_port = [&](std::string name, ValueType type) {
-    const std::size_t place = layout.take(type);
-    net_.ports.push_back({std::move(name), type, place, slot_shape(type).size});
-    return place;
-  };
-  for (const int node : order_) {
-    for (int port = 0; port < flat_.output_count(node); ++port) {
-      output_place_[output_number(node, port)] = add_port(flat_.output_name(node, port), flat_.output(node, port).type);
-    }
-  }
-  const std::size_t output_count = net_.ports.size();
-  for_each_input([&](int node, int port) {
-    const FlatLink* link = link_into(node, port);
-    if (link == nullptr || !link->delayed || link->from < 0) return;
-    input_place_[input_number(node, port)] =
-        add_port(flat_.output_name(link->from, link->from_port) + " > " + flat_.input_name(node, port),
-                 flat_.input(node, port).type);
-  });
-  net_.slots_size = aligned(layout.size(), Block::kAlignment);
-  layout.take({0, Block::kAlignment});
-  for_each_input([&](int node, int port) {
-    const std::size_t number = input_number(node, port);
-    if (input_place_[number] != kNowhere) {
-      initial_place_[number] = layout.take(flat_.input(node, port).type);
-    } else if (!flat_.is_gate(node) && flat_.constant(node, port) != nullptr) {
-      input_place_[number] = layout.take(flat_.input(node, port).type);
-    }
-  });
-  net_.values = Block(layout.size() + Block::kAlignment);
-  net_.port_by_name.reserve(output_count);
-  for (std::size_t i = 0; i < output_count; ++i) net_.port_by_name.emplace(net_.ports[i].name, i);
+const FlatLink& Builder::link_of(const NetPlan::Delay& delay) const {
+  const int number = flat_.input_base[static_cast<std::size_t>(delay.node)] + delay.port;
+  return flat_.links[static_cast<std::size_t>(flat_.input_link[static_cast<std::size_t>(number)])];
 }
 
 void Builder::write_initial_values() {
+  net_.ports = std::move(plan_.ports);
+  net_.slots_size = plan_.slots_size;
+  net_.values = Block(plan_.size + Block::kAlignment);
+  net_.port_by_name.reserve(plan_.output_count);
+  for (std::size_t i = 0; i < plan_.output_count; ++i) net_.port_by_name.emplace(net_.ports[i].name, i);
   for (const auto& port : net_.ports) (void)write_slot(port.type, net_.values.at(port.offset), nullptr);
-  for_each_input([&](int node, int port) {
-    const std::size_t number = input_number(node, port);
-    if (input_place_[number] == kNowhere) return;
-    const ValueType type = flat_.input(node, port).type;
-    if (initial_place_[number] == kNowhere) {
-      const Findings findings = write_slot(type, net_.values.at(input_place_[number]), flat_.constant(node, port));
-      if (findings.empty()) return;
-      report_.append(findings,
-                     flat_.primitive_pointer(node) + "/parameters" + pointer_segment(flat_.input(node, port).name));
-      return;
-    }
-    const FlatLink& link = *link_into(node, port);
-    const Json& initial = flat_.description(link).initial;
-    const Findings findings = write_slot(type, net_.values.at(initial_place_[number]), &initial);
+  for (const NetPlan::Constant& constant : plan_.constants) {
+    const auto& input = flat_.input(constant.node, constant.port);
+    const Findings findings =
+        write_slot(input.type, net_.values.at(constant.place), flat_.constant(constant.node, constant.port));
+    if (findings.empty()) continue;
+    report_.append(findings, flat_.primitive_pointer(constant.node) + "/parameters" + pointer_segment(input.name));
+  }
+  for (const NetPlan::Delay& delay : plan_.delays) {
+    const FlatLink& link = link_of(delay);
+    const ValueType type = flat_.input(delay.node, delay.port).type;
+    const Findings findings = write_slot(type, net_.values.at(delay.initial), &flat_.description(link).initial);
     if (!findings.empty()) report_.append(findings, flat_.link_pointer(link) + "/initial");
-    std::memcpy(net_.values.at(input_place_[number]), net_.values.at(initial_place_[number]), slot_shape(type).size);
-  });
+    std::memcpy(net_.values.at(delay.memory), net_.values.at(delay.initial), slot_shape(type).size);
+  }
 }
 
 const void* Builder::bound_slot(int node, int port) const {
-  const std::size_t number = input_number(node, port);
-  if (input_place_[number] != kNowhere) return net_.values.at(input_place_[number]);
-  const FlatLink* link = link_into(node, port);
-  const ValueType type = flat_.input(node, port).type;
-  // A link of the wrong type is an error already; nothing may read through it meanwhile.
-  if (link == nullptr || link->from < 0 || flat_.output(link->from, link->from_port).type != type)
-    return null_slot(type);
-  return net_.values.at(output_place_[output_number(link->from, link->from_port)]);
+  const int number = flat_.input_base[static_cast<std::size_t>(node)] + port;
+  const std::size_t place = plan_.input_place[static_cast<std::size_t>(number)];
+  return place == NetPlan::kNowhere ? null_slot(flat_.input(node, port).type) : net_.values.at(place);
 }
 
 void Builder::make_primitives() {
-  Layout layout;
   std::vector<std::pair<int, std::size_t>> places;
-  for (const int node : order_) {
-    if (flat_.is_gate(node)) continue;
-    const Maker* maker = flat_.primitives[static_cast<std::size_t>(node)].maker;
-    if (maker != nullptr) places.emplace_back(node, layout.take({maker->size, maker->alignment}));
+  std::size_t size = 0;
+  for (const int primitive : plan_.order) {
+    const Maker* maker = flat_.primitives[static_cast<std::size_t>(primitive)].maker;
+    if (maker == nullptr) continue;  // reported
+    size = (size + maker->alignment - 1) & ~(maker->alignment - 1);
+    places.emplace_back(primitive, size);
+    size += maker->size;
   }
-  net_.objects = Block(layout.size() + Block::kAlignment);
+  net_.objects = Block(size + Block::kAlignment);
   net_.primitives.reserve(places.size());
   net_.ids.reserve(places.size());
-  for (const auto& [node, place] : places) make_primitive(node, net_.objects.at(place));
+  for (const auto& [primitive, place] : places) make_primitive(primitive, net_.objects.at(place));
 }
 
 void Builder::make_primitive(int number, std::byte* place) {
@@ -213,7 +129,8 @@ void Builder::make_primitive(int number, std::byte* place) {
   for (int port = 0; port < flat_.input_count(number); ++port) inputs_.push_back(bound_slot(number, port));
   outputs_.clear();
   for (int port = 0; port < flat_.output_count(number); ++port) {
-    outputs_.push_back(net_.values.at(output_place_[output_number(number, port)]));
+    outputs_.push_back(net_.values.at(
+        plan_.output_place[static_cast<std::size_t>(flat_.output_base[static_cast<std::size_t>(number)] + port)]));
   }
   Setup::Impl impl;
   impl.info = primitive.info;
@@ -247,48 +164,24 @@ void Builder::collect_monitors(int number) {
 }
 
 void Builder::make_gates() {
-  gate_of_fragment_.assign(flat_.fragments.size(), -1);
-  for (std::size_t f = 1; f < flat_.fragments.size(); ++f) {
-    const FlatFragment& fragment = flat_.fragments[f];
-    if (!fragment.gated) continue;
-    gate_of_fragment_[f] = static_cast<int>(net_.gates.size());
+  for (const NetPlan::Gate& planned : plan_.gates) {
     CompiledNet::Impl::Gate& gate = net_.gates.emplace_back();
-    gate.parent = gate_of_fragment_[static_cast<std::size_t>(fragment.parent)];
-    gate.when_inactive = fragment.description->when_inactive;
-    const int node = flat_.primitive_count() + static_cast<int>(f);
-    if (link_into(node, 0) != nullptr) gate.active = static_cast<const Slot<Boolean>*>(bound_slot(node, 0));
+    gate.parent = planned.parent;
+    gate.when_inactive = planned.when_inactive;
+    if (planned.active != NetPlan::kNowhere) {
+      gate.active = reinterpret_cast<const Slot<Boolean>*>(net_.values.at(planned.active));
+    }
+    for (const auto& [type, place] : planned.outputs) gate.outputs.emplace_back(type, net_.values.at(place));
   }
-  if (net_.gates.empty()) return;
-  std::size_t at = 0;
-  for (const int node : order_) {
-    const int gate = gate_of_fragment_[static_cast<std::size_t>(flat_.fragment_of(node))];
-    if (flat_.is_gate(node)) {
-      if (gate >= 0) net_.steps.push_back({.is_gate = true, .gate = gate});
-      continue;
-    }
-    if (net_.steps.empty() || net_.steps.back().is_gate || net_.steps.back().gate != gate) {
-      net_.steps.push_back({.gate = gate, .begin = at, .end = at});
-    }
-    net_.steps.back().end = ++at;
-    if (gate < 0) continue;
-    for (int port = 0; port < flat_.output_count(node); ++port) {
-      net_.gates[static_cast<std::size_t>(gate)].outputs.emplace_back(
-          flat_.output(node, port).type, net_.values.at(output_place_[output_number(node, port)]));
-    }
-  }
+  net_.steps = std::move(plan_.steps);
 }
 
 void Builder::make_delays() {
-  for_each_input([&](int node, int port) {
-    const std::size_t number = input_number(node, port);
-    const FlatLink* link = link_into(node, port);
-    if (link == nullptr || initial_place_[number] == kNowhere) return;
-    const CompiledNet::Impl::Delay delay{net_.values.at(output_place_[output_number(link->from, link->from_port)]),
-                                         net_.values.at(input_place_[number]), net_.values.at(initial_place_[number]),
-                                         slot_shape(flat_.input(node, port).type).size};
-    const int gate = gate_of_fragment_[static_cast<std::size_t>(link->fragment)];
-    (gate < 0 ? net_.delays : net_.gates[static_cast<std::size_t>(gate)].delays).push_back(delay);
-  });
+  for (const NetPlan::Delay& planned : plan_.delays) {
+    const CompiledNet::Impl::Delay delay{net_.values.at(planned.source), net_.values.at(planned.memory),
+                                         net_.values.at(planned.initial), planned.size};
+    (planned.gate < 0 ? net_.delays : net_.gates[static_cast<std::size_t>(planned.gate)].delays).push_back(delay);
+  }
 }
 
 namespace {
@@ -336,6 +229,17 @@ void note_latencies(const FlatNet& flat, LoadReport& report) {
 
 }  // namespace
 
+void CompiledNet::build(const FlatNet& flat, NetPlan plan, Environment& environment, LoadReport& report) {
+  Builder(flat, std::move(plan), environment, report, *impl_).run();
+}
+
+std::unique_ptr<CompiledNet> CompiledNet::from_plan(const FlatNet& flat, NetPlan plan, Environment& environment,
+                                                    LoadReport& report) {
+  std::unique_ptr<CompiledNet> net(new CompiledNet());
+  net->build(flat, std::move(plan), environment, report);
+  return net;
+}
+
 Result<std::unique_ptr<CompiledNet>> CompiledNet::compile(const NetDescription& description, Environment& environment) {
   LoadReport report;
   const FlatNet flat = flatten(description, report);
@@ -347,7 +251,7 @@ Result<std::unique_ptr<CompiledNet>> CompiledNet::compile(const NetDescription& 
   check_claims(flat, impl.report, report);
   check_units(flat, report);
   check_frames(flat, report);
-  Builder(flat, order, environment, report, impl).run();
+  net->build(flat, plan_net(flat, order), environment, report);
   if (report.has_errors()) return std::unexpected(report.take());
   note_null_paths(flat, report);
   note_latencies(flat, report);

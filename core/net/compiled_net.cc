@@ -41,7 +41,7 @@ void CompiledNet::Impl::look_at(Gate& gate, const Cycle& outer) {
 }
 
 void CompiledNet::Impl::run_steps(Cycle& cycle, std::size_t& at) {
-  for (const Step& step : steps) {
+  for (const NetPlan::Step& step : steps) {
     Gate* gate = step.gate < 0 ? nullptr : &gates[static_cast<std::size_t>(step.gate)];
     if (step.is_gate) {
       look_at(*gate, cycle);

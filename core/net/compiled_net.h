@@ -11,6 +11,10 @@
 
 namespace takt::net {
 
+struct FlatNet;
+struct NetPlan;
+class LoadReport;
+
 /// What LOAD knows about an accepted net that is worth telling.
 struct NetReport {
   Findings notes;                  ///< where null can reach an actuator or a stop, free units, data-dependent latencies
@@ -74,9 +78,13 @@ class CompiledNet {
   [[nodiscard]] int primitive_count() const;
 
   struct Impl;  ///< private to core/net
+  /// The second half of compile(): a net that runs as the plan says, whatever it says. For core/net and its tests.
+  [[nodiscard]] static std::unique_ptr<CompiledNet> from_plan(const FlatNet& flat, NetPlan plan,
+                                                              Environment& environment, LoadReport& report);
 
  private:
   CompiledNet();
+  void build(const FlatNet& flat, NetPlan plan, Environment& environment, LoadReport& report);
   std::unique_ptr<Impl> impl_;
 };
 

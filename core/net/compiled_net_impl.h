@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/net/compiled_net.h"
+#include "core/net/net_plan.h"
 
 namespace takt::net {
 
@@ -58,13 +59,6 @@ struct CompiledNet::Impl {
     Cycle cycle;
     std::int64_t cycles = 0;  ///< run since it began
   };
-  /// A stretch of the schedule: a gate is looked at, or primitives [begin, end) run, under a gate or under none (-1).
-  struct Step {
-    bool is_gate = false;
-    int gate = -1;
-    std::size_t begin = 0, end = 0;
-  };
-
   ~Impl() {
     for (auto p = primitives.rbegin(); p != primitives.rend(); ++p) (*p)->~Primitive();
   }
@@ -79,7 +73,7 @@ struct CompiledNet::Impl {
   std::vector<std::string> ids;        ///< likewise
   std::vector<Delay> delays;           ///< outside all gates
   std::vector<Gate> gates;
-  std::vector<Step> steps;  ///< empty if there is no gate
+  std::vector<NetPlan::Step> steps;  ///< empty if there is no gate
   std::vector<Port> ports;
   std::unordered_map<std::string_view, std::size_t> port_by_name;  ///< output ports only
   std::vector<Monitor> monitors;
