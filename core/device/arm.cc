@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include <fmt/format.h>
+#include "core/net/format_text.h"
 
 namespace takt::device {
 
@@ -39,7 +39,7 @@ std::string_view name_of(Arm::Phase phase) {
 
 Arm::Arm(std::string name, std::shared_ptr<const ArmDescription> description, std::shared_ptr<ArmBackend> backend,
          Nanoseconds period)
-    : name_(std::move(name)),
+    : Actuator(std::move(name)),
       description_(std::move(description)),
       backend_(std::move(backend)),
       period_(period),
@@ -67,12 +67,22 @@ void Arm::begin_cycle(std::int64_t cycle, Nanoseconds time) {
   }
 }
 
+void Arm::add_state(StateWords& words) const {
+  words.add(std::uint64_t{has_sample_} | std::uint64_t{sample_.ready} << 1 | std::uint64_t{sample_.fault} << 32);
+  words.add(static_cast<std::uint64_t>(phase_));
+  if (has_sample_) {
+    words.add(sample_.sequence);
+    words.add(sample_.stamp);
+    for (const auto* part : {&sample_.q, &sample_.dq, &sample_.tau}) words.add(*part);
+  }
+  const ArmSetPoint& sent = set_point();
+  for (const auto* part : {&sent.q, &sent.dq, &sent.ddq}) words.add(*part);
+}
+
+net::Text Arm::fault() const { return net::format_text("{}: not ready, fault {}", name(), sample_.fault); }
+
 std::optional<net::Text> Arm::refusal() const {
-  const auto because = [this](std::string_view why) {
-    std::array<char, 63> text;
-    const auto end = fmt::format_to_n(text.data(), text.size(), "{}: {}", name_, why);
-    return net::Text(std::string_view(text.data(), std::min(end.size, text.size())));
-  };
+  const auto because = [this](std::string_view why) { return net::format_text("{}: {}", name(), why); };
   if (phase_ == Phase::kNotReady) return because("not ready");
   if (phase_ == Phase::kBraking) return because("is braking");
   for (int i = 0; i < joint_count(); ++i) {
@@ -118,12 +128,12 @@ std::optional<Violation> Arm::find_violation() const {
   return guard_.check(proposal_);
 }
 
-std::optional<GuardTrip> Arm::check() {
+std::optional<net::Text> Arm::check() {
   if (phase_ != Phase::kFollowing) return std::nullopt;
   const auto violation = find_violation();
   if (!violation) return std::nullopt;
   stop();
-  return GuardTrip{*violation, describe(*violation, description_->joint_names)};
+  return describe(*violation, description_->joint_names);
 }
 
 void Arm::hand_over() {

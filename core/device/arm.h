@@ -8,6 +8,7 @@
 #include "core/device/backend.h"
 #include "core/device/brake_ramp.h"
 #include "core/device/description.h"
+#include "core/device/device.h"
 #include "core/device/guard.h"
 #include "core/net/primitive.h"
 
@@ -19,17 +20,11 @@ struct ToolSetting {
   PayloadSetting payload;
 };
 
-/// What the guard stopped and why; text for people included.
-struct GuardTrip {
-  Violation violation;
-  net::Text text;
-};
-
 /// The canonical arm: newest sample in, one guarded set point a cycle out (docs/devices.md, "Arm").
 ///
 /// Primitives read the sample and propose set points; the control core calls the rest, in the order of the members
 /// below, each cycle. Only the cycle thread touches an arm once the core runs. Realtime: cyclic unless said otherwise.
-class Arm final : public net::Resource {
+class Arm final : public Actuator {
  public:
   static constexpr std::string_view kKind = "arm";
 
@@ -46,7 +41,6 @@ class Arm final : public net::Resource {
       Nanoseconds period);
 
   [[nodiscard]] std::string_view kind() const override { return kKind; }
-  [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const ArmDescription& description() const { return *description_; }
   [[nodiscard]] int joint_count() const { return static_cast<int>(description_->limits.velocity.size()); }
 
@@ -64,27 +58,23 @@ class Arm final : public net::Resource {
   [[nodiscard]] const ToolSetting& tool() const { return tool_; }
 
   // -- For the control core ------------------------------------------------------------------------------------------
-  /// Takes the newest sample. A device that becomes ready is taken over where it stands.
-  void begin_cycle(std::int64_t cycle, Nanoseconds time);
-  /// Why no net can take this arm now (not ready, braking, away from its set point), or nothing (row S5).
-  [[nodiscard]] std::optional<net::Text> refusal() const;
-  /// A net holds the arm from the next cycle on.
-  void hold();
-  /// The net ended in order: its set point of this cycle is still sent; then the arm stands, or brakes (row L5).
-  void release();
-  /// Stop reaction now: what was proposed in this cycle is not sent (row L2).
-  void stop();
-  /// The guard looks at what was proposed in this cycle.
-  /// @return why it tripped, if it did; the arm is then stopped.
-  [[nodiscard]] std::optional<GuardTrip> check();
-  /// Sends the set point of this cycle.
-  void hand_over();
+  /// An arm that becomes ready is taken over where it stands.
+  void begin_cycle(std::int64_t cycle, Nanoseconds time) override;
+  void add_state(StateWords& words) const override;
+  [[nodiscard]] bool lost() const override { return phase_ == Phase::kNotReady; }
+  [[nodiscard]] net::Text fault() const override;
+  /// Not ready, braking, or away from its set point.
+  [[nodiscard]] std::optional<net::Text> refusal() const override;
+  void hold() override;
+  void release() override;
+  void stop() override;
+  [[nodiscard]] std::optional<net::Text> check() override;
+  void hand_over() override;
+  [[nodiscard]] bool held() const override { return held_; }
+  /// The last set point sent neither moves nor accelerates.
+  [[nodiscard]] bool at_rest() const override { return guard_.at_rest(); }
 
   [[nodiscard]] Phase phase() const { return phase_; }
-  /// True if the last set point sent neither moves nor accelerates.
-  [[nodiscard]] bool at_rest() const { return guard_.at_rest(); }
-  /// True if a net holds the arm.
-  [[nodiscard]] bool held() const { return held_; }
   /// Words for the sample's fault. Realtime: setup (makes a string).
   [[nodiscard]] std::string fault_text() const;
   /// Category 0 (row S3): the device's own brakes.
@@ -101,7 +91,6 @@ class Arm final : public net::Resource {
   void freeze();
   void continue_braking();
 
-  std::string name_;
   std::shared_ptr<const ArmDescription> description_;
   std::shared_ptr<ArmBackend> backend_;
   Nanoseconds period_;

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <string>
 #include <utility>
 
-#include "core/net/primitive.h"
+#include "core/base/time.h"
+#include "core/device/device.h"
 
 namespace takt::device {
 
@@ -13,31 +15,29 @@ namespace takt::device {
 /// every net that holds an arm is aborted. Nothing resumes by itself.
 ///
 /// Inputs may be set from any thread; they count from the next cycle on. The cycle thread calls begin_cycle().
-class EmergencyStop final : public net::Resource {
+class EmergencyStop final : public Device {
  public:
   static constexpr std::string_view kKind = "emergency_stop";
 
-  explicit EmergencyStop(std::string name) : name_(std::move(name)) {}
+  explicit EmergencyStop(std::string name) : Device(std::move(name)) {}
 
   [[nodiscard]] std::string_view kind() const override { return kKind; }
-  [[nodiscard]] const std::string& name() const { return name_; }
 
   /// The chain of buttons, doors and enabling devices is closed. False before it is first set.
   void set_healthy(bool healthy) { healthy_.store(healthy, std::memory_order_relaxed); }
   /// The level of the reset button.
   void set_reset(bool pressed) { reset_.store(pressed, std::memory_order_relaxed); }
 
-  /// Realtime: cyclic.
-  void begin_cycle() {
+  void begin_cycle(std::int64_t, Nanoseconds) override {
     const bool healthy = healthy_.load(std::memory_order_relaxed), reset = reset_.load(std::memory_order_relaxed);
     if (healthy && reset && !reset_before_) latched_ = false;
     if (!healthy) latched_ = true;
     reset_before_ = reset;
   }
+  void add_state(StateWords& words) const override { words.add(std::uint64_t{latched_}); }
   [[nodiscard]] bool latched() const { return latched_; }
 
  private:
-  std::string name_;
   std::atomic<bool> healthy_ = false, reset_ = false;
   bool reset_before_ = true;  // a button that is stuck from the beginning gives no edge
   bool latched_ = true;

@@ -6,14 +6,14 @@
 #include "core/base/time.h"
 #include "core/device/backend.h"
 #include "core/device/description.h"
-#include "core/net/primitive.h"
+#include "core/device/device.h"
 
 namespace takt::device {
 
 /// The canonical force/torque sensor: the newest raw reading in its measuring frame S, tool weight and bias included
 /// (docs/devices.md, "Force/torque sensor"). A reading older than sample_age_max or not finite counts as absent.
 /// Only the cycle thread touches it once the core runs.
-class ForceTorqueSensor final : public net::Resource {
+class ForceTorqueSensor final : public Device {
  public:
   static constexpr std::string_view kKind = "force_torque_sensor";
 
@@ -21,18 +21,16 @@ class ForceTorqueSensor final : public net::Resource {
                     std::shared_ptr<ForceTorqueBackend> backend);
 
   [[nodiscard]] std::string_view kind() const override { return kKind; }
-  [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const ForceTorqueDescription& description() const { return *description_; }
 
-  /// Takes the newest sample. Realtime: cyclic.
-  void begin_cycle(Nanoseconds time);
+  void begin_cycle(std::int64_t cycle, Nanoseconds time) override;
+  void add_state(StateWords& words) const override;
 
   [[nodiscard]] bool has_sample() const { return has_sample_; }
   [[nodiscard]] const WrenchSample& sample() const { return sample_; }
   [[nodiscard]] Nanoseconds sample_age() const { return sample_age_; }
 
  private:
-  std::string name_;
   std::shared_ptr<const ForceTorqueDescription> description_;
   std::shared_ptr<ForceTorqueBackend> backend_;
   WrenchSample sample_;

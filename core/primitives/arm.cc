@@ -1,11 +1,7 @@
 // Family "device": the canonical arm.
-#include <array>
-#include <string_view>
-
-#include <fmt/format.h>
-
 #include "core/device/arm.h"
 #include "core/kinematics/chain.h"
+#include "core/net/format_text.h"
 #include "core/net/registry.h"
 #include "core/net/setup.h"
 
@@ -41,10 +37,8 @@ class ArmCommand final : public Primitive {
  private:
   void bridge(const Cycle& cycle) {
     if (bridged_ >= extrapolate_) {
-      std::array<char, 63> text;
-      const auto end = fmt::format_to_n(text.data(), text.size(), "{}: the set point is null", arm_->name());
-      cycle.signals->fail_with(Cause::Code::kNullInput, {text.data(), std::min(end.size, text.size())}, cycle.index);
-      return;
+      const Text text = format_text("{}: the set point is null", arm_->name());
+      return cycle.signals->fail_with(Cause::Code::kNullInput, text.view(), cycle.index);
     }
     ++bridged_;
     const auto& last = arm_->set_point();

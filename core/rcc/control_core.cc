@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cstdlib>
 #include <map>
 #include <optional>
@@ -10,6 +9,7 @@
 
 #include <boost/lockfree/queue.hpp>
 
+#include "core/device/emergency_stop.h"
 #include "core/rcc/event_buffer.h"
 #include "core/rcc/executor.h"
 #include "core/rcc/net_table.h"
@@ -29,48 +29,6 @@ struct Posted {
   NetId retire;  ///< not 0: let go of this net
   Rule rule;
 };
-
-/// One device's part of the digest, packed without padding.
-class Packer {
- public:
-  void add(double x) { words_[size_++] = std::bit_cast<std::uint64_t>(x); }
-  void add(std::uint64_t x) { words_[size_++] = x; }
-  void add(const kinematics::JointVector& v) {
-    add(static_cast<std::uint64_t>(v.size()));
-    for (int i = 0; i < v.size(); ++i) add(v[i]);
-  }
-  void add(const Eigen::Vector3d& v) {
-    for (const double x : v) add(x);
-  }
-  [[nodiscard]] std::span<const std::byte> bytes() const { return std::as_bytes(std::span(words_.data(), size_)); }
-
- private:
-  std::array<std::uint64_t, 6 * (kinematics::kMaxJoints + 1) + 16> words_;
-  std::size_t size_ = 0;
-};
-
-void pack(Packer& packer, const device::Arm& arm) {
-  const device::ArmSample& sample = arm.sample();
-  packer.add(std::uint64_t{arm.has_sample()} | std::uint64_t{sample.ready} << 1 | std::uint64_t{sample.fault} << 32);
-  packer.add(static_cast<std::uint64_t>(arm.phase()));
-  if (arm.has_sample()) {
-    packer.add(sample.sequence);
-    packer.add(static_cast<std::uint64_t>(sample.stamp));
-    for (const auto* part : {&sample.q, &sample.dq, &sample.tau}) packer.add(*part);
-  }
-  const device::ArmSetPoint& sent = arm.set_point();
-  for (const auto* part : {&sent.q, &sent.dq, &sent.ddq}) packer.add(*part);
-}
-
-void pack(Packer& packer, const device::ForceTorqueSensor& sensor) {
-  const device::WrenchSample& sample = sensor.sample();
-  packer.add(std::uint64_t{sensor.has_sample()} | std::uint64_t{sample.overload} << 1);
-  if (!sensor.has_sample()) return;
-  packer.add(sample.sequence);
-  packer.add(static_cast<std::uint64_t>(sample.stamp));
-  packer.add(sample.wrench.force);
-  packer.add(sample.wrench.torque);
-}
 
 class DeviceTable final : public net::Environment {
  public:
@@ -117,8 +75,9 @@ struct ControlCore::Impl {
   Options options;
   DeviceTable devices;
   std::vector<std::unique_ptr<net::Resource>> owned;
-  std::vector<device::Arm*> arms;  // by name
-  std::vector<device::ForceTorqueSensor*> sensors;
+  std::vector<device::Device*> in_order;     // all devices, by name
+  std::vector<device::Actuator*> actuators;  // those that are driven, by name
+  std::vector<device::Arm*> arms;            // those that are arms, by name
   std::vector<device::EmergencyStop*> emergency_stops;
   std::optional<net::Cause> stop_cause;  // of stop_all(), for the next step
   ResourceTable resources;
@@ -134,16 +93,14 @@ struct ControlCore::Impl {
 };
 
 void ControlCore::Impl::take_samples(std::int64_t k, Nanoseconds now) {
-  for (device::Arm* arm : arms) arm->begin_cycle(k, now);
-  for (device::ForceTorqueSensor* sensor : sensors) sensor->begin_cycle(now);
-  for (device::EmergencyStop* stop : emergency_stops) stop->begin_cycle();
+  for (device::Device* device : in_order) device->begin_cycle(k, now);
 }
 
 void ControlCore::Impl::look_at_stops(std::int64_t k) {
   executor.allow_starts();
   for (const device::EmergencyStop* stop : emergency_stops)
     if (stop->latched())
-      executor.stop_arms({.code = net::Cause::Code::kDevice, .text = net::Text(stop->name()), .cycle = k}, k);
+      executor.stop_for_emergency({.code = net::Cause::Code::kDevice, .text = net::Text(stop->name()), .cycle = k}, k);
   if (!stop_cause) return;
   stop_cause->cycle = k;
   executor.stop_all(*stop_cause, k);
@@ -166,13 +123,13 @@ void ControlCore::Impl::take_requests() {
 }
 
 void ControlCore::Impl::guard_and_hand_over(std::int64_t k) {
-  // All arms are looked at before anything is sent: a net that trips at one arm stops all its arms in this cycle.
+  // All are looked at before anything is sent: a net that trips at one device stops all its devices in this cycle.
   for (auto& place : resources.all()) {
-    if (place.arm == nullptr) continue;
-    const bool moving = !place.arm->at_rest();
-    const auto trip = place.arm->check();
+    if (place.actuator == nullptr) continue;
+    const bool moving = !place.actuator->at_rest();
+    const auto trip = place.actuator->check();
     if (!trip) continue;
-    const net::Cause cause{.code = net::Cause::Code::kGuard, .text = trip->text, .cycle = k};
+    const net::Cause cause{.code = net::Cause::Code::kGuard, .text = *trip, .cycle = k};
     NetEntry* owner = nets.find(place.owner);
     if (moving) {
       Event event{.kind = Event::Kind::kStopped, .state = {}, .net = place.owner, .request = 0, .cause = cause};
@@ -181,7 +138,7 @@ void ControlCore::Impl::guard_and_hand_over(std::int64_t k) {
     if (owner != nullptr && is_active(owner->state.load(std::memory_order_relaxed))) executor.abort(*owner, cause, k);
   }
   executor.forget_ended();
-  for (device::Arm* arm : arms) arm->hand_over();
+  for (device::Actuator* actuator : actuators) actuator->hand_over();
 }
 
 void ControlCore::Impl::digest_nets(std::int64_t k) {
@@ -193,16 +150,10 @@ void ControlCore::Impl::digest_nets(std::int64_t k) {
 void ControlCore::Impl::digest_devices() {
   constexpr std::uint64_t kFirstDevice = 0x8000'0000'0000'0000ull;  // apart from the numbers of nets
   std::uint64_t number = kFirstDevice;
-  const auto take = [&](const auto& device) {
-    Packer packer;
-    pack(packer, device);
-    digest.take(number++, packer.bytes());
-  };
-  for (const device::Arm* arm : arms) take(*arm);
-  for (const device::ForceTorqueSensor* sensor : sensors) take(*sensor);
-  for (const device::EmergencyStop* stop : emergency_stops) {
-    const std::array<std::uint64_t, 1> latched = {stop->latched()};
-    digest.take(number++, std::as_bytes(std::span(latched)));
+  for (const device::Device* device : in_order) {
+    device::StateWords words;
+    device->add_state(words);
+    digest.take(number++, words.bytes());
   }
   digest.take_added_blocks();
 }
@@ -210,27 +161,18 @@ void ControlCore::Impl::digest_devices() {
 ControlCore::ControlCore(const Options& options) : impl_(std::make_unique<Impl>(options)) {}
 ControlCore::~ControlCore() = default;
 
-device::Arm& ControlCore::add(std::unique_ptr<device::Arm> arm) {
-  device::Arm& added = *arm;
-  impl_->keep(added.name(), std::move(arm));
-  impl_->arms.push_back(&added);
-  std::ranges::sort(impl_->arms, {}, [](const device::Arm* one) { return one->name(); });
-  return added;
-}
-
-device::ForceTorqueSensor& ControlCore::add(std::unique_ptr<device::ForceTorqueSensor> sensor) {
-  device::ForceTorqueSensor& added = *sensor;
-  impl_->keep(added.name(), std::move(sensor));
-  impl_->sensors.push_back(&added);
-  std::ranges::sort(impl_->sensors, {}, [](const device::ForceTorqueSensor* one) { return one->name(); });
-  return added;
-}
-
-device::EmergencyStop& ControlCore::add(std::unique_ptr<device::EmergencyStop> stop) {
-  device::EmergencyStop& added = *stop;
-  impl_->keep(added.name(), std::move(stop));
-  impl_->emergency_stops.push_back(&added);
-  return added;
+void ControlCore::keep(std::unique_ptr<device::Device> device) {
+  Impl& core = *impl_;
+  device::Device* added = device.get();
+  core.keep(added->name(), std::move(device));
+  const auto insert = [](auto& list, auto* one) {
+    if (one != nullptr)
+      list.insert(std::ranges::upper_bound(list, one->name(), {}, [](auto* d) { return d->name(); }), one);
+  };
+  insert(core.in_order, added);
+  insert(core.actuators, dynamic_cast<device::Actuator*>(added));
+  insert(core.arms, dynamic_cast<device::Arm*>(added));
+  insert(core.emergency_stops, dynamic_cast<device::EmergencyStop*>(added));
 }
 
 net::Resource& ControlCore::add(std::string name, std::unique_ptr<net::Resource> resource) {

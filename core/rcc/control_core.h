@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,8 +11,7 @@
 #include "core/base/findings.h"
 #include "core/base/time.h"
 #include "core/device/arm.h"
-#include "core/device/emergency_stop.h"
-#include "core/device/force_torque_sensor.h"
+#include "core/device/device.h"
 #include "core/net/compiled_net.h"
 #include "core/rcc/digest.h"
 #include "core/rcc/net_state.h"
@@ -56,10 +56,13 @@ class ControlCore {
 
   // -- Devices: before the first step. Realtime: setup. --------------------------------------------------------------
   /// A name that is taken is a programming error (abort).
-  device::Arm& add(std::unique_ptr<device::Arm> arm);
-  device::ForceTorqueSensor& add(std::unique_ptr<device::ForceTorqueSensor> sensor);
-  /// While one is latched, no net starts and nets that hold arms are aborted (row S4).
-  device::EmergencyStop& add(std::unique_ptr<device::EmergencyStop> stop);
+  /// While an EmergencyStop is latched, no net starts and nets that hold what stops in an emergency are aborted (S4).
+  template <std::derived_from<device::Device> D>
+  D& add(std::unique_ptr<D> device) {
+    D& added = *device;
+    keep(std::move(device));
+    return added;
+  }
   /// Any other resource that primitives may find by name.
   net::Resource& add(std::string name, std::unique_ptr<net::Resource> resource);
   [[nodiscard]] net::Environment& environment();
@@ -109,6 +112,8 @@ class ControlCore {
   [[nodiscard]] const Statistics& statistics() const;
 
  private:
+  void keep(std::unique_ptr<device::Device> device);
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

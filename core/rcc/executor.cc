@@ -1,22 +1,15 @@
 #include "core/rcc/executor.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 
-#include <fmt/format.h>
+#include "core/net/format_text.h"
 
 namespace takt::rcc {
 
 namespace {
 
-/// Text for people without allocation, cut to what a Text holds.
-template <class... Args>
-net::Text text(fmt::format_string<Args...> format, Args&&... args) {
-  std::array<char, 63> buffer;
-  const auto end = fmt::format_to_n(buffer.data(), buffer.size(), format, std::forward<Args>(args)...);
-  return net::Text(std::string_view(buffer.data(), std::min(end.size, buffer.size())));
-}
+using net::format_text;
 
 net::Cause cause_of(net::Cause::Code code, const net::Text& text, std::int64_t cycle) {
   return {.code = code, .text = text, .cycle = cycle};
@@ -43,24 +36,23 @@ void Executor::end_finished(std::int64_t cycle) {
     const bool canceling = entry->state.load(std::memory_order_relaxed) == NetState::kCanceling;
     if (signals.fail) {
       abort(*entry, signals.cause, cycle);
-    } else if (const device::Arm* arm = lost_arm(*entry)) {
-      const auto why = text("{}: not ready, fault {}", arm->name(), arm->sample().fault);
-      abort(*entry, cause_of(net::Cause::Code::kDevice, why, cycle), cycle);
+    } else if (const device::Actuator* lost = lost_actuator(*entry)) {
+      abort(*entry, cause_of(net::Cause::Code::kDevice, lost->fault(), cycle), cycle);
     } else if (signals.terminate) {
       const auto code = canceling ? net::Cause::Code::kCancelled : net::Cause::Code::kTerminated;
       end(*entry, cause_of(code, signals.cause.text, cycle), cycle);
     } else if (canceling && cycle - entry->cancel_cycle >= entry->options.cancel_bound_cycles) {
-      const auto why = text("did not end within {} cycles of its cancel", entry->options.cancel_bound_cycles);
+      const auto why = format_text("did not end within {} cycles of its cancel", entry->options.cancel_bound_cycles);
       abort(*entry, cause_of(net::Cause::Code::kAborted, why, cycle), cycle);
     }
   }
   forget_ended();
 }
 
-const device::Arm* Executor::lost_arm(const NetEntry& entry) const {
+const device::Actuator* Executor::lost_actuator(const NetEntry& entry) const {
   for (const int place : entry.claims) {
-    const device::Arm* arm = resources_[place].arm;
-    if (arm != nullptr && arm->phase() == device::Arm::Phase::kNotReady) return arm;
+    const device::Actuator* actuator = resources_[place].actuator;
+    if (actuator != nullptr && actuator->lost()) return actuator;
   }
   return nullptr;
 }
@@ -77,29 +69,32 @@ void Executor::end(NetEntry& entry, const net::Cause& cause, std::int64_t cycle)
   for (const int place : entry.claims) {
     auto& held = resources_[place];
     held.owner = 0;
-    if (held.arm != nullptr && held.arm->held()) held.arm->release();
+    if (held.actuator != nullptr && held.actuator->held()) held.actuator->release();
   }
   move_to(entry, NetState::kTerminated);
 }
 
 void Executor::abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycle) {
   for (const int place : entry.claims) {
-    device::Arm* arm = resources_[place].arm;
-    if (arm == nullptr) continue;
-    const bool moving = arm->held() && !arm->at_rest();
-    arm->stop();
+    device::Actuator* actuator = resources_[place].actuator;
+    if (actuator == nullptr) continue;
+    const bool moving = actuator->held() && !actuator->at_rest();
+    actuator->stop();
     if (!moving) continue;
-    const auto what = cause_of(cause.code, text("{}: stop reaction", arm->name()), cycle);
+    const auto what = cause_of(cause.code, format_text("{}: stop reaction", actuator->name()), cycle);
     events_.add({.kind = Event::Kind::kStopped, .state = {}, .net = entry.id, .request = 0, .cause = what});
   }
   end(entry, cause, cycle);
 }
 
-void Executor::stop_arms(const net::Cause& cause, std::int64_t cycle) {
+void Executor::stop_for_emergency(const net::Cause& cause, std::int64_t cycle) {
   stopped_by_ = cause.text;
   for (NetEntry* entry : active_) {
-    const bool holds_arm = std::ranges::any_of(entry->claims, [this](int p) { return resources_[p].arm != nullptr; });
-    if (holds_arm) abort(*entry, cause, cycle);
+    const bool concerned = std::ranges::any_of(entry->claims, [this](int place) {
+      const device::Actuator* actuator = resources_[place].actuator;
+      return actuator != nullptr && actuator->stops_in_emergency();
+    });
+    if (concerned) abort(*entry, cause, cycle);
   }
   forget_ended();
 }
@@ -119,7 +114,7 @@ void Executor::start(NetEntry& entry, std::int64_t cycle) {
   entry.first_cycle.store(cycle + 1, std::memory_order_relaxed);
   for (const int place : entry.claims) {
     resources_[place].owner = entry.id;
-    if (resources_[place].arm != nullptr) resources_[place].arm->hold();
+    if (resources_[place].actuator != nullptr) resources_[place].actuator->hold();
   }
   const auto by_number = [](const NetEntry* a, const NetEntry* b) { return a->id < b->id; };
   active_.insert(std::upper_bound(active_.begin(), active_.end(), &entry, by_number), &entry);
@@ -127,16 +122,18 @@ void Executor::start(NetEntry& entry, std::int64_t cycle) {
 }
 
 std::optional<net::Text> Executor::refuse_start(const NetEntry& entry, const Transaction& transaction) const {
-  if (stopped_by_) return text("stopped by {}", stopped_by_->view());
-  if (active_.size() == active_.capacity()) return text("too many nets are running");
+  if (stopped_by_) return format_text("stopped by {}", stopped_by_->view());
+  if (active_.size() == active_.capacity()) return format_text("too many nets are running");
   for (const int place : entry.claims) {
     const auto& wanted = resources_[place];
     const bool freed = wanted.owner != 0 && transaction.abort.contains(wanted.owner);
     if (wanted.owner != 0 && !freed)
-      return text("{} is held by net {}", wanted.arm != nullptr ? wanted.arm->name() : "resource", wanted.owner);
-    if (wanted.arm == nullptr) continue;
-    if (freed && !wanted.arm->at_rest()) return text("{} moves; its abort leaves it braking", wanted.arm->name());
-    if (const auto why = wanted.arm->refusal()) return *why;
+      return format_text("{} is held by net {}", wanted.actuator != nullptr ? wanted.actuator->name() : "resource",
+                         wanted.owner);
+    if (wanted.actuator == nullptr) continue;
+    if (freed && !wanted.actuator->at_rest())
+      return format_text("{} moves; its abort leaves it braking", wanted.actuator->name());
+    if (const auto why = wanted.actuator->refusal()) return *why;
   }
   // Two nets of one transaction may not want the same thing.
   for (const NetId other : transaction.start) {
@@ -144,7 +141,7 @@ std::optional<net::Text> Executor::refuse_start(const NetEntry& entry, const Tra
     const NetEntry* before = nets_.find(other);
     for (const int place : entry.claims)
       if (before != nullptr && std::count(before->claims.begin(), before->claims.end(), place) > 0)
-        return text("net {} of the same start wants the same device", other);
+        return format_text("net {} of the same start wants the same device", other);
   }
   return std::nullopt;
 }
@@ -152,16 +149,16 @@ std::optional<net::Text> Executor::refuse_start(const NetEntry& entry, const Tra
 std::optional<Executor::Refusal> Executor::check(const Transaction& transaction) const {
   for (const NetSet* set : {&transaction.abort, &transaction.cancel, &transaction.start})
     for (const NetId id : *set)
-      if (nets_.find(id) == nullptr) return Refusal{id, text("net {} is not loaded", id)};
+      if (nets_.find(id) == nullptr) return Refusal{id, format_text("net {} is not loaded", id)};
   const auto state_of = [this](NetId id) { return nets_.find(id)->state.load(std::memory_order_acquire); };
   for (const NetSet* set : {&transaction.abort, &transaction.cancel})
     for (const NetId id : *set)
       if (!is_active(state_of(id)) && state_of(id) != NetState::kTerminated)
-        return Refusal{id, text("net {} is not running, it is {}", id, name_of(state_of(id)))};
+        return Refusal{id, format_text("net {} is not running, it is {}", id, name_of(state_of(id)))};
   for (const NetId id : transaction.start) {
     const NetState state = state_of(id);
     if (is_active(state)) continue;
-    if (state != NetState::kReady) return Refusal{id, text("net {} is not Ready, it is {}", id, name_of(state))};
+    if (state != NetState::kReady) return Refusal{id, format_text("net {} is not Ready, it is {}", id, name_of(state))};
     if (const auto why = refuse_start(*nets_.find(id), transaction)) return Refusal{id, *why};
   }
   return std::nullopt;
@@ -171,7 +168,7 @@ void Executor::carry_out(const Transaction& transaction, std::int64_t cycle) {
   for (const NetId id : transaction.abort) {
     NetEntry& entry = *nets_.find(id);
     if (is_active(entry.state.load(std::memory_order_relaxed)))
-      abort(entry, cause_of(net::Cause::Code::kAborted, text("abort was asked for"), cycle), cycle);
+      abort(entry, cause_of(net::Cause::Code::kAborted, format_text("abort was asked for"), cycle), cycle);
   }
   forget_ended();
   for (const NetId id : transaction.cancel) {

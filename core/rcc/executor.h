@@ -35,8 +35,9 @@ class Executor {
   /// Ends a net in which something went wrong: its devices stop (rows S2, L6).
   void abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
 
-  /// Aborts all nets that hold an arm, or all nets, and refuses every start of this cycle. Realtime: cyclic.
-  void stop_arms(const net::Cause& cause, std::int64_t cycle);
+  /// Aborts all nets that hold what stops in an emergency, or all nets, and refuses every start of this cycle.
+  /// Realtime: cyclic.
+  void stop_for_emergency(const net::Cause& cause, std::int64_t cycle);
   void stop_all(const net::Cause& cause, std::int64_t cycle);
   /// A new cycle: starts are allowed until something stops.
   void allow_starts() { stopped_by_ = {}; }
@@ -52,7 +53,7 @@ class Executor {
   void end(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
   void move_to(NetEntry& entry, NetState state);
   [[nodiscard]] std::optional<net::Text> refuse_start(const NetEntry& entry, const Transaction& transaction) const;
-  [[nodiscard]] const device::Arm* lost_arm(const NetEntry& entry) const;
+  [[nodiscard]] const device::Actuator* lost_actuator(const NetEntry& entry) const;
 
   NetTable& nets_;
   ResourceTable& resources_;

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/device/arm.h"
+#include "core/device/device.h"
 #include "core/net/primitive.h"
 #include "core/rcc/net_state.h"
 
@@ -13,13 +13,13 @@ class ResourceTable {
  public:
   struct Place {
     net::Resource* resource = nullptr;
-    device::Arm* arm = nullptr;  ///< the same, if it is an arm
-    NetId owner = 0;             ///< 0: free
+    device::Actuator* actuator = nullptr;  ///< the same, if it is driven
+    NetId owner = 0;                       ///< 0: free
   };
 
   /// Realtime: setup.
   int add(net::Resource& resource) {
-    places_.push_back({.resource = &resource, .arm = dynamic_cast<device::Arm*>(&resource)});
+    places_.push_back({.resource = &resource, .actuator = dynamic_cast<device::Actuator*>(&resource)});
     return static_cast<int>(places_.size()) - 1;
   }
   [[nodiscard]] int place_of(const net::Resource* resource) const {

@@ -25,7 +25,7 @@ class DeviceEnvironment final : public net::Environment {
     sensor_backend = std::make_shared<FakeForceTorqueSensor>();
     sensor = std::make_unique<device::ForceTorqueSensor>(
         "sensor", std::make_shared<const device::ForceTorqueDescription>(), sensor_backend);
-    sensor->begin_cycle(0);
+    sensor->begin_cycle(0, 0);
   }
   net::Resource* find(std::string_view name) override {
     if (name == "arm") return arm.get();

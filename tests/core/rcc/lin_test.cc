@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/device/device_file.h"
+#include "core/device/force_torque_sensor.h"
 #include "core/kinematics/chain.h"
 #include "core/motion/planner.h"
 #include "tests/core/rcc/fixture.h"

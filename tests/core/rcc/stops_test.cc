@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/device/emergency_stop.h"
 #include "core/rcc/realtime_clock.h"
 #include "tests/core/rcc/fixture.h"
 
@@ -25,7 +26,7 @@ TEST_F(StopsTest, S4_TheLatchStartsLatchedAndNeedsAnEdgeWhileHealthy) {
   const auto after = [&stop](bool healthy, bool reset) {
     stop.set_healthy(healthy);
     stop.set_reset(reset);
-    stop.begin_cycle();
+    stop.begin_cycle(0, 0);
     return stop.latched();
   };
   EXPECT_TRUE(after(true, true));  // stuck button: no edge

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/base/time.h"
+#include "core/device/state_words.h"
+#include "core/net/primitive.h"
+
+namespace takt::device {
+
+/// A device as the control core sees it: it takes a sample each cycle and is part of the digest. Owned by the core;
+/// only the cycle thread touches it once the core runs. Realtime: cyclic.
+class Device : public net::Resource {
+ public:
+  /// @param name  unique in the cell
+  explicit Device(std::string name) : name_(std::move(name)) {}
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+  /// Takes the newest sample. `cycle` is the core cycle that begins, `time` its time.
+  virtual void begin_cycle(std::int64_t cycle, Nanoseconds time) = 0;
+  /// Adds all that nets and people can see of the device: sample and, if it is driven, what was sent.
+  virtual void add_state(StateWords& words) const = 0;
+
+ private:
+  std::string name_;
+};
+
+/// A device that is driven: held by one net at a time, with a guard and a stop reaction of its own (docs/devices.md,
+/// "What every actuator owes"). A primitive proposes; the core calls the functions below, each cycle in their order.
+class Actuator : public Device {
+ public:
+  using Device::Device;
+
+  /// The device cannot be driven now: not powered, faulted, no sample. The net that holds it ends.
+  [[nodiscard]] virtual bool lost() const = 0;
+  /// Why it is lost, short, for people.
+  [[nodiscard]] virtual net::Text fault() const = 0;
+  /// Why no net can take it now, or nothing (row S5).
+  [[nodiscard]] virtual std::optional<net::Text> refusal() const = 0;
+  /// A net holds it from the next cycle on.
+  virtual void hold() = 0;
+  /// The net ended in order: what it proposed in this cycle is still sent; then the device stands, or stops (row L5).
+  virtual void release() = 0;
+  /// Stop reaction now: what was proposed in this cycle is not sent (row L2).
+  virtual void stop() = 0;
+  /// The guard looks at what was proposed in this cycle.
+  /// @return why it tripped, if it did; the device then stops.
+  [[nodiscard]] virtual std::optional<net::Text> check() = 0;
+  /// Sends what is due in this cycle.
+  virtual void hand_over() = 0;
+
+  /// True if a net holds it.
+  [[nodiscard]] virtual bool held() const = 0;
+  /// True if what was sent last neither moves nor is about to.
+  [[nodiscard]] virtual bool at_rest() const = 0;
+  /// True if an emergency stop ends the nets that hold it. A gripper may say no: it keeps its grip.
+  [[nodiscard]] virtual bool stops_in_emergency() const { return true; }
+};
+
+}  // namespace takt::device
