@@ -86,16 +86,14 @@ void Builder::write_initial_values() {
   for (const auto& port : net_.ports) (void)write_slot(port.type, net_.values.at(port.offset), nullptr);
   for (const NetPlan::Constant& constant : plan_.constants) {
     const auto& input = flat_.input(constant.node, constant.port);
-    const Findings findings =
-        write_slot(input.type, net_.values.at(constant.place), flat_.constant(constant.node, constant.port));
+    const Findings findings = write_slot(input.type, net_.values.at(constant.place), constant.value);
     if (findings.empty()) continue;
     report_.append(findings, flat_.primitive_pointer(constant.node) + "/parameters" + pointer_segment(input.name));
   }
   for (const NetPlan::Delay& delay : plan_.delays) {
-    const FlatLink& link = link_of(delay);
     const ValueType type = flat_.input(delay.node, delay.port).type;
-    const Findings findings = write_slot(type, net_.values.at(delay.initial), &flat_.description(link).initial);
-    if (!findings.empty()) report_.append(findings, flat_.link_pointer(link) + "/initial");
+    const Findings findings = write_slot(type, net_.values.at(delay.initial), delay.initial_value);
+    if (!findings.empty()) report_.append(findings, flat_.link_pointer(link_of(delay)) + "/initial");
     std::memcpy(net_.values.at(delay.memory), net_.values.at(delay.initial), slot_shape(type).size);
   }
 }

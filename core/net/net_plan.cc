@@ -93,7 +93,7 @@ void Planner::place_delays() {
         add_port(flat_.output_name(link->from, link->from_port) + " > " + flat_.input_name(node, port), type);
     plan_.input_place[input_number(node, port)] = memory;
     plan_.delays.push_back({node, port, output_place(link->from, link->from_port), memory, NetPlan::kNowhere,
-                            slot_shape(type).size, link->fragment});
+                            slot_shape(type).size, &flat_.description(*link).initial, link->fragment});
   });
   plan_.slots_size = plan_.size = aligned(plan_.size, Block::kAlignment);
 }
@@ -104,7 +104,7 @@ void Planner::place_constants() {
     std::size_t& place = plan_.input_place[input_number(node, port)];
     if (place != NetPlan::kNowhere || flat_.is_gate(node) || flat_.constant(node, port) == nullptr) return;
     place = take(flat_.input(node, port).type);
-    plan_.constants.push_back({node, port, place});
+    plan_.constants.push_back({node, port, place, flat_.constant(node, port)});
   });
 }
 

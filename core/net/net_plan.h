@@ -26,13 +26,15 @@ struct NetPlan {
   struct Constant {
     int node, port;
     std::size_t place;
+    const nlohmann::ordered_json* value;
   };
   /// A delayed link, by the input at its end. `memory` is what the input reads; after each cycle `size` bytes of
   /// `source` are copied into it; it begins with what is at `initial`.
   struct Delay {
     int node, port;
     std::size_t source, memory, initial, size;
-    int gate;  ///< its memory rests and is reset with this gate; -1: never
+    const nlohmann::ordered_json* initial_value;  ///< what is written at `initial`
+    int gate;                                     ///< its memory rests and is reset with this gate; -1: never
   };
   struct Output {
     ValueType type;

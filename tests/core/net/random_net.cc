@@ -39,6 +39,12 @@ class Generator {
     }
   }
 
+  /// Half of the nets end some time, or would.
+  void link_end(const std::string& port) {
+    const Output* source = any(ValueType::kBoolean);
+    if (source != nullptr && chance(0.5)) net_.link(source->port, port);
+  }
+
   std::vector<Output> outputs;
   FragmentDescription* fragment = nullptr;  ///< of the net that is built; nullptr at the top
   Generator* outer = nullptr;
@@ -50,9 +56,10 @@ class Generator {
   std::string fresh_id() { return fmt::format("{}{}", static_cast<char>('a' + below(26)), ids_++); }
 
   void add_primitive(int age) {
-    static const std::vector<std::string> kTypes = {
-        "TestAdd",     "TestMultiply", "TestDivide",   "TestSum",     "TestConstant", "TestCounter", "TestToReal",
-        "TestGreater", "TestPrevious", "TestAllTypes", "TestCompose", "TestPose",     "TestAdd",     "TestSum"};
+    static const std::vector<std::string> kTypes = {"TestAdd",      "TestMultiply", "TestDivide",  "TestSum",
+                                                    "TestConstant", "TestCounter",  "TestToReal",  "TestGreater",
+                                                    "TestPrevious", "TestAllTypes", "TestCompose", "TestPose",
+                                                    "TestAdd",      "TestSum",      "TestExtremes"};
     const std::string& type = kTypes[below(kTypes.size())];
     const PrimitiveInfo& info = *Registry::global().find(type);
     const std::string id = fresh_id();
@@ -120,6 +127,13 @@ class Generator {
   }
 
   void activity(const FragmentDescription& f) {
+    // Most fragments come and go: a reset that is left out shows only in the second activation.
+    if (chance(0.6)) {
+      const std::string id = fresh_id();
+      net_.add(id, "TestBlink", {{"on", 1 + static_cast<int>(below(5))}, {"off", 1 + static_cast<int>(below(4))}});
+      net_.link(id + ".out", f.id + ".active");
+      return;
+    }
     std::vector<const Output*> choices;
     for (const Output& output : outputs) {
       if (output.type == ValueType::kBoolean && !output.port.starts_with(f.id + ".")) choices.push_back(&output);
@@ -193,8 +207,10 @@ void shuffle(std::vector<T>& list, Random& random) {
 NetDescription random_net(Random& random, int primitives) {
   NetDescription net;
   net.name = "random";
-  Generator(random, net, 0).run(primitives);
+  Generator generator(random, net, 0);
+  generator.run(primitives);
   net.add("end", "TestEnd");
+  generator.link_end("end.in");
   return net;
 }
 

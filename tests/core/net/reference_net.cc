@@ -1,5 +1,6 @@
 #include "tests/core/net/reference_net.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include <fmt/format.h>
@@ -77,6 +78,7 @@ struct ReferenceNet::Node {
   std::unique_ptr<std::byte[]> memory;
   Primitive* primitive = nullptr;
   bool done = false;
+  std::vector<std::pair<AnySlot*, Link*>> feeds;  ///< the linked inputs
 
   ~Node() {
     if (primitive != nullptr) primitive->~Primitive();
@@ -94,11 +96,12 @@ struct ReferenceNet::Group {
 
 struct ReferenceNet::Link {
   Node* from;
-  std::string output, to;
+  std::string to;
   bool delayed;
   Json initial;
   int group;
   std::unique_ptr<AnySlot> memory;
+  AnySlot* source;  ///< the output it reads
 };
 
 ReferenceNet::~ReferenceNet() = default;
@@ -126,9 +129,20 @@ ReferenceNet::ReferenceNet(const NetDescription& description) {
       pending.push_back({&f.net, scope});
     }
   }
+  find_feeds();
   for (std::size_t g = 1; g < groups_.size(); ++g) {
     groups_[g]->can_rest = link_into_.contains(groups_[g]->active_input) ||
                            groups_[static_cast<std::size_t>(groups_[g]->parent)]->can_rest;
+  }
+}
+
+/// What feeds each node, by name once and not in every cycle.
+void ReferenceNet::find_feeds() {
+  for (const auto& node : nodes_) {
+    for (const auto& [name, slot] : node->inputs) {
+      const auto link = link_into_.find(node->id + "." + name);
+      if (link != link_into_.end()) node->feeds.emplace_back(slot.get(), link->second);
+    }
   }
 }
 
@@ -205,8 +219,9 @@ void ReferenceNet::connect(const NetDescription& description, const std::string&
         if (node->id != to_id) continue;
         for (const std::string& breaking : node->info->loop_breaking_inputs) delayed = delayed || breaking == to_port;
       }
-      auto link = std::make_unique<Link>(Link{from, from_port, to, delayed, l.initial, group,
-                                              std::make_unique<AnySlot>(from->outputs.at(from_port)->type)});
+      auto link = std::make_unique<Link>(Link{from, to, delayed, l.initial, group,
+                                              std::make_unique<AnySlot>(from->outputs.at(from_port)->type),
+                                              from->outputs.at(from_port).get()});
       link->memory->read(l.initial);
       link_into_[to] = link.get();
       links_.push_back(std::move(link));
@@ -217,11 +232,7 @@ void ReferenceNet::connect(const NetDescription& description, const std::string&
 /// A node may run when its fragment has been looked at and all it reads in this cycle is done.
 bool ReferenceNet::ready(const Node& node) const {
   if (node.done || !groups_[static_cast<std::size_t>(node.group)]->known) return false;
-  for (const auto& [name, slot] : node.inputs) {
-    const auto link = link_into_.find(node.id + "." + name);
-    if (link != link_into_.end() && !link->second->delayed && !link->second->from->done) return false;
-  }
-  return true;
+  return std::ranges::all_of(node.feeds, [](const auto& f) { return f.second->delayed || f.second->from->done; });
 }
 
 void ReferenceNet::look_at(Group& group, const Cycle&) {
@@ -229,8 +240,7 @@ void ReferenceNet::look_at(Group& group, const Cycle&) {
   bool active = parent.running;
   const auto found = link_into_.find(group.active_input);
   if (found != link_into_.end()) {
-    const AnySlot& slot =
-        found->second->delayed ? *found->second->memory : *found->second->from->outputs.at(found->second->output);
+    const AnySlot& slot = found->second->delayed ? *found->second->memory : *found->second->source;
     active = active && slot.as<Boolean>()->null == 0 && slot.as<Boolean>()->value;
   }
   if (parent.restarted) group.begun = false;
@@ -256,12 +266,7 @@ void ReferenceNet::update(Node& node, const Cycle& outer) {
     for (const auto& [name, slot] : node.outputs) slot->set_null();
     return;
   }
-  for (const auto& [name, slot] : node.inputs) {
-    const auto link = link_into_.find(node.id + "." + name);
-    if (link == link_into_.end()) continue;
-    slot->copy_from(link->second->delayed ? *link->second->memory
-                                          : *link->second->from->outputs.at(link->second->output));
-  }
+  for (const auto& [slot, link] : node.feeds) slot->copy_from(link->delayed ? *link->memory : *link->source);
   Cycle cycle = outer;
   cycle.index_in_net = group.cycles;
   cycle.first = group.cycles == 0;
@@ -294,7 +299,7 @@ void ReferenceNet::evaluate(const Cycle& cycle) {
   }
   for (const auto& link : links_) {
     if (link->delayed && groups_[static_cast<std::size_t>(link->group)]->running) {
-      link->memory->copy_from(*link->from->outputs.at(link->output));
+      link->memory->copy_from(*link->source);
     }
   }
   for (const auto& group : groups_) {
@@ -306,6 +311,15 @@ std::map<std::string, std::string> ReferenceNet::outputs() const {
   std::map<std::string, std::string> all;
   for (const auto& node : nodes_) {
     for (const auto& [name, slot] : node->outputs) all[node->id + "." + name] = slot->text();
+  }
+  return all;
+}
+
+std::vector<ReferenceNet::Output> ReferenceNet::output_slots() const {
+  std::vector<Output> all;
+  for (const auto& node : nodes_) {
+    for (const auto& [name, slot] : node->outputs)
+      all.push_back({node->id + "." + name, slot->type, slot->bytes.data()});
   }
   return all;
 }

@@ -24,6 +24,15 @@ class ReferenceNet {
   /// JSON text with every bit of the payload, by "id.port": hexadecimal bytes, or "null".
   [[nodiscard]] std::map<std::string, std::string> outputs() const;
 
+  /// Where an output lies: a Slot<T> by `type`, padding zero; valid as long as the net.
+  struct Output {
+    std::string port;
+    ValueType type;
+    const void* slot;
+  };
+  [[nodiscard]] std::vector<Output> output_slots() const;
+  [[nodiscard]] const NetSignals& signals() const { return signals_; }
+
  private:
   struct Node;
   struct Group;
@@ -35,6 +44,7 @@ class ReferenceNet {
   [[nodiscard]] bool ready(const Node& node) const;
   void look_at(Group& group, const Cycle& cycle);
   void update(Node& node, const Cycle& cycle);
+  void find_feeds();
 
   std::vector<std::unique_ptr<Node>> nodes_;
   std::vector<std::unique_ptr<Group>> groups_;

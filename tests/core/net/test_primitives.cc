@@ -1,5 +1,7 @@
 // A few small primitives for the tests of core/net; the real library is core/primitives and no test here needs it.
+#include <array>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "core/net/registry.h"
@@ -143,6 +145,46 @@ class TestCounter : public Primitive {
   Integer null_every_;
 };
 TAKT_PRIMITIVE(TestCounter, "test", "Cycle in the net.");
+
+/// Values at the edges of what a number can be, one after the other; what is not finite becomes null at the port.
+class TestExtremes : public Primitive {
+ public:
+  explicit TestExtremes(Setup& setup) : out_(setup.out<Real>("out", {.unit = "u", .may_be_null = true})) {
+    setup.is_source();
+  }
+  void update(const Cycle& cycle) override {
+    using Limits = std::numeric_limits<double>;
+    static constexpr std::array<double, 10> kValues = {
+        -0.0, Limits::quiet_NaN(), Limits::denorm_min(), Limits::infinity(),     Limits::max(), -Limits::infinity(),
+        1.0,  -Limits::min(),      Limits::lowest(),     Limits::signaling_NaN()};
+    out_.set(kValues[static_cast<std::size_t>(cycle.index) % kValues.size()]);
+  }
+
+ private:
+  Out<Real> out_;
+};
+TAKT_PRIMITIVE(TestExtremes, "test", "NaN, infinities, denormals and the like by turns.");
+
+/// A Boolean that changes all the time and is null now and then: what switches a fragment in random nets.
+class TestBlink : public Primitive {
+ public:
+  explicit TestBlink(Setup& setup)
+      : out_(setup.out<Boolean>("out", {.may_be_null = true})),
+        on_(setup.parameter<Integer>("on", 1, {.doc = "cycles true", .range = "[1,100]"})),
+        off_(setup.parameter<Integer>("off", 1, {.doc = "cycles false; the last of them null", .range = "[1,100]"})) {
+    setup.is_source();
+  }
+  void update(const Cycle& cycle) override {
+    const std::int64_t at = cycle.index_in_net % (on_ + off_);
+    if (at + 1 == on_ + off_) return out_.set_null();
+    out_.set(at < on_);
+  }
+
+ private:
+  Out<Boolean> out_;
+  Integer on_, off_;
+};
+TAKT_PRIMITIVE(TestBlink, "test", "True for some cycles, then false, then null, and again.");
 
 class TestToReal : public Primitive {
  public:
