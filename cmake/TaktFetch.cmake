@@ -60,6 +60,6 @@ function(takt_fetch_ruckig)
   # The cloud client computes way-points on a remote service: it stays out.
   list(FILTER sources EXCLUDE REGEX "cloud_client")
   add_library(ruckig STATIC ${sources})
-  target_include_directories(ruckig SYSTEM PUBLIC ${root}/include)
+  target_include_directories(ruckig SYSTEM PUBLIC $<BUILD_INTERFACE:${root}/include>)
   target_compile_options(ruckig PRIVATE -w)
 endfunction()

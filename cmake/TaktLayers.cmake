@@ -29,13 +29,24 @@ function(takt_layer name)
   if(NOT sources)
     add_library(${target} INTERFACE)
     target_link_libraries(${target} INTERFACE ${ARGN} Eigen3::Eigen fmt::fmt nlohmann_json::nlohmann_json)
-    target_include_directories(${target} INTERFACE ${CMAKE_SOURCE_DIR})
+    target_include_directories(${target} INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>)
     return()
   endif()
   add_library(${target} STATIC ${sources})
-  target_include_directories(${target} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>)
   target_link_libraries(${target} PUBLIC ${ARGN} Eigen3::Eigen fmt::fmt nlohmann_json::nlohmann_json)
   target_precompile_headers(${target} REUSE_FROM takt_pch)
+endfunction()
+
+# takt_link_whole(<target> <libraries...>): all members of these static libraries, used or not. CMake's own
+# $<LINK_LIBRARY:WHOLE_ARCHIVE,...> names a library twice where others need it too, and then every symbol is double.
+function(takt_link_whole target)
+  set(files)
+  foreach(library ${ARGN})
+    string(APPEND files " $<TARGET_FILE:${library}>")
+  endforeach()
+  target_link_options(${target} PRIVATE "SHELL:-Wl,--push-state,--whole-archive${files} -Wl,--pop-state")
+  target_link_libraries(${target} PRIVATE ${ARGN})
 endfunction()
 
 # takt_tests(<folder with / as _> <libraries...>): one test program from every .cc in this folder.

@@ -13,11 +13,12 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 # A layer may include its own folder and those listed; docs/architecture.md draws the same picture.
-CORE = ["core/base", "core/net", "core/kinematics", "core/motion", "core/world", "core/device", "core/primitives",
+CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion", "core/world", "core/device", "core/primitives",
         "core/rcc", "core/command", "core/activity"]
 MAY_INCLUDE = {
     "core/base": [],
     "core/net": ["core/base"],
+    "core/plugin": ["core/base", "core/net"],
     "core/kinematics": ["core/base"],
     "core/motion": ["core/base", "core/kinematics"],
     "core/world": ["core/base"],

@@ -3,12 +3,10 @@
 #include <xxhash.h>
 #include <zstd.h>
 
+#include "core/base/version.h"
 #include "record/recorder.h"
 
 // The build states what it is; see record/CMakeLists.txt.
-#ifndef TAKT_VERSION
-#define TAKT_VERSION "unknown"
-#endif
 #ifndef TAKT_FLAGS
 #define TAKT_FLAGS ""
 #endif

@@ -9,21 +9,26 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "core/base/version.h"
+#include "core/plugin/load.h"
+
 namespace takt::tools {
 namespace {
 
 constexpr AddVerb kVerbs[] = {add_run,    add_validate, add_verify,     add_compare, add_bless,
                               add_render, add_net,      add_primitives, add_model,   add_list};
 
-/// The project's folder: above the program (build/PRESET/tools/takt), or TAKT_ROOT.
+/// The project's folder: above the program (build/PRESET/tools/takt), or share/takt beside bin/, or TAKT_ROOT.
 std::filesystem::path find_root() {
   if (const char* root = std::getenv("TAKT_ROOT")) return root;
   std::error_code error;
   std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
   while (!folder.empty() && folder != folder.root_path()) {
-    if (std::filesystem::is_directory(folder / "models", error) &&
-        std::filesystem::is_directory(folder / "scenarios", error)) {
-      return folder;
+    for (const std::filesystem::path& root : {folder, folder / "share" / "takt"}) {
+      if (std::filesystem::is_directory(root / "models", error) &&
+          std::filesystem::is_directory(root / "scenarios", error)) {
+        return root;
+      }
     }
     folder = folder.parent_path();
   }
@@ -46,6 +51,15 @@ Findings check_verb(const CLI::App& app, int argc, char** argv) {
   for (const CLI::App* verb : app.get_subcommands({})) names.push_back(verb->get_name());
   if (std::ranges::find(names, argv[1]) != names.end()) return findings;
   findings.error("", fmt::format("there is no verb '{}'", argv[1]), nearest_choice(argv[1], names));
+  return findings;
+}
+
+/// Loads the plug-ins, so that every verb knows what they bring. All that is wrong is said at once.
+Findings load_plugins(const Common& common) {
+  Findings findings;
+  for (const std::string& file : common.plugins) {
+    if (const auto loaded = plugin::load(file); !loaded) findings.append(loaded.error());
+  }
   return findings;
 }
 
@@ -99,6 +113,8 @@ int run_command_line(int argc, char** argv) {
     verb->add_flag("--json", common.json, "One JSON object on stdout; progress and diagnostics on stderr");
     verb->add_option("--models", common.models, "Folders searched for models before the project's own")
         ->type_name("DIR");
+    verb->add_option("--plugin", common.plugins, "Plug-ins with primitives and kinds of device; several times")
+        ->type_name("FILE.so");
   }
   // Known before the parser has read it all: also a usage error is reported as asked for.
   for (int i = 1; i < argc; ++i) common.json = common.json || std::string_view(argv[i]) == "--json";
@@ -110,6 +126,7 @@ int run_command_line(int argc, char** argv) {
   }
   for (const auto& [verb, run] : verbs) {
     if (!verb->parsed()) continue;
+    if (const Findings findings = load_plugins(common); findings.has_errors()) return report(findings, common);
     const int status = run();
     // A script must not take lost output for an answer.
     if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;

@@ -22,8 +22,9 @@ enum ExitStatus { kHeld = 0, kNotHeld = 1, kBadInput = 2, kFault = 3, kInterrupt
 /// What all verbs share.
 struct Common {
   bool json = false;
-  std::vector<std::string> models;  ///< folders to search for models before the project's own
-  std::filesystem::path root;       ///< of the project: where models/ and scenarios/ lie
+  std::vector<std::string> models;   ///< folders to search for models before the project's own
+  std::vector<std::string> plugins;  ///< shared objects to load before the verb runs
+  std::filesystem::path root;        ///< of the project: where models/ and scenarios/ lie
 
   [[nodiscard]] device::ModelLibrary library() const;
 };

@@ -175,10 +175,4 @@ class Primitive {
   Primitive() = default;
 };
 
-/// Registers the class: type name, family, documentation of the whole. Ports and parameters document themselves.
-///   TAKT_PRIMITIVE(Add, "arithmetic", "Sum of two values of one unit.");
-#define TAKT_PRIMITIVE(Class, family, doc) \
-  const bool k##Class##Registered =        \
-      ::takt::net::Registry::global().add(#Class, family, doc, ::takt::net::Maker::of<Class>())
-
 }  // namespace takt::net

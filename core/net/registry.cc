@@ -35,21 +35,22 @@ bool duplicate_name(const PrimitiveInfo& info) {
 }
 
 /// Unit and frame texts are part of the program: a malformed one is found at the first look at its type.
-void check_texts(const PrimitiveInfo& info) {
+void check_texts(const PrimitiveInfo& info, Findings& findings) {
   for (const auto* ports : {&info.inputs, &info.outputs}) {
     for (const PrimitiveInfo::Port& port : *ports) {
       if (!parse_unit(port.spec.unit)) {
-        programming_error(fmt::format("{}.{}: '{}' is no unit", info.type, port.name, port.spec.unit));
+        findings.error({}, fmt::format("{}.{}: '{}' is no unit", info.type, port.name, port.spec.unit));
       }
       if (!parse_frame_names(port.spec.frame, info)) {
-        programming_error(fmt::format("{}.{}: '{}' names no frames", info.type, port.name, port.spec.frame));
+        findings.error({}, fmt::format("{}.{}: '{}' names no frames", info.type, port.name, port.spec.frame));
       }
     }
   }
 }
 
-/// Runs the constructor once without a net, so that it declares ports and parameters.
-void describe(const Maker& maker, PrimitiveInfo& info) {
+/// Runs the constructor once without a net, so that it declares ports and parameters. @return what is wrong with them.
+Findings describe(const Maker& maker, PrimitiveInfo& info) {
+  Findings findings;
   Setup::Impl impl;
   impl.describing = &info;
   Setup setup(impl);
@@ -58,16 +59,17 @@ void describe(const Maker& maker, PrimitiveInfo& info) {
   try {
     maker.construct(place, setup)->~Primitive();
   } catch (const std::exception& error) {
-    programming_error(fmt::format("describing primitive {} threw: {}", info.type, error.what()));
+    findings.error({}, fmt::format("describing primitive {} threw: {}", info.type, error.what()));
   }
   ::operator delete(place, maker.size, alignment);
   if (duplicate_name(info)) {
-    programming_error(fmt::format("primitive {} uses one name for two ports or parameters", info.type));
+    findings.error({}, fmt::format("primitive {} uses one name for two ports or parameters", info.type));
   }
-  check_texts(info);
+  check_texts(info, findings);
   const bool has_device = std::ranges::any_of(
       info.parameters, [](const PrimitiveInfo::Parameter& p) { return p.type.starts_with("device:"); });
   info.source = info.source || (has_device && !info.outputs.empty());
+  return findings;
 }
 
 }  // namespace
@@ -105,7 +107,10 @@ const Registry::Entry* Registry::entry(std::string_view type) const {
 const PrimitiveInfo* Registry::find(std::string_view type) const {
   const Entry* found = entry(type);
   if (found == nullptr) return nullptr;
-  std::call_once(found->described, [found] { describe(found->maker, found->info); });
+  std::call_once(found->described, [found] {
+    const Findings wrong = describe(found->maker, found->info);
+    if (wrong.has_errors()) programming_error(wrong.list().front().message);
+  });
   return &found->info;
 }
 
@@ -124,6 +129,18 @@ std::vector<std::string> Registry::names() const {
   std::vector<std::string> names;
   for (const auto& e : entries_) names.push_back(e->name);
   return names;
+}
+
+Findings Registry::check(std::string_view type, const Maker& maker) const {
+  Findings findings;
+  if (const Entry* taken = entry(type)) {
+    findings.error({}, fmt::format("a primitive '{}' is there already, in family '{}'", type, taken->info.family),
+                   "another name");
+    return findings;
+  }
+  PrimitiveInfo info;
+  info.type = type;
+  return describe(maker, info);
 }
 
 }  // namespace takt::net

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/registration.h"
 #include "core/net/primitive.h"
 
 namespace takt::net {
@@ -62,6 +63,8 @@ class Registry {
   [[nodiscard]] const Maker* maker(std::string_view type) const;
   [[nodiscard]] std::vector<const PrimitiveInfo*> all() const;
   [[nodiscard]] std::vector<std::string> names() const;
+  /// Why a type cannot be added: its name is taken, or what it declares is broken. Realtime: setup.
+  [[nodiscard]] Findings check(std::string_view type, const Maker& maker) const;
 
  private:
   struct Entry;
@@ -72,5 +75,35 @@ class Registry {
   Registry();
   ~Registry();
 };
+
+/// A primitive of a plug-in, waiting for the loader.
+class PrimitiveRegistration final : public Registration {
+ public:
+  PrimitiveRegistration(Registration*& list, std::string_view type, std::string_view family, std::string_view doc,
+                        const Maker& maker)
+      : Registration(list), type_(type), family_(family), doc_(doc), maker_(maker) {}
+
+  [[nodiscard]] std::string_view what() const override { return "primitive"; }
+  [[nodiscard]] std::string_view name() const override { return type_; }
+  [[nodiscard]] Findings check() const override { return Registry::global().check(type_, maker_); }
+  void add() override { Registry::global().add(type_, family_, doc_, maker_); }
+
+ private:
+  std::string_view type_, family_, doc_;
+  Maker maker_;
+};
+
+/// Registers the class: type name, family, documentation of the whole. Ports and parameters document themselves.
+///   TAKT_PRIMITIVE(Add, "arithmetic", "Sum of two values of one unit.");
+/// In a plug-in (TAKT_PLUGIN_BUILD, which CMake's takt::plugin sets) the class waits for the loader.
+#ifdef TAKT_PLUGIN_BUILD
+#define TAKT_PRIMITIVE(Class, family, doc)                                                                   \
+  ::takt::net::PrimitiveRegistration registration_of_##Class(::takt::own_registrations, #Class, family, doc, \
+                                                             ::takt::net::Maker::of<Class>())
+#else
+#define TAKT_PRIMITIVE(Class, family, doc) \
+  const bool k##Class##Registered =        \
+      ::takt::net::Registry::global().add(#Class, family, doc, ::takt::net::Maker::of<Class>())
+#endif
 
 }  // namespace takt::net

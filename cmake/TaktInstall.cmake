@@ -1,0 +1,71 @@
+# What `cmake --install` gives (docs/plugins.md): bin/takt, lib/ (static libraries and MuJoCo), include/takt as include
+# root with the paths of the tree, share/takt with models, schemas and scenarios, and the CMake package takt.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+# Whoever loads plug-ins has to have all that they may ask for, and show it to them: takt_hosts_plugins(<target>). The
+# libraries go in whole; a linker drops what the program itself does not use otherwise.
+set(TAKT_HOSTED takt_core_base takt_core_net takt_core_plugin takt_core_kinematics takt_core_motion takt_core_world
+    takt_core_device takt_core_primitives takt_core_rcc takt_core_command takt_core_activity takt_record)
+if(TAKT_SIM)
+  list(APPEND TAKT_HOSTED takt_sim takt_scenario)
+endif()
+function(takt_hosts_plugins target)
+  takt_link_whole(${target} ${TAKT_HOSTED})
+  set_target_properties(${target} PROPERTIES ENABLE_EXPORTS ON)
+endfunction()
+
+# What a plug-in is compiled with. It links none of takt's libraries: their symbols are those of the program that loads
+# it, so that there is one registry and one of everything.
+add_library(takt_plugin INTERFACE)
+set_target_properties(takt_plugin PROPERTIES EXPORT_NAME plugin)
+target_compile_features(takt_plugin INTERFACE cxx_std_23)
+target_compile_definitions(takt_plugin INTERFACE TAKT_PLUGIN_BUILD)
+target_compile_options(takt_plugin INTERFACE -ffp-contract=off -fno-math-errno)
+target_link_libraries(takt_plugin INTERFACE Eigen3::Eigen fmt::fmt nlohmann_json::nlohmann_json)
+target_include_directories(takt_plugin INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/takt>
+  $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<BUILD_INTERFACE:${CMAKE_BINARY_DIR}/generated>)
+
+# Programs and libraries.
+set(exported ${TAKT_HOSTED} takt_record_messages ruckig)
+foreach(target ${exported})
+  string(REGEX REPLACE "^takt_" "" name ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(${target} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/takt>)
+endforeach()
+install(TARGETS ${exported} takt_plugin EXPORT taktTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt)
+install(EXPORT taktTargets NAMESPACE takt:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt)
+
+# Headers, by their paths in the tree.
+set(folders core record)
+if(TAKT_SIM)
+  list(APPEND folders sim scenario)
+endif()
+install(DIRECTORY ${folders} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt FILES_MATCHING PATTERN "*.h")
+install(FILES ${CMAKE_BINARY_DIR}/generated/core/plugin/interface_hash.h
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/core/plugin)
+
+# Data.
+set(data ${CMAKE_INSTALL_DATADIR}/takt)
+install(DIRECTORY models DESTINATION ${data} PATTERN "CMakeLists.txt" EXCLUDE PATTERN "*.py" EXCLUDE
+  PATTERN "made" EXCLUDE)
+install(DIRECTORY scenarios schemas DESTINATION ${data})
+install(FILES LICENSE README.md DESTINATION ${data})
+
+if(TAKT_SIM)
+  set_target_properties(takt PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/takt")
+  install(TARGETS takt RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  get_target_property(mujoco_library mujoco IMPORTED_LOCATION)
+  get_target_property(mujoco_headers mujoco INTERFACE_INCLUDE_DIRECTORIES)
+  get_filename_component(mujoco_file ${mujoco_library} NAME)
+  install(FILES ${mujoco_library} DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt)
+  install(DIRECTORY ${mujoco_headers}/mujoco DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
+endif()
+
+# The package.
+configure_package_config_file(cmake/taktConfig.cmake.in ${CMAKE_BINARY_DIR}/taktConfig.cmake
+  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt)
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/taktConfigVersion.cmake VERSION ${PROJECT_VERSION}
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/taktConfig.cmake ${CMAKE_BINARY_DIR}/taktConfigVersion.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt)
