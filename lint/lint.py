@@ -13,8 +13,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 # A layer may include its own folder and those listed; docs/architecture.md draws the same picture.
-CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion", "core/world", "core/device", "core/primitives",
-        "core/rcc", "core/command", "core/activity"]
+CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion", "core/world", "core/device",
+        "core/primitives", "core/rcc", "core/command", "core/activity"]
 MAY_INCLUDE = {
     "core/base": [],
     "core/net": ["core/base"],

@@ -17,7 +17,6 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-std::string device_pointer(const LoadedDevice& device) { return "/devices" + pointer_segment(device.entry->name); }
 std::string object_pointer(const ObjectEntry& object) { return "/objects" + pointer_segment(object.name); }
 
 /// The cell's frames: as the application believes them (nominal), and as they are (truth). Entries may name each other
@@ -78,77 +77,21 @@ class Frames {
   std::vector<Wanted> wanted_;
 };
 
-// -- Arms, sensors, tools
-// ----------------------------------------------------------------------------------------------
-
-/// Pose of a mounted device's mount frame in the flange of the arm that carries it.
-Eigen::Isometry3d pose_on_arm(const LoadedDevice& device) {
-  Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
-  for (const LoadedDevice* carrier = device.on; carrier && !std::holds_alternative<ArmModel>(carrier->model);
-       carrier = carrier->on) {
-    X_FM = flange_of(*carrier) * X_FM;
-  }
-  return X_FM;
-}
-
-kinematics::JointVector start_of(const LoadedDevice& device, const device::ArmDescription& arm, Findings& findings) {
-  const auto& wanted = device.entry->start_rad;
-  if (wanted.empty()) return arm.home;
-  const std::string pointer = device_pointer(device) + "/start_deg";
-  const auto count = static_cast<std::size_t>(arm.home.size());
-  if (wanted.size() != count) {
-    findings.error(pointer, fmt::format("{} numbers for an arm of {} joints", wanted.size(), count));
-    return arm.home;
-  }
-  kinematics::JointVector q(arm.home.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto j = static_cast<Eigen::Index>(i);
-    q[j] = wanted[i];
-    if (q[j] >= arm.limits.lower[j] && q[j] <= arm.limits.upper[j]) continue;
-    findings.error(pointer + pointer_segment(i),
-                   fmt::format("{:g} deg for joint {}", q[j] / kDegree, arm.joint_names[i]),
-                   fmt::format("{:g} to {:g} deg", arm.limits.lower[j] / kDegree, arm.limits.upper[j] / kDegree));
-  }
-  return q;
-}
-
 sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) {
   if (!device.on) return {"", truth.pose(device.entry->name).value_or(Eigen::Isometry3d::Identity())};
-  const std::string& carrier = device.on->entry->name;
-  if (const auto* arm = std::get_if<ArmModel>(&device.on->model))
-    return {carrier + "/" + (*arm)->flange_link, Eigen::Isometry3d::Identity()};
-  const auto& sensor = std::get<SensorModel>(device.on->model);
-  return {carrier + "/" + sensor->measuring_link, sensor->X_MS.inverse() * sensor->X_MT};
+  const auto place = device.on->kind->mount_place(*device.on->model).value_or(MountPlace{});
+  return {device.on->entry->name + "/" + place.link, place.X_LP};
 }
 
-sim::RobotDescription body_of(const LoadedDevice& device, const world::FrameGraph& truth, Findings& findings) {
-  const std::string& name = device.entry->name;
-  sim::RobotDescription robot;
-  if (const auto* arm = std::get_if<ArmModel>(&device.model)) {
-    robot = sim::arm_body(name, **arm, mount_of(device, truth));
-    const kinematics::JointVector q = start_of(device, **arm, findings);
-    robot.q.assign(q.data(), q.data() + q.size());
-  } else {
-    robot = sim::plain_body(name, robot_of(device.model), mount_of(device, truth));
-    if (!device.entry->start_rad.empty()) {
-      findings.error(device_pointer(device) + "/start_deg", "this device has no joints");
-    }
+void simulate(const LoadedDevice& device, const world::FrameGraph& truth, sim::WorldDescription& world,
+              Findings& findings) {
+  device.kind->check(device, findings);
+  if (device.kind->needs_arm() && !carrying_arm(device)) {
+    findings.error(device.pointer(), "this device has to be mounted on an arm", "\"on\": NAME of an arm or sensor");
   }
-  robot.pointer = device_pointer(device);
-  return robot;
-}
-
-void add_simulated(const LoadedDevice& device, sim::WorldDescription& world) {
-  const std::string& name = device.entry->name;
-  if (const auto* arm = std::get_if<ArmModel>(&device.model)) {
-    world.arms.push_back(sim::simulated_arm(name, name, **arm));
-    world.arms.back().pointer = device_pointer(device);
-    world.arms.back().payload_mass_error = device.entry->payload_error_kg;
-  }
-  if (const auto* sensor = std::get_if<SensorModel>(&device.model)) {
-    world.force_torque_sensors.push_back(sim::simulated_force_torque(name, name, **sensor));
-    world.force_torque_sensors.back().pointer = device_pointer(device);
-  }
+  world.robots.push_back(device.kind->body(device, mount_of(device, truth)));
+  world.robots.back().pointer = device.pointer();
+  device.kind->simulate(device, world);
 }
 
 // -- Objects and cameras
@@ -235,57 +178,6 @@ sim::CameraDescription simulated_camera(const CameraEntry& entry, const world::F
   return camera;
 }
 
-// -- The application's side
-// --------------------------------------------------------------------------------------------
-
-/// The back end of a simulated device, borrowed from the world and keeping it alive.
-template <class Backend, class Device>
-std::shared_ptr<Backend> borrowed(const std::shared_ptr<sim::World>& world, Device* device) {
-  return {world, device};
-}
-
-void add_arm(const LoadedDevice& device, const ArmModel& model, BuiltCell& built) {
-  auto backend = borrowed<device::ArmBackend>(built.world, built.world->arm(device.entry->name));
-  auto& arm = built.core->add(
-      std::make_unique<device::Arm>(device.entry->name, model, std::move(backend), built.core->period()));
-  command::MountedArm mounted;
-  mounted.device = &arm;
-  Findings ignored;  // checked when the simulation was described
-  mounted.start = start_of(device, *model, ignored);
-  built.cell.arms[device.entry->name] = mounted;
-}
-
-/// All that hangs on the measuring side of a sensor, in its measuring frame.
-device::PayloadSetting measured_mass(const LoadedDevice& sensor,
-                                     const std::vector<std::unique_ptr<LoadedDevice>>& devices) {
-  const auto& model = std::get<SensorModel>(sensor.model);
-  device::PayloadSetting sum = mass_below(*model->robot, model->measuring_link);
-  for (const auto& device : devices) {
-    if (device->on != &sensor) continue;
-    const Eigen::Isometry3d X_SM = model->X_MS.inverse() * model->X_MT;
-    sum = device::combine(sum, device::transform(X_SM, device::rigid_payload(*robot_of(device->model))));
-  }
-  return sum;
-}
-
-void add_sensor(const LoadedDevice& device, const SensorModel& model,
-                const std::vector<std::unique_ptr<LoadedDevice>>& devices, BuiltCell& built) {
-  auto backend = borrowed<device::ForceTorqueBackend>(built.world, built.world->force_torque(device.entry->name));
-  auto& sensor =
-      built.core->add(std::make_unique<device::ForceTorqueSensor>(device.entry->name, model, std::move(backend)));
-  const LoadedDevice* arm = carrying_arm(device);
-  const device::PayloadSetting tool = measured_mass(device, devices);
-  built.cell.sensors[device.entry->name] = {&sensor, arm ? arm->entry->name : "", pose_on_arm(device) * model->X_MS,
-                                            tool.mass, tool.p_FC};
-}
-
-/// The tool centre point of an arm from the tool that it carries, through whatever is between.
-void add_tool(const LoadedDevice& device, const ToolModel& model, BuiltCell& built) {
-  command::MountedArm& arm = built.cell.arms[carrying_arm(device)->entry->name];
-  arm.X_FT = pose_on_arm(device) * model->X_MT;
-  arm.ball_radius = model->ball_radius;
-}
-
 /// Tells each arm what it carries, as a technician would enter it: from the data sheets, not from the simulation.
 void set_tools(const sim::WorldDescription& simulated, BuiltCell& built) {
   for (auto& [name, arm] : built.cell.arms) {
@@ -301,20 +193,11 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   Findings findings;
   const auto devices = load_devices(description, models, findings);
   const Frames frames(description, findings);
-  for (const auto& device : devices) {
-    if (!std::holds_alternative<ArmModel>(device->model) && !carrying_arm(*device)) {
-      findings.error(device_pointer(*device), "this device has to be mounted on an arm",
-                     "\"on\": NAME of an arm or sensor");
-    }
-  }
 
   sim::WorldDescription simulated;
   simulated.seed = description.seed;
   simulated.physics.plant_mass_scale = description.plant_mass_scale;
-  for (const auto& device : devices) {
-    simulated.robots.push_back(body_of(*device, frames.truth, findings));
-    add_simulated(*device, simulated);
-  }
+  for (const auto& device : devices) simulate(*device, frames.truth, simulated, findings);
   BuiltCell built;
   for (const ObjectEntry& entry : description.objects) {
     const Eigen::Isometry3d X_WO = frames.truth.pose(entry.name).value_or(Eigen::Isometry3d::Identity());
@@ -338,11 +221,7 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.triangles = sim::triangle_count(built.world->model());
   built.core = std::make_unique<rcc::ControlCore>(rcc::ControlCore::Options{.measure = measure_times});
   built.cell.frames = frames.nominal;
-  for (const auto& device : devices) {
-    if (const auto* arm = std::get_if<ArmModel>(&device->model)) add_arm(*device, *arm, built);
-    if (const auto* sensor = std::get_if<SensorModel>(&device->model)) add_sensor(*device, *sensor, devices, built);
-    if (const auto* tool = std::get_if<ToolModel>(&device->model)) add_tool(*device, *tool, built);
-  }
+  for (const auto& device : devices) device->kind->add(*device, devices, built);
   set_tools(simulated, built);
   warnings.append(findings);
   return built;
@@ -359,10 +238,11 @@ command::Cell names_of_cell(const Description& description, const device::ModelL
   command::Cell cell;
   for (const DeviceEntry& device : description.devices) {
     const auto folder = models.find(device.model);
-    const auto known = folder ? device::read_device_kind(*folder) : Result<std::string>(std::unexpected(Findings{}));
-    const std::string kind = known.value_or(device.on.empty() ? "arm" : "force_torque_sensor");
-    if (kind == "arm") cell.arms[device.name];
-    if (kind == "force_torque_sensor") cell.sensors[device.name];
+    const auto name = folder ? device::read_device_kind(*folder) : Result<std::string>(std::unexpected(Findings{}));
+    const DeviceKinds& kinds = DeviceKinds::global();
+    const DeviceKind* kind = name ? kinds.find(*name) : nullptr;
+    if (!kind) kind = kinds.find(device.on.empty() ? "arm" : "force_torque_sensor");
+    kind->declare(device.name, cell);
   }
   for (const ObjectEntry& object : description.objects) cell.objects[object.name];
   return cell;

@@ -21,6 +21,12 @@ struct BuiltCell {
   std::map<std::string, Eigen::Isometry3d, std::less<>>
       truth_W;        ///< drawn pose of every fixed object: expectations only
   int triangles = 0;  ///< of the scene, for the visual budget
+
+  /// The back end of a simulated device, borrowed from the world and keeping it alive.
+  template <class Backend, class Device>
+  [[nodiscard]] std::shared_ptr<Backend> borrowed(Device* device) const {
+    return {world, device};
+  }
 };
 
 /// Builds a cell. @return it, or all findings with pointers into the scenario file: unknown models, frames, devices,

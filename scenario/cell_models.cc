@@ -1,40 +1,37 @@
 #include "scenario/cell_models.h"
 
 #include <algorithm>
+#include <map>
 
 #include <fmt/format.h>
 
 namespace takt::scenario {
 namespace {
 
-template <class Model>
-bool take(Result<Model> read, const std::string& pointer, Findings& findings, DeviceModel& model) {
-  if (!read) {
-    findings.append(read.error(), read.error().list().front().file.empty() ? pointer : "");
-    return false;
-  }
-  model = std::move(*read);
-  return true;
-}
-
-bool load_model(const DeviceEntry& entry, const device::ModelLibrary& models, Findings& findings, DeviceModel& model) {
+bool load_model(const DeviceEntry& entry, const device::ModelLibrary& models, Findings& findings,
+                LoadedDevice& device) {
   const std::string pointer = "/devices" + pointer_segment(entry.name) + "/model";
   const auto folder = models.find(entry.model, pointer);
   if (!folder) {
     findings.append(folder.error());
     return false;
   }
-  const auto kind = device::read_device_kind(*folder);
-  if (!kind) {
-    findings.append(kind.error());
+  auto read = read_model(*folder, pointer);
+  if (!read) {
+    findings.append(read.error());
     return false;
   }
-  if (*kind == "arm") return take(device::read_arm(*folder), pointer, findings, model);
-  if (*kind == "force_torque_sensor") return take(device::read_force_torque_sensor(*folder), pointer, findings, model);
-  if (*kind == "tool") return take(device::read_tool(*folder), pointer, findings, model);
-  findings.error(pointer, fmt::format("model '{}' is of kind '{}', which is no device of a cell", entry.model, *kind),
-                 "arm, force_torque_sensor, tool");
-  return false;
+  device.kind = read->kind;
+  device.model = std::move(read->model);
+  return true;
+}
+
+/// The one who carries it is no carrier.
+void check_carrier(const LoadedDevice& device, Findings& findings) {
+  if (!device.on || device.on->kind->mount_place(*device.on->model)) return;
+  findings.error(device.pointer() + "/on",
+                 fmt::format("'{}' is of kind '{}' and carries nothing", device.entry->on, device.on->kind->name()),
+                 "an arm or a sensor");
 }
 
 }  // namespace
@@ -54,12 +51,9 @@ std::vector<std::unique_ptr<LoadedDevice>> load_devices(const Description& descr
     for (auto& entry : waiting) {
       const LoadedDevice* on = entry ? find(entry->on) : nullptr;
       if (!entry || (!entry->on.empty() && !on)) continue;
-      auto device = std::make_unique<LoadedDevice>(LoadedDevice{entry, {}, on});
-      if (load_model(*entry, models, findings, device->model)) {
-        if (on && std::holds_alternative<ToolModel>(on->model)) {
-          findings.error("/devices" + pointer_segment(entry->name) + "/on",
-                         fmt::format("'{}' is a tool and carries nothing", entry->on), "an arm or a sensor");
-        }
+      auto device = std::make_unique<LoadedDevice>(LoadedDevice{entry, nullptr, {}, on});
+      if (load_model(*entry, models, findings, *device)) {
+        check_carrier(*device, findings);
         loaded.push_back(std::move(device));
       }
       entry = nullptr;
@@ -83,17 +77,17 @@ std::vector<std::unique_ptr<LoadedDevice>> load_devices(const Description& descr
 
 const LoadedDevice* carrying_arm(const LoadedDevice& device) {
   const LoadedDevice* carrier = device.on;
-  while (carrier && !std::holds_alternative<ArmModel>(carrier->model)) carrier = carrier->on;
+  while (carrier && !carrier->as<device::ArmDescription>()) carrier = carrier->on;
   return carrier;
 }
 
-Eigen::Isometry3d flange_of(const LoadedDevice& device) {
-  if (const auto* sensor = std::get_if<SensorModel>(&device.model)) return (*sensor)->X_MT;
-  return Eigen::Isometry3d::Identity();
-}
-
-std::shared_ptr<const kinematics::RobotModel> robot_of(const DeviceModel& model) {
-  return std::visit([](const auto& description) { return description->robot; }, model);
+Eigen::Isometry3d pose_on_arm(const LoadedDevice& device) {
+  Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
+  for (const LoadedDevice* carrier = device.on; carrier && !carrier->as<device::ArmDescription>();
+       carrier = carrier->on) {
+    if (const auto place = carrier->kind->mount_place(*carrier->model)) X_FM = place->X_MP * X_FM;
+  }
+  return X_FM;
 }
 
 device::PayloadSetting mass_below(const kinematics::RobotModel& model, const std::string& link) {

@@ -86,6 +86,7 @@ DeviceEntry read_device(const std::string& name, const Json& json, const std::st
   device.start_rad = reader.numbers("start_deg", 0, std::vector<double>{});
   for (double& q : device.start_rad) q *= kDegree;
   device.payload_error_kg = reader.number("payload_error_kg", 0.0);
+  if (const Json* settings = reader.object("settings", false)) device.settings = *settings;
   reader.finish();
   return device;
 }

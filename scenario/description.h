@@ -40,6 +40,7 @@ struct DeviceEntry {
   std::string on;
   std::vector<double> start_rad;  ///< joint positions at the start; empty = the model's home
   double payload_error_kg = 0.0;  ///< how much the controller believes more than there is
+  nlohmann::ordered_json settings = nlohmann::ordered_json::object();  ///< what the device's kind makes of it
 };
 
 struct ObjectEntry {

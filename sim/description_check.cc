@@ -27,6 +27,9 @@ class Checker {
     for (const auto& camera : world_.cameras) check(camera);
     for (const auto& arm : world_.arms) check(arm);
     for (const auto& sensor : world_.force_torque_sensors) check(sensor);
+    for (const auto& device : world_.devices) {
+      name(devices_, place(device.pointer, "devices", device.name), device.name, true);
+    }
     mount_loops();
     return std::move(findings_);
   }

@@ -41,6 +41,9 @@ Nanoseconds wall_clock() {
 Result<Owned<mjModel>> compile(const WorldDescription& description, bool visuals, const SpecHook& hook) {
   Owned<mjSpec> spec(mj_makeSpec());
   build_spec(description, visuals, *spec);
+  for (const SimDeviceDescription& device : description.devices) {
+    if (device.extend) device.extend(*spec);
+  }
   if (hook) hook(*spec);
   Owned<mjModel> model(mj_compile(spec.get(), nullptr));
   if (model) return model;
@@ -57,11 +60,12 @@ struct World::Impl {
   Physics physics;
   int substeps = 1;
   Nanoseconds now = 0;
-  // In the order of the description: the arms, then the sensors.
+  // In the order of the description: the arms, the sensors, the devices of other kinds.
   std::vector<std::unique_ptr<SimArm>> arms;
   std::vector<std::unique_ptr<SimForceTorque>> sensors;
+  std::vector<std::unique_ptr<SimDevice>> others;
   std::vector<SimDevice*> devices;
-  std::vector<std::string> arm_names, sensor_names;
+  std::vector<std::string> arm_names, sensor_names, other_names;
   std::vector<ContactWatch> watches;
   std::vector<double> plant_state;
   std::vector<std::uint64_t> words;  // the state as a digest sees it
@@ -71,6 +75,7 @@ struct World::Impl {
   [[nodiscard]] Findings add_arms(const WorldDescription& description);
   [[nodiscard]] Result<ArmPlant> arm_plant(const WorldDescription& description, const SimArmDescription& arm);
   void add_sensors(const WorldDescription& description);
+  [[nodiscard]] Findings add_others(const WorldDescription& description);
   void set_start(const WorldDescription& description);
   void step();
   void physics_step();
@@ -146,6 +151,21 @@ void World::Impl::add_sensors(const WorldDescription& description) {
   }
 }
 
+Findings World::Impl::add_others(const WorldDescription& description) {
+  Findings findings;
+  for (const auto& one : description.devices) {
+    auto device = one.make(*model, description);
+    if (!device) {
+      findings.append(device.error(), place(one.pointer, "devices", one.name));
+      continue;
+    }
+    others.push_back(std::move(*device));
+    other_names.push_back(one.name);
+    devices.push_back(others.back().get());
+  }
+  return findings;
+}
+
 void World::Impl::set_start(const WorldDescription& description) {
   for (const auto& robot : description.robots) {
     const auto joints = movable_joints(*robot.model);
@@ -206,8 +226,9 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   impl->substeps = static_cast<int>(description.physics.period / description.physics.timestep);
   impl->set_start(description);
   findings = impl->add_arms(description);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
   impl->add_sensors(description);
+  findings.append(impl->add_others(description));
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
   impl->plant_state.resize(static_cast<std::size_t>(mj_stateSize(impl->model.get(), kStateParts)));
 
   // The arms hold their start positions, so that the first samples are those of a robot at rest.
@@ -260,6 +281,12 @@ SimForceTorque* World::force_torque(std::string_view name) {
   const auto at = std::ranges::find(impl_->sensor_names, name);
   if (at == impl_->sensor_names.end()) return nullptr;
   return impl_->sensors[static_cast<std::size_t>(at - impl_->sensor_names.begin())].get();
+}
+
+SimDevice* World::device(std::string_view name) {
+  const auto at = std::ranges::find(impl_->other_names, name);
+  if (at == impl_->other_names.end()) return nullptr;
+  return impl_->others[static_cast<std::size_t>(at - impl_->other_names.begin())].get();
 }
 
 std::span<const std::byte> World::state_bytes() const { return std::as_bytes(std::span(impl_->words)); }

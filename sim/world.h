@@ -57,6 +57,8 @@ class World {
   /// The device of that name, or null. Owned by the world, at a fixed address while the world lives.
   [[nodiscard]] SimArm* arm(std::string_view name);
   [[nodiscard]] SimForceTorque* force_torque(std::string_view name);
+  /// One of the description's `devices`.
+  [[nodiscard]] SimDevice* device(std::string_view name);
 
   /// Everything that the next step depends on, in a fixed order without gaps: for the digest. Valid until the next
   /// call of a function that is not const. Realtime: cyclic.

@@ -2,16 +2,21 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "core/base/findings.h"
 #include "core/base/time.h"
 #include "core/device/backend.h"
 #include "core/kinematics/robot_model.h"
 #include "core/kinematics/types.h"
+
+struct mjSpec_;
+struct mjModel_;
 
 /// What a simulated world is made of, as plain data: robots and objects, where they stand, the simulated devices on
 /// them. No word of scenarios or files here. Units are SI; frames: W world (z up), P parent body, B root of a robot,
@@ -150,6 +155,20 @@ struct SimForceTorqueDescription {
   Nanoseconds period = kMillisecond;  ///< between samples; a whole multiple of the world's period
 };
 
+class SimDevice;
+struct WorldDescription;
+
+/// A simulated device of a kind of its own: whoever describes it also makes it.
+struct SimDeviceDescription {
+  std::string name;
+  std::string pointer;
+  /// Adds to the specification what the device needs, under names that begin with its own; may be empty. Called for the
+  /// plant and for the pictures.
+  std::function<void(mjSpec_&)> extend;
+  /// Makes the device from the compiled plant. @return it, or what is wrong with it.
+  std::function<Result<std::unique_ptr<SimDevice>>(const mjModel_&, const WorldDescription&)> make;
+};
+
 enum class Integrator { kEuler, kImplicitFast, kRungeKutta4 };
 
 struct Physics {
@@ -171,6 +190,7 @@ struct WorldDescription {
   std::vector<CameraDescription> cameras;
   std::vector<SimArmDescription> arms;
   std::vector<SimForceTorqueDescription> force_torque_sensors;
+  std::vector<SimDeviceDescription> devices;
   std::uint64_t seed = 1;  ///< of all noise; each device draws from a stream of its own name
 };
 

@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json.h"
+#include "core/kinematics/robot_model.h"
 #include "record/golden.h"
+#include "scenario/device_kind.h"
 #include "scenario/session.h"
 #include "tools/cli.h"
 #include "tools/net_file.h"
@@ -38,15 +40,12 @@ Findings check_scenario(const std::filesystem::path& file, const Common& common)
 
 Findings check_model(const std::filesystem::path& folder) {
   const auto kind = device::read_device_kind(folder);
-  if (!kind) return kind.error();
-  Findings findings;
-  const auto collect = [&](const auto& result) {
-    if (!result) findings = result.error();
-  };
-  if (*kind == "arm") collect(device::read_arm(folder));
-  if (*kind == "force_torque_sensor") collect(device::read_force_torque_sensor(folder));
-  if (*kind == "tool") collect(device::read_tool(folder));
-  return findings;
+  if (kind && *kind == "object") {  // no device: a body to stand in the room
+    const auto body = kinematics::RobotModel::load(folder / (std::filesystem::canonical(folder).filename() += ".urdf"));
+    return body ? Findings{} : body.error();
+  }
+  const auto read = scenario::read_model(folder);
+  return read ? Findings{} : read.error();
 }
 
 /// Devices are those of a cell, so a net that names some is checked with `takt net FILE --scenario SCENARIO`.

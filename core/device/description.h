@@ -18,15 +18,21 @@ class InverseKinematics;
 
 namespace takt::device {
 
-/// What is known of an arm model: its URDF, and the device file that adds what URDF lacks. Immutable after reading;
-/// shared by all arms of the model. Joint arrays are in the order of the chain.
-struct ArmDescription {
+/// What is known of every model of a device: where it lies, and its URDF. Immutable after reading; shared by all
+/// devices of the model.
+struct ModelDescription {
+  virtual ~ModelDescription() = default;
   std::string model;             ///< name of the model's folder
   std::string title;             ///< for people
   std::filesystem::path folder;  ///< where it lies
   std::filesystem::path urdf;    ///< full path
-  std::string base_link, flange_link;
   std::shared_ptr<const kinematics::RobotModel> robot;
+};
+
+/// What is known of an arm model: its URDF, and the device file that adds what URDF lacks. Joint arrays are in the
+/// order of the chain.
+struct ArmDescription : ModelDescription {
+  std::string base_link, flange_link;
   std::shared_ptr<const kinematics::Chain> chain;  ///< base link to flange link
   std::shared_ptr<const kinematics::InverseKinematics> inverse;
   std::vector<std::string> joint_names;
@@ -51,10 +57,7 @@ struct ArmDescription {
 };
 
 /// What is known of a six-axis force/torque sensor model.
-struct ForceTorqueDescription {
-  std::string model, title;
-  std::filesystem::path folder, urdf;
-  std::shared_ptr<const kinematics::RobotModel> robot;
+struct ForceTorqueDescription : ModelDescription {
   std::string mount_link;      ///< the side that is screwed to the flange
   std::string measuring_link;  ///< origin and axes of the reading (frame S); its children hang on the measuring side
   std::string tool_link;       ///< what the next part is screwed to
@@ -69,10 +72,7 @@ struct ForceTorqueDescription {
 };
 
 /// What is known of a passive tool: where it acts and what it weighs.
-struct ToolDescription {
-  std::string model, title;
-  std::filesystem::path folder, urdf;
-  std::shared_ptr<const kinematics::RobotModel> robot;
+struct ToolDescription : ModelDescription {
   std::string mount_link;
   std::string tcp_link;
   Eigen::Isometry3d X_MT = Eigen::Isometry3d::Identity();  ///< tool centre point in the mount frame, m

@@ -19,7 +19,8 @@ namespace takt::device {
     const std::filesystem::path& folder);
 [[nodiscard]] Result<std::shared_ptr<const ToolDescription>> read_tool(const std::filesystem::path& folder);
 
-/// The text of "kind" in <folder>/device.json: "arm", "force_torque_sensor", "tool", ... Realtime: setup.
+/// The text of "kind" in <folder>/device.json: "arm", "force_torque_sensor", "tool", ... Whether there is such a kind
+/// is for the registry of kinds to say. Realtime: setup.
 [[nodiscard]] Result<std::string> read_device_kind(const std::filesystem::path& folder);
 
 /// Finds models by name in a list of folders; the first that holds <name>/device.json wins.

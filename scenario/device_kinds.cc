@@ -1,0 +1,11 @@
+#include "scenario/device_kinds.h"
+
+namespace takt::scenario {
+
+std::vector<std::unique_ptr<DeviceKind>> own_device_kinds() {
+  std::vector<std::unique_ptr<DeviceKind>> kinds;
+  for (const auto make : {arm_kind, force_torque_kind, tool_kind}) kinds.push_back(make());
+  return kinds;
+}
+
+}  // namespace takt::scenario

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "scenario/device_kind.h"
+
+namespace takt::scenario {
+
+/// The kinds that takt itself brings, each from a file of its own. Realtime: setup.
+[[nodiscard]] std::unique_ptr<DeviceKind> arm_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> force_torque_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> tool_kind();
+
+/// All of them: the one place that lists them.
+[[nodiscard]] std::vector<std::unique_ptr<DeviceKind>> own_device_kinds();
+
+}  // namespace takt::scenario
