@@ -223,6 +223,7 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
   set_tools(simulated, built);
+  for (const NetEntry& net : description.nets) built.cell.nets[net.name] = net.net;
   warnings.append(findings);
   return built;
 }
@@ -245,6 +246,7 @@ command::Cell names_of_cell(const Description& description, const device::ModelL
     kind->declare(device.name, cell);
   }
   for (const ObjectEntry& object : description.objects) cell.objects[object.name];
+  for (const NetEntry& net : description.nets) cell.nets[net.name] = net.net;
   return cell;
 }
 

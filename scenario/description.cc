@@ -228,6 +228,7 @@ Description read_document(const Json& document, Findings& findings) {
     description.cameras.push_back(read_camera(name, json, pointer, findings));
   });
   if (const Json* film = reader.object("film", false)) description.film = read_film(*film, "/film", findings);
+  (void)reader.object("nets", false);  // read by read_nets()
   if (const Json* program = reader.object("program")) description.program = *program;
   read_expectations(reader, description);
   reader.finish();
@@ -256,15 +257,19 @@ void apply(const Override& change, Json& document, Findings& findings) {
 
 namespace {
 
-std::optional<Description> parse(std::string_view text, const std::vector<Override>& overrides,
-                                 std::optional<std::uint64_t> seed, Findings& findings) {
+/// @param folder  of the files that the text names; none are found below an empty one
+std::optional<Description> parse(std::string_view text, const std::filesystem::path& folder,
+                                 const std::vector<Override>& overrides, std::optional<std::uint64_t> seed,
+                                 Findings& findings) {
   auto document = parse_json(text);
   if (!document) {
     findings.append(document.error());
     return std::nullopt;
   }
   for (const Override& change : overrides) apply(change, *document, findings);
+  std::vector<NetEntry> nets = read_nets(*document, folder, findings);
   Description description = read_document(*document, findings);
+  description.nets = std::move(nets);
   description.text = document->dump(2) + "\n";
   if (seed) description.seed = *seed;
   return description;
@@ -275,7 +280,7 @@ std::optional<Description> parse(std::string_view text, const std::vector<Overri
 Result<Description> parse_description(std::string_view text, const std::vector<Override>& overrides,
                                       std::optional<std::uint64_t> seed) {
   Findings findings;
-  auto description = parse(text, overrides, seed, findings);
+  auto description = parse(text, {}, overrides, seed, findings);
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   return std::move(*description);
 }
@@ -287,7 +292,7 @@ std::optional<Description> read_description(const std::filesystem::path& file, c
     findings.append(text.error());
     return std::nullopt;
   }
-  auto description = parse(*text, overrides, seed, findings);
+  auto description = parse(*text, file.parent_path(), overrides, seed, findings);
   findings.set_file(file.string());
   if (!description) return std::nullopt;
   description->file = file;

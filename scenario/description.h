@@ -11,6 +11,7 @@
 
 #include "core/base/findings.h"
 #include "core/world/shape.h"
+#include "scenario/net_files.h"
 
 namespace takt::scenario {
 
@@ -83,7 +84,7 @@ struct ExpectationEntry {
 /// A scenario file as read: checked for form, not yet against models.
 struct Description {
   std::filesystem::path file;
-  std::string text;  ///< the file with all overrides but the seed, as JSON
+  std::string text;  ///< the file with all overrides but the seed, nets from files put in, as JSON
   std::string title;
   std::uint64_t seed = 1;
   double time_limit_s = 120.0;
@@ -94,6 +95,7 @@ struct Description {
   std::vector<ObjectEntry> objects;
   std::vector<CameraEntry> cameras;
   FilmEntry film;
+  std::vector<NetEntry> nets;
   nlohmann::ordered_json program;
   std::vector<ExpectationEntry> expectations;
 };

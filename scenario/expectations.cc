@@ -2,12 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "core/base/object_reader.h"
+#include "core/net/description.h"
+#include "core/net/registry.h"
 
 namespace takt::scenario {
 namespace {
@@ -177,6 +183,56 @@ class LimitsExpectation final : public Expectation {
   std::optional<LimitMonitor> monitor_;
 };
 
+/// Ids of the monitors of a net, those inside fragments with their path.
+std::vector<std::string> monitors_of(const net::NetDescription& net, const std::string& path = {}) {
+  std::vector<std::string> ids;
+  for (const auto& primitive : net.primitives) {
+    const net::PrimitiveInfo* info = net::Registry::global().find(primitive.type);
+    if (info != nullptr && info->monitor) ids.push_back(path + primitive.id);
+  }
+  for (const auto& fragment : net.fragments)
+    std::ranges::copy(monitors_of(fragment.net, path + fragment.id + "/"), std::back_inserter(ids));
+  return ids;
+}
+
+class MonitorExpectation final : public Expectation {
+ public:
+  MonitorExpectation(ObjectReader& reader, const BuiltCell& built)
+      : net_(reader.choice("net", keys_of(built.cell.nets))), monitor_(reader.text("monitor")) {
+    if (const auto* is = reader.child("is")) is_ = *is;
+    at_least_ = reader.number("at_least", at_least_);
+    at_most_ = reader.number("at_most", at_most_);
+    if (!is_ && !reader.has("at_least") && !reader.has("at_most"))
+      reader.findings().error(reader.pointer(), "nothing is said of the value", "\"is\", \"at_least\" or \"at_most\"");
+    const auto net = built.cell.nets.find(net_);
+    if (net != built.cell.nets.end()) check_monitor(*net->second, reader);
+  }
+
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    const auto net = outcome.variables.monitors.find(net_);
+    if (net == outcome.variables.monitors.end()) return {.measured = fmt::format("net '{}' did not run", net_)};
+    const std::string& text = net->second.find(monitor_)->second;
+    const auto value = nlohmann::ordered_json::parse(text);
+    ExpectationResult result;
+    result.measured = fmt::format("'{}' of '{}' ended as {}", monitor_, net_, text);
+    if (value.is_number()) result.value = value.get<double>();
+    result.passed = is_ ? value == *is_ : value.is_number() && result.value >= at_least_ && result.value <= at_most_;
+    return result;
+  }
+
+ private:
+  void check_monitor(const net::NetDescription& net, ObjectReader& reader) const {
+    std::vector<std::string> ids = monitors_of(net);
+    if (std::ranges::find(ids, monitor_) != ids.end()) return;
+    reader.findings().error(reader.at("monitor"), fmt::format("net '{}' has no monitor '{}'", net_, monitor_),
+                            nearest_choice(monitor_, ids));
+  }
+
+  std::string net_, monitor_;
+  std::optional<nlohmann::ordered_json> is_;
+  double at_least_ = -std::numeric_limits<double>::infinity(), at_most_ = std::numeric_limits<double>::infinity();
+};
+
 class DurationExpectation final : public Expectation {
  public:
   explicit DurationExpectation(ObjectReader& reader) : below_s_(reader.number("below_s", {}, kPositive)) {}
@@ -245,6 +301,7 @@ std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& rea
   if (kind == "object_pose") return std::make_unique<ObjectPoseExpectation>(reader, built);
   if (kind == "contact_force") return std::make_unique<ContactForceExpectation>(reader, built);
   if (kind == "peak_force") return std::make_unique<PeakForceExpectation>(reader, built);
+  if (kind == "monitor") return std::make_unique<MonitorExpectation>(reader, built);
   if (kind == "limits") return std::make_unique<LimitsExpectation>(reader, built);
   if (kind == "duration") return std::make_unique<DurationExpectation>(reader);
   if (kind == "step") return std::make_unique<StepExpectation>(reader, program);
@@ -261,6 +318,8 @@ const std::vector<ExpectationKind>& expectation_kinds() {
       {"duration", "The program ends in time. Keys: below_s."},
       {"estimate", "A fitted pose is near the truth. Keys: estimate, of, position_within_m, angle_within_deg."},
       {"limits", "No set point leaves the joint limits, differentiated from what was sent. Keys: arm."},
+      {"monitor",
+       "The last value that a net's monitor showed. Keys: net, monitor, and at_least, at_most (numbers) or is (any)."},
       {"object_pose",
        "An object ends near a pose. Keys: object, in, position_m, rpy_deg, position_within_m, angle_within_deg."},
       {"peak_force", "A sensor's raw reading stays below a bound. Keys: sensor, below_N."},

@@ -29,6 +29,10 @@ class NetRun {
   Progress advance(Context& context, Findings& findings);
   /// Asks for the end, which advance() brings about: at once before the start, by CANCEL while the net runs (row L6).
   void cancel() { cancelled_ = true; }
+  /// Ends it at once; its devices stop (row L6).
+  void abort() {
+    if (core_ != nullptr) core_->abort(id_);
+  }
   /// The net, to read ports after it has ended; null before begin().
   [[nodiscard]] const net::CompiledNet* net() const { return core_ ? core_->net(id_) : nullptr; }
 

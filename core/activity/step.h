@@ -30,6 +30,8 @@ struct Variables {
   std::map<std::string, Eigen::Isometry3d, std::less<>> estimates;  ///< fitted poses X_WO by name
   std::map<std::string, double, std::less<>> residuals;             ///< rms of each fit, m
   std::map<std::string, Touch, std::less<>> touches;                ///< last touch of each arm
+  /// Last value of each monitor of a net that a step ran, as JSON text: net, monitor.
+  std::map<std::string, std::map<std::string, std::string, std::less<>>, std::less<>> monitors;
   command::Biases biases;
 };
 

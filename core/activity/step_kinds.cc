@@ -1,5 +1,6 @@
 #include "core/activity/measure_step.h"
 #include "core/activity/motion_step.h"
+#include "core/activity/net_step.h"
 #include "core/activity/step.h"
 
 namespace takt::activity {
@@ -13,6 +14,7 @@ const std::vector<StepKind>& step_kinds() {
        "Moves the tool centre point on a straight line. Keys: arm, to, speed, acceleration, velocity_m_s, until, "
        "on_end.",
        parse_lin},
+      {"net", "Runs a net of the cell to its end. Keys: net, cancel_after_s, within_s.", parse_net_step},
       {"ptp", "Moves all joints together to a goal. Keys: arm, to, speed, acceleration, until, on_end.", parse_ptp},
       {"record_contact", "Keeps the touch that the last guarded motion ended with. Keys: arm, as.",
        parse_record_contact},

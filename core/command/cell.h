@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <string>
 
 #include <Eigen/Geometry>
@@ -10,6 +11,10 @@
 #include "core/net/value.h"
 #include "core/world/frame_graph.h"
 #include "core/world/shape.h"
+
+namespace takt::net {
+struct NetDescription;
+}
 
 namespace takt::command {
 
@@ -37,7 +42,8 @@ struct Cell {
   std::map<std::string, world::Object, std::less<>> objects;
   std::map<std::string, MountedArm, std::less<>> arms;
   std::map<std::string, MountedSensor, std::less<>> sensors;
-  Eigen::Vector3d gravity_W{0.0, 0.0, -9.81};  ///< m/s^2
+  std::map<std::string, std::shared_ptr<const net::NetDescription>, std::less<>> nets;  ///< written by hand
+  Eigen::Vector3d gravity_W{0.0, 0.0, -9.81};                                           ///< m/s^2
 };
 
 /// Constant offsets of sensors as found by taring: sensor name to wrench in its measuring frame.

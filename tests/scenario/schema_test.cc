@@ -84,6 +84,8 @@ constexpr const char* kEverything = R"({
   },
   "film": {"camera": "c", "inset": "down", "force_sensor": "wrist", "force_limit_N": 20,
            "cuts": [{"step": "touch", "camera": "down"}]},
+  "nets": {"by hand": {"primitives": [{"id": "end", "type": "Termination", "parameters": {"condition": true}},
+                                      {"id": "shown", "type": "MonitorReal", "parameters": {"value": 1}}]}},
   "program": {"do": "sequence", "name": "all", "times": 2, "steps": [
     {"do": "ptp", "to": "home", "arm": "arm", "speed": 0.5, "acceleration": 1},
     {"do": "ptp", "to": {"joints_deg": [0, -30, 0, 90, 0, -60, 0]}},
@@ -95,6 +97,7 @@ constexpr const char* kEverything = R"({
      "velocity_m_s": 0.01, "until": {"sensor": "wrist", "quantity": "force_z", "above_N": 5}},
     {"do": "record_contact", "arm": "arm", "as": "top"},
     {"do": "fit_pose", "object": "block", "as": "found", "contacts": ["top"], "free": ["z"], "max_residual_m": 0.01},
+    {"do": "net", "net": "by hand", "cancel_after_s": 1, "within_s": 2},
     {"do": "wait", "name": "pause", "seconds": 0}
   ]},
   "expectations": [
@@ -105,6 +108,7 @@ constexpr const char* kEverything = R"({
     {"kind": "contact_force", "between": ["probe", "block"], "below_N": 15, "at_least_N": 0},
     {"kind": "peak_force", "sensor": "wrist", "below_N": 100},
     {"kind": "limits", "arm": "arm"}, {"kind": "duration", "below_s": 60}, {"kind": "step", "step": "touch"},
+    {"kind": "monitor", "net": "by hand", "monitor": "shown", "at_least": 0, "at_most": 2, "is": 1},
     {"kind": "repeats"}
   ]
 })";
@@ -284,9 +288,9 @@ constexpr Mistake kMistakes[] = {
     {"/program/steps/6/free", nullptr},
     {"/program/steps/6/free", "[\"w\"]"},
     {"/program/steps/6/max_residual_m", "0"},
-    {"/program/steps/7/seconds", nullptr},
-    {"/program/steps/7/seconds", "-1"},
-    {"/program/steps/7/seconds", "3601"},
+    {"/program/steps/8/seconds", nullptr},
+    {"/program/steps/8/seconds", "-1"},
+    {"/program/steps/8/seconds", "3601"},
     // Expectations.
     {"/expectations/0", "1"},
     {"/expectations/0/kind", nullptr},
@@ -305,7 +309,12 @@ constexpr Mistake kMistakes[] = {
     {"/expectations/4/sensor", "\"wrist\""},
     {"/expectations/5/below_s", "0"},
     {"/expectations/6/step", nullptr},
-    {"/expectations/7/times", "2"},
+    {"/expectations/7/net", nullptr},
+    {"/expectations/7/at_least", "\"0\""},
+    {"/program/steps/7/net", nullptr},
+    {"/program/steps/7/within_s", "-1"},
+    {"/nets/by hand", "1"},
+    {"/expectations/8/times", "2"},
 };
 INSTANTIATE_TEST_SUITE_P(Each, ScenarioMistake, testing::ValuesIn(kMistakes));
 

@@ -1,0 +1,90 @@
+// The step "net": a net written by hand, from the first cycle to what its monitors showed last.
+#include <memory>
+
+#include "core/net/description.h"
+#include "tests/core/activity/fixture.h"
+
+namespace takt::activity {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class NetStepTest : public test::ActivityTest {
+ protected:
+  void add(const std::string& name, const std::string& json) {
+    auto net = net::net_from_json(test::Json::parse(json));
+    ASSERT_TRUE(net) << net.error().to_string();
+    fake.cell.nets[name] = std::make_shared<const net::NetDescription>(std::move(*net));
+  }
+  /// Ends after 20 cycles and shows how many there were.
+  void add_counting() {
+    add("counting", R"({"name": "counting", "primitives": [
+      {"id": "count", "type": "CycleCounter", "parameters": {"counted": true, "reset": false}},
+      {"id": "watch", "type": "Stopwatch", "parameters": {"running": true, "reset": false}},
+      {"id": "late", "type": "GreaterThan", "parameters": {"b": 0.0195}},
+      {"id": "end", "type": "Termination"},
+      {"id": "counted", "type": "MonitorInteger"}],
+    "links": [{"from": "watch.elapsed", "to": "late.a"}, {"from": "late.value", "to": "end.condition"},
+      {"from": "count.count", "to": "counted.value"}]})");
+  }
+  /// Ends when it is cancelled, and only then.
+  void add_patient() {
+    add("patient", R"({"name": "patient", "primitives": [
+      {"id": "cancel", "type": "Cancel"}, {"id": "end", "type": "Termination"}],
+    "links": [{"from": "cancel.requested", "to": "end.condition"}]})");
+  }
+};
+
+TEST_F(NetStepTest, ANetRunsToItsEndAndItsMonitorsAreKept) {
+  add_counting();
+  ASSERT_EQ(run(R"({"do": "net", "net": "counting"})"), Progress::kDone) << findings.to_string();
+  const int counted = std::stoi(variables.monitors["counting"]["counted"]);
+  EXPECT_NEAR(counted, 20, 1);
+  EXPECT_THAT(log, Contains("counting: counted " + std::to_string(counted)));
+  EXPECT_LE(cycles, counted + latency + 3);
+}
+
+TEST_F(NetStepTest, ACancelReachesTheNetWhenItIsDue) {
+  add_patient();
+  ASSERT_EQ(run(R"({"do": "net", "net": "patient", "cancel_after_s": 0.1})"), Progress::kDone) << findings.to_string();
+  EXPECT_NEAR(cycles, 100, 6);
+}
+
+TEST_F(NetStepTest, ANetThatOutstaysItsTimeIsAnErrorAndEnds) {
+  add_patient();
+  ASSERT_EQ(run(R"({"do": "net", "net": "patient", "within_s": 0.05})"), Progress::kFailed);
+  EXPECT_THAT(pointers(findings), ElementsAre("/program/within_s"));
+  EXPECT_NEAR(cycles, 50, 6);
+  fake.step();
+  const auto ended = [](const rcc::Event& event) { return event.state == rcc::NetState::kTerminated; };
+  EXPECT_TRUE(std::ranges::any_of(fake.core.events(), ended));
+}
+
+TEST_F(NetStepTest, TheNameOfANetIsChecked) {
+  add_patient();
+  const auto refusal = parse(R"({"do": "net", "net": "patent", "within_s": -1})");
+  ASSERT_FALSE(refusal);
+  EXPECT_THAT(pointers(refusal.error()), ElementsAre("/program/net", "/program/within_s"));
+  EXPECT_THAT(refusal.error().to_string(), HasSubstr("did you mean 'patient'?"));
+}
+
+TEST_F(NetStepTest, RehearsalVerifiesTheNet) {
+  add("wrong",
+      R"({"name": "wrong", "primitives": [{"id": "robot", "type": "ArmState", "parameters": {"device": "amr"}}],
+                   "links": []})");
+  add_counting();
+  const auto found = [this](const char* name) {
+    return good(R"({"do": "net", "net": ")" + std::string(name) + "\"}")
+        .rehearse(fake.cell, &fake.core.environment())
+        .findings;
+  };
+  EXPECT_THAT(pointers(found("counting")), IsEmpty());
+  EXPECT_THAT(pointers(found("wrong")), Contains("/program/net"));
+  EXPECT_THAT(found("wrong").to_string(), HasSubstr("amr"));
+}
+
+}  // namespace
+}  // namespace takt::activity
