@@ -240,7 +240,8 @@ std::unique_ptr<CompiledNet> CompiledNet::from_plan(const FlatNet& flat, NetPlan
 
 Result<std::unique_ptr<CompiledNet>> CompiledNet::compile(const NetDescription& description, Environment& environment) {
   LoadReport report;
-  const FlatNet flat = flatten(description, report);
+  FlatNet flat = flatten(description, report);
+  bind_signals(flat, environment);
   const std::vector<int> order = schedule(flat, report);
   std::unique_ptr<CompiledNet> net(new CompiledNet());
   Impl& impl = *net->impl_;

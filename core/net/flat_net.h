@@ -51,6 +51,7 @@ struct FlatNet {
   std::vector<FlatLink> links;
   std::vector<int> input_base, output_base;  ///< number of a node's first input and output; one entry past the end
   std::vector<int> input_link;               ///< per input: its link, or -1
+  std::vector<const Signal*> signals;  ///< per primitive: of the resource that it names, or nullptr; empty: not bound
 
   [[nodiscard]] int primitive_count() const { return static_cast<int>(primitives.size()); }
   [[nodiscard]] int node_count() const { return static_cast<int>(primitives.size() + fragments.size()); }
@@ -65,12 +66,18 @@ struct FlatNet {
   /// "id.port"
   [[nodiscard]] std::string output_name(int node, int port) const;
   [[nodiscard]] std::string input_name(int node, int port) const;
+  /// " ('speed' is declared as m/s)" for a primitive that names a resource with a signal; else empty.
+  [[nodiscard]] std::string declared_unit(int node) const;
+  [[nodiscard]] std::string declared_frame(int node) const;
   [[nodiscard]] std::string primitive_pointer(int primitive) const;
   [[nodiscard]] std::string link_pointer(const FlatLink& link) const;
   [[nodiscard]] const LinkDescription& description(const FlatLink& link) const;
   /// The JSON constant that the primitive's parameters give an input; nullptr if none.
   [[nodiscard]] const nlohmann::ordered_json* constant(int primitive, int port) const;
 };
+
+/// Finds the signals of the resources that primitives name (Resource::signal). Realtime: setup.
+void bind_signals(FlatNet& flat, Environment& environment);
 
 /// Flattens and resolves; reports unknown types, bad and duplicate ids, unknown parameters, dangling link ends, types
 /// that differ, inputs fed twice and inputs fed by nothing. What could be resolved is there even if something was not.

@@ -61,6 +61,16 @@ class FrameChecker {
     return fallback.is_string() ? fallback.get<std::string>() : std::string();
   }
 
+  /// The name that the resource of the primitive gives to its variable A or B; empty: none.
+  std::string_view signal_frame(int node, const FrameName& name) const {
+    const Signal* signal = flat_.signals.empty() ? nullptr : flat_.signals[static_cast<std::size_t>(node)];
+    if (signal == nullptr || name.kind != FrameName::Kind::kVariable) return {};
+    const std::string_view frame = signal->frame;
+    const std::size_t sign = frame.find('>');
+    if (name.text == "A") return frame.substr(0, sign);
+    return name.text == "B" && sign != std::string_view::npos ? frame.substr(sign + 1) : std::string_view();
+  }
+
   std::vector<int> classes(int node, const PrimitiveInfo::Port& port) {
     std::vector<int> numbers;
     if (port.spec.frame.empty()) return numbers;
@@ -70,6 +80,8 @@ class FrameChecker {
       const std::string text(name.text);
       if (name.kind == FrameName::Kind::kLiteral) {
         numbers.push_back(class_of("=" + text, text));
+      } else if (const auto fixed = signal_frame(node, name); !fixed.empty()) {
+        numbers.push_back(class_of(fmt::format("={}", fixed), std::string(fixed)));
       } else if (name.kind == FrameName::Kind::kVariable) {
         numbers.push_back(class_of(fmt::format("{}:{}", node, text), {}));
       } else {
@@ -100,8 +112,9 @@ class FrameChecker {
     if (!fits) {
       report_.error(
           flat_.link_pointer(link),
-          fmt::format("frame mismatch: '{}' is {}, but '{}' takes {}", flat_.output_name(link.from, link.from_port),
-                      words(from), flat_.input_name(link.to, link.to_port), words(to)),
+          fmt::format("frame mismatch: '{}' is {}{}, but '{}' takes {}{}", flat_.output_name(link.from, link.from_port),
+                      words(from), flat_.declared_frame(link.from), flat_.input_name(link.to, link.to_port), words(to),
+                      flat_.declared_frame(link.to)),
           "A>B is the pose of B in A, a single name the frame a value is expressed in");
       return;
     }

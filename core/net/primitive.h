@@ -13,12 +13,20 @@
 
 namespace takt::net {
 
+/// What a resource says of the one value that it carries: texts as in a PortSpec, but without variables.
+struct Signal {
+  std::string unit, frame;
+};
+
 /// Something outside the nets that primitives may use by name: a device, a channel. Owned by the control core.
 class Resource {
  public:
   virtual ~Resource() = default;
   /// The canonical name of its kind, for messages: "arm", "force_torque_sensor".
   [[nodiscard]] virtual std::string_view kind() const = 0;
+  /// A resource that carries one value fixes variables of every primitive that names it: its unit is "u" (the second
+  /// of two units "v"), its frame is "A>B" or "A". nullptr: it fixes nothing.
+  [[nodiscard]] virtual const Signal* signal() const { return nullptr; }
 };
 
 /// Finds resources at load. Realtime: setup.

@@ -110,6 +110,8 @@ class UnitChecker {
 
   void run() {
     number_unknowns();
+    for (std::size_t p = 0; p < flat_.signals.size(); ++p)
+      if (flat_.signals[p] != nullptr) fix_signal(static_cast<int>(p));
     for (std::size_t l = 0; l < flat_.links.size(); ++l) add_link(static_cast<int>(l));
     solve();
     eliminate();
@@ -157,6 +159,17 @@ class UnitChecker {
       }
     }
     waiting_.resize(owners_.size());
+  }
+
+  /// The unit of a named resource stands for the variables u and v of the primitive; nothing waits for them yet.
+  void fix_signal(int node) {
+    const auto units = parse_unit(flat_.signals[static_cast<std::size_t>(node)]->unit);
+    if (!units || units->empty()) return;
+    for (const auto& [variable, term] : {std::pair{'u', units->front()}, std::pair{'v', units->back()}}) {
+      const auto& variables = units_of(flat_.primitives[static_cast<std::size_t>(node)].info).variables;
+      if (std::ranges::find(variables, variable) != variables.end())
+        unknowns_.fix(number_of(node, variable), term.dimension);
+    }
   }
 
   const Terms& terms(int node, int port, bool output) {
@@ -341,9 +354,10 @@ class UnitChecker {
     if (!reported_.insert(number).second) return;
     report_.error(
         flat_.link_pointer(link),
-        fmt::format("unit mismatch: '{}' is {}, but '{}' takes {}", flat_.output_name(link.from, link.from_port),
-                    unit_text(link.from, terms(link.from, link.from_port, true)),
-                    flat_.input_name(link.to, link.to_port), unit_text(link.to, terms(link.to, link.to_port, false))),
+        fmt::format("unit mismatch: '{}' is {}{}, but '{}' takes {}{}", flat_.output_name(link.from, link.from_port),
+                    unit_text(link.from, terms(link.from, link.from_port, true)), flat_.declared_unit(link.from),
+                    flat_.input_name(link.to, link.to_port), unit_text(link.to, terms(link.to, link.to_port, false)),
+                    flat_.declared_unit(link.to)),
         "link ports of one unit, or convert on purpose");
   }
 

@@ -6,9 +6,10 @@
 
 namespace takt::primitives {
 
-/// The unit text of a port of any type: a variable where the type carries units, else none.
+/// The unit text of a port of any type: a variable where the type carries units, two where it carries two, else none.
 template <class T>
 constexpr const char* free_unit() {
+  if (std::is_same_v<T, net::Twist> || std::is_same_v<T, net::Wrench>) return "u,v";
   constexpr bool kHasUnit = !std::is_same_v<T, net::Boolean> && !std::is_same_v<T, net::Integer> &&
                             !std::is_same_v<T, net::Text> && !std::is_same_v<T, net::Rotation> &&
                             !std::is_same_v<T, net::Frame>;

@@ -1,13 +1,18 @@
 #include "core/rcc/control_core.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdlib>
+#include <cstring>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <utility>
 
+#include <fmt/format.h>
 #include <boost/lockfree/queue.hpp>
+#include <boost/lockfree/spsc_queue.hpp>
 
 #include "core/device/emergency_stop.h"
 #include "core/rcc/event_buffer.h"
@@ -28,6 +33,16 @@ struct Posted {
   RequestId id;
   NetId retire;  ///< not 0: let go of this net
   Rule rule;
+  Watch* watch = nullptr;  ///< not nullptr: watch this value of net `watched`, 0 for a channel; or no longer
+  NetId watched = 0;
+  bool attach = false;
+};
+
+/// A value from outside as the cycle notes it.
+struct RawLatch {
+  std::int64_t cycle = -1;
+  const device::Channel* channel = nullptr;
+  std::array<std::byte, 160> slot{};
 };
 
 class DeviceTable final : public net::Environment {
@@ -51,12 +66,15 @@ struct ControlCore::Impl {
       : options(given),
         nets(given.net_capacity, devices, [this](const net::CompiledNet& net) { return places_of(net); }),
         executor(nets, resources, events, given.net_capacity),
-        rules(executor, events) {}
+        rules(executor, events) {
+    if (options.latch_capacity > 0)
+      latches = std::make_unique<LatchRing>(static_cast<std::size_t>(options.latch_capacity));
+  }
 
   net::Resource& keep(std::string name, std::unique_ptr<net::Resource> resource) {
-    const bool is_new = devices.by_name.emplace(std::move(name), resource.get()).second;
+    const bool is_new = devices.by_name.emplace(name, resource.get()).second;
     if (!is_new) std::abort();
-    resources.add(*resource);
+    resources.add(std::move(name), *resource);
     return *owned.emplace_back(std::move(resource));
   }
   [[nodiscard]] std::vector<int> places_of(const net::CompiledNet& net) const {
@@ -66,8 +84,11 @@ struct ControlCore::Impl {
   }
 
   void take_samples(std::int64_t k, Nanoseconds now);
+  void note_latches(std::int64_t k);
+  void sample_watches(std::int64_t k);
   void look_at_stops(std::int64_t k);
   void take_requests();
+  void take_watch(const Posted& posted);
   void guard_and_hand_over(std::int64_t k);
   void digest_nets(std::int64_t k);
   void digest_devices();
@@ -78,6 +99,7 @@ struct ControlCore::Impl {
   std::vector<device::Device*> in_order;     // all devices, by name
   std::vector<device::Actuator*> actuators;  // those that are driven, by name
   std::vector<device::Arm*> arms;            // those that are arms, by name
+  std::vector<device::Channel*> channels;    // likewise
   std::vector<device::EmergencyStop*> emergency_stops;
   std::optional<net::Cause> stop_cause;  // of stop_all(), for the next step
   ResourceTable resources;
@@ -88,12 +110,35 @@ struct ControlCore::Impl {
   Digest digest;
   Statistics statistics;
   boost::lockfree::queue<Posted, boost::lockfree::capacity<kQueueCapacity>> queue;
+  using LatchRing = boost::lockfree::spsc_queue<RawLatch>;
+  std::unique_ptr<LatchRing> latches;  // nullptr: nobody asked for them
+  std::atomic<std::int64_t> latches_dropped = 0;
+  WatchList watches;
+  std::mutex watch_mutex;                            // of kept_watches; never taken in the cycle
+  std::vector<std::shared_ptr<Watch>> kept_watches;  // until the cycle has let go of them
   std::atomic<RequestId> last_request = 0;
   std::atomic<std::int64_t> cycle = 0;
 };
 
 void ControlCore::Impl::take_samples(std::int64_t k, Nanoseconds now) {
   for (device::Device* device : in_order) device->begin_cycle(k, now);
+}
+
+void ControlCore::Impl::note_latches(std::int64_t k) {
+  if (latches == nullptr) return;
+  for (const device::Channel* channel : channels) {
+    if (!channel->latched()) continue;
+    RawLatch latch{.cycle = k, .channel = channel};
+    std::memcpy(latch.slot.data(), channel->raw_slot(), channel->slot_size());
+    if (!latches->push(latch)) latches_dropped.fetch_add(1, std::memory_order_relaxed);
+  }
+}
+
+void ControlCore::Impl::sample_watches(std::int64_t k) {
+  watches.sample(k, [this](NetId id) {
+    const NetEntry* entry = nets.find(id);
+    return entry != nullptr && is_active(entry->state.load(std::memory_order_relaxed));
+  });
 }
 
 void ControlCore::Impl::look_at_stops(std::int64_t k) {
@@ -110,7 +155,9 @@ void ControlCore::Impl::look_at_stops(std::int64_t k) {
 void ControlCore::Impl::take_requests() {
   Posted posted;
   while (queue.pop(posted)) {
-    if (posted.retire != 0) {
+    if (posted.watch != nullptr) {
+      take_watch(posted);
+    } else if (posted.retire != 0) {
       NetEntry* entry = nets.find(posted.retire);
       const bool free = entry != nullptr && !is_active(entry->state) && entry->state != NetState::kLoading;
       if (free) nets.retire(*entry);
@@ -120,6 +167,11 @@ void ControlCore::Impl::take_requests() {
       events.add(event);
     }
   }
+}
+
+void ControlCore::Impl::take_watch(const Posted& posted) {
+  if (!posted.attach) watches.detach(*posted.watch);
+  if (!posted.attach || !watches.attach(posted.watched, *posted.watch)) posted.watch->end();
 }
 
 void ControlCore::Impl::guard_and_hand_over(std::int64_t k) {
@@ -172,6 +224,7 @@ void ControlCore::keep(std::unique_ptr<device::Device> device) {
   insert(core.in_order, added);
   insert(core.actuators, dynamic_cast<device::Actuator*>(added));
   insert(core.arms, dynamic_cast<device::Arm*>(added));
+  insert(core.channels, dynamic_cast<device::Channel*>(added));
   insert(core.emergency_stops, dynamic_cast<device::EmergencyStop*>(added));
 }
 
@@ -186,6 +239,71 @@ device::Arm* ControlCore::find_arm(std::string_view name) {
 }
 
 std::span<device::Arm* const> ControlCore::arms() const { return impl_->arms; }
+
+Result<device::Channel*> ControlCore::declare(const device::ChannelDescription& description) {
+  auto channel = device::Channel::make(description);
+  Findings findings = channel ? Findings{} : std::move(channel.error());
+  if (impl_->devices.find(description.name) != nullptr)
+    findings.error("/name", fmt::format("'{}' is there already", description.name), "one name, one device or channel");
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  return &add(std::move(*channel));
+}
+
+device::Channel* ControlCore::find_channel(std::string_view name) {
+  return dynamic_cast<device::Channel*>(impl_->devices.find(name));
+}
+
+std::vector<Latch> ControlCore::take_latches() {
+  std::vector<Latch> taken;
+  RawLatch raw;
+  while (impl_->latches != nullptr && impl_->latches->pop(raw)) {
+    Latch& latch = taken.emplace_back(Latch{.cycle = raw.cycle, .channel = raw.channel->name(), .value = {}});
+    latch.value = device::value_in(raw.channel->description().type, raw.slot.data());
+  }
+  return taken;
+}
+
+std::int64_t ControlCore::latches_dropped() const { return impl_->latches_dropped.load(std::memory_order_relaxed); }
+
+Result<std::shared_ptr<Watch>> ControlCore::watch(NetId id, std::string_view port, const WatchOptions& options) {
+  const net::CompiledNet* compiled = net(id);
+  if (compiled == nullptr) return failure("", fmt::format("net {} is not loaded", id));
+  std::vector<std::string> names;
+  for (const auto& monitor : compiled->monitors()) {
+    if (monitor.name == port)
+      return attach(id, std::make_unique<Watch>(monitor.name, monitor.type, monitor.slot, options));
+    names.push_back(monitor.name);
+  }
+  for (const auto& one : compiled->ports()) {
+    if (one.name == port)
+      return attach(id, std::make_unique<Watch>(one.name, one.type, compiled->slots().data() + one.offset, options));
+    names.push_back(one.name);
+  }
+  return failure("", fmt::format("the net '{}' shows no '{}'", compiled->name(), port), nearest_choice(port, names));
+}
+
+Result<std::shared_ptr<Watch>> ControlCore::watch(std::string_view channel, const WatchOptions& options) {
+  if (const device::Channel* found = find_channel(channel))
+    return attach(0, std::make_unique<Watch>(found->name(), found->description().type, found->raw_slot(), options));
+  std::vector<std::string> names;
+  for (const device::Channel* one : impl_->channels) names.push_back(one->name());
+  return failure("", fmt::format("there is no channel '{}'", channel), nearest_choice(channel, names));
+}
+
+Result<std::shared_ptr<Watch>> ControlCore::attach(NetId net, std::unique_ptr<Watch> watch) {
+  const std::lock_guard lock(impl_->watch_mutex);
+  std::erase_if(impl_->kept_watches, [](const auto& kept) { return kept.use_count() == 1 && kept->ended(); });
+  std::shared_ptr<Watch> kept = impl_->kept_watches.emplace_back(std::move(watch));
+  const Posted posted{.id = 0, .retire = 0, .rule = {}, .watch = kept.get(), .watched = net, .attach = true};
+  if (impl_->queue.push(posted)) return kept;
+  impl_->kept_watches.pop_back();
+  return failure("", "too many requests wait", "let the core run a cycle");
+}
+
+void ControlCore::unwatch(const std::shared_ptr<Watch>& watch) {
+  (void)impl_->queue.push(
+      Posted{.id = 0, .retire = 0, .rule = {}, .watch = watch.get(), .watched = 0, .attach = false});
+}
 
 Result<NetId> ControlCore::load(const net::NetDescription& description, const LoadOptions& options) {
   return impl_->nets.load(description, options);
@@ -245,8 +363,10 @@ void ControlCore::step() {
 
   Stopwatch watch(core.statistics, core.options.measure);
   core.take_samples(k, cycle.time);
+  core.note_latches(k);
   watch.lap(CyclePhase::kDevices);
   core.executor.evaluate(cycle);
+  core.sample_watches(k);
   watch.lap(CyclePhase::kNets);
   if (core.options.digest) core.digest_nets(k);
   watch.lap(CyclePhase::kDigest);
@@ -256,6 +376,10 @@ void ControlCore::step() {
   core.rules.apply(k);
   watch.lap(CyclePhase::kRules);
   core.guard_and_hand_over(k);
+  core.watches.forget_ended([&core](NetId id) {
+    const NetEntry* entry = core.nets.find(id);
+    return entry == nullptr || entry->state.load(std::memory_order_relaxed) == NetState::kTerminated;
+  });
   watch.lap(CyclePhase::kGuard);
   if (core.options.digest) core.digest_devices();
   watch.lap(CyclePhase::kDigest);

@@ -11,12 +11,15 @@
 #include "core/base/findings.h"
 #include "core/base/time.h"
 #include "core/device/arm.h"
+#include "core/device/channel.h"
 #include "core/device/device.h"
 #include "core/net/compiled_net.h"
+#include "core/rcc/channel_log.h"
 #include "core/rcc/digest.h"
 #include "core/rcc/net_state.h"
 #include "core/rcc/rules.h"
 #include "core/rcc/statistics.h"
+#include "core/rcc/watch.h"
 
 namespace takt::rcc {
 
@@ -47,6 +50,7 @@ class ControlCore {
     bool digest = true;       ///< take the digest each cycle
     bool measure = false;     ///< measure wall time per phase (costs about 0.1 us a cycle)
     int net_capacity = 4096;  ///< loaded nets at one time
+    int latch_capacity = 0;   ///< values from outside that are kept for take_latches(); 0: none
   };
 
   explicit ControlCore(const Options& options);
@@ -69,6 +73,26 @@ class ControlCore {
   [[nodiscard]] device::Arm* find_arm(std::string_view name);
   /// All arms in the order of their names.
   [[nodiscard]] std::span<device::Arm* const> arms() const;
+
+  // -- Channels (docs/channels.md) -----------------------------------------------------------------------------------
+  /// Makes a channel, as a device of that name. Before the first step. Realtime: setup.
+  /// @return the channel, to write to from any thread; or all that is wrong, a name that is taken included.
+  Result<device::Channel*> declare(const device::ChannelDescription& description);
+  /// @return nullptr if there is none of this name. Any thread. Realtime: setup.
+  [[nodiscard]] device::Channel* find_channel(std::string_view name);
+  /// Takes what came from outside since the last call, in order. One thread. Realtime: setup.
+  [[nodiscard]] std::vector<Latch> take_latches();
+  /// Values from outside that latch_capacity had no room for.
+  [[nodiscard]] std::int64_t latches_dropped() const;
+
+  /// Watches a monitor of a net, or any of its outputs ("id.port"), from the next cycle in which the net runs until it
+  /// ends. Any thread. Realtime: setup. @return the watch, or what is wrong, with the nearest name.
+  [[nodiscard]] Result<std::shared_ptr<Watch>> watch(NetId net, std::string_view port,
+                                                     const WatchOptions& options = {});
+  /// The same for a channel.
+  [[nodiscard]] Result<std::shared_ptr<Watch>> watch(std::string_view channel, const WatchOptions& options = {});
+  /// Nothing comes any more; the watch says ended() once the cycle has let go of it. Any thread.
+  void unwatch(const std::shared_ptr<Watch>& watch);
 
   // -- Nets. Any thread. Realtime: setup. ----------------------------------------------------------------------------
   /// Verifies and compiles; a net that is right is Ready.
@@ -113,6 +137,7 @@ class ControlCore {
 
  private:
   void keep(std::unique_ptr<device::Device> device);
+  [[nodiscard]] Result<std::shared_ptr<Watch>> attach(NetId net, std::unique_ptr<Watch> watch);
 
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -76,6 +76,7 @@ void Executor::end(NetEntry& entry, const net::Cause& cause, std::int64_t cycle)
 
 void Executor::abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycle) {
   for (const int place : entry.claims) {
+    if (resources_[place].channel != nullptr) resources_[place].channel->drop();
     device::Actuator* actuator = resources_[place].actuator;
     if (actuator == nullptr) continue;
     const bool moving = actuator->held() && !actuator->at_rest();
@@ -127,9 +128,7 @@ std::optional<net::Text> Executor::refuse_start(const NetEntry& entry, const Tra
   for (const int place : entry.claims) {
     const auto& wanted = resources_[place];
     const bool freed = wanted.owner != 0 && transaction.abort.contains(wanted.owner);
-    if (wanted.owner != 0 && !freed)
-      return format_text("{} is held by net {}", wanted.actuator != nullptr ? wanted.actuator->name() : "resource",
-                         wanted.owner);
+    if (wanted.owner != 0 && !freed) return format_text("{} is held by net {}", wanted.name, wanted.owner);
     if (wanted.actuator == nullptr) continue;
     if (freed && !wanted.actuator->at_rest())
       return format_text("{} moves; its abort leaves it braking", wanted.actuator->name());

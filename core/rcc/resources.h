@@ -1,7 +1,10 @@
 #pragma once
 
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "core/device/channel.h"
 #include "core/device/device.h"
 #include "core/net/primitive.h"
 #include "core/rcc/net_state.h"
@@ -13,13 +16,18 @@ class ResourceTable {
  public:
   struct Place {
     net::Resource* resource = nullptr;
+    std::string name;
     device::Actuator* actuator = nullptr;  ///< the same, if it is driven
+    device::Channel* channel = nullptr;    ///< the same, if it is a channel
     NetId owner = 0;                       ///< 0: free
   };
 
   /// Realtime: setup.
-  int add(net::Resource& resource) {
-    places_.push_back({.resource = &resource, .actuator = dynamic_cast<device::Actuator*>(&resource)});
+  int add(std::string name, net::Resource& resource) {
+    places_.push_back({.resource = &resource,
+                       .name = std::move(name),
+                       .actuator = dynamic_cast<device::Actuator*>(&resource),
+                       .channel = dynamic_cast<device::Channel*>(&resource)});
     return static_cast<int>(places_.size()) - 1;
   }
   [[nodiscard]] int place_of(const net::Resource* resource) const {

@@ -53,6 +53,8 @@ Json sample_parameters(const std::string& type) {
       {"ConstantWrench", {{"value", {{"force", {1.0, 2.0, 3.0}}, {"torque", {0.0, 0.0, 0.0}}}}}},
       {"ConstantJoints", {{"value", {1.0, 2.0}}}},
   };
+  if (type.starts_with("Input")) return {{"channel", "outside " + type.substr(5)}};
+  if (type.starts_with("Output")) return {{"channel", "net " + type.substr(6)}};
   if (type.starts_with("HoldLast")) return {{"cycles", 2}};
   const auto found = kSamples.find(type);
   return found == kSamples.end() ? Json::object() : found->second;
@@ -93,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(Library, Contract, testing::ValuesIn(library()), [](con
 TEST(Library, HasTheFamiliesItPromises) {
   std::set<std::string> families;
   for (const net::PrimitiveInfo* info : net::Registry::global().all()) families.insert(info->family);
-  for (const char* family : {"arithmetic", "comparison", "device", "event", "force", "geometry", "kinematics", "logic",
+  for (const char* family : {"arithmetic", "channel", "comparison", "device", "event", "force", "geometry", "kinematics", "logic",
                              "net", "null", "path", "selection", "signal"})
     EXPECT_TRUE(families.contains(family)) << family;
   EXPECT_GE(library().size(), 120u);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/device/arm.h"
+#include "core/device/channel.h"
 #include "core/device/device_file.h"
 #include "core/device/force_torque_sensor.h"
 #include "core/net/primitive.h"
@@ -13,7 +14,8 @@
 
 namespace takt::test {
 
-/// An LWR "arm" and a force/torque sensor "sensor", both ready, for primitives that speak to devices.
+/// An LWR "arm" and a force/torque sensor "sensor", both ready, and for each type T of values a channel "outside T" and
+/// one that nets write, "net T"; for primitives that speak to devices.
 class DeviceEnvironment final : public net::Environment {
  public:
   DeviceEnvironment() {
@@ -26,17 +28,31 @@ class DeviceEnvironment final : public net::Environment {
     sensor = std::make_unique<device::ForceTorqueSensor>(
         "sensor", std::make_shared<const device::ForceTorqueDescription>(), sensor_backend);
     sensor->begin_cycle(0, 0);
+    using Writer = device::ChannelDescription::Writer;
+    for (int t = 0; t <= static_cast<int>(net::ValueType::kJoints); ++t) {
+      const auto type = static_cast<net::ValueType>(t);
+      const std::string suffix(net::name_of(type));
+      channels.push_back(*device::Channel::make({.name = "outside " + suffix, .type = type}));
+      channels.push_back(*device::Channel::make({.name = "net " + suffix, .type = type, .writer = Writer::kNet}));
+    }
   }
   net::Resource* find(std::string_view name) override {
     if (name == "arm") return arm.get();
+    for (const auto& channel : channels)
+      if (channel->name() == name) return channel.get();
     return name == "sensor" ? sensor.get() : nullptr;
   }
-  [[nodiscard]] std::vector<std::string> names() const override { return {"arm", "sensor"}; }
+  [[nodiscard]] std::vector<std::string> names() const override {
+    std::vector<std::string> all{"arm", "sensor"};
+    for (const auto& channel : channels) all.push_back(channel->name());
+    return all;
+  }
 
   std::shared_ptr<FakeArm> backend;
   std::unique_ptr<device::Arm> arm;
   std::shared_ptr<FakeForceTorqueSensor> sensor_backend;
   std::unique_ptr<device::ForceTorqueSensor> sensor;
+  std::vector<std::unique_ptr<device::Channel>> channels;
 };
 
 }  // namespace takt::test

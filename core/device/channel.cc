@@ -1,0 +1,151 @@
+#include "core/device/channel.h"
+
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/net/unit.h"
+#include "core/net/value_json.h"
+
+namespace takt::device {
+namespace {
+
+using net::ValueType;
+
+static_assert(std::variant_size_v<ChannelValue> == static_cast<std::size_t>(ValueType::kJoints) + 1);
+
+bool carries_unit(ValueType type) {
+  return type == ValueType::kReal || type == ValueType::kVector || type == ValueType::kTwist ||
+         type == ValueType::kWrench || type == ValueType::kJoints;
+}
+
+/// Names of a frame text: two for a frame, one for what is expressed in a frame, none else.
+int frame_names(ValueType type) {
+  if (type == ValueType::kFrame || type == ValueType::kRotation) return 2;
+  return type == ValueType::kVector || type == ValueType::kTwist || type == ValueType::kWrench ? 1 : 0;
+}
+
+void check_unit(const ChannelDescription& channel, Findings& findings) {
+  if (channel.unit.empty()) return;
+  if (!carries_unit(channel.type)) {
+    findings.error("/unit", fmt::format("a {} carries no unit, not '{}'", net::name_of(channel.type), channel.unit));
+    return;
+  }
+  const auto terms = net::parse_unit(channel.unit);
+  bool right = terms && !terms->empty();
+  for (std::size_t i = 0; right && i < terms->size(); ++i) right = (*terms)[i].variables.empty();
+  if (!right) findings.error("/unit", fmt::format("'{}' is no unit", channel.unit), "such as m/s, rad, N, 1");
+  const bool two = channel.type == ValueType::kTwist || channel.type == ValueType::kWrench;
+  if (right && terms->size() > (two ? 2u : 1u))
+    findings.error("/unit", fmt::format("'{}' are two units", channel.unit), "one for all components");
+}
+
+void check_frame(const ChannelDescription& channel, Findings& findings) {
+  if (channel.frame.empty()) return;
+  const std::size_t sign = channel.frame.find('>');
+  const int names = sign == std::string::npos ? 1 : 2;
+  const bool whole = sign != 0 && sign + 1 != channel.frame.size() &&
+                     (names == 1 || channel.frame.find('>', sign + 1) == std::string::npos);
+  const int wanted = frame_names(channel.type);
+  if (whole && names == wanted) return;
+  findings.error("/frame", fmt::format("'{}' is no frame of a {}", channel.frame, net::name_of(channel.type)),
+                 wanted == 2   ? "'A>B', the pose of B in A"
+                 : wanted == 1 ? "the frame that it is expressed in, one name"
+                               : "none");
+}
+
+}  // namespace
+
+std::string_view Channel::kind_of(ValueType type) {
+  static constexpr std::array<std::string_view, 10> kKinds = {
+      "Boolean channel",  "Integer channel", "Real channel",  "String channel", "Vector channel",
+      "Rotation channel", "Frame channel",   "Twist channel", "Wrench channel", "Joints channel"};
+  return kKinds.at(static_cast<std::size_t>(type));
+}
+
+Result<std::unique_ptr<Channel>> Channel::make(const ChannelDescription& description) {
+  Findings findings;
+  if (description.name.empty()) findings.error("/name", "a channel needs a name");
+  check_unit(description, findings);
+  check_frame(description, findings);
+  if (description.timeout < 0) findings.error("/timeout", "a timeout below 0", "0 for none, or a time in seconds");
+  if (description.initial && description.initial->index() != static_cast<std::size_t>(description.type)) {
+    findings.error("/initial", fmt::format("a {}, but the channel carries a {}",
+                                           net::name_of(static_cast<ValueType>(description.initial->index())),
+                                           net::name_of(description.type)));
+  }
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  return std::unique_ptr<Channel>(new Channel(description));
+}
+
+Channel::Channel(const ChannelDescription& description)
+    : Device(description.name), description_(description), signal_{description.unit, description.frame} {
+  if (signal_.unit.empty() && carries_unit(description.type)) signal_.unit = "1";
+  slot_size_ = net::visit_type(description.type,
+                               []<class T>(std::type_identity<T>) -> std::size_t { return sizeof(net::Slot<T>); });
+  set_null(description_.type, pending_.data());
+  set_null(description_.type, shown_.data());
+  if (description_.initial) set(shown_.data(), *description_.initial);
+}
+
+void Channel::set_null(ValueType type, std::byte* bytes) {
+  net::visit_type(type, [bytes]<class T>(std::type_identity<T>) { slot_in<T>(bytes).set_null(); });
+}
+
+void Channel::set(std::byte* bytes, const ChannelValue& value) {
+  std::visit([bytes]<class T>(const T& given) { slot_in<T>(bytes).set(given); }, value);
+}
+
+Channel::Written Channel::write_null() {
+  return write_slot(description_.type, [this](std::byte* bytes) { set_null(description_.type, bytes); });
+}
+
+Channel::Written Channel::write(const ChannelValue& value) {
+  return write_slot(static_cast<ValueType>(value.index()), [&value](std::byte* bytes) { set(bytes, value); });
+}
+
+void Channel::begin_cycle(std::int64_t, Nanoseconds time) {
+  if (has_pending_) {
+    std::memcpy(shown_.data(), pending_.data(), slot_size_);
+    written_ = time_;  // of the cycle before: there it was written
+  }
+  latched_ = mailbox_.take([this](const std::byte* newest) { std::memcpy(shown_.data(), newest, slot_size_); });
+  if (latched_) written_ = time;
+  has_value_ = has_value_ || has_pending_ || latched_;
+  has_pending_ = false;
+  time_ = time;
+  if (description_.timeout > 0 && has_value_ && time_ - written_ > description_.timeout)
+    set_null(description_.type, shown_.data());
+}
+
+void Channel::add_state(StateWords& words) const {
+  words.add(std::uint64_t{has_value_});
+  words.add(static_cast<std::int64_t>(has_value_ ? written_ : 0));
+  for (std::size_t at = 0; at < slot_size_; at += sizeof(std::uint64_t)) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, shown_.data() + at, sizeof(word));
+    words.add(word);
+  }
+}
+
+std::optional<Nanoseconds> Channel::age() const {
+  if (!has_value_) return std::nullopt;
+  return time_ - written_;
+}
+
+std::optional<ChannelValue> value_in(ValueType type, const void* slot) {
+  return net::visit_type(type, [slot]<class T>(std::type_identity<T>) -> std::optional<ChannelValue> {
+    net::Slot<T> copy;
+    std::memcpy(static_cast<void*>(&copy), slot, sizeof(copy));
+    if (copy.null != 0) return std::nullopt;
+    return ChannelValue(copy.value);
+  });
+}
+
+std::string to_text(const ChannelValue& value) {
+  return std::visit([](const auto& given) { return net::value_to_json(given).dump(); }, value);
+}
+
+}  // namespace takt::device
