@@ -23,14 +23,15 @@ MAY_INCLUDE = {
     "core/motion": ["core/base", "core/kinematics"],
     "core/world": ["core/base"],
     "core/device": ["core/base", "core/net", "core/kinematics", "core/motion", "core/world"],
+    "core/emulation": ["core/base", "core/net", "core/kinematics", "core/motion", "core/device"],
     "core/primitives": ["core/base", "core/net", "core/kinematics", "core/motion", "core/world", "core/device"],
     "core/rcc": ["core/base", "core/net", "core/kinematics", "core/motion", "core/device"],
     "core/command": CORE[:-1],
     "core/activity": CORE,
     "record": ["core/base"],
     "sim": CORE,
-    "scenario": CORE + ["sim", "record"],
-    "tools": CORE + ["sim", "record", "scenario"],
+    "scenario": CORE + ["core/emulation", "sim", "record"],
+    "tools": CORE + ["core/emulation", "sim", "record", "scenario"],
 }
 HEAVY = re.compile(r'#include <(nlohmann/json\.hpp|mujoco/|boost/beast|google/protobuf|urdf)')
 # Descriptions hold JSON by value.

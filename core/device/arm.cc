@@ -18,7 +18,8 @@ bool finite(const JointVector& v) {
 /// Row N5: what a driver gives is finite and has the right size, or it is no sample.
 bool usable(const ArmSample& sample, int joint_count) {
   return sample.q.size() == joint_count && sample.dq.size() == joint_count && finite(sample.q) && finite(sample.dq) &&
-         finite(sample.tau);
+         finite(sample.tau) && finite(sample.commanded) &&
+         (sample.commanded.size() == 0 || sample.commanded.size() == joint_count);
 }
 
 }  // namespace
@@ -62,7 +63,7 @@ void Arm::begin_cycle(std::int64_t cycle, Nanoseconds time) {
   if (!ready()) {
     phase_ = Phase::kNotReady;
   } else if (phase_ == Phase::kNotReady && !held_) {
-    guard_.rest_at(sample_.q);
+    guard_.rest_at(sample_.commanded.size() > 0 ? sample_.commanded : sample_.q);
     phase_ = Phase::kFrozen;
   }
 }
@@ -73,7 +74,7 @@ void Arm::add_state(StateWords& words) const {
   if (has_sample_) {
     words.add(sample_.sequence);
     words.add(sample_.stamp);
-    for (const auto* part : {&sample_.q, &sample_.dq, &sample_.tau}) words.add(*part);
+    for (const auto* part : {&sample_.q, &sample_.dq, &sample_.tau, &sample_.commanded}) words.add(*part);
   }
   const ArmSetPoint& sent = set_point();
   for (const auto* part : {&sent.q, &sent.dq, &sent.ddq}) words.add(*part);

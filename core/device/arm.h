@@ -58,7 +58,7 @@ class Arm final : public Actuator {
   [[nodiscard]] const ToolSetting& tool() const { return tool_; }
 
   // -- For the control core ------------------------------------------------------------------------------------------
-  /// An arm that becomes ready is taken over where it stands.
+  /// An arm that becomes ready is taken over where it is told to be, or, if it does not say so, where it stands.
   void begin_cycle(std::int64_t cycle, Nanoseconds time) override;
   void add_state(StateWords& words) const override;
   [[nodiscard]] bool lost() const override { return phase_ == Phase::kNotReady; }
@@ -77,6 +77,8 @@ class Arm final : public Actuator {
   [[nodiscard]] Phase phase() const { return phase_; }
   /// Words for the sample's fault. Realtime: setup (makes a string).
   [[nodiscard]] std::string fault_text() const;
+  /// Declared times of its back end.
+  [[nodiscard]] BackendTiming timing() const { return backend_->timing(); }
   /// Category 0 (row S3): the device's own brakes.
   void brake();
 

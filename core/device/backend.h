@@ -18,8 +18,11 @@ struct ArmSample {
   JointVector q;               ///< rad or m, measured
   JointVector dq;              ///< from the driver, never from differencing held samples
   JointVector tau;             ///< measured joint torque, Nm; size 0 if the arm has no such sensor
-  bool ready = false;          ///< accepts set points: powered, brakes open, no fault
-  std::uint32_t fault = 0;     ///< device-specific cause, 0 = none; ArmBackend::fault_text gives the words
+  /// Where the device holds its joints when it takes set points over: the first set point continues from here. Size 0:
+  /// it says nothing of the kind, then from `q`.
+  JointVector commanded;
+  bool ready = false;       ///< accepts set points: powered, brakes open, no fault
+  std::uint32_t fault = 0;  ///< device-specific cause, 0 = none; ArmBackend::fault_text gives the words
 };
 
 /// What an arm is told for the coming cycle.
@@ -36,6 +39,15 @@ struct PayloadSetting {
   Eigen::Matrix3d I_C = Eigen::Matrix3d::Zero();
 };
 
+/// Declared times between the core and a device, for the certificate of a site (row O7). All zero: the device lives in
+/// the core's cycle.
+struct BackendTiming {
+  Nanoseconds cycle = 0;         ///< of the device
+  Nanoseconds sample_age = 0;    ///< oldest that a sample can be at the beginning of a cycle, filters included
+  Nanoseconds driver_delay = 0;  ///< from a set point's time to when it leaves for the device
+  Nanoseconds dead_time = 0;     ///< from there to when the device is told to be there
+};
+
 /// The machine behind a canonical arm: simulated or a driver. Called by the cycle thread only; never blocks, never
 /// allocates. A driver with a clock of its own answers from its rings (rows T2, T3).
 class ArmBackend {
@@ -49,6 +61,7 @@ class ArmBackend {
   /// Category 0: brakes now (row S3).
   virtual void brake() = 0;
   [[nodiscard]] virtual std::string fault_text(std::uint32_t fault) const = 0;
+  [[nodiscard]] virtual BackendTiming timing() const { return {}; }
 };
 
 struct WrenchSample {
@@ -64,6 +77,7 @@ class ForceTorqueBackend {
  public:
   virtual ~ForceTorqueBackend() = default;
   virtual bool read(WrenchSample& sample) = 0;
+  [[nodiscard]] virtual BackendTiming timing() const { return {}; }
 };
 
 }  // namespace takt::device

@@ -29,6 +29,8 @@ class ForceTorqueSensor final : public Device {
   [[nodiscard]] bool has_sample() const { return has_sample_; }
   [[nodiscard]] const WrenchSample& sample() const { return sample_; }
   [[nodiscard]] Nanoseconds sample_age() const { return sample_age_; }
+  /// Declared times of its back end.
+  [[nodiscard]] BackendTiming timing() const { return backend_->timing(); }
 
  private:
   std::shared_ptr<const ForceTorqueDescription> description_;

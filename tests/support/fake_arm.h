@@ -19,7 +19,12 @@ class FakeArm final : public device::ArmBackend {
     sample_.ready = true;
   }
 
+  /// Once in a cycle of 1 ms. In a cycle without a set point it stands.
   bool read(device::ArmSample& sample) override {
+    if (!std::exchange(written_, false) && sample_.sequence > 0) {
+      now += kMillisecond;
+      sample_.dq.setZero();
+    }
     if (silent) return false;
     ++sample_.sequence;
     sample_.stamp = now;
@@ -27,6 +32,8 @@ class FakeArm final : public device::ArmBackend {
     return true;
   }
   void write(const device::ArmSetPoint& set_point) override {
+    if (!sample_.ready) return;
+    written_ = true;
     now = set_point.stamp + kMillisecond;
     if (keep) sent.push_back(set_point);
     last_written_cycle = set_point.cycle;
@@ -34,7 +41,11 @@ class FakeArm final : public device::ArmBackend {
     sample_.dq = set_point.dq;
   }
   void set_payload(const device::PayloadSetting& setting) override { payload = setting; }
-  void brake() override { ++brakes; }
+  void brake() override {
+    ++brakes;
+    sample_.ready = false;
+    sample_.dq.setZero();
+  }
   [[nodiscard]] std::string fault_text(std::uint32_t fault) const override { return fault == 0 ? "" : "fake fault"; }
 
   device::ArmSample& state() { return sample_; }
@@ -49,6 +60,7 @@ class FakeArm final : public device::ArmBackend {
 
  private:
   device::ArmSample sample_;
+  bool written_ = false;
 };
 
 /// An arm model without geometry.

@@ -1,0 +1,164 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <boost/lockfree/spsc_queue.hpp>
+
+#include "core/base/clock.h"
+#include "core/base/newest_slot.h"
+#include "core/device/backend.h"
+#include "core/device/brake_ramp.h"
+#include "core/device/clock_estimator.h"
+#include "core/device/sample_inlet.h"
+#include "core/device/set_point_series.h"
+#include "core/motion/limits.h"
+
+namespace takt::device {
+
+/// What an arm says in one cycle of its own: its sample and the instant of the cycle, both on its own clock.
+struct ArmPacket {
+  ArmSample sample;         ///< `sequence` and `stamp` as the device gives them; `commanded` must be given
+  Nanoseconds instant = 0;  ///< begin of the device's cycle, whole cycles apart
+};
+
+/// What the agent answers: where the arm is to be at a later instant of its own.
+struct ArmAnswer {
+  std::uint64_t sequence = 0;  ///< of the packet that is answered
+  Nanoseconds instant = 0;     ///< on the device's clock: the packet's, `lead_cycles` later
+  motion::JointSample state;
+  bool brake = false;  ///< category 0: close the brakes
+};
+
+/// Declared times of an arm that has a clock of its own. The set point of time t is what the arm is told for
+/// t + delay().
+struct AgentTiming {
+  Nanoseconds core_period = kMillisecond;
+  Nanoseconds device_cycle = kMillisecond;
+  /// A packet of device cycle n is answered with a set point for cycle n + lead_cycles: one cycle for the answer to
+  /// travel, one that the device takes to go there.
+  int lead_cycles = 2;
+  Nanoseconds margin = 0;   ///< for what the wire's and the core's jitter can take away
+  Nanoseconds padding = 0;  ///< to be as late as the slowest arm of a group (row T3)
+
+  [[nodiscard]] Nanoseconds dead_time() const { return lead_cycles * device_cycle; }
+  [[nodiscard]] Nanoseconds driver_delay() const { return core_period + margin + padding; }
+  [[nodiscard]] Nanoseconds delay() const { return driver_delay() + dead_time(); }
+};
+
+/// What an agent tells of itself.
+struct AgentReport {
+  enum class Phase : std::uint8_t {
+    kWaiting,    ///< nothing from the device yet
+    kHolding,    ///< the arm stands where it was told last; no set points of the core yet
+    kFollowing,  ///< the core's set points, resampled
+    kBraking     ///< the agent's own ramp: the set points ran out
+  };
+  Phase phase = Phase::kWaiting;
+  InletCounts samples;
+  std::uint64_t stops = 0;                ///< how often readiness ended: by the agent or by the device
+  std::uint64_t dry = 0;                  ///< of these: the set points ran out
+  std::uint64_t dropped = 0;              ///< set points that found the ring full
+  double drift = 0.0;                     ///< core seconds per device second, less 1
+  Nanoseconds offset = 0;                 ///< core time less device time
+  Nanoseconds jitter = 0;                 ///< of the wire, seen lately
+  Nanoseconds reserve_least = INT64_MAX;  ///< how close the set points ever were to running out
+};
+
+/// The I/O agent of an arm (rows T2, T3): stands between the core's cycle and a device that has a clock of its own and
+/// answers that device on its clock. It knows no wire: whoever receives a packet calls answer() with it and sends what
+/// comes back, a thread on hardware (AgentThread), the simulation in lock-step. Back ends own one and pass read() and
+/// write() on (docs/time.md).
+///
+/// In: samples sorted by number, stamped on the core's clock, the newest in a slot. Out: set points through a ring,
+/// resampled to the device's instants with the fixed delay that is declared. When the set points run out, or begin
+/// elsewhere than where the arm was told to be, the agent stops the arm itself, within `limits`, and reports it as not
+/// ready until the core has seen that; only set points that the core made after that move the arm again (row S4).
+class ArmAgent {
+ public:
+  /// Causes of the agent in ArmSample::fault, apart from those of devices.
+  static constexpr std::uint32_t kDry = 0x8000'0001, kElsewhere = 0x8000'0002;
+  /// Words for them; empty for a cause of the device. Realtime: setup.
+  [[nodiscard]] static std::string fault_text(std::uint32_t fault);
+  /// How fast the resampled time may run against the device's to make up for a better estimate of its clock: bounds
+  /// what a correction adds to velocities.
+  static constexpr double kSlew = 200e-6;
+
+  /// @param clock  the core's time; must outlive the agent. Realtime: setup.
+  ArmAgent(const motion::JointLimits& limits, const AgentTiming& timing, const Clock& clock);
+
+  [[nodiscard]] const AgentTiming& timing() const { return timing_; }
+
+  // -- The core's side: cycle thread. Realtime: cyclic, wait-free.
+  // -----------------------------------------------------
+  /// The newest sample, as ArmBackend::read().
+  bool read(ArmSample& sample);
+  /// As ArmBackend::write().
+  void write(const ArmSetPoint& set_point);
+  /// Category 0 at the next answers, until the device is seen not ready.
+  void brake() { brake_requested_.store(true, std::memory_order_release); }
+  /// As of the newest sample.
+  [[nodiscard]] const AgentReport& report() const { return inbound_.value().report; }
+
+  // -- The device's side: one thread. Realtime: cyclic. ---------------------------------------------------------------
+  /// A packet has arrived now.
+  /// @return the answer, or nothing for a packet that is repeated or older than one that came before.
+  std::optional<ArmAnswer> answer(const ArmPacket& packet);
+  /// The core's time that the last answer was resampled at: the answer is the core's motion of that time.
+  [[nodiscard]] Nanoseconds resampled_time() const { return target_; }
+  [[nodiscard]] AgentReport::Phase phase() const { return phase_; }
+
+ private:
+  using Phase = AgentReport::Phase;
+  struct Tagged {
+    ArmSetPoint set_point;
+    std::uint64_t stops = 0;  // that the core had seen when it made the set point
+  };
+  struct Inbound {
+    ArmSample sample;
+    bool willing = false;
+    AgentReport report;
+  };
+
+  void take_state(const ArmSample& sample);
+  void take_set_points();
+  void advance_target(Nanoseconds instant);
+  motion::JointSample next_state(Nanoseconds instant);
+  motion::JointSample follow(Nanoseconds instant);
+  motion::JointSample start_braking(Nanoseconds instant);
+  motion::JointSample continue_braking(Nanoseconds instant);
+  void end_readiness(std::uint32_t fault);
+  void publish(const ArmPacket& packet);
+
+  const motion::JointLimits limits_;
+  const AgentTiming timing_;
+  const Clock& clock_;
+
+  // Between the two sides.
+  NewestSlot<Inbound> inbound_;
+  boost::lockfree::spsc_queue<Tagged, boost::lockfree::capacity<256>> ring_;
+  std::atomic<bool> brake_requested_ = false;
+  std::atomic<std::uint64_t> dropped_ = 0;
+
+  // The core's side.
+  std::uint64_t stops_seen_ = 0;
+
+  // The device's side.
+  SampleInlet inlet_;
+  ClockEstimator estimator_;
+  SetPointSeries series_;
+  AgentReport report_;
+  Phase phase_ = Phase::kWaiting;
+  bool device_ready_ = false;
+  std::uint32_t fault_ = 0;
+  motion::JointSample told_;    // by the last answer
+  Nanoseconds told_for_ = 0;    // its instant
+  Nanoseconds target_ = 0;      // on the core's clock: what the last answer is resampled at
+  Nanoseconds target_for_ = 0;  // the instant that target_ belongs to
+  BrakeRamp ramp_;
+  Nanoseconds ramp_begin_ = 0;
+};
+
+}  // namespace takt::device
