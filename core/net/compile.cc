@@ -132,7 +132,9 @@ void Builder::make_primitive(int number, std::byte* place) {
   }
   Setup::Impl impl;
   impl.info = primitive.info;
+  impl.id = &primitive.id;
   impl.parameters = &primitive.description->parameters;
+  impl.on_null = &primitive.description->on_null;
   impl.inputs = inputs_;
   impl.outputs = outputs_;
   impl.environment = &environment_;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/net/description.h"
+#include "core/net/net_report.h"
 #include "core/net/primitive.h"
 
 namespace takt::net {
@@ -14,19 +14,6 @@ namespace takt::net {
 struct FlatNet;
 struct NetPlan;
 class LoadReport;
-
-/// What LOAD knows about an accepted net that is worth telling.
-struct NetReport {
-  Findings notes;                  ///< where null can reach an actuator or a stop, free units, data-dependent latencies
-  std::vector<std::string> order;  ///< ids in evaluation order
-  std::vector<std::string> resources;  ///< devices this net drives
-  struct Reaction {                    ///< reaction certificate (rows O6, O7)
-    std::string source, sink;
-    std::int64_t minimum_cycles = 0, maximum_cycles = 0;
-    bool data_dependent = false;
-  };
-  std::vector<Reaction> reactions;
-};
 
 /// A verified net in its runnable form: one arena of slots in evaluation order, inputs bound to the outputs they read.
 /// Created outside the cycle; run by the cycle thread only; destroyed outside it.

@@ -13,12 +13,16 @@ using Ports = std::vector<std::pair<std::string, std::string>>;
 /// Fragments nest at most this deep; the reader below goes level by level, files are bounded to the like anyway.
 constexpr std::size_t kMaxNesting = 32;
 
+/// Eleven days at 1 ms: a bound beyond that is a slip.
+constexpr double kMostDemandedCycles = 1e9;
+
 PrimitiveDescription read_primitive(const Json& json, const std::string& pointer, Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   PrimitiveDescription primitive;
   primitive.id = reader.text("id");
   primitive.type = reader.text("type");
   if (const Json* parameters = reader.object("parameters", false)) primitive.parameters = *parameters;
+  if (const Json* on_null = reader.object("on_null", false)) primitive.on_null = *on_null;
   reader.finish();
   return primitive;
 }
@@ -32,6 +36,19 @@ LinkDescription read_link(const Json& json, const std::string& pointer, Findings
   if (const Json* initial = reader.child("initial")) link.initial = *initial;
   reader.finish();
   return link;
+}
+
+DemandDescription read_demand(const Json& json, const std::string& pointer, Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  DemandDescription demand;
+  demand.from = reader.text("from");
+  demand.to = reader.text("to");
+  demand.maximum_cycles = reader.integer("maximum_cycles", {}, {.low = 0.0, .high = kMostDemandedCycles});
+  if (reader.has("minimum_cycles")) {
+    demand.minimum_cycles = reader.integer("minimum_cycles", {}, {.low = 0.0, .high = static_cast<double>(demand.maximum_cycles)});
+  }
+  reader.finish();
+  return demand;
 }
 
 Ports read_ports(ObjectReader& reader, std::string_view key, std::string_view inner_key) {
@@ -93,6 +110,9 @@ void read_net(const Pending& item, Findings& findings, std::vector<Pending>& pen
   each("links", [&](const Json& json, const std::string& pointer) {
     item.net->links.push_back(read_link(json, pointer, findings));
   });
+  each("demands", [&](const Json& json, const std::string& pointer) {
+    item.net->demands.push_back(read_demand(json, pointer, findings));
+  });
   if (const Json* array = reader.array("fragments", false)) {
     read_fragments(*array, reader.at("fragments"), item, findings, pending);
   }
@@ -112,6 +132,12 @@ Json link_to_json(const LinkDescription& link) {
   return json;
 }
 
+Json demand_to_json(const DemandDescription& demand) {
+  Json json = {{"from", demand.from}, {"to", demand.to}, {"maximum_cycles", demand.maximum_cycles}};
+  if (demand.minimum_cycles) json["minimum_cycles"] = *demand.minimum_cycles;
+  return json;
+}
+
 /// All of a net but its fragments.
 Json flat_to_json(const NetDescription& net) {
   Json json = Json::object();
@@ -120,9 +146,11 @@ Json flat_to_json(const NetDescription& net) {
   for (const PrimitiveDescription& p : net.primitives) {
     primitives.push_back({{"id", p.id}, {"type", p.type}});
     if (!p.parameters.empty()) primitives.back()["parameters"] = p.parameters;
+    if (!p.on_null.empty()) primitives.back()["on_null"] = p.on_null;
   }
   Json& links = json["links"] = Json::array();
   for (const LinkDescription& link : net.links) links.push_back(link_to_json(link));
+  for (const DemandDescription& demand : net.demands) json["demands"].push_back(demand_to_json(demand));
   return json;
 }
 
@@ -140,12 +168,17 @@ bool NetDescription::operator==(const NetDescription&) const = default;
 bool FragmentDescription::operator==(const FragmentDescription&) const = default;
 
 NetDescription& NetDescription::add(std::string id, std::string type, Json parameters) {
-  primitives.push_back({std::move(id), std::move(type), std::move(parameters)});
+  primitives.push_back({std::move(id), std::move(type), std::move(parameters), Json::object()});
   return *this;
 }
 
 NetDescription& NetDescription::link(std::string from, std::string to) {
   links.push_back({std::move(from), std::move(to), false, nullptr});
+  return *this;
+}
+
+NetDescription& NetDescription::demand(std::string from, std::string to, std::int64_t maximum_cycles) {
+  demands.push_back({std::move(from), std::move(to), maximum_cycles, std::nullopt});
   return *this;
 }
 

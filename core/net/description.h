@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +17,8 @@ struct PrimitiveDescription {
   std::string id;
   std::string type;
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
+  /// What null means at inputs that stop or drive (rows N3, N4), by input: true, false, "stop" or {"bridge_cycles": n}.
+  nlohmann::ordered_json on_null = nlohmann::ordered_json::object();
   bool operator==(const PrimitiveDescription&) const = default;
 };
 
@@ -28,6 +32,16 @@ struct LinkDescription {
   bool operator==(const LinkDescription&) const = default;
 };
 
+/// A bound that the net demands of itself (rows O6, O7): an event at output `from` arrives at input `to` after at most
+/// `maximum_cycles` and, where given, at least `minimum_cycles`. LOAD rejects a net that breaks it.
+struct DemandDescription {
+  std::string from;
+  std::string to;
+  std::int64_t maximum_cycles = 0;
+  std::optional<std::int64_t> minimum_cycles;
+  bool operator==(const DemandDescription&) const = default;
+};
+
 /// A named sub-net with ports of its own; flattened at load.
 struct FragmentDescription;
 
@@ -37,10 +51,12 @@ struct NetDescription {
   std::vector<PrimitiveDescription> primitives;
   std::vector<LinkDescription> links;
   std::vector<FragmentDescription> fragments;
+  std::vector<DemandDescription> demands;
 
   NetDescription& add(std::string id, std::string type,
                       nlohmann::ordered_json parameters = nlohmann::ordered_json::object());
   NetDescription& link(std::string from, std::string to);
+  NetDescription& demand(std::string from, std::string to, std::int64_t maximum_cycles);
   NetDescription& link_delayed(std::string from, std::string to, nlohmann::ordered_json initial = nullptr);
   bool operator==(const NetDescription&) const;
 };

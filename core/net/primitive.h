@@ -95,6 +95,8 @@ class In {
   [[nodiscard]] const T& operator*() const { return slot_->value; }
   [[nodiscard]] const T* operator->() const { return &slot_->value; }
   [[nodiscard]] T value_or(const T& other) const { return null() ? other : slot_->value; }
+  /// Whether the net feeds this input, by a link or a constant.
+  [[nodiscard]] bool bound() const { return slot_ != &kNullSlot<T>; }
 
  private:
   const Slot<T>* slot_;
@@ -118,6 +120,19 @@ class Out {
 
  private:
   Slot<T>* slot_;
+};
+
+/// A Boolean input at which null has a meaning of its own, true or false, which the net may declare otherwise
+/// ("on_null", row N3). Made by Setup::flag().
+class Flag {
+ public:
+  Flag(In<Boolean> in, bool null_counts_as) : in_(in), null_counts_as_(null_counts_as) {}
+  [[nodiscard]] bool holds() const { return in_.value_or(null_counts_as_); }
+  [[nodiscard]] bool null() const { return in_.null(); }
+
+ private:
+  In<Boolean> in_;
+  bool null_counts_as_;
 };
 
 /// How an input meets null where the general rule (null in, null out) does not hold; printed by LOAD.

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "core/net/formula.h"
 #include "core/net/frame_check.h"
 #include "core/net/setup_impl.h"
 #include "core/net/unit.h"
@@ -48,6 +49,31 @@ void check_texts(const PrimitiveInfo& info, Findings& findings) {
   }
 }
 
+/// So is what a type says of the meaning of its outputs.
+void check_declarations(const PrimitiveInfo& info, Findings& findings) {
+  const auto boolean_output = [&](const std::string& name) {
+    return std::ranges::any_of(info.outputs, [&](const PrimitiveInfo::Port& port) {
+      return port.name == name && port.type == ValueType::kBoolean;
+    });
+  };
+  for (const PrimitiveInfo::Meaning& meaning : info.meanings) {
+    if (!boolean_output(meaning.output) || !parse_formula(meaning.formula, info)) {
+      findings.error({}, fmt::format("{}.{}: '{}' is no formula", info.type, meaning.output, meaning.formula));
+    }
+  }
+  for (const auto& group : info.exclusive_outputs) {
+    if (!std::ranges::all_of(group, boolean_output)) {
+      findings.error({}, fmt::format("{}: exclusive outputs are Boolean", info.type));
+    }
+  }
+  const bool one_type = std::ranges::all_of(info.inputs, [&](const auto& in) {
+    return !info.outputs.empty() && in.type == info.outputs.front().type;
+  });
+  if (info.merge && (info.outputs.size() != 1 || info.inputs.size() < 2 || !one_type)) {
+    findings.error({}, fmt::format("{}: a merge has inputs and one output of one type", info.type));
+  }
+}
+
 /// Runs the constructor once without a net, so that it declares ports and parameters. @return what is wrong with them.
 Findings describe(const Maker& maker, PrimitiveInfo& info) {
   Findings findings;
@@ -66,6 +92,7 @@ Findings describe(const Maker& maker, PrimitiveInfo& info) {
     findings.error({}, fmt::format("primitive {} uses one name for two ports or parameters", info.type));
   }
   check_texts(info, findings);
+  check_declarations(info, findings);
   const bool has_device = std::ranges::any_of(
       info.parameters, [](const PrimitiveInfo::Parameter& p) { return p.type.starts_with("device:"); });
   info.source = info.source || (has_device && !info.outputs.empty());

@@ -34,7 +34,14 @@ struct PrimitiveInfo {
   std::vector<Parameter> parameters;
   std::vector<LatencyEntry> latencies;
   std::vector<std::string> loop_breaking_inputs;
-  bool termination = false, monitor = false;
+  std::vector<std::string> flags;              ///< Boolean inputs at which a net may declare what null counts as
+  std::vector<std::string> bridgeable_inputs;  ///< inputs at which it may declare a number of bridged cycles
+  std::vector<std::vector<std::string>> exclusive_outputs;
+  struct Meaning {
+    std::string output, formula;
+  };
+  std::vector<Meaning> meanings;
+  bool termination = false, monitor = false, merge = false;
   bool source = false;  ///< its outputs come from outside the net: a device, an operator, a channel
   std::string claims;   ///< parameter that names the claimed device; empty = none
 };

@@ -83,9 +83,32 @@ const Json* Setup::Impl::given(std::string_view name) const {
   return found == parameters->end() ? nullptr : &*found;
 }
 
+const Json* Setup::Impl::declared_null(std::string_view name) const {
+  if (on_null == nullptr || !on_null->is_object()) return nullptr;
+  const auto found = on_null->find(name);
+  return found == on_null->end() ? nullptr : &*found;
+}
+
 void Setup::Impl::describe_parameter(std::string_view name, std::string type, const ParameterSpec& spec,
                                      std::string fallback) {
   describing->parameters.push_back({std::string(name), std::move(type), spec, std::move(fallback)});
+}
+
+void Setup::exclusive(std::initializer_list<std::string_view> outputs) {
+  if (describing()) impl_.describing->exclusive_outputs.emplace_back(outputs.begin(), outputs.end());
+}
+
+void Setup::means(std::string_view output, std::string_view formula) {
+  if (describing()) impl_.describing->meanings.push_back({std::string(output), std::string(formula)});
+}
+
+void Setup::is_merge() {
+  if (describing()) impl_.describing->merge = true;
+}
+
+const std::string& Setup::id() const {
+  static const std::string kNone;
+  return impl_.id == nullptr ? kNone : *impl_.id;
 }
 
 bool Setup::describing() const { return impl_.describing != nullptr; }
@@ -108,6 +131,27 @@ Out<T> Setup::out(std::string_view name, const PortSpec& spec) {
   }
   const std::size_t index = impl_.port_index(impl_.info->outputs, impl_.next_output, name, kValueType<T>);
   return Out<T>(static_cast<Slot<T>*>(impl_.outputs[index]));
+}
+
+Flag Setup::flag(std::string_view name, const PortSpec& spec) {
+  const In<Boolean> input = in<Boolean>(name, spec);
+  bool counts_as = spec.on_null == OnNull::kCountsAsTrue;
+  if (describing()) {
+    impl_.describing->flags.emplace_back(name);
+  } else if (const Json* declared = impl_.declared_null(name); declared != nullptr && declared->is_boolean()) {
+    counts_as = declared->get<bool>();
+  }
+  return {input, counts_as};
+}
+
+Integer Setup::bridge_cycles(std::string_view name) {
+  if (describing()) {
+    impl_.describing->bridgeable_inputs.emplace_back(name);
+    return 0;
+  }
+  const Json* declared = impl_.declared_null(name);
+  if (declared == nullptr || !declared->is_object()) return 0;
+  return declared->value("bridge_cycles", Integer{0});
 }
 
 template <class T>

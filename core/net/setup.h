@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,6 +20,13 @@ class Setup {
   [[nodiscard]] In<T> in(std::string_view name, const PortSpec& spec = {});
   template <class T>
   [[nodiscard]] Out<T> out(std::string_view name, const PortSpec& spec = {});
+
+  /// A Boolean input at which null counts as `spec.on_null` says (kCountsAsTrue or kCountsAsFalse), unless the net
+  /// declares true or false for it: {"on_null": {NAME: false}}.
+  [[nodiscard]] Flag flag(std::string_view name, const PortSpec& spec);
+  /// Cycles of null that are to be bridged before the net fails, at an input declared with OnNull::kStop: 0 unless the
+  /// net says {"on_null": {NAME: {"bridge_cycles": N}}}. A primitive that asks must know how to bridge.
+  [[nodiscard]] Integer bridge_cycles(std::string_view name);
 
   /// A parameter that must be given. T: Boolean, Integer, Real, Text, std::string or a composed value type; in JSON a
   /// Vector is [x,y,z], a Rotation [w,x,y,z], a Frame {"position":[x,y,z],"quaternion":[w,x,y,z]}, a Twist
@@ -57,7 +65,20 @@ class Setup {
   /// Marks an input whose value leaves the core with the monitors: name for people = the primitive's id.
   void is_monitor();
 
+  /// Says that at most one of these Boolean outputs is true in any cycle: the phases of a sequence, a one-hot code.
+  void exclusive(std::initializer_list<std::string_view> outputs);
+  /// Says what a Boolean output means, so that LOAD can prove that fragments exclude each other (row O4). `formula`:
+  /// names of inputs, ! & | ^ and parentheses in Kleene's logic; `a ?? b` (b where a is null); `null(a)`; `a = b`,
+  /// `a < b`, `a <= b` between numbers, null if one is; `?` is a condition that stays unknown ("input & ?": true only
+  /// while the input is). The output may be null where the formula is not.
+  void means(std::string_view output, std::string_view formula);
+  /// Says that the only output hands on the one input that is not null; two at a time are a failure while running, and
+  /// LOAD tries to prove that it cannot happen.
+  void is_merge();
+
   [[nodiscard]] bool describing() const;
+  /// Full id of the primitive in its net, for causes; empty while describing.
+  [[nodiscard]] const std::string& id() const;
 
   // The rest is for core/net itself.
   struct Impl;

@@ -18,7 +18,9 @@ struct Setup::Impl {
 
   // While building:
   const PrimitiveInfo* info = nullptr;
+  const std::string* id = nullptr;
   const nlohmann::ordered_json* parameters = nullptr;  ///< a JSON object
+  const nlohmann::ordered_json* on_null = nullptr;     ///< a JSON object or nullptr; checked already
   std::span<const void* const> inputs;                 ///< slot per input of `info`
   std::span<void* const> outputs;
   Environment* environment = nullptr;
@@ -30,6 +32,7 @@ struct Setup::Impl {
   std::size_t port_index(const std::vector<PrimitiveInfo::Port>& ports, std::size_t& next, std::string_view name,
                          ValueType type);
   const nlohmann::ordered_json* given(std::string_view name) const;
+  const nlohmann::ordered_json* declared_null(std::string_view name) const;
   void describe_parameter(std::string_view name, std::string type, const ParameterSpec& spec, std::string fallback);
 };
 

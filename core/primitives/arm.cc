@@ -20,15 +20,12 @@ class ArmCommand final : public Primitive {
         dq_(setup.in<JointArray>("dq", {.unit = "rad/s", .doc = "their velocities", .on_null = OnNull::kStop})),
         ddq_(setup.in<JointArray>("ddq", {.unit = "rad/s^2", .doc = "their accelerations", .on_null = OnNull::kStop})),
         arm_(setup.device<Arm>("device", Arm::kKind, "the arm that is driven")),
-        extrapolate_(setup.parameter<Integer>(
-            "extrapolate_cycles", 0,
-            {.doc = "cycles of null that are bridged with constant acceleration before the net fails",
-             .range = "[0,1000]"})) {
+        most_bridged_(setup.bridge_cycles("q")) {
     setup.claims("device");
   }
 
   void update(const Cycle& cycle) override {
-    if (cycle.first) bridged_ = extrapolate_;  // nothing to extrapolate from yet
+    if (cycle.first) bridged_ = most_bridged_;  // nothing to extrapolate from yet
     if (q_.null() || dq_.null() || ddq_.null()) return bridge(cycle);
     bridged_ = 0;
     arm_->propose(q_->map(), dq_->map(), ddq_->map());
@@ -36,7 +33,7 @@ class ArmCommand final : public Primitive {
 
  private:
   void bridge(const Cycle& cycle) {
-    if (bridged_ >= extrapolate_) {
+    if (bridged_ >= most_bridged_) {
       const Text text = format_text("{}: the set point is null", arm_->name());
       return cycle.signals->fail_with(Cause::Code::kNullInput, text.view(), cycle.index);
     }
@@ -48,7 +45,7 @@ class ArmCommand final : public Primitive {
 
   In<JointArray> q_, dq_, ddq_;
   Arm* arm_;
-  std::int64_t extrapolate_;
+  Integer most_bridged_;  ///< declared at `q` for the whole set point; bridged with constant acceleration
   std::int64_t bridged_ = 0;
 };
 
@@ -99,7 +96,8 @@ class ArmState final : public Primitive {
 TAKT_PRIMITIVE(
     ArmCommand, "device",
     "Proposes the set point of this cycle to an arm, which the net then holds alone; the guard decides. Null "
-    "at any input fails the net and starts the stop reaction, after the bridged cycles if any.");
+    "at any input fails the net and starts the stop reaction; a net that declares {\"q\": {\"bridge_cycles\": n}} has n cycles of null bridged "
+    "with constant acceleration first.");
 TAKT_PRIMITIVE(ArmState, "device",
                "The newest sample of an arm and the set point that was sent last. Null until the first sample and when "
                "the newest is older than the device allows.");

@@ -16,7 +16,9 @@ class Edge : public Primitive {
  public:
   explicit Edge(Setup& setup)
       : input_(setup.in<Boolean>("input", {.doc = "what is watched"})),
-        value_(setup.out<Boolean>("value", {.doc = "true in the cycle of the edge"})) {}
+        value_(setup.out<Boolean>("value", {.doc = "true in the cycle of the edge"})) {
+    setup.means("value", level ? "input & ?" : "!input & ?");
+  }
 
   void update(const Cycle& cycle) override {
     if (cycle.first) before_ = false;
@@ -40,21 +42,20 @@ using FallingEdge = Edge<false>;
 class SetResetLatch final : public Primitive {
  public:
   explicit SetResetLatch(Setup& setup)
-      : set_(setup.in<Boolean>("set", {.doc = "true: becomes true", .on_null = OnNull::kCountsAsTrue})),
-        reset_(
-            setup.in<Boolean>("reset", {.doc = "true: becomes false, unless set", .on_null = OnNull::kCountsAsFalse})),
+      : set_(setup.flag("set", {.doc = "true: becomes true", .on_null = OnNull::kCountsAsTrue})),
+        reset_(setup.flag("reset", {.doc = "true: becomes false, unless set", .on_null = OnNull::kCountsAsFalse})),
         value_(setup.out<Boolean>("value", {.doc = "the state, never null"})),
         initial_(setup.parameter<Boolean>("initial", false, {.doc = "state before the first cycle"})) {}
 
   void update(const Cycle& cycle) override {
     if (cycle.first) state_ = initial_;
-    if (reset_.value_or(false)) state_ = false;
-    if (set_.value_or(true)) state_ = true;
+    if (reset_.holds()) state_ = false;
+    if (set_.holds()) state_ = true;
     value_.set(state_);
   }
 
  private:
-  In<Boolean> set_, reset_;
+  Flag set_, reset_;
   Out<Boolean> value_;
   bool initial_;
   bool state_ = false;
@@ -69,6 +70,7 @@ class OnDelay final : public Primitive {
       : input_(setup.in<Boolean>("input", {.doc = "what must last"})),
         value_(setup.out<Boolean>("value", {.doc = "the input has been true for the delay"})),
         delay_(setup.parameter<Real>("delay", {.unit = "s", .doc = "how long", .range = "[0,1e6]"})) {
+    setup.means("value", "input & ?");
     setup.latency("input", "value", {.cycles = 0, .data_dependent = true});
   }
 
