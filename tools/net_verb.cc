@@ -20,18 +20,9 @@ struct NetArguments {
 };
 
 Json describe(const net::NetReport& about) {
-  Json reactions = Json::array();
-  for (const auto& one : about.reactions) {
-    reactions.push_back({{"source", one.source},
-                         {"sink", one.sink},
-                         {"minimum_cycles", one.minimum_cycles},
-                         {"maximum_cycles", one.maximum_cycles},
-                         {"data_dependent", one.data_dependent}});
-  }
-  return {{"order", about.order},
-          {"resources", about.resources},
-          {"reactions", std::move(reactions)},
-          {"findings", to_json(about.notes)}};
+  Json json = net::report_to_json(about);
+  json["findings"] = to_json(about.notes);
+  return json;
 }
 
 void print_report(const net::NetReport& about) {
@@ -59,7 +50,7 @@ int check_net(const NetArguments& arguments, const Common& common) {
   const auto net = load_net_file(arguments.file, devices);
   if (!net) return report(net.error(), common);
   if (common.json) {
-    Json json{{"result", "ready"}, {"primitives", (*net)->primitive_count()}};
+    Json json{{"result", "ready"}};
     json.update(describe((*net)->report()));
     print(json);
   } else {

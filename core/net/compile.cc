@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <exception>
-#include <unordered_map>
 
 #include <fmt/format.h>
 
 #include "core/net/compiled_net_impl.h"
+#include "core/net/exclusion.h"
 #include "core/net/flat_net.h"
 #include "core/net/frame_check.h"
 #include "core/net/net_plan.h"
@@ -148,7 +148,9 @@ void Builder::make_primitive(int number, std::byte* place) {
     impl.findings.error({}, fmt::format("{} cannot be made: {}", primitive.info->type, error.what()));
   }
   if (!impl.findings.empty()) report_.append(impl.findings, flat_.primitive_pointer(number) + "/parameters");
-  for (Resource* claimed : impl.claims) net_.claims.push_back(claimed);
+  for (Resource* claimed : impl.claims) {
+    if (std::ranges::find(net_.claims, claimed) == net_.claims.end()) net_.claims.push_back(claimed);
+  }
   collect_monitors(number);
 }
 
@@ -195,28 +197,6 @@ void check_termination(const FlatNet& flat, LoadReport& report) {
                "add a primitive of type Termination and link its input");
 }
 
-/// One device, one primitive that drives it (row O4).
-void check_claims(const FlatNet& flat, NetReport& net_report, LoadReport& report) {
-  std::unordered_map<std::string, int> first;
-  for (int p = 0; p < flat.primitive_count(); ++p) {
-    const FlatPrimitive& primitive = flat.primitives[static_cast<std::size_t>(p)];
-    if (primitive.info == nullptr || primitive.info->claims.empty() || !primitive.description->parameters.is_object())
-      continue;
-    const auto device = primitive.description->parameters.find(primitive.info->claims);
-    if (device == primitive.description->parameters.end() || !device->is_string()) continue;
-    const auto [other, fresh] = first.emplace(device->get<std::string>(), p);
-    if (fresh) {
-      net_report.resources.push_back(other->first);
-      continue;
-    }
-    report.error(flat.primitive_pointer(p) + "/parameters" + pointer_segment(primitive.info->claims),
-                 fmt::format("device '{}' is driven by both '{}' and '{}'", shown(other->first), flat.id(other->second),
-                             primitive.id),
-                 "one primitive drives a device");
-  }
-  std::ranges::sort(net_report.resources);
-}
-
 void note_latencies(const FlatNet& flat, LoadReport& report) {
   for (int p = 0; p < flat.primitive_count(); ++p) {
     for (const auto& entry : flat.primitives[static_cast<std::size_t>(p)].info->latencies) {
@@ -249,7 +229,7 @@ Result<std::unique_ptr<CompiledNet>> CompiledNet::compile(const NetDescription& 
   Impl& impl = *net->impl_;
   impl.name = description.name;
   check_termination(flat, report);
-  check_claims(flat, impl.report, report);
+  check_exclusions(flat, impl.report, report);
   check_units(flat, report);
   check_frames(flat, report);
   net->build(flat, plan_net(flat, order), environment, report);

@@ -45,7 +45,8 @@ DemandDescription read_demand(const Json& json, const std::string& pointer, Find
   demand.to = reader.text("to");
   demand.maximum_cycles = reader.integer("maximum_cycles", {}, {.low = 0.0, .high = kMostDemandedCycles});
   if (reader.has("minimum_cycles")) {
-    demand.minimum_cycles = reader.integer("minimum_cycles", {}, {.low = 0.0, .high = static_cast<double>(demand.maximum_cycles)});
+    demand.minimum_cycles =
+        reader.integer("minimum_cycles", {}, {.low = 0.0, .high = static_cast<double>(demand.maximum_cycles)});
   }
   reader.finish();
   return demand;

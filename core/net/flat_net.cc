@@ -14,6 +14,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxNesting = 32;
 constexpr std::size_t kMaxIdBytes = 128;
+constexpr int kMostBridgedCycles = 1000;
 
 const PrimitiveInfo::Port kActivePort{
     "active", ValueType::kBoolean, {.doc = "false or null: the fragment rests", .on_null = OnNull::kCountsAsFalse}};
@@ -21,6 +22,14 @@ const PrimitiveInfo::Port kActivePort{
 bool valid_id(std::string_view id) {
   return !id.empty() && id.size() <= kMaxIdBytes &&
          std::ranges::all_of(id, [](unsigned char c) { return c > ' ' && c != '.' && c != '/' && c != 0x7F; });
+}
+
+/// Whether a declaration at an input that may be bridged is malformed.
+bool bridge_error(const Json& value) {
+  if (value.is_string()) return value != "stop";
+  if (!value.is_object() || value.size() != 1) return true;
+  const auto cycles = value.find("bridge_cycles");
+  return cycles == value.end() || !cycles->is_number_integer() || *cycles < 0 || *cycles > kMostBridgedCycles;
 }
 
 int find_port(const std::vector<PrimitiveInfo::Port>& ports, std::string_view name) {
@@ -76,6 +85,7 @@ class Flattener {
   bool add_name(const std::string& full_id, const std::string& id, const std::string& pointer, int value);
   const std::pair<const PrimitiveInfo*, const Maker*>& type_of(const std::string& type);
   void check_parameters(int primitive);
+  void check_on_null(int primitive);
   void number_ports();
   void index_ports(FlatFragment& fragment);
   void check_ports(int fragment);
@@ -139,6 +149,7 @@ void Flattener::add_primitive(int fragment, const PrimitiveDescription& descript
                       : std::string());
   } else {
     check_parameters(number);
+    if (!description.on_null.empty()) check_on_null(number);
   }
 }
 
@@ -206,6 +217,40 @@ void Flattener::check_parameters(int number) {
     report_.error(flat_.primitive_pointer(number) + "/parameters" + pointer_segment(shown(key)),
                   fmt::format("{} has no parameter '{}'", primitive.info->type, shown(key)),
                   report_.nearest(shown(key), choices));
+  }
+}
+
+/// What the net declares about null (rows N3, N4).
+void Flattener::check_on_null(int number) {
+  const FlatPrimitive& primitive = flat_.primitives[static_cast<std::size_t>(number)];
+  const PrimitiveInfo& info = *primitive.info;
+  const std::string place = flat_.primitive_pointer(number) + "/on_null";
+  if (!primitive.description->on_null.is_object()) {
+    report_.error(place, "\"on_null\" is no JSON object", "{\"INPUT\": what null means there}");
+    return;
+  }
+  const auto listed = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::ranges::find(names, name) != names.end();
+  };
+  for (const auto& [key, value] : primitive.description->on_null.items()) {
+    if (listed(info.flags, key)) {
+      if (value.is_boolean()) continue;
+      report_.error(place + pointer_segment(key), fmt::format("{} is not what null can mean here", shown(value.dump())),
+                    "true or false");
+    } else if (listed(info.bridgeable_inputs, key)) {
+      if (!bridge_error(value)) continue;
+      report_.error(place + pointer_segment(key), fmt::format("{} is not what null can mean here", shown(value.dump())),
+                    fmt::format("\"stop\", or {{\"bridge_cycles\": N}} with N in [0,{}]", kMostBridgedCycles));
+    } else {
+      const auto choices = [&info] {
+        std::vector<std::string> names = info.flags;
+        names.insert(names.end(), info.bridgeable_inputs.begin(), info.bridgeable_inputs.end());
+        return names;
+      };
+      report_.error(place + pointer_segment(shown(key)),
+                    fmt::format("{} has no input '{}' at which a net declares what null means", info.type, shown(key)),
+                    choices().empty() ? "this type has none at all" : report_.nearest(shown(key), choices));
+    }
   }
 }
 
@@ -432,7 +477,8 @@ void Flattener::connect(const FlatLink& link) {
     const FlatLink& other = flat_.links[static_cast<std::size_t>(taken)];
     report_.error(flat_.link_pointer(link) + "/to",
                   fmt::format("input '{}' is linked twice", flat_.input_name(link.to, link.to_port)),
-                  fmt::format("the other link is {}", flat_.link_pointer(other)));
+                  fmt::format("the other link is {}; fragments that take turns share an input through a Merge",
+                              flat_.link_pointer(other)));
     return;
   }
   taken = static_cast<int>(flat_.links.size());

@@ -122,7 +122,8 @@ class Parser {
       return true;
     }
     found.input = input_named(word());
-    return found.input >= 0 && (type_of(found.input) == ValueType::kReal || type_of(found.input) == ValueType::kInteger);
+    return found.input >= 0 &&
+           (type_of(found.input) == ValueType::kReal || type_of(found.input) == ValueType::kInteger);
   }
 
   [[nodiscard]] int input_named(std::string_view name) const {

@@ -20,8 +20,8 @@ struct NetReport {
   std::vector<std::string> resources;  ///< devices this net drives
 
   struct Fragment {
-    std::string id;        ///< full id; empty for the net itself, which is number 0
-    int parent = -1;       ///< -1: the net itself
+    std::string id;         ///< full id; empty for the net itself, which is number 0
+    int parent = -1;        ///< -1: the net itself
     bool can_rest = false;  ///< it, or one around it, has a linked `active`
     WhenInactive when_inactive = WhenInactive::kReset;
   };
@@ -45,10 +45,10 @@ struct NetReport {
 
   /// A way by which null reaches an input that stops or drives (rows N3, N4).
   struct NullPath {
-    std::string at;                  ///< "id.port"
-    std::string meaning;             ///< "true", "stop", or as the net declares: "false", "bridge 5 cycles"
-    std::vector<std::string> ports;  ///< from where the null arises to `at`
-    std::vector<int> links;          ///< the same way; empty if it arises at `at`
+    std::string at;                       ///< "id.port"
+    std::string meaning;                  ///< "true", "stop", or as the net declares: "false", "bridge 5 cycles"
+    std::vector<std::string> ports = {};  ///< from where the null arises to `at`
+    std::vector<int> links = {};          ///< the same way; empty if it arises at `at`
   };
   std::vector<NullPath> null_paths;
 
@@ -58,7 +58,7 @@ struct NetReport {
     std::int64_t minimum_cycles = 0, maximum_cycles = 0;
     bool data_dependent = false;  ///< the maximum is without the cycles that depend on data
     bool exact = true;            ///< false: the maximum is an upper bound (a tangled loop); then there is no path
-    std::vector<int> links;       ///< the critical path: a way that takes maximum_cycles
+    std::vector<int> links = {};  ///< the critical path: a way that takes maximum_cycles
   };
   std::vector<Reaction> reactions;
 
@@ -67,7 +67,7 @@ struct NetReport {
     std::string from, to;
     std::int64_t demanded_maximum = 0, demanded_minimum = 0;  ///< no minimum demanded: 0
     std::int64_t minimum_cycles = 0, maximum_cycles = 0;
-    std::vector<int> links;  ///< the critical path
+    std::vector<int> links = {};  ///< the critical path
   };
   std::vector<Demand> demands;
 
@@ -79,13 +79,13 @@ struct NetReport {
 
   /// Fragments that share a device or meet at a Merge (row O4).
   struct Exclusion {
-    std::string at;        ///< id of the Merge, or name of the device
+    std::string at;       ///< id of the Merge, or name of the device
     bool proven = false;  ///< no two are ever active together; a device is shared only with a proof
   };
   std::vector<Exclusion> exclusions;
 };
 
-/// The report as JSON: what `takt net --json` prints (docs/nets.md). Realtime: setup.
+/// The report as JSON, without the notes: what `takt net --json` prints (docs/nets.md). Realtime: setup.
 [[nodiscard]] nlohmann::ordered_json report_to_json(const NetReport& report);
 
 }  // namespace takt::net

@@ -146,8 +146,13 @@ class Certificate {
     for (const auto& [node, port] : sinks_) {
       const Arrival& arrival = arrivals_[static_cast<std::size_t>(input_node(node, port))];
       if (arrival.first == kNever) continue;
-      all.push_back(
-          {flat_.id(source), flat_.input_name(node, port), arrival.first, arrival.last, arrival.data_dependent});
+      all.push_back({flat_.id(source),
+                     flat_.input_name(node, port),
+                     arrival.first,
+                     arrival.last,
+                     arrival.data_dependent,
+                     true,
+                     {}});
     }
   }
 

@@ -66,9 +66,8 @@ void check_declarations(const PrimitiveInfo& info, Findings& findings) {
       findings.error({}, fmt::format("{}: exclusive outputs are Boolean", info.type));
     }
   }
-  const bool one_type = std::ranges::all_of(info.inputs, [&](const auto& in) {
-    return !info.outputs.empty() && in.type == info.outputs.front().type;
-  });
+  const bool one_type = std::ranges::all_of(
+      info.inputs, [&](const auto& in) { return !info.outputs.empty() && in.type == info.outputs.front().type; });
   if (info.merge && (info.outputs.size() != 1 || info.inputs.size() < 2 || !one_type)) {
     findings.error({}, fmt::format("{}: a merge has inputs and one output of one type", info.type));
   }
@@ -122,6 +121,13 @@ bool Registry::add(std::string_view type, std::string_view family, std::string_v
   entry->info.family = family;
   entry->info.doc = doc;
   entries_.insert(place, std::move(entry));
+  return true;
+}
+
+bool Registry::means(std::string_view type, std::string_view output, std::string_view formula) {
+  const Entry* found = entry(type);
+  if (found == nullptr) programming_error(fmt::format("a meaning of {}, which is not registered", type));
+  found->info.meanings.push_back({std::string(output), std::string(formula)});
   return true;
 }
 

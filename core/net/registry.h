@@ -65,6 +65,8 @@ class Registry {
   /// @return true, so that it can initialise a constant. A name registered twice is a programming error (abort).
   /// Realtime: setup; before the first look-up by another thread.
   bool add(std::string_view type, std::string_view family, std::string_view doc, Maker maker);
+  /// What Setup::means() says, from outside the class: for templates that serve several types. Right after add().
+  bool means(std::string_view type, std::string_view output, std::string_view formula);
   /// @return nullptr if there is no such type. The type is described at the first look-up. Thread: any.
   [[nodiscard]] const PrimitiveInfo* find(std::string_view type) const;
   [[nodiscard]] const Maker* maker(std::string_view type) const;
@@ -111,6 +113,12 @@ class PrimitiveRegistration final : public Registration {
 #define TAKT_PRIMITIVE(Class, family, doc) \
   const bool k##Class##Registered =        \
       ::takt::net::Registry::global().add(#Class, family, doc, ::takt::net::Maker::of<Class>())
+
+/// Says of a registered class of this program what a Boolean output means, from outside of a template. Elsewhere
+/// Setup::means() says it.
+///   TAKT_MEANING(Not, "value", "!input");
+#define TAKT_MEANING(Class, output, formula) \
+  const bool k##Class##Means = ::takt::net::Registry::global().means(#Class, output, formula)
 #endif
 
 }  // namespace takt::net

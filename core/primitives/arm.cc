@@ -96,7 +96,8 @@ class ArmState final : public Primitive {
 TAKT_PRIMITIVE(
     ArmCommand, "device",
     "Proposes the set point of this cycle to an arm, which the net then holds alone; the guard decides. Null "
-    "at any input fails the net and starts the stop reaction; a net that declares {\"q\": {\"bridge_cycles\": n}} has n cycles of null bridged "
+    "at any input fails the net and starts the stop reaction; a net that declares {\"q\": {\"bridge_cycles\": n}} has "
+    "n cycles of null bridged "
     "with constant acceleration first.");
 TAKT_PRIMITIVE(ArmState, "device",
                "The newest sample of an arm and the set point that was sent last. Null until the first sample and when "

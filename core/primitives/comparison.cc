@@ -11,13 +11,10 @@ using namespace net;
 
 class OfTwo : public Primitive {
  protected:
-  /// `formula`: what the answer means, for the proof that fragments exclude each other.
-  OfTwo(Setup& setup, std::string_view formula)
+  explicit OfTwo(Setup& setup)
       : a_(setup.in<Real>("a", {.unit = "u", .doc = "left side"})),
         b_(setup.in<Real>("b", {.unit = "u", .doc = "right side"})),
-        value_(setup.out<Boolean>("value", {.doc = "the answer"})) {
-    setup.means("value", formula);
-  }
+        value_(setup.out<Boolean>("value", {.doc = "the answer"})) {}
   virtual bool result(double a, double b) const = 0;
 
  public:
@@ -33,20 +30,20 @@ class OfTwo : public Primitive {
 
 class GreaterThan final : public OfTwo {
  public:
-  explicit GreaterThan(Setup& setup) : OfTwo(setup, "b < a") {}
+  explicit GreaterThan(Setup& setup) : OfTwo(setup) {}
   bool result(double a, double b) const override { return a > b; }
 };
 
 class LessThan final : public OfTwo {
  public:
-  explicit LessThan(Setup& setup) : OfTwo(setup, "a < b") {}
+  explicit LessThan(Setup& setup) : OfTwo(setup) {}
   bool result(double a, double b) const override { return a < b; }
 };
 
 class Equal final : public OfTwo {
  public:
   explicit Equal(Setup& setup)
-      : OfTwo(setup, "?"),  // the tolerance lets it overlap with its neighbours
+      : OfTwo(setup),
         tolerance_(setup.parameter<Real>(
             "tolerance", 0.0, {.unit = "u", .doc = "largest difference that counts as equal", .range = "[0,inf)"})) {}
   bool result(double a, double b) const override { return std::abs(a - b) <= tolerance_; }
@@ -61,9 +58,7 @@ class InRange final : public Primitive {
       : input_(setup.in<Real>("input", {.unit = "u", .doc = "what is compared"})),
         lower_(setup.in<Real>("lower", {.unit = "u", .doc = "smallest value inside"})),
         upper_(setup.in<Real>("upper", {.unit = "u", .doc = "largest value inside"})),
-        value_(setup.out<Boolean>("value", {.doc = "lower <= input <= upper"})) {
-    setup.means("value", "lower <= input & input <= upper");
-  }
+        value_(setup.out<Boolean>("value", {.doc = "lower <= input <= upper"})) {}
   void update(const Cycle&) override {
     if (input_.null() || lower_.null() || upper_.null()) return value_.set_null();
     value_.set(*lower_ <= *input_ && *input_ <= *upper_);

@@ -10,12 +10,10 @@ using namespace net;
 /// Two inputs "a" and "b" that handle null themselves, one output "value".
 class TwoValued : public Primitive {
  protected:
-  TwoValued(Setup& setup, OnNull on_null, std::string_view formula)
+  TwoValued(Setup& setup, OnNull on_null)
       : a_(setup.in<Boolean>("a", {.doc = "left side", .on_null = on_null})),
         b_(setup.in<Boolean>("b", {.doc = "right side", .on_null = on_null})),
-        value_(setup.out<Boolean>("value", {.doc = "the result"})) {
-    setup.means("value", formula);
-  }
+        value_(setup.out<Boolean>("value", {.doc = "the result"})) {}
   [[nodiscard]] bool any_null() const { return a_.null() || b_.null(); }
   [[nodiscard]] bool any(bool value) const { return (!a_.null() && *a_ == value) || (!b_.null() && *b_ == value); }
 
@@ -25,7 +23,7 @@ class TwoValued : public Primitive {
 
 class And final : public TwoValued {
  public:
-  explicit And(Setup& setup) : TwoValued(setup, OnNull::kHandled, "a & b") {}
+  explicit And(Setup& setup) : TwoValued(setup, OnNull::kHandled) {}
   void update(const Cycle&) override {
     if (any(false)) return value_.set(false);
     if (any_null()) return value_.set_null();
@@ -35,7 +33,7 @@ class And final : public TwoValued {
 
 class Or final : public TwoValued {
  public:
-  explicit Or(Setup& setup) : TwoValued(setup, OnNull::kHandled, "a | b") {}
+  explicit Or(Setup& setup) : TwoValued(setup, OnNull::kHandled) {}
   void update(const Cycle&) override {
     if (any(true)) return value_.set(true);
     if (any_null()) return value_.set_null();
@@ -45,7 +43,7 @@ class Or final : public TwoValued {
 
 class Xor final : public TwoValued {
  public:
-  explicit Xor(Setup& setup) : TwoValued(setup, OnNull::kPropagate, "a ^ b") {}
+  explicit Xor(Setup& setup) : TwoValued(setup, OnNull::kPropagate) {}
   void update(const Cycle&) override {
     if (any_null()) return value_.set_null();
     value_.set(*a_ != *b_);
@@ -56,9 +54,7 @@ class Not final : public Primitive {
  public:
   explicit Not(Setup& setup)
       : input_(setup.in<Boolean>("input", {.doc = "what is turned round"})),
-        value_(setup.out<Boolean>("value", {.doc = "the opposite"})) {
-    setup.means("value", "!input");
-  }
+        value_(setup.out<Boolean>("value", {.doc = "the opposite"})) {}
   void update(const Cycle&) override {
     if (input_.null()) return value_.set_null();
     value_.set(!*input_);

@@ -28,7 +28,7 @@ class Merge final : public Primitive {
       // What the net leaves open costs nothing in the cycle.
       if (input.bound()) inputs_[count_++] = {input, static_cast<int>(i) + 1};
     }
-    value_ = setup.out<T>("value", {.unit = free_unit<T>(), .doc = "the input that is not null; null if all are"});
+    value_ = setup.out<T>("value", {.unit = free_unit<T>(), .doc = "the input that is not null", .may_be_null = true});
     id_ = setup.id();
     setup.is_merge();
   }
@@ -46,7 +46,7 @@ class Merge final : public Primitive {
 
  private:
   struct Entry {
-    In<T> port;
+    In<T> port{};
     int number = 0;
   };
 
@@ -57,16 +57,17 @@ class Merge final : public Primitive {
     cycle.signals->fail_with(Cause::Code::kConflict, {text.data(), std::min(end.size, text.size())}, cycle.index);
   }
 
-  std::array<Entry, kMostInputs> inputs_{};
+  std::array<Entry, kMostInputs> inputs_;
   std::size_t count_ = 0;
   Out<T> value_;
   std::string id_;
 };
 
-TAKT_PRIMITIVE_FOR_ALL(Merge, "selection",
-                       "Hands on the one input that is not null, so that fragments which take turns can drive one input. "
-                       "LOAD tries to prove that they exclude each other. Two inputs at a time fail the net: its devices "
-                       "stop.");
+TAKT_PRIMITIVE_FOR_ALL(
+    Merge, "selection",
+    "Hands on the one input that is not null, so that fragments which take turns can drive one input. "
+    "LOAD tries to prove that they exclude each other. Two inputs at a time fail the net: its devices "
+    "stop.");
 
 }  // namespace
 }  // namespace takt::primitives

@@ -29,7 +29,8 @@ class Termination final : public Primitive {
 class Error final : public Primitive {
  public:
   explicit Error(Setup& setup)
-      : condition_(stop_condition(setup)), text_(setup.parameter<Text>("text", {.doc = "cause for people, at most 63 bytes"})) {}
+      : condition_(stop_condition(setup)),
+        text_(setup.parameter<Text>("text", {.doc = "cause for people, at most 63 bytes"})) {}
   void update(const Cycle& cycle) override {
     if (condition_.holds()) cycle.signals->fail_with(Cause::Code::kError, text_.view(), cycle.index);
   }

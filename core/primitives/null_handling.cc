@@ -13,7 +13,9 @@ class IsNull final : public Primitive {
  public:
   explicit IsNull(Setup& setup)
       : input_(setup.in<T>("input", {.unit = free_unit<T>(), .doc = "what is looked at", .on_null = OnNull::kHandled})),
-        value_(setup.out<Boolean>("value", {.doc = "true if the input is null; never null"})) {}
+        value_(setup.out<Boolean>("value", {.doc = "true if the input is null; never null"})) {
+    setup.means("value", "null(input)");
+  }
   void update(const Cycle&) override { value_.set(input_.null()); }
 
  private:
@@ -28,7 +30,9 @@ class DefaultTo final : public Primitive {
       : input_(setup.in<T>("input", {.unit = free_unit<T>(), .doc = "preferred", .on_null = OnNull::kHandled})),
         fallback_(setup.in<T>(
             "fallback", {.unit = free_unit<T>(), .doc = "taken where the input is null", .on_null = OnNull::kHandled})),
-        value_(setup.out<T>("value", {.unit = free_unit<T>(), .doc = "the input, else the fallback"})) {}
+        value_(setup.out<T>("value", {.unit = free_unit<T>(), .doc = "the input, else the fallback"})) {
+    if constexpr (std::is_same_v<T, Boolean>) setup.means("value", "input ?? fallback");
+  }
   void update(const Cycle&) override {
     const In<T>& chosen = input_.null() ? fallback_ : input_;
     if (chosen.null()) return value_.set_null();

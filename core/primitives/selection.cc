@@ -19,7 +19,9 @@ class Select final : public Primitive {
       : condition_(setup.in<Boolean>("condition", {.doc = "which of the two"})),
         if_true_(setup.in<T>("if_true", spec(free_unit<T>(), "given while the condition is true"))),
         if_false_(setup.in<T>("if_false", spec(free_unit<T>(), "given while the condition is false"))),
-        value_(setup.out<T>("value", {.unit = free_unit<T>(), .doc = "the chosen one"})) {}
+        value_(setup.out<T>("value", {.unit = free_unit<T>(), .doc = "the chosen one"})) {
+    if constexpr (std::is_same_v<T, Boolean>) setup.means("value", "condition & if_true | !condition & if_false");
+  }
 
   void update(const Cycle&) override {
     if (condition_.null()) return value_.set_null();

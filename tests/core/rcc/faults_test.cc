@@ -118,7 +118,7 @@ TEST_F(FaultsTest, N4_N5_NanIsNullAndNullStopsTheArm) {
 TEST_F(FaultsTest, N4_ExtrapolationBridgesThenStops) {
   auto text = spoilt("left", {{"cycle", 300}, {"nan", true}});
   for (auto& primitive : text.primitives)
-    if (primitive.id == "arm") primitive.parameters["extrapolate_cycles"] = 5;
+    if (primitive.id == "arm") primitive.on_null["q"] = {{"bridge_cycles", 5}};
   const auto net = load(text);
   core->start(net);
   ASSERT_TRUE(run_to_end(net));
