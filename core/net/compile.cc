@@ -197,6 +197,25 @@ void check_termination(const FlatNet& flat, LoadReport& report) {
                "add a primitive of type Termination and link its input");
 }
 
+/// Fragments, primitives and links as data.
+void describe(const FlatNet& flat, const std::vector<int>& order, NetReport& net_report) {
+  for (const FlatFragment& f : flat.fragments) {
+    net_report.fragments.push_back(
+        {f.id, f.parent, f.gated, f.description == nullptr ? WhenInactive::kReset : f.description->when_inactive});
+  }
+  net_report.primitives.reserve(flat.primitives.size());
+  for (const FlatPrimitive& p : flat.primitives) net_report.primitives.push_back({p.id, p.info, p.fragment, 0});
+  int place = 0;
+  for (const int node : order) {
+    if (!flat.is_gate(node)) net_report.primitives[static_cast<std::size_t>(node)].order = place++;
+  }
+  net_report.links.reserve(flat.links.size());
+  for (const FlatLink& link : flat.links) {
+    const int to = flat.is_gate(link.to) ? -flat.fragment_of(link.to) : link.to;
+    net_report.links.push_back({link.from, link.from_port, to, link.to_port, link.delayed, false});
+  }
+}
+
 void note_latencies(const FlatNet& flat, LoadReport& report) {
   for (int p = 0; p < flat.primitive_count(); ++p) {
     for (const auto& entry : flat.primitives[static_cast<std::size_t>(p)].info->latencies) {
@@ -225,19 +244,22 @@ Result<std::unique_ptr<CompiledNet>> CompiledNet::compile(const NetDescription& 
   FlatNet flat = flatten(description, report);
   bind_signals(flat, environment);
   const std::vector<int> order = schedule(flat, report);
+  const bool sound = !report.has_errors();
   std::unique_ptr<CompiledNet> net(new CompiledNet());
   Impl& impl = *net->impl_;
   impl.name = description.name;
   check_termination(flat, report);
   check_exclusions(flat, impl.report, report);
-  check_units(flat, report);
+  check_units(flat, impl.report, report);
   check_frames(flat, report);
+  if (sound) check_demands(flat, impl.report, report);
   net->build(flat, plan_net(flat, order), environment, report);
   if (report.has_errors()) return std::unexpected(report.take());
-  note_null_paths(flat, report);
-  note_latencies(flat, report);
   impl.report.order = impl.ids;
-  impl.report.reactions = reactions(flat, report);
+  describe(flat, order, impl.report);
+  note_null_paths(flat, impl.report, report);
+  note_latencies(flat, report);
+  certify_reactions(flat, impl.report, report);
   impl.report.notes = report.take();
   return net;
 }

@@ -74,6 +74,7 @@ class Flattener {
     for (std::size_t f = 1; f < flat_.fragments.size(); ++f) index_ports(flat_.fragments[f]);
     for (std::size_t f = 1; f < flat_.fragments.size(); ++f) check_ports(static_cast<int>(f));
     for (std::size_t f = 0; f < flat_.fragments.size(); ++f) resolve_links(static_cast<int>(f));
+    for (std::size_t f = 0; f < flat_.fragments.size(); ++f) resolve_demands(static_cast<int>(f));
     mark_gated();
     for (int p = 0; p < flat_.primitive_count(); ++p) check_inputs(p);
   }
@@ -91,6 +92,7 @@ class Flattener {
   void check_ports(int fragment);
 
   void resolve_links(int fragment);
+  void resolve_demands(int fragment);
   bool split(std::string_view text, std::string_view& id, std::string_view& port, const std::string* pointer);
   const int* find_name(int fragment, std::string_view id);
   void unknown_id(int fragment, std::string_view id, const std::string& pointer);
@@ -342,6 +344,32 @@ void Flattener::resolve_links(int fragment) {
   }
 }
 
+void Flattener::resolve_demands(int fragment) {
+  const NetDescription& net = *flat_.fragments[static_cast<std::size_t>(fragment)].net;
+  std::vector<Endpoint> targets;
+  for (std::size_t i = 0; i < net.demands.size(); ++i) {
+    const DemandDescription& description = net.demands[i];
+    FlatDemand demand{.fragment = fragment, .index = static_cast<int>(i)};
+    const std::string pointer = flat_.demand_pointer(demand);
+    Endpoint source{-1, 0};
+    const bool found = resolve_output(fragment, description.from, pointer + "/from", source);
+    targets.clear();
+    resolve_inputs(fragment, description.to, pointer + "/to", targets);
+    if (description.maximum_cycles < 0 || description.minimum_cycles.value_or(0) < 0 ||
+        description.minimum_cycles.value_or(0) > description.maximum_cycles) {
+      report_.error(pointer, "the demanded cycles are no range", "0 <= minimum_cycles <= maximum_cycles");
+    }
+    for (const Endpoint& target : targets) {
+      if (!found) break;
+      demand.from = source.node;
+      demand.from_port = source.port;
+      demand.to = target.node;
+      demand.to_port = target.port;
+      flat_.demands.push_back(demand);
+    }
+  }
+}
+
 bool Flattener::split(std::string_view text, std::string_view& id, std::string_view& port, const std::string* pointer) {
   const std::size_t dot = text.rfind('.');
   if (dot == std::string_view::npos || dot == 0 || dot + 1 == text.size()) {
@@ -572,6 +600,15 @@ std::string FlatNet::link_pointer(const FlatLink& link) const {
 
 const LinkDescription& FlatNet::description(const FlatLink& link) const {
   return fragments[static_cast<std::size_t>(link.fragment)].net->links[static_cast<std::size_t>(link.index)];
+}
+
+std::string FlatNet::demand_pointer(const FlatDemand& demand) const {
+  return fragments[static_cast<std::size_t>(demand.fragment)].pointer + "/demands" +
+         pointer_segment(static_cast<std::size_t>(demand.index));
+}
+
+const DemandDescription& FlatNet::description(const FlatDemand& demand) const {
+  return fragments[static_cast<std::size_t>(demand.fragment)].net->demands[static_cast<std::size_t>(demand.index)];
 }
 
 const Json* FlatNet::constant(int primitive, int port) const {

@@ -43,12 +43,20 @@ struct FlatLink {
   int fragment = 0, index = 0;   ///< where it is written
 };
 
+/// A demanded bound with its ends resolved (one into a fragment port that feeds several inputs becomes several).
+struct FlatDemand {
+  int from = -1, from_port = 0;
+  int to = -1, to_port = 0;
+  int fragment = 0, index = 0;
+};
+
 /// A description with the fragments flattened and all names resolved. Nodes are numbered: first the primitives, then
 /// one gate per fragment, whose only input is `active`. Private to core/net.
 struct FlatNet {
   std::vector<FlatPrimitive> primitives;
   std::vector<FlatFragment> fragments;
   std::vector<FlatLink> links;
+  std::vector<FlatDemand> demands;           ///< those whose ends were found
   std::vector<int> input_base, output_base;  ///< number of a node's first input and output; one entry past the end
   std::vector<int> input_link;               ///< per input: its link, or -1
   std::vector<const Signal*> signals;  ///< per primitive: of the resource that it names, or nullptr; empty: not bound
@@ -72,6 +80,8 @@ struct FlatNet {
   [[nodiscard]] std::string primitive_pointer(int primitive) const;
   [[nodiscard]] std::string link_pointer(const FlatLink& link) const;
   [[nodiscard]] const LinkDescription& description(const FlatLink& link) const;
+  [[nodiscard]] std::string demand_pointer(const FlatDemand& demand) const;
+  [[nodiscard]] const DemandDescription& description(const FlatDemand& demand) const;
   /// The JSON constant that the primitive's parameters give an input; nullptr if none.
   [[nodiscard]] const nlohmann::ordered_json* constant(int primitive, int port) const;
 };

@@ -106,7 +106,8 @@ Json report_to_json(const NetReport& report) {
                              {"may_be_null", link.may_be_null}});
   }
   for (const NetReport::NullPath& one : report.null_paths) {
-    json["null_paths"].push_back({{"at", one.at}, {"null_means", one.meaning}, {"path", one.ports}});
+    json["null_paths"].push_back(
+        {{"at", one.at}, {"null_means", one.meaning}, {"origin", one.origin}, {"path", one.ports}});
   }
   for (const NetReport::FreeUnit& one : report.free_units) {
     json["free_units"].push_back({{"primitive", one.primitive}, {"variable", one.variable}});

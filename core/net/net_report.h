@@ -45,10 +45,11 @@ struct NetReport {
 
   /// A way by which null reaches an input that stops or drives (rows N3, N4).
   struct NullPath {
-    std::string at;                       ///< "id.port"
-    std::string meaning;                  ///< "true", "stop", or as the net declares: "false", "bridge 5 cycles"
-    std::vector<std::string> ports = {};  ///< from where the null arises to `at`
-    std::vector<int> links = {};          ///< the same way; empty if it arises at `at`
+    std::string at;                  ///< "id.port"
+    std::string meaning;             ///< "true", "stop", or as the net declares: "false", "bridge 5 cycles"
+    std::string origin;              ///< what makes it null, if not the first port itself
+    std::vector<std::string> ports;  ///< from where the null arises to `at`: outputs, then the input
+    std::vector<int> links = {};     ///< the same way; empty if it arises at `at`
   };
   std::vector<NullPath> null_paths;
 

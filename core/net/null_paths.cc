@@ -13,8 +13,9 @@ namespace {
 /// Breadth first from every place where null arises; so the first way to reach an output is a shortest one.
 class NullSearch {
  public:
-  NullSearch(const FlatNet& flat, LoadReport& report)
+  NullSearch(const FlatNet& flat, NetReport& net_report, LoadReport& report)
       : flat_(flat),
+        net_report_(net_report),
         report_(report),
         reached_by_(static_cast<std::size_t>(flat.output_base.back()), kNot),
         input_reason_(flat.input_link.size(), kNot),
@@ -24,6 +25,7 @@ class NullSearch {
     for (int node = 0; node < flat_.primitive_count(); ++node) start_at(node);
     for (std::size_t head = 0; head < queue_.size(); ++head) leave(queue_[head]);
     for (int node = 0; node < flat_.primitive_count(); ++node) note(node);
+    mark_links();
   }
 
  private:
@@ -100,7 +102,8 @@ class NullSearch {
     int& known = input_reason_[input_number(node, port)];
     if (known != kNot) return;
     known = reason;
-    if (flat_.input(node, port).spec.on_null != OnNull::kPropagate) return;
+    const OnNull on_null = flat_.input(node, port).spec.on_null;
+    if (on_null != OnNull::kPropagate && on_null != OnNull::kMayPass) return;
     for (int out = 0; out < flat_.output_count(node); ++out) reach({node, out}, port);
   }
 
@@ -111,50 +114,91 @@ class NullSearch {
     }
   }
 
+  /// What null means at an input that stops or drives; empty at all others.
+  [[nodiscard]] std::string meaning(int node, int port) const {
+    const FlatPrimitive& primitive = flat_.primitives[static_cast<std::size_t>(node)];
+    const PrimitiveInfo::Port& input = flat_.input(node, port);
+    const OnNull on_null = input.spec.on_null;
+    const auto declared = primitive.description->on_null.find(input.name);
+    const bool found = declared != primitive.description->on_null.end();
+    if (found && declared->is_boolean()) return declared->get<bool>() ? "true" : "false";
+    if (found && declared->is_object()) return fmt::format("bridge {} cycles", declared->front().get<Integer>());
+    if (on_null == OnNull::kCountsAsTrue) return "true";
+    const bool drives = !primitive.info->claims.empty() && on_null == OnNull::kPropagate;
+    return on_null == OnNull::kStop || drives ? "stop" : "";
+  }
+
+  static std::string rule(const std::string& meaning) {
+    if (meaning == "stop") return "null stops here (row N4)";
+    if (meaning.starts_with("bridge")) return fmt::format("null here: {}, then stop (row N4)", meaning);
+    return fmt::format("null counts as {} here (row N3)", meaning);
+  }
+
   void note(int node) {
-    const PrimitiveInfo& info = *flat_.primitives[static_cast<std::size_t>(node)].info;
     for (int port = 0; port < flat_.input_count(node); ++port) {
-      const OnNull on_null = flat_.input(node, port).spec.on_null;
-      const bool stops = on_null == OnNull::kStop || on_null == OnNull::kCountsAsTrue;
-      const bool drives = !info.claims.empty() && on_null == OnNull::kPropagate;
-      if (!(stops || drives) || input_reason_[input_number(node, port)] == kNot || ++notes_ > kMostNotes) continue;
-      report_.note(flat_.primitive_pointer(node),
-                   fmt::format("null can reach '{}': {}", flat_.input_name(node, port), path_to(node, port)),
-                   on_null == OnNull::kCountsAsTrue ? "null counts as true here (row N3)"
-                   : on_null == OnNull::kStop       ? "null stops here (row N4)"
-                                                    : "");
+      if (input_reason_[input_number(node, port)] == kNot) continue;
+      const std::string means = meaning(node, port);
+      if (means.empty() || ++notes_ > kMostNotes) continue;
+      NetReport::NullPath path = path_to(node, port);
+      path.meaning = means;
+      report_.note(flat_.primitive_pointer(node), fmt::format("null can reach '{}': {}", path.at, in_words(path)),
+                   rule(means));
+      net_report_.null_paths.push_back(std::move(path));
     }
   }
 
-  [[nodiscard]] std::string linked_from(int node, int port, int reason) const {
-    const FlatLink& link = flat_.links[static_cast<std::size_t>(flat_.input_link[input_number(node, port)])];
-    return fmt::format("{} ({})", flat_.output_name(link.from, link.from_port),
-                       reason == kNoInitial ? "delayed, without an initial value" : "null while its fragment rests");
+  static std::string in_words(const NetReport::NullPath& path) {
+    constexpr std::size_t kMostShown = 12;
+    std::vector<std::string> steps = path.ports;
+    if (steps.size() > kMostShown) {
+      const std::string left_out = fmt::format("... ({} more)", steps.size() - kMostShown);
+      steps.erase(steps.begin() + 1, steps.end() - (kMostShown - 1));
+      steps.insert(steps.begin() + 1, left_out);
+    }
+    if (!path.origin.empty()) steps.front() += fmt::format(" ({})", path.origin);
+    return fmt::format("{}", fmt::join(steps, " -> "));
   }
 
   /// From the place where the null arises to the input.
-  [[nodiscard]] std::string path_to(int node, int port) const {
-    constexpr std::size_t kMostShown = 12;
-    std::vector<std::string> steps{flat_.input_name(node, port)};
-    std::string origin;
+  [[nodiscard]] NetReport::NullPath path_to(int node, int port) const {
+    NetReport::NullPath path{.at = flat_.input_name(node, port), .meaning = {}, .origin = {}, .ports = {}, .links = {}};
+    path.ports.push_back(path.at);
     for (std::size_t length = 0; length <= reached_by_.size(); ++length) {
       const int reason = input_reason_[input_number(node, port)];
-      if (reason < 0) {
-        origin = reason == kConstant ? "the constant null" : linked_from(node, port, reason);
+      if (reason == kConstant) {
+        path.origin = "the constant null";
         break;
       }
-      const FlatLink& link = flat_.links[static_cast<std::size_t>(reason)];
-      if (steps.size() < kMostShown) steps.push_back(flat_.output_name(link.from, link.from_port));
+      const int number = reason >= 0 ? reason : flat_.input_link[input_number(node, port)];
+      const FlatLink& link = flat_.links[static_cast<std::size_t>(number)];
+      path.links.push_back(number);
+      path.ports.push_back(flat_.output_name(link.from, link.from_port));
+      if (reason < 0) {
+        path.origin = reason == kNoInitial ? "delayed, without an initial value" : "null while its fragment rests";
+        break;
+      }
       node = link.from;
       port = reached_by_[output_number(link.from, link.from_port)];
       if (port < 0) break;  // it arises at this output
     }
-    if (!origin.empty()) steps.push_back(origin);
-    std::ranges::reverse(steps);
-    return fmt::format("{}", fmt::join(steps, " -> "));
+    std::ranges::reverse(path.ports);
+    std::ranges::reverse(path.links);
+    return path;
+  }
+
+  void mark_links() {
+    for (std::size_t l = 0; l < flat_.links.size(); ++l) {
+      const FlatLink& link = flat_.links[l];
+      const bool reached = reached_by_[output_number(link.from, link.from_port)] != kNot;
+      const bool resting = flat_.fragments[static_cast<std::size_t>(flat_.fragment_of(link.from))].gated &&
+                           !within(flat_.fragment_of(link.to), flat_.fragment_of(link.from));
+      const bool begins = link.delayed && flat_.description(link).initial.is_null();
+      net_report_.links[l].may_be_null = reached || resting || begins;
+    }
   }
 
   const FlatNet& flat_;
+  NetReport& net_report_;
   LoadReport& report_;
   std::vector<int> reached_by_;    ///< per output: input port of its primitive by which null came, or a reason
   std::vector<int> input_reason_;  ///< per input: link by which null came, or a reason
@@ -165,6 +209,8 @@ class NullSearch {
 
 }  // namespace
 
-void note_null_paths(const FlatNet& flat, LoadReport& report) { NullSearch(flat, report).run(); }
+void note_null_paths(const FlatNet& flat, NetReport& net_report, LoadReport& report) {
+  NullSearch(flat, net_report, report).run();
+}
 
 }  // namespace takt::net

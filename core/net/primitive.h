@@ -135,8 +135,10 @@ class Flag {
   bool null_counts_as_;
 };
 
-/// How an input meets null where the general rule (null in, null out) does not hold; printed by LOAD.
-enum class OnNull : std::uint8_t { kPropagate, kCountsAsTrue, kCountsAsFalse, kStop, kHandled };
+/// How an input meets null; LOAD's notes are made of it. kPropagate is the general rule: null in, null out. kHandled:
+/// null here alone makes no output null (outputs with `may_be_null` aside). kMayPass: a rule of its own by which null
+/// here can make an output null and need not (logic, a selection).
+enum class OnNull : std::uint8_t { kPropagate, kCountsAsTrue, kCountsAsFalse, kStop, kHandled, kMayPass };
 
 /// What a port says of itself. Texts must outlive the registry (string literals).
 struct PortSpec {

@@ -106,7 +106,8 @@ class Unknowns {
 
 class UnitChecker {
  public:
-  UnitChecker(const FlatNet& flat, LoadReport& report) : flat_(flat), report_(report) {}
+  UnitChecker(const FlatNet& flat, std::vector<NetReport::FreeUnit>& free_units, LoadReport& report)
+      : flat_(flat), free_units_(free_units), report_(report) {}
 
   void run() {
     number_unknowns();
@@ -366,8 +367,9 @@ class UnitChecker {
     std::size_t count = 0;
     for (int u = 0; u < unknowns_.count(); ++u) {
       if (!unknowns_.open(u)) continue;
-      if (++count > kMostNotes) continue;
       const auto& [owner, variable] = owners_[static_cast<std::size_t>(u)];
+      free_units_.push_back({flat_.id(owner), std::string(1, variable)});
+      if (++count > kMostNotes) continue;
       report_.note(flat_.primitive_pointer(owner),
                    fmt::format("nothing fixes the unit {} of '{}': dimensionless", variable, flat_.id(owner)));
     }
@@ -376,6 +378,7 @@ class UnitChecker {
 
   static constexpr std::size_t kMostWork = 2'000'000;
   const FlatNet& flat_;
+  std::vector<NetReport::FreeUnit>& free_units_;
   LoadReport& report_;
   std::unordered_map<const PrimitiveInfo*, TypeUnits> types_;
   std::vector<int> first_unknown_;
@@ -389,6 +392,8 @@ class UnitChecker {
 
 }  // namespace
 
-void check_units(const FlatNet& flat, LoadReport& report) { UnitChecker(flat, report).run(); }
+void check_units(const FlatNet& flat, NetReport& net_report, LoadReport& report) {
+  UnitChecker(flat, net_report.free_units, report).run();
+}
 
 }  // namespace takt::net

@@ -29,7 +29,7 @@ class DefaultTo final : public Primitive {
   explicit DefaultTo(Setup& setup)
       : input_(setup.in<T>("input", {.unit = free_unit<T>(), .doc = "preferred", .on_null = OnNull::kHandled})),
         fallback_(setup.in<T>(
-            "fallback", {.unit = free_unit<T>(), .doc = "taken where the input is null", .on_null = OnNull::kHandled})),
+            "fallback", {.unit = free_unit<T>(), .doc = "taken where the input is null", .on_null = OnNull::kMayPass})),
         value_(setup.out<T>("value", {.unit = free_unit<T>(), .doc = "the input, else the fallback"})) {
     if constexpr (std::is_same_v<T, Boolean>) setup.means("value", "input ?? fallback");
   }

@@ -9,7 +9,7 @@ namespace {
 using namespace net;
 
 constexpr PortSpec spec(const char* unit, const char* doc) {
-  return {.unit = unit, .doc = doc, .on_null = OnNull::kHandled};
+  return {.unit = unit, .doc = doc, .on_null = OnNull::kMayPass};
 }
 
 template <class T>

@@ -24,7 +24,9 @@ std::vector<std::string> findings(std::string_view text) {
 }
 
 TEST(NetJson, ReadsEveryPart) {
-  const auto document = parse_json(R"({"name": "n", "primitives": [{"id": "a", "type": "T", "parameters": {"x": [1]}}],
+  const auto document = parse_json(R"({"name": "n", "primitives": [{"id": "a", "type": "T", "parameters": {"x": [1]},
+                                                                          "on_null": {"y": {"bridge_cycles": 3}}}],
+    "demands": [{"from": "a.o", "to": "b.i", "maximum_cycles": 3, "minimum_cycles": 1}],
     "links": [{"from": "a.o", "to": "b.i", "delayed": true, "initial": 0.5}],
     "fragments": [{"id": "f", "when_inactive": "keep", "inputs": [{"port": "p", "to": "q.i"}],
                    "outputs": [{"port": "r", "from": "q.o"}], "net": {"primitives": [{"id": "q", "type": "Q"}]}}]})");
@@ -33,6 +35,8 @@ TEST(NetJson, ReadsEveryPart) {
   NetDescription wanted;
   wanted.name = "n";
   wanted.add("a", "T", {{"x", {1}}}).link_delayed("a.o", "b.i", 0.5);
+  wanted.primitives[0].on_null["y"] = {{"bridge_cycles", 3}};
+  wanted.demand("a.o", "b.i", 3).demands[0].minimum_cycles = 1;
   FragmentDescription f;
   f.id = "f";
   f.when_inactive = WhenInactive::kKeep;

@@ -26,6 +26,8 @@ class Generator {
     for (int i = 0; i < primitives; ++i) {
       if (depth_ < 3 && chance(0.06)) {
         add_fragment(i);
+      } else if (depth_ < 3 && chance(0.04)) {
+        add_turns(i);
       } else {
         add_primitive(i);
       }
@@ -37,6 +39,7 @@ class Generator {
     for (const auto& [port, type] : waiting_) {
       if (any(type) == nullptr) set_constant(port, type);
     }
+    add_demands();
   }
 
   /// Half of the nets end some time, or would.
@@ -56,10 +59,10 @@ class Generator {
   std::string fresh_id() { return fmt::format("{}{}", static_cast<char>('a' + below(26)), ids_++); }
 
   void add_primitive(int age) {
-    static const std::vector<std::string> kTypes = {"TestAdd",      "TestMultiply", "TestDivide",  "TestSum",
-                                                    "TestConstant", "TestCounter",  "TestToReal",  "TestGreater",
-                                                    "TestPrevious", "TestAllTypes", "TestCompose", "TestPose",
-                                                    "TestAdd",      "TestSum",      "TestExtremes"};
+    static const std::vector<std::string> kTypes = {
+        "TestAdd",    "TestMultiply", "TestDivide",   "TestSum",      "TestConstant", "TestCounter",
+        "TestToReal", "TestGreater",  "TestPrevious", "TestAllTypes", "TestCompose",  "TestPose",
+        "TestAdd",    "TestSum",      "TestExtremes", "TestLatch",    "TestAnd",      "TestElse"};
     const std::string& type = kTypes[below(kTypes.size())];
     const PrimitiveInfo& info = *Registry::global().find(type);
     const std::string id = fresh_id();
@@ -67,6 +70,9 @@ class Generator {
     if (type == "TestConstant") parameters["value"] = random_.uniform(-3.0, 3.0);
     if (type == "TestCounter") parameters["null_every"] = 2 + static_cast<int>(below(9));
     net_.add(id, type, parameters);
+    for (const std::string& flag : info.flags) {
+      if (chance(0.5)) net_.primitives.back().on_null[flag] = chance(0.5);
+    }
     for (const auto& input : info.inputs) feed(id + "." + input.name, input, info, age);
     for (const auto& output : info.outputs) outputs.push_back({id + "." + output.name, output.type, age});
   }
@@ -124,6 +130,34 @@ class Generator {
     }
     if (chance(0.7)) activity(f);
     net_.fragments.push_back(std::move(f));
+  }
+
+  /// Two fragments that take turns, by a condition and its opposite, and meet at a Merge.
+  void add_turns(int age) {
+    const Output* condition = any(ValueType::kBoolean);
+    if (condition == nullptr) return;
+    const std::string active = condition->port, opposite = fresh_id(), merge = fresh_id();
+    net_.add(opposite, "TestNot").link(active, opposite + ".in").add(merge, "TestMerge");
+    const std::string actives[] = {active, opposite + ".out"};
+    for (int i = 0; i < 2; ++i) {
+      FragmentDescription f;
+      f.id = fresh_id();
+      f.when_inactive = chance(0.5) ? WhenInactive::kKeep : WhenInactive::kReset;
+      f.net.add("sum", "TestSum", {{"in", random_.uniform(-1.0, 1.0)}});
+      f.outputs.emplace_back("out", "sum.out");
+      net_.link(actives[i], f.id + ".active").link(f.id + ".out", fmt::format("{}.input_{}", merge, i + 1));
+      net_.fragments.push_back(std::move(f));
+    }
+    outputs.push_back({merge + ".out", ValueType::kReal, age});
+  }
+
+  /// Bounds along links, so wide that every net keeps them.
+  void add_demands() {
+    for (const LinkDescription& link : net_.links) {
+      if (!chance(0.05)) continue;
+      net_.demand(link.from, link.to, 1'000'000);
+      if (chance(0.5)) net_.demands.back().minimum_cycles = 0;
+    }
   }
 
   void activity(const FragmentDescription& f) {

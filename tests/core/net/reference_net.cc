@@ -267,6 +267,11 @@ void ReferenceNet::update(Node& node, const Cycle& outer) {
     return;
   }
   for (const auto& [slot, link] : node.feeds) slot->copy_from(link->delayed ? *link->memory : *link->source);
+  // What the net declares about null: here the value itself stands in for it.
+  for (const auto& [name, meaning] : node.description->on_null.items()) {
+    AnySlot& slot = *node.inputs.at(name);
+    if (slot.as<Boolean>()->null != 0) slot.read(meaning);
+  }
   Cycle cycle = outer;
   cycle.index_in_net = group.cycles;
   cycle.first = group.cycles == 0;

@@ -54,6 +54,12 @@ TEST(NetSchema, RefusesWhatTheReaderRefuses) {
       R"({"fragments": [{"id": "f", "net": {}, "when_inactive": "rest"}]})",
       R"({"fragments": [{"id": "f", "net": {}, "inputs": [{"port": "p"}]}]})",
       R"({"nmae": "x"})",
+      R"({"demands": {}})",
+      R"({"demands": [{"from": "a.b", "to": "c.d"}]})",
+      R"({"demands": [{"from": "a.b", "to": "c.d", "maximum_cycles": -1}]})",
+      R"({"demands": [{"from": "a.b", "to": "c.d", "maximum_cycles": 0.5}]})",
+      R"({"demands": [{"from": "a.b", "to": "c.d", "maximum_cycles": 1, "max": 1}]})",
+      R"({"primitives": [{"id": "a", "type": "T", "on_null": true}]})",
       R"([])",
   };
   for (const char* text : kTexts) {

@@ -326,7 +326,7 @@ class TestAllTypes : public Primitive {
   template <class T>
   struct Pass {
     Pass(Setup& setup, const std::string& name)
-        : in(setup.in<T>(name, {.on_null = OnNull::kHandled, .optional = true})), out(setup.out<T>(name + "_out")) {}
+        : in(setup.in<T>(name, {.on_null = OnNull::kMayPass, .optional = true})), out(setup.out<T>(name + "_out")) {}
     void pass() {
       if (in.null()) return out.set_null();
       out.set(*in);
