@@ -168,6 +168,20 @@ Json fragment_to_json(const FragmentDescription& fragment) {
 bool NetDescription::operator==(const NetDescription&) const = default;
 bool FragmentDescription::operator==(const FragmentDescription&) const = default;
 
+FragmentList::~FragmentList() {
+  using Level = std::vector<FragmentDescription>;
+  std::vector<Level> pending;
+  if (!empty()) pending.push_back(std::move(static_cast<Level&>(*this)));
+  while (!pending.empty()) {
+    Level level = std::move(pending.back());
+    pending.pop_back();
+    for (FragmentDescription& fragment : level) {
+      Level& inner = fragment.net.fragments;
+      if (!inner.empty()) pending.push_back(std::move(inner));
+    }
+  }
+}
+
 NetDescription& NetDescription::add(std::string id, std::string type, Json parameters) {
   primitives.push_back({std::move(id), std::move(type), std::move(parameters), Json::object()});
   return *this;

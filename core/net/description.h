@@ -45,12 +45,23 @@ struct DemandDescription {
 /// A named sub-net with ports of its own; flattened at load.
 struct FragmentDescription;
 
+/// The fragments of a net. Releases them level by level, so that no depth of nesting needs a deep stack.
+struct FragmentList : std::vector<FragmentDescription> {
+  using std::vector<FragmentDescription>::vector;
+  FragmentList() = default;
+  FragmentList(const FragmentList&) = default;
+  FragmentList(FragmentList&&) = default;
+  FragmentList& operator=(const FragmentList&) = default;
+  FragmentList& operator=(FragmentList&&) = default;
+  ~FragmentList();
+};
+
 /// A net as an object; JSON is one encoding of it. load(dump(net)) == net.
 struct NetDescription {
   std::string name;
   std::vector<PrimitiveDescription> primitives;
   std::vector<LinkDescription> links;
-  std::vector<FragmentDescription> fragments;
+  FragmentList fragments;
   std::vector<DemandDescription> demands;
 
   NetDescription& add(std::string id, std::string type,

@@ -89,6 +89,9 @@ struct FlatNet {
 /// Finds the signals of the resources that primitives name (Resource::signal). Realtime: setup.
 void bind_signals(FlatNet& flat, Environment& environment);
 
+/// The input that every fragment has by itself.
+[[nodiscard]] const PrimitiveInfo::Port& active_port();
+
 /// Flattens and resolves; reports unknown types, bad and duplicate ids, unknown parameters, dangling link ends, types
 /// that differ, inputs fed twice and inputs fed by nothing. What could be resolved is there even if something was not.
 [[nodiscard]] FlatNet flatten(const NetDescription& net, LoadReport& report);

@@ -74,5 +74,9 @@ TAKT_PRIMITIVE(LessThan, "comparison", "a < b.");
 TAKT_PRIMITIVE(Equal, "comparison", "|a - b| <= tolerance.");
 TAKT_PRIMITIVE(InRange, "comparison", "lower <= input <= upper.");
 
+TAKT_MEANING(GreaterThan, "value", "b < a");
+TAKT_MEANING(LessThan, "value", "a < b");
+TAKT_MEANING(InRange, "value", "lower <= input & input <= upper");
+
 }  // namespace
 }  // namespace takt::primitives

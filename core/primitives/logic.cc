@@ -23,7 +23,7 @@ class TwoValued : public Primitive {
 
 class And final : public TwoValued {
  public:
-  explicit And(Setup& setup) : TwoValued(setup, OnNull::kHandled) {}
+  explicit And(Setup& setup) : TwoValued(setup, OnNull::kMayPass) {}
   void update(const Cycle&) override {
     if (any(false)) return value_.set(false);
     if (any_null()) return value_.set_null();
@@ -33,7 +33,7 @@ class And final : public TwoValued {
 
 class Or final : public TwoValued {
  public:
-  explicit Or(Setup& setup) : TwoValued(setup, OnNull::kHandled) {}
+  explicit Or(Setup& setup) : TwoValued(setup, OnNull::kMayPass) {}
   void update(const Cycle&) override {
     if (any(true)) return value_.set(true);
     if (any_null()) return value_.set_null();
@@ -69,6 +69,11 @@ TAKT_PRIMITIVE(And, "logic", "True if both are true; false if one is false, what
 TAKT_PRIMITIVE(Or, "logic", "True if one is true, whatever the other; false if both are false; else null.");
 TAKT_PRIMITIVE(Xor, "logic", "True if exactly one is true; null if one is null.");
 TAKT_PRIMITIVE(Not, "logic", "The opposite; null of null.");
+
+TAKT_MEANING(And, "value", "a & b");
+TAKT_MEANING(Or, "value", "a | b");
+TAKT_MEANING(Xor, "value", "a ^ b");
+TAKT_MEANING(Not, "value", "!input");
 
 }  // namespace
 }  // namespace takt::primitives

@@ -91,6 +91,51 @@ TEST(Scale, ARingIsRejectedWithAShortText) {
   });
 }
 
+TEST(Scale, FragmentsNestedAHundredThousandDeepAreRejected) {
+  with_small_stack([] {
+    NetDescription d;
+    d.add("end", "TestEnd");
+    for (int i = 0; i < kMany; ++i) {
+      FragmentDescription f;
+      f.id = "f";
+      f.net = std::move(d);
+      d = NetDescription();
+      d.fragments.push_back(std::move(f));
+    }
+    TestDevices devices;
+    const auto net = CompiledNet::compile(d, devices);
+    ASSERT_FALSE(net.has_value());
+    EXPECT_THAT(net.error().to_string(), testing::HasSubstr("fragments nest deeper than 32 levels"));
+  });
+}
+
+TEST(Scale, ManyFragmentsThatTakeTurns) {
+  // Pairs of fragments, each pair at a Merge of its own: many small proofs.
+  constexpr int kFragments = kMany / 4;
+  NetDescription d;
+  d.add("end", "TestEnd").add("x", "TestTernary").add("n", "TestNot").link("x.out", "n.in");
+  for (int i = 0; i < kFragments; ++i) {
+    const std::string a = fmt::format("a{:06}", i), b = fmt::format("b{:06}", i);
+    for (const std::string& name : {a, b}) {
+      FragmentDescription f;
+      f.id = name;
+      f.net.add("c", "TestConstant", {{"value", i}});
+      f.outputs.emplace_back("out", "c.out");
+      d.fragments.push_back(std::move(f));
+    }
+    d.add(id(i), "TestMerge").link("x.out", a + ".active").link("n.out", b + ".active");
+    d.link(a + ".out", id(i) + ".input_1").link(b + ".out", id(i) + ".input_2");
+  }
+  with_small_stack([&] {
+    const auto net = make_net(d);
+    ASSERT_NE(net, nullptr);
+    ASSERT_EQ(net->report().exclusions.size(), static_cast<std::size_t>(kFragments));
+    for (const auto& exclusion : net->report().exclusions) ASSERT_TRUE(exclusion.proven) << exclusion.at;
+    net->evaluate({});
+    EXPECT_EQ(real(*net, id(kFragments - 1) + ".out"), static_cast<double>(kFragments - 1));
+  });
+}
+
 TEST(Scale, ProductsOfProductsAreBounded) {
   // u * u again and again: the exponent doubles with every step.
   NetDescription d;

@@ -1,7 +1,6 @@
 // Merge (row O4): one value, whoever gives it; and fragments that take turns at one arm.
 #include <gtest/gtest.h>
 
-#include "tests/support/fake_cell.h"
 #include "tests/support/primitive_harness.h"
 
 namespace takt::test {
