@@ -124,6 +124,73 @@ void LoadChain(benchmark::State& state) {
 }
 BENCHMARK(LoadChain)->Arg(10000)->Arg(100000)->Unit(benchmark::kMillisecond);
 
+/// One source that all others read.
+NetDescription star(std::int64_t count) {
+  NetDescription net;
+  net.add("end", "Termination", {{"condition", false}}).add("hub", "Gain", {{"input", 0.7}, {"factor", 1.0}});
+  for (std::int64_t i = 0; i < count; ++i) {
+    net.add(name(i), "Add", {{"b", 1e-9}}).link("hub.value", name(i) + ".a");
+  }
+  return net;
+}
+
+/// A chain with a tooth at each link.
+NetDescription comb(std::int64_t count) {
+  NetDescription net;
+  net.add("end", "Termination", {{"condition", false}}).add(name(0), "Gain", {{"input", 0.7}, {"factor", 1.0}});
+  for (std::int64_t i = 2; i < count; i += 2) {
+    net.add(name(i), "Add").add(name(i + 1), "Gain", {{"input", 0.1}, {"factor", 1.0}});
+    net.link(name(i - 2) + ".value", name(i) + ".a").link(name(i + 1) + ".value", name(i) + ".b");
+  }
+  return net;
+}
+
+/// Fragments inside one another: rejected, since 32 levels are the most.
+NetDescription nested(std::int64_t depth) {
+  NetDescription net;
+  net.add("end", "Termination", {{"condition", false}});
+  for (std::int64_t i = 0; i < depth; ++i) {
+    FragmentDescription fragment;
+    fragment.id = "f";
+    fragment.net = std::move(net);
+    net = NetDescription();
+    net.fragments.push_back(std::move(fragment));
+  }
+  return net;
+}
+
+/// Pairs of fragments that take turns, each pair at a Merge: five primitives and a proof for each.
+NetDescription turns(std::int64_t count) {
+  NetDescription net;
+  net.add("end", "Termination", {{"condition", false}}).add("x", "GreaterThan", {{"a", 1.0}, {"b", 0.0}});
+  net.add("n", "Not").link("x.value", "n.input");
+  for (std::int64_t i = 0; i < count / 5; ++i) {
+    net.add(name(i), "MergeReal");
+    for (const bool first : {true, false}) {
+      FragmentDescription fragment;
+      fragment.id = name(i) + (first ? "a" : "b");
+      fragment.net.add("gain", "Gain", {{"input", 1.0}, {"factor", 2.0}}).add("sum", "Add", {{"b", 1.0}});
+      fragment.net.link("gain.value", "sum.a");
+      fragment.outputs.emplace_back("out", "sum.value");
+      net.link(first ? "x.value" : "n.value", fragment.id + ".active");
+      net.link(fragment.id + ".out", name(i) + (first ? ".input_1" : ".input_2"));
+      net.fragments.push_back(std::move(fragment));
+    }
+  }
+  return net;
+}
+
+template <NetDescription (*make)(std::int64_t)>
+void LoadShape(benchmark::State& state) {
+  const NetDescription description = make(state.range(0));
+  Nothing nothing;
+  for (auto _ : state) benchmark::DoNotOptimize(CompiledNet::compile(description, nothing));
+}
+BENCHMARK(LoadShape<star>)->Arg(100000)->Unit(benchmark::kMillisecond);
+BENCHMARK(LoadShape<comb>)->Arg(100000)->Unit(benchmark::kMillisecond);
+BENCHMARK(LoadShape<nested>)->Arg(100000)->Unit(benchmark::kMillisecond);
+BENCHMARK(LoadShape<turns>)->Arg(100000)->Unit(benchmark::kMillisecond);
+
 void LoadFromJson(benchmark::State& state) {
   const std::string text = net_to_json(mixed(state.range(0))).dump();
   for (auto _ : state) {

@@ -31,7 +31,18 @@ void print_report(const net::NetReport& about) {
   if (!about.reactions.empty()) fmt::print("reactions (cycles from source to sink)\n");
   for (const auto& one : about.reactions) {
     fmt::print("  {} -> {}: {} to {}{}\n", one.source, one.sink, one.minimum_cycles, one.maximum_cycles,
-               one.data_dependent ? ", depends on data" : "");
+               one.data_dependent ? ", depends on data"
+               : one.exact        ? ""
+                                  : ", an upper bound");
+  }
+  if (!about.demands.empty()) fmt::print("demanded bounds, all kept\n");
+  for (const auto& one : about.demands) {
+    fmt::print("  {} -> {}: {} to {} of {} to {}\n", one.from, one.to, one.minimum_cycles, one.maximum_cycles,
+               one.demanded_minimum, one.demanded_maximum);
+  }
+  if (!about.exclusions.empty()) fmt::print("fragments that take turns\n");
+  for (const auto& one : about.exclusions) {
+    fmt::print("  at {}: {}\n", one.at, one.proven ? "never two at a time" : "not proven, a conflict fails the net");
   }
   fmt::print("{}", about.notes.to_string());
 }
