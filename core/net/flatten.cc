@@ -92,6 +92,7 @@ class Flattener {
   void resolve_demands(int fragment);
   bool split(std::string_view text, std::string_view& id, std::string_view& port, const std::string* pointer);
   const int* find_name(int fragment, std::string_view id);
+  bool is_outside(int fragment, std::string_view id);
   void unknown_id(int fragment, std::string_view id, const std::string& pointer);
   void unknown_port(std::string_view port, std::string_view owner, std::string_view kind,
                     const std::vector<std::string>& choices, const std::string& pointer);
@@ -162,7 +163,8 @@ void Flattener::add_fragments(int parent) {
     const std::string place = pointer + pointer_segment(i);
     const std::string id = scope.empty() ? description.id : scope + "/" + description.id;
     if (static_cast<std::size_t>(std::ranges::count(id, '/')) >= kMaxNesting) {
-      report_.error(place, fmt::format("fragments nest deeper than {} levels", kMaxNesting));
+      report_.error(place, fmt::format("fragments nest deeper than {} levels", kMaxNesting),
+                    "a fragment inside may stand beside its parent as well");
       continue;
     }
     flat_.fragments.push_back({.id = id,
@@ -292,7 +294,9 @@ void Flattener::index_ports(FlatFragment& fragment) {
       report_.error(place + pointer_segment(key) + pointer_segment(static_cast<std::size_t>(ports[i].second)),
                     twice ? fmt::format("port '{}' stands twice", shown(ports[i].first))
                           : fmt::format("'{}' is no name for a port", ports[i].first),
-                    reserved ? "the input 'active' is there by itself" : "");
+                    reserved ? "the input 'active' is there by itself"
+                    : twice  ? (output ? "an output comes from one place" : "an input leads to each place once")
+                             : "a port has a name");
     }
   };
   index(fragment.description->inputs, fragment.inputs, "inputs", false);
@@ -391,6 +395,15 @@ const int* Flattener::find_name(int fragment, std::string_view id) {
   return found == names_.end() ? nullptr : &found->second;
 }
 
+/// Whether a net around the fragment has the id.
+bool Flattener::is_outside(int fragment, std::string_view id) {
+  while (fragment > 0) {
+    fragment = flat_.fragments[static_cast<std::size_t>(fragment)].parent;
+    if (find_name(fragment, id) != nullptr) return true;
+  }
+  return false;
+}
+
 void Flattener::unknown_id(int fragment, std::string_view id, const std::string& pointer) {
   const NetDescription& net = *flat_.fragments[static_cast<std::size_t>(fragment)].net;
   const auto choices = [&net] {
@@ -401,7 +414,9 @@ void Flattener::unknown_id(int fragment, std::string_view id, const std::string&
     return ids;
   };
   report_.error(pointer, fmt::format("there is no primitive or fragment '{}'", shown(id)),
-                report_.nearest(shown(id), choices));
+                is_outside(fragment, id)
+                    ? "it lies outside of this fragment: lead it in or out through a port of the fragment"
+                    : report_.nearest(shown(id), choices));
 }
 
 void Flattener::unknown_port(std::string_view port, std::string_view owner, std::string_view kind,
@@ -514,7 +529,8 @@ void Flattener::connect(const FlatLink& link) {
   if (output.type != input.type) {
     report_.error(flat_.link_pointer(link),
                   fmt::format("'{}' is {}, but '{}' takes {}", flat_.output_name(link.from, link.from_port),
-                              name_of(output.type), flat_.input_name(link.to, link.to_port), name_of(input.type)));
+                              name_of(output.type), flat_.input_name(link.to, link.to_port), name_of(input.type)),
+                  "nothing is converted in silence: put a primitive between that does it");
   }
   if (!flat_.is_gate(link.to)) {
     const auto& breaking = flat_.primitives[static_cast<std::size_t>(link.to)].info->loop_breaking_inputs;

@@ -118,6 +118,46 @@ TEST(Verification, DanglingLinkEnds) {
                                is("/links/5/to", "no input 'in'", "no inputs at all")));
 }
 
+TEST(Verification, WhatLiesOutsideOfAFragmentComesInThroughAPort) {
+  auto net = ending().add("m", "TestMetres");
+  FragmentDescription f;
+  f.id = "f";
+  f.net.add("sum", "TestAdd", {{"b", 0}}).link("m.out", "sum.a");
+  net.fragments.push_back(f);
+  EXPECT_THAT(errors(net),
+              ElementsAre(is("/fragments/0/net/links/0/from", "no primitive or fragment 'm'", "through a port")));
+}
+
+TEST(Verification, AConstantNullFeedsAnInputOfAnyType) {
+  auto net = ending();
+  nlohmann::ordered_json nulls;
+  for (const auto& port : Registry::global().find("TestAllTypes")->inputs) nulls[port.name] = nullptr;
+  net.add("x", "TestAllTypes", nulls).add("sum", "TestAdd", {{"a", nullptr}, {"b", 1}});
+  EXPECT_THAT(errors(net), IsEmpty());
+  const auto compiled = make_net(net);
+  compiled->evaluate({});
+  EXPECT_EQ(real(*compiled, "x.real_out"), std::nullopt);
+  EXPECT_EQ(real(*compiled, "sum.out"), std::nullopt);
+  // A parameter is no input: null is no value for it.
+  EXPECT_THAT(errors(ending().add("c", "TestConstant", {{"value", nullptr}})),
+              ElementsAre(is("/primitives/1/parameters/value", "null is not a number")));
+}
+
+TEST(Verification, RowU1AConstantTakesTheUnitOfItsInput) {
+  auto net = ending().add("m", "TestMetres").add("sum", "TestAdd", {{"b", 2.5}}).add("sink", "TestForceSink");
+  net.link("m.out", "sum.a").link("sum.out", "sink.in");
+  EXPECT_THAT(errors(net), ElementsAre(is("/links/1", "'sum.out' is m, but 'sink.in' takes N")))
+      << "2.5 says nothing of a unit, so it hides nothing";
+}
+
+TEST(Verification, UnitsFramesAndDemandsAreJudgedTogether) {
+  auto net = ending().add("m", "TestMetres").add("sink", "TestForceSink").add("arm", "TestArmPose");
+  net.add("fb", "TestPose", {{"in", "flange"}, {"of", "base"}}).link("m.out", "sink.in").link("fb.out", "arm.flange");
+  net.link_delayed("fb.out", "arm.flange").demand("m.out", "arm.flange", 3).links.pop_back();
+  EXPECT_THAT(errors(net), UnorderedElementsAre(is("/links/0", "unit mismatch"), is("/links/1", "frame mismatch"),
+                                                is("/demands/0", "nothing leads from 'm.out' to 'arm.flange'")));
+}
+
 TEST(Verification, RowN6EveryInputIsFedOnce) {
   auto net = ending().add("a", "TestMetres").add("b", "TestMetres").add("sum", "TestAdd", {{"a", 1.0}});
   net.add("open", "TestAdd", {{"a", 1.0}});
