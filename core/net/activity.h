@@ -33,7 +33,7 @@ class Activity {
   /// When both can be, in words: "'x.value' is true and 'y.value' is null".
   [[nodiscard]] std::string example(Bdd::Ref a, Bdd::Ref b);
   [[nodiscard]] bool gave_up() const { return bdd_.overflowed() || memo_.size() > kMostItems; }
-  [[nodiscard]] std::size_t work() const { return bdd_.node_count() + memo_.size(); }
+  [[nodiscard]] std::size_t work() const { return bdd_.work() + memo_.size(); }
 
  private:
   static constexpr std::size_t kMostItems = 4000;

@@ -57,6 +57,7 @@ Bdd::Ref Bdd::apply(Operator op, Ref a, Ref b) {
   const Ref low = apply(op, x.level == level ? x.low : a, y.level == level ? y.low : b);
   const Ref high = apply(op, x.level == level ? x.high : a, y.level == level ? y.high : b);
   result = make(level, low, high);
+  overflowed_ = overflowed_ || done_.size() >= most_nodes_;
   done_.emplace(key, result);
   return result;
 }

@@ -8,7 +8,8 @@
 namespace takt::net {
 
 /// Boolean functions as reduced ordered binary decision diagrams: two functions are equal exactly if their references
-/// are. Bounded: beyond `most_nodes` or kMostVariables overflowed() is true and results mean nothing any more.
+/// are. Bounded: beyond `most_nodes`, as many steps of work, or kMostVariables overflowed() is true and results mean
+/// nothing any more.
 /// Source: Bryant, "Graph-based algorithms for Boolean function manipulation", 1986. Private to core/net.
 class Bdd {
  public:
@@ -24,7 +25,8 @@ class Bdd {
   Ref either(Ref a, Ref b) { return apply(Operator::kOr, a, b); }
   Ref opposite(Ref a) { return apply(Operator::kXor, a, kTrue); }
   [[nodiscard]] bool overflowed() const { return overflowed_; }
-  [[nodiscard]] std::size_t node_count() const { return nodes_.size(); }
+  /// Steps of work so far.
+  [[nodiscard]] std::size_t work() const { return done_.size(); }
   [[nodiscard]] int variable_of(Ref variable) const { return static_cast<int>(nodes_[variable].level); }
 
   /// One assignment that makes `f` true, false rather than true where both do: (variable, value). Empty for constants.
@@ -44,7 +46,7 @@ class Bdd {
 
   std::vector<Node> nodes_;
   std::unordered_map<std::uint64_t, Ref> unique_, done_;  ///< looked up only, never walked
-  std::size_t most_nodes_;
+  std::size_t most_nodes_;                                ///< and most entries of done_
   std::uint32_t variables_ = 0;
   bool overflowed_ = false;
 };

@@ -58,18 +58,16 @@ class DemandCheck {
 
   void run() {
     int followed = -1;
-    std::size_t work = 0;
     for (const FlatDemand& demand : flat_.demands) {
       const int output = flat_.output_base[static_cast<std::size_t>(demand.from)] + demand.from_port;
-      if (output != followed) {
-        work += graph_.size();
-        if (work > kMostWork) {
-          report_.error(flat_.demand_pointer(demand), "too many demands for a net of this size");
-          return;
-        }
-        graph_.follow(std::span(&output, 1));
-        followed = output;
+      if (output != followed) work_ += graph_.size();
+      if (work_ > kMostWork) {
+        report_.error(flat_.demand_pointer(demand), "too many demands for a net of this size",
+                      "demands from one output stand best one after the other: the way from there is followed once");
+        return;
       }
+      if (output != followed) graph_.follow(std::span(&output, 1));
+      followed = output;
       check(demand, output);
     }
   }
@@ -89,6 +87,7 @@ class DemandCheck {
       return;
     }
     if (arrival.data_dependent) {
+      work_ += graph_.size();
       report_.error(
           place,
           fmt::format("no bound from '{}' to '{}': the time depends on data: {}", from, to,
@@ -112,12 +111,14 @@ class DemandCheck {
     }
     net_report_.demands.push_back({from, to, wanted.maximum_cycles, minimum, arrival.first, arrival.last,
                                    graph_.links_of(graph_.longest_way(input))});
+    work_ += 4 * net_report_.demands.back().links.size();
   }
 
   const FlatNet& flat_;
   NetReport& net_report_;
   LoadReport& report_;
   ReactionGraph graph_;
+  std::size_t work_ = 0;
 };
 
 }  // namespace

@@ -272,10 +272,12 @@ std::vector<int> ReactionGraph::links_of(const Way& way) const {
 std::string ReactionGraph::words_of(const Way& way) const {
   constexpr std::size_t kMostShown = 24;
   std::string text;
-  std::size_t shown = 0, steps = 0;
+  std::size_t steps = 0;
   std::string at;  // id of the primitive that the way is in
   for (const int number : way) {
     const Edge& e = edge(number);
+    if (e.link < 0 && e.latency.cycles == 0 && !e.latency.data_dependent) continue;
+    if (++steps > kMostShown) continue;
     std::string part;
     if (e.link >= 0) {
       const FlatLink& link = flat_.links[static_cast<std::size_t>(e.link)];
@@ -284,17 +286,12 @@ std::string ReactionGraph::words_of(const Way& way) const {
       at = flat_.id(link.to);
     } else if (e.latency.data_dependent) {
       part = fmt::format("through {}: depends on data", at);
-    } else if (e.latency.cycles != 0) {
-      part = fmt::format("through {}: {} cycle{}", at, e.latency.cycles, e.latency.cycles == 1 ? "" : "s");
     } else {
-      continue;
+      part = fmt::format("through {}: {} cycle{}", at, e.latency.cycles, e.latency.cycles == 1 ? "" : "s");
     }
-    ++steps;
-    if (shown == kMostShown) continue;
-    ++shown;
     text += (text.empty() ? "" : ", ") + part;
   }
-  if (steps > shown) text += fmt::format(", ... ({} steps in all)", steps);
+  if (steps > kMostShown) text += fmt::format(", ... ({} steps in all)", steps);
   return text;
 }
 

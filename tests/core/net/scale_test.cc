@@ -109,6 +109,65 @@ TEST(Scale, FragmentsNestedAHundredThousandDeepAreRejected) {
   });
 }
 
+TEST(Scale, AThousandBrokenDemandsOverALongChain) {
+  NetDescription d;
+  d.add("end", "TestEnd").add(id(0), "TestSum", {{"in", 1}});
+  for (int i = 1; i < kMany; ++i) d.add(id(i), "TestAdd", {{"b", 1}});
+  for (int i = 1; i < kMany; ++i) d.link_delayed(id(i - 1) + ".out", id(i) + ".a", 0.0);
+  for (int i = 0; i < 1000; ++i) d.demand(id(0) + ".out", id(kMany - 1 - i) + ".a", 5);
+  with_small_stack([&] {
+    TestDevices devices;
+    const auto net = CompiledNet::compile(d, devices);
+    ASSERT_FALSE(net.has_value());
+    const std::string text = net.error().to_string();
+    EXPECT_THAT(text, testing::HasSubstr("'p000000.out' can take 99999 cycles to 'p099999.a'"));
+    EXPECT_THAT(text, testing::HasSubstr("(99999 steps in all)"));
+    EXPECT_THAT(text, testing::HasSubstr("too many demands"));
+  });
+}
+
+/// Conditions whose diagram grows with every step: no proof, but an answer in bounded time.
+TEST(Scale, ATangleOfConditionsIsGivenUp) {
+  NetDescription d;
+  d.add("end", "TestEnd").add("m", "TestMerge");
+  std::vector<std::string> any;
+  for (int i = 0; i < 100; ++i) {
+    d.add(fmt::format("x{:02}", i), "TestTernary");
+    any.push_back(fmt::format("x{:02}.out", i));
+  }
+  std::string sum = any[0];
+  for (int i = 0; i < 50; ++i) {
+    const std::string pair = fmt::format("p{:02}", i), next = fmt::format("s{:02}", i);
+    d.add(pair, "TestAnd").link(any[static_cast<std::size_t>(i)], pair + ".a");
+    d.link(any[static_cast<std::size_t>(i) + 50], pair + ".b");
+    d.add(next, "TestOr").link(sum, next + ".a").link(pair + ".out", next + ".b");
+    sum = next + ".out";
+  }
+  // Looked at before the sum, this puts one condition of each pair in front of all others.
+  std::string half = any[0];
+  for (int i = 1; i < 50; ++i) {
+    const std::string next = fmt::format("h{:02}", i);
+    d.add(next, "TestOr").link(half, next + ".a").link(any[static_cast<std::size_t>(i)], next + ".b");
+    half = next + ".out";
+  }
+  d.add("both", "TestAnd").link(sum, "both.a").link(half, "both.b");
+  d.add("not", "TestNot").link(sum, "not.in");
+  const std::string actives[] = {"both.out", "not.out"};
+  for (int i = 0; i < 2; ++i) {
+    FragmentDescription f;
+    f.id = fmt::format("f{}", i);
+    f.net.add("c", "TestConstant", {{"value", 1}});
+    f.outputs.emplace_back("out", "c.out");
+    d.link(actives[i], f.id + ".active").link(f.id + ".out", fmt::format("m.input_{}", i + 1));
+    d.fragments.push_back(std::move(f));
+  }
+  with_small_stack([&] {
+    const auto net = make_net(d);
+    ASSERT_NE(net, nullptr);
+    EXPECT_THAT(net->report().notes.to_string(), testing::HasSubstr("too tangled for a proof"));
+  });
+}
+
 TEST(Scale, ManyFragmentsThatTakeTurns) {
   // Pairs of fragments, each pair at a Merge of its own: many small proofs.
   constexpr int kFragments = kMany / 4;

@@ -40,10 +40,43 @@ TEST(Merge, TwoInputsMustBeFed) {
 }
 
 TEST(Merge, EveryPayloadKeepsTheContract) {
+  int types = 0;
   for (const net::PrimitiveInfo* info : net::Registry::global().all()) {
-    if (info->merge && info->family != "test") {
-      check_primitive_contract(info->type, {{"input_2", nullptr}}, only({1}));
+    if (!info->merge) continue;
+    ++types;
+    check_primitive_contract(info->type, {{"input_2", nullptr}}, only({1}));
+  }
+  EXPECT_EQ(types, 10);
+}
+
+/// What an activation means is known of the logic and the comparisons of the library: pairs that exclude each other.
+TEST(Merge, RowO4TheLibrarySaysWhatItsAnswersMean) {
+  struct Pair {
+    const char *one, *one_input, *other, *other_input;
+    nlohmann::ordered_json one_limit, other_limit;
+  };
+  for (const Pair& pair :
+       {Pair{"LessThan", "a", "GreaterThan", "a", {{"b", 1.0}}, {{"b", 1.0}}},
+        Pair{"LessThan", "a", "InRange", "input", {{"b", 1.0}}, {{"lower", 1.0}, {"upper", 2.0}}},
+        Pair{"IsNullReal", "input", "LessThan", "a", nlohmann::ordered_json::object(), {{"b", 1.0}}}}) {
+    net::NetDescription net;
+    net.add("end", "Termination", {{"condition", false}}).add("m", "MergeReal");
+    net.add("x", "Stopwatch", {{"running", true}});
+    net.add("one", pair.one, pair.one_limit).link("x.elapsed", std::string("one.") + pair.one_input);
+    net.add("other", pair.other, pair.other_limit).link("x.elapsed", std::string("other.") + pair.other_input);
+    for (const char* id : {"one", "other"}) {
+      net::FragmentDescription fragment;
+      fragment.id = std::string("f-") + id;
+      fragment.net.add("c", "ConstantReal", {{"value", 1.0}});
+      fragment.outputs.emplace_back("out", "c.value");
+      net.link(std::string(id) + ".value", fragment.id + ".active");
+      net.link(fragment.id + ".out", std::string("m.input_") + (id == std::string_view("one") ? "1" : "2"));
+      net.fragments.push_back(std::move(fragment));
     }
+    harness::CellEnvironment nothing(nullptr);
+    const auto compiled = net::CompiledNet::compile(net, nothing);
+    ASSERT_TRUE(compiled.has_value()) << compiled.error().to_string();
+    EXPECT_TRUE((*compiled)->report().exclusions.front().proven) << pair.one << " " << pair.other;
   }
 }
 
