@@ -1,0 +1,102 @@
+// Kind "fan": from the model's file to the device in the core, and the simulated fan.
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/json.h"
+#include "core/base/object_reader.h"
+#include "core/kinematics/robot_model.h"
+#include "fan.h"
+#include "scenario/cell_builder.h"
+#include "scenario/device_kind.h"
+#include "sim/device.h"
+
+namespace fan {
+namespace {
+
+using namespace takt;
+
+/// A fan that follows its set point with a delay of first order. Thread: the one that steps the world.
+class SimFan final : public sim::SimDevice, public FanBackend {
+ public:
+  SimFan(double time_constant, double speed) : time_constant_(time_constant), speed_(speed), wanted_(speed) {}
+
+  std::optional<double> read() override { return speed_; }
+  void write(double speed) override { wanted_ = speed; }
+
+  void start(const mjData_&) override {}
+  void actuate(mjData_&, int) override {}
+  void measure(const mjData_&, Nanoseconds now) override {
+    const double dt = to_seconds(now - now_);
+    speed_ += (1.0 - std::exp(-dt / time_constant_)) * (wanted_ - speed_);
+    now_ = now;
+  }
+  void stream(sim::StateStream& state) override {
+    state(speed_);
+    state(wanted_);
+    state(now_);
+  }
+
+ private:
+  double time_constant_;
+  double speed_, wanted_;  // rad/s
+  Nanoseconds now_ = 0;
+};
+
+class FanKind final : public scenario::DeviceKind {
+ public:
+  FanKind() : DeviceKind(std::string(Fan::kKind)) {}
+
+  Result<scenario::ModelPointer> read(const std::filesystem::path& folder) const override {
+    const std::filesystem::path file = folder / "device.json";
+    const auto json = read_json(file);
+    if (!json) return std::unexpected(json.error());
+    Findings findings;
+    ObjectReader reader(*json, "", findings);
+    FanDescription fan;
+    (void)reader.choice("kind", {name()});
+    fan.model = reader.text("name");
+    fan.title = reader.text("title", "");
+    fan.folder = folder;
+    fan.urdf = folder / reader.text("urdf");
+    fan.speed_max = reader.number("speed_max_rad_s", {}, kPositive);
+    fan.time_constant = reader.number("time_constant_s", {}, kPositive);
+    reader.finish();
+    findings.set_file(file.string());
+    auto robot = kinematics::RobotModel::load(fan.urdf);
+    if (robot) fan.robot = std::make_shared<const kinematics::RobotModel>(std::move(*robot));
+    if (!robot) findings.append(robot.error());
+    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    return std::make_shared<const FanDescription>(std::move(fan));
+  }
+
+  /// Of the settings there is one: the speed that the fan has before the program, rad/s.
+  void check(const scenario::LoadedDevice& device, Findings& findings) const override {
+    ObjectReader reader(device.entry->settings, device.pointer() + "/settings", findings);
+    (void)reader.number("speed_rad_s", 0.0, {.low = 0.0, .high = device.as<FanDescription>()->speed_max});
+    reader.finish();
+  }
+
+  void simulate(const scenario::LoadedDevice& device, sim::WorldDescription& world) const override {
+    const double time_constant = device.as<FanDescription>()->time_constant;
+    const double speed = device.entry->settings.value("speed_rad_s", 0.0);
+    world.devices.push_back(
+        {.name = device.entry->name,
+         .pointer = device.pointer(),
+         .extend = {},
+         .make = [=](const mjModel_&, const sim::WorldDescription&) -> Result<std::unique_ptr<sim::SimDevice>> {
+           return std::make_unique<SimFan>(time_constant, speed);
+         }});
+  }
+
+  void add(const scenario::LoadedDevice& device, scenario::LoadedDevices, scenario::BuiltCell& built) const override {
+    const std::string& name = device.entry->name;
+    auto backend = built.borrowed<FanBackend>(dynamic_cast<SimFan*>(built.world->device(name)));
+    built.core->add(std::make_unique<Fan>(name, device.as<FanDescription>(), std::move(backend)));
+  }
+};
+
+TAKT_DEVICE_KIND(FanKind);
+
+}  // namespace
+}  // namespace fan

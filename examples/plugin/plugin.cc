@@ -1,0 +1,3 @@
+#include "core/plugin/plugin.h"
+
+TAKT_PLUGIN("fan", "1.0.0");
