@@ -327,6 +327,12 @@ class Session::Run {
   bool cancelled_ = false;
 };
 
+std::vector<activity::RehearsedNet> Session::nets() const {
+  std::vector<activity::RehearsedNet> nets;
+  (void)program_.rehearse(built_.cell, nullptr, &nets);
+  return nets;
+}
+
 RunReport Session::run(const RunOptions& options) { return Run(*this, options).execute(); }
 
 }  // namespace takt::scenario

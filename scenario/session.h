@@ -81,6 +81,9 @@ class Session {
   /// Planned duration of the program, s: nominal values, guarded motions to their end.
   [[nodiscard]] double planned_duration() const { return planned_duration_; }
 
+  /// The nets that the program's steps would load, as far as they can be known before a run. Realtime: setup.
+  [[nodiscard]] std::vector<activity::RehearsedNet> nets() const;
+
   /// Runs to the end of the program (or its failure, the time limit, an interrupt) and judges.
   [[nodiscard]] RunReport run(const RunOptions& options);
 

@@ -1,4 +1,6 @@
-// net: verification of a net file, as LOAD does it.
+// net: a net as LOAD sees it (--check), what it costs (--bench), what it looks like (--graph).
+#include <cstdio>
+#include <fstream>
 #include <memory>
 
 #include <fmt/format.h>
@@ -8,7 +10,10 @@
 #include "core/base/json.h"
 #include "scenario/session.h"
 #include "tools/cli.h"
+#include "tools/net_bench.h"
 #include "tools/net_file.h"
+#include "tools/net_picture.h"
+#include "tools/net_text.h"
 
 namespace takt::tools {
 namespace {
@@ -16,57 +21,173 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct NetArguments {
-  std::string file, scenario;
+  std::string file, scenario, step, graph, dump;
+  bool check = false, bench = false;
+  double seconds = 2.0;
 };
 
-Json describe(const net::NetReport& about) {
-  Json json = net::report_to_json(about);
-  json["findings"] = to_json(about.notes);
+/// A net with the cell whose devices it names.
+struct LoadedNet {
+  std::unique_ptr<scenario::Session> session;
+  rcc::ControlCore no_devices{rcc::ControlCore::Options{}};
+  net::NetDescription description;
+  std::unique_ptr<net::CompiledNet> net;
+
+  net::Environment& devices() { return session ? session->built().core->environment() : no_devices.environment(); }
+};
+
+bool is_net(const Json& document) { return document.is_object() && document.contains("primitives"); }
+
+Findings open_scenario(const std::string& file, const device::ModelLibrary& library, LoadedNet& loaded) {
+  auto session = scenario::Session::open(file, library);
+  if (!session) return session.error();
+  loaded.session = std::move(*session);
+  return {};
+}
+
+Findings compile(const std::string& file, LoadedNet& loaded) {
+  auto net = net::CompiledNet::compile(loaded.description, loaded.devices());
+  if (!net) {
+    net.error().set_file(file);
+    return net.error();
+  }
+  loaded.net = std::move(*net);
+  return {};
+}
+
+/// The net that a step of the scenario would load.
+Findings choose_step(const std::string& step, LoadedNet& loaded) {
+  std::vector<std::string> names;
+  for (auto& one : loaded.session->nets()) {
+    if (one.step == step || one.pointer == step) {
+      loaded.description = std::move(one.net);
+      return {};
+    }
+    names.push_back(one.step);
+  }
+  Findings findings;
+  findings.error("--step", fmt::format("no step '{}' loads a net", step), nearest_choice(step, names, 40));
+  return findings;
+}
+
+/// What steps of a scenario have a net.
+int list_steps(const LoadedNet& loaded, const Common& common) {
+  Json steps = Json::array();
+  for (const auto& one : loaded.session->nets()) {
+    steps.push_back({{"step", one.step},
+                     {"pointer", one.pointer},
+                     {"net", one.net.name},
+                     {"primitives", one.net.primitives.size()}});
+  }
+  if (common.json) {
+    print({{"result", "ready"}, {"steps", std::move(steps)}});
+    return kHeld;
+  }
+  fmt::print("steps with a net; takt net FILE --step NAME shows one\n");
+  for (const Json& one : steps) {
+    fmt::print("  {:<28} {:<28} {} primitives\n", one["step"].get<std::string>(), one["pointer"].get<std::string>(),
+               one["primitives"].get<std::size_t>());
+  }
+  return kHeld;
+}
+
+/// Reads and compiles what the arguments name. @return findings; without an error and without a net it is a scenario
+/// whose steps are asked for.
+Findings load(const NetArguments& arguments, const device::ModelLibrary& library, LoadedNet& loaded) {
+  const auto document = read_json(arguments.file);
+  if (!document) return document.error();
+  Findings findings;
+  if (!is_net(*document)) {
+    if (findings = open_scenario(arguments.file, library, loaded); findings.has_errors()) return findings;
+    if (arguments.step.empty()) return findings;
+    if (findings = choose_step(arguments.step, loaded); findings.has_errors()) return findings;
+    return compile(arguments.file, loaded);
+  }
+  if (!arguments.step.empty()) {
+    findings.error("--step", "the file is a net, not a scenario", "a scenario file");
+    return findings;
+  }
+  if (!arguments.scenario.empty()) {
+    if (findings = open_scenario(arguments.scenario, library, loaded); findings.has_errors()) return findings;
+  }
+  auto description = net::net_from_json(*document);
+  if (!description) {
+    description.error().set_file(arguments.file);
+    return description.error();
+  }
+  loaded.description = std::move(*description);
+  return compile(arguments.file, loaded);
+}
+
+Findings write_file(const std::string& file, const std::string& content, const char* option) {
+  Findings findings;
+  std::ofstream stream(file, std::ios::binary);
+  stream << content;
+  if (!stream.flush())
+    findings.error(option, fmt::format("'{}' cannot be written", file), "a file in a folder that exists");
+  return findings;
+}
+
+Findings draw(const NetArguments& arguments, const LoadedNet& loaded) {
+  const auto picture = picture_of(loaded.net->report(), loaded.description);
+  if (!picture) return picture.error();
+  const auto placed = place(*picture);
+  if (!placed) return placed.error();
+  return write_file(arguments.graph, to_svg(*picture, *placed), "--graph");
+}
+
+/// Lets the devices of the cell take their first samples.
+void warm_devices(const LoadedNet& loaded) {
+  if (!loaded.session) return;
+  const auto& built = loaded.session->built();
+  for (int i = 0; i < 5; ++i) {
+    built.core->step();
+    if (!built.world->step()) return;
+  }
+}
+
+Json describe(const LoadedNet& loaded) {
+  Json json{{"result", "ready"}};
+  json.update(net::report_to_json(loaded.net->report()));
+  json["findings"] = to_json(loaded.net->report().notes);
   return json;
 }
 
-void print_report(const net::NetReport& about) {
-  fmt::print("order of evaluation\n");
-  for (const std::string& id : about.order) fmt::print("  {}\n", id);
-  if (!about.reactions.empty()) fmt::print("reactions (cycles from source to sink)\n");
-  for (const auto& one : about.reactions) {
-    fmt::print("  {} -> {}: {} to {}{}\n", one.source, one.sink, one.minimum_cycles, one.maximum_cycles,
-               one.data_dependent ? ", depends on data"
-               : one.exact        ? ""
-                                  : ", an upper bound");
-  }
-  if (!about.demands.empty()) fmt::print("demanded bounds, all kept\n");
-  for (const auto& one : about.demands) {
-    fmt::print("  {} -> {}: {} to {} of {} to {}\n", one.from, one.to, one.minimum_cycles, one.maximum_cycles,
-               one.demanded_minimum, one.demanded_maximum);
-  }
-  if (!about.exclusions.empty()) fmt::print("fragments that take turns\n");
-  for (const auto& one : about.exclusions) {
-    fmt::print("  at {}: {}\n", one.at, one.proven ? "never two at a time" : "not proven, a conflict fails the net");
-  }
-  fmt::print("{}", about.notes.to_string());
-}
-
-int check_net(const NetArguments& arguments, const Common& common) {
-  // The scenario's cell gives the devices that the net names; without one there are none.
-  rcc::ControlCore no_devices({});
+int net(const NetArguments& arguments, const Common& common) {
   const device::ModelLibrary library = common.library();
-  std::unique_ptr<scenario::Session> session;
-  if (!arguments.scenario.empty()) {
-    auto opened = scenario::Session::open(arguments.scenario, library);
-    if (!opened) return report(opened.error(), common);
-    session = std::move(*opened);
+  LoadedNet loaded;
+  if (const Findings findings = load(arguments, library, loaded); findings.has_errors())
+    return report(findings, common);
+  if (!loaded.net) return list_steps(loaded, common);
+  Findings findings;
+  if (!arguments.dump.empty()) {
+    findings.append(write_file(arguments.dump, net::net_to_json(loaded.description).dump(2) + "\n", "--dump"));
   }
-  net::Environment& devices = session ? session->built().core->environment() : no_devices.environment();
-  const auto net = load_net_file(arguments.file, devices);
-  if (!net) return report(net.error(), common);
+  if (!arguments.graph.empty()) findings.append(draw(arguments, loaded));
+  if (findings.has_errors()) return report(findings, common);
+
+  const bool only_files = !arguments.graph.empty() || !arguments.dump.empty();
+  const bool check = arguments.check || (!arguments.bench && !only_files);
+  Json json = check ? describe(loaded) : Json{{"result", "ready"}};
+  for (const std::string& file : {arguments.graph, arguments.dump}) {
+    if (!file.empty()) json["products"].push_back(file);
+  }
+  if (!common.json && check) {
+    fmt::print("{}: ready, {} primitives, {} links\n{}",
+               loaded.description.name.empty() ? arguments.file : loaded.description.name,
+               loaded.net->primitive_count(), loaded.net->report().links.size(), to_text(loaded.net->report()));
+  }
+  if (arguments.bench) {
+    warm_devices(loaded);
+    const auto bench = bench_net(*loaded.net, arguments.seconds);
+    if (!bench) return report(bench.error(), common);
+    json["bench"] = to_json(*bench);
+    if (!common.json) fmt::print("{}", to_text(*bench, 40));
+  }
   if (common.json) {
-    Json json{{"result", "ready"}};
-    json.update(describe((*net)->report()));
     print(json);
-  } else {
-    fmt::print("{}: ready, {} primitives\n", arguments.file, (*net)->primitive_count());
-    print_report((*net)->report());
+  } else if (only_files) {
+    for (const Json& file : json["products"]) fmt::print("wrote {}\n", file.get<std::string>());
   }
   return kHeld;
 }
@@ -88,12 +209,18 @@ Result<std::unique_ptr<net::CompiledNet>> load_net_file(const std::filesystem::p
 
 std::pair<CLI::App*, Verb> add_net(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<NetArguments>();
-  CLI::App* verb = app.add_subcommand("net", "Check a realtime primitive net: order, reactions, all errors at once");
-  verb->add_option("FILE", arguments->file, "Net file (JSON)")->required();
+  CLI::App* verb = app.add_subcommand("net", "A realtime primitive net: check it, measure it, draw it");
+  verb->add_option("FILE", arguments->file, "Net file, or a scenario whose steps make nets (JSON)")->required();
   verb->add_option("--scenario", arguments->scenario, "Scenario whose devices the net may name")->type_name("FILE");
-  verb->add_flag_callback(
-      "--check", [] {}, "Verify and report (the default)");
-  return {verb, [arguments, &common] { return check_net(*arguments, common); }};
+  verb->add_option("--step", arguments->step, "Of a scenario: the net of the step of this name")->type_name("NAME");
+  verb->add_flag("--check", arguments->check, "Verify and report (the default): certificate, null paths, units, order");
+  verb->add_flag("--bench", arguments->bench, "What a cycle and each primitive cost on this machine");
+  verb->add_option("--seconds", arguments->seconds, "How long --bench measures")
+      ->check(CLI::Range(0.05, 600.0))
+      ->capture_default_str();
+  verb->add_option("--graph", arguments->graph, "The net as a picture")->type_name("OUT.svg");
+  verb->add_option("--dump", arguments->dump, "The net as a file")->type_name("OUT.json");
+  return {verb, [arguments, &common] { return net(*arguments, common); }};
 }
 
 }  // namespace takt::tools

@@ -6,6 +6,7 @@ namespace takt::activity {
 
 void rehearse_net(const net::NetDescription& description, const Rehearsal& rehearsal, const std::string& pointer,
                   Findings& findings) {
+  if (rehearsal.nets) rehearsal.nets->push_back({rehearsal.step, pointer, description});
   if (!rehearsal.devices) return;
   const auto net = net::CompiledNet::compile(description, *rehearsal.devices);
   if (net) return;

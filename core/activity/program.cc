@@ -73,7 +73,10 @@ Node parse_node(const Json& json, const std::string& pointer, const command::Cel
 /// as long as the last one that was played.
 /// @param most_rounds  of each sequence, 1 or 2
 void rehearse_node(const Node& node, std::int64_t most_rounds, Rehearsal& rehearsal, Findings& findings) {
-  if (node.step) return node.step->rehearse(rehearsal, node.pointer, findings);
+  if (node.step) {
+    rehearsal.step = node.name;
+    return node.step->rehearse(rehearsal, node.pointer, findings);
+  }
   const std::int64_t rounds = std::min(node.times, most_rounds);
   double last_round = 0.0;
   for (std::int64_t round = 0; round < rounds; ++round) {
@@ -100,8 +103,10 @@ Result<Program> Program::parse(const Json& json, const std::string& pointer, con
   return program;
 }
 
-Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices) const {
+Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices,
+                            std::vector<RehearsedNet>* nets) const {
   Rehearsal rehearsal;
+  rehearsal.nets = nets;
   rehearsal.cell = cell;
   rehearsal.devices = devices;
   for (const auto& [name, arm] : cell.arms) rehearsal.q[name] = arm.start;

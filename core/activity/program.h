@@ -39,7 +39,9 @@ class Program {
   /// Plays the whole tree on nominal values: unreachable goals, limits, names that nothing defines. A guarded motion
   /// is taken to its end.
   /// @param devices  with them every net that the run will load is verified too; may be null. Realtime: setup.
-  [[nodiscard]] Rehearsed rehearse(const command::Cell& cell, net::Environment* devices = nullptr) const;
+  /// @param nets  gets the nets of all steps, in the order in which they were played; may be null
+  [[nodiscard]] Rehearsed rehearse(const command::Cell& cell, net::Environment* devices = nullptr,
+                                   std::vector<RehearsedNet>* nets = nullptr) const;
 
   [[nodiscard]] const Node& root() const { return root_; }
   /// Number of steps that one run executes, repetitions counted; 10^12 stands for all that is more.

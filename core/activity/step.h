@@ -12,6 +12,7 @@
 
 #include "core/base/findings.h"
 #include "core/command/cell.h"
+#include "core/net/description.h"
 #include "core/rcc/control_core.h"
 #include "core/world/pose_fit.h"
 
@@ -47,6 +48,13 @@ struct Context {
   EventSink event;
 };
 
+/// A net as a step of a program would load it.
+struct RehearsedNet {
+  std::string step;     ///< name of the step
+  std::string pointer;  ///< of the step in its file
+  net::NetDescription net;
+};
+
 /// The state that checking a program carries along: where arms would stand, what would be known.
 struct Rehearsal {
   command::Cell cell;                                             ///< copy; fitted frames enter at their nominal pose
@@ -56,6 +64,8 @@ struct Rehearsal {
   std::set<std::string, std::less<>> estimates;                   ///< poses that have been fitted
   double duration = 0.0;                                          ///< s, of all planned motions and waits
   net::Environment* devices = nullptr;                            ///< nets are verified with them; null: they are not
+  std::string step;                                               ///< name of the step that is played
+  std::vector<RehearsedNet>* nets = nullptr;                      ///< who wants to see the nets; null: nobody
 };
 
 enum class Progress { kRunning, kDone, kFailed };

@@ -1,5 +1,6 @@
 #include "core/net/compiled_net.h"
 
+#include <chrono>
 #include <cstring>
 #include <exception>
 
@@ -40,45 +41,63 @@ void CompiledNet::Impl::look_at(Gate& gate, const Cycle& outer) {
   ++gate.cycles;
 }
 
-void CompiledNet::Impl::run_steps(Cycle& cycle, std::size_t& at) {
+template <class Run>
+void CompiledNet::Impl::run_steps(Cycle& cycle, std::size_t& at, const Run& run) {
   for (const NetPlan::Step& step : steps) {
     Gate* gate = step.gate < 0 ? nullptr : &gates[static_cast<std::size_t>(step.gate)];
     if (step.is_gate) {
       look_at(*gate, cycle);
     } else if (gate == nullptr || gate->running) {
       const Cycle& inner = gate == nullptr ? cycle : gate->cycle;
-      for (at = step.begin; at < step.end; ++at) primitives[at]->update(inner);
+      for (at = step.begin; at < step.end; ++at) run(at, inner);
     }
   }
 }
 
-void CompiledNet::evaluate(const Cycle& outer) {
-  Impl& net = *impl_;
-  if (net.signals.fail) return;
+template <class Run>
+void CompiledNet::Impl::evaluate(const Cycle& outer, const Run& run) {
+  if (signals.fail) return;
   Cycle cycle = outer;
-  cycle.index_in_net = net.cycles;
-  cycle.first = net.cycles == 0;
-  cycle.signals = &net.signals;
+  cycle.index_in_net = cycles;
+  cycle.first = cycles == 0;
+  cycle.signals = &signals;
   std::size_t at = 0;
   try {
-    if (net.steps.empty()) {
-      for (const std::size_t end = net.primitives.size(); at < end; ++at) net.primitives[at]->update(cycle);
+    if (steps.empty()) {
+      for (const std::size_t end = primitives.size(); at < end; ++at) run(at, cycle);
     } else {
-      net.run_steps(cycle, at);
+      run_steps(cycle, at, run);
     }
   } catch (const std::exception& error) {
     std::array<char, 63> text{};
-    const auto end = fmt::format_to_n(text.data(), text.size(), "{}: {}", net.ids[at], error.what());
-    net.signals.fail_with(Cause::Code::kException, {text.data(), std::min(end.size, text.size())}, cycle.index);
+    const auto end = fmt::format_to_n(text.data(), text.size(), "{}: {}", ids[at], error.what());
+    signals.fail_with(Cause::Code::kException, {text.data(), std::min(end.size, text.size())}, cycle.index);
   } catch (...) {
-    net.signals.fail_with(Cause::Code::kException, net.ids[at], cycle.index);
+    signals.fail_with(Cause::Code::kException, ids[at], cycle.index);
   }
-  for (const Impl::Delay& delay : net.delays) std::memcpy(delay.memory, delay.source, delay.size);
-  for (const Impl::Gate& gate : net.gates) {
+  for (const Delay& delay : delays) std::memcpy(delay.memory, delay.source, delay.size);
+  for (const Gate& gate : gates) {
     if (!gate.running) continue;
-    for (const Impl::Delay& delay : gate.delays) std::memcpy(delay.memory, delay.source, delay.size);
+    for (const Delay& delay : gate.delays) std::memcpy(delay.memory, delay.source, delay.size);
   }
-  ++net.cycles;
+  ++cycles;
+}
+
+void CompiledNet::evaluate(const Cycle& cycle) {
+  const auto* primitives = impl_->primitives.data();
+  impl_->evaluate(cycle, [primitives](std::size_t at, const Cycle& inner) { primitives[at]->update(inner); });
+}
+
+void CompiledNet::evaluate_timed(const Cycle& cycle, std::size_t first, std::size_t stride,
+                                 std::span<std::int64_t> nanoseconds) {
+  using Clock = std::chrono::steady_clock;
+  const auto* primitives = impl_->primitives.data();
+  impl_->evaluate(cycle, [=](std::size_t at, const Cycle& inner) {
+    if (at % stride != first) return primitives[at]->update(inner);
+    const auto begin = Clock::now();
+    primitives[at]->update(inner);
+    nanoseconds[at] += std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - begin).count();
+  });
 }
 
 const NetSignals& CompiledNet::signals() const { return impl_->signals; }

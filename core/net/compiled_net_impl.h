@@ -63,7 +63,11 @@ struct CompiledNet::Impl {
     for (auto p = primitives.rbegin(); p != primitives.rend(); ++p) (*p)->~Primitive();
   }
 
-  void run_steps(Cycle& cycle, std::size_t& at);
+  /// One cycle; `run(place, cycle)` updates one primitive.
+  template <class Run>
+  void evaluate(const Cycle& outer, const Run& run);
+  template <class Run>
+  void run_steps(Cycle& cycle, std::size_t& at, const Run& run);
   void look_at(Gate& gate, const Cycle& cycle);
 
   std::string name;

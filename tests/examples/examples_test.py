@@ -2,7 +2,7 @@
 """Projects outside of takt, as their authors see it: an install, find_package(takt), a plug-in that is loaded, used and, if
 it was built for another takt, refused.
 
-Usage: examples_test.py BUILD_FOLDER COMPILER [CCACHE]
+Usage: examples_test.py BUILD_FOLDER COMPILER CCACHE SANITIZERS; the last two may be empty
 """
 import json
 import os
@@ -15,7 +15,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(sys.argv[1]).resolve()
-COMPILER, CCACHE = sys.argv[2], sys.argv[3:4]
+COMPILER, CCACHE, SANITIZE = sys.argv[2:5]
 sys.argv[1:] = []
 # One place for each build folder, so that the compiler cache knows the files again.
 SCRATCH = BUILD / "tests/examples/scratch"
@@ -29,12 +29,14 @@ def call(*arguments, check=True):
     return done
 
 
-def build(source, name, *options):
+def build(source, name, flags=""):
     """Configures and builds a project against the install; returns its build folder."""
     folder = SCRATCH / name
-    launcher = [f"-DCMAKE_CXX_COMPILER_LAUNCHER={CCACHE[0]}"] if CCACHE and CCACHE[0] else []
+    launcher = [f"-DCMAKE_CXX_COMPILER_LAUNCHER={CCACHE}"] if CCACHE else []
+    if SANITIZE:  # a plug-in has to be built as takt is
+        flags += f" -fsanitize={SANITIZE}"
     call("cmake", "-G", "Ninja", "-S", source, "-B", folder, f"-DCMAKE_PREFIX_PATH={PREFIX}",
-         f"-DCMAKE_CXX_COMPILER={COMPILER}", "-DCMAKE_BUILD_TYPE=Debug", *launcher, *options)
+         f"-DCMAKE_CXX_COMPILER={COMPILER}", "-DCMAKE_BUILD_TYPE=Debug", f"-DCMAKE_CXX_FLAGS={flags}", *launcher)
     call("cmake", "--build", folder)
     return folder
 
@@ -110,7 +112,7 @@ class Plugin(unittest.TestCase):
         version = (PREFIX / "include/takt/core/base/version.h").read_text()
         ours = ".".join(re.findall(r"#define TAKT_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)", version))
         (other / "version.h").write_text(re.sub(r"(TAKT_VERSION_MAJOR) \d+", r"\1 7", version))
-        folder = build(self.source, "plugin_of_other_version", f"-DCMAKE_CXX_FLAGS=-I{other.parents[1]}")
+        folder = build(self.source, "plugin_of_other_version", f"-I{other.parents[1]}")
         refused = takt("list", "--plugin", folder / "fan.so", "--json")
         self.assertEqual(refused.returncode, 2)
         theirs = "7." + ours.split(".", 1)[1]
