@@ -28,6 +28,8 @@ class ArmKind final : public DeviceKind {
 
   Result<ModelPointer> read(const std::filesystem::path& folder) const override { return device::read_arm(folder); }
 
+  bool has_backend() const override { return true; }
+
   std::optional<MountPlace> mount_place(const device::ModelDescription& model) const override {
     return MountPlace{.link = dynamic_cast<const ArmDescription&>(model).flange_link};
   }
@@ -69,9 +71,9 @@ class ArmKind final : public DeviceKind {
 
   void add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const override {
     const std::string& name = device.entry->name;
-    auto backend = built.borrowed<device::ArmBackend>(built.world->arm(name));
+    auto wired = built.site->wire(device, built.borrowed<device::ArmBackend>(built.world->arm(name)));
     auto& arm = built.core->add(
-        std::make_unique<device::Arm>(name, device.as<ArmDescription>(), std::move(backend), built.core->period()));
+        std::make_unique<device::Arm>(name, wired.description, std::move(wired.backend), built.core->period()));
     command::MountedArm mounted;
     mounted.device = &arm;
     mounted.start = start_of(device);

@@ -199,6 +199,9 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   simulated.physics.plant_mass_scale = description.plant_mass_scale;
   for (const auto& device : devices) simulate(*device, frames.truth, simulated, findings);
   BuiltCell built;
+  const rcc::ControlCore::Options options{.measure = measure_times};
+  built.site = std::make_unique<SiteDevices>(description.site, options.period, description.seed);
+  built.site->plan(devices, findings);
   for (const ObjectEntry& entry : description.objects) {
     const Eigen::Isometry3d X_WO = frames.truth.pose(entry.name).value_or(Eigen::Isometry3d::Identity());
     world::Object known{entry.name, entry.parts};
@@ -219,9 +222,10 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   if (!world) return std::unexpected(std::move(world.error()));
   built.world = std::make_shared<sim::World>(std::move(*world));
   built.triangles = sim::triangle_count(built.world->model());
-  built.core = std::make_unique<rcc::ControlCore>(rcc::ControlCore::Options{.measure = measure_times});
+  built.core = std::make_unique<rcc::ControlCore>(options);
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
+  built.site->add_to(built.core->digest());
   set_tools(simulated, built);
   for (const NetEntry& net : description.nets) built.cell.nets[net.name] = net.net;
   warnings.append(findings);

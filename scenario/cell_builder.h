@@ -8,6 +8,7 @@
 #include "core/device/device_file.h"
 #include "core/rcc/control_core.h"
 #include "scenario/description.h"
+#include "scenario/site_devices.h"
 #include "sim/world.h"
 
 namespace takt::scenario {
@@ -16,6 +17,7 @@ namespace takt::scenario {
 /// devices on simulated back ends, and what the program knows.
 struct BuiltCell {
   std::shared_ptr<sim::World> world;  ///< outlives the core: devices borrow their back ends from it
+  std::unique_ptr<SiteDevices> site;  ///< what stands between the machines of the world and the devices of the core
   std::unique_ptr<rcc::ControlCore> core;
   command::Cell cell;
   std::map<std::string, Eigen::Isometry3d, std::less<>>

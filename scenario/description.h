@@ -12,6 +12,7 @@
 #include "core/base/findings.h"
 #include "core/world/shape.h"
 #include "scenario/net_files.h"
+#include "scenario/site.h"
 
 namespace takt::scenario {
 
@@ -98,6 +99,7 @@ struct Description {
   std::vector<NetEntry> nets;
   nlohmann::ordered_json program;
   std::vector<ExpectationEntry> expectations;
+  Site site;  ///< not of the file: where this run takes place
 };
 
 /// Replaces one value before the file is checked: `--set /devices/arm/model=NAME`.

@@ -65,6 +65,8 @@ class DeviceKind {
   [[nodiscard]] virtual Result<ModelPointer> read(const std::filesystem::path& folder) const = 0;
   /// True if it works only mounted on an arm, directly or through others.
   [[nodiscard]] virtual bool needs_arm() const { return false; }
+  /// True if it stands on a back end that a site can make slow (docs/sites.md).
+  [[nodiscard]] virtual bool has_backend() const { return false; }
   /// Nothing: it carries no other device.
   [[nodiscard]] virtual std::optional<MountPlace> mount_place(const device::ModelDescription&) const { return {}; }
   /// The names that a program may use, before anything is built.

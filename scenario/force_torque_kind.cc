@@ -31,6 +31,7 @@ class ForceTorqueKind final : public DeviceKind {
     return device::read_force_torque_sensor(folder);
   }
   bool needs_arm() const override { return true; }
+  bool has_backend() const override { return true; }
 
   std::optional<MountPlace> mount_place(const device::ModelDescription& model) const override {
     const auto& sensor = dynamic_cast<const ForceTorqueDescription&>(model);
@@ -48,8 +49,9 @@ class ForceTorqueKind final : public DeviceKind {
   void add(const LoadedDevice& device, LoadedDevices all, BuiltCell& built) const override {
     const auto model = device.as<ForceTorqueDescription>();
     const std::string& name = device.entry->name;
-    auto backend = built.borrowed<device::ForceTorqueBackend>(built.world->force_torque(name));
-    auto& sensor = built.core->add(std::make_unique<device::ForceTorqueSensor>(name, model, std::move(backend)));
+    auto wired = built.site->wire(device, built.borrowed<device::ForceTorqueBackend>(built.world->force_torque(name)));
+    auto& sensor =
+        built.core->add(std::make_unique<device::ForceTorqueSensor>(name, wired.description, std::move(wired.backend)));
     const LoadedDevice* arm = carrying_arm(device);
     const device::PayloadSetting tool = measured_mass(device, all);
     built.cell.sensors[name] = {&sensor, arm ? arm->entry->name : "", pose_on_arm(device) * model->X_MS, tool.mass,

@@ -37,6 +37,7 @@ class Stopwatch {
 
 /// Number of the digest's block for the simulation's state; the core's own blocks have small numbers.
 constexpr std::uint64_t kWorldBlock = 1u << 20;
+constexpr Nanoseconds kConnectTime = 5 * kSecond;  // devices of 100 ms with a lossy wire need a tenth of it
 
 /// Expectations about poses that no step of the program fits.
 void check_estimates(const Description& description, const std::set<std::string, std::less<>>& estimates,
@@ -78,6 +79,7 @@ Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file
                                                const OpenOptions& options) {
   Findings findings;
   auto description = read_description(file, options.overrides, options.seed, findings);
+  if (description) description->site = options.site;
   if (!findings.has_errors()) return create(std::move(*description), models, options.measure_times);
   if (description) {
     findings.append(check_cell_names(*description, models));
@@ -140,7 +142,8 @@ class Session::Run {
         options_(options),
         context_{session.built_.cell, *session.built_.core, variables_, session.description_.program_latency_cycles,
                  [this](auto source, auto name, auto text) { note(source, name, text); }},
-        runner_(session.program_, context_) {}
+        runner_(session.program_, context_),
+        site_watch_(session.built_) {}
 
   RunReport execute() {
     start_ = Clock::now();
@@ -177,25 +180,46 @@ class Session::Run {
   }
 
   void loop() {
-    BuiltCell& built = session_.built_;
+    if (!connect()) return;
     while (!stopped()) {
       {
         const Stopwatch watch(options_.measure_times, report_.timing.program);
         if (runner_.advance() != activity::Progress::kRunning) break;
       }
-      built.core->step();
-      if (!built.world->step()) {
-        report_.findings.error({}, fmt::format("the physics diverged at {:.3f} s", to_seconds(built.world->time())));
-        break;
-      }
-      {
-        const Stopwatch watch(options_.measure_times, report_.timing.digest);
-        built.core->digest().take(kWorldBlock, built.world->state_bytes());
-      }
-      for (auto& expectation : session_.expectations_) expectation->watch(built);
-      if (!record_cycle()) break;
+      if (!step()) break;
       pace();
     }
+  }
+
+  /// Devices with a clock of their own take some cycles until their first samples are there.
+  bool connect() {
+    while (!stopped()) {
+      const std::string waits = session_.built_.site->waiting_for(session_.built_.cell);
+      if (waits.empty()) return true;
+      if (session_.built_.core->time() >= kConnectTime) {
+        report_.findings.error({}, fmt::format("device '{}' does not become ready", waits));
+        return false;
+      }
+      if (!step()) return false;
+    }
+    return false;
+  }
+
+  /// One cycle of core and world, and what looks on. @return false if the run cannot go on.
+  bool step() {
+    BuiltCell& built = session_.built_;
+    built.core->step();
+    if (!built.world->step()) {
+      report_.findings.error({}, fmt::format("the physics diverged at {:.3f} s", to_seconds(built.world->time())));
+      return false;
+    }
+    {
+      const Stopwatch watch(options_.measure_times, report_.timing.digest);
+      built.core->digest().take(kWorldBlock, built.world->state_bytes());
+    }
+    site_watch_.watch();
+    for (auto& expectation : session_.expectations_) expectation->watch(built);
+    return record_cycle();
   }
 
   bool record_cycle() {
@@ -260,6 +284,7 @@ class Session::Run {
     report_.sim_time = to_seconds(built.core->time());
     report_.digest = rcc::to_string(built.core->digest().value());
     report_.estimates = variables_.estimates;
+    report_.site = site_watch_.report();
     measure_core();
     report_.findings.append(runner_.findings());
     const bool held = judge();
@@ -319,6 +344,7 @@ class Session::Run {
   activity::Variables variables_;
   activity::Context context_;
   activity::ProgramRunner runner_;
+  SiteWatch site_watch_;
   std::unique_ptr<RunRecorder> recorder_;
   std::unique_ptr<RunFilm> film_;
   std::vector<std::string> steps_begun_;

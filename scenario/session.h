@@ -13,6 +13,7 @@
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
 #include "scenario/expectations.h"
+#include "scenario/site_report.h"
 
 namespace takt::scenario {
 
@@ -49,6 +50,7 @@ struct RunReport {
   std::map<std::string, Eigen::Isometry3d, std::less<>> estimates;  ///< fitted poses, world
   Timing timing;
   double core_ns_per_cycle = 0;  ///< mean wall time of a core cycle
+  SiteReport site;              ///< how the devices were reached, and how late
   std::int64_t frames = 0;
   std::vector<std::string> products;  ///< files written
 };
@@ -58,6 +60,7 @@ struct OpenOptions {
   std::vector<Override> overrides;
   std::optional<std::uint64_t> seed;  ///< in place of the file's
   bool measure_times = false;         ///< let the core measure its phases
+  Site site = {};                     ///< back ends of the devices
 };
 
 /// A scenario made ready: built, its program parsed and rehearsed, its expectations made. Runs once.

@@ -22,12 +22,14 @@ SimForceTorque::SimForceTorque(const SimForceTorqueDescription& description, int
       torque_address_(torque_address),
       timestep_(physics.timestep),
       period_(description.period),
+      core_period_(physics.period),
       range_(stacked(description.force_range, description.torque_range)),
       sigma_(stacked(description.force_noise, description.torque_noise)),
       bias_(stacked(description.force_bias, description.torque_bias)),
       noise_(seed, description.name) {
   for (int i = 0; i < 6; ++i) bias_[i] *= noise_.normal();
   if (description.low_pass_Hz > 0.0) {
+    filter_delay_ = std::llround(1e9 / (2.0 * std::numbers::pi * description.low_pass_Hz));
     filter_gain_ = 1.0 - std::exp(-2.0 * std::numbers::pi * description.low_pass_Hz * to_seconds(physics.period));
   }
 }
@@ -35,6 +37,10 @@ SimForceTorque::SimForceTorque(const SimForceTorqueDescription& description, int
 bool SimForceTorque::read(device::WrenchSample& sample) {
   sample = sample_;
   return sample_.sequence > 0;
+}
+
+device::BackendTiming SimForceTorque::timing() const {
+  return {.cycle = period_, .sample_age = period_ - core_period_ + timestep_ + filter_delay_};
 }
 
 void SimForceTorque::measure(const mjData_& data, Nanoseconds now) {

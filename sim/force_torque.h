@@ -22,6 +22,8 @@ class SimForceTorque final : public device::ForceTorqueBackend, public SimDevice
                  const Physics& physics, std::uint64_t seed);
 
   bool read(device::WrenchSample& sample) override;
+  /// The delay of the low-pass counts as age.
+  [[nodiscard]] device::BackendTiming timing() const override;
 
   void start(const mjData_&) override {}
   void actuate(mjData_&, int) override {}
@@ -35,7 +37,9 @@ class SimForceTorque final : public device::ForceTorqueBackend, public SimDevice
   int torque_address_;
   Nanoseconds timestep_;
   Nanoseconds period_;
-  double filter_gain_ = 1.0;  // of the low-pass per cycle
+  Nanoseconds core_period_;
+  Nanoseconds filter_delay_ = 0;  // of the low-pass, for slow signals
+  double filter_gain_ = 1.0;      // of the low-pass per cycle
   Channels range_, sigma_, bias_;
   Random noise_;
 

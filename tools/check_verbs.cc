@@ -23,11 +23,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// What a JSON file is, by the keys it has.
-enum class FileKind { kScenario, kNet, kModel };
+enum class FileKind { kScenario, kNet, kModel, kSite };
 
 FileKind kind_of(const Json& document) {
   if (document.is_object() && document.contains("primitives")) return FileKind::kNet;
   if (document.is_object() && document.contains("urdf") && document.contains("kind")) return FileKind::kModel;
+  if (document.is_object() && document.contains("devices") && !document.contains("program")) return FileKind::kSite;
   return FileKind::kScenario;
 }
 
@@ -64,6 +65,10 @@ Findings check_file(const std::filesystem::path& file, const Common& common) {
       return check_model(file.parent_path().empty() ? "." : file.parent_path());
     case FileKind::kNet:
       return check_net_file(file);
+    case FileKind::kSite: {
+      const auto site = scenario::read_site(file);
+      return site ? Findings{} : site.error();
+    }
     case FileKind::kScenario:
       break;
   }

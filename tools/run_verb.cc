@@ -27,6 +27,8 @@ struct RunArguments {
   std::uint64_t seed = 0;
   CLI::Option* seed_option = nullptr;
   std::vector<std::string> sets;
+  std::string site;
+  std::vector<std::string> backends;
 };
 
 bool parse_size(const std::string& text, scenario::RunOptions& options) {
@@ -49,6 +51,22 @@ std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets,
     overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});
   }
   return overrides;
+}
+
+/// The site file, and what the command line says over it.
+scenario::Site parse_site(const RunArguments& arguments, Findings& findings) {
+  scenario::Site site;
+  if (!arguments.site.empty()) {
+    auto read = scenario::read_site(arguments.site);
+    if (read) {
+      site = std::move(*read);
+    } else {
+      findings.append(read.error());
+    }
+  }
+  for (const std::string& backend : arguments.backends) findings.append(scenario::bind(site, backend));
+  findings.append(scenario::check_clocks(site, arguments.realtime));
+  return site;
 }
 
 /// A bar that is drawn over itself; only for terminals.
@@ -87,7 +105,7 @@ int run(const RunArguments& arguments, const Common& common) {
   if (!parse_size(arguments.size, options)) {
     findings.error("--size", fmt::format("'{}' is no size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
   }
-  scenario::OpenOptions opening{parse_sets(arguments.sets, findings), {}, true};
+  scenario::OpenOptions opening{parse_sets(arguments.sets, findings), {}, true, parse_site(arguments, findings)};
   if (findings.has_errors()) return report(findings, common);
   if (arguments.seed_option->count() > 0) opening.seed = arguments.seed;
   const device::ModelLibrary library = common.library();
@@ -141,6 +159,29 @@ int exit_status(scenario::Verdict verdict) {
   return kFault;
 }
 
+Json to_json(const scenario::SiteReport& site) {
+  Json devices = Json::object();
+  for (const scenario::DeviceTiming& one : site.devices) {
+    Json& device = devices[one.device];
+    device = {{"backend", one.backend},
+              {"cycle_ns", one.declared.cycle},
+              {"sample_age_ns", {{"declared", one.declared.sample_age}, {"most", one.sample_age_most}}},
+              {"samples", {{"lost", one.lost}, {"repeated", one.repeated}, {"reordered", one.reordered}}},
+              {"drift_ppm", one.drift_ppm}};
+    if (!one.drives) continue;
+    device["driver_delay_ns"] = one.declared.driver_delay;
+    device["dead_time_ns"] = one.declared.dead_time;
+    device["delay_ns"] = {{"least", one.delay_least}, {"most", one.delay_most}};
+    device["missed_answers"] = one.missed_answers;
+    device["dry"] = one.dry;
+  }
+  Json reactions = Json::array();
+  for (const scenario::SiteReaction& one : site.reactions) {
+    reactions.push_back({{"sensor", one.sensor}, {"arm", one.arm}, {"most_ns", one.most}});
+  }
+  return {{"devices", std::move(devices)}, {"skew_ns", site.skew}, {"reactions", std::move(reactions)}};
+}
+
 Json to_json(const scenario::RunReport& report) {
   Json expectations = Json::array();
   for (const auto& result : report.expectations) {
@@ -173,6 +214,7 @@ Json to_json(const scenario::RunReport& report) {
             {"rendering", t.rendering},
             {"recording", t.recording},
             {"core_ns_per_cycle", report.core_ns_per_cycle}}},
+          {"site", to_json(report.site)},
           {"frames", report.frames},
           {"products", report.products},
           {"findings", to_json(report.findings)}};
@@ -186,6 +228,13 @@ std::string to_text(const scenario::RunReport& report, const std::string& title)
   text += fmt::format("  {:.3f} s simulated in {:.3f} s ({:.1f} times real time), {} cycles, digest {}\n",
                       report.sim_time, report.wall_time,
                       report.wall_time > 0 ? report.sim_time / report.wall_time : 0.0, report.cycles, report.digest);
+  for (const scenario::DeviceTiming& one : report.site.devices) {
+    if (!one.drives || one.declared.cycle == 0) continue;
+    text += fmt::format("  {} ({}): cycle {:g} ms, set points {:.3f} to {:.3f} ms late, samples up to {:.3f} ms old\n",
+                        one.device, one.backend, 1e-6 * static_cast<double>(one.declared.cycle),
+                        1e-6 * static_cast<double>(one.delay_least), 1e-6 * static_cast<double>(one.delay_most),
+                        1e-6 * static_cast<double>(one.sample_age_most));
+  }
   for (const std::string& product : report.products) text += fmt::format("  wrote {}\n", product);
   return text;
 }
@@ -200,6 +249,9 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& app, Common& common) {
   verb->add_option("--size", arguments->size, "Size of the film")->type_name("WxH")->capture_default_str();
   verb->add_option("--fps", arguments->fps, "Pictures per second of the film")->capture_default_str();
   verb->add_option("--record", arguments->record, "Recording of the run (MCAP)")->type_name("OUT.mcap");
+  verb->add_option("--site", arguments->site, "Site file: back ends of the devices")->type_name("FILE");
+  verb->add_option("--backend", arguments->backends, "Back end of one device (sim, slow), over the site file")
+      ->type_name("NAME=KIND[:ADDR]");
   verb->add_flag("--realtime", arguments->realtime, "Not faster than the wall clock");
   verb->add_flag("--dry-run", arguments->dry_run, "Check, build, plan; move nothing");
   arguments->seed_option = verb->add_option("--seed", arguments->seed, "Seed in place of the file's");

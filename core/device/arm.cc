@@ -86,8 +86,11 @@ std::optional<net::Text> Arm::refusal() const {
   const auto because = [this](std::string_view why) { return net::format_text("{}: {}", name(), why); };
   if (phase_ == Phase::kNotReady) return because("not ready");
   if (phase_ == Phase::kBraking) return because("is braking");
+  // A slow device is on its way when the set points are at rest already; it is judged by what it is told at the time of
+  // the sample. One that does not say that is told what was sent last.
+  const JointVector& told = sample_.commanded.size() > 0 ? sample_.commanded : guard_.last().q;
   for (int i = 0; i < joint_count(); ++i) {
-    const double away = std::abs(sample_.q[i] - guard_.last().q[i]);
+    const double away = std::abs(sample_.q[i] - told[i]);
     if (at_rest() && away > description_->start_tolerance) return because("is not where it was sent");
   }
   return std::nullopt;

@@ -166,7 +166,7 @@ void ArmAgent::publish(const ArmPacket& packet) {
   Inbound inbound{packet.sample, device_ready_ && phase_ != Phase::kBraking, report_};
   // Measured before it came, whatever the estimate says.
   inbound.sample.stamp = std::min(estimator_.to_core(packet.sample.stamp), clock_.now());
-  inbound.sample.commanded = told_.q;
+  if (phase_ != Phase::kFollowing || inbound.sample.commanded.size() == 0) inbound.sample.commanded = told_.q;
   if (inbound.sample.fault == 0) inbound.sample.fault = fault_;
   inbound_.publish(inbound);
 }

@@ -9,6 +9,7 @@
 
 #include "core/base/clock.h"
 #include "core/base/newest_slot.h"
+#include "core/device/agent_timing.h"
 #include "core/device/backend.h"
 #include "core/device/brake_ramp.h"
 #include "core/device/clock_estimator.h"
@@ -30,22 +31,6 @@ struct ArmAnswer {
   Nanoseconds instant = 0;     ///< on the device's clock: the packet's, `lead_cycles` later
   motion::JointSample state;
   bool brake = false;  ///< category 0: close the brakes
-};
-
-/// Declared times of an arm that has a clock of its own. The set point of time t is what the arm is told for
-/// t + delay().
-struct AgentTiming {
-  Nanoseconds core_period = kMillisecond;
-  Nanoseconds device_cycle = kMillisecond;
-  /// A packet of device cycle n is answered with a set point for cycle n + lead_cycles: one cycle for the answer to
-  /// travel, one that the device takes to go there.
-  int lead_cycles = 2;
-  Nanoseconds margin = 0;   ///< for what the wire's and the core's jitter can take away
-  Nanoseconds padding = 0;  ///< to be as late as the slowest arm of a group (row T3)
-
-  [[nodiscard]] Nanoseconds dead_time() const { return lead_cycles * device_cycle; }
-  [[nodiscard]] Nanoseconds driver_delay() const { return core_period + margin + padding; }
-  [[nodiscard]] Nanoseconds delay() const { return driver_delay() + dead_time(); }
 };
 
 /// What an agent tells of itself.

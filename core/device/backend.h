@@ -18,8 +18,8 @@ struct ArmSample {
   JointVector q;               ///< rad or m, measured
   JointVector dq;              ///< from the driver, never from differencing held samples
   JointVector tau;             ///< measured joint torque, Nm; size 0 if the arm has no such sensor
-  /// Where the device holds its joints when it takes set points over: the first set point continues from here. Size 0:
-  /// it says nothing of the kind, then from `q`.
+  /// Where the device is told to be at `stamp`; when it takes set points over, the first one continues from here. Size
+  /// 0: it says nothing of the kind, then from `q`.
   JointVector commanded;
   bool ready = false;       ///< accepts set points: powered, brakes open, no fault
   std::uint32_t fault = 0;  ///< device-specific cause, 0 = none; ArmBackend::fault_text gives the words

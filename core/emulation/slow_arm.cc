@@ -4,25 +4,13 @@
 
 namespace takt::emulation {
 
-namespace {
-
-device::AgentTiming agent_timing(const SlowOptions& options, Nanoseconds core_period) {
-  return {.core_period = core_period,
-          .device_cycle = options.cycle,
-          .lead_cycles = options.lead_cycles(),
-          .margin = options.wire.jitter,
-          .padding = options.padding};
-}
-
-}  // namespace
-
 SlowArm::SlowArm(const std::string& name, std::shared_ptr<device::ArmBackend> inner, const motion::JointLimits& limits,
                  const SlowOptions& options, Nanoseconds core_period, std::uint64_t seed)
     : inner_(std::move(inner)),
       options_(options),
       core_period_(core_period),
       device_clock_(options.clock()),
-      agent_(limits, agent_timing(options, core_period), core_clock_),
+      agent_(limits, options.timing(core_period), core_clock_),
       controller_(limits, options.cycle, options.answer_timeout_cycles),
       to_core_(options.wire, seed, name + "/to core"),
       to_device_(options.wire, seed, name + "/to device"),

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/time.h"
+#include "core/device/agent_timing.h"
 #include "core/emulation/device_clock.h"
 #include "core/emulation/wire.h"
 
@@ -24,6 +25,16 @@ struct SlowOptions {
     const Nanoseconds there_and_back = 2 * wire.slowest();
     return static_cast<int>(std::max<Nanoseconds>(1, (there_and_back + cycle - 1) / cycle)) + 1;
   }
+  /// Declared times of the agent of an arm.
+  [[nodiscard]] device::AgentTiming timing(Nanoseconds core_period) const {
+    return {.core_period = core_period,
+            .device_cycle = cycle,
+            .lead_cycles = lead_cycles(),
+            .margin = wire.jitter,
+            .padding = padding};
+  }
+  /// Of its set points.
+  [[nodiscard]] Nanoseconds delay(Nanoseconds core_period) const { return timing(core_period).delay(); }
   /// The first whole cycle of the device at or after the core's start.
   [[nodiscard]] std::int64_t first_cycle() const {
     std::int64_t first = clock_offset / cycle - 1;

@@ -235,6 +235,20 @@ TEST_P(ArmConformance, T3_StopsByItselfWhenSetPointsRunOut) {
   EXPECT_TRUE(trips.empty());
 }
 
+/// Row S5 asks where the arm is, not how late it is: a net may follow at once.
+TEST_P(ArmConformance, S5_ANetMayFollowAtOnceHoweverLateTheArmIs) {
+  wait_until_ready();
+  cycles(600);
+  finish(swing_for(50));
+  ASSERT_EQ(arm->phase(), device::Arm::Phase::kFrozen);
+  for (int i = 0; i < settling(); ++i) {
+    ASSERT_FALSE(arm->refusal()) << arm->refusal()->view() << " " << i << " cycles after the end";
+    cycles(1);
+  }
+  finish(swing_for(50, 0.1));
+  EXPECT_TRUE(trips.empty()) << trips.front();
+}
+
 TEST_P(ArmConformance, S2_TheGuardsRampArrivesWithinTheLimits) {
   wait_until_ready();
   cycles(600);

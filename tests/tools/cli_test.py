@@ -49,6 +49,50 @@ class Verbs(WithFolder):
         for part in ("physics", "controller", "core", "digest", "rendering", "recording"):
             self.assertIn(part, report["timing"])
 
+    def test_a_slow_arm_touches_a_little_harder_and_says_why(self):
+        """Rows T1, O7: the same scenario on an arm of 8 ms; the delay is the declared one and costs contact force."""
+        reports = {}
+        for name, backends in (("direct", []), ("slow", ["--backend", "arm=slow:8ms"])):
+            run = takt("run", "scenarios/touch.json", "--json", *backends)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            reports[name] = json.loads(run.stdout)
+        force = {name: next(one["value"] for one in report["expectations"] if one["kind"] == "contact_force")
+                 for name, report in reports.items()}
+        self.assertGreater(force["slow"], force["direct"] + 0.3)
+        arm = reports["slow"]["site"]["devices"]["arm"]
+        declared = arm["driver_delay_ns"] + arm["dead_time_ns"]
+        self.assertEqual(declared, 17_300_000)
+        self.assertLess(abs(arm["delay_ns"]["most"] - declared), 450_000)
+        self.assertLess(abs(arm["drift_ppm"] - 100), 5)
+        self.assertEqual(arm["dry"], 0)
+        self.assertLess(reports["slow"]["site"]["skew_ns"], 400_000)
+        self.assertEqual(reports["direct"]["site"]["devices"]["arm"]["cycle_ns"], 0)
+        reaction = reports["slow"]["site"]["reactions"][0]
+        self.assertEqual((reaction["sensor"], reaction["arm"]), ("wrist", "arm"))
+        self.assertGreater(reaction["most_ns"], declared)
+
+    def test_a_site_file_binds_devices_and_is_checked(self):
+        site = {"devices": {"arm": {"backend": "slow", "cycle_ms": 4}, "wrist": {"backend": "slow", "cycle_ms": 8}}}
+        file = self.write(site, "site.json")
+        self.assertEqual(takt("validate", file).returncode, 0)
+        run = takt("run", "scenarios/touch.json", "--json", "--site", file)
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        devices = json.loads(run.stdout)["site"]["devices"]
+        self.assertEqual(devices["arm"]["cycle_ns"], 4_000_000)
+        self.assertEqual(devices["wrist"]["cycle_ns"], 8_000_000)
+        over = takt("run", "scenarios/touch.json", "--json", "--site", file, "--backend", "arm=sim")
+        self.assertEqual(json.loads(over.stdout)["site"]["devices"]["arm"]["cycle_ns"], 0)
+
+        site["devices"]["arm"]["cycle"] = 4
+        wrong = takt("validate", self.write(site, "wrong.json"))
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn("/devices/arm/cycle", wrong.stderr)
+        for backend, text in (("arm=fri:192.0.2.1", "no back end of kind 'fri'"), ("elbow=slow", "no device 'elbow'"),
+                              ("probe=slow", "cannot be slow"), ("arm", "NAME=KIND")):
+            refused = takt("run", "scenarios/touch.json", "--backend", backend)
+            self.assertEqual(refused.returncode, 2, backend)
+            self.assertIn(text, refused.stderr)
+
     def test_seeds_move_the_block_and_repeat(self):
         digests = {}
         for seed in (2, 3, 2):

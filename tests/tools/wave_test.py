@@ -34,6 +34,17 @@ class EveryArm(unittest.TestCase):
                 report = json.loads(run.stdout)
                 self.assertEqual(report["result"], "passed")
                 self.assertTrue(all(one["passed"] for one in report["expectations"]))
+                # A cycle longer than the core's is kept in simulation too; one of 1 ms is the core's own.
+                cycle_ms = files.device_of(folder)["cycle_ms"]
+                arm = report["site"]["devices"]["arm"]
+                self.assertEqual(arm["cycle_ns"], 1e6 * cycle_ms if cycle_ms > 1 else 0)
+                self.assertEqual(arm["delay_ns"]["most"], 1e6 * (2 * cycle_ms + 1) if cycle_ms > 1 else 0)
+
+    def test_waves_through_a_wire_with_faults(self):
+        for backend in ("arm=slow:8ms", "arm=slow:4ms,drift=-100ppm,loss=1%,repeat=1%,reorder=1%", "arm=slow:100ms"):
+            with self.subTest(backend=backend):
+                run = takt("run", "scenarios/wave.json", "--json", "--backend", backend)
+                self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
 
     def test_forward_kinematics_is_that_of_a_second_reader(self):
         random.seed(2)

@@ -1,0 +1,191 @@
+#include "scenario/site.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/json.h"
+#include "core/base/object_reader.h"
+
+namespace takt::scenario {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kCycleMaxMs = 100.0;  // the slowest that a vendor offers
+constexpr Range kShare{.low = 0.0, .high = 0.5};
+
+/// Settings of the kind "slow": key of a site file, word of --backend, unit there, its factor.
+struct SlowKey {
+  const char* key;
+  const char* word;
+  const char* unit;
+  double factor;
+};
+constexpr SlowKey kSlowKeys[] = {
+    {"cycle_ms", "cycle", "ms", 1.0},
+    {"offset_ms", "offset", "ms", 1.0},
+    {"drift_ppm", "drift", "ppm", 1.0},
+    {"transport_ms", "transport", "ms", 1.0},
+    {"jitter_ms", "jitter", "ms", 1.0},
+    {"loss", "loss", "%", 0.01},
+    {"repeat", "repeat", "%", 0.01},
+    {"reorder", "reorder", "%", 0.01},
+    {"answer_timeout_cycles", "timeout", "", 1.0},
+};
+
+std::vector<std::string> names_of_kinds() {
+  std::vector<std::string> names;
+  for (const BackendKind& kind : backend_kinds()) names.push_back(kind.name);
+  return names;
+}
+
+Nanoseconds milliseconds(double ms) { return static_cast<Nanoseconds>(std::llround(ms * kMillisecond)); }
+
+emulation::SlowOptions read_slow(ObjectReader& reader) {
+  emulation::SlowOptions slow;
+  slow.cycle = milliseconds(reader.number("cycle_ms", 0.0, {.low = 0.0, .high = kCycleMaxMs}));
+  if (slow.cycle > 0 && slow.cycle < kMillisecond) {
+    reader.findings().error(reader.at("cycle_ms"), "a device faster than the core's cycle", "1 to 100");
+  }
+  slow.clock_offset = milliseconds(reader.number("offset_ms", 12'345.678, {.low = -1e9, .high = 1e9}));
+  slow.drift = 1e-6 * reader.number("drift_ppm", 100.0, {.low = -500.0, .high = 500.0});
+  slow.wire.transport = milliseconds(reader.number("transport_ms", 0.1, {.low = 0.0, .high = 50.0}));
+  slow.wire.jitter = milliseconds(reader.number("jitter_ms", 0.3, {.low = 0.0, .high = 50.0}));
+  slow.wire.loss = reader.number("loss", 0.0, kShare);
+  slow.wire.repeat = reader.number("repeat", 0.0, kShare);
+  slow.wire.reorder = reader.number("reorder", 0.0, kShare);
+  slow.answer_timeout_cycles = static_cast<int>(reader.integer("answer_timeout_cycles", 3, {.low = 0, .high = 100}));
+  return slow;
+}
+
+Binding read_binding(const Json& json, const std::string& pointer, Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  Binding binding;
+  binding.kind = reader.choice("backend", names_of_kinds(), "sim");
+  binding.pointer = pointer;
+  if (binding.kind == "slow") binding.slow = read_slow(reader);
+  reader.finish();
+  return binding;
+}
+
+Site read_document(const Json& document, Findings& findings) {
+  Site site;
+  ObjectReader reader(document, "", findings);
+  (void)reader.text("title", "");
+  site.pad_delays = reader.boolean("pad_delays", true);
+  if (const Json* devices = reader.object("devices")) {
+    for (const auto& [name, json] : devices->items()) {
+      site.devices[name] = read_binding(json, reader.at("devices") + pointer_segment(name), findings);
+    }
+  }
+  reader.finish();
+  return site;
+}
+
+/// One part of an address as key and value of a site file; a number without a word is the cycle.
+void add_setting(std::string_view part, Json& settings, Findings& findings) {
+  const std::size_t equals = part.find('=');
+  const std::string_view word = equals == part.npos ? "cycle" : part.substr(0, equals);
+  const std::string_view text = equals == part.npos ? part : part.substr(equals + 1);
+  const auto known = std::ranges::find(kSlowKeys, word, [](const SlowKey& key) { return std::string_view(key.word); });
+  if (known == std::end(kSlowKeys)) {
+    std::vector<std::string> words;
+    for (const SlowKey& key : kSlowKeys) words.emplace_back(key.word);
+    return findings.error("--backend", fmt::format("a slow device has no '{}'", word), nearest_choice(word, words));
+  }
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
+  if (error != std::errc() || !std::isfinite(value) || unit != known->unit) {
+    return findings.error("--backend", fmt::format("'{}' is no {}", text, word),
+                          fmt::format("a number with the unit '{}'", known->unit));
+  }
+  value *= known->factor;
+  if (std::string_view(known->unit).empty()) {
+    settings[known->key] = static_cast<std::int64_t>(value);
+  } else {
+    settings[known->key] = value;
+  }
+}
+
+}  // namespace
+
+const std::vector<BackendKind>& backend_kinds() {
+  static const std::vector<BackendKind> kinds{
+      {"sim", false, "in the simulation, with the cycle of its model and an ideal clock"},
+      {"slow", false, "in the simulation, with a clock and a wire of its own"},
+  };
+  return kinds;
+}
+
+Result<Site> parse_site(std::string_view text) {
+  const auto document = parse_json(text);
+  if (!document) return std::unexpected(document.error());
+  Findings findings;
+  Site site = read_document(*document, findings);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  return site;
+}
+
+Result<Site> read_site(const std::filesystem::path& file) {
+  const auto text = read_file(file, InputLimits{}.bytes);
+  auto site = text ? parse_site(*text) : Result<Site>(std::unexpected(text.error()));
+  if (!site) {
+    site.error().set_file(file.string());
+    return site;
+  }
+  for (auto& [name, binding] : site->devices) binding.file = file.string();
+  return site;
+}
+
+Findings bind(Site& site, std::string_view argument) {
+  Findings findings;
+  const std::size_t equals = argument.find('=');
+  if (equals == argument.npos || equals == 0) {
+    findings.error("--backend", fmt::format("'{}' is not NAME=KIND[:ADDR]", argument), "--backend arm=slow:8ms");
+    return findings;
+  }
+  const std::string_view target = argument.substr(equals + 1);
+  const std::size_t colon = target.find(':');
+  const std::string kind(target.substr(0, colon));
+  std::string_view address = colon == target.npos ? "" : target.substr(colon + 1);
+  const auto kinds = names_of_kinds();
+  if (std::ranges::find(kinds, kind) == kinds.end()) {
+    findings.error("--backend", fmt::format("there is no back end of kind '{}'", kind), nearest_choice(kind, kinds));
+    return findings;
+  }
+  Json settings{{"backend", kind}};
+  if (kind != "slow" && !address.empty()) {
+    findings.error("--backend", fmt::format("a back end of kind '{}' has no address, '{}' stands here", kind, address));
+  }
+  while (kind == "slow" && !address.empty()) {
+    const std::size_t comma = std::min(address.find(','), address.size());
+    add_setting(address.substr(0, comma), settings, findings);
+    address.remove_prefix(std::min(comma + 1, address.size()));
+  }
+  Findings unfit;
+  Binding binding = read_binding(settings, "", unfit);
+  binding.pointer = "--backend";
+  findings.append(unfit, "--backend");
+  if (!findings.has_errors()) site.devices[std::string(argument.substr(0, equals))] = binding;
+  return findings;
+}
+
+Findings check_clocks(const Site& site, bool realtime, const std::vector<BackendKind>& kinds) {
+  Findings findings;
+  for (const auto& [name, binding] : site.devices) {
+    const auto kind = std::ranges::find(kinds, binding.kind, &BackendKind::name);
+    if (realtime || kind == kinds.end() || !kind->own_clock) continue;
+    findings.add({Severity::kError, binding.file, binding.pointer,
+                  fmt::format("'{}' is reached as '{}', which has a clock of its own; lock-step has none for it", name,
+                              binding.kind),
+                  "--realtime, or a simulated back end"});
+  }
+  return findings;
+}
+
+}  // namespace takt::scenario

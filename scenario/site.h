@@ -1,0 +1,58 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/findings.h"
+#include "core/emulation/slow_options.h"
+
+namespace takt::scenario {
+
+/// A way to reach a device: what "backend" in a site file and KIND of --backend may say.
+struct BackendKind {
+  std::string name;
+  bool own_clock = false;  ///< the device has a clock that is no simulation's: forces real time (row T4)
+  std::string doc;
+};
+
+/// The kinds there are. Realtime: setup.
+[[nodiscard]] const std::vector<BackendKind>& backend_kinds();
+
+/// How one device of the cell is reached.
+struct Binding {
+  std::string kind = "sim";
+  /// Of kind "slow"; a cycle of 0 stands for that of the model.
+  emulation::SlowOptions slow = {};
+  std::string file, pointer;  ///< where it was said
+};
+
+/// What is true of one place and not of the scenario: which back end each device has (docs/sites.md). Devices that are
+/// not named are simulated.
+struct Site {
+  std::map<std::string, Binding, std::less<>> devices;
+  /// All arms are made as late as the slowest, so that they are together at their flanges (row T3).
+  bool pad_delays = true;
+
+  [[nodiscard]] const Binding* find(std::string_view device) const {
+    const auto found = devices.find(device);
+    return found == devices.end() ? nullptr : &found->second;
+  }
+};
+
+/// Reads a site file. @return it, or all findings with file and pointer. Realtime: setup.
+[[nodiscard]] Result<Site> read_site(const std::filesystem::path& file);
+[[nodiscard]] Result<Site> parse_site(std::string_view text);
+
+/// Adds what --backend says, "NAME=KIND[:ADDR]", over what a site file said of that device. For kind "slow" ADDR is a
+/// list of "8ms", "drift=100ppm", "jitter=0.3ms", "loss=1%" and the like. Realtime: setup.
+[[nodiscard]] Findings bind(Site& site, std::string_view argument);
+
+/// Lock-step knows no device with a clock of its own (row T4). @return an error for each that is bound so.
+[[nodiscard]] Findings check_clocks(const Site& site, bool realtime,
+                                    const std::vector<BackendKind>& kinds = backend_kinds());
+
+}  // namespace takt::scenario

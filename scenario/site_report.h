@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/device/backend.h"
+
+namespace takt::scenario {
+
+struct BuiltCell;
+
+/// How a device of a run was reached: what its back end declares, and what was measured. All times in ns.
+struct DeviceTiming {
+  std::string device, backend;
+  device::BackendTiming declared;
+  Nanoseconds sample_age_most = 0;  ///< at the beginning of a cycle; of those samples that were there
+  /// From a set point's time to when the machine was told it; only for arms, with the true clocks at hand.
+  bool drives = false;
+  Nanoseconds delay_least = 0, delay_most = 0;
+  std::uint64_t lost = 0, repeated = 0, reordered = 0;  ///< samples
+  std::uint64_t missed_answers = 0, dry = 0;
+  double drift_ppm = 0.0;  ///< of the device's clock against the core's, as estimated
+};
+
+/// The certificate of a site (row O7): from an event at a sensor to when the arm is told of it, for a net that reacts
+/// in the same cycle. Each cycle that the net's own certificate has adds a period.
+struct SiteReaction {
+  std::string sensor, arm;
+  Nanoseconds most = 0;
+};
+
+struct SiteReport {
+  std::vector<DeviceTiming> devices;
+  std::vector<SiteReaction> reactions;
+  /// Between the arms, or of one arm against itself: how far apart set points of one cycle arrived (row T1).
+  Nanoseconds skew = 0;
+};
+
+/// Watches the devices of a cell during a run.
+class SiteWatch {
+ public:
+  explicit SiteWatch(const BuiltCell& built);
+  /// After each cycle. Realtime: cyclic.
+  void watch();
+  [[nodiscard]] SiteReport report() const;
+
+ private:
+  const BuiltCell& built_;
+  std::vector<Nanoseconds> arm_ages_, sensor_ages_;  // in the order of the cell's names
+};
+
+}  // namespace takt::scenario

@@ -1,0 +1,74 @@
+// The MuJoCo arm of each model, direct and slow, under the suite that every arm must pass.
+#include "tests/support/arm_conformance.h"
+#include "core/device/device_file.h"
+#include "sim/from_model.h"
+#include "sim/world.h"
+
+namespace takt::test {
+namespace {
+
+using emulation::SlowOptions;
+
+/// An arm of a model, alone in a world, standing at its home.
+class SimArmRig final : public ArmRig {
+ public:
+  explicit SimArmRig(const std::string& model) {
+    auto read = device::read_arm("models/" + model);
+    if (!read) {
+      ADD_FAILURE() << read.error().to_string();
+      return;
+    }
+    description = *read;
+    sim::WorldDescription world_description;
+    world_description.robots.push_back(sim::arm_body("arm", *description, {}));
+    world_description.arms.push_back(sim::simulated_arm("arm", "arm", *description));
+    auto made = sim::World::create(world_description);
+    if (!made) {
+      ADD_FAILURE() << made.error().to_string();
+      return;
+    }
+    world = std::make_shared<sim::World>(std::move(*made));
+    backend = tap = std::make_shared<ArmTap>(std::shared_ptr<device::ArmBackend>(world, world->arm("arm")));
+    has_mass = true;
+    // The position controller leans on its gains: what friction it does not know and what torque moves it costs.
+    tracking = 5e-4;
+    speed_noise = 1e-2;
+  }
+
+  void advance() override { ASSERT_TRUE(world->step()); }
+  void release() override { world->arm("arm")->release_brakes(); }
+
+ private:
+  std::shared_ptr<sim::World> world;
+};
+
+ArmUnderTest direct(const std::string& model) {
+  return {model, [model] { return std::make_unique<SimArmRig>(model); }};
+}
+ArmUnderTest slow(const std::string& model, const std::string& how, const SlowOptions& options) {
+  return {model + how, [=] { return slowed(std::make_unique<SimArmRig>(model), options); }};
+}
+
+const SlowOptions k8ms{.cycle = 8 * kMillisecond,
+                       .clock_offset = 5 * kSecond + 123,
+                       .drift = 100e-6,
+                       .wire = {.transport = 100'000, .jitter = 300'000}};
+const SlowOptions k4ms{.cycle = 4 * kMillisecond,
+                       .clock_offset = -kSecond,
+                       .drift = -100e-6,
+                       .wire = {.transport = 100'000,
+                                .jitter = 300'000,
+                                .loss = 0.01,
+                                .repeat = 0.01,
+                                .reorder = 0.01,
+                                .hold_back = 6 * kMillisecond}};
+const SlowOptions k1ms{.cycle = kMillisecond, .drift = 100e-6, .wire = {.transport = 50'000, .jitter = 300'000}};
+
+INSTANTIATE_TEST_SUITE_P(MuJoCo, ArmConformance,
+                         testing::Values(direct("lwr4plus"), direct("ur5"), direct("tx90"),
+                                         slow("lwr4plus", "Slow1ms", k1ms), slow("lwr4plus", "Slow8ms", k8ms),
+                                         slow("ur5", "Slow8ms", k8ms), slow("tx90", "Slow4msWithLosses", k4ms)),
+                         name_of_case);
+
+}  // namespace
+}  // namespace takt::test
