@@ -51,7 +51,7 @@ TEST(Site, EveryKeyIsRead) {
 
 TEST(Site, TheCommandLineSaysTheSameShorter) {
   Site site;
-  const Findings findings = bind(
+  const Findings findings = scenario::bind(
       site, "arm=slow:8ms,offset=5ms,drift=-20ppm,jitter=0.5ms,transport=0.1ms,loss=1%,repeat=2%,reorder=3%,timeout=7");
   ASSERT_TRUE(findings.empty()) << findings.to_string();
   const Binding& arm = *site.find("arm");
@@ -62,9 +62,9 @@ TEST(Site, TheCommandLineSaysTheSameShorter) {
   EXPECT_DOUBLE_EQ(arm.slow.wire.loss, 0.01);
   EXPECT_DOUBLE_EQ(arm.slow.wire.reorder, 0.03);
   EXPECT_EQ(arm.slow.answer_timeout_cycles, 7);
-  EXPECT_TRUE(bind(site, "arm=sim").empty());
+  EXPECT_TRUE(scenario::bind(site, "arm=sim").empty());
   EXPECT_EQ(site.find("arm")->kind, "sim") << "the last one counts";
-  EXPECT_TRUE(bind(site, "arm=slow").empty());
+  EXPECT_TRUE(scenario::bind(site, "arm=slow").empty());
   EXPECT_EQ(site.find("arm")->slow.cycle, 0) << "that of the model";
 }
 
@@ -80,7 +80,7 @@ TEST(Site, WhatIsWrongIsSaidWithWhatIsAllowed) {
                         Case{"arm=slow:8ms,loss=90%", "0.9"}, Case{"arm=sim:8ms", "has no address"},
                         Case{"arm=slow:8ms,,", "is no cycle"}, Case{"arm=slow:nanms", "is no cycle"}}) {
     Site site;
-    const Findings findings = bind(site, c.argument);
+    const Findings findings = scenario::bind(site, c.argument);
     EXPECT_TRUE(findings.has_errors()) << c.argument;
     EXPECT_THAT(findings.to_string(), HasSubstr(c.message)) << c.argument;
     EXPECT_TRUE(site.devices.empty()) << c.argument;
@@ -167,7 +167,7 @@ const device::ModelLibrary& models() {
 RunReport run(const std::string& devices, const std::vector<std::string>& backends, std::uint64_t seed = 1) {
   Site site;
   for (const std::string& backend : backends) {
-    const Findings findings = bind(site, backend);
+    const Findings findings = scenario::bind(site, backend);
     EXPECT_TRUE(findings.empty()) << findings.to_string();
   }
   auto description = parse_description(R"({"devices": {)" + devices + R"(}, "program": {"do": "sequence", "steps": [
@@ -232,8 +232,8 @@ TEST(SiteRun, DevicesThatAreNotThereOrCannotBeSlowAreErrors) {
   auto description = parse_description(R"({"devices": {)" + kOne + R"(, "probe": {"model": "probe_ball", "on": "a"}},
                                            "program": {"do": "sequence", "steps": []}})");
   ASSERT_TRUE(description) << description.error().to_string();
-  ASSERT_TRUE(bind(description->site, "arm=slow:8ms").empty());
-  ASSERT_TRUE(bind(description->site, "probe=slow:8ms").empty());
+  ASSERT_TRUE(scenario::bind(description->site, "arm=slow:8ms").empty());
+  ASSERT_TRUE(scenario::bind(description->site, "probe=slow:8ms").empty());
   const auto session = Session::create(std::move(*description), models());
   ASSERT_FALSE(session);
   EXPECT_THAT(session.error().to_string(), HasSubstr("there is no device 'arm'"));
