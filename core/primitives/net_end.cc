@@ -30,7 +30,8 @@ class Error final : public Primitive {
  public:
   explicit Error(Setup& setup)
       : condition_(stop_condition(setup)),
-        text_(setup.parameter<Text>("text", {.doc = "cause for people, at most 63 bytes"})) {}
+        text_(
+            setup.parameter<Text>("text", {.doc = "cause for people, at most 63 bytes", .example = R"("it broke")"})) {}
   void update(const Cycle& cycle) override {
     if (condition_.holds()) cycle.signals->fail_with(Cause::Code::kError, text_.view(), cycle.index);
   }
@@ -55,8 +56,7 @@ class Cancel final : public Primitive {
 template <class T>
 class Monitor final : public Primitive {
  public:
-  explicit Monitor(Setup& setup)
-      : value_(setup.in<T>("value", {.unit = free_unit<T>(), .doc = "what is shown", .on_null = OnNull::kHandled})) {
+  explicit Monitor(Setup& setup) : value_(setup.in<T>("value", free_spec<T>("what is shown", OnNull::kHandled))) {
     setup.is_monitor();
   }
   void update(const Cycle&) override {}
