@@ -15,6 +15,8 @@ struct Names {
   PortSpec a_spec, b_spec, value_spec;
 };
 
+constexpr double kCost_ns = 20.0;  // a composition of two frames
+
 /// value = F::of(a, b), null if one is null.
 template <class F, class A, class B, class R>
 class Function2 : public Primitive {
@@ -22,7 +24,9 @@ class Function2 : public Primitive {
   explicit Function2(Setup& setup)
       : a_(setup.in<A>(F::kNames.a, F::kNames.a_spec)),
         b_(setup.in<B>(F::kNames.b, F::kNames.b_spec)),
-        value_(setup.out<R>("value", F::kNames.value_spec)) {}
+        value_(setup.out<R>("value", F::kNames.value_spec)) {
+    setup.costs(kCost_ns);
+  }
   void update(const Cycle&) override {
     if (a_.null() || b_.null()) return value_.set_null();
     value_.set(F::of(*a_, *b_));
@@ -38,8 +42,9 @@ class Function2 : public Primitive {
 template <class F, class A, class R>
 class Function1 : public Primitive {
  public:
-  explicit Function1(Setup& setup)
-      : input_(setup.in<A>("input", F::kInput)), value_(setup.out<R>("value", F::kValue)) {}
+  explicit Function1(Setup& setup) : input_(setup.in<A>("input", F::kInput)), value_(setup.out<R>("value", F::kValue)) {
+    setup.costs(kCost_ns);
+  }
   void update(const Cycle&) override {
     if (input_.null()) return value_.set_null();
     value_.set(F::of(*input_));

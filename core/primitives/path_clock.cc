@@ -27,7 +27,9 @@ class PathClock final : public Primitive {
         standstill_(setup.out<Boolean>("standstill", {.doc = "rate and its change are exactly 0"})),
         duration_(setup.parameter<Real>("duration", {.unit = "s", .doc = "planned duration", .range = "[0,inf)"})),
         retraceable_(setup.parameter<Boolean>("retraceable", false, {.doc = "rates down to -1 are allowed"})),
-        bounds_json_(setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2} from the plan"})) {}
+        bounds_json_(setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2} from the plan"})) {
+    setup.costs(60.0);
+  }
 
   Findings prepare() override {
     auto bounds = motion::clock_bounds_from_json(bounds_json_, "/bounds");
@@ -36,6 +38,8 @@ class PathClock final : public Primitive {
     clock_at_start_ = clock_;
     return {};
   }
+
+  [[nodiscard]] double stop_time_bound() const override { return clock_->stop_time_bound(); }
 
   void update(const Cycle& cycle) override {
     if (cycle.first) clock_ = clock_at_start_;
@@ -66,7 +70,9 @@ class TimeLaw final : public Primitive {
         s_(setup.out<Real>("s", {.unit = "1", .doc = "path parameter, 0 at the start, 1 at the end"})),
         ds_(setup.out<Real>("ds", {.unit = "1/s", .doc = "its first derivative with respect to real time"})),
         dds_(setup.out<Real>("dds", {.unit = "1/s^2", .doc = "its second derivative with respect to real time"})),
-        law_json_(setup.json("law", {.doc = "[[duration in s, jerk in 1/s^3], ...] from the plan"})) {}
+        law_json_(setup.json("law", {.doc = "[[duration in s, jerk in 1/s^3], ...] from the plan"})) {
+    setup.costs(40.0);
+  }
 
   Findings prepare() override {
     auto law = motion::time_law_from_json(law_json_, "/law");
