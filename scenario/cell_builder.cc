@@ -220,6 +220,9 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.world = std::make_shared<sim::World>(std::move(*world));
   built.triangles = sim::triangle_count(built.world->model());
   built.core = std::make_unique<rcc::ControlCore>(rcc::ControlCore::Options{.measure = measure_times});
+  for (const device::ChannelDescription& channel : description.channels) {
+    if (auto declared = built.core->declare(channel); !declared) return std::unexpected(std::move(declared.error()));
+  }
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
   set_tools(simulated, built);

@@ -172,7 +172,9 @@ Json to_json(const scenario::RunReport& report) {
             {"digest", t.digest},
             {"rendering", t.rendering},
             {"recording", t.recording},
-            {"core_ns_per_cycle", report.core_ns_per_cycle}}},
+            {"core_ns_per_cycle", report.core_ns_per_cycle},
+            {"core_ns_longest", report.core_ns_longest},
+            {"overruns", report.overruns}}},
           {"frames", report.frames},
           {"products", report.products},
           {"findings", to_json(report.findings)}};
