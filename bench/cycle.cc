@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <functional>
+#include <memory>
 #include <vector>
 
 #include <fmt/format.h>
@@ -10,6 +12,7 @@
 #include "core/device/device_file.h"
 #include "core/kinematics/chain.h"
 #include "core/motion/planner.h"
+#include "core/rcc/admission.h"
 #include "core/rcc/control_core.h"
 #include "tests/support/fake_arm.h"
 
@@ -89,6 +92,79 @@ void print(const char* name, const Sample& sample) {
              percentile(sample, 1.0));
 }
 
+/// Median time of a step in ns.
+double median_step_ns(rcc::ControlCore& core, const std::function<void(std::int64_t)>& before) {
+  std::vector<double> ns;
+  for (std::int64_t k = 0; k < 20'000; ++k) {
+    before(k);
+    const auto begin = std::chrono::steady_clock::now();
+    core.step();
+    ns.push_back(std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - begin).count());
+  }
+  std::ranges::nth_element(ns, ns.begin() + 10'000);
+  return ns[10'000];
+}
+
+enum class ChannelUse { kIdle, kLatched, kRead, kWritten, kWatched };
+
+/// What channels (poses, the widest values) add to a cycle, one by one.
+double channels_ns(int count, ChannelUse use, bool digest) {
+  using device::ChannelDescription;
+  const bool by_net = use == ChannelUse::kWritten;
+  rcc::ControlCore core({.digest = digest});
+  net::NetDescription net;
+  net.name = "channels";
+  net.add("end", "Termination", {{"condition", false}});
+  std::vector<device::Channel*> channels;
+  std::vector<std::shared_ptr<rcc::Watch>> watches;
+  for (int i = 0; i < count; ++i) {
+    const std::string name = fmt::format("c{}", i);
+    channels.push_back(
+        *core.declare({.name = name,
+                       .type = net::ValueType::kFrame,
+                       .writer = by_net ? ChannelDescription::Writer::kNet : ChannelDescription::Writer::kOutside,
+                       .initial = net::Frame::Identity()}));
+    if (use == ChannelUse::kRead) net.add("in" + name, "InputFrame", {{"channel", name}});
+    if (!by_net) continue;
+    net.add("out" + name, "OutputFrame", {{"channel", name}, {"value", nullptr}});
+  }
+  core.start(core.load(net).value());
+  if (use == ChannelUse::kWatched)
+    for (const device::Channel* channel : channels)
+      watches.push_back(core.watch(channel->name(), {.every = 1, .capacity = 1'000'000}).value());
+  for (int i = 0; i < 2; ++i) core.step();
+  return median_step_ns(core, [&](std::int64_t) {
+    if (use != ChannelUse::kLatched) return;
+    for (device::Channel* channel : channels) (void)channel->write(net::Frame::Identity());
+  });
+}
+
+void print_channels() {
+  constexpr int kCount = 50;
+  fmt::print(
+      "channels and monitors of type Frame, ns each and cycle (mean over {}, median cycle), without / with digest\n",
+      kCount);
+  const auto each = [](ChannelUse use, bool digest) {
+    return (channels_ns(kCount, use, digest) - channels_ns(0, ChannelUse::kIdle, digest)) / kCount;
+  };
+  for (const auto& [name, use] : {std::pair{"channel at rest", ChannelUse::kIdle},
+                                  {"value from outside taken in", ChannelUse::kLatched},
+                                  {"read by a net", ChannelUse::kRead},
+                                  {"written by a net", ChannelUse::kWritten},
+                                  {"watched, all values and the newest", ChannelUse::kWatched}})
+    fmt::print("  {:<40} {:6.1f} / {:6.1f}\n", name, each(use, false), each(use, true));
+}
+
+/// What LOAD takes the net of a motion for, against what it takes.
+void print_estimate(const std::shared_ptr<const device::ArmDescription>& model, const motion::Motion& motion) {
+  rcc::ControlCore core({});
+  core.add(std::make_unique<device::Arm>("arm0", model, std::make_shared<test::FakeArm>(model->home), core.period()));
+  const auto estimate = core.status(core.load(lin_net("arm0", motion)).value()).cost_ns;
+  const auto phases = measure(model, motion, 1, false, true);
+  fmt::print("the LIN net: estimated {:.2f} us, measured {:.2f} us a cycle\n", 1e-3 * estimate,
+             phases.phase_us[static_cast<std::size_t>(rcc::CyclePhase::kNets)]);
+}
+
 int run() {
   const auto model = device::read_arm("models/lwr4plus");
   if (!model) {
@@ -114,6 +190,9 @@ int run() {
     fmt::print("  {} {:.3f}", rcc::name_of(static_cast<rcc::CyclePhase>(p)),
                phases.phase_us[static_cast<std::size_t>(p)]);
   fmt::print("\n");
+  print_channels();
+  fmt::print("this machine against the reference of cost estimates: {:.2f}\n", rcc::machine_factor());
+  print_estimate(*model, *motion);
   return 0;
 }
 

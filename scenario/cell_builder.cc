@@ -223,6 +223,9 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.world = std::make_shared<sim::World>(std::move(*world));
   built.triangles = sim::triangle_count(built.world->model());
   built.core = std::make_unique<rcc::ControlCore>(options);
+  for (const device::ChannelDescription& channel : description.channels) {
+    if (auto declared = built.core->declare(channel); !declared) return std::unexpected(std::move(declared.error()));
+  }
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
   built.site->add_to(built.core->digest());

@@ -10,6 +10,7 @@
 #include "core/base/json.h"
 #include "core/base/object_reader.h"
 #include "core/base/random.h"
+#include "core/device/channel_file.h"
 
 namespace takt::scenario {
 namespace {
@@ -178,18 +179,19 @@ void read_expectations(ObjectReader& reader, Description& description) {
   }
 }
 
-/// Frames, devices and objects share one name space, so that "in" is never ambiguous.
+/// Frames, devices, objects and channels share one name space, so that "in" is never ambiguous.
 void check_names(const Description& description, Findings& findings) {
   std::set<std::string> names;
   const auto once = [&](const std::string& name, const std::string& place) {
     if (!names.insert(name).second) {
       findings.error(place + pointer_segment(name), fmt::format("the name '{}' is used twice in this cell", name),
-                     "frames, devices and objects share one name space");
+                     "frames, devices, objects and channels share one name space");
     }
   };
   for (const auto& frame : description.frames) once(frame.name, "/frames");
   for (const auto& device : description.devices) once(device.name, "/devices");
   for (const auto& object : description.objects) once(object.name, "/objects");
+  for (const auto& channel : description.channels) once(channel.name, "/channels");
 }
 
 void check_film(const Description& description, Findings& findings) {
@@ -228,6 +230,9 @@ Description read_document(const Json& document, Findings& findings) {
     description.cameras.push_back(read_camera(name, json, pointer, findings));
   });
   if (const Json* film = reader.object("film", false)) description.film = read_film(*film, "/film", findings);
+  for_each_member(reader, "channels", [&](const auto& name, const Json& json, const std::string& pointer) {
+    description.channels.push_back(device::channel_from_json(name, json, pointer, findings));
+  });
   (void)reader.object("nets", false);  // read by read_nets()
   if (const Json* program = reader.object("program")) description.program = *program;
   read_expectations(reader, description);

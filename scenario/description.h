@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/findings.h"
+#include "core/device/channel.h"
 #include "core/world/shape.h"
 #include "scenario/net_files.h"
 #include "scenario/site.h"
@@ -96,6 +97,7 @@ struct Description {
   std::vector<ObjectEntry> objects;
   std::vector<CameraEntry> cameras;
   FilmEntry film;
+  std::vector<device::ChannelDescription> channels;
   std::vector<NetEntry> nets;
   nlohmann::ordered_json program;
   std::vector<ExpectationEntry> expectations;

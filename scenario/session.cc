@@ -248,12 +248,23 @@ class Session::Run {
     return true;
   }
 
+  /// Waits for the wall clock. Whole cycles that it is ahead are overruns; they are not caught up, so that the cycles
+  /// that follow are not bunched. The simulated devices wait too, so nothing has to be stopped for it.
+  void keep_pace(double time) {
+    const auto due = start_ + std::chrono::duration<double>(time) + lost_;
+    const std::chrono::nanoseconds period(session_.built_.core->period());
+    const auto late = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - due) / period;
+    if (late <= 0) return std::this_thread::sleep_until(due);
+    session_.built_.core->count_overruns(late);
+    lost_ += late * period;
+  }
+
   /// Once per 16 cycles: real time if asked for, and progress.
   void pace() {
     const std::int64_t cycle = session_.built_.core->cycle();
     if (cycle % 16 != 0) return;
     const double time = to_seconds(session_.built_.core->time());
-    if (options_.realtime) std::this_thread::sleep_until(start_ + std::chrono::duration<double>(time));
+    if (options_.realtime) keep_pace(time);
     if (options_.progress && seconds_since(last_progress_) > 0.1) {
       last_progress_ = Clock::now();
       options_.progress(time, session_.planned_duration_, runner_.current());
@@ -305,6 +316,8 @@ class Session::Run {
     report_.timing.digest += digest;
     report_.timing.core = 1e-9 * static_cast<double>(statistics.total_ns) - digest;
     const sim::StepTimes times = session_.built_.world->times();
+    report_.core_ns_longest = static_cast<double>(statistics.max_ns);
+    report_.overruns = statistics.overruns;
     report_.timing.physics = to_seconds(times.physics);
     report_.timing.controller = to_seconds(times.devices);
     if (statistics.measured_cycles > 0) {
@@ -350,6 +363,7 @@ class Session::Run {
   std::vector<std::string> steps_begun_;
   RunReport report_;
   Clock::time_point start_, last_progress_;
+  std::chrono::nanoseconds lost_{0};  // that the run is behind the wall clock for good
   bool cancelled_ = false;
 };
 

@@ -24,7 +24,7 @@ struct RunOptions {
   int width = 1280, height = 720, fps = 25;
   std::filesystem::path record;  ///< MCAP file; empty = none
   bool measure_times = true;
-  bool realtime = false;  ///< at most as fast as the wall clock
+  bool realtime = false;  ///< at most as fast as the wall clock; what is late is counted, and not caught up
   /// Set from outside (signal handler): 1 = cancel gracefully, 2 = stop now.
   const std::atomic<int>* interrupt = nullptr;
   /// Called about ten times a second of wall time: simulated time, planned duration, current step.
@@ -51,6 +51,8 @@ struct RunReport {
   Timing timing;
   double core_ns_per_cycle = 0;  ///< mean wall time of a core cycle
   SiteReport site;              ///< how the devices were reached, and how late
+  double core_ns_longest = 0;    ///< the longest
+  std::int64_t overruns = 0;     ///< cycles that the wall clock was ahead of, in a run at its pace
   std::int64_t frames = 0;
   std::vector<std::string> products;  ///< files written
 };

@@ -89,6 +89,19 @@ Result<motion::Motion> plan(const MotionRequest& request, const command::Cell& c
   return motion;
 }
 
+/// Where the net of a motion takes its arm over and leaves it: at rest at both ends of the plan (row L3). A condition
+/// may end it before, then nobody knows where.
+rcc::LoadOptions load_options(const motion::Motion& motion, const MotionRequest& request, Nanoseconds period) {
+  const auto at_rest = [&request](const device::JointVector& q) {
+    const device::JointVector zero = device::JointVector::Zero(q.size());
+    return rcc::NetSeam{request.arm, {.q = q, .dq = zero, .ddq = zero}};
+  };
+  rcc::LoadOptions options{.cancel_bound_cycles = command::cancel_bound_cycles(motion, period),
+                           .begins = {at_rest(motion.q_start)}};
+  if (!request.until) options.ends.push_back(at_rest(motion.q_goal));
+  return options;
+}
+
 /// Plans when it begins, loads and starts the net, and takes note of a touch when the net has ended.
 class MotionRun final : public StepRun {
  public:
@@ -117,7 +130,7 @@ class MotionRun final : public StepRun {
       return Progress::kFailed;
     }
     const command::MotionCommand command{request_.name, request_.arm, &*motion, arm.X_FT, request_.until};
-    const rcc::LoadOptions options{.cancel_bound_cycles = command::cancel_bound_cycles(*motion, context.core.period())};
+    const rcc::LoadOptions options = load_options(*motion, request_, context.core.period());
     return net_.begin(context, command::motion_net(command, context.cell, context.variables.biases), options, findings);
   }
 

@@ -1,5 +1,6 @@
 #include "core/device/arm.h"
 
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -20,6 +21,16 @@ bool usable(const ArmSample& sample, int joint_count) {
   return sample.q.size() == joint_count && sample.dq.size() == joint_count && finite(sample.q) && finite(sample.dq) &&
          finite(sample.tau) && finite(sample.commanded) &&
          (sample.commanded.size() == 0 || sample.commanded.size() == joint_count);
+}
+
+/// Loads within 1 g and 0.1 mm are one.
+std::optional<net::Text> tool_misfit(const ToolSetting& was, const ToolSetting& wanted) {
+  constexpr double kMass_kg = 1e-3, kWay_m = 1e-4;
+  const double apart = (wanted.X_FT.translation() - was.X_FT.translation()).norm();
+  if (std::abs(wanted.payload.mass - was.payload.mass) > kMass_kg)
+    return net::format_text("begins with a load of {:.5g}, not {:.5g} kg", wanted.payload.mass, was.payload.mass);
+  if (apart > kWay_m) return net::format_text("begins with another tool: {:.5g} m apart", apart);
+  return std::nullopt;
 }
 
 }  // namespace
@@ -92,6 +103,39 @@ std::optional<net::Text> Arm::refusal() const {
   for (int i = 0; i < joint_count(); ++i) {
     const double away = std::abs(sample_.q[i] - told[i]);
     if (at_rest() && away > description_->start_tolerance) return because("is not where it was sent");
+  }
+  return std::nullopt;
+}
+
+Seam Arm::seam() const {
+  const ArmSetPoint& last = proposed_ && phase_ == Phase::kFollowing ? proposal_ : guard_.last();
+  return {.q = last.q, .dq = last.dq, .ddq = last.ddq, .mode = net::Text("position"), .tool = tool_};
+}
+
+std::optional<net::Text> Arm::misfit(const Seam& end, const Seam& begin) const {
+  if (begin.mode.size > 0 && end.mode.size > 0 && begin.mode.view() != end.mode.view())
+    return net::format_text("begins in mode {}, not {}", begin.mode.view(), end.mode.view());
+  if (begin.tool && end.tool) {
+    if (const auto text = tool_misfit(*end.tool, *begin.tool)) return text;
+  }
+  const double h = to_seconds(period_);
+  double open = h * h * h;  // what a jerk of 1 does to a position in one period; then to a velocity, an acceleration
+  double noise = Guard::kPositionNoise;
+  constexpr std::array<std::string_view, 3> kUnits = {"rad", "rad/s", "rad/s2"};
+  const std::array<std::pair<const JointVector*, const JointVector*>, 3> parts = {
+      {{&end.q, &begin.q}, {&end.dq, &begin.dq}, {&end.ddq, &begin.ddq}}};
+  for (std::size_t p = 0; p < parts.size(); ++p, open /= h, noise *= 2.0 / h) {
+    const auto& [was, wanted] = parts[p];
+    if (was->size() == 0 || wanted->size() == 0) continue;
+    if (was->size() != wanted->size() || wanted->size() != joint_count())
+      return net::format_text("begins with {} joints, not {}", wanted->size(), joint_count());
+    for (int i = 0; i < joint_count(); ++i) {
+      const double allowed = description_->limits.jerk[i] * open * (1.0 + Guard::kShare) + noise;
+      if (std::abs((*wanted)[i] - (*was)[i]) <= allowed) continue;  // false for NaN
+      return net::format_text("joint {}: begins at {:.5g}, not at {:.5g} {}",
+                              description_->joint_names[static_cast<std::size_t>(i)], (*wanted)[i], (*was)[i],
+                              kUnits[p]);
+    }
   }
   return std::nullopt;
 }

@@ -14,12 +14,6 @@
 
 namespace takt::device {
 
-/// What hangs on the flange, as the controller is told.
-struct ToolSetting {
-  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< tool centre point T in flange F, m
-  PayloadSetting payload;
-};
-
 /// The canonical arm: newest sample in, one guarded set point a cycle out (docs/devices.md, "Arm").
 ///
 /// Primitives read the sample and propose set points; the control core calls the rest, in the order of the members
@@ -65,6 +59,10 @@ class Arm final : public Actuator {
   [[nodiscard]] net::Text fault() const override;
   /// Not ready, braking, or away from its set point.
   [[nodiscard]] std::optional<net::Text> refusal() const override;
+  /// What this cycle sends if the guard lets it pass, else what was sent last; always in mode "position".
+  [[nodiscard]] Seam seam() const override;
+  /// Positions, velocities and accelerations may differ by what one step of the largest jerk does in a period.
+  [[nodiscard]] std::optional<net::Text> misfit(const Seam& end, const Seam& begin) const override;
   void hold() override;
   void release() override;
   void stop() override;

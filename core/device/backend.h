@@ -64,6 +64,12 @@ class ArmBackend {
   [[nodiscard]] virtual BackendTiming timing() const { return {}; }
 };
 
+/// What hangs on the flange, as the controller is told.
+struct ToolSetting {
+  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< tool centre point T in flange F, m
+  PayloadSetting payload;
+};
+
 struct WrenchSample {
   std::uint64_t sequence = 0;
   Nanoseconds stamp = 0;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/time.h"
+#include "core/device/seam.h"
 #include "core/device/state_words.h"
 #include "core/net/primitive.h"
 
@@ -41,6 +42,13 @@ class Actuator : public Device {
   [[nodiscard]] virtual net::Text fault() const = 0;
   /// Why no net can take it now, or nothing (row S5).
   [[nodiscard]] virtual std::optional<net::Text> refusal() const = 0;
+  /// How a net that is started now would take it over: what is sent last before that net's first cycle (row L3).
+  [[nodiscard]] virtual Seam seam() const { return {}; }
+  /// Why a net that begins like `begin` cannot follow at once where one ended like `end`: axis and numbers; or nothing.
+  /// What one of the two does not say is not compared. Any thread.
+  [[nodiscard]] virtual std::optional<net::Text> misfit(const Seam& /*end*/, const Seam& /*begin*/) const {
+    return std::nullopt;
+  }
   /// A net holds it from the next cycle on.
   virtual void hold() = 0;
   /// The net ended in order: what it proposed in this cycle is still sent; then the device stands, or stops (row L5).

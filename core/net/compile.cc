@@ -261,6 +261,8 @@ Result<std::unique_ptr<CompiledNet>> CompiledNet::compile(const NetDescription& 
   note_latencies(flat, report);
   certify_reactions(flat, impl.report, report);
   impl.report.notes = report.take();
+  impl.stop_bound = find_stop_bound(flat, impl.primitives, impl.report);
+  for (const FlatPrimitive& primitive : flat.primitives) impl.cost_ns += primitive.info->cost_ns;
   return net;
 }
 

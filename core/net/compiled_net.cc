@@ -84,8 +84,12 @@ void CompiledNet::Impl::evaluate(const Cycle& outer, const Run& run) {
 }
 
 void CompiledNet::evaluate(const Cycle& cycle) {
-  const auto* primitives = impl_->primitives.data();
-  impl_->evaluate(cycle, [primitives](std::size_t at, const Cycle& inner) { primitives[at]->update(inner); });
+  Impl& net = *impl_;
+  const auto* primitives = net.primitives.data();
+  net.evaluate(cycle, [&net, primitives](std::size_t at, const Cycle& inner) {
+    net.newest.store(at, std::memory_order_relaxed);
+    primitives[at]->update(inner);
+  });
 }
 
 void CompiledNet::evaluate_timed(const Cycle& cycle, std::size_t first, std::size_t stride,
@@ -107,8 +111,15 @@ const std::vector<CompiledNet::Port>& CompiledNet::ports() const { return impl_-
 const std::vector<CompiledNet::Monitor>& CompiledNet::monitors() const { return impl_->monitors; }
 const std::vector<Resource*>& CompiledNet::claims() const { return impl_->claims; }
 const NetReport& CompiledNet::report() const { return impl_->report; }
+const StopBound* CompiledNet::stop_bound() const { return impl_->stop_bound ? &*impl_->stop_bound : nullptr; }
+double CompiledNet::cost_ns() const { return impl_->cost_ns; }
 const std::string& CompiledNet::name() const { return impl_->name; }
 int CompiledNet::primitive_count() const { return static_cast<int>(impl_->primitives.size()); }
+
+std::string_view CompiledNet::progress() const {
+  const std::size_t at = impl_->newest.load(std::memory_order_relaxed);
+  return at < impl_->ids.size() ? std::string_view(impl_->ids[at]) : std::string_view();
+}
 
 const void* CompiledNet::find_slot(std::string_view port, ValueType type) const {
   const auto found = impl_->port_by_name.find(port);

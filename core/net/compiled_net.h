@@ -13,6 +13,7 @@ namespace takt::net {
 
 struct FlatNet;
 struct NetPlan;
+struct StopBound;
 class LoadReport;
 
 /// A verified net in its runnable form: one arena of slots in evaluation order, inputs bound to the outputs they read.
@@ -65,6 +66,12 @@ class CompiledNet {
   [[nodiscard]] const std::vector<Monitor>& monitors() const;
   [[nodiscard]] const std::vector<Resource*>& claims() const;
   [[nodiscard]] const NetReport& report() const;
+  /// How long the net takes at most from a cancel to its end, if it says so or its structure does (row L6).
+  [[nodiscard]] const StopBound* stop_bound() const;
+  /// What a cycle costs on the reference machine, ns: the sum of what its primitives declare (row T5).
+  [[nodiscard]] double cost_ns() const;
+  /// Id of the primitive whose update was begun last; the net must not be destroyed meanwhile. Any thread, wait-free.
+  [[nodiscard]] std::string_view progress() const;
   [[nodiscard]] const std::string& name() const;
   [[nodiscard]] int primitive_count() const;
 

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstring>
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -11,6 +13,7 @@
 
 #include "core/net/compiled_net.h"
 #include "core/net/net_plan.h"
+#include "core/net/stop_bound.h"
 
 namespace takt::net {
 
@@ -73,9 +76,10 @@ struct CompiledNet::Impl {
   std::string name;
   Block values, objects;
   std::size_t slots_size = 0;
-  std::vector<Primitive*> primitives;  ///< in evaluation order
-  std::vector<std::string> ids;        ///< likewise
-  std::vector<Delay> delays;           ///< outside all gates
+  std::vector<Primitive*> primitives;   ///< in evaluation order
+  std::vector<std::string> ids;         ///< likewise
+  std::atomic<std::size_t> newest = 0;  ///< the primitive that was begun last, for the watchdog
+  std::vector<Delay> delays;            ///< outside all gates
   std::vector<Gate> gates;
   std::vector<NetPlan::Step> steps;  ///< empty if there is no gate
   std::vector<Port> ports;
@@ -83,6 +87,8 @@ struct CompiledNet::Impl {
   std::vector<Monitor> monitors;
   std::vector<Resource*> claims;
   NetReport report;
+  std::optional<StopBound> stop_bound;
+  double cost_ns = 0.0;
   NetSignals signals;
   std::int64_t cycles = 0;
 };

@@ -197,6 +197,9 @@ class Primitive {
   virtual Findings prepare() { return {}; }
   /// One cycle: reads inputs, writes every output. Realtime: cyclic, no allocation, no lock, no throw.
   virtual void update(const Cycle& cycle) = 0;
+  /// Longest time (s) from the cycle in which it is asked to stop until it rests; 0: it has nothing to stop. Known
+  /// after prepare(). The net's own bound is made of these (row L6). Realtime: setup.
+  [[nodiscard]] virtual double stop_time_bound() const { return 0.0; }
 
  protected:
   Primitive() = default;

@@ -43,7 +43,10 @@ struct PrimitiveInfo {
   std::vector<Meaning> meanings;
   bool termination = false, monitor = false, merge = false;
   bool source = false;  ///< its outputs come from outside the net: a device, an operator, a channel
-  std::string claims;   ///< parameter that names the claimed device; empty = none
+  /// Of the kind that hears of a cancel: the parameter with the net's bound; empty: another kind.
+  std::string cancel_bound;
+  double cost_ns = 4.0;  ///< of an update on the reference machine
+  std::string claims;    ///< parameter that names the claimed device; empty = none
 };
 
 /// How instances of a class are made: in place, so that a net can keep its primitives side by side in one arena.

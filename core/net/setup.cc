@@ -241,6 +241,14 @@ void Setup::is_termination() {
   if (describing()) impl_.describing->termination = true;
 }
 
+void Setup::is_cancel(std::string_view bound) {
+  if (describing()) impl_.describing->cancel_bound = bound;
+}
+
+void Setup::costs(double ns) {
+  if (describing()) impl_.describing->cost_ns = ns;
+}
+
 void Setup::is_source() {
   if (describing()) impl_.describing->source = true;
 }

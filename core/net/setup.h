@@ -59,6 +59,11 @@ class Setup {
   void breaks_loop(std::string_view in);
   /// Marks the one primitive kind whose presence ends a net (LOAD demands at least one).
   void is_termination();
+  /// Marks the primitive kind through which a net hears of a request to cancel; its Real parameter `bound` (s) declares
+  /// how long the net then takes, 0: that follows from the net.
+  void is_cancel(std::string_view bound);
+  /// What an update costs on the reference machine, ns, where it is not the few of plain arithmetic (row T5).
+  void costs(double ns);
   /// Says that the outputs come from outside the net: the certificate begins here. Known by itself of a primitive with
   /// a device and outputs.
   void is_source();

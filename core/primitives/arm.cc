@@ -22,6 +22,7 @@ class ArmCommand final : public Primitive {
         arm_(setup.device<Arm>("device", Arm::kKind, "the arm that is driven")),
         most_bridged_(setup.bridge_cycles("q")) {
     setup.claims("device");
+    setup.costs(40.0);
   }
 
   void update(const Cycle& cycle) override {
@@ -61,7 +62,9 @@ class ArmState final : public Primitive {
         sent_dq_(setup.out<JointArray>("set_point_dq", {.unit = "rad/s", .doc = "its velocity", .may_be_null = true})),
         ready_(setup.out<Boolean>("ready", {.doc = "the arm accepts set points; never null"})),
         age_(setup.out<Real>("age", {.unit = "s", .doc = "age of the sample", .may_be_null = true})),
-        arm_(setup.device<Arm>("device", Arm::kKind, "the arm that is read")) {}
+        arm_(setup.device<Arm>("device", Arm::kKind, "the arm that is read")) {
+    setup.costs(40.0);
+  }
 
   void update(const Cycle&) override {
     ready_.set(arm_->ready());

@@ -28,7 +28,9 @@ class ForwardKinematics final : public Primitive {
         twist_(setup.out<Twist>(
             "twist", {.unit = "m/s,rad/s", .doc = "velocity of T in B, expressed in B", .may_be_null = true})),
         arm_(setup.device<Arm>("device", Arm::kKind, "whose kinematics")),
-        X_FT_(tool_parameter(setup, arm_)) {}
+        X_FT_(tool_parameter(setup, arm_)) {
+    setup.costs(400.0);
+  }
 
   Findings prepare() override { return need_chain(arm_, false); }
 
@@ -84,7 +86,9 @@ class InverseKinematics final : public Primitive {
         X_FT_(tool_parameter(setup, arm_)),
         seed_(setup.parameter<JointArray>(
             "seed", JointArray(),
-            {.unit = "rad", .doc = "where the branch begins; default: the set point of the arm"})) {}
+            {.unit = "rad", .doc = "where the branch begins; default: the set point of the arm"})) {
+    setup.costs(1'500.0);
+  }
 
   Findings prepare() override {
     X_TF_ = X_FT_.inverse();

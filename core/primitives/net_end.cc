@@ -46,6 +46,12 @@ class Cancel final : public Primitive {
   explicit Cancel(Setup& setup)
       : requested_(setup.out<Boolean>("requested", {.doc = "true from the first cycle after the cancel on"})) {
     setup.is_source();
+    setup.is_cancel("bound");
+    (void)setup.parameter<Real>("bound", 0.0,
+                                {.unit = "s",
+                                 .doc = "longest time from a cancel to the end of the net, which is aborted then; 0: "
+                                        "computed from the net",
+                                 .range = "[0,inf)"});
   }
   void update(const Cycle& cycle) override { requested_.set(cycle.cancel_requested); }
 

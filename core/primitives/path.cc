@@ -65,7 +65,9 @@ class JointLine final : public Primitive {
       : at_(setup),
         joints_(setup, "q", "dq", "ddq", "joint positions"),
         json_(setup.json("path", {.doc = "{\"kind\": \"joint_line\", \"start\": [...], \"goal\": [...]} in rad or m",
-                                  .example = R"({"kind": "joint_line", "start": [0.0, 1.0], "goal": [1.0, 0.0]})"})) {}
+                                  .example = R"({"kind": "joint_line", "start": [0.0, 1.0], "goal": [1.0, 0.0]})"})) {
+    setup.costs(60.0);
+  }
 
   Findings prepare() override { return read_path(json_, line_); }
 
@@ -95,7 +97,9 @@ class CartesianLine final : public Primitive {
             setup.out<Twist>("acceleration", {.unit = "m/s^2,rad/s^2", .doc = "time derivative of the twist"})),
         held_(setup, "held", "held_velocity", "held_acceleration", "joints that the frame leaves free"),
         json_(setup.json("path",
-                         {.doc = "{\"kind\": \"cartesian_line\", ...} from the plan", .example = kCartesianExample})) {}
+                         {.doc = "{\"kind\": \"cartesian_line\", ...} from the plan", .example = kCartesianExample})) {
+    setup.costs(150.0);
+  }
 
   Findings prepare() override { return read_path(json_, line_); }
 

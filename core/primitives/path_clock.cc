@@ -29,7 +29,9 @@ class PathClock final : public Primitive {
             "duration", {.unit = "s", .doc = "planned duration", .range = "[0,inf)", .example = "1.0"})),
         retraceable_(setup.parameter<Boolean>("retraceable", false, {.doc = "rates down to -1 are allowed"})),
         bounds_json_(setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2} from the plan",
-                                           .example = R"({"acceleration_max": 4.0, "jerk_max": 80.0})"})) {}
+                                           .example = R"({"acceleration_max": 4.0, "jerk_max": 80.0})"})) {
+    setup.costs(60.0);
+  }
 
   Findings prepare() override {
     auto bounds = motion::clock_bounds_from_json(bounds_json_, "/bounds");
@@ -38,6 +40,8 @@ class PathClock final : public Primitive {
     clock_at_start_ = clock_;
     return {};
   }
+
+  [[nodiscard]] double stop_time_bound() const override { return clock_->stop_time_bound(); }
 
   void update(const Cycle& cycle) override {
     if (cycle.first) clock_ = clock_at_start_;
@@ -69,7 +73,9 @@ class TimeLaw final : public Primitive {
         ds_(setup.out<Real>("ds", {.unit = "1/s", .doc = "its first derivative with respect to real time"})),
         dds_(setup.out<Real>("dds", {.unit = "1/s^2", .doc = "its second derivative with respect to real time"})),
         law_json_(setup.json("law", {.doc = "[[duration in s, jerk in 1/s^3], ...] from the plan",
-                                     .example = "[[0.25, 32.0], [0.5, -32.0], [0.25, 32.0]]"})) {}
+                                     .example = "[[0.25, 32.0], [0.5, -32.0], [0.25, 32.0]]"})) {
+    setup.costs(40.0);
+  }
 
   Findings prepare() override {
     auto law = motion::time_law_from_json(law_json_, "/law");

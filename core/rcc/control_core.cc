@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,6 +16,8 @@
 #include <boost/lockfree/spsc_queue.hpp>
 
 #include "core/device/emergency_stop.h"
+#include "core/net/stop_bound.h"
+#include "core/rcc/admission.h"
 #include "core/rcc/event_buffer.h"
 #include "core/rcc/executor.h"
 #include "core/rcc/net_table.h"
@@ -64,9 +67,10 @@ class DeviceTable final : public net::Environment {
 struct ControlCore::Impl {
   explicit Impl(const Options& given)
       : options(given),
-        nets(given.net_capacity, devices, [this](const net::CompiledNet& net) { return places_of(net); }),
+        nets(given.net_capacity, devices, [this](NetEntry& entry) { return bind(entry); }),
         executor(nets, resources, events, given.net_capacity),
         rules(executor, events) {
+    executor.set_budget(static_cast<double>(options.budget));
     if (options.latch_capacity > 0)
       latches = std::make_unique<LatchRing>(static_cast<std::size_t>(options.latch_capacity));
   }
@@ -77,11 +81,9 @@ struct ControlCore::Impl {
     resources.add(std::move(name), *resource);
     return *owned.emplace_back(std::move(resource));
   }
-  [[nodiscard]] std::vector<int> places_of(const net::CompiledNet& net) const {
-    std::vector<int> places;
-    for (const net::Resource* claim : net.claims()) places.push_back(resources.place_of(claim));
-    return places;
-  }
+  [[nodiscard]] Findings bind(NetEntry& entry);
+  [[nodiscard]] std::vector<NetEntry::DeclaredSeam> bind_seams(const NetEntry& entry, const std::vector<NetSeam>& seams,
+                                                               const std::string& pointer, Findings& findings);
 
   void take_samples(std::int64_t k, Nanoseconds now);
   void note_latches(std::int64_t k);
@@ -118,7 +120,47 @@ struct ControlCore::Impl {
   std::vector<std::shared_ptr<Watch>> kept_watches;  // until the cycle has let go of them
   std::atomic<RequestId> last_request = 0;
   std::atomic<std::int64_t> cycle = 0;
+  std::atomic<std::int64_t> begun = -1;  // the cycle that was begun last
 };
+
+/// Places of what the net claims, its seams, its bound, its cost.
+Findings ControlCore::Impl::bind(NetEntry& entry) {
+  Findings findings;
+  for (const net::Resource* claim : entry.net->claims()) entry.claims.push_back(resources.place_of(claim));
+  entry.begins = bind_seams(entry, entry.options.begins, "/begins", findings);
+  entry.ends = bind_seams(entry, entry.options.ends, "/ends", findings);
+  const net::StopBound* bound = entry.net->stop_bound();
+  entry.cancel_bound_cycles = entry.options.cancel_bound_cycles.value_or(
+      bound != nullptr ? bound->in_cycles(options.period) : LoadOptions::kDefaultCancelBound);
+  entry.cost_ns = entry.net->cost_ns() * machine_factor();
+  const double load = executor.load_ns(), budget = static_cast<double>(options.budget);
+  if (budget > 0.0 && load + entry.cost_ns > budget) {
+    findings.error("",
+                   fmt::format("the net costs about {:.1f} us a cycle and those that run {:.1f} us, together {:.1f} "
+                               "us: the budget is {:.1f} us",
+                               1e-3 * entry.cost_ns, 1e-3 * load, 1e-3 * (load + entry.cost_ns), 1e-3 * budget),
+                   "a smaller net, or fewer at one time");
+  }
+  return findings;
+}
+
+std::vector<NetEntry::DeclaredSeam> ControlCore::Impl::bind_seams(const NetEntry& entry,
+                                                                  const std::vector<NetSeam>& seams,
+                                                                  const std::string& pointer, Findings& findings) {
+  std::vector<NetEntry::DeclaredSeam> bound;
+  for (std::size_t i = 0; i < seams.size(); ++i) {
+    const int place = resources.place_of(devices.find(seams[i].device));
+    const std::string where = fmt::format("{}/{}", pointer, i);
+    if (place < 0 || resources[place].actuator == nullptr || std::ranges::count(entry.claims, place) == 0) {
+      findings.error(where + "/device", fmt::format("the net does not drive '{}'", seams[i].device));
+    } else if (const auto why = resources[place].actuator->misfit(seams[i].seam, seams[i].seam)) {
+      findings.error(where, std::string(why->view()), "a set point of this device");
+    } else {
+      bound.push_back({place, seams[i].seam});
+    }
+  }
+  return bound;
+}
 
 void ControlCore::Impl::take_samples(std::int64_t k, Nanoseconds now) {
   for (device::Device* device : in_order) device->begin_cycle(k, now);
@@ -199,8 +241,9 @@ void ControlCore::Impl::digest_nets(std::int64_t k) {
   for (const NetEntry* entry : executor.active()) digest.take(entry->id, entry->net->slots());
 }
 
+constexpr std::uint64_t kFirstDevice = 0x8000'0000'0000'0000ull;  // apart from the numbers of nets
+
 void ControlCore::Impl::digest_devices() {
-  constexpr std::uint64_t kFirstDevice = 0x8000'0000'0000'0000ull;  // apart from the numbers of nets
   std::uint64_t number = kFirstDevice;
   for (const device::Device* device : in_order) {
     device::StateWords words;
@@ -335,6 +378,10 @@ NetStatus ControlCore::status(NetId net) const {
   if (entry == nullptr) return status;
   status.state = entry->state.load(std::memory_order_acquire);
   status.first_cycle = entry->first_cycle.load(std::memory_order_relaxed);
+  if (status.state != NetState::kLoading) {
+    status.cancel_bound_cycles = entry->cancel_bound_cycles;
+    status.cost_ns = entry->cost_ns;
+  }
   status.last_cycle = entry->last_cycle.load(std::memory_order_relaxed);
   if (status.state == NetState::kTerminated) status.cause = entry->cause;
   return status;
@@ -351,15 +398,53 @@ RequestId ControlCore::post(const Rule& rule) {
   return impl_->queue.push(Posted{.id = id, .retire = 0, .rule = rule}) ? id : 0;
 }
 
+Result<RequestId> ControlCore::schedule_after(NetId predecessor, NetId successor, NetId from_rest) {
+  Findings findings;
+  for (const NetId id : {predecessor, successor, from_rest})
+    if (id != 0 && !knows(id)) findings.error("", fmt::format("net {} is not loaded", id));
+  for (const NetId id : {successor, from_rest})
+    if (id != 0 && knows(id) && state(id) != NetState::kReady)
+      findings.error("", fmt::format("net {} is not Ready, it is {}", id, name_of(state(id))));
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  for (const auto& [place, end] : impl_->nets.find(predecessor)->ends) {
+    for (const auto& [other, begin] : impl_->nets.find(successor)->begins) {
+      const device::Actuator& actuator = *impl_->resources[place].actuator;
+      const auto why = place == other ? actuator.misfit(end, begin) : std::nullopt;
+      if (why)
+        findings.error("", fmt::format("net {} cannot follow net {}: {}: {}", successor, predecessor, actuator.name(),
+                                       why->view()));
+    }
+  }
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Rule rule{.condition = {Term::state(predecessor, {NetState::kTerminated})},
+            .action = {.abort = {}, .cancel = {}, .start = {successor}}};
+  if (from_rest != 0) rule.otherwise.start.add(from_rest);
+  if (const RequestId id = post(rule)) return id;
+  return failure("", "too many requests wait", "let the core run a cycle");
+}
+
+std::optional<std::int64_t> ControlCore::running_cycle() const {
+  const std::int64_t begun = impl_->begun.load(std::memory_order_relaxed);
+  return begun == impl_->cycle.load(std::memory_order_relaxed) ? std::optional(begun) : std::nullopt;
+}
+
+Stall ControlCore::where_it_is() const {
+  Stall stall{.cycle = running_cycle().value_or(-1), .net = impl_->executor.current(), .net_name = {}, .primitive = {}};
+  if (stall.net != 0) std::tie(stall.net_name, stall.primitive) = impl_->nets.where_it_is(stall.net);
+  return stall;
+}
+
 void ControlCore::step() {
   Impl& core = *impl_;
   const std::int64_t k = core.cycle.load(std::memory_order_relaxed);
+  core.begun.store(k, std::memory_order_relaxed);
   net::Cycle cycle;
   cycle.index = k;
   cycle.period = core.options.period;
   cycle.time = k * core.options.period;
   cycle.dt = to_seconds(core.options.period);
   core.events.clear();
+  core.digest.begin_cycle();
 
   Stopwatch watch(core.statistics, core.options.measure);
   core.take_samples(k, cycle.time);
@@ -400,6 +485,17 @@ Nanoseconds ControlCore::time() const { return cycle() * impl_->options.period; 
 Nanoseconds ControlCore::period() const { return impl_->options.period; }
 std::span<const Event> ControlCore::events() const { return impl_->events.view(); }
 Digest& ControlCore::digest() { return impl_->digest; }
+std::string ControlCore::block_name(std::uint64_t block) const {
+  if (block == 0) return "number of the cycle";
+  const std::uint64_t device = block - kFirstDevice;
+  if (block >= kFirstDevice && device < impl_->in_order.size())
+    return fmt::format("device '{}'", impl_->in_order[device]->name());
+  if (const std::string* added = impl_->digest.name_of(block)) return *added;
+  const NetEntry* entry = block <= UINT32_MAX ? impl_->nets.find(static_cast<NetId>(block)) : nullptr;
+  if (entry != nullptr && entry->net != nullptr) return fmt::format("net {} '{}'", block, entry->net->name());
+  return fmt::format("block {}", block);
+}
+
 const Statistics& ControlCore::statistics() const { return impl_->statistics; }
 
 }  // namespace takt::rcc

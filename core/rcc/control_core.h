@@ -26,15 +26,36 @@ namespace takt::rcc {
 /// A net as seen from outside: its state, and why it is in it.
 struct NetStatus {
   NetState state = NetState::kLoading;
-  net::Cause cause;               ///< of the end; code kNone before
-  std::int64_t first_cycle = -1;  ///< core cycle of its first evaluation
-  std::int64_t last_cycle = -1;   ///< core cycle in which it ended
+  net::Cause cause;                      ///< of the end; code kNone before
+  std::int64_t first_cycle = -1;         ///< core cycle of its first evaluation
+  std::int64_t last_cycle = -1;          ///< core cycle in which it ended
+  std::int64_t cancel_bound_cycles = 0;  ///< from a cancel to the end, at most; 0 while Loading
+  double cost_ns = 0.0;                  ///< of a cycle on this machine, as far as its primitives declare it
+};
+
+/// How a net takes over, or leaves, a device that it drives (row L3).
+struct NetSeam {
+  std::string device;
+  device::Seam seam;
 };
 
 /// What a net is loaded with.
 struct LoadOptions {
-  /// Cycles from a cancel to the end; then the net is aborted (row L6).
-  std::int64_t cancel_bound_cycles = 10'000;
+  /// Cycles from a cancel to the end; then the net is aborted (row L6). Not given: what the net says or its structure
+  /// gives (net::StopBound), else kDefaultCancelBound.
+  static constexpr std::int64_t kDefaultCancelBound = 10'000;
+  std::optional<std::int64_t> cancel_bound_cycles = {};
+  /// How the net takes its devices over: checked when its start is agreed, and again against what was really sent.
+  std::vector<NetSeam> begins = {};
+  /// How it leaves them when it ends in order; what schedule_after() compares the successor with.
+  std::vector<NetSeam> ends = {};
+};
+
+/// A cycle that does not end, and what it is doing.
+struct Stall {
+  std::int64_t cycle = -1;
+  NetId net = 0;                    ///< 0: it is not in a net: a device, a rule, the digest
+  std::string net_name, primitive;  ///< the primitive that was begun last
 };
 
 /// The robot control core: devices, nets and the cycle (docs/cycle.md).
@@ -50,7 +71,10 @@ class ControlCore {
     bool digest = true;       ///< take the digest each cycle
     bool measure = false;     ///< measure wall time per phase (costs about 0.1 us a cycle)
     int net_capacity = 4096;  ///< loaded nets at one time
-    int latch_capacity = 0;   ///< values from outside that are kept for take_latches(); 0: none
+    /// Real time: most that all running nets together may cost in a cycle (row T5). A net that does not fit beside
+    /// those that run is rejected, and its start is refused. 0: lock-step, cost is only reported.
+    Nanoseconds budget = 0;
+    int latch_capacity = 0;  ///< values from outside that are kept for take_latches(); 0: none
   };
 
   explicit ControlCore(const Options& options);
@@ -118,6 +142,13 @@ class ControlCore {
   RequestId post(const Transaction& transaction) { return post(Rule{.condition = {}, .action = transaction}); }
   RequestId post(const Rule& rule);
 
+  /// Starts `successor` in the cycle in which `predecessor` ends, so that no cycle is empty (row L3). The seam is
+  /// checked now, as far as both nets declare it, and again in that cycle against what is really sent. If it does not
+  /// fit then, `from_rest` is started instead once its devices are at rest; without it the start is refused and the
+  /// devices stop.
+  /// @return the number of kDone or kRefused; or why it cannot be. Any thread. Realtime: setup.
+  [[nodiscard]] Result<RequestId> schedule_after(NetId predecessor, NetId successor, NetId from_rest = 0);
+
   // -- The cycle. Cycle thread. Realtime: cyclic. --------------------------------------------------------------------
   void step();
   /// Ends every active net in the next step with this cause; their arms brake within their limits. No later request of
@@ -133,7 +164,15 @@ class ControlCore {
   /// What happened in the last step, in order; valid until the next.
   [[nodiscard]] std::span<const Event> events() const;
   [[nodiscard]] Digest& digest();
+  /// What a block of the digest is, for people: "net 3 'tare'", "device 'arm'". Realtime: setup.
+  [[nodiscard]] std::string block_name(std::uint64_t block) const;
   [[nodiscard]] const Statistics& statistics() const;
+
+  // -- For the watchdog. Any thread. ---------------------------------------------------------------------------------
+  /// The cycle that is being run just now. Wait-free.
+  [[nodiscard]] std::optional<std::int64_t> running_cycle() const;
+  /// What a cycle that does not end is doing. Only while it is stuck. Realtime: setup.
+  [[nodiscard]] Stall where_it_is() const;
 
  private:
   void keep(std::unique_ptr<device::Device> device);

@@ -28,10 +28,22 @@ int Digest::add_block(std::string name, std::span<const std::byte> bytes) {
   return static_cast<int>(blocks_.size()) - 1;
 }
 
+void Digest::keep_blocks(std::size_t capacity) {
+  kept_.reserve(capacity);
+  keeps_blocks_ = true;
+}
+
+const std::string* Digest::name_of(std::uint64_t block) const {
+  const bool added = block >= kFirstAdded && block - kFirstAdded < blocks_.size();
+  return added ? &blocks_[block - kFirstAdded].name : nullptr;
+}
+
 void Digest::take(std::uint64_t block, std::span<const std::byte> bytes) {
   const std::array<std::uint64_t, 2> header = {block, bytes.size()};
   XXH3_128bits_update(state_->xxh, header.data(), sizeof(header));
   XXH3_128bits_update(state_->xxh, bytes.data(), bytes.size());
+  if (keeps_blocks_ && kept_.size() < kept_.capacity())
+    kept_.push_back({.block = block, .value = XXH3_64bits(bytes.data(), bytes.size())});
 }
 
 void Digest::take_added_blocks() {

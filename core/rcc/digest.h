@@ -23,6 +23,22 @@ class Digest {
   /// hold no padding. Realtime: setup. @return its number.
   int add_block(std::string name, std::span<const std::byte> bytes);
 
+  /// One block of one cycle by itself: when two runs differ, the first that differs says where to look.
+  struct BlockValue {
+    std::uint64_t block = 0;
+    std::uint64_t value = 0;  ///< XXH3 (64 bit) of the bytes
+    bool operator==(const BlockValue&) const = default;
+  };
+  /// From now on the value of each block is kept for a cycle, of at most `capacity` blocks; costs as much again as the
+  /// digest. Realtime: setup.
+  void keep_blocks(std::size_t capacity);
+  /// The blocks of the newest cycle in the order in which they were taken; empty unless they are kept.
+  [[nodiscard]] std::span<const BlockValue> blocks() const { return kept_; }
+  /// A new cycle: the blocks of the last one are forgotten. Realtime: cyclic.
+  void begin_cycle() { kept_.clear(); }
+  /// Name of a block that was added; nullptr: it is not one of these.
+  [[nodiscard]] const std::string* name_of(std::uint64_t block) const;
+
   /// Takes a block into the digest. Realtime: cyclic.
   void take(std::uint64_t block, std::span<const std::byte> bytes);
   /// Takes all added blocks. Realtime: cyclic.
@@ -43,6 +59,8 @@ class Digest {
   };
   std::unique_ptr<State> state_;
   std::vector<Block> blocks_;
+  std::vector<BlockValue> kept_;  ///< never grows beyond its capacity
+  bool keeps_blocks_ = false;
 };
 
 /// 32 hexadecimal digits.

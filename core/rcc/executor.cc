@@ -26,8 +26,10 @@ void Executor::evaluate(const net::Cycle& cycle) {
   for (NetEntry* entry : active_) {
     net::Cycle own = cycle;
     own.cancel_requested = entry->state.load(std::memory_order_relaxed) == NetState::kCanceling;
+    current_.store(entry->id, std::memory_order_relaxed);
     entry->net->evaluate(own);
   }
+  current_.store(0, std::memory_order_relaxed);
 }
 
 void Executor::end_finished(std::int64_t cycle) {
@@ -41,8 +43,8 @@ void Executor::end_finished(std::int64_t cycle) {
     } else if (signals.terminate) {
       const auto code = canceling ? net::Cause::Code::kCancelled : net::Cause::Code::kTerminated;
       end(*entry, cause_of(code, signals.cause.text, cycle), cycle);
-    } else if (canceling && cycle - entry->cancel_cycle >= entry->options.cancel_bound_cycles) {
-      const auto why = format_text("did not end within {} cycles of its cancel", entry->options.cancel_bound_cycles);
+    } else if (canceling && cycle - entry->cancel_cycle >= entry->cancel_bound_cycles) {
+      const auto why = format_text("did not end within {} cycles of its cancel", entry->cancel_bound_cycles);
       abort(*entry, cause_of(net::Cause::Code::kAborted, why, cycle), cycle);
     }
   }
@@ -71,6 +73,7 @@ void Executor::end(NetEntry& entry, const net::Cause& cause, std::int64_t cycle)
     held.owner = 0;
     if (held.actuator != nullptr && held.actuator->held()) held.actuator->release();
   }
+  load_ns_.store(load_ns() - entry.cost_ns, std::memory_order_relaxed);
   move_to(entry, NetState::kTerminated);
 }
 
@@ -119,6 +122,7 @@ void Executor::start(NetEntry& entry, std::int64_t cycle) {
   }
   const auto by_number = [](const NetEntry* a, const NetEntry* b) { return a->id < b->id; };
   active_.insert(std::upper_bound(active_.begin(), active_.end(), &entry, by_number), &entry);
+  load_ns_.store(load_ns() + entry.cost_ns, std::memory_order_relaxed);
   move_to(entry, NetState::kRunning);
 }
 
@@ -134,6 +138,10 @@ std::optional<net::Text> Executor::refuse_start(const NetEntry& entry, const Tra
       return format_text("{} moves; its abort leaves it braking", wanted.actuator->name());
     if (const auto why = wanted.actuator->refusal()) return *why;
   }
+  if (const auto why = refuse_seam(entry)) return why;
+  const double load = load_ns() + entry.cost_ns;
+  if (budget_ns_ > 0.0 && load > budget_ns_)
+    return format_text("{:.1f} us a cycle with it, but the budget is {:.1f}", 1e-3 * load, 1e-3 * budget_ns_);
   // Two nets of one transaction may not want the same thing.
   for (const NetId other : transaction.start) {
     if (other == entry.id) break;
@@ -143,6 +151,27 @@ std::optional<net::Text> Executor::refuse_start(const NetEntry& entry, const Tra
         return format_text("net {} of the same start wants the same device", other);
   }
   return std::nullopt;
+}
+
+std::optional<net::Text> Executor::refuse_seam(const NetEntry& entry) const {
+  for (const auto& [place, begin] : entry.begins) {
+    const device::Actuator& actuator = *resources_[place].actuator;
+    if (const auto why = actuator.misfit(actuator.seam(), begin)) return why;
+  }
+  return std::nullopt;
+}
+
+bool Executor::can_rest(const Transaction& transaction) const {
+  for (const NetId id : transaction.start) {
+    const NetEntry* entry = nets_.find(id);
+    if (entry == nullptr) continue;
+    for (const int place : entry->claims) {
+      const auto& wanted = resources_[place];
+      if (wanted.owner != 0) return false;
+      if (wanted.actuator != nullptr && (!wanted.actuator->at_rest() || wanted.actuator->refusal())) return false;
+    }
+  }
+  return true;
 }
 
 std::optional<Executor::Refusal> Executor::check(const Transaction& transaction) const {

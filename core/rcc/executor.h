@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -32,6 +33,17 @@ class Executor {
   /// Does it; check() has found nothing. Realtime: cyclic.
   void carry_out(const Transaction& transaction, std::int64_t cycle);
 
+  /// True if every device that the transaction's nets want to start with is at rest, free and ready to be taken.
+  [[nodiscard]] bool can_rest(const Transaction& transaction) const;
+
+  /// The net that is evaluated just now; 0: none. Any thread, wait-free.
+  [[nodiscard]] NetId current() const { return current_.load(std::memory_order_relaxed); }
+
+  /// Most that the running nets may cost in a cycle, ns (row T5); 0: no bound.
+  void set_budget(double budget_ns) { budget_ns_ = budget_ns; }
+  /// What the running nets cost in a cycle, ns, as far as it is known. Any thread.
+  [[nodiscard]] double load_ns() const { return load_ns_.load(std::memory_order_relaxed); }
+
   /// Ends a net in which something went wrong: its devices stop (rows S2, L6).
   void abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
 
@@ -53,12 +65,16 @@ class Executor {
   void end(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
   void move_to(NetEntry& entry, NetState state);
   [[nodiscard]] std::optional<net::Text> refuse_start(const NetEntry& entry, const Transaction& transaction) const;
+  [[nodiscard]] std::optional<net::Text> refuse_seam(const NetEntry& entry) const;
   [[nodiscard]] const device::Actuator* lost_actuator(const NetEntry& entry) const;
 
   NetTable& nets_;
   ResourceTable& resources_;
   EventBuffer& events_;
   std::optional<net::Text> stopped_by_;
+  std::atomic<NetId> current_ = 0;
+  std::atomic<double> load_ns_ = 0.0;
+  double budget_ns_ = 0.0;
   std::vector<NetEntry*> active_;  ///< by number; never grows beyond its capacity
 };
 

@@ -7,10 +7,10 @@
 
 namespace takt::rcc {
 
-NetTable::NetTable(int capacity, net::Environment& environment, Claims claims)
+NetTable::NetTable(int capacity, net::Environment& environment, Bind bind)
     : slots_(static_cast<std::size_t>(capacity)),
       environment_(environment),
-      claims_(std::move(claims)),
+      bind_(std::move(bind)),
       retired_(static_cast<std::size_t>(capacity)) {}
 
 NetTable::~NetTable() {
@@ -48,8 +48,9 @@ void NetTable::compile(NetEntry& entry, const net::NetDescription& description) 
     return;
   }
   entry.net = std::move(*compiled);
-  entry.claims = claims_(*entry.net);
-  entry.state.store(NetState::kReady, std::memory_order_release);
+  entry.findings = bind_(entry);
+  const NetState state = entry.findings.has_errors() ? NetState::kRejected : NetState::kReady;
+  entry.state.store(state, std::memory_order_release);
 }
 
 Result<NetId> NetTable::load(const net::NetDescription& description, const LoadOptions& options) {
@@ -83,6 +84,13 @@ void NetTable::work(const std::stop_token& stop) {
     lock.unlock();
     compile(*job.entry, job.description);
   }
+}
+
+std::pair<std::string, std::string> NetTable::where_it_is(NetId id) {
+  const std::lock_guard lock(mutex_);  // so that nobody frees the net meanwhile
+  const NetEntry* entry = find(id);
+  if (entry == nullptr || entry->net == nullptr) return {};
+  return {entry->net->name(), std::string(entry->net->progress())};
 }
 
 void NetTable::retire(NetEntry& entry) {

@@ -10,6 +10,7 @@
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/base/findings.h"
@@ -27,6 +28,13 @@ struct NetEntry {
   std::unique_ptr<net::CompiledNet> net;
   Findings findings;
   std::vector<int> claims;  ///< places in the resource table
+  struct DeclaredSeam {
+    int place;
+    device::Seam seam;
+  };
+  std::vector<DeclaredSeam> begins, ends;
+  std::int64_t cancel_bound_cycles = 0;
+  double cost_ns = 0.0;  ///< of a cycle, on this machine
 
   net::Cause cause;
   std::atomic<std::int64_t> first_cycle = -1, last_cycle = -1;
@@ -37,10 +45,10 @@ struct NetEntry {
 /// finds entries through atomic pointers. An entry is freed only after the cycle thread has let go of it.
 class NetTable {
  public:
-  /// Turns what a net claims into places of the resource table. Realtime: setup.
-  using Claims = std::function<std::vector<int>(const net::CompiledNet&)>;
+  /// Fits a compiled net into the core: claims, seams, bounds, cost. @return why it does not fit. Realtime: setup.
+  using Bind = std::function<Findings(NetEntry&)>;
 
-  NetTable(int capacity, net::Environment& environment, Claims claims);
+  NetTable(int capacity, net::Environment& environment, Bind bind);
   ~NetTable();
 
   [[nodiscard]] Result<NetId> load(const net::NetDescription& description, const LoadOptions& options);
@@ -53,6 +61,9 @@ class NetTable {
   void retire(NetEntry& entry);
   /// Frees retired entries. Realtime: setup.
   void collect();
+  /// Names of a net and of the primitive that it began last, while the cycle is stuck in it. Any thread. Realtime:
+  /// setup.
+  [[nodiscard]] std::pair<std::string, std::string> where_it_is(NetId id);
 
  private:
   struct Job {
@@ -65,7 +76,7 @@ class NetTable {
 
   std::vector<std::atomic<NetEntry*>> slots_;
   net::Environment& environment_;
-  Claims claims_;
+  Bind bind_;
   NetId last_id_ = 0;
   std::vector<std::unique_ptr<NetEntry>> entries_;
   std::vector<std::atomic<NetEntry*>> retired_;  ///< as slots_: what the cycle thread has let go of

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <ctime>
+#include <optional>
 
 #include <pthread.h>
 #include <sys/mman.h>
+
+#include "core/rcc/watchdog.h"
 
 namespace takt::rcc {
 
@@ -48,6 +51,9 @@ void RealtimeClock::count(ControlCore& core, std::int64_t late_cycles) {
 RealtimeClock::Granted RealtimeClock::run(ControlCore& core, const std::stop_token& stop,
                                           const std::function<void(ControlCore&)>& after_step) {
   const Granted granted = prepare_thread();
+  std::optional<Watchdog> watchdog;
+  if (options_.watchdog > 0)
+    watchdog.emplace(core, Watchdog::Options{.limit = options_.watchdog, .grace = options_.grace});
   const Nanoseconds period = core.period();
   Nanoseconds instant = now();
   while (!stop.stop_requested()) {

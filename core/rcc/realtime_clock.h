@@ -23,6 +23,8 @@ class RealtimeClock {
     bool lock_memory = true;  ///< no page of the process leaves memory
     int overrun_limit = 5;    ///< this many overruns, less one for each leak_cycles, stop the nets
     int leak_cycles = 1000;
+    Nanoseconds watchdog = 100 * kMillisecond;  ///< a cycle that takes longer is stuck (Watchdog); 0: nobody watches
+    Nanoseconds grace = 500 * kMillisecond;     ///< for the devices to stop, before the process ends
   };
   struct Granted {
     bool realtime_scheduling = false;

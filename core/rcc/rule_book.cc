@@ -41,26 +41,40 @@ bool RuleBook::holds(const Condition& condition) const {
 
 void RuleBook::apply(std::int64_t cycle) {
   bool any = false;
-  for (Entry& entry : entries_) any |= entry.fires = holds(entry.rule.condition);
+  for (Entry& entry : entries_) any |= entry.fires = is_due(entry, cycle);
   if (!any) return;
   for (int turn = 0; turn < 3; ++turn)
-    for (const Entry& entry : entries_)
-      if (entry.fires && rank(entry.rule.action) == turn) carry_out(entry, cycle);
-  std::erase_if(entries_, [](const Entry& entry) { return entry.fires; });
+    for (Entry& entry : entries_)
+      if (entry.fires && rank(entry.rule.action) == turn) entry.over = carry_out(entry, cycle);
+  std::erase_if(entries_, [](const Entry& entry) { return entry.over; });
 }
 
-void RuleBook::carry_out(const Entry& entry, std::int64_t cycle) {
+bool RuleBook::is_due(const Entry& entry, std::int64_t cycle) const {
+  if (entry.refused_in < 0) return holds(entry.rule.condition);
+  return executor_.can_rest(entry.rule.otherwise) || cycle - entry.refused_in >= Rule::kPatience;
+}
+
+bool RuleBook::carry_out(Entry& entry, std::int64_t cycle) {
   Event event{.kind = Event::Kind::kDone, .state = {}, .net = 0, .request = entry.id, .cause = {}};
   event.cause.cycle = cycle;
-  if (const auto refusal = executor_.check(entry.rule.action)) {
+  event.cause.text = entry.refusal;
+  const bool second = entry.refused_in >= 0;
+  const Transaction& transaction = second ? entry.rule.otherwise : entry.rule.action;
+  const auto refusal = executor_.check(transaction);
+  if (!refusal) {
+    executor_.carry_out(transaction, cycle);
+  } else if (!second && !entry.rule.otherwise.empty()) {
+    entry.refused_in = cycle;
+    entry.refusal = refusal->text;
+    return executor_.can_rest(entry.rule.otherwise) && carry_out(entry, cycle);
+  } else {
     event.kind = Event::Kind::kRefused;
     event.net = refusal->net;
     event.cause.code = net::Cause::Code::kConflict;
     event.cause.text = refusal->text;
-  } else {
-    executor_.carry_out(entry.rule.action, cycle);
   }
   events_.add(event);
+  return true;
 }
 
 }  // namespace takt::rcc

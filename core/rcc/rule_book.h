@@ -27,11 +27,16 @@ class RuleBook {
   struct Entry {
     RequestId id = 0;
     Rule rule;
-    bool fires = false;
+    bool fires = false, over = false;
+    std::int64_t refused_in = -1;  ///< cycle in which the action was refused: the other transaction waits for rest
+    net::Text refusal = {};        ///< why
   };
   [[nodiscard]] bool holds(const Condition& condition) const;
   [[nodiscard]] bool holds(const Term& term) const;
-  void carry_out(const Entry& entry, std::int64_t cycle);
+  /// True if the entry is to be looked at in this cycle.
+  [[nodiscard]] bool is_due(const Entry& entry, std::int64_t cycle) const;
+  /// @return false if the entry stays, to wait for rest.
+  bool carry_out(Entry& entry, std::int64_t cycle);
 
   Executor& executor_;
   EventBuffer& events_;

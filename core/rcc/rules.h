@@ -42,6 +42,8 @@ struct NetSet {
 /// that are started together run their first cycle together.
 struct Transaction {
   NetSet abort, cancel, start;
+
+  [[nodiscard]] bool empty() const { return abort.size + cancel.size + start.size == 0; }
 };
 
 /// One part of a condition: a net is in one of some states, or a Boolean port of a net is true (null counts as false).
@@ -75,16 +77,23 @@ struct Condition {
 
 /// A synchronisation rule: in the first cycle in whose snapshot the condition holds, the transaction is carried out,
 /// wholly or not at all, and the rule is gone. What could not be done is told in an event, with the reason.
+///
+/// A rule may bring a second transaction for the case that the first one is refused, because a seam does not fit or
+/// for any other reason (row L3). It is carried out as soon as all devices of the nets that it starts are at rest and
+/// held by nobody; if that takes longer than kPatience cycles, it is refused too.
 struct Rule {
-  Condition condition;
+  static constexpr std::int64_t kPatience = 10'000;
+
+  Condition condition = {};
   Transaction action;
+  Transaction otherwise = {};
 };
 
 /// What happened to a net, a request or an arm in a cycle.
 struct Event {
   enum class Kind : std::uint8_t {
     kState,    ///< `net` came into `state`; `cause` says why it ended
-    kDone,     ///< `request` was carried out
+    kDone,     ///< `request` was carried out; `cause.text`: why it was its second transaction, if it was
     kRefused,  ///< `request` was not carried out at all; `cause.text` says why, `net` names the net it failed on
     kStopped   ///< an arm began its stop reaction; `cause.text` names it
   };

@@ -84,6 +84,8 @@ constexpr const char* kEverything = R"({
   },
   "film": {"camera": "c", "inset": "down", "force_sensor": "wrist", "force_limit_N": 20,
            "cuts": [{"step": "touch", "camera": "down"}]},
+  "channels": {"felt": {"type": "Wrench", "writer": "net", "unit": "N,N*m", "frame": "flange", "timeout_s": 0.01,
+                        "initial": {"force": [0, 0, 1], "torque": [0, 0, 0]}}, "go": {"type": "Boolean"}},
   "nets": {"by hand": {"primitives": [{"id": "end", "type": "Termination", "parameters": {"condition": true}},
                                       {"id": "shown", "type": "MonitorReal", "parameters": {"value": 1}}]}},
   "program": {"do": "sequence", "name": "all", "times": 2, "steps": [
@@ -189,6 +191,14 @@ constexpr Mistake kMistakes[] = {
     {"/frames/b/quaternion", "[2, 0, 0, 0]"},
     {"/frames/a/xyz", "[0, 0, 0]"},
     {"/frames/a/in", "null"},
+    // Channels.
+    {"/channels/felt/type", nullptr},
+    {"/channels/felt/type", "\"Reel\""},
+    {"/channels/felt/writer", "\"me\""},
+    {"/channels/felt/timeout_s", "-1"},
+    {"/channels/felt/unit", "3"},
+    {"/channels/felt/rate", "1"},
+    {"/channels/x~1y", "{\"type\": \"Real\"}"},
     // Devices.
     {"/devices/arm/model", nullptr},
     {"/devices/arm/model", "true"},

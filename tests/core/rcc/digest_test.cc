@@ -2,7 +2,10 @@
 
 #include <array>
 #include <cmath>
+#include <set>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -88,6 +91,42 @@ TEST_F(DigestOfTheCore, D4_EveryValueOfASampleCounts) {
         Change([](device::ArmSample& s) { s.fault ^= 1u; }), Change([](device::ArmSample& s) { s.ready = false; }),
         Change([](device::ArmSample& s) { ++s.sequence; })})
     EXPECT_NE(run(change), reference);
+}
+
+/// The values of the blocks say which one differs, cycle by cycle, and change nothing of the digest.
+TEST_F(DigestOfTheCore, D4_TheFirstBlockThatDiffersIsNamed) {
+  using Cycle = std::vector<Digest::BlockValue>;
+  const auto run = [this](double constant, bool keep) {
+    build({});
+    if (keep) core->digest().keep_blocks(64);
+    auto net = ptp_net("motion", "left", {JointVector::Zero(3), joints(0.5, 0, 0)});
+    net.add("late", "OnDelay", {{"delay", 0.05}, {"input", true}}).add("extra", "SelectReal", {{"if_false", 0.0}});
+    net.add("value", "ConstantReal", {{"value", constant}});
+    net.link("late.value", "extra.condition").link("value.value", "extra.if_true");
+    core->start(load(net));
+    std::vector<Cycle> cycles;
+    for (int k = 0; k < 100; ++k) {
+      core->step();
+      const auto blocks = core->digest().blocks();
+      cycles.emplace_back(blocks.begin(), blocks.end());
+    }
+    return std::pair(cycles, core->digest().value());
+  };
+  const auto [one, digest] = run(1.0, true);
+  EXPECT_EQ(run(1.0, true).first, one);
+  EXPECT_EQ(run(1.0, false).second, digest);
+  EXPECT_TRUE(run(1.0, false).first.back().empty());
+  EXPECT_EQ(one.back().size(), 4u) << "the cycle, the net, two arms";
+  const auto other = run(std::nextafter(1.0, 2.0), true).first;
+  std::set<std::string> differ;
+  for (std::size_t k = 0; k < one.size(); ++k)
+    for (std::size_t b = 0; b < one[k].size(); ++b)
+      if (one[k][b] != other[k][b]) differ.insert(core->block_name(one[k][b].block));
+  EXPECT_EQ(differ, (std::set<std::string>{"net 1 'motion'"}));
+  std::vector<std::string> names;
+  for (const auto& block : one.back()) names.push_back(core->block_name(block.block));
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"number of the cycle", "net 1 'motion'", "device 'left'", "device 'right'"}));
 }
 
 /// Every slot of every net counts: here a value that nothing uses, in one cycle.
