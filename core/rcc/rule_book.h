@@ -20,7 +20,8 @@ class RuleBook {
   bool add(RequestId id, const Rule& rule);
 
   /// One pass: all conditions are read on the same snapshot, then what holds is carried out, rules with aborts first,
-  /// then those with cancels, then the rest, each in the order of posting. Realtime: cyclic.
+  /// then those with cancels, then the rest, each in the order of posting. A rule whose condition can never hold any
+  /// more, since a net in it has ended or is not known, is dropped and told as refused. Realtime: cyclic.
   void apply(std::int64_t cycle);
 
  private:
@@ -28,13 +29,17 @@ class RuleBook {
     RequestId id = 0;
     Rule rule;
     bool fires = false, over = false;
+    NetId hopeless = 0;            ///< the net because of which it can never fire; 0: it may
     std::int64_t refused_in = -1;  ///< cycle in which the action was refused: the other transaction waits for rest
     net::Text refusal = {};        ///< why
   };
   [[nodiscard]] bool holds(const Condition& condition) const;
   [[nodiscard]] bool holds(const Term& term) const;
+  /// A net of the condition that has come to its end without what is asked of it; 0: none.
+  [[nodiscard]] NetId hopeless_net(const Condition& condition) const;
   /// True if the entry is to be looked at in this cycle.
   [[nodiscard]] bool is_due(const Entry& entry, std::int64_t cycle) const;
+  void give_up(Entry& entry, std::int64_t cycle);
   /// @return false if the entry stays, to wait for rest.
   bool carry_out(Entry& entry, std::int64_t cycle);
 
