@@ -50,7 +50,7 @@ struct RunReport {
   std::map<std::string, Eigen::Isometry3d, std::less<>> estimates;  ///< fitted poses, world
   Timing timing;
   double core_ns_per_cycle = 0;  ///< mean wall time of a core cycle
-  SiteReport site;              ///< how the devices were reached, and how late
+  SiteReport site;               ///< how the devices were reached, and how late
   double core_ns_longest = 0;    ///< the longest
   std::int64_t overruns = 0;     ///< cycles that the wall clock was ahead of, in a run at its pace
   std::int64_t frames = 0;

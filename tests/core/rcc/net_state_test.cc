@@ -47,9 +47,7 @@ TEST_F(LifeOfNets, L1_AnyOrderOfRequestsKeepsToTheTransitionsAndIsAnswered) {
       nets.push_back(load(ptp_net("ptp", arm, {q, goal})));
       states[nets.back()] = NetState::kReady;
     }
-    const auto some = [&] {
-      return nets[static_cast<std::size_t>(random.unit() * static_cast<double>(nets.size()))];
-    };
+    const auto some = [&] { return nets[static_cast<std::size_t>(random.unit() * static_cast<double>(nets.size()))]; };
     const double dice = random.unit();
     if (dice < 0.10) open.insert(core->start(some()));
     if (dice > 0.97) open.insert(core->cancel(some()));
