@@ -34,7 +34,9 @@ class ArmKind final : public DeviceKind {
     return MountPlace{.link = dynamic_cast<const ArmDescription&>(model).flange_link};
   }
 
-  void declare(const std::string& name, command::Cell& cell) const override { cell.arms[name]; }
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+    cell.arms[entry.name];
+  }
 
   void check(const LoadedDevice& device, Findings& findings) const override {
     const ArmDescription& arm = *device.as<ArmDescription>();

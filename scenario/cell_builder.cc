@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/device/composed_device.h"
 #include "core/kinematics/chain.h"
 #include "scenario/cell_models.h"
 #include "sim/from_model.h"
@@ -178,6 +179,29 @@ sim::CameraDescription simulated_camera(const CameraEntry& entry, const world::F
   return camera;
 }
 
+/// The wholes, in the order of the file, so that one may be part of another.
+void add_composed(const Description& description, BuiltCell& built, Findings& findings) {
+  for (const ComposedEntry& entry : description.composed) {
+    std::vector<net::Resource*> parts;
+    for (std::size_t i = 0; i < entry.parts.size(); ++i) {
+      net::Resource* part = built.core->environment().find(entry.parts[i]);
+      if (part) {
+        parts.push_back(part);
+      } else {
+        findings.error(entry.pointer + pointer_segment(i), fmt::format("there is no device '{}'", entry.parts[i]),
+                       nearest_choice(entry.parts[i], built.core->environment().names()));
+      }
+    }
+    if (parts.size() != entry.parts.size()) continue;
+    auto whole = device::ComposedDevice::make(entry.name, std::move(parts));
+    if (whole) {
+      built.core->add(entry.name, std::move(*whole));
+    } else {
+      findings.append(whole.error(), entry.pointer);
+    }
+  }
+}
+
 /// Tells each arm what it carries, as a technician would enter it: from the data sheets, not from the simulation.
 void set_tools(const sim::WorldDescription& simulated, BuiltCell& built) {
   for (auto& [name, arm] : built.cell.arms) {
@@ -225,6 +249,8 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.core = std::make_unique<rcc::ControlCore>(options);
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
+  add_composed(description, built, findings);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
   built.site->add_to(built.core->digest());
   set_tools(simulated, built);
   for (const NetEntry& net : description.nets) built.cell.nets[net.name] = net.net;
@@ -246,8 +272,9 @@ command::Cell names_of_cell(const Description& description, const device::ModelL
     const auto name = folder ? device::read_device_kind(*folder) : Result<std::string>(std::unexpected(Findings{}));
     const DeviceKinds& kinds = DeviceKinds::global();
     const DeviceKind* kind = name ? kinds.find(*name) : nullptr;
+    const auto model = kind ? kind->read(*folder) : Result<ModelPointer>(std::unexpected(Findings{}));
     if (!kind) kind = kinds.find(device.on.empty() ? "arm" : "force_torque_sensor");
-    kind->declare(device.name, cell);
+    kind->declare(device, model ? model->get() : nullptr, cell);
   }
   for (const ObjectEntry& object : description.objects) cell.objects[object.name];
   for (const NetEntry& net : description.nets) cell.nets[net.name] = net.net;

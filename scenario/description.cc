@@ -189,6 +189,7 @@ void check_names(const Description& description, Findings& findings) {
   };
   for (const auto& frame : description.frames) once(frame.name, "/frames");
   for (const auto& device : description.devices) once(device.name, "/devices");
+  for (const auto& whole : description.composed) once(whole.name, "/composed");
   for (const auto& object : description.objects) once(object.name, "/objects");
 }
 
@@ -220,6 +221,12 @@ Description read_document(const Json& document, Findings& findings) {
   });
   for_each_member(reader, "devices", [&](const auto& name, const Json& json, const std::string& pointer) {
     description.devices.push_back(read_device(name, json, pointer, findings));
+  });
+  for_each_member(reader, "composed", [&](const auto& name, const Json&, const std::string& pointer) {
+    ObjectReader wholes(*reader.child("composed"), reader.at("composed"), findings);
+    description.composed.push_back({name, pointer, wholes.texts(name)});
+    if (description.composed.back().parts.empty())
+      findings.error(pointer, "no part stands here", "at least one device");
   });
   for_each_member(reader, "objects", [&](const auto& name, const Json& json, const std::string& pointer) {
     description.objects.push_back(read_object(name, json, pointer, findings));

@@ -45,6 +45,12 @@ struct DeviceEntry {
   nlohmann::ordered_json settings = nlohmann::ordered_json::object();  ///< what the device's kind makes of it
 };
 
+/// Several devices under one name, to be held as a whole.
+struct ComposedEntry {
+  std::string name, pointer;
+  std::vector<std::string> parts;  ///< devices, signals, or wholes that stand before
+};
+
 struct ObjectEntry {
   std::string name;
   std::string model;  ///< folder below models/, or empty if `parts` say the shape
@@ -93,6 +99,7 @@ struct Description {
   double plant_mass_scale = 1.0;  ///< masses of the simulated arms against their URDF
   std::vector<FrameEntry> frames;
   std::vector<DeviceEntry> devices;
+  std::vector<ComposedEntry> composed;
   std::vector<ObjectEntry> objects;
   std::vector<CameraEntry> cameras;
   FilmEntry film;

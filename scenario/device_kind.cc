@@ -12,7 +12,7 @@
 
 namespace takt::scenario {
 
-void DeviceKind::declare(const std::string&, command::Cell&) const {}
+void DeviceKind::declare(const DeviceEntry&, const device::ModelDescription*, command::Cell&) const {}
 
 void DeviceKind::check(const LoadedDevice& device, Findings& findings) const {
   if (!device.entry->start_rad.empty()) findings.error(device.pointer() + "/start_deg", "this device has no joints");

@@ -70,7 +70,8 @@ class DeviceKind {
   /// Nothing: it carries no other device.
   [[nodiscard]] virtual std::optional<MountPlace> mount_place(const device::ModelDescription&) const { return {}; }
   /// The names that a program may use, before anything is built.
-  virtual void declare(const std::string& name, command::Cell& cell) const;
+  /// @param model  null where it cannot be read
+  virtual void declare(const DeviceEntry& entry, const device::ModelDescription* model, command::Cell& cell) const;
 
   // -- In the simulation ---------------------------------------------------------------------------------------------
   /// Checks what the scenario says of one device beyond its model: `settings`, `start_deg`. By default there is none.

@@ -10,6 +10,10 @@ namespace takt::scenario {
 /// The kinds that takt itself brings, each from a file of its own. Realtime: setup.
 [[nodiscard]] std::unique_ptr<DeviceKind> arm_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> force_torque_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> gripper_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> io_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> light_barrier_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> range_finder_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> tool_kind();
 
 /// All of them: the one place that lists them.

@@ -14,6 +14,7 @@
 #include "core/base/object_reader.h"
 #include "core/net/description.h"
 #include "core/net/registry.h"
+#include "scenario/device_expectations.h"
 
 namespace takt::scenario {
 namespace {
@@ -302,6 +303,8 @@ std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& rea
   if (kind == "contact_force") return std::make_unique<ContactForceExpectation>(reader, built);
   if (kind == "peak_force") return std::make_unique<PeakForceExpectation>(reader, built);
   if (kind == "monitor") return std::make_unique<MonitorExpectation>(reader, built);
+  if (kind == "gripper") return gripper_expectation(reader, built);
+  if (kind == "signal") return signal_expectation(reader, built);
   if (kind == "limits") return std::make_unique<LimitsExpectation>(reader, built);
   if (kind == "duration") return std::make_unique<DurationExpectation>(reader);
   if (kind == "step") return std::make_unique<StepExpectation>(reader, program);
@@ -317,6 +320,7 @@ const std::vector<ExpectationKind>& expectation_kinds() {
        "True force between two bodies stays below a bound. Keys: between [a, b], below_N, at_least_N."},
       {"duration", "The program ends in time. Keys: below_s."},
       {"estimate", "A fitted pose is near the truth. Keys: estimate, of, position_within_m, angle_within_deg."},
+      {"gripper", "What a gripper does at the end: idle, moving, holding or lost. Keys: gripper, is."},
       {"limits", "No set point leaves the joint limits, differentiated from what was sent. Keys: arm."},
       {"monitor",
        "The last value that a net's monitor showed. Keys: net, monitor, and at_least, at_most (numbers) or is (any)."},
@@ -324,6 +328,8 @@ const std::vector<ExpectationKind>& expectation_kinds() {
        "An object ends near a pose. Keys: object, in, position_m, rpy_deg, position_within_m, angle_within_deg."},
       {"peak_force", "A sensor's raw reading stays below a bound. Keys: sensor, below_N."},
       {"repeats", "A second run has the same digest."},
+      {"signal",
+       "What an input or output is at the end, and how often it rose. Keys: signal; is, rises; or at_least, at_most."},
       {"step", "A named step has run. Keys: step."},
   };
   return kinds;

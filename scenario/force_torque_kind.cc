@@ -38,7 +38,9 @@ class ForceTorqueKind final : public DeviceKind {
     return MountPlace{sensor.measuring_link, sensor.X_MS.inverse() * sensor.X_MT, sensor.X_MT};
   }
 
-  void declare(const std::string& name, command::Cell& cell) const override { cell.sensors[name]; }
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+    cell.sensors[entry.name];
+  }
 
   void simulate(const LoadedDevice& device, sim::WorldDescription& world) const override {
     const std::string& name = device.entry->name;

@@ -1,5 +1,8 @@
 #include "scenario/run_recorder.h"
 
+#include <array>
+#include <limits>
+
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
@@ -46,6 +49,13 @@ void RunRecorder::add_channels() {
   for (const auto& [name, sensor] : built_.cell.sensors) {
     sensors_.push_back({&sensor, recorder_->add_wrench("/" + name + "/wrench", name)});
   }
+  for (const auto& [name, gripper] : built_.cell.grippers) {
+    grippers_.push_back({&gripper, recorder_->add_samples("/" + name + "/gripper",
+                                                          {"width", "speed", "force", "state", "wanted_width",
+                                                           "wanted_speed", "wanted_force"},
+                                                          {"m", "m/s", "N", "", "m", "m/s", "N"})});
+  }
+  add_signal_channel();
   const mjModel& model = *built_.world->model();
   std::vector<std::pair<std::string, std::string>> frames;
   for (int body = 1; body < model.nbody; ++body) {
@@ -57,6 +67,32 @@ void RunRecorder::add_channels() {
   digest_ = recorder_->add_digest("/digest");
   state_ = recorder_->add_state("/state", position_names(model));
   events_ = recorder_->add_events("/program");
+}
+
+void RunRecorder::add_signal_channel() {
+  std::vector<std::string> names, units;
+  for (NamedSignal& signal : signals_of(built_.cell)) {
+    names.push_back(std::move(signal.name));
+    units.push_back(std::move(signal.unit));
+    signal_readers_.push_back(std::move(signal.read));
+  }
+  if (names.empty()) return;
+  signals_ = recorder_->add_samples("/signals", std::move(names), std::move(units));
+  signal_row_.resize(signal_readers_.size());
+}
+
+void RunRecorder::write_devices() {
+  constexpr double kNull = std::numeric_limits<double>::quiet_NaN();
+  for (const GripperChannel& channel : grippers_) {
+    const device::GripperSample& sample = channel.gripper->device->sample();
+    const device::GripperSetPoint& sent = channel.gripper->device->set_point();
+    const std::array<double, 7> row{sample.width, sample.speed, sample.force, static_cast<double>(sample.state),
+                                    sent.width,   sent.speed,   sent.force};
+    recorder_->write(channel.samples, row);
+  }
+  if (signal_row_.empty()) return;
+  for (std::size_t i = 0; i < signal_row_.size(); ++i) signal_row_[i] = signal_readers_[i]().value_or(kNull);
+  recorder_->write(signals_, signal_row_);
 }
 
 void RunRecorder::add_cycle() {
@@ -77,6 +113,7 @@ void RunRecorder::add_cycle() {
                                     wrench.torque.x(), wrench.torque.y(), wrench.torque.z()};
     recorder_->write(channel.wrench, row);
   }
+  write_devices();
   recorder_->digest(digest_, built_.core->digest().value().low);
   const mjData& data = *built_.world->data();
   recorder_->write(state_, {data.qpos, static_cast<std::size_t>(built_.world->model()->nq)});

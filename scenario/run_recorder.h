@@ -7,12 +7,13 @@
 #include "record/recorder.h"
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
+#include "scenario/signal_reader.h"
 
 namespace takt::scenario {
 
 /// What a run leaves in its recording: per arm measured joints, set points and frames; per sensor the raw wrench; the
 /// digest and the simulation's state of every cycle; what the program did.
-///   /NAME/joint_states, /NAME/set_point, /tf, /NAME/wrench, /digest, /state, /program
+///   /NAME/joint_states, /NAME/set_point, /tf, /NAME/wrench, /NAME/gripper, /signals, /digest, /state, /program
 class RunRecorder {
  public:
   [[nodiscard]] static Result<std::unique_ptr<RunRecorder>> open(const std::filesystem::path& path,
@@ -33,13 +34,23 @@ class RunRecorder {
     const command::MountedSensor* sensor;
     record::ChannelId wrench;
   };
+  struct GripperChannel {
+    const command::MountedGripper* gripper;
+    record::ChannelId samples;
+  };
   RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built);
   void add_channels();
+  void add_signal_channel();
+  void write_devices();
 
   std::unique_ptr<record::Recorder> recorder_;
   const BuiltCell& built_;
   std::vector<ArmChannels> arms_;
   std::vector<SensorChannel> sensors_;
+  std::vector<GripperChannel> grippers_;
+  record::ChannelId signals_;
+  std::vector<SignalReader> signal_readers_;  ///< one per column of /signals
+  std::vector<double> signal_row_;
   std::vector<int> bodies_;
   std::vector<Eigen::Isometry3d> poses_;
   record::ChannelId transforms_, digest_, state_, events_;

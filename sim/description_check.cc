@@ -27,6 +27,9 @@ class Checker {
     for (const auto& camera : world_.cameras) check(camera);
     for (const auto& arm : world_.arms) check(arm);
     for (const auto& sensor : world_.force_torque_sensors) check(sensor);
+    for (const auto& gripper : world_.grippers) check(gripper);
+    for (const auto& beam : world_.beams) check(beam);
+    check_signals();
     for (const auto& device : world_.devices) {
       name(devices_, place(device.pointer, "devices", device.name), device.name, true);
     }
@@ -180,10 +183,59 @@ class Checker {
     const bool positive = sensor.force_range.minCoeff() > 0.0 && sensor.torque_range.minCoeff() > 0.0;
     if (!positive) error(at, "a range is not > 0");
     if (sensor.force_noise.minCoeff() < 0.0 || sensor.torque_noise.minCoeff() < 0.0) error(at, "a noise is < 0");
-    const bool whole = sensor.period > 0 && world_.physics.period > 0 && sensor.period % world_.physics.period == 0;
-    if (!whole) {
-      error(at, fmt::format("a sensor period of {} ns", sensor.period),
-            fmt::format("a whole multiple of the cycle, {} ns", world_.physics.period));
+    whole_period(at, sensor.period);
+  }
+
+  void whole_period(const std::string& at, Nanoseconds period) {
+    const bool whole = period > 0 && world_.physics.period > 0 && period % world_.physics.period == 0;
+    if (whole) return;
+    error(at, fmt::format("a sensor period of {} ns", period),
+          fmt::format("a whole multiple of the cycle, {} ns", world_.physics.period));
+  }
+
+  void check(const SimGripperDescription& gripper) {
+    const std::string at = place(gripper.pointer, "grippers", gripper.name);
+    name(devices_, at, gripper.name, true);
+    whole_period(at, gripper.period);
+    require(gripper.finger_mass + gripper.finger_inertia > 0.0, at, "the mass of a finger", gripper.finger_mass, "> 0");
+    require(gripper.acceleration > 0.0, at, "acceleration", gripper.acceleration, "> 0 m/s^2");
+    require(gripper.force_max > 0.0, at, "force_max", gripper.force_max, "> 0 N");
+    const auto robot = std::ranges::find(world_.robots, gripper.robot, &RobotDescription::name);
+    if (robot == world_.robots.end() || !robot->model)
+      return error(at, fmt::format("unknown robot '{}'", gripper.robot));
+    for (const std::string& finger : gripper.fingers) {
+      const Joint* joint = robot->model->joint(finger);
+      if (!joint || joint->type != JointType::kPrismatic) error(at, fmt::format("'{}' is no sliding joint", finger));
+    }
+  }
+
+  void check(const SimBeamDescription& beam) {
+    const std::string at = place(beam.pointer, "beams", beam.name);
+    name(devices_, at, beam.name, true);
+    whole_period(at, beam.period);
+    if (std::ranges::find(bodies_, beam.body) == bodies_.end())
+      error(at, fmt::format("unknown body '{}'", beam.body), nearest_choice(beam.body, bodies_));
+    require(beam.range_max > beam.range_min, at, "the range's end", beam.range_max, "beyond its begin");
+  }
+
+  void check_signals() {
+    std::vector<std::string> wires[2];  // digital, analog
+    for (const auto& output : world_.outputs) {
+      name(devices_, place(output.pointer, "outputs", output.name), output.name, true);
+      wires[output.analog ? 1 : 0].push_back(output.name);
+    }
+    for (const auto& beam : world_.beams) wires[beam.measures_range ? 1 : 0].push_back(beam.name);
+    for (const auto& input : world_.inputs) {
+      const std::string at = place(input.pointer, "inputs", input.name);
+      name(devices_, at, input.name, true);
+      whole_period(at, input.period);
+      const auto& possible = wires[input.analog ? 1 : 0];
+      if (input.source.empty() || std::ranges::find(possible, input.source) != possible.end()) continue;
+      error(
+          at,
+          fmt::format("there is no {} '{}'",
+                      input.analog ? "analog output or range finder" : "digital output or light barrier", input.source),
+          nearest_choice(input.source, possible));
     }
   }
 

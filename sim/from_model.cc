@@ -63,4 +63,54 @@ SimForceTorqueDescription simulated_force_torque(std::string name, const std::st
   return sensor;
 }
 
+RobotDescription gripper_body(std::string name, const device::GripperDescription& model, Mount mount, double width) {
+  RobotDescription robot = plain_body(std::move(name), model.robot, std::move(mount));
+  for (const kinematics::Joint* joint : movable_joints(*model.robot)) {
+    const bool finger = std::ranges::find(model.fingers, joint->name) != model.fingers.end();
+    robot.q.push_back(finger ? 0.5 * width : 0.0);
+    if (finger) robot.joints.push_back({.joint = joint->name, .armature = model.finger_inertia});
+  }
+  // Rubber pads: they decide about friction whatever the part is made of, resist twisting, and give way a little.
+  robot.contact.friction = model.pad_friction;
+  robot.contact.dimension = 4;
+  robot.contact.priority = 1;
+  robot.contact.time_constant = 0.004;
+  robot.stop_margin = 0.0;
+  return robot;
+}
+
+SimGripperDescription simulated_gripper(std::string name, std::string robot, const device::GripperDescription& model) {
+  SimGripperDescription gripper;
+  gripper.name = std::move(name);
+  gripper.robot = std::move(robot);
+  for (std::size_t i = 0; i < gripper.fingers.size(); ++i) {
+    gripper.fingers[i] = model.fingers[i];
+    const kinematics::Link* finger = model.robot->link(model.robot->joint(model.fingers[i])->child);
+    if (finger->inertial) gripper.finger_mass = std::max(gripper.finger_mass, finger->inertial->mass);
+  }
+  gripper.finger_inertia = model.finger_inertia;
+  gripper.speed_max = model.speed_max;
+  gripper.acceleration = model.acceleration;
+  gripper.force_min = model.force_min;
+  gripper.force_max = model.force_max;
+  gripper.width_resolution = model.width_resolution;
+  gripper.period = model.cycle;
+  return gripper;
+}
+
+SimBeamDescription simulated_beam(std::string name, const std::string& robot, const device::BeamDescription& model) {
+  SimBeamDescription beam;
+  beam.name = std::move(name);
+  beam.body = robot + "/" + model.beam_link;
+  beam.measures_range = model.measures_range;
+  beam.range_min = model.range_min;
+  beam.range_max = model.range_max;
+  beam.resolution = model.resolution;
+  beam.noise = model.noise;
+  beam.period = model.cycle;
+  return beam;
+}
+
+void grip_without_creep(Physics& physics) { physics.noslip_iterations = 5; }
+
 }  // namespace takt::sim

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "core/device/description.h"
+#include "core/device/gripper.h"
 #include "sim/world_description.h"
 
 /// From what the models folder says of a device to its parts in a simulated world. Realtime: setup.
@@ -19,5 +20,19 @@ namespace takt::sim {
 /// The simulated sensor between the two sides of the robot of that name.
 [[nodiscard]] SimForceTorqueDescription simulated_force_torque(std::string name, const std::string& robot,
                                                                const device::ForceTorqueDescription& model);
+
+/// The body of a gripper, with friction of its pads and inertia of its drive, its fingers `width` m apart.
+[[nodiscard]] RobotDescription gripper_body(std::string name, const device::GripperDescription& model, Mount mount,
+                                            double width);
+/// The simulated gripper that drives the fingers of the robot of that name.
+[[nodiscard]] SimGripperDescription simulated_gripper(std::string name, std::string robot,
+                                                      const device::GripperDescription& model);
+
+/// The simulated light barrier or range finder in the robot of that name.
+[[nodiscard]] SimBeamDescription simulated_beam(std::string name, const std::string& robot,
+                                                const device::BeamDescription& model);
+
+/// What a world with a gripper needs so that a part that is gripped does not creep out of the pads.
+void grip_without_creep(Physics& physics);
 
 }  // namespace takt::sim

@@ -89,6 +89,7 @@ class Builder {
     mount_on("", root, {}, true);
     for (const auto& camera : world_.cameras) add(camera);
     for (const auto& sensor : world_.force_torque_sensors) add(sensor);
+    for (const auto& gripper : world_.grippers) couple(gripper);
   }
 
  private:
@@ -315,6 +316,19 @@ class Builder {
       made->objtype = mjOBJ_SITE;
       mjs_setString(made->objname, sensor.name.c_str());
     }
+  }
+
+  /// One drive moves both fingers.
+  void couple(const SimGripperDescription& gripper) {
+    mjsEquality* equal = mjs_addEquality(&spec_, nullptr);
+    equal->type = mjEQ_JOINT;
+    mjs_setString(equal->name1, (gripper.robot + "/" + gripper.fingers[0]).c_str());
+    mjs_setString(equal->name2, (gripper.robot + "/" + gripper.fingers[1]).c_str());
+    equal->data[1] = 1.0;
+    // As stiff as the step carries: a rack and pinion does not give way.
+    equal->solref[0] = 2.0 * to_seconds(world_.physics.timestep);
+    equal->solimp[0] = 0.99;
+    equal->solimp[1] = 0.999;
   }
 
   const WorldDescription& world_;

@@ -60,12 +60,14 @@ struct World::Impl {
   Physics physics;
   int substeps = 1;
   Nanoseconds now = 0;
-  // In the order of the description: the arms, the sensors, the devices of other kinds.
-  std::vector<std::unique_ptr<SimArm>> arms;
-  std::vector<std::unique_ptr<SimForceTorque>> sensors;
-  std::vector<std::unique_ptr<SimDevice>> others;
-  std::vector<SimDevice*> devices;
-  std::vector<std::string> arm_names, sensor_names, other_names;
+  // In the order of the description, kind after kind: inputs after what they read; last the devices of
+  // other kinds.
+  struct NamedDevice {
+    std::string name;
+    std::unique_ptr<SimDevice> device;
+  };
+  std::vector<NamedDevice> named;
+  std::vector<SimDevice*> devices;  // the same
   std::vector<ContactWatch> watches;
   std::vector<double> plant_state;
   std::vector<std::uint64_t> words;  // the state as a digest sees it
@@ -75,6 +77,20 @@ struct World::Impl {
   [[nodiscard]] Findings add_arms(const WorldDescription& description);
   [[nodiscard]] Result<ArmPlant> arm_plant(const WorldDescription& description, const SimArmDescription& arm);
   void add_sensors(const WorldDescription& description);
+  void add_grippers(const WorldDescription& description);
+  void add_signals(const WorldDescription& description);
+  void add(std::string name, std::unique_ptr<SimDevice> device) {
+    devices.push_back(device.get());
+    named.push_back({std::move(name), std::move(device)});
+  }
+  template <class Device>
+  [[nodiscard]] Device* find(std::string_view name) const {
+    for (const auto& one : named) {
+      if (one.name != name) continue;
+      if (auto* device = dynamic_cast<Device*>(one.device.get())) return device;
+    }
+    return nullptr;
+  }
   [[nodiscard]] Findings add_others(const WorldDescription& description);
   void set_start(const WorldDescription& description);
   void step();
@@ -132,9 +148,7 @@ Findings World::Impl::add_arms(const WorldDescription& description) {
       findings.append(plant.error());
       continue;
     }
-    arms.push_back(std::make_unique<SimArm>(arm, std::move(*plant), description.seed));
-    arm_names.push_back(arm.name);
-    devices.push_back(arms.back().get());
+    add(arm.name, std::make_unique<SimArm>(arm, std::move(*plant), description.seed));
   }
   return findings;
 }
@@ -144,10 +158,34 @@ void World::Impl::add_sensors(const WorldDescription& description) {
     const auto address = [&](std::string_view suffix) {
       return model->sensor_adr[mj_name2id(model.get(), mjOBJ_SENSOR, fmt::format("{}{}", sensor.name, suffix).c_str())];
     };
-    sensors.push_back(std::make_unique<SimForceTorque>(sensor, address("/force"), address("/torque"),
-                                                       description.physics, description.seed));
-    sensor_names.push_back(sensor.name);
-    devices.push_back(sensors.back().get());
+    add(sensor.name, std::make_unique<SimForceTorque>(sensor, address("/force"), address("/torque"),
+                                                      description.physics, description.seed));
+  }
+}
+
+void World::Impl::add_grippers(const WorldDescription& description) {
+  for (const auto& gripper : description.grippers) {
+    SimGripper::Plant plant{.timestep = to_seconds(description.physics.timestep)};
+    for (std::size_t i = 0; i < gripper.fingers.size(); ++i) {
+      const int id = mj_name2id(model.get(), mjOBJ_JOINT, (gripper.robot + "/" + gripper.fingers[i]).c_str());
+      plant.position_address[i] = model->jnt_qposadr[id];
+      plant.velocity_address[i] = model->jnt_dofadr[id];
+    }
+    add(gripper.name, std::make_unique<SimGripper>(gripper, plant));
+  }
+}
+
+void World::Impl::add_signals(const WorldDescription& description) {
+  for (const auto& output : description.outputs) add(output.name, std::make_unique<SimOutput>(output));
+  for (const auto& beam : description.beams) {
+    const int body = mj_name2id(model.get(), mjOBJ_BODY, beam.body.c_str());
+    add(beam.name, std::make_unique<SimBeam>(beam, *model, body, description.seed));
+  }
+  for (const auto& input : description.inputs) {
+    const SimOutput* output = find<SimOutput>(input.source);
+    const SimBeam* beam = find<SimBeam>(input.source);
+    const double* wire = output ? output->wire() : beam ? beam->wire() : nullptr;
+    add(input.name, std::make_unique<SimInput>(input, wire, description.seed));
   }
 }
 
@@ -159,9 +197,7 @@ Findings World::Impl::add_others(const WorldDescription& description) {
       findings.append(device.error(), place(one.pointer, "devices", one.name));
       continue;
     }
-    others.push_back(std::move(*device));
-    other_names.push_back(one.name);
-    devices.push_back(others.back().get());
+    add(one.name, std::move(*device));
   }
   return findings;
 }
@@ -227,6 +263,8 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   impl->set_start(description);
   findings = impl->add_arms(description);
   impl->add_sensors(description);
+  impl->add_grippers(description);
+  impl->add_signals(description);
   findings.append(impl->add_others(description));
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   impl->plant_state.resize(static_cast<std::size_t>(mj_stateSize(impl->model.get(), kStateParts)));
@@ -271,23 +309,13 @@ bool World::step() {
 
 Nanoseconds World::time() const { return impl_->now; }
 
-SimArm* World::arm(std::string_view name) {
-  const auto at = std::ranges::find(impl_->arm_names, name);
-  return at == impl_->arm_names.end() ? nullptr
-                                      : impl_->arms[static_cast<std::size_t>(at - impl_->arm_names.begin())].get();
-}
+SimArm* World::arm(std::string_view name) { return impl_->find<SimArm>(name); }
+SimForceTorque* World::force_torque(std::string_view name) { return impl_->find<SimForceTorque>(name); }
+SimGripper* World::gripper(std::string_view name) { return impl_->find<SimGripper>(name); }
+SimOutput* World::output(std::string_view name) { return impl_->find<SimOutput>(name); }
+SimReading* World::input(std::string_view name) { return impl_->find<SimReading>(name); }
 
-SimForceTorque* World::force_torque(std::string_view name) {
-  const auto at = std::ranges::find(impl_->sensor_names, name);
-  if (at == impl_->sensor_names.end()) return nullptr;
-  return impl_->sensors[static_cast<std::size_t>(at - impl_->sensor_names.begin())].get();
-}
-
-SimDevice* World::device(std::string_view name) {
-  const auto at = std::ranges::find(impl_->other_names, name);
-  if (at == impl_->other_names.end()) return nullptr;
-  return impl_->others[static_cast<std::size_t>(at - impl_->other_names.begin())].get();
-}
+SimDevice* World::device(std::string_view name) { return impl_->find<SimDevice>(name); }
 
 std::span<const std::byte> World::state_bytes() const { return std::as_bytes(std::span(impl_->words)); }
 

@@ -12,6 +12,8 @@
 #include "sim/arm.h"
 #include "sim/contact_reading.h"
 #include "sim/force_torque.h"
+#include "sim/gripper.h"
+#include "sim/signals.h"
 #include "sim/world_description.h"
 
 struct mjModel_;
@@ -57,7 +59,11 @@ class World {
   /// The device of that name, or null. Owned by the world, at a fixed address while the world lives.
   [[nodiscard]] SimArm* arm(std::string_view name);
   [[nodiscard]] SimForceTorque* force_torque(std::string_view name);
-  /// One of the description's `devices`.
+  [[nodiscard]] SimGripper* gripper(std::string_view name);
+  [[nodiscard]] SimOutput* output(std::string_view name);
+  /// Of an input terminal, a light barrier or a range finder.
+  [[nodiscard]] SimReading* input(std::string_view name);
+  /// Of any kind.
   [[nodiscard]] SimDevice* device(std::string_view name);
 
   /// Everything that the next step depends on, in a fixed order without gaps: for the digest. Valid until the next

@@ -155,6 +155,60 @@ struct SimForceTorqueDescription {
   Nanoseconds period = kMillisecond;  ///< between samples; a whole multiple of the world's period
 };
 
+/// A parallel gripper with its controller (sim/gripper.h). Two joints of a robot, zero where it is closed.
+struct SimGripperDescription {
+  std::string name;  ///< of the device
+  std::string pointer;
+  std::string robot;                   ///< name of the robot whose fingers it drives
+  std::array<std::string, 2> fingers;  ///< joints in its URDF
+  double finger_mass = 0.0;            ///< kg: the heavier of the two, as the URDF says
+  double finger_inertia = 0.0;         ///< kg: what the drive adds to each
+  double speed_max = 0.0;              ///< of the width, m/s
+  double acceleration = 0.0;           ///< of the width, m/s^2
+  double force_min = 0.0;              ///< N, sum over the fingers
+  double force_max = 0.0;              ///< N
+  double width_resolution = 0.0;       ///< m; 0: exact
+  Nanoseconds period = kMillisecond;   ///< between samples; a whole multiple of the world's period
+};
+
+/// An output terminal. Its wire has its name.
+struct SimOutputDescription {
+  std::string name;
+  std::string pointer;
+  bool analog = false;
+  double initial = 0.0;  ///< digital: 0 or 1
+};
+
+/// An input terminal.
+struct SimInputDescription {
+  struct Step {
+    Nanoseconds from = 0;
+    double value = 0.0;
+  };
+  std::string name;
+  std::string pointer;
+  bool analog = false;
+  double lower = 0.0, upper = 1.0;    ///< readings are clipped there
+  double resolution = 0.0;            ///< 0: exact
+  double noise = 0.0;                 ///< sigma per sample
+  std::string source;                 ///< name of an output or a beam; empty: the script
+  std::vector<Step> script;           ///< sorted by time; before the first: 0
+  Nanoseconds period = kMillisecond;  ///< between samples; a whole multiple of the world's period
+};
+
+/// A light barrier or a laser range finder. Its wire has its name.
+struct SimBeamDescription {
+  std::string name;
+  std::string pointer;
+  std::string body;             ///< the beam leaves its origin along z
+  bool measures_range = false;  ///< false: light barrier
+  double range_min = 0.0;       ///< m
+  double range_max = 0.0;       ///< m; of a light barrier: to its reflector
+  double resolution = 0.0;      ///< m
+  double noise = 0.0;           ///< m, sigma per sample
+  Nanoseconds period = kMillisecond;
+};
+
 class SimDevice;
 struct WorldDescription;
 
@@ -190,6 +244,10 @@ struct WorldDescription {
   std::vector<CameraDescription> cameras;
   std::vector<SimArmDescription> arms;
   std::vector<SimForceTorqueDescription> force_torque_sensors;
+  std::vector<SimGripperDescription> grippers;
+  std::vector<SimOutputDescription> outputs;
+  std::vector<SimInputDescription> inputs;
+  std::vector<SimBeamDescription> beams;
   std::vector<SimDeviceDescription> devices;
   std::uint64_t seed = 1;  ///< of all noise; each device draws from a stream of its own name
 };

@@ -186,36 +186,6 @@ class FitPoseStep final : public Step {
   FitRequest request_;
 };
 
-// -- wait ----------------------------------------------------------------------------------------------------------
-
-class WaitStep final : public Step {
- public:
-  explicit WaitStep(double seconds) : seconds_(seconds) {}
-  void rehearse(Rehearsal& rehearsal, const std::string&, Findings&) const override { rehearsal.duration += seconds_; }
-
-  [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
-    class Run final : public StepRun {
-     public:
-      explicit Run(double seconds) : seconds_(seconds) {}
-      Progress advance(Context& context, Findings&) override {
-        const auto period = static_cast<double>(context.core.period());
-        if (end_ < 0) end_ = context.core.cycle() + static_cast<std::int64_t>(std::llround(seconds_ * 1e9 / period));
-        return cancelled_ || context.core.cycle() >= end_ ? Progress::kDone : Progress::kRunning;
-      }
-      void cancel(Context&) override { cancelled_ = true; }
-
-     private:
-      double seconds_;
-      std::int64_t end_ = -1;
-      bool cancelled_ = false;
-    };
-    return std::make_unique<Run>(seconds_);
-  }
-
- private:
-  double seconds_;
-};
-
 }  // namespace
 
 std::unique_ptr<Step> parse_tare(const Json& json, const std::string& pointer, const command::Cell& cell,
@@ -272,16 +242,6 @@ std::unique_ptr<Step> parse_fit_pose(const Json& json, const std::string& pointe
   request.max_residual = reader.number("max_residual_m", 1e-3, kPositive);
   reader.finish();
   return std::make_unique<FitPoseStep>(std::move(request));
-}
-
-std::unique_ptr<Step> parse_wait(const Json& json, const std::string& pointer, const command::Cell&,
-                                 Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
-  (void)reader.text("do");
-  (void)reader.text("name", "");
-  const double seconds = reader.number("seconds", {}, {.low = 0, .high = 3600});
-  reader.finish();
-  return std::make_unique<WaitStep>(seconds);
 }
 
 }  // namespace takt::activity

@@ -18,8 +18,5 @@ namespace takt::activity {
 /// "fit_pose": finds the pose of an object whose surface explains recorded contacts; makes it a frame.
 [[nodiscard]] std::unique_ptr<Step> parse_fit_pose(const nlohmann::ordered_json& json, const std::string& pointer,
                                                    const command::Cell& cell, Findings& findings);
-/// "wait": lets time pass.
-[[nodiscard]] std::unique_ptr<Step> parse_wait(const nlohmann::ordered_json& json, const std::string& pointer,
-                                               const command::Cell& cell, Findings& findings);
 
 }  // namespace takt::activity

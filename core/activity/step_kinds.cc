@@ -1,6 +1,8 @@
+#include "core/activity/grip_step.h"
 #include "core/activity/measure_step.h"
 #include "core/activity/motion_step.h"
 #include "core/activity/net_step.h"
+#include "core/activity/signal_step.h"
 #include "core/activity/step.h"
 
 namespace takt::activity {
@@ -10,6 +12,10 @@ const std::vector<StepKind>& step_kinds() {
       {"fit_pose",
        "Finds the pose of an object from recorded contacts. Keys: object, as, contacts, free, max_residual_m.",
        parse_fit_pose},
+      {"grip",
+       "Closes a gripper until a part stops its fingers. Keys: gripper, force_N, width_m, speed_m_s, expect, part, "
+       "part_mass_kg.",
+       parse_grip},
       {"lin",
        "Moves the tool centre point on a straight line. Keys: arm, to, speed, acceleration, velocity_m_s, until, "
        "on_end.",
@@ -18,9 +24,11 @@ const std::vector<StepKind>& step_kinds() {
       {"ptp", "Moves all joints together to a goal. Keys: arm, to, speed, acceleration, until, on_end.", parse_ptp},
       {"record_contact", "Keeps the touch that the last guarded motion ended with. Keys: arm, as.",
        parse_record_contact},
+      {"release", "Opens a gripper. Keys: gripper, width_m, speed_m_s, force_N.", parse_release},
+      {"set", "Brings a digital or an analog output to a value, which stays. Keys: output, value.", parse_set},
       {"tare", "Averages a force/torque sensor at rest; its offset is then taken out. Keys: sensor, cycles.",
        parse_tare},
-      {"wait", "Lets time pass. Keys: seconds.", parse_wait},
+      {"wait", "Lets time pass, or waits until a condition holds. Keys: seconds; or until, timeout_s.", parse_wait},
   };
   return kinds;
 }

@@ -8,6 +8,8 @@
 
 #include "core/device/arm.h"
 #include "core/device/force_torque_sensor.h"
+#include "core/device/gripper.h"
+#include "core/device/signal.h"
 #include "core/net/value.h"
 #include "core/world/frame_graph.h"
 #include "core/world/shape.h"
@@ -35,6 +37,12 @@ struct MountedSensor {
   Eigen::Vector3d p_SC = Eigen::Vector3d::Zero();          ///< its centre of mass in the measuring frame, m
 };
 
+/// A gripper on the flange of an arm.
+struct MountedGripper {
+  device::Gripper* device = nullptr;  ///< owned by the control core
+  std::string arm;                    ///< name of the arm it is mounted on
+};
+
 /// What the application knows of its cell: devices, frames, objects at their nominal places. Where things really are
 /// only sensors tell. Names are unique over all members. Thread: the program's.
 struct Cell {
@@ -42,6 +50,12 @@ struct Cell {
   std::map<std::string, world::Object, std::less<>> objects;
   std::map<std::string, MountedArm, std::less<>> arms;
   std::map<std::string, MountedSensor, std::less<>> sensors;
+  std::map<std::string, MountedGripper, std::less<>> grippers;
+  // Signals, owned by the control core; null where only names are known.
+  std::map<std::string, device::DigitalInput*, std::less<>> digital_inputs;
+  std::map<std::string, device::AnalogInput*, std::less<>> analog_inputs;
+  std::map<std::string, device::DigitalOutput*, std::less<>> digital_outputs;
+  std::map<std::string, device::AnalogOutput*, std::less<>> analog_outputs;
   std::map<std::string, std::shared_ptr<const net::NetDescription>, std::less<>> nets;  ///< written by hand
   Eigen::Vector3d gravity_W{0.0, 0.0, -9.81};                                           ///< m/s^2
 };

@@ -33,8 +33,8 @@ std::vector<std::string> quantity_names() {
   return names;
 }
 
-void read_threshold(ObjectReader& reader, Condition& condition) {
-  const char* unit = is_torque(condition.quantity) ? "Nm" : "N";
+/// @param unit  empty if it is not known: then any "above_..." will do
+void read_threshold(ObjectReader& reader, const std::string& unit, Condition& condition) {
   const std::string above = fmt::format("above_{}", unit);
   const std::string below = fmt::format("below_{}", unit);
   const bool both_or_none = (reader.child(above) != nullptr) == (reader.child(below) != nullptr);
@@ -44,6 +44,16 @@ void read_threshold(ObjectReader& reader, Condition& condition) {
   }
   condition.above = reader.has(above);
   condition.threshold = reader.number(condition.above ? above : below, 0.0);
+}
+
+template <class Map>
+bool known_device(ObjectReader& reader, const char* key, const char* what, const Map& devices,
+                  const std::string& name) {
+  if (!reader.has(key) || devices.contains(name)) return true;
+  std::vector<std::string> names;
+  for (const auto& [device, mounted] : devices) names.push_back(device);
+  reader.findings().error(reader.at(key), fmt::format("there is no {} '{}'", what, name), nearest_choice(name, names));
+  return false;
 }
 
 Condition read_condition(const Json& json, const std::string& pointer, const Cell& cell, Findings& findings);
@@ -61,18 +71,51 @@ std::vector<Condition> read_operands(ObjectReader& reader, std::string_view key,
 Condition read_comparison(ObjectReader& reader, const Cell& cell) {
   Condition condition;
   if (!reader.json().is_object()) return condition;
-  condition.sensor = reader.text("sensor");
-  if (reader.has("sensor") && !cell.sensors.contains(condition.sensor)) {
-    std::vector<std::string> names;
-    for (const auto& [name, sensor] : cell.sensors) names.push_back(name);
-    reader.findings().error(reader.at("sensor"), fmt::format("there is no force/torque sensor '{}'", condition.sensor),
-                            nearest_choice(condition.sensor, names));
-  }
+  condition.device = reader.text("sensor");
+  known_device(reader, "sensor", "force/torque sensor", cell.sensors, condition.device);
   const std::string quantity = reader.choice("quantity", quantity_names(), "force");
   const auto found =
       std::ranges::find(kQuantities, quantity, [](const auto& entry) { return std::string(entry.name); });
   if (found != kQuantities.end()) condition.quantity = found->quantity;
-  read_threshold(reader, condition);
+  read_threshold(reader, is_torque(condition.quantity) ? "Nm" : "N", condition);
+  return condition;
+}
+
+/// Thresholds of an input whose unit nobody knows, as its model could not be read: of the right form is enough.
+void skip_thresholds(ObjectReader& reader) {
+  for (const auto& [key, value] : reader.json().items()) {
+    if (key.starts_with("above_") || key.starts_with("below_")) (void)reader.number(key);
+  }
+}
+
+Condition read_input(ObjectReader& reader, const Cell& cell) {
+  Condition condition;
+  condition.device = reader.text("input");
+  const auto analog = cell.analog_inputs.find(condition.device);
+  if (analog != cell.analog_inputs.end()) {
+    condition.kind = Condition::Kind::kAnalog;
+    if (analog->second) {
+      read_threshold(reader, analog->second->description().unit, condition);
+    } else {
+      skip_thresholds(reader);
+    }
+    return condition;
+  }
+  condition.kind = Condition::Kind::kDigital;
+  std::map<std::string, bool, std::less<>> names;
+  for (const auto& [name, device] : cell.digital_inputs) names[name];
+  for (const auto& [name, device] : cell.analog_inputs) names[name];
+  if (!known_device(reader, "input", "input", names, condition.device)) skip_thresholds(reader);
+  condition.level = reader.boolean("is", true);
+  return condition;
+}
+
+Condition read_gripper(ObjectReader& reader, const Cell& cell) {
+  Condition condition;
+  condition.kind = Condition::Kind::kGripper;
+  condition.device = reader.text("gripper");
+  known_device(reader, "gripper", "gripper", cell.grippers, condition.device);
+  condition.state = reader.choice("is", {"holding", "lost", "moving", "open", "closed"});
   return condition;
 }
 
@@ -89,6 +132,10 @@ Condition read_condition(const Json& json, const std::string& pointer, const Cel
   } else if (reader.has("not")) {
     condition.kind = Condition::Kind::kNot;
     condition.operands.push_back(read_condition(*reader.child("not"), reader.at("not"), cell, findings));
+  } else if (reader.has("input")) {
+    condition = read_input(reader, cell);
+  } else if (reader.has("gripper")) {
+    condition = read_gripper(reader, cell);
   } else {
     condition = read_comparison(reader, cell);
   }
@@ -97,8 +144,8 @@ Condition read_condition(const Json& json, const std::string& pointer, const Cel
 }
 
 void collect(const Condition& condition, std::vector<std::string>& names) {
-  if (condition.kind == Condition::Kind::kComparison && std::ranges::find(names, condition.sensor) == names.end()) {
-    names.push_back(condition.sensor);
+  if (condition.kind == Condition::Kind::kForce && std::ranges::find(names, condition.device) == names.end()) {
+    names.push_back(condition.device);
   }
   for (const Condition& operand : condition.operands) collect(operand, names);
 }

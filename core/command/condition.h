@@ -16,26 +16,31 @@ enum class Quantity { kForce, kForceX, kForceY, kForceZ, kTorque, kTorqueX, kTor
 
 /// A condition over sensors, evaluated in every cycle inside the net.
 ///   {"sensor": "wrist", "quantity": "force", "above_N": 5}        also below_N, above_Nm, below_Nm
+///   {"input": "barrier", "is": true}                              a digital input
+///   {"input": "distance", "below_m": 0.3}                         an analog input, in its own unit
+///   {"gripper": "gripper", "is": "holding"}                       also lost, moving, open, closed
 ///   {"all": [...]}, {"any": [...]}, {"not": {...}}
 /// A comparison with a sensor that does not answer is null; a condition that is null as a whole counts as true (rows
 /// N2, N3).
 struct Condition {
-  enum class Kind { kComparison, kAll, kAny, kNot };
-  Kind kind = Kind::kComparison;
-  std::string sensor;  ///< of a comparison, like the next three
-  Quantity quantity = Quantity::kForce;
-  bool above = true;
-  double threshold = 0.0;           ///< N or Nm
-  std::vector<Condition> operands;  ///< of kAll and kAny at least one, of kNot exactly one
+  enum class Kind { kForce, kDigital, kAnalog, kGripper, kAll, kAny, kNot };
+  Kind kind = Kind::kForce;
+  std::string device;                    ///< of the first four: what is looked at
+  Quantity quantity = Quantity::kForce;  ///< of kForce
+  bool above = true;                     ///< of kForce and kAnalog
+  double threshold = 0.0;                ///< N or Nm; or in the unit of the analog input
+  bool level = true;                     ///< of kDigital
+  std::string state;                     ///< of kGripper: a Boolean output of the primitive GripperState
+  std::vector<Condition> operands;       ///< of kAll and kAny at least one, of kNot exactly one
 };
 
 /// @param pointer  where `json` stands in its file
-/// @return the condition, or all findings: unknown sensor (nearest), unknown quantity, no or two thresholds, a unit
+/// @return the condition, or all findings: unknown device (nearest), unknown quantity, no or two thresholds, a unit
 /// that does not fit the quantity. Realtime: setup.
 [[nodiscard]] Result<Condition> parse_condition(const nlohmann::ordered_json& json, const std::string& pointer,
                                                 const Cell& cell);
 
-/// Names of all sensors in a condition, each once, in order of first use. Realtime: setup.
+/// Names of all force/torque sensors in a condition, each once, in order of first use. Realtime: setup.
 [[nodiscard]] std::vector<std::string> sensors_of(const Condition& condition);
 
 [[nodiscard]] bool is_torque(Quantity quantity);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/condition_net.h"
 #include "core/motion/path_clock.h"
 #include "core/net/value_json.h"
 
@@ -20,125 +21,10 @@ using net::NetDescription;
 constexpr double kSilence_s = 0.5;
 
 Json frame_json(const Eigen::Isometry3d& X) { return net::value_to_json(net::Frame(X)); }
-Json wrench_json(const net::Wrench& wrench) { return net::value_to_json(wrench); }
-Json vector_json(const Eigen::Vector3d& v) { return net::value_to_json(net::Vector(v)); }
-
-/// The beginning of the ids of a device's primitives. Devices may have any name, ids have no '.', '/', blanks and
-/// control characters: these, and the escape itself, stand as % and two hexadecimal digits, so that no two names share
-/// an id.
-std::string id_of(std::string_view kind, std::string_view device) {
-  std::string id = fmt::format("{}-", kind);
-  for (const char c : device) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool plain = byte > 0x20 && byte != 0x7f && c != '.' && c != '/' && c != '%';
-    id += plain ? std::string(1, c) : fmt::format("%{:02x}", byte);
-  }
-  return id;
-}
-
-/// A two-input gate over two ports. @return the port of the result.
-std::string add_gate(NetDescription& net, const std::string& id, const char* type, const std::string& a,
-                     const std::string& b) {
-  net.add(id, type);
-  net.link(a, id + ".a");
-  net.link(b, id + ".b");
-  return id + ".value";
-}
-
-/// The net ends when the port is true.
-void add_end(NetDescription& net, const std::string& condition) {
-  net.add("end", "Termination");
-  net.link(condition, "end.condition");
-}
-
-/// Measured positions of an arm, one primitive however many ask. @return the port of q.
-std::string add_arm_state(NetDescription& net, const std::string& arm) {
-  const std::string id = id_of("state", arm);
-  for (const auto& primitive : net.primitives) {
-    if (primitive.id == id) return id + ".q";
-  }
-  net.add(id, "ArmState", {{"device", arm}});
-  return id + ".q";
-}
-
-/// A sensor's reading without the weight of what hangs on it. @return the port of the wrench.
-std::string add_compensated_wrench(NetDescription& net, const std::string& name, const Cell& cell) {
-  const MountedSensor& sensor = cell.sensors.find(name)->second;
-  const std::string id = id_of("sensor", name);
-  net.add(id + "-raw", "ForceTorqueSensor", {{"device", name}});
-  net.add(id + "-pose", "ForwardKinematics", {{"device", sensor.arm}, {"tool", frame_json(sensor.X_FS)}});
-  net.link(add_arm_state(net, sensor.arm), id + "-pose.q");
-  // Weight needs the direction of gravity only, so the arm's base stands for the world but for its orientation.
-  const Eigen::Isometry3d X_WB = cell.frames.pose(sensor.arm).value_or(Eigen::Isometry3d::Identity());
-  net.add(id + "-in-world", "Compose", {{"left", frame_json(X_WB)}});
-  net.link(id + "-pose.frame", id + "-in-world.right");
-  net.add(id + "-weight", "PayloadCompensation",
-          {{"mass", sensor.tool_mass},
-           {"centre", vector_json(sensor.p_SC)},
-           {"gravity", vector_json(cell.gravity_W)},
-           {"acceleration", vector_json(Eigen::Vector3d::Zero())}});
-  net.link(id + "-raw.wrench", id + "-weight.wrench");
-  net.link(id + "-in-world.value", id + "-weight.frame");
-  return id + "-weight.compensated";
-}
-
-/// The contact wrench of a sensor: weight and bias taken out, its components side by side.
-void add_contact_wrench(NetDescription& net, const std::string& name, const Cell& cell, const Biases& biases) {
-  const std::string id = id_of("sensor", name);
-  const auto bias = biases.find(name);
-  net.add(id + "-contact", "SubtractWrenches",
-          {{"b", wrench_json(bias == biases.end() ? net::Wrench{} : bias->second)}});
-  net.link(add_compensated_wrench(net, name, cell), id + "-contact.a");
-  net.add(id + "-parts", "WrenchComponents");
-  net.link(id + "-contact.value", id + "-parts.input");
-}
-
-/// The number that a comparison looks at. @return its port.
-std::string add_quantity(NetDescription& net, const Condition& condition, const std::string& id) {
-  const bool torque = is_torque(condition.quantity);
-  const std::string vector = id_of("sensor", condition.sensor) + (torque ? "-parts.torque" : "-parts.force");
-  const int component =
-      static_cast<int>(condition.quantity) - static_cast<int>(torque ? Quantity::kTorque : Quantity::kForce);
-  if (component == 0) {
-    net.add(id + "-length", "Norm");
-    net.link(vector, id + "-length.input");
-    return id + "-length.value";
-  }
-  net.add(id + "-parts", "VectorComponents");
-  net.link(vector, id + "-parts.input");
-  return fmt::format("{}-parts.{}", id, "xyz"[component - 1]);
-}
-
-std::string add_condition(NetDescription& net, const Condition& condition, const std::string& id);
-
-/// A chain of two-input gates over all operands. @return the port of the result.
-std::string add_gates(NetDescription& net, const Condition& condition, const std::string& id, const char* gate) {
-  std::string result = add_condition(net, condition.operands.front(), id + "-0");
-  for (std::size_t i = 1; i < condition.operands.size(); ++i) {
-    const std::string operand = add_condition(net, condition.operands[i], fmt::format("{}-{}", id, i));
-    result = add_gate(net, fmt::format("{}-gate{}", id, i), gate, result, operand);
-  }
-  return result;
-}
-
-/// Recursion is bounded by the depth of the file that the condition came from.
-std::string add_condition(NetDescription& net, const Condition& condition, const std::string& id) {
-  if (condition.kind == Condition::Kind::kAll) return add_gates(net, condition, id, "And");
-  if (condition.kind == Condition::Kind::kAny) return add_gates(net, condition, id, "Or");
-  if (condition.kind == Condition::Kind::kNot) {
-    net.add(id + "-not", "Not");
-    net.link(add_condition(net, condition.operands.front(), id + "-0"), id + "-not.input");
-    return id + "-not.value";
-  }
-  net.add(id, condition.above ? "GreaterThan" : "LessThan", {{"b", condition.threshold}});
-  net.link(add_quantity(net, condition, id), id + ".a");
-  return id + ".value";
-}
 
 /// The condition, the latch that remembers it, and where the tool was when it first held.
 void add_until(NetDescription& net, const MotionCommand& command, const Cell& cell, const Biases& biases) {
-  for (const std::string& sensor : sensors_of(*command.until)) add_contact_wrench(net, sensor, cell, biases);
-  const std::string condition = add_condition(net, *command.until, "until");
+  const std::string condition = add_condition(net, *command.until, "until", cell, biases);
   net.add("until_latch", "SetResetLatch", {{"reset", false}});
   net.link(condition, "until_latch.set");
   // A sensor that is silent stops the arm, but it has not felt anything.

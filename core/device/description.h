@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -78,6 +80,44 @@ struct ToolDescription : ModelDescription {
   Eigen::Isometry3d X_MT = Eigen::Isometry3d::Identity();  ///< tool centre point in the mount frame, m
   double ball_radius = 0.0;                                ///< m; 0 if the tool has no probing ball
   PayloadSetting payload;                                  ///< from the URDF, in mount axes
+};
+
+/// One terminal of an I/O block. A digital value counts as 0 or 1.
+struct IoChannel {
+  enum class Kind { kDigitalInput, kDigitalOutput, kAnalogInput, kAnalogOutput };
+  Kind kind = Kind::kDigitalInput;
+  std::string name;
+  std::string unit;                                           ///< of an analog value, as ports write units
+  double lower = 0.0, upper = 1.0;                            ///< in that unit
+  double resolution = 0.0;                                    ///< of an analog input; 0: exact
+  double noise = 0.0;                                         ///< of an analog input: standard deviation per sample
+  double initial = 0.0;                                       ///< of an output, before a net has set it
+  std::optional<double> stop;                                 ///< of an output; nothing: it holds
+  double rate_max = std::numeric_limits<double>::infinity();  ///< of an analog output, unit/s
+
+  [[nodiscard]] bool is_output() const { return kind == Kind::kDigitalOutput || kind == Kind::kAnalogOutput; }
+  [[nodiscard]] bool is_analog() const { return kind == Kind::kAnalogInput || kind == Kind::kAnalogOutput; }
+};
+
+/// What is known of a block of digital and analog terminals.
+struct IoDescription : ModelDescription {
+  std::string mount_link;
+  std::vector<IoChannel> channels;
+  Nanoseconds cycle = kMillisecond;
+  Nanoseconds sample_age_max = 20 * kMillisecond;  ///< older samples count as absent (row T2): 20 device cycles
+};
+
+/// What is known of a device that looks along a beam: a light barrier or a laser range finder. The beam leaves the
+/// origin of its link along z.
+struct BeamDescription : ModelDescription {
+  std::string mount_link;
+  std::string beam_link;
+  bool measures_range = false;              ///< false: a light barrier, which only says interrupted or not
+  double range_min = 0.0, range_max = 0.0;  ///< m; of a light barrier: to its reflector, at most
+  double resolution = 0.0;                  ///< m; 0: exact
+  double noise = 0.0;                       ///< m, standard deviation per sample
+  Nanoseconds cycle = kMillisecond;
+  Nanoseconds sample_age_max = 20 * kMillisecond;  ///< older samples count as absent (row T2): 20 device cycles
 };
 
 /// Mass, centre and inertia of all links of a rigid model, about its centre of mass, in the axes of its root link.

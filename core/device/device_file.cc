@@ -10,6 +10,7 @@
 
 #include "core/base/json.h"
 #include "core/base/object_reader.h"
+#include "core/device/device_file_impl.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/inverse.h"
 #include "core/kinematics/robot_model.h"
@@ -19,114 +20,11 @@ namespace takt::device {
 namespace {
 
 using Json = nlohmann::ordered_json;
-namespace fs = std::filesystem;
-
-constexpr const char* kFileName = "device.json";
-constexpr int kSampleCyclesMax = 20;  // a sample may be missing for this many device cycles: a lost packet or two
 
 const std::vector<std::string> kModes = {"position", "velocity", "torque", "joint_impedance", "cartesian_impedance"};
 
 JointVector vector_of(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
-/// One device file while it is read: what all kinds share, and where findings go.
-class DeviceFile {
- public:
-  static Result<DeviceFile> open(const fs::path& folder, const std::string& kind) {
-    auto json = read_json(folder / kFileName);
-    if (!json) return std::unexpected(std::move(json.error()));
-    return DeviceFile(folder, std::move(*json), kind);
-  }
-
-  DeviceFile(fs::path folder, Json json, const std::string& kind)
-      : folder_(std::move(folder)), json_(std::make_unique<Json>(std::move(json))), kind_(kind) {}
-
-  [[nodiscard]] const Json& json() const { return *json_; }
-  [[nodiscard]] Findings& findings() { return *findings_; }
-  [[nodiscard]] const fs::path& folder() const { return folder_; }
-
-  /// kind, name, title, maker, urdf, base: as members of every description.
-  template <class Description>
-  std::string read_common(ObjectReader& reader, Description& description) {
-    reader.choice("kind", {kind_});
-    reader.text("name");
-    reader.text("maker", "");
-    description.title = reader.text("title", "");
-    description.folder = folder_;
-    description.model = folder_.filename().string();
-    const std::string urdf = reader.text("urdf");
-    description.urdf = load_urdf(urdf, reader.at("urdf"));
-    description.robot = robot_;
-    std::string base = reader.text("base");
-    check_link(base, reader.at("base"));
-    return base;
-  }
-
-  /// The name of a link that must exist; empty without a URDF or if it does not.
-  std::string link(ObjectReader& reader, const char* key, std::optional<std::string> fallback = {}) {
-    std::string name = reader.text(key, std::move(fallback));
-    check_link(name, reader.at(key));
-    return name;
-  }
-
-  [[nodiscard]] const std::shared_ptr<const kinematics::RobotModel>& robot() const { return robot_; }
-
-  /// Ends reading: the findings with the file's name, or the description.
-  template <class Description>
-  Result<std::shared_ptr<const Description>> finish(ObjectReader& reader, Description description) {
-    reader.finish();
-    if (findings_->has_errors()) {
-      findings_->set_file((folder_ / kFileName).string());
-      return std::unexpected(std::move(*findings_));
-    }
-    return std::make_shared<const Description>(std::move(description));
-  }
-
- private:
-  fs::path load_urdf(const std::string& name, const std::string& pointer) {
-    if (name.empty()) return {};
-    const auto path = resolve_below(folder_, name, pointer);
-    if (!path) {
-      findings_->append(path.error());
-      return {};
-    }
-    auto robot = kinematics::RobotModel::load(*path);
-    if (!robot) {
-      findings_->append(robot.error(), {}, path->string());
-      return *path;
-    }
-    robot_ = std::make_shared<const kinematics::RobotModel>(std::move(*robot));
-    return *path;
-  }
-
-  void check_link(const std::string& name, const std::string& pointer) {
-    if (robot_ == nullptr || name.empty() || robot_->link(name) != nullptr) return;
-    std::vector<std::string> names;
-    for (const auto& one : robot_->links) names.push_back(one.name);
-    findings_->error(pointer, fmt::format("the URDF has no link '{}'", name), nearest_choice(name, names));
-  }
-
-  fs::path folder_;
-  std::unique_ptr<Json> json_;
-  std::string kind_;
-  std::unique_ptr<Findings> findings_ = std::make_unique<Findings>();
-  std::shared_ptr<const kinematics::RobotModel> robot_;
-};
-
-/// Pose of link `to` in link `from`; both belong to one rigid model (or all joints are at zero).
-Eigen::Isometry3d pose_between(const kinematics::RobotModel& robot, const std::string& from, const std::string& to) {
-  const auto to_root = [&robot](const std::string& link) {
-    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-    for (const auto* joint = robot.joint_above(link); joint != nullptr; joint = robot.joint_above(joint->parent))
-      X = joint->X_PJ * X;
-    return X;
-  };
-  return to_root(from).inverse() * to_root(to);
-}
-
-Nanoseconds read_cycle(ObjectReader& reader) {
-  return static_cast<Nanoseconds>(std::llround(reader.number("cycle_ms", 1.0, kPositive) * kMillisecond));
 }
 
 net::Wrench read_wrench(ObjectReader& parent, const char* key, bool required) {

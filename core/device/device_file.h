@@ -8,6 +8,7 @@
 
 #include "core/base/findings.h"
 #include "core/device/description.h"
+#include "core/device/gripper.h"
 
 namespace takt::device {
 
@@ -18,6 +19,10 @@ namespace takt::device {
 [[nodiscard]] Result<std::shared_ptr<const ForceTorqueDescription>> read_force_torque_sensor(
     const std::filesystem::path& folder);
 [[nodiscard]] Result<std::shared_ptr<const ToolDescription>> read_tool(const std::filesystem::path& folder);
+[[nodiscard]] Result<std::shared_ptr<const GripperDescription>> read_gripper(const std::filesystem::path& folder);
+[[nodiscard]] Result<std::shared_ptr<const IoDescription>> read_io(const std::filesystem::path& folder);
+[[nodiscard]] Result<std::shared_ptr<const BeamDescription>> read_light_barrier(const std::filesystem::path& folder);
+[[nodiscard]] Result<std::shared_ptr<const BeamDescription>> read_range_finder(const std::filesystem::path& folder);
 
 /// The text of "kind" in <folder>/device.json: "arm", "force_torque_sensor", "tool", ... Whether there is such a kind
 /// is for the registry of kinds to say. Realtime: setup.

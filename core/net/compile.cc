@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/net/compiled_net_impl.h"
+#include "core/net/composite.h"
 #include "core/net/exclusion.h"
 #include "core/net/flat_net.h"
 #include "core/net/frame_check.h"
@@ -33,6 +34,13 @@ Findings write_slot(ValueType type, std::byte* place, const Json* json) {
   });
 }
 
+/// What a claim holds in the end. The depth is that of composites in composites, which their makers have bounded.
+void collect_leaves(Resource* resource, std::vector<Resource*>& leaves) {
+  const auto* whole = dynamic_cast<const Composite*>(resource);
+  if (whole == nullptr) return leaves.push_back(resource);
+  for (Resource* part : whole->parts()) collect_leaves(part, leaves);
+}
+
 const void* null_slot(ValueType type) {
   return visit_type(type, []<class T>(std::type_identity<T>) { return static_cast<const void*>(&kNullSlot<T>); });
 }
@@ -57,6 +65,7 @@ class Builder {
   void write_initial_values();
   void make_primitives();
   void make_primitive(int primitive, std::byte* place);
+  void take_claims(int primitive, const std::vector<Resource*>& claims);
   void collect_monitors(int primitive);
   void make_gates();
   void make_delays();
@@ -70,6 +79,8 @@ class Builder {
   CompiledNet::Impl& net_;
   std::vector<const void*> inputs_;
   std::vector<void*> outputs_;
+  /// Per device that is driven: what was named to claim it, itself or a whole that it belongs to, and by whom.
+  std::unordered_map<const Resource*, std::pair<const Resource*, int>> claimed_;
 };
 
 const FlatLink& Builder::link_of(const NetPlan::Delay& delay) const {
@@ -148,10 +159,31 @@ void Builder::make_primitive(int number, std::byte* place) {
     impl.findings.error({}, fmt::format("{} cannot be made: {}", primitive.info->type, error.what()));
   }
   if (!impl.findings.empty()) report_.append(impl.findings, flat_.primitive_pointer(number) + "/parameters");
-  for (Resource* claimed : impl.claims) {
-    if (std::ranges::find(net_.claims, claimed) == net_.claims.end()) net_.claims.push_back(claimed);
-  }
+  take_claims(number, impl.claims);
   collect_monitors(number);
+}
+
+/// A whole is claimed with all its parts: who names it and who names a part of it want the same thing.
+void Builder::take_claims(int number, const std::vector<Resource*>& claims) {
+  const FlatPrimitive& primitive = flat_.primitives[static_cast<std::size_t>(number)];
+  for (Resource* named : claims) {
+    std::vector<Resource*> leaves;
+    collect_leaves(named, leaves);
+    for (Resource* leaf : leaves) {
+      const auto [claim, fresh] = claimed_.try_emplace(leaf, std::pair{static_cast<const Resource*>(named), number});
+      if (fresh) net_.claims.push_back(leaf);
+      if (fresh || claim->second.first == named) continue;
+      const auto name_at = [this](int p) {
+        const FlatPrimitive& one = flat_.primitives[static_cast<std::size_t>(p)];
+        return shown(one.description->parameters.at(one.info->claims).get<std::string>());
+      };
+      report_.error(flat_.primitive_pointer(number) + "/parameters" + pointer_segment(primitive.info->claims),
+                    fmt::format("'{}' drives '{}', which shares a part with '{}' that '{}' drives", primitive.id,
+                                name_at(number), name_at(claim->second.second), flat_.id(claim->second.second)),
+                    "the whole, or its parts one by one");
+      break;
+    }
+  }
 }
 
 void Builder::collect_monitors(int number) {

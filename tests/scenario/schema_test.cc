@@ -66,7 +66,13 @@ constexpr const char* kEverything = R"({
     "arm": {"model": "lwr4plus", "at": {"comment": "here", "in": "world"}, "payload_error_kg": -0.1,
             "start_deg": [0, -30, 0, 90, 0, -60, 0]},
     "wrist": {"model": "ft_gamma", "on": "arm"},
-    "probe": {"model": "probe_ball", "on": "wrist"}
+    "probe": {"model": "probe_ball", "on": "wrist"},
+    "gripper": {"model": "wsg50", "on": "arm", "settings": {"start_width_m": 0.05}},
+    "barrier": {"model": "light_barrier", "at": {"position_m": [0, 1, 0]}, "settings": {"distance_m": 1}},
+    "finder": {"model": "range_finder", "at": {"position_m": [0, 2, 0]}},
+    "io": {"model": "io_block", "at": {"position_m": [0, 3, 0]},
+           "settings": {"do1": {"name": "lamp"}, "di1": {"from": "barrier"},
+                        "di2": {"script": [{"at_s": 1, "value": true}]}}}
   },
   "objects": {
     "table": {"model": "table", "at": {"position_m": [0.8, 0, -0.75]}, "fixed": true},
@@ -78,6 +84,7 @@ constexpr const char* kEverything = R"({
     "block": {"shape": "box", "size_m": [0.1, 0.06, 0.05], "at": {"in": "world", "position_m": [0.56, 0, 0.3]},
       "vary": {"radius_m": 0.01, "position_m": [0, 0, 0.01], "rpy_deg": [0, 0, 5]}, "fixed": false, "mass_kg": 2}
   },
+  "composed": {"robot": ["arm", "gripper"], "cell": ["robot", "io/lamp"]},
   "cameras": {
     "c": {"at": {"position_m": [2, 0, 1]}, "look_at": {"in": "block"}, "fovy_deg": 30},
     "down": {"at": {"in": "block", "position_m": [0, 0, 1]}}
@@ -98,7 +105,14 @@ constexpr const char* kEverything = R"({
     {"do": "record_contact", "arm": "arm", "as": "top"},
     {"do": "fit_pose", "object": "block", "as": "found", "contacts": ["top"], "free": ["z"], "max_residual_m": 0.01},
     {"do": "net", "net": "by hand", "cancel_after_s": 1, "within_s": 2},
-    {"do": "wait", "name": "pause", "seconds": 0}
+    {"do": "wait", "name": "pause", "seconds": 0},
+    {"do": "grip", "gripper": "gripper", "width_m": 0.01, "speed_m_s": 0.1, "force_N": 20, "expect": "any",
+     "part": "block", "part_mass_kg": 2},
+    {"do": "release", "gripper": "gripper", "width_m": 0.1, "speed_m_s": 0.1, "force_N": 20},
+    {"do": "set", "output": "io/lamp", "value": true},
+    {"do": "set", "output": "io/ao1", "value": 2.5},
+    {"do": "wait", "until": {"all": [{"input": "io/di1", "is": false}, {"input": "finder", "below_m": 1},
+                                     {"gripper": "gripper", "is": "holding"}]}, "timeout_s": 1}
   ]},
   "expectations": [
     {"name": "n", "kind": "estimate", "estimate": "found", "of": "block", "position_within_m": 1,
@@ -109,7 +123,10 @@ constexpr const char* kEverything = R"({
     {"kind": "peak_force", "sensor": "wrist", "below_N": 100},
     {"kind": "limits", "arm": "arm"}, {"kind": "duration", "below_s": 60}, {"kind": "step", "step": "touch"},
     {"kind": "monitor", "net": "by hand", "monitor": "shown", "at_least": 0, "at_most": 2, "is": 1},
-    {"kind": "repeats"}
+    {"kind": "repeats"},
+    {"kind": "gripper", "gripper": "gripper", "is": "idle"},
+    {"kind": "signal", "signal": "io/lamp", "is": true, "rises": 1},
+    {"kind": "signal", "signal": "finder", "at_least": 0, "at_most": 5}
   ]
 })";
 
@@ -315,6 +332,29 @@ constexpr Mistake kMistakes[] = {
     {"/program/steps/7/within_s", "-1"},
     {"/nets/by hand", "1"},
     {"/expectations/8/times", "2"},
+    // Wholes.
+    {"/composed", "[]"},
+    {"/composed/robot", "[]"},
+    {"/composed/robot", "\"arm\""},
+    {"/composed/robot", "[1]"},
+    // Grippers and signals.
+    {"/devices/io/settings", "1"},
+    {"/program/steps/9/force_N", "0"},
+    {"/program/steps/9/expect", "\"luck\""},
+    {"/program/steps/9/part_mass_kg", "-1"},
+    {"/program/steps/10/part", "\"block\""},
+    {"/program/steps/11/value", nullptr},
+    {"/program/steps/11/value", "\"on\""},
+    {"/program/steps/13/until", nullptr},
+    {"/program/steps/13/seconds", "1"},
+    {"/program/steps/13/timeout_s", "-1"},
+    {"/program/steps/13/until/all/0/is", "1"},
+    {"/program/steps/13/until/all/1/below_m", "\"1\""},
+    {"/program/steps/13/until/all/2/is", nullptr},
+    {"/program/steps/13/until/all/2/is", "\"happy\""},
+    {"/expectations/9/is", nullptr},
+    {"/expectations/10/rises", "-1"},
+    {"/expectations/11/at_most", "\"5\""},
 };
 INSTANTIATE_TEST_SUITE_P(Each, ScenarioMistake, testing::ValuesIn(kMistakes));
 

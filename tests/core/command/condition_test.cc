@@ -39,8 +39,8 @@ std::vector<std::string> pointers(const char* text) {
 
 TEST(Condition, AComparisonHasSensorQuantityAndThreshold) {
   const Condition force = good(R"({"sensor": "wrist", "above_N": 5})");
-  EXPECT_EQ(force.kind, Condition::Kind::kComparison);
-  EXPECT_EQ(force.sensor, "wrist");
+  EXPECT_EQ(force.kind, Condition::Kind::kForce);
+  EXPECT_EQ(force.device, "wrist");
   EXPECT_EQ(force.quantity, Quantity::kForce) << "the default";
   EXPECT_TRUE(force.above);
   EXPECT_EQ(force.threshold, 5.0);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -7,27 +8,74 @@
 
 #include "core/device/arm.h"
 #include "core/device/channel.h"
+#include "core/device/composed_device.h"
 #include "core/device/device_file.h"
 #include "core/device/force_torque_sensor.h"
 #include "core/net/primitive.h"
 #include "tests/support/fake_arm.h"
+#include "tests/support/fake_signals.h"
 
 namespace takt::test {
 
-/// An LWR "arm" and a force/torque sensor "sensor", both ready, and for each type T of values a channel "outside T" and
-/// one that nets write, "net T"; for primitives that speak to devices.
+/// An LWR "arm", a force/torque sensor "sensor", a gripper and one signal of each kind, all ready, and for each type T
+/// of values a channel "outside T" and one that nets write, "net T"; for primitives that speak to devices.
 class DeviceEnvironment final : public net::Environment {
  public:
   DeviceEnvironment() {
     const auto description = device::read_arm("models/lwr4plus");
     if (!description) throw std::runtime_error(description.error().to_string());
     backend = std::make_shared<FakeArm>((*description)->home);
-    arm = std::make_unique<device::Arm>("arm", *description, backend, kMillisecond);
-    arm->begin_cycle(0, 0);
+    arm = add(std::make_unique<device::Arm>("arm", *description, backend, kMillisecond));
     sensor_backend = std::make_shared<FakeForceTorqueSensor>();
-    sensor = std::make_unique<device::ForceTorqueSensor>(
-        "sensor", std::make_shared<const device::ForceTorqueDescription>(), sensor_backend);
-    sensor->begin_cycle(0, 0);
+    sensor = add(std::make_unique<device::ForceTorqueSensor>(
+        "sensor", std::make_shared<const device::ForceTorqueDescription>(), sensor_backend));
+    gripper_backend = std::make_shared<FakeGripper>();
+    gripper = add(std::make_unique<device::Gripper>(
+        "gripper", std::make_shared<const device::GripperDescription>(fake_gripper_description()), gripper_backend));
+    digital_input = add(std::make_unique<device::DigitalInput>("digital_input", device::SignalInputDescription<bool>{},
+                                                               digital_input_backend));
+    analog_input = add(std::make_unique<device::AnalogInput>(
+        "analog_input", device::SignalInputDescription<double>{.unit = "V"}, analog_input_backend));
+    digital_output = add(std::make_unique<device::DigitalOutput>(
+        "digital_output", device::SignalOutputDescription<bool>{}, digital_output_backend, kMillisecond));
+    analog_output = add(std::make_unique<device::AnalogOutput>(
+        "analog_output", device::SignalOutputDescription<double>{.unit = "V"}, analog_output_backend, kMillisecond));
+    outputs = std::move(*device::ComposedDevice::make("outputs", {digital_output, analog_output}));
+    add_channels();
+  }
+  net::Resource* find(std::string_view name) override {
+    for (const auto& channel : channels)
+      if (channel->name() == name) return channel.get();
+    if (name == outputs->name()) return outputs.get();
+    const auto found = devices_.find(name);
+    return found == devices_.end() ? nullptr : found->second.get();
+  }
+  [[nodiscard]] std::vector<std::string> names() const override {
+    std::vector<std::string> names;
+    for (const auto& [name, device] : devices_) names.push_back(name);
+    for (const auto& channel : channels) names.push_back(channel->name());
+    return names;
+  }
+
+  std::shared_ptr<FakeArm> backend;
+  device::Arm* arm;
+  std::shared_ptr<FakeForceTorqueSensor> sensor_backend;
+  device::ForceTorqueSensor* sensor;
+  std::shared_ptr<FakeGripper> gripper_backend;
+  device::Gripper* gripper;
+  std::shared_ptr<FakeInput<bool>> digital_input_backend = std::make_shared<FakeInput<bool>>();
+  std::shared_ptr<FakeInput<double>> analog_input_backend = std::make_shared<FakeInput<double>>();
+  std::shared_ptr<FakeOutput<bool>> digital_output_backend = std::make_shared<FakeOutput<bool>>();
+  std::shared_ptr<FakeOutput<double>> analog_output_backend = std::make_shared<FakeOutput<double>>();
+  device::DigitalInput* digital_input;
+  device::AnalogInput* analog_input;
+  device::DigitalOutput* digital_output;
+  device::AnalogOutput* analog_output;
+  std::unique_ptr<device::ComposedDevice> outputs;  ///< both outputs as a whole
+  std::vector<std::unique_ptr<device::Channel>> channels;
+
+ private:
+  void add_channels() {
     using Writer = device::ChannelDescription::Writer;
     for (int t = 0; t <= static_cast<int>(net::ValueType::kJoints); ++t) {
       const auto type = static_cast<net::ValueType>(t);
@@ -36,23 +84,15 @@ class DeviceEnvironment final : public net::Environment {
       channels.push_back(*device::Channel::make({.name = "net " + suffix, .type = type, .writer = Writer::kNet}));
     }
   }
-  net::Resource* find(std::string_view name) override {
-    if (name == "arm") return arm.get();
-    for (const auto& channel : channels)
-      if (channel->name() == name) return channel.get();
-    return name == "sensor" ? sensor.get() : nullptr;
-  }
-  [[nodiscard]] std::vector<std::string> names() const override {
-    std::vector<std::string> all{"arm", "sensor"};
-    for (const auto& channel : channels) all.push_back(channel->name());
-    return all;
+  template <class Device>
+  Device* add(std::unique_ptr<Device> device) {
+    Device* added = device.get();
+    added->begin_cycle(0, 0);
+    devices_[added->name()] = std::move(device);
+    return added;
   }
 
-  std::shared_ptr<FakeArm> backend;
-  std::unique_ptr<device::Arm> arm;
-  std::shared_ptr<FakeForceTorqueSensor> sensor_backend;
-  std::unique_ptr<device::ForceTorqueSensor> sensor;
-  std::vector<std::unique_ptr<device::Channel>> channels;
+  std::map<std::string, std::unique_ptr<device::Device>, std::less<>> devices_;
 };
 
 }  // namespace takt::test

@@ -1,0 +1,102 @@
+#include "scenario/device_expectations.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "scenario/signal_reader.h"
+
+namespace takt::scenario {
+namespace {
+
+class GripperExpectation final : public Expectation {
+ public:
+  GripperExpectation(ObjectReader& reader, const BuiltCell& built) {
+    std::vector<std::string> names;
+    for (const auto& [name, gripper] : built.cell.grippers) names.push_back(name);
+    gripper_ = reader.choice("gripper", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
+    wanted_ = reader.choice("is", {"idle", "moving", "holding", "lost"});
+  }
+
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    const device::Gripper& gripper = *outcome.built.cell.grippers.find(gripper_)->second.device;
+    const std::string is(gripper.has_sample() ? name_of(gripper.sample().state) : "silent");
+    ExpectationResult result;
+    result.passed = is == wanted_;
+    result.value = gripper.sample().width;
+    result.measured = fmt::format("'{}' is {} at {:.2f} mm, {:.1f} N (wanted: {})", gripper_, is,
+                                  1e3 * gripper.sample().width, gripper.sample().force, wanted_);
+    return result;
+  }
+
+ private:
+  std::string gripper_, wanted_;
+};
+
+class SignalExpectation final : public Expectation {
+ public:
+  SignalExpectation(ObjectReader& reader, const BuiltCell& built) {
+    const auto signals = signals_of(built.cell);
+    std::vector<std::string> names;
+    for (const NamedSignal& signal : signals) names.push_back(signal.name);
+    signal_ = reader.choice("signal", names);
+    const auto found = std::ranges::find(signals, signal_, &NamedSignal::name);
+    digital_ = found == signals.end() || found->digital;
+    if (found != signals.end()) read_ = found->read;
+    if (digital_) {
+      if (reader.has("is")) level_ = reader.boolean("is");
+      if (reader.has("rises")) rises_ = reader.integer("rises", {}, kNotNegative);
+      if (!level_ && !rises_) reader.findings().error(reader.pointer(), "nothing is expected", "'is', 'rises' or both");
+    } else {
+      lowest_ = reader.number("at_least", lowest_);
+      highest_ = reader.number("at_most", highest_);
+    }
+  }
+
+  void watch(const BuiltCell&) override {
+    const auto value = read_();
+    const bool high = value && *value >= 0.5;
+    if (high && !high_before_.value_or(true)) ++risen_;
+    high_before_ = high;
+  }
+
+  [[nodiscard]] ExpectationResult judge(const Outcome&) const override {
+    const auto value = read_();
+    ExpectationResult result;
+    result.value = value.value_or(std::numeric_limits<double>::quiet_NaN());
+    if (digital_) {
+      const bool level = value && *value >= 0.5;
+      result.passed = value && level == level_.value_or(level) && risen_ == rises_.value_or(risen_);
+      result.measured = fmt::format("'{}' is {} and rose {} times", signal_, level ? "true" : "false", risen_);
+    } else {
+      result.passed = value && *value >= lowest_ && *value <= highest_;
+      result.measured = fmt::format("'{}' is {:g} (from {:g} to {:g})", signal_, result.value, lowest_, highest_);
+    }
+    if (!value) result.measured = fmt::format("'{}' has no value", signal_);
+    return result;
+  }
+
+ private:
+  std::string signal_;
+  SignalReader read_;
+  bool digital_ = true;
+  std::optional<bool> level_;
+  std::optional<std::int64_t> rises_;
+  double lowest_ = -std::numeric_limits<double>::infinity(), highest_ = std::numeric_limits<double>::infinity();
+  std::optional<bool> high_before_;  ///< nothing: before the first cycle
+  std::int64_t risen_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Expectation> gripper_expectation(ObjectReader& reader, const BuiltCell& built) {
+  return std::make_unique<GripperExpectation>(reader, built);
+}
+
+std::unique_ptr<Expectation> signal_expectation(ObjectReader& reader, const BuiltCell& built) {
+  return std::make_unique<SignalExpectation>(reader, built);
+}
+
+}  // namespace takt::scenario

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <memory>
+
+#include "core/base/object_reader.h"
+#include "scenario/expectations.h"
+
+/// Expectations about grippers and signals. Realtime: setup.
+namespace takt::scenario {
+
+/// "gripper": what a gripper does at the end.
+[[nodiscard]] std::unique_ptr<Expectation> gripper_expectation(ObjectReader& reader, const BuiltCell& built);
+/// "signal": what an input or output is at the end, and how often it rose.
+[[nodiscard]] std::unique_ptr<Expectation> signal_expectation(ObjectReader& reader, const BuiltCell& built);
+
+}  // namespace takt::scenario

@@ -1,0 +1,72 @@
+// Kind "gripper": a tool that is driven.
+#include <fmt/format.h>
+
+#include "core/base/object_reader.h"
+#include "core/device/device_file.h"
+#include "core/device/gripper.h"
+#include "scenario/cell_builder.h"
+#include "scenario/cell_models.h"
+#include "scenario/device_kinds.h"
+#include "sim/from_model.h"
+
+namespace takt::scenario {
+namespace {
+
+using device::GripperDescription;
+
+/// How far apart the fingers stand at the start, m: what the scenario says, else open.
+double start_width(const LoadedDevice& device, Findings& findings) {
+  const double stroke = device.as<GripperDescription>()->stroke;
+  ObjectReader reader(device.entry->settings, device.pointer() + "/settings", findings);
+  const double width = reader.number("start_width_m", stroke, {.low = 0.0, .high = stroke});
+  reader.finish();
+  return width;
+}
+
+class GripperKind final : public DeviceKind {
+ public:
+  GripperKind() : DeviceKind("gripper") {}
+
+  Result<ModelPointer> read(const std::filesystem::path& folder) const override { return device::read_gripper(folder); }
+  bool needs_arm() const override { return true; }
+
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+    cell.grippers[entry.name];
+  }
+
+  void check(const LoadedDevice& device, Findings& findings) const override {
+    if (!device.entry->start_rad.empty()) {
+      findings.error(device.pointer() + "/start_deg", "a gripper has no such joints", "\"settings\": start_width_m");
+    }
+    (void)start_width(device, findings);
+  }
+
+  sim::RobotDescription body(const LoadedDevice& device, sim::Mount mount) const override {
+    Findings ignored;  // checked before
+    return sim::gripper_body(device.entry->name, *device.as<GripperDescription>(), std::move(mount),
+                             start_width(device, ignored));
+  }
+
+  void simulate(const LoadedDevice& device, sim::WorldDescription& world) const override {
+    const std::string& name = device.entry->name;
+    world.grippers.push_back(sim::simulated_gripper(name, name, *device.as<GripperDescription>()));
+    world.grippers.back().pointer = device.pointer();
+    sim::grip_without_creep(world.physics);
+  }
+
+  void add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const override {
+    const auto model = device.as<GripperDescription>();
+    const std::string& name = device.entry->name;
+    const std::string& arm = carrying_arm(device)->entry->name;
+    auto backend = built.borrowed<device::GripperBackend>(built.world->gripper(name));
+    auto& gripper = built.core->add(std::make_unique<device::Gripper>(name, model, std::move(backend)));
+    built.cell.grippers[name] = {&gripper, arm};
+    built.cell.arms[arm].X_FT = pose_on_arm(device) * model->X_MT;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<DeviceKind> gripper_kind() { return std::make_unique<GripperKind>(); }
+
+}  // namespace takt::scenario

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/device/signal.h"
+#include "scenario/cell_builder.h"
+
+namespace takt::scenario {
+
+/// Gives the core a canonical input on the simulated terminal or beam of that name. Realtime: setup.
+template <class T>
+device::SignalInput<T>& add_input(const std::string& name, const std::string& unit, Nanoseconds sample_age_max,
+                                  BuiltCell& built) {
+  auto backend = built.borrowed<device::SignalInputBackend<T>>(built.world->input(name));
+  device::SignalInputDescription<T> description{.unit = unit, .sample_age_max = sample_age_max};
+  return built.core->add(std::make_unique<device::SignalInput<T>>(name, std::move(description), std::move(backend)));
+}
+
+}  // namespace takt::scenario
