@@ -252,6 +252,8 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   }
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
+  add_composed(description, built, findings);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
   built.site->add_to(built.core->digest());
   add_composed(description, built, findings);
   if (findings.has_errors()) return std::unexpected(std::move(findings));

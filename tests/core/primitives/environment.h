@@ -8,6 +8,7 @@
 
 #include "core/device/arm.h"
 #include "core/device/channel.h"
+#include "core/device/composed_device.h"
 #include "core/device/device_file.h"
 #include "core/device/force_torque_sensor.h"
 #include "core/net/primitive.h"
@@ -39,11 +40,13 @@ class DeviceEnvironment final : public net::Environment {
         "digital_output", device::SignalOutputDescription<bool>{}, digital_output_backend, kMillisecond));
     analog_output = add(std::make_unique<device::AnalogOutput>(
         "analog_output", device::SignalOutputDescription<double>{.unit = "V"}, analog_output_backend, kMillisecond));
+    outputs = std::move(*device::ComposedDevice::make("composed_device", {digital_output, analog_output}));
     add_channels();
   }
   net::Resource* find(std::string_view name) override {
     for (const auto& channel : channels)
       if (channel->name() == name) return channel.get();
+    if (name == outputs->name()) return outputs.get();
     const auto found = devices_.find(name);
     return found == devices_.end() ? nullptr : found->second.get();
   }
@@ -68,6 +71,7 @@ class DeviceEnvironment final : public net::Environment {
   device::AnalogInput* analog_input;
   device::DigitalOutput* digital_output;
   device::AnalogOutput* analog_output;
+  std::unique_ptr<device::ComposedDevice> outputs;  ///< both outputs as a whole
   std::vector<std::unique_ptr<device::Channel>> channels;
 
  private:
