@@ -167,6 +167,8 @@ struct ParameterSpec {
   /// Interval text such as "(0,inf)", "[0,1]", "[1,1000000]", for each element of a vector or joint array; for a
   /// String the allowed words, "fast|slow". Checked at load; empty = any finite number, any text.
   std::string_view range = {};
+  /// JSON text of a sensible value, for examples, tests and benchmarks (example.h); needed where there is no default.
+  std::string_view example = {};
 };
 
 /// How late an output follows an input: 0 (same cycle), k cycles, or depending on data (rows O6, O7).

@@ -14,13 +14,6 @@ using namespace net;
 using device::Channel;
 using device::ChannelDescription;
 
-/// The frame text of a value of this type, with variables that the channel fixes.
-template <class T>
-constexpr const char* free_frame() {
-  if (std::is_same_v<T, Frame> || std::is_same_v<T, Rotation>) return "A>B";
-  return std::is_same_v<T, Vector> || std::is_same_v<T, Twist> || std::is_same_v<T, Wrench> ? "A" : "";
-}
-
 template <class T>
 class Input final : public Primitive {
  public:

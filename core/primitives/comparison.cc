@@ -1,78 +1,53 @@
-// Family "comparison": real numbers of one unit to a Boolean.
+// Family "comparison": numbers of one unit, whole numbers or texts to a Boolean.
 #include <cmath>
 
 #include "core/net/registry.h"
-#include "core/net/setup.h"
+#include "core/primitives/function.h"
 
 namespace takt::primitives {
 namespace {
 
-using namespace net;
+using net::Integer;
+using net::Text;
 
-class OfTwo : public Primitive {
- protected:
-  explicit OfTwo(Setup& setup)
-      : a_(setup.in<Real>("a", {.unit = "u", .doc = "left side"})),
-        b_(setup.in<Real>("b", {.unit = "u", .doc = "right side"})),
-        value_(setup.out<Boolean>("value", {.doc = "the answer"})) {}
-  virtual bool result(double a, double b) const = 0;
-
- public:
-  void update(const Cycle&) final {
-    if (a_.null() || b_.null()) return value_.set_null();
-    value_.set(result(*a_, *b_));
-  }
-
- private:
-  In<Real> a_, b_;
-  Out<Boolean> value_;
+constexpr auto kTwo = [] {
+  return ports({{"a", "u", "left side"}, {"b", "u", "right side"}}, {{"value", "", "the answer"}});
+};
+constexpr auto kTwoPlain = [] {
+  return ports({{"a", "", "left side"}, {"b", "", "right side"}}, {{"value", "", "the answer"}});
+};
+constexpr auto kTolerance = [] {
+  return ports({{"a", "u", "left side"}, {"b", "u", "right side"}}, {{"value", "", "the answer"}},
+               {{"tolerance", "u", "largest difference that counts as equal", "[0,inf)", "", 0.0}});
+};
+constexpr auto kRange = [] {
+  return ports({{"input", "u", "what is compared"},
+                {"lower", "u", "smallest value inside"},
+                {"upper", "u", "largest value inside"}},
+               {{"value", "", "lower <= input <= upper"}});
 };
 
-class GreaterThan final : public OfTwo {
- public:
-  explicit GreaterThan(Setup& setup) : OfTwo(setup) {}
-  bool result(double a, double b) const override { return a > b; }
-};
-
-class LessThan final : public OfTwo {
- public:
-  explicit LessThan(Setup& setup) : OfTwo(setup) {}
-  bool result(double a, double b) const override { return a < b; }
-};
-
-class Equal final : public OfTwo {
- public:
-  explicit Equal(Setup& setup)
-      : OfTwo(setup),
-        tolerance_(setup.parameter<Real>(
-            "tolerance", 0.0, {.unit = "u", .doc = "largest difference that counts as equal", .range = "[0,inf)"})) {}
-  bool result(double a, double b) const override { return std::abs(a - b) <= tolerance_; }
-
- private:
-  double tolerance_;
-};
-
-class InRange final : public Primitive {
- public:
-  explicit InRange(Setup& setup)
-      : input_(setup.in<Real>("input", {.unit = "u", .doc = "what is compared"})),
-        lower_(setup.in<Real>("lower", {.unit = "u", .doc = "smallest value inside"})),
-        upper_(setup.in<Real>("upper", {.unit = "u", .doc = "largest value inside"})),
-        value_(setup.out<Boolean>("value", {.doc = "lower <= input <= upper"})) {}
-  void update(const Cycle&) override {
-    if (input_.null() || lower_.null() || upper_.null()) return value_.set_null();
-    value_.set(*lower_ <= *input_ && *input_ <= *upper_);
-  }
-
- private:
-  In<Real> input_, lower_, upper_;
-  Out<Boolean> value_;
-};
+using GreaterThan = Function<kTwo, [](double a, double b) { return (a > b); }>;
+using LessThan = Function<kTwo, [](double a, double b) { return a < b; }>;
+using AtLeast = Function<kTwo, [](double a, double b) { return (a >= b); }>;
+using AtMost = Function<kTwo, [](double a, double b) { return a <= b; }>;
+using Equal = Function<kTolerance, [](double a, double b, double tolerance) { return std::abs(a - b) <= tolerance; }>;
+using InRange = Function<kRange, [](double x, double lower, double upper) { return lower <= x && x <= upper; }>;
+using GreaterThanInteger = Function<kTwoPlain, [](Integer a, Integer b) { return (a > b); }>;
+using LessThanInteger = Function<kTwoPlain, [](Integer a, Integer b) { return a < b; }>;
+using EqualIntegers = Function<kTwoPlain, [](Integer a, Integer b) { return a == b; }>;
+using EqualStrings = Function<kTwoPlain, [](const Text& a, const Text& b) { return a.view() == b.view(); }>;
 
 TAKT_PRIMITIVE(GreaterThan, "comparison", "a > b.");
 TAKT_PRIMITIVE(LessThan, "comparison", "a < b.");
+TAKT_PRIMITIVE(AtLeast, "comparison", "a >= b.");
+TAKT_PRIMITIVE(AtMost, "comparison", "a <= b.");
 TAKT_PRIMITIVE(Equal, "comparison", "|a - b| <= tolerance.");
 TAKT_PRIMITIVE(InRange, "comparison", "lower <= input <= upper.");
+TAKT_PRIMITIVE(GreaterThanInteger, "comparison", "a > b.");
+TAKT_PRIMITIVE(LessThanInteger, "comparison", "a < b.");
+TAKT_PRIMITIVE(EqualIntegers, "comparison", "a = b.");
+TAKT_PRIMITIVE(EqualStrings, "comparison", "Both texts have the same bytes.");
 
 TAKT_MEANING(GreaterThan, "value", "b < a");
 TAKT_MEANING(LessThan, "value", "a < b");

@@ -54,7 +54,8 @@ class Tare final : public Primitive {
             "bias",
             {.unit = kWrenchUnit, .frame = "S", .doc = "mean over the newest tare; null before", .may_be_null = true})),
         done_(setup.out<Boolean>("done", {.doc = "a bias is known and no tare runs; never null"})),
-        cycles_(setup.parameter<Integer>("cycles", {.doc = "samples in the mean", .range = "[1,1000000]"})) {
+        cycles_(setup.parameter<Integer>("cycles",
+                                         {.doc = "samples in the mean", .range = "[1,1000000]", .example = "3"})) {
     setup.latency("trigger", "tared", {.cycles = 0, .data_dependent = true});
   }
 
@@ -117,8 +118,10 @@ class PayloadCompensation final : public Primitive {
                              .doc = "of the payload's centre in W; the constant [0, 0, 0] leaves inertia in"})),
         compensated_(setup.out<Wrench>(
             "compensated", {.unit = kWrenchUnit, .frame = "S", .doc = "without weight and inertia of the payload"})),
-        mass_(setup.parameter<Real>("mass", {.unit = "kg", .doc = "of all on the tool side", .range = "[0,inf)"})),
-        centre_(setup.parameter<Vector>("centre", {.unit = "m", .doc = "centre of mass in S"})),
+        mass_(setup.parameter<Real>(
+            "mass", {.unit = "kg", .doc = "of all on the tool side", .range = "[0,inf)", .example = "0.5"})),
+        centre_(setup.parameter<Vector>("centre",
+                                        {.unit = "m", .doc = "centre of mass in S", .example = "[0.0, 0.0, 0.05]"})),
         gravity_(
             setup.parameter<Vector>("gravity", Vector(0.0, 0.0, -9.81), {.unit = "m/s^2", .doc = "gravity in W"})) {}
 

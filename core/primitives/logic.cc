@@ -1,67 +1,74 @@
 // Family "logic": three-valued, as Kleene's strong logic (row N2).
+#include <array>
+#include <optional>
+
 #include "core/net/registry.h"
-#include "core/net/setup.h"
+#include "core/primitives/function.h"
 
 namespace takt::primitives {
 namespace {
 
 using namespace net;
 
-/// Two inputs "a" and "b" that handle null themselves, one output "value".
-class TwoValued : public Primitive {
- protected:
-  TwoValued(Setup& setup, OnNull on_null)
-      : a_(setup.in<Boolean>("a", {.doc = "left side", .on_null = on_null})),
-        b_(setup.in<Boolean>("b", {.doc = "right side", .on_null = on_null})),
-        value_(setup.out<Boolean>("value", {.doc = "the result"})) {}
-  [[nodiscard]] bool any_null() const { return a_.null() || b_.null(); }
-  [[nodiscard]] bool any(bool value) const { return (!a_.null() && *a_ == value) || (!b_.null() && *b_ == value); }
+/// true, false or null.
+using Truth = std::optional<bool>;
 
+Truth truth(const In<Boolean>& in) { return in.null() ? std::nullopt : Truth(*in); }
+
+/// value = rule(a, b) for a rule that knows what to make of null.
+template <auto rule>
+class Connective final : public Primitive {
+ public:
+  explicit Connective(Setup& setup)
+      : a_(setup.in<Boolean>("a", {.doc = "left side", .on_null = OnNull::kHandled})),
+        b_(setup.in<Boolean>("b", {.doc = "right side", .on_null = OnNull::kHandled})),
+        value_(setup.out<Boolean>("value", {.doc = "the result"})) {}
+  void update(const Cycle&) override {
+    if (const Truth result = rule(truth(a_), truth(b_))) return value_.set(*result);
+    value_.set_null();
+  }
+
+ private:
   In<Boolean> a_, b_;
   Out<Boolean> value_;
 };
 
-class And final : public TwoValued {
- public:
-  explicit And(Setup& setup) : TwoValued(setup, OnNull::kMayPass) {}
-  void update(const Cycle&) override {
-    if (any(false)) return value_.set(false);
-    if (any_null()) return value_.set_null();
-    value_.set(true);
-  }
-};
+/// Null wherever one of the two that are not null could still decide it.
+Truth either(Truth a, Truth b, bool decides) {
+  if (a == decides || b == decides) return decides;
+  return a && b ? Truth(!decides) : std::nullopt;
+}
 
-class Or final : public TwoValued {
- public:
-  explicit Or(Setup& setup) : TwoValued(setup, OnNull::kMayPass) {}
-  void update(const Cycle&) override {
-    if (any(true)) return value_.set(true);
-    if (any_null()) return value_.set_null();
-    value_.set(false);
-  }
-};
+using And = Connective<[](Truth a, Truth b) { return either(a, b, false); }>;
+using Or = Connective<[](Truth a, Truth b) { return either(a, b, true); }>;
+using Implies = Connective<[](Truth a, Truth b) { return either(a ? Truth(!*a) : a, b, true); }>;
 
-class Xor final : public TwoValued {
- public:
-  explicit Xor(Setup& setup) : TwoValued(setup, OnNull::kPropagate) {}
-  void update(const Cycle&) override {
-    if (any_null()) return value_.set_null();
-    value_.set(*a_ != *b_);
-  }
+constexpr auto kTwo = [] {
+  return ports({{"a", "", "left side"}, {"b", "", "right side"}}, {{"value", "", "the result"}});
 };
+constexpr auto kOne = [] { return ports({{"input", "", "what is turned round"}}, {{"value", "", "the opposite"}}); };
 
-class Not final : public Primitive {
+using Xor = Function<kTwo, [](bool a, bool b) { return a != b; }>;
+using Equivalent = Function<kTwo, [](bool a, bool b) { return a == b; }>;
+using Not = Function<kOne, [](bool x) { return !x; }>;
+
+class Majority final : public Primitive {
  public:
-  explicit Not(Setup& setup)
-      : input_(setup.in<Boolean>("input", {.doc = "what is turned round"})),
-        value_(setup.out<Boolean>("value", {.doc = "the opposite"})) {}
+  explicit Majority(Setup& setup)
+      : in_{setup.in<Boolean>("a", {.doc = "first voice", .on_null = OnNull::kHandled}),
+            setup.in<Boolean>("b", {.doc = "second voice", .on_null = OnNull::kHandled}),
+            setup.in<Boolean>("c", {.doc = "third voice", .on_null = OnNull::kHandled})},
+        value_(setup.out<Boolean>("value", {.doc = "what at least two say"})) {}
   void update(const Cycle&) override {
-    if (input_.null()) return value_.set_null();
-    value_.set(!*input_);
+    std::array<int, 2> votes{};
+    for (const In<Boolean>& in : in_)
+      if (!in.null()) ++votes[*in];
+    if (votes[0] < 2 && votes[1] < 2) return value_.set_null();
+    value_.set(votes[1] >= 2);
   }
 
  private:
-  In<Boolean> input_;
+  std::array<In<Boolean>, 3> in_;
   Out<Boolean> value_;
 };
 
@@ -69,11 +76,9 @@ TAKT_PRIMITIVE(And, "logic", "True if both are true; false if one is false, what
 TAKT_PRIMITIVE(Or, "logic", "True if one is true, whatever the other; false if both are false; else null.");
 TAKT_PRIMITIVE(Xor, "logic", "True if exactly one is true; null if one is null.");
 TAKT_PRIMITIVE(Not, "logic", "The opposite; null of null.");
-
-TAKT_MEANING(And, "value", "a & b");
-TAKT_MEANING(Or, "value", "a | b");
-TAKT_MEANING(Xor, "value", "a ^ b");
-TAKT_MEANING(Not, "value", "!input");
+TAKT_PRIMITIVE(Implies, "logic", "False if a is true and b is false; true if a is false or b is true; else null.");
+TAKT_PRIMITIVE(Equivalent, "logic", "True if both are the same; null if one is null.");
+TAKT_PRIMITIVE(Majority, "logic", "What at least two of three say (voting sensors); null where no two agree.");
 
 }  // namespace
 }  // namespace takt::primitives

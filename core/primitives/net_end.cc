@@ -11,32 +11,42 @@ namespace {
 using namespace net;
 
 /// A Boolean that stops something: null counts as true unless the net says otherwise (row N3).
-Flag stop_condition(Setup& setup) {
-  return setup.flag("condition", {.doc = "true: it happens", .on_null = OnNull::kCountsAsTrue});
-}
+class StopCondition {
+ public:
+  explicit StopCondition(Setup& setup)
+      : condition_(setup.in<Boolean>("condition", {.doc = "true: it happens", .on_null = OnNull::kCountsAsTrue})),
+        null_counts_as_(setup.parameter<Boolean>("null_counts_as", true, {.doc = "what null means at the condition"})) {
+  }
+  [[nodiscard]] bool holds() const { return condition_.null() ? null_counts_as_ : *condition_; }
+
+ private:
+  In<Boolean> condition_;
+  bool null_counts_as_;
+};
 
 class Termination final : public Primitive {
  public:
-  explicit Termination(Setup& setup) : condition_(stop_condition(setup)) { setup.is_termination(); }
+  explicit Termination(Setup& setup) : condition_(setup) { setup.is_termination(); }
   void update(const Cycle& cycle) override {
     if (condition_.holds()) cycle.signals->terminate = true;
   }
 
  private:
-  Flag condition_;
+  StopCondition condition_;
 };
 
 class Error final : public Primitive {
  public:
   explicit Error(Setup& setup)
-      : condition_(stop_condition(setup)),
-        text_(setup.parameter<Text>("text", {.doc = "cause for people, at most 63 bytes"})) {}
+      : condition_(setup),
+        text_(
+            setup.parameter<Text>("text", {.doc = "cause for people, at most 63 bytes", .example = R"("it broke")"})) {}
   void update(const Cycle& cycle) override {
     if (condition_.holds()) cycle.signals->fail_with(Cause::Code::kError, text_.view(), cycle.index);
   }
 
  private:
-  Flag condition_;
+  StopCondition condition_;
   Text text_;
 };
 
@@ -55,8 +65,7 @@ class Cancel final : public Primitive {
 template <class T>
 class Monitor final : public Primitive {
  public:
-  explicit Monitor(Setup& setup)
-      : value_(setup.in<T>("value", {.unit = free_unit<T>(), .doc = "what is shown", .on_null = OnNull::kHandled})) {
+  explicit Monitor(Setup& setup) : value_(setup.in<T>("value", free_spec<T>("what is shown", OnNull::kHandled))) {
     setup.is_monitor();
   }
   void update(const Cycle&) override {}

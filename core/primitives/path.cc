@@ -64,8 +64,8 @@ class JointLine final : public Primitive {
   explicit JointLine(Setup& setup)
       : at_(setup),
         joints_(setup, "q", "dq", "ddq", "joint positions"),
-        json_(
-            setup.json("path", {.doc = "{\"kind\": \"joint_line\", \"start\": [...], \"goal\": [...]} in rad or m"})) {}
+        json_(setup.json("path", {.doc = "{\"kind\": \"joint_line\", \"start\": [...], \"goal\": [...]} in rad or m",
+                                  .example = R"({"kind": "joint_line", "start": [0.0, 1.0], "goal": [1.0, 0.0]})"})) {}
 
   Findings prepare() override { return read_path(json_, line_); }
 
@@ -81,6 +81,10 @@ class JointLine final : public Primitive {
   motion::JointLine line_;
 };
 
+constexpr std::string_view kCartesianExample =
+    R"({"kind": "cartesian_line", "start": [0.4, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0], "direction": [1.0, 0.0, 0.0], )"
+    R"("length_m": 0.1, "axis": [0.0, 0.0, 1.0], "angle_rad": 0.2, "held_start": [0.0], "held_goal": [0.1]})";
+
 class CartesianLine final : public Primitive {
  public:
   explicit CartesianLine(Setup& setup)
@@ -90,7 +94,8 @@ class CartesianLine final : public Primitive {
         acceleration_(
             setup.out<Twist>("acceleration", {.unit = "m/s^2,rad/s^2", .doc = "time derivative of the twist"})),
         held_(setup, "held", "held_velocity", "held_acceleration", "joints that the frame leaves free"),
-        json_(setup.json("path", {.doc = "{\"kind\": \"cartesian_line\", ...} from the plan"})) {}
+        json_(setup.json("path",
+                         {.doc = "{\"kind\": \"cartesian_line\", ...} from the plan", .example = kCartesianExample})) {}
 
   Findings prepare() override { return read_path(json_, line_); }
 

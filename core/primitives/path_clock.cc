@@ -25,9 +25,11 @@ class PathClock final : public Primitive {
         rate_derivative_(setup.out<Real>("rate_derivative", {.unit = "1/s", .doc = "change of the rate"})),
         at_end_(setup.out<Boolean>("at_end", {.doc = "path time is exactly the duration"})),
         standstill_(setup.out<Boolean>("standstill", {.doc = "rate and its change are exactly 0"})),
-        duration_(setup.parameter<Real>("duration", {.unit = "s", .doc = "planned duration", .range = "[0,inf)"})),
+        duration_(setup.parameter<Real>(
+            "duration", {.unit = "s", .doc = "planned duration", .range = "[0,inf)", .example = "1.0"})),
         retraceable_(setup.parameter<Boolean>("retraceable", false, {.doc = "rates down to -1 are allowed"})),
-        bounds_json_(setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2} from the plan"})) {}
+        bounds_json_(setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2} from the plan",
+                                           .example = R"({"acceleration_max": 4.0, "jerk_max": 80.0})"})) {}
 
   Findings prepare() override {
     auto bounds = motion::clock_bounds_from_json(bounds_json_, "/bounds");
@@ -66,7 +68,8 @@ class TimeLaw final : public Primitive {
         s_(setup.out<Real>("s", {.unit = "1", .doc = "path parameter, 0 at the start, 1 at the end"})),
         ds_(setup.out<Real>("ds", {.unit = "1/s", .doc = "its first derivative with respect to real time"})),
         dds_(setup.out<Real>("dds", {.unit = "1/s^2", .doc = "its second derivative with respect to real time"})),
-        law_json_(setup.json("law", {.doc = "[[duration in s, jerk in 1/s^3], ...] from the plan"})) {}
+        law_json_(setup.json("law", {.doc = "[[duration in s, jerk in 1/s^3], ...] from the plan",
+                                     .example = "[[0.25, 32.0], [0.5, -32.0], [0.25, 32.0]]"})) {}
 
   Findings prepare() override {
     auto law = motion::time_law_from_json(law_json_, "/law");

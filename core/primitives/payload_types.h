@@ -1,19 +1,40 @@
 #pragma once
 
+#include <string_view>
 #include <type_traits>
 
-#include "core/net/value.h"
+#include "core/net/primitive.h"
 
 namespace takt::primitives {
 
 /// The unit text of a port of any type: a variable where the type carries units, two where it carries two, else none.
 template <class T>
 constexpr const char* free_unit() {
-  if (std::is_same_v<T, net::Twist> || std::is_same_v<T, net::Wrench>) return "u,v";
-  constexpr bool kHasUnit = !std::is_same_v<T, net::Boolean> && !std::is_same_v<T, net::Integer> &&
-                            !std::is_same_v<T, net::Text> && !std::is_same_v<T, net::Rotation> &&
-                            !std::is_same_v<T, net::Frame>;
-  return kHasUnit ? "u" : "";
+  constexpr bool kPlain = std::is_same_v<T, net::Boolean> || std::is_same_v<T, net::Integer> ||
+                          std::is_same_v<T, net::Text> || std::is_same_v<T, net::Rotation> ||
+                          std::is_same_v<T, net::Frame>;
+  constexpr bool kTwo = std::is_same_v<T, net::Twist> || std::is_same_v<T, net::Wrench>;
+  return kPlain ? "" : kTwo ? "u,v" : "u";
+}
+
+/// The frame text of a port of any type: variables, so that frames are checked across the primitive.
+template <class T>
+constexpr const char* free_frame() {
+  constexpr bool kPose = std::is_same_v<T, net::Frame> || std::is_same_v<T, net::Rotation>;
+  constexpr bool kExpressed =
+      std::is_same_v<T, net::Vector> || std::is_same_v<T, net::Twist> || std::is_same_v<T, net::Wrench>;
+  return kPose ? "A>B" : kExpressed ? "A" : "";
+}
+
+/// What a port of any type says of itself, with unit and frame that are handed on.
+template <class T>
+constexpr net::PortSpec free_spec(std::string_view doc, net::OnNull on_null = net::OnNull::kPropagate) {
+  return {.unit = free_unit<T>(), .frame = free_frame<T>(), .doc = doc, .on_null = on_null};
+}
+/// An output where null may arise.
+template <class T>
+constexpr net::PortSpec free_spec_may_be_null(std::string_view doc) {
+  return {.unit = free_unit<T>(), .frame = free_frame<T>(), .doc = doc, .may_be_null = true};
 }
 
 }  // namespace takt::primitives

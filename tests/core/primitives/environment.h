@@ -14,8 +14,8 @@
 
 namespace takt::test {
 
-/// An LWR "arm" and a force/torque sensor "sensor", both ready, and for each type T of values a channel "outside T" and
-/// one that nets write, "net T"; for primitives that speak to devices.
+/// An LWR and a force/torque sensor, both ready, and for each type of values a channel that nets write, for primitives
+/// that speak to devices; each is called as its kind.
 class DeviceEnvironment final : public net::Environment {
  public:
   DeviceEnvironment() {
@@ -31,19 +31,18 @@ class DeviceEnvironment final : public net::Environment {
     using Writer = device::ChannelDescription::Writer;
     for (int t = 0; t <= static_cast<int>(net::ValueType::kJoints); ++t) {
       const auto type = static_cast<net::ValueType>(t);
-      const std::string suffix(net::name_of(type));
-      channels.push_back(*device::Channel::make({.name = "outside " + suffix, .type = type}));
-      channels.push_back(*device::Channel::make({.name = "net " + suffix, .type = type, .writer = Writer::kNet}));
+      channels.push_back(*device::Channel::make(
+          {.name = std::string(device::Channel::kind_of(type)), .type = type, .writer = Writer::kNet}));
     }
   }
   net::Resource* find(std::string_view name) override {
-    if (name == "arm") return arm.get();
+    if (name == arm->kind()) return arm.get();
     for (const auto& channel : channels)
       if (channel->name() == name) return channel.get();
-    return name == "sensor" ? sensor.get() : nullptr;
+    return name == sensor->kind() ? sensor.get() : nullptr;
   }
   [[nodiscard]] std::vector<std::string> names() const override {
-    std::vector<std::string> all{"arm", "sensor"};
+    std::vector<std::string> all{std::string(arm->kind()), std::string(sensor->kind())};
     for (const auto& channel : channels) all.push_back(channel->name());
     return all;
   }
