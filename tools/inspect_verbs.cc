@@ -1,4 +1,4 @@
-// primitives, model: what takt knows of one thing.
+// model: what takt knows of a robot, sensor or thing.
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -10,7 +10,6 @@
 #include "core/kinematics/chain.h"
 #include "core/kinematics/robot_model.h"
 #include "core/kinematics/solutions.h"
-#include "core/net/registry.h"
 #include "tools/cli.h"
 
 namespace takt::tools {
@@ -18,75 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
-
-// -- primitives ----------------------------------------------------------------------------------------------------
-
-Json describe(const net::PrimitiveInfo& info) {
-  const auto ports = [](const auto& list) {
-    Json json = Json::array();
-    for (const auto& port : list) {
-      json.push_back({{"name", port.name},
-                      {"type", name_of(port.type)},
-                      {"unit", port.spec.unit},
-                      {"frame", port.spec.frame},
-                      {"doc", port.spec.doc}});
-    }
-    return json;
-  };
-  Json parameters = Json::array();
-  for (const auto& one : info.parameters) {
-    parameters.push_back({{"name", one.name},
-                          {"type", one.type},
-                          {"unit", one.spec.unit},
-                          {"range", one.spec.range},
-                          {"default", one.fallback},
-                          {"doc", one.spec.doc}});
-  }
-  return {{"type", info.type},
-          {"family", info.family},
-          {"doc", info.doc},
-          {"inputs", ports(info.inputs)},
-          {"outputs", ports(info.outputs)},
-          {"parameters", parameters}};
-}
-
-void print_primitive(const net::PrimitiveInfo& info) {
-  fmt::print("{} ({})\n  {}\n", info.type, info.family, info.doc);
-  const auto ports = [](const char* label, const auto& list) {
-    for (const auto& port : list) {
-      fmt::print("  {:<4} {:<20} {:<8} {:<10} {}\n", label, port.name, name_of(port.type), port.spec.unit,
-                 port.spec.doc);
-    }
-  };
-  ports("in", info.inputs);
-  ports("out", info.outputs);
-  for (const auto& one : info.parameters) {
-    fmt::print("  {:<4} {:<20} {:<8} {:<10} {}{}\n", "par", one.name, one.type, one.spec.unit, one.spec.doc,
-               one.fallback.empty() ? "" : fmt::format(" [default {}]", one.fallback));
-  }
-}
-
-int primitives(const std::string& name, const Common& common) {
-  const net::Registry& registry = net::Registry::global();
-  std::vector<const net::PrimitiveInfo*> chosen = registry.all();
-  if (!name.empty()) {
-    const net::PrimitiveInfo* info = registry.find(name);
-    if (!info) {
-      Findings findings;
-      findings.error("", fmt::format("there is no primitive '{}'", name), nearest_choice(name, registry.names()));
-      return report(findings, common);
-    }
-    chosen = {info};
-  }
-  if (common.json) {
-    Json list = Json::array();
-    for (const auto* info : chosen) list.push_back(describe(*info));
-    print({{"primitives", list}});
-    return kHeld;
-  }
-  for (const auto* info : chosen) print_primitive(*info);
-  return kHeld;
-}
 
 // -- model ---------------------------------------------------------------------------------------------------------
 
@@ -215,13 +145,6 @@ int model(const ModelArguments& arguments, const Common& common) {
 }
 
 }  // namespace
-
-std::pair<CLI::App*, Verb> add_primitives(CLI::App& app, Common& common) {
-  auto name = std::make_shared<std::string>();
-  CLI::App* verb = app.add_subcommand("primitives", "Print the primitives with ports, parameters and documentation");
-  verb->add_option("NAME", *name, "One primitive");
-  return {verb, [name, &common] { return primitives(*name, common); }};
-}
 
 std::pair<CLI::App*, Verb> add_model(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<ModelArguments>();

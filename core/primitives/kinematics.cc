@@ -4,6 +4,7 @@
 #include "core/kinematics/inverse.h"
 #include "core/net/registry.h"
 #include "core/net/setup.h"
+#include "core/primitives/arm_kinematics.h"
 
 namespace takt::primitives {
 namespace {
@@ -13,21 +14,6 @@ using device::Arm;
 using kinematics::IkStatus;
 using kinematics::JointVector;
 using kinematics::Vector6;
-
-/// The frame that the primitive speaks of, seen from the flange: parameter "tool", default the arm's tool at load.
-Frame tool_parameter(Setup& setup, const Arm* arm) {
-  const Frame fallback = arm != nullptr ? arm->tool().X_FT : Frame::Identity();
-  return setup.parameter<Frame>("tool", fallback,
-                                {.unit = "m", .doc = "pose of the frame T in the flange; default: the arm's tool"});
-}
-
-Findings need_chain(const Arm* arm, bool need_inverse) {
-  Findings findings;
-  const bool missing = arm != nullptr &&
-                       (arm->description().chain == nullptr || (need_inverse && arm->description().inverse == nullptr));
-  if (missing) findings.error("/device", "arm '" + arm->name() + "' has no such kinematics", "another arm");
-  return findings;
-}
 
 class ForwardKinematics final : public Primitive {
  public:

@@ -192,7 +192,32 @@ class Verbs(WithFolder):
         self.assertIn("PathClock", [one["type"] for one in everything])
         for one in everything:
             self.assertTrue(one["doc"], one["type"])
-        self.assertEqual(takt("primitives", "PathClok").returncode, 2)
+            self.assertIn("primitives", one["example"], one["type"])
+        wrong = takt("primitives", "PathClok")
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn("PathClock", wrong.stderr)
+        one = takt("primitives", "RateLimiter").stdout
+        for part in ("limit", "rate_max", "u/s", "null counts as false", "a minimal net"):
+            self.assertIn(part, one)
+        family = takt("primitives", "filter").stdout
+        self.assertIn("LowPass", family)
+        self.assertNotIn("PathClock", family)
+
+    def test_the_page_of_primitives_is_what_the_binary_prints(self):
+        printed = takt("primitives", "--markdown").stdout
+        page = (ROOT / "docs/primitives.md").read_text()
+        self.assertEqual(page, printed, "run: ./takt primitives --markdown > docs/primitives.md")
+
+    def test_the_example_of_every_primitive_without_a_device_is_a_net(self):
+        nets = {}
+        for one in json.loads(takt("primitives", "--json").stdout)["primitives"]:
+            if any(parameter["type"].startswith("device:") for parameter in one["parameters"]):
+                continue
+            nets[one["type"]] = one["example"]
+        self.assertGreater(len(nets), 250)
+        files = [self.write(net, f"{name}.json") for name, net in nets.items()]
+        check = takt("validate", *files)
+        self.assertEqual(check.returncode, 0, check.stdout + check.stderr)
 
     def test_first_interrupt_ends_gracefully(self):
         record = self.path / "a.mcap"
