@@ -56,8 +56,9 @@ class OnlineGenerator {
   /// Time to the target from now on, s; 0 once it is reached.
   [[nodiscard]] double time_left() const;
 
+  struct Impl;  ///< for the .cc alone
+
  private:
-  struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
