@@ -130,30 +130,22 @@ TEST(Comparison, OfWholeNumbersAndTexts) {
 /// Row N2: null wherever the rest does not decide.
 TEST(Logic, N2_ImplicationAndMajority) {
   using Truth = std::optional<bool>;
-  const auto put = [](PrimitiveHarness& primitive, const char* input, Truth value) {
-    if (value) primitive.set(input, *value);
+  constexpr Truth kTrue = true, kFalse = false, kNull;
+  struct Row {
+    const char* type;
+    Truth a, b, c, result;
   };
-  for (const auto& [a, b, result] : {std::tuple<Truth, Truth, Truth>{true, false, false},
-                                     {false, {}, true},
-                                     {{}, true, true},
-                                     {true, {}, {}},
-                                     {{}, false, {}},
-                                     {true, true, true}}) {
-    PrimitiveHarness implies("Implies");
-    put(implies, "a", a);
-    put(implies, "b", b);
-    EXPECT_EQ(implies.step().get<Boolean>("value"), result);
-  }
-  for (const auto& [a, b, c, result] : {std::tuple<Truth, Truth, Truth, Truth>{true, {}, true, true},
-                                        {false, false, {}, false},
-                                        {true, false, {}, {}},
-                                        {true, false, true, true},
-                                        {{}, {}, true, {}}}) {
-    PrimitiveHarness majority("Majority");
-    put(majority, "a", a);
-    put(majority, "b", b);
-    put(majority, "c", c);
-    EXPECT_EQ(majority.step().get<Boolean>("value"), result);
+  for (const Row& row : {Row{"Implies", kTrue, kFalse, kNull, kFalse}, Row{"Implies", kFalse, kNull, kNull, kTrue},
+                         Row{"Implies", kNull, kTrue, kNull, kTrue}, Row{"Implies", kTrue, kNull, kNull, kNull},
+                         Row{"Implies", kNull, kFalse, kNull, kNull}, Row{"Implies", kTrue, kTrue, kNull, kTrue},
+                         Row{"Majority", kTrue, kNull, kTrue, kTrue}, Row{"Majority", kFalse, kFalse, kNull, kFalse},
+                         Row{"Majority", kTrue, kFalse, kNull, kNull}, Row{"Majority", kTrue, kFalse, kTrue, kTrue},
+                         Row{"Majority", kNull, kNull, kTrue, kNull}}) {
+    PrimitiveHarness primitive(row.type);
+    if (row.a) primitive.set("a", *row.a);
+    if (row.b) primitive.set("b", *row.b);
+    if (row.c) primitive.set("c", *row.c);
+    EXPECT_EQ(primitive.step().get<Boolean>("value"), row.result) << row.type;
   }
   EXPECT_EQ(PrimitiveHarness("Equivalent").set("a", false).set("b", false).step().get<Boolean>("value"), true);
 }
