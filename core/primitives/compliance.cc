@@ -127,8 +127,8 @@ class ForceController final : public Primitive {
         release_(
             number(setup, "release_force", "N", "below it for release_time there is none any more", "0.5", "[0,inf)")),
         release_time_(number(setup, "release_time", "s", "how long", "0.05", "[0,1e6]")),
-        gain_(number(setup, "gain", "m/s/N", "velocity for a lack of force", "0.0005", "(0,inf)")),
-        integral_time_(number(setup, "integral_time", "s", "of the PI law", "0.2", "(0,inf)")),
+        gain_(number(setup, "gain", "m/s/N", "velocity for a lack of force", "0.002", "(0,inf)")),
+        integral_time_(number(setup, "integral_time", "s", "of the PI law", "0.5", "(0,inf)")),
         velocity_max_(number(setup, "velocity_max", "m/s", "never faster, either way", "0.02", "(0,inf)")),
         acceleration_max_(number(setup, "acceleration_max", "m/s^2", "bounds every change", "1.0", "(0,inf)")) {}
 

@@ -19,7 +19,7 @@ namespace takt::test {
 class DeviceEnvironment final : public net::Environment {
  public:
   DeviceEnvironment() {
-    const auto description = device::read_arm("models/lwr4plus");
+    static const auto description = device::read_arm("models/lwr4plus");  // read once: there are many environments
     if (!description) throw std::runtime_error(description.error().to_string());
     backend = std::make_shared<FakeArm>((*description)->home);
     arm = std::make_unique<device::Arm>("arm", *description, backend, kMillisecond);
