@@ -32,6 +32,8 @@ std::string_view words(OnNull on_null) {
       return "null counts as false";
     case OnNull::kStop:
       return "null stops the net";
+    case OnNull::kMayPass:
+      return "null may pass";
     case OnNull::kHandled:
       break;
   }

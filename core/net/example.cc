@@ -58,6 +58,7 @@ NetDescription example_net(const PrimitiveInfo& info) {
         visit_type(input.type, [&]<class T>(std::type_identity<T>) { return value_to_json(example_value<T>()); });
   }
   NetDescription net;
+  if (info.merge) parameters[info.inputs.at(1).name] = nullptr;  // of what is merged, all but one rest
   net.add("example", info.type, std::move(parameters));
   if (!info.termination) net.add("end", "Termination", {{"condition", false}});
   return net;

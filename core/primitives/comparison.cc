@@ -51,7 +51,12 @@ TAKT_PRIMITIVE(EqualStrings, "comparison", "Both texts have the same bytes.");
 
 TAKT_MEANING(GreaterThan, "value", "b < a");
 TAKT_MEANING(LessThan, "value", "a < b");
+TAKT_MEANING(AtLeast, "value", "b <= a");
+TAKT_MEANING(AtMost, "value", "a <= b");
 TAKT_MEANING(InRange, "value", "lower <= input & input <= upper");
+TAKT_MEANING(GreaterThanInteger, "value", "b < a");
+TAKT_MEANING(LessThanInteger, "value", "a < b");
+TAKT_MEANING(EqualIntegers, "value", "a = b");
 
 }  // namespace
 }  // namespace takt::primitives

@@ -18,7 +18,9 @@ class Edge : public Primitive {
  public:
   explicit Edge(Setup& setup)
       : input_(setup.in<Boolean>("input", {.doc = "what is watched"})),
-        value_(setup.out<Boolean>("value", {.doc = "true in the cycle of the edge"})) {}
+        value_(setup.out<Boolean>("value", {.doc = "true in the cycle of the edge"})) {
+    if (way != Way::kAny) setup.means("value", way == Way::kRising ? "input & ?" : "!input & ?");
+  }
 
   void update(const Cycle& cycle) override {
     if (cycle.first) {

@@ -8,27 +8,27 @@ namespace {
 
 using namespace net;
 
-/// Null at `set` counts as true: a dead sensor does not hide a fault. Null at `reset` counts as false.
+/// Null at `set` counts as true, unless the net says otherwise: a dead sensor does not hide a fault. Null at `reset`
+/// counts as false.
 template <bool set_wins>
 class Latch final : public Primitive {
  public:
   explicit Latch(Setup& setup)
-      : set_(setup.in<Boolean>("set", {.doc = set_wins ? "true: becomes true" : "true: becomes true, unless reset",
-                                       .on_null = OnNull::kCountsAsTrue})),
-        reset_(setup.in<Boolean>("reset",
-                                 trigger_spec(set_wins ? "true: becomes false, unless set" : "true: becomes false"))),
+      : set_(setup.flag("set", {.doc = set_wins ? "true: becomes true" : "true: becomes true, unless reset",
+                                .on_null = OnNull::kCountsAsTrue})),
+        reset_(setup.flag("reset", trigger_spec(set_wins ? "true: becomes false, unless set" : "true: becomes false"))),
         value_(setup.out<Boolean>("value", {.doc = "the state, never null"})),
         initial_(setup.parameter<Boolean>("initial", false, {.doc = "state before the first cycle"})) {}
 
   void update(const Cycle& cycle) override {
     if (cycle.first) state_ = initial_;
-    const bool set = set_.value_or(true), reset = reset_.value_or(false);
+    const bool set = set_.holds(), reset = reset_.holds();
     if (set || reset) state_ = set_wins ? set : !reset;
     value_.set(state_);
   }
 
  private:
-  In<Boolean> set_, reset_;
+  Flag set_, reset_;
   Out<Boolean> value_;
   bool initial_;
   bool state_ = false;

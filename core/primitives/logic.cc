@@ -20,8 +20,8 @@ template <auto rule>
 class Connective final : public Primitive {
  public:
   explicit Connective(Setup& setup)
-      : a_(setup.in<Boolean>("a", {.doc = "left side", .on_null = OnNull::kHandled})),
-        b_(setup.in<Boolean>("b", {.doc = "right side", .on_null = OnNull::kHandled})),
+      : a_(setup.in<Boolean>("a", {.doc = "left side", .on_null = OnNull::kMayPass})),
+        b_(setup.in<Boolean>("b", {.doc = "right side", .on_null = OnNull::kMayPass})),
         value_(setup.out<Boolean>("value", {.doc = "the result"})) {}
   void update(const Cycle&) override {
     if (const Truth result = rule(truth(a_), truth(b_))) return value_.set(*result);
@@ -55,9 +55,9 @@ using Not = Function<kOne, [](bool x) { return !x; }>;
 class Majority final : public Primitive {
  public:
   explicit Majority(Setup& setup)
-      : in_{setup.in<Boolean>("a", {.doc = "first voice", .on_null = OnNull::kHandled}),
-            setup.in<Boolean>("b", {.doc = "second voice", .on_null = OnNull::kHandled}),
-            setup.in<Boolean>("c", {.doc = "third voice", .on_null = OnNull::kHandled})},
+      : in_{setup.in<Boolean>("a", {.doc = "first voice", .on_null = OnNull::kMayPass}),
+            setup.in<Boolean>("b", {.doc = "second voice", .on_null = OnNull::kMayPass}),
+            setup.in<Boolean>("c", {.doc = "third voice", .on_null = OnNull::kMayPass})},
         value_(setup.out<Boolean>("value", {.doc = "what at least two say"})) {}
   void update(const Cycle&) override {
     std::array<int, 2> votes{};
@@ -79,6 +79,14 @@ TAKT_PRIMITIVE(Not, "logic", "The opposite; null of null.");
 TAKT_PRIMITIVE(Implies, "logic", "False if a is true and b is false; true if a is false or b is true; else null.");
 TAKT_PRIMITIVE(Equivalent, "logic", "True if both are the same; null if one is null.");
 TAKT_PRIMITIVE(Majority, "logic", "What at least two of three say (voting sensors); null where no two agree.");
+
+TAKT_MEANING(And, "value", "a & b");
+TAKT_MEANING(Or, "value", "a | b");
+TAKT_MEANING(Xor, "value", "a ^ b");
+TAKT_MEANING(Not, "value", "!input");
+TAKT_MEANING(Implies, "value", "!a | b");
+TAKT_MEANING(Equivalent, "value", "!(a ^ b)");
+TAKT_MEANING(Majority, "value", "a & b | b & c | a & c");
 
 }  // namespace
 }  // namespace takt::primitives

@@ -21,14 +21,13 @@ class Merge final : public Primitive {
  public:
   explicit Merge(Setup& setup) {
     for (std::size_t i = 0; i < kMostInputs; ++i) {
-      const In<T> input = setup.in<T>(fmt::format("input_{}", i + 1), {.unit = free_unit<T>(),
-                                                                       .doc = "of one fragment; null while it rests",
-                                                                       .on_null = OnNull::kMayPass,
-                                                                       .optional = i >= 2});
+      PortSpec spec = free_spec<T>("of one fragment; null while it rests", OnNull::kMayPass);
+      spec.optional = i >= 2;
+      const In<T> input = setup.in<T>(fmt::format("input_{}", i + 1), spec);
       // What the net leaves open costs nothing in the cycle.
       if (input.bound()) inputs_[count_++] = {input, static_cast<int>(i) + 1};
     }
-    value_ = setup.out<T>("value", {.unit = free_unit<T>(), .doc = "the input that is not null"});
+    value_ = setup.out<T>("value", free_spec<T>("the input that is not null"));
     id_ = setup.id();
     setup.is_merge();
   }

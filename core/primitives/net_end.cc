@@ -11,34 +11,25 @@ namespace {
 using namespace net;
 
 /// A Boolean that stops something: null counts as true unless the net says otherwise (row N3).
-class StopCondition {
- public:
-  explicit StopCondition(Setup& setup)
-      : condition_(setup.in<Boolean>("condition", {.doc = "true: it happens", .on_null = OnNull::kCountsAsTrue})),
-        null_counts_as_(setup.parameter<Boolean>("null_counts_as", true, {.doc = "what null means at the condition"})) {
-  }
-  [[nodiscard]] bool holds() const { return condition_.null() ? null_counts_as_ : *condition_; }
-
- private:
-  In<Boolean> condition_;
-  bool null_counts_as_;
-};
+Flag stop_condition(Setup& setup) {
+  return setup.flag("condition", {.doc = "true: it happens", .on_null = OnNull::kCountsAsTrue});
+}
 
 class Termination final : public Primitive {
  public:
-  explicit Termination(Setup& setup) : condition_(setup) { setup.is_termination(); }
+  explicit Termination(Setup& setup) : condition_(stop_condition(setup)) { setup.is_termination(); }
   void update(const Cycle& cycle) override {
     if (condition_.holds()) cycle.signals->terminate = true;
   }
 
  private:
-  StopCondition condition_;
+  Flag condition_;
 };
 
 class Error final : public Primitive {
  public:
   explicit Error(Setup& setup)
-      : condition_(setup),
+      : condition_(stop_condition(setup)),
         text_(
             setup.parameter<Text>("text", {.doc = "cause for people, at most 63 bytes", .example = R"("it broke")"})) {}
   void update(const Cycle& cycle) override {
@@ -46,7 +37,7 @@ class Error final : public Primitive {
   }
 
  private:
-  StopCondition condition_;
+  Flag condition_;
   Text text_;
 };
 

@@ -13,7 +13,9 @@ class IsNull final : public Primitive {
  public:
   explicit IsNull(Setup& setup)
       : input_(setup.in<T>("input", free_spec<T>("what is looked at", OnNull::kHandled))),
-        value_(setup.out<Boolean>("value", {.doc = "true if the input is null; never null"})) {}
+        value_(setup.out<Boolean>("value", {.doc = "true if the input is null; never null"})) {
+    setup.means("value", "null(input)");
+  }
   void update(const Cycle&) override { value_.set(input_.null()); }
 
  private:
@@ -26,8 +28,10 @@ class DefaultTo final : public Primitive {
  public:
   explicit DefaultTo(Setup& setup)
       : input_(setup.in<T>("input", free_spec<T>("preferred", OnNull::kHandled))),
-        fallback_(setup.in<T>("fallback", free_spec<T>("taken where the input is null", OnNull::kHandled))),
-        value_(setup.out<T>("value", free_spec<T>("the input, else the fallback"))) {}
+        fallback_(setup.in<T>("fallback", free_spec<T>("taken where the input is null", OnNull::kMayPass))),
+        value_(setup.out<T>("value", free_spec<T>("the input, else the fallback"))) {
+    if constexpr (std::is_same_v<T, Boolean>) setup.means("value", "input ?? fallback");
+  }
   void update(const Cycle&) override {
     const In<T>& chosen = input_.null() ? fallback_ : input_;
     if (chosen.null()) return value_.set_null();
@@ -74,7 +78,9 @@ class Gate final : public Primitive {
   explicit Gate(Setup& setup)
       : input_(setup.in<T>("input", free_spec<T>("what is let through"))),
         open_(setup.in<Boolean>("open", {.doc = "true: let through", .on_null = OnNull::kCountsAsFalse})),
-        value_(setup.out<T>("value", free_spec_may_be_null<T>("the input while the gate is open"))) {}
+        value_(setup.out<T>("value", free_spec_may_be_null<T>("the input while the gate is open"))) {
+    if constexpr (std::is_same_v<T, Boolean>) setup.means("value", "input & open");
+  }
   void update(const Cycle&) override {
     if (input_.null() || !open_.value_or(false)) return value_.set_null();
     value_.set(*input_);

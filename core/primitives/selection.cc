@@ -12,7 +12,7 @@ using namespace net;
 
 template <class T>
 In<T> choice(Setup& setup, std::string_view name, std::string_view doc, bool optional = false) {
-  PortSpec spec = free_spec<T>(doc, OnNull::kHandled);
+  PortSpec spec = free_spec<T>(doc, OnNull::kMayPass);
   spec.optional = optional;
   return setup.in<T>(name, spec);
 }
@@ -30,7 +30,9 @@ class Select final : public Primitive {
       : condition_(setup.in<Boolean>("condition", {.doc = "which of the two"})),
         if_true_(choice<T>(setup, "if_true", "given while the condition is true")),
         if_false_(choice<T>(setup, "if_false", "given while the condition is false")),
-        value_(setup.out<T>("value", free_spec<T>("the chosen one"))) {}
+        value_(setup.out<T>("value", free_spec<T>("the chosen one"))) {
+    if constexpr (std::is_same_v<T, Boolean>) setup.means("value", "condition & if_true | !condition & if_false");
+  }
 
   void update(const Cycle&) override {
     if (condition_.null()) return value_.set_null();

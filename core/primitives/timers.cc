@@ -41,7 +41,9 @@ class Timer : public Primitive {
 class OnDelay final : public Timer {
  public:
   explicit OnDelay(Setup& setup)
-      : Timer(setup, "what must last", "the input has been true for the delay", "delay", "how long") {}
+      : Timer(setup, "what must last", "the input has been true for the delay", "delay", "how long") {
+    setup.means("value", "input & ?");
+  }
 
  private:
   void begin() override { lasted_ = 0; }
