@@ -43,6 +43,21 @@ bool finite(const JointVector& v) {
   return true;
 }
 
+/// A stop that begins here goes on from q with dq and ddq, whatever they were before. Its first two third differences
+/// are `first` + J h^3 / 6 and `second` + 5 J h^3 / 6 with the jerk J of the stop. In a motion of bounded jerk both
+/// parts are what these bounds say, so they cost planners nothing.
+/// `d1`, `d1_old`: the last steps in q; h: the period.
+std::optional<Violation> check_seam(const ArmSetPoint& next, int i, double d1, double d1_old, double h, double j_max) {
+  const double h3 = h * h * h;
+  const double step = h * next.dq[i], bend = 0.5 * h * h * next.ddq[i];
+  const double first = step + bend - 2.0 * d1 + d1_old, second = d1 - step + bend;
+  if (exceeds(second, j_max * h3 / 6.0, 4.0 * Guard::kPositionNoise))
+    return Violation{Rule::kInconsistent, i, second, j_max * h3 / 6.0};
+  if (exceeds(first, j_max * h3 * 5.0 / 6.0, 8.0 * Guard::kPositionNoise))
+    return Violation{Rule::kJerk, i, first / h3, j_max * 5.0 / 6.0};
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::string_view name_of(Rule rule) {
@@ -109,8 +124,10 @@ std::optional<Violation> Guard::check(const ArmSetPoint& set_point) const {
 std::optional<Violation> Guard::check_joint(const ArmSetPoint& next, int i) const {
   const double h = period_, q = next.q[i];
   const double v_max = limits_.velocity[i], a_max = limits_.acceleration[i], j_max = limits_.jerk[i];
-  if (q < limits_.lower[i] - kPositionNoise) return Violation{Rule::kPosition, i, q, limits_.lower[i]};
-  if (q > limits_.upper[i] + kPositionNoise) return Violation{Rule::kPosition, i, q, limits_.upper[i]};
+  // Who stands outside may come back, but go no further out: a stop may end there by kRangeNoise, a hand may push it.
+  const double lower = std::min(limits_.lower[i], last_.q[i]), upper = std::max(limits_.upper[i], last_.q[i]);
+  if (q < lower - kPositionNoise) return Violation{Rule::kPosition, i, q, limits_.lower[i]};
+  if (q > upper + kPositionNoise) return Violation{Rule::kPosition, i, q, limits_.upper[i]};
 
   // Differences of what is sent: means over one, two and three periods, so that a motion within its limits is always
   // within them here.
@@ -122,6 +139,7 @@ std::optional<Violation> Guard::check_joint(const ArmSetPoint& next, int i) cons
   if (exceeds(j, j_max, 8.0 * kPositionNoise / (h * h * h))) return Violation{Rule::kJerk, i, j, j_max};
 
   if (const auto violation = check_derivatives(next, i, d1)) return violation;
+  if (const auto violation = check_seam(next, i, d1, d1_old, h, j_max)) return violation;
   return check_future(next, i);
 }
 
@@ -152,8 +170,10 @@ std::optional<Violation> Guard::check_future(const ArmSetPoint& next, int i) con
       std::abs(dq) * (0.5 * std::abs(dq) / a_max + 2.0 * a_max / j_max) + 2.0 * a_max * a_max * a_max / (j_max * j_max);
   if (q - longest >= limits_.lower[i] && q + longest <= limits_.upper[i]) return std::nullopt;
   const double q_stop = BrakeRamp::stopping_point(q, dq, ddq, a_max, j_max);
-  if (q_stop < limits_.lower[i] - kRangeNoise) return Violation{Rule::kPosition, i, q_stop, limits_.lower[i]};
-  if (q_stop > limits_.upper[i] + kRangeNoise) return Violation{Rule::kPosition, i, q_stop, limits_.upper[i]};
+  const double lower = std::min(limits_.lower[i] - kRangeNoise, last_.q[i] - kPositionNoise);
+  const double upper = std::max(limits_.upper[i] + kRangeNoise, last_.q[i] + kPositionNoise);
+  if (q_stop < lower) return Violation{Rule::kPosition, i, q_stop, limits_.lower[i]};
+  if (q_stop > upper) return Violation{Rule::kPosition, i, q_stop, limits_.upper[i]};
   return std::nullopt;
 }
 

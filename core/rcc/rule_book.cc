@@ -12,6 +12,9 @@ int rank(const Transaction& transaction) {
   return transaction.cancel.size > 0 ? 1 : 2;
 }
 
+/// A net never leaves these.
+bool is_final(NetState state) { return state == NetState::kRejected || state == NetState::kTerminated; }
+
 }  // namespace
 
 RuleBook::RuleBook(Executor& executor, EventBuffer& events) : executor_(executor), events_(events) {
@@ -39,14 +42,37 @@ bool RuleBook::holds(const Condition& condition) const {
   return true;
 }
 
+NetId RuleBook::hopeless_net(const Condition& condition) const {
+  for (int i = 0; i < condition.size; ++i) {
+    const Term& term = condition.terms[static_cast<std::size_t>(i)];
+    const NetEntry* entry = executor_.find(term.net);
+    const bool final = entry == nullptr || is_final(entry->state.load(std::memory_order_acquire));
+    if (final && !holds(term)) return term.net;
+  }
+  return 0;
+}
+
 void RuleBook::apply(std::int64_t cycle) {
   bool any = false;
-  for (Entry& entry : entries_) any |= entry.fires = holds(entry.rule.condition);
+  for (Entry& entry : entries_) {
+    entry.fires = holds(entry.rule.condition);
+    entry.hopeless = entry.fires ? 0 : hopeless_net(entry.rule.condition);
+    any = any || entry.fires || entry.hopeless != 0;
+  }
   if (!any) return;
   for (int turn = 0; turn < 3; ++turn)
     for (const Entry& entry : entries_)
       if (entry.fires && rank(entry.rule.action) == turn) carry_out(entry, cycle);
-  std::erase_if(entries_, [](const Entry& entry) { return entry.fires; });
+  for (const Entry& entry : entries_)
+    if (entry.hopeless != 0) give_up(entry, cycle);
+  std::erase_if(entries_, [](const Entry& entry) { return entry.fires || entry.hopeless != 0; });
+}
+
+void RuleBook::give_up(const Entry& entry, std::int64_t cycle) {
+  Event event{.kind = Event::Kind::kRefused, .state = {}, .net = entry.hopeless, .request = entry.id, .cause = {}};
+  event.cause = {
+      .code = net::Cause::Code::kConflict, .text = net::Text("its condition can never hold"), .cycle = cycle};
+  events_.add(event);
 }
 
 void RuleBook::carry_out(const Entry& entry, std::int64_t cycle) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -12,6 +13,7 @@
 #include "core/device/device_file.h"
 #include "core/kinematics/chain.h"
 #include "core/rcc/control_core.h"
+#include "tests/support/allocation_guard.h"
 #include "tests/support/fake_arm.h"
 #include "tests/support/limit_oracle.h"
 
@@ -46,9 +48,16 @@ class FakeCell {
   void step(int cycles = 1) {
     for (int i = 0; i < cycles; ++i) {
       feel();
-      core.step();
+      run_cycle();
     }
   }
+  /// How step() runs one cycle of the core: it must not allocate.
+  std::function<void()> run_cycle = [this] {
+    const AllocationGuard guard;
+    core.step();
+    const std::size_t allocations = guard.count();
+    EXPECT_EQ(allocations, 0u) << "in cycle " << core.cycle() - 1;
+  };
 
   Eigen::Isometry3d tool_in_world(const device::JointVector& q) const {
     return X_WB * arm->chain->forward(q) * cell.arms.at("arm").X_FT;

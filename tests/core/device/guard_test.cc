@@ -91,6 +91,23 @@ TEST_F(GuardTest, S2_WhatCannotBeStoppedInsideTripsBefore) {
   FAIL();
 }
 
+/// An arm outside of its range (a stop may end 0.1 mrad beyond, a hand may push it) is not lost: it may stand, and move
+/// back. It may not go further out.
+TEST_F(GuardTest, S2_FromOutsideOfTheRangeTheOnlyWayIsBack) {
+  for (const double outside : {2.00007, 2.3, -2.00007, -2.3}) {
+    guard_.rest_at(JointVector::Constant(3, outside));
+    EXPECT_FALSE(guard_.check(at(outside))) << outside;
+    const double jerk = 160.0, h = kPeriod, away = std::copysign(1.0, outside);
+    const auto moved = [&](double sign) {
+      return at(outside + sign * jerk * h * h * h / 6, sign * jerk * h * h / 2, sign * jerk * h);
+    };
+    const auto further = guard_.check(moved(away));
+    ASSERT_TRUE(further) << outside;
+    EXPECT_EQ(further->rule, Rule::kPosition);
+    EXPECT_FALSE(guard_.check(moved(-away))) << outside;
+  }
+}
+
 TEST_F(GuardTest, NamesJointValueAndLimit) {
   const auto violation = guard_.check(at(0.01));
   ASSERT_TRUE(violation);

@@ -134,6 +134,20 @@ TEST(Reaction, WhatSwitchesAFragmentReachesItsOutputs) {
   EXPECT_THAT(certificate(d), testing::ElementsAre("e -> m.in 1..1"));
 }
 
+/// A member that is three cycles late begins at once when its fragment does, and three cycles later gives what it reads
+/// from then on: both are reactions to the switch.
+TEST(Reaction, WhatSwitchesAFragmentReachesItsLateMembersLateToo) {
+  NetDescription d;
+  d.add("end", "TestEnd").add("e", "TestEvent").add("on", "TestGreater", {{"b", 0.5}}).add("m", "TestMonitor");
+  FragmentDescription f;
+  f.id = "f";
+  f.net.add("late", "TestLate", {{"in", 1.0}});
+  f.outputs = {{"v", "late.out"}};
+  d.fragments.push_back(f);
+  d.link("e.out", "on.a").link("on.out", "f.active").link("f.v", "m.in");
+  EXPECT_THAT(certificate(d), testing::ElementsAre("e -> m.in 0..3"));
+}
+
 TEST(Reaction, EveryStopIsASink) {
   NetDescription d;
   d.add("end", "TestEnd").add("e", "TestEvent").add("g", "TestGreater", {{"b", 0.5}});

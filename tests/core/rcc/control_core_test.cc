@@ -263,6 +263,31 @@ TEST_F(ControlCoreTest, L2_RuleOnAnOutputOfANet) {
   EXPECT_EQ(core->status(watcher).cause.code, Cause::Code::kTerminated);
 }
 
+/// Otherwise they would wait for ever, and in the end there would be no room for others.
+TEST_F(ControlCoreTest, L2_ARuleThatCanNeverHoldIsDroppedAndSaysSo) {
+  const auto ptp = load_ptp("left", zero, goal), other = load_ptp("right", zero, goal);
+  core->start(ptp);
+  core->step();
+  const auto* at_end = core->net(ptp)->find<net::Boolean>("clock.at_end");
+  const auto waits = core->post(rcc::Rule{.condition = {rcc::Term::output(ptp, at_end)},
+                                          .action = {.abort = {}, .cancel = {}, .start = {other}}});
+  steps(100);
+  EXPECT_EQ(event(Event::Kind::kRefused), nullptr);
+  core->abort(ptp);
+  steps(2);
+  ASSERT_NE(event(Event::Kind::kRefused), nullptr);
+  EXPECT_EQ(event(Event::Kind::kRefused)->request, waits);
+  EXPECT_EQ(event(Event::Kind::kRefused)->net, ptp);
+  EXPECT_EQ(event(Event::Kind::kRefused)->cause.text.view(), "its condition can never hold");
+  EXPECT_EQ(core->state(other), NetState::kReady);
+  for (int i = 0; i < 1000; ++i) {
+    core->post(rcc::Rule{.condition = {rcc::Term::state(ptp, {NetState::kRunning})},
+                         .action = {.abort = {}, .cancel = {}, .start = {other}}});
+    core->step();
+    ASSERT_EQ(event(Event::Kind::kRefused)->cause.text.view(), "its condition can never hold");
+  }
+}
+
 TEST_F(ControlCoreTest, D4_EqualRunsHaveEqualDigestsAndAnAddedBitCounts) {
   std::array<std::uint64_t, 4> outside{};
   const auto run = [&](int flip_at) {

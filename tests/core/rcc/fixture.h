@@ -11,6 +11,7 @@
 #include "core/motion/path_clock.h"
 #include "core/motion/time_law.h"
 #include "core/rcc/control_core.h"
+#include "tests/support/allocation_guard.h"
 #include "tests/support/fake_arm.h"
 #include "tests/support/limit_oracle.h"
 
@@ -82,13 +83,19 @@ class CoreTest : public testing::Test {
     return id.value_or(0);
   }
 
+  /// Cycles that must not allocate.
   void steps(int count) {
-    for (int i = 0; i < count; ++i) core->step();
+    for (int i = 0; i < count; ++i) {
+      const AllocationGuard guard;
+      core->step();
+      const std::size_t allocations = guard.count();
+      EXPECT_EQ(allocations, 0u) << "in cycle " << core->cycle() - 1;
+    }
   }
 
   /// Steps until the net has ended. @return false after `most` cycles.
   bool run_to_end(rcc::NetId net, int most = 20'000) {
-    while (core->state(net) != rcc::NetState::kTerminated && most-- > 0) core->step();
+    while (core->state(net) != rcc::NetState::kTerminated && most-- > 0) steps(1);
     return core->state(net) == rcc::NetState::kTerminated;
   }
 
