@@ -43,6 +43,21 @@ bool finite(const JointVector& v) {
   return true;
 }
 
+/// A stop that begins here goes on from q with dq and ddq, whatever they were before. Its first two third differences
+/// are `first` + J h^3 / 6 and `second` + 5 J h^3 / 6 with the jerk J of the stop. In a motion of bounded jerk both
+/// parts are what these bounds say, so they cost planners nothing.
+/// `d1`, `d1_old`: the last steps in q; h: the period.
+std::optional<Violation> check_seam(const ArmSetPoint& next, int i, double d1, double d1_old, double h, double j_max) {
+  const double h3 = h * h * h;
+  const double step = h * next.dq[i], bend = 0.5 * h * h * next.ddq[i];
+  const double first = step + bend - 2.0 * d1 + d1_old, second = d1 - step + bend;
+  if (exceeds(second, j_max * h3 / 6.0, 4.0 * Guard::kPositionNoise))
+    return Violation{Rule::kInconsistent, i, second, j_max * h3 / 6.0};
+  if (exceeds(first, j_max * h3 * 5.0 / 6.0, 8.0 * Guard::kPositionNoise))
+    return Violation{Rule::kJerk, i, first / h3, j_max * 5.0 / 6.0};
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::string_view name_of(Rule rule) {
@@ -124,22 +139,8 @@ std::optional<Violation> Guard::check_joint(const ArmSetPoint& next, int i) cons
   if (exceeds(j, j_max, 8.0 * kPositionNoise / (h * h * h))) return Violation{Rule::kJerk, i, j, j_max};
 
   if (const auto violation = check_derivatives(next, i, d1)) return violation;
-  if (const auto violation = check_seam(next, i, d1, d1_old)) return violation;
+  if (const auto violation = check_seam(next, i, d1, d1_old, h, j_max)) return violation;
   return check_future(next, i);
-}
-
-/// A stop that begins here goes on from q with dq and ddq, whatever they were before. Its first two third differences
-/// are `first` + J h^3 / 6 and `second` + 5 J h^3 / 6 with the jerk J of the stop. In a motion of bounded jerk both
-/// parts are what these bounds say, so they cost planners nothing.
-std::optional<Violation> Guard::check_seam(const ArmSetPoint& next, int i, double d1, double d1_old) const {
-  const double h = period_, h3 = h * h * h, j_max = limits_.jerk[i];
-  const double step = h * next.dq[i], bend = 0.5 * h * h * next.ddq[i];
-  const double first = step + bend - 2.0 * d1 + d1_old, second = d1 - step + bend;
-  if (exceeds(second, j_max * h3 / 6.0, 4.0 * kPositionNoise))
-    return Violation{Rule::kInconsistent, i, second, j_max * h3 / 6.0};
-  if (exceeds(first, j_max * h3 * 5.0 / 6.0, 8.0 * kPositionNoise))
-    return Violation{Rule::kJerk, i, first / h3, j_max * 5.0 / 6.0};
-  return std::nullopt;
 }
 
 std::optional<Violation> Guard::check_derivatives(const ArmSetPoint& next, int i, double d1) const {

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/random.h"
 #include "core/net/registry.h"
 #include "core/net/setup.h"
 #include "tests/core/rcc/fixture.h"
