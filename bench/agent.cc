@@ -106,9 +106,8 @@ class Nobody final : public device::ArmBackend {
 
 /// A core cycle of a slow arm in lock-step: controller, wire, agent, digest.
 void emulated_arm(benchmark::State& state) {
-  const emulation::SlowOptions options{.cycle = state.range(0) * kMillisecond,
-                                       .drift = 100e-6,
-                                       .wire = {.transport = 100'000, .jitter = 300'000}};
+  const emulation::SlowOptions options{
+      .cycle = state.range(0) * kMillisecond, .drift = 100e-6, .wire = {.transport = 100'000, .jitter = 300'000}};
   emulation::SlowArm arm("arm", std::make_shared<Nobody>(), limits(), options, kMillisecond, 1);
   device::ArmSample sample;
   Nanoseconds now = 0;

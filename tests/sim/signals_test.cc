@@ -168,7 +168,9 @@ TEST(Beam, BarrierSeesWhatStandsBeforeItsReflector) {
       EXPECT_TRUE(level(world, "beam")) << z;
       met = true;
     }
-    if (std::abs(z - 0.1) > 0.021) EXPECT_FALSE(level(world, "beam")) << z;
+    if (std::abs(z - 0.1) > 0.021) {
+      EXPECT_FALSE(level(world, "beam")) << z;
+    }
   }
   EXPECT_TRUE(met) << "it fell through the beam";
 }
