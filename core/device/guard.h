@@ -69,8 +69,6 @@ class Guard {
   [[nodiscard]] std::optional<Violation> check_joint(const ArmSetPoint& next, int joint) const;
   /// The fields dq and ddq; `d1` is the step in q.
   [[nodiscard]] std::optional<Violation> check_derivatives(const ArmSetPoint& next, int joint, double d1) const;
-  /// The stop that may begin here joins what was sent without a step in the jerk; `d1`, `d1_old`: the last steps in q.
-  [[nodiscard]] std::optional<Violation> check_seam(const ArmSetPoint& next, int joint, double d1, double d1_old) const;
   /// From here the arm can still be stopped inside its limits.
   [[nodiscard]] std::optional<Violation> check_future(const ArmSetPoint& next, int joint) const;
 
