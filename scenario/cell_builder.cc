@@ -255,8 +255,6 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   add_composed(description, built, findings);
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   built.site->add_to(built.core->digest());
-  add_composed(description, built, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
   set_tools(simulated, built);
   for (const NetEntry& net : description.nets) built.cell.nets[net.name] = net.net;
   warnings.append(findings);

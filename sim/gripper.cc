@@ -28,8 +28,13 @@ bool SimGripper::read(device::GripperSample& sample) {
 
 void SimGripper::write(const device::GripperSetPoint& set_point) {
   if (set_point.sequence == command_.sequence && commanded_) return;
+  // Another force on the same part: it is still held, and what happens to it now is its loss.
+  const bool presses_on = state_ == GripperState::kHolding &&
+                          (set_point.width - held_width_) * (command_.width - held_width_) > 0.0 &&
+                          std::abs(set_point.width - held_width_) > kLostWay;
   command_ = set_point;
   commanded_ = true;
+  if (presses_on) return;
   state_ = GripperState::kMoving;
   still_ = 0.0;
   width_reference_ = width_;

@@ -12,6 +12,8 @@ namespace {
 
 /// Against rounding where a command stands exactly on a limit.
 constexpr double kLimitTolerance = 1e-9;
+/// m: fingers that have left a part by less are taken to have it still; as far as pads give way.
+constexpr double kHardlyLeft = 1.5e-3;
 
 bool inside(double value, double low, double high) {
   return value >= low - kLimitTolerance && value <= high + kLimitTolerance;
@@ -46,7 +48,10 @@ void Gripper::begin_cycle(std::int64_t, Nanoseconds time) {
                 std::isfinite(sample_.force);
   sample_age_ = has_sample_ ? time - sample_.stamp : 0;
   if (sample_age_ > description_->sample_age_max) has_sample_ = false;
-  if (answered() && sample_.state == GripperState::kHolding) grip_ = sent_;
+  if (!answered() || sample_.state == GripperState::kMoving) return;
+  const bool holding = sample_.state == GripperState::kHolding;
+  grip_ = holding ? sent_ : GripperSetPoint{};
+  grip_width_ = sample_.width;
 }
 
 void Gripper::add_state(StateWords& words) const {
@@ -108,7 +113,8 @@ void Gripper::hand_over() {
 }
 
 void Gripper::keep_grip() {
-  if (sample_.state == GripperState::kHolding) return send(grip_.width, grip_.speed, grip_.force);
+  const bool hardly_left = grip_.sequence > 0 && std::abs(sample_.width - grip_width_) < kHardlyLeft;
+  if (hardly_left) return send(grip_.width, grip_.speed, grip_.force);
   send(std::clamp(sample_.width, 0.0, description_->stroke), sent_.speed, sent_.force);
 }
 

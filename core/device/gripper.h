@@ -127,7 +127,8 @@ class Gripper final : public Actuator {
   bool has_sample_ = false;
   Nanoseconds sample_age_ = 0;
   GripperSetPoint sent_, proposal_;
-  GripperSetPoint grip_;  ///< the command that was in force when the gripper last reported a held part
+  GripperSetPoint grip_;     ///< the command with which a part is held, or was until the newest command; else none
+  double grip_width_ = 0.0;  ///< where it was held, m
   bool held_ = false, proposed_ = false, releasing_ = false, stopping_ = false;
 };
 

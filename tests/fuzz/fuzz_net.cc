@@ -33,7 +33,7 @@ void run(net::CompiledNet& net, test::DeviceEnvironment& devices) {
     cycle.time = i * cycle.period;
     cycle.cancel_requested = i >= 3;
     devices.arm->begin_cycle(i, cycle.time);
-    devices.sensor->begin_cycle(cycle.time);
+    devices.sensor->begin_cycle(i, cycle.time);
     net.evaluate(cycle);
   }
 }
