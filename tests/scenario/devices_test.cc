@@ -130,7 +130,7 @@ TEST(Terminals, MistakesAreFindingsWithTheirPlace) {
       {R"({"do9": {}})", "/devices/io/settings/do9"},
       {R"({"di1": {"from": "nothing"}})", "/devices/io/settings/di1"},
       {R"({"di1": {"from": "io/ao1"}})", "no digital output or light barrier"},
-      {R"({"do1": {"from": "io/do2"}})", "unknown key 'from'"},
+      {R"({"do1": {"from": "io/do2"}})", "key 'from' is not known here"},
       {R"({"do1": {"name": "do2"}})", "the name of two terminals"},
       {R"({"di1": {"script": [{"at_s": 1, "value": true}, {"at_s": 0.5, "value": false}]}})", "ascending times"},
       {R"({"di1": {"from": "io/do1", "script": []}})", "a wire, or a script"}};
@@ -149,7 +149,7 @@ TEST(Terminals, MistakesOfAProgramAreFindings) {
       {R"({"do": "set", "output": "io/valve", "value": 11})", "0 to 10 V"},
       {R"({"do": "wait", "until": {"input": "io/valve seen", "above_m": 1}})", "above_V"},
       {R"({"do": "wait", "until": {"input": "io/buton"}})", "did you mean 'io/button'?"},
-      {R"({"do": "grip"})", "/program/gripper"}};
+      {R"({"do": "grip"})", "key 'gripper' is missing"}};
   for (const auto& [program, text] : mistakes) {
     Description description = parsed(kTerminals);
     description.expectations.clear();
