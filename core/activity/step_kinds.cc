@@ -7,17 +7,28 @@ namespace takt::activity {
 
 const std::vector<StepKind>& step_kinds() {
   static const std::vector<StepKind> kinds{
+      {"circ",
+       "Moves the tool centre point on a circle. Keys: arm, to and via, or about, orientation, speed, acceleration, "
+       "velocity_m_s, blend_m, blend_fraction, until, on_end.",
+       parse_circ},
       {"fit_pose",
        "Finds the pose of an object from recorded contacts. Keys: object, as, contacts, free, max_residual_m.",
        parse_fit_pose},
       {"lin",
-       "Moves the tool centre point on a straight line. Keys: arm, to, speed, acceleration, velocity_m_s, until, "
-       "on_end.",
+       "Moves the tool centre point on a straight line. Keys: arm, to, speed, acceleration, velocity_m_s, blend_m, "
+       "blend_fraction, until, on_end.",
        parse_lin},
       {"net", "Runs a net of the cell to its end. Keys: net, cancel_after_s, within_s.", parse_net_step},
-      {"ptp", "Moves all joints together to a goal. Keys: arm, to, speed, acceleration, until, on_end.", parse_ptp},
+      {"ptp",
+       "Moves all joints together to a goal. Keys: arm, to, speed, acceleration, blend_m, blend_fraction, until, "
+       "on_end.",
+       parse_ptp},
       {"record_contact", "Keeps the touch that the last guarded motion ended with. Keys: arm, as.",
        parse_record_contact},
+      {"spline",
+       "Moves smoothly through points. Keys: arm, through, speed, acceleration, velocity_m_s, blend_m, blend_fraction, "
+       "until, on_end.",
+       parse_spline},
       {"tare", "Averages a force/torque sensor at rest; its offset is then taken out. Keys: sensor, cycles.",
        parse_tare},
       {"wait", "Lets time pass. Keys: seconds.", parse_wait},
