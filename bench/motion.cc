@@ -1,12 +1,15 @@
 // What planning costs before a start, and what following a plan costs in the cycle (the LWR 4+ of models/).
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <vector>
 
 #include "core/base/random.h"
 #include "core/kinematics/inverse.h"
+#include "core/motion/leg.h"
 #include "core/motion/planner.h"
 
 namespace takt::motion {
@@ -53,21 +56,81 @@ JointVector goal_near_home(Random& random, double size) {
   return q;
 }
 
+/// Wall time of each call, told as percentiles beside the mean.
+class Percentiles {
+ public:
+  template <class F>
+  void time(F call) {
+    const auto begin = std::chrono::steady_clock::now();
+    call();
+    const auto end = std::chrono::steady_clock::now();
+    microseconds_.push_back(std::chrono::duration<double, std::micro>(end - begin).count());
+  }
+  void tell(benchmark::State& state) {
+    std::ranges::sort(microseconds_);
+    const auto at = [&](double share) {
+      return microseconds_[static_cast<std::size_t>(share * static_cast<double>(microseconds_.size() - 1))];
+    };
+    state.counters["p50_us"] = at(0.5);
+    state.counters["p99_us"] = at(0.99);
+  }
+
+ private:
+  std::vector<double> microseconds_;
+};
+
 void ptp(benchmark::State& state) {
   Random random(1);
+  Percentiles times;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(plan_ptp(arm().chain, arm().limits, arm().home, goal_near_home(random, 0.7)));
+    times.time([&] {
+      benchmark::DoNotOptimize(plan_ptp(arm().chain, arm().limits, arm().home, goal_near_home(random, 0.7)));
+    });
   }
+  times.tell(state);
 }
 
 void lin(benchmark::State& state) {
   Random random(2);
+  Percentiles times;
   long refused = 0;
   for (auto _ : state) {
     const auto X_goal = arm().chain.forward(goal_near_home(random, 0.25));
-    const auto motion = plan_lin(arm().chain, arm().inverse, arm().limits, arm().cartesian, arm().home, X_goal);
-    refused += !motion;
-    benchmark::DoNotOptimize(motion);
+    times.time([&] {
+      const auto motion = plan_lin(arm().chain, arm().inverse, arm().limits, arm().cartesian, arm().home, X_goal);
+      refused += !motion;
+      benchmark::DoNotOptimize(motion);
+    });
+  }
+  times.tell(state);
+  state.counters["refused"] = benchmark::Counter(static_cast<double>(refused), benchmark::Counter::kAvgIterations);
+}
+
+/// Four motions blended into one: PTP, LIN, an arc, LIN.
+void blended_sequence(benchmark::State& state) {
+  const ArmModel model{arm().chain, &arm().inverse, arm().limits, arm().cartesian};
+  const Blend blend{Blend::Kind::kDistance, 0.03};
+  const auto shifted = [](const JointVector& q, double x, double y, double z) -> Eigen::Isometry3d {
+    return Eigen::Translation3d(x, y, z) * arm().chain.forward(q);
+  };
+  const auto blended = [&](Result<Leg> leg) {
+    if (leg) leg->blend = blend;
+    return leg;
+  };
+  const std::vector<LegMaker> makers = {
+      [&](const JointVector& q) { return blended(ptp_leg(model, q, q + JointVector::Constant(7, 0.2))); },
+      [&](const JointVector& q) { return blended(lin_leg(model, q, shifted(q, 0, 0, -0.15))); },
+      [&](const JointVector& q) {
+        return blended(
+            circ_leg(model, q,
+                     ArcThrough{.p_via = shifted(q, 0.05, 0.05, 0).translation(), .X_BM_goal = shifted(q, 0, 0.1, 0)}));
+      },
+      [&](const JointVector& q) { return blended(lin_leg(model, q, shifted(q, 0, 0, 0.1))); }};
+  long refused = 0;
+  for (auto _ : state) {
+    const auto plan = plan_sequence(model, arm().home, makers);
+    refused += !plan || !plan->notes.empty();
+    benchmark::DoNotOptimize(plan);
   }
   state.counters["refused"] = benchmark::Counter(static_cast<double>(refused), benchmark::Counter::kAvgIterations);
 }
@@ -114,6 +177,7 @@ void cartesian_line_sample(benchmark::State& state) {
 BENCHMARK(ptp)->Unit(benchmark::kMicrosecond);
 BENCHMARK(lin)->Unit(benchmark::kMicrosecond);
 BENCHMARK(lin_slow)->Unit(benchmark::kMicrosecond);
+BENCHMARK(blended_sequence)->Unit(benchmark::kMicrosecond);
 BENCHMARK(clock_update);
 BENCHMARK(law_at);
 BENCHMARK(cartesian_line_sample);

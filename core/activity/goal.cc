@@ -36,19 +36,19 @@ Goal::Step read_step(ObjectReader& reader) {
 
 }  // namespace
 
-Goal read_goal(ObjectReader& parent, const command::MountedArm* arm) {
-  const Json* json = parent.child("to");
-  if (!json) {
-    parent.findings().error(parent.pointer(), "key 'to' is missing");
+Goal read_goal(ObjectReader& parent, const command::MountedArm* arm, std::string_view key) {
+  if (const Json* json = parent.child(key)) return read_goal(*json, parent.at(key), arm, parent.findings());
+  parent.findings().error(parent.pointer(), fmt::format("key '{}' is missing", key));
+  return {};
+}
+
+Goal read_goal(const Json& json, const std::string& pointer, const command::MountedArm* arm, Findings& findings) {
+  if (json == "home") return {Goal::Home{}};
+  if (json.is_string()) {
+    findings.error(pointer, fmt::format("{} stands here", short_dump(json)), "\"home\" or an object {...}");
     return {};
   }
-  if (*json == "home") return {Goal::Home{}};
-  if (json->is_string()) {
-    parent.findings().error(parent.at("to"), fmt::format("{} stands here", short_dump(*json)),
-                            "\"home\" or an object {...}");
-    return {};
-  }
-  ObjectReader reader(*json, parent.at("to"), parent.findings());
+  ObjectReader reader(json, pointer, findings);
   Goal goal;
   if (reader.has("joints_deg")) {
     goal.value = read_joints(reader, arm);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include <nlohmann/json_fwd.hpp>
@@ -33,11 +34,20 @@ struct Goal {
     Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   };
   std::variant<Home, Joints, Pose, Step> value;
+
+  /// Given as joint positions, not as a pose.
+  [[nodiscard]] bool is_joints() const {
+    return std::holds_alternative<Home>(value) || std::holds_alternative<Joints>(value);
+  }
 };
 
-/// Reads key "to" of a motion step. Findings in the reader: not a goal, numbers that do not fit the arm.
+/// Reads key "to" of a motion step (or another key). Findings in the reader: not a goal, numbers that do not fit the
+/// arm.
 /// @param arm  null if the step names no arm that exists; then the number of joints is not checked. Realtime: setup.
-[[nodiscard]] Goal read_goal(ObjectReader& reader, const command::MountedArm* arm);
+[[nodiscard]] Goal read_goal(ObjectReader& reader, const command::MountedArm* arm, std::string_view key = "to");
+/// Reads a goal that stands at `pointer`, in a list.
+[[nodiscard]] Goal read_goal(const nlohmann::ordered_json& json, const std::string& pointer,
+                             const command::MountedArm* arm, Findings& findings);
 
 /// A goal in numbers: joint positions, or the pose of the tool centre point T in the arm's base B.
 using ResolvedGoal = std::variant<kinematics::JointVector, Eigen::Isometry3d>;

@@ -1,93 +1,21 @@
 #include "core/activity/motion_step.h"
 
-#include <optional>
+#include <algorithm>
+#include <iterator>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/goal.h"
+#include "core/activity/motion_request.h"
 #include "core/activity/net_run.h"
-#include "core/base/object_reader.h"
-#include "core/command/condition.h"
 #include "core/command/motion_net.h"
-#include "core/kinematics/solutions.h"
-#include "core/motion/planner.h"
 
 namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
-
-enum class PathKind { kPtp, kLin };
-
-/// What a motion step says, in numbers.
-struct MotionRequest {
-  PathKind kind = PathKind::kPtp;
-  std::string name;
-  std::string arm;
-  Goal goal;
-  motion::MotionOptions options;
-  std::optional<command::Condition> until;
-  bool must_touch = true;  ///< a guarded motion that reaches its end is a failure
-};
-
-Result<JointVector> nearest_configuration(const device::ArmDescription& arm, const Eigen::Isometry3d& X_BF,
-                                          const JointVector& q) {
-  kinematics::SolutionOptions options;
-  options.reference = q;
-  options.most = 1;
-  const auto solutions = kinematics::inverse_solutions(*arm.chain, X_BF, options);
-  if (!solutions.empty()) return solutions.front();
-  const Eigen::Vector3d p = X_BF.translation();
-  return failure("/to",
-                 fmt::format("the goal is out of reach: flange at ({:.3f}, {:.3f}, {:.3f}) m in the arm's base", p.x(),
-                             p.y(), p.z()),
-                 "a pose that some joint configuration inside the limits reaches");
-}
-
-/// The planner speaks of "/goal/2" and "/start/2"; the file has the goal at "/to".
-Findings as_seen_in_file(const Findings& findings) {
-  Findings renamed;
-  for (Finding finding : findings.list()) {
-    if (finding.pointer.starts_with("/goal")) finding.pointer = "/to";
-    if (finding.pointer.starts_with("/start") || finding.pointer.starts_with("/options")) finding.pointer.clear();
-    renamed.add(std::move(finding));
-  }
-  return renamed;
-}
-
-Result<motion::Motion> plan(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
-  const command::MountedArm& arm = cell.arms.find(request.arm)->second;
-  const device::ArmDescription& description = arm.device->description();
-  auto goal = resolve(request.goal, cell, request.arm, q);
-  if (!goal) {
-    Findings findings;
-    findings.append(goal.error(), "/to");
-    return std::unexpected(std::move(findings));
-  }
-  Result<motion::Motion> motion = std::unexpected(Findings{});
-  if (request.kind == PathKind::kLin) {
-    motion::MotionOptions options = request.options;
-    options.X_FM = arm.X_FT;
-    const auto* q_goal = std::get_if<JointVector>(&*goal);
-    const Eigen::Isometry3d X_BT = q_goal ? tool_pose(arm, *q_goal) : std::get<Eigen::Isometry3d>(*goal);
-    motion = motion::plan_lin(*description.chain, *description.inverse, description.limits, description.cartesian, q,
-                              X_BT, {}, options);
-  } else {
-    JointVector q_goal;
-    if (const auto* X_BT = std::get_if<Eigen::Isometry3d>(&*goal)) {
-      auto found = nearest_configuration(description, *X_BT * arm.X_FT.inverse(), q);
-      if (!found) return std::unexpected(std::move(found.error()));
-      q_goal = *found;
-    } else {
-      q_goal = std::get<JointVector>(*goal);
-    }
-    motion = motion::plan_ptp(*description.chain, description.limits, q, q_goal, request.options);
-  }
-  if (!motion) return std::unexpected(as_seen_in_file(motion.error()));
-  return motion;
-}
 
 /// Where the net of a motion takes its arm over and leaves it: at rest at both ends of the plan (row L3). A condition
 /// may end it before, then nobody knows where.
@@ -102,10 +30,11 @@ rcc::LoadOptions load_options(const motion::Motion& motion, const MotionRequest&
   return options;
 }
 
-/// Plans when it begins, loads and starts the net, and takes note of a touch when the net has ended.
+/// Plans when it begins, loads and starts the net, and takes note of a touch when the net has ended. Several motions
+/// are one net: they are blended into each other.
 class MotionRun final : public StepRun {
  public:
-  explicit MotionRun(const MotionRequest& request) : request_(request) {}
+  explicit MotionRun(const std::vector<MotionRequest>& requests) : requests_(requests), request_(requests.back()) {}
 
   Progress advance(Context& context, Findings& findings) override {
     if (!net_.begun()) return begin(context, findings);
@@ -119,18 +48,27 @@ class MotionRun final : public StepRun {
     net_.cancel();
   }
 
+  [[nodiscard]] std::size_t part() const override {
+    const auto* time = net_.begun() ? net_.net()->find<net::Real>(command::motion_ports::kPathTime) : nullptr;
+    if (!time || time->null) return 0;
+    const auto passed = std::ranges::upper_bound(handed_over_, time->value);
+    return static_cast<std::size_t>(passed - handed_over_.begin());
+  }
+
  private:
   Progress begin(Context& context, Findings& findings) {
     const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
     // The first step of a program may come before the first sample.
     if (arm.device->set_point().q.size() == 0) return Progress::kRunning;
-    auto motion = plan(request_, context.cell, arm.device->set_point().q);
-    if (!motion) {
-      findings.append(motion.error());
+    auto plan = plan_motions(requests_, context.cell, arm.device->set_point().q);
+    if (!plan) {
+      findings.append(plan.error());
       return Progress::kFailed;
     }
-    const command::MotionCommand command{request_.name, request_.arm, &*motion, arm.X_FT, request_.until};
-    const rcc::LoadOptions options = load_options(*motion, request_, context.core.period());
+    handed_over_ = std::move(plan->handed_over);
+    const motion::Motion& motion = plan->motion;
+    const command::MotionCommand command{requests_.front().name, request_.arm, &motion, arm.X_FT, request_.until};
+    const rcc::LoadOptions options = load_options(motion, request_, context.core.period());
     return net_.begin(context, command::motion_net(command, context.cell, context.variables.biases), options, findings);
   }
 
@@ -168,80 +106,81 @@ class MotionRun final : public StepRun {
     return Progress::kDone;
   }
 
-  const MotionRequest& request_;
+  const std::vector<MotionRequest>& requests_;
+  const MotionRequest& request_;  ///< the last: only a motion alone may be guarded
+  std::vector<double> handed_over_;
   NetRun net_;
   bool cancelled_ = false;
 };
 
 class MotionStep final : public Step {
  public:
-  explicit MotionStep(MotionRequest request) : request_(std::move(request)) {}
+  explicit MotionStep(MotionRequest request) { requests_.push_back(std::move(request)); }
+
+  bool absorb(Step& next) override {
+    auto* motion = dynamic_cast<MotionStep*>(&next);
+    if (!motion || requests_.back().blend.kind == motion::Blend::Kind::kNone) return false;
+    const MotionRequest& follower = motion->requests_.front();
+    if (follower.until || follower.arm != requests_.front().arm) return false;
+    requests_.insert(requests_.end(), std::make_move_iterator(motion->requests_.begin()),
+                     std::make_move_iterator(motion->requests_.end()));
+    return true;
+  }
 
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
-    rehearsal.touched[request_.arm] = request_.until.has_value();
-    JointVector& q = rehearsal.q[request_.arm];
-    const auto motion = plan(request_, rehearsal.cell, q);
-    if (!motion) {
-      findings.append(motion.error(), pointer);
+    const MotionRequest& last = requests_.back();
+    rehearsal.touched[last.arm] = last.until.has_value();
+    JointVector& q = rehearsal.q[last.arm];
+    const auto plan = plan_motions(requests_, rehearsal.cell, q);
+    if (!plan) {
+      findings.append(plan.error(), pointer);
       return;
     }
-    q = motion->q_goal;
-    rehearsal.duration += motion->duration();
-    const command::MountedArm& arm = rehearsal.cell.arms.find(request_.arm)->second;
-    const command::MotionCommand command{request_.name, request_.arm, &*motion, arm.X_FT, request_.until};
+    findings.append(plan->notes);
+    if (last.blend.kind != motion::Blend::Kind::kNone) {
+      findings.note(last.pointer, "there is no motion to blend into: the arm stops at the goal",
+                    "a motion of the same arm as the next step, not a guarded one");
+    }
+    const motion::Motion& motion = plan->motion;
+    q = motion.q_goal;
+    rehearsal.duration += motion.duration();
+    const command::MountedArm& arm = rehearsal.cell.arms.find(last.arm)->second;
+    const command::MotionCommand command{last.name, last.arm, &motion, arm.X_FT, last.until};
     rehearse_net(command::motion_net(command, rehearsal.cell, {}), rehearsal, pointer, findings);
   }
 
-  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<MotionRun>(request_); }
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<MotionRun>(requests_); }
 
  private:
-  MotionRequest request_;
+  std::vector<MotionRequest> requests_;  ///< one, or several that are blended
 };
 
-std::string read_arm(ObjectReader& reader, const command::Cell& cell) {
-  std::vector<std::string> names;
-  for (const auto& [name, arm] : cell.arms) names.push_back(name);
-  // With a single arm there is nothing to choose.
-  return reader.choice("arm", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
-}
-
-std::unique_ptr<Step> parse_motion(PathKind kind, const Json& json, const std::string& pointer,
-                                   const command::Cell& cell, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
-  MotionRequest request;
-  request.kind = kind;
-  request.name = reader.text("name", reader.text("do"));
-  request.arm = read_arm(reader, cell);
-  const auto arm = cell.arms.find(request.arm);
-  request.goal = read_goal(reader, arm == cell.arms.end() ? nullptr : &arm->second);
-  request.options.velocity = reader.number("speed", 1.0, {.low = 0, .high = 1, .low_open = true});
-  request.options.acceleration = reader.number("acceleration", 1.0, {.low = 0, .high = 1, .low_open = true});
-  if (kind == PathKind::kLin && reader.has("velocity_m_s")) {
-    request.options.linear_velocity = reader.number("velocity_m_s", {}, kPositive);
-  }
-  if (const Json* until = reader.object("until", false)) {
-    auto condition = command::parse_condition(*until, reader.at("until"), cell);
-    if (condition) {
-      request.until = std::move(*condition);
-    } else {
-      findings.append(condition.error());
-    }
-    request.must_touch = reader.choice("on_end", {"fail", "continue"}, "fail") == "fail";
-  }
-  reader.finish();
-  return std::make_unique<MotionStep>(std::move(request));
+template <PathKind kind>
+std::unique_ptr<Step> parse(const Json& json, const std::string& pointer, const command::Cell& cell,
+                            Findings& findings) {
+  return std::make_unique<MotionStep>(read_motion(kind, json, pointer, cell, findings));
 }
 
 }  // namespace
 
 std::unique_ptr<Step> parse_ptp(const Json& json, const std::string& pointer, const command::Cell& cell,
                                 Findings& findings) {
-  return parse_motion(PathKind::kPtp, json, pointer, cell, findings);
+  return parse<PathKind::kPtp>(json, pointer, cell, findings);
 }
 
 std::unique_ptr<Step> parse_lin(const Json& json, const std::string& pointer, const command::Cell& cell,
                                 Findings& findings) {
-  return parse_motion(PathKind::kLin, json, pointer, cell, findings);
+  return parse<PathKind::kLin>(json, pointer, cell, findings);
+}
+
+std::unique_ptr<Step> parse_circ(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                 Findings& findings) {
+  return parse<PathKind::kCirc>(json, pointer, cell, findings);
+}
+
+std::unique_ptr<Step> parse_spline(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                   Findings& findings) {
+  return parse<PathKind::kSpline>(json, pointer, cell, findings);
 }
 
 }  // namespace takt::activity

@@ -19,13 +19,23 @@ constexpr int kStepBudget = 10'000;
 constexpr std::int64_t kMostSteps = 1'000'000'000'000;
 
 std::int64_t count_steps(const Node& node) {
-  if (node.step) return 1;
+  if (node.step) return 1 + static_cast<std::int64_t>(node.absorbed.size());
   std::int64_t count = 0;
   for (const Node& child : node.children) count = std::min(kMostSteps, count + count_steps(child));
   return std::min(kMostSteps, count * node.times);
 }
 
 Node parse_node(const Json& json, const std::string& pointer, const command::Cell& cell, Findings& findings);
+
+/// A step may take the one after it into itself.
+void add_child(Node child, Node& sequence) {
+  Node* last = sequence.children.empty() ? nullptr : &sequence.children.back();
+  if (last && last->step && child.step && last->step->absorb(*child.step)) {
+    last->absorbed.push_back(child.name);
+  } else {
+    sequence.children.push_back(std::move(child));
+  }
+}
 
 void parse_sequence(const Json& json, const command::Cell& cell, Findings& findings, Node& node) {
   ObjectReader reader(json, node.pointer, findings);
@@ -34,7 +44,7 @@ void parse_sequence(const Json& json, const command::Cell& cell, Findings& findi
   node.times = reader.integer("times", 1, {.low = 0, .high = 1e6});
   if (const Json* steps = reader.array("steps")) {
     for (std::size_t i = 0; i < steps->size(); ++i) {
-      node.children.push_back(parse_node((*steps)[i], reader.at("steps") + pointer_segment(i), cell, findings));
+      add_child(parse_node((*steps)[i], reader.at("steps") + pointer_segment(i), cell, findings), node);
     }
   }
   // A million rounds of nothing would keep the runner busy without ever meeting a step.
@@ -90,6 +100,7 @@ void rehearse_node(const Node& node, std::int64_t most_rounds, Rehearsal& rehear
 
 void collect_names(const Node& node, std::vector<std::string>& names) {
   names.push_back(node.name);
+  names.insert(names.end(), node.absorbed.begin(), node.absorbed.end());
   for (const Node& child : node.children) collect_names(child, names);
 }
 
@@ -166,13 +177,15 @@ Progress ProgramRunner::advance() {
       }
       run_ = leaf_->step->begin();
       current_ = leaf_->name;
+      part_ = 0;
       context_.event("program", "begin", current_);
     }
     Findings findings;
     const Progress progress = run_->advance(context_, findings);
+    follow_part();
     if (progress == Progress::kRunning) break;
     run_.reset();
-    ++steps_done_;
+    steps_done_ += 1 + static_cast<std::int64_t>(leaf_->absorbed.size());
     context_.event("program", progress == Progress::kDone ? "end" : "failed", current_);
     if (progress == Progress::kFailed) {
       findings_.append(findings, leaf_->pointer);
@@ -180,6 +193,15 @@ Progress ProgramRunner::advance() {
     }
   }
   return progress_;
+}
+
+/// Tells where a leaf with absorbed steps has come to. Forwards only: a path may be run back.
+void ProgramRunner::follow_part() {
+  for (const std::size_t part = std::min(run_->part(), leaf_->absorbed.size()); part_ < part; ++part_) {
+    context_.event("program", "end", current_);
+    current_ = leaf_->absorbed[part_];
+    context_.event("program", "begin", current_);
+  }
 }
 
 void ProgramRunner::cancel() {

@@ -19,6 +19,8 @@ struct Node {
   std::string pointer;         ///< JSON pointer in the file
   std::unique_ptr<Step> step;  ///< null for a sequence
   std::vector<Node> children;
+  /// Names of the steps that `step` has absorbed: they run as one with it.
+  std::vector<std::string> absorbed;
   std::int64_t times = 1;  ///< how often a sequence runs; 0 if there is no step in it
 };
 
@@ -81,6 +83,7 @@ class ProgramRunner {
   };
 
   bool enter_next();
+  void follow_part();
 
   const Program& program_;
   Context& context_;
@@ -90,6 +93,7 @@ class ProgramRunner {
   Progress progress_ = Progress::kRunning;
   bool cancelled_ = false;
   std::string current_;
+  std::size_t part_ = 0;  ///< of a leaf with absorbed steps
   std::int64_t steps_done_ = 0;
   Findings findings_;
 };

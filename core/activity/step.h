@@ -89,6 +89,8 @@ class StepRun {
   virtual Progress advance(Context& context, Findings& findings) = 0;
   /// Asks for a graceful end (row L6); advance() then comes to an end. A step that is done at once needs none.
   virtual void cancel(Context& context) { (void)context; }
+  /// Of a step that has absorbed others: which of them is being done, from 0.
+  [[nodiscard]] virtual std::size_t part() const { return 0; }
 };
 
 /// A leaf of a program tree: immutable after parsing.
@@ -100,6 +102,12 @@ class Step {
   virtual void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const = 0;
   /// A new execution; it may refer to the step, which must outlive it.
   [[nodiscard]] virtual std::unique_ptr<StepRun> begin() const = 0;
+  /// Takes the step that follows it in its sequence into itself, so that both run as one (blended motions). Called
+  /// while a program is made. @return false if they stay two; then `next` is untouched.
+  virtual bool absorb(Step& next) {
+    (void)next;
+    return false;
+  }
 };
 
 /// A kind of step: the word after "do", and how to read it.

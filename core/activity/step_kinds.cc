@@ -9,6 +9,10 @@ namespace takt::activity {
 
 const std::vector<StepKind>& step_kinds() {
   static const std::vector<StepKind> kinds{
+      {"circ",
+       "Moves the tool centre point on a circle. Keys: arm, to and via, or about, orientation, speed, acceleration, "
+       "velocity_m_s, blend_m, blend_fraction, until, on_end.",
+       parse_circ},
       {"fit_pose",
        "Finds the pose of an object from recorded contacts. Keys: object, as, contacts, free, max_residual_m.",
        parse_fit_pose},
@@ -17,15 +21,22 @@ const std::vector<StepKind>& step_kinds() {
        "part_mass_kg.",
        parse_grip},
       {"lin",
-       "Moves the tool centre point on a straight line. Keys: arm, to, speed, acceleration, velocity_m_s, until, "
-       "on_end.",
+       "Moves the tool centre point on a straight line. Keys: arm, to, speed, acceleration, velocity_m_s, blend_m, "
+       "blend_fraction, until, on_end.",
        parse_lin},
       {"net", "Runs a net of the cell to its end. Keys: net, cancel_after_s, within_s.", parse_net_step},
-      {"ptp", "Moves all joints together to a goal. Keys: arm, to, speed, acceleration, until, on_end.", parse_ptp},
+      {"ptp",
+       "Moves all joints together to a goal. Keys: arm, to, speed, acceleration, blend_m, blend_fraction, until, "
+       "on_end.",
+       parse_ptp},
       {"record_contact", "Keeps the touch that the last guarded motion ended with. Keys: arm, as.",
        parse_record_contact},
       {"release", "Opens a gripper. Keys: gripper, width_m, speed_m_s, force_N.", parse_release},
       {"set", "Brings a digital or an analog output to a value, which stays. Keys: output, value.", parse_set},
+      {"spline",
+       "Moves smoothly through points. Keys: arm, through, speed, acceleration, velocity_m_s, blend_m, blend_fraction, "
+       "until, on_end.",
+       parse_spline},
       {"tare", "Averages a force/torque sensor at rest; its offset is then taken out. Keys: sensor, cycles.",
        parse_tare},
       {"wait", "Lets time pass, or waits until a condition holds. Keys: seconds; or until, timeout_s.", parse_wait},

@@ -59,22 +59,63 @@ void link_all(NetDescription& net, const std::string& from, const std::string& t
   for (const char* port : ports) net.link(from + "." + port, to + "." + port);
 }
 
+constexpr std::initializer_list<const char*> kFramePorts = {"frame", "twist",         "acceleration",
+                                                            "held",  "held_velocity", "held_acceleration"};
+constexpr std::initializer_list<const char*> kJointPorts = {"q", "dq", "ddq"};
+
+void add_inverse(NetDescription& net, const MotionCommand& command) {
+  net.add("inverse", "InverseKinematics", {{"device", command.arm}, {"tool", frame_json(command.X_FM)}});
+}
+
+/// Inverse kinematics that is active on Cartesian pieces only, so that it begins at the arm's set point whenever the
+/// path enters one; else the joints of the path. Their ports are those of the selections.
+void add_both_spaces(NetDescription& net, const MotionCommand& command) {
+  net::FragmentDescription follow;
+  follow.id = "follow_frame";
+  follow.when_inactive = net::WhenInactive::kReset;
+  add_inverse(follow.net, command);
+  for (const char* port : kFramePorts) follow.inputs.emplace_back(port, std::string("inverse.") + port);
+  for (const char* port : kJointPorts) follow.outputs.emplace_back(port, std::string("inverse.") + port);
+  net.fragments.push_back(std::move(follow));
+  net.link("path.cartesian", "follow_frame.active");
+  for (const char* port : kFramePorts) net.link(std::string("path.") + port, std::string("follow_frame.") + port);
+  for (const char* port : kJointPorts) {
+    const std::string id = std::string("choose_") + port;
+    net.add(id, "SelectJoints");
+    net.link("path.cartesian", id + ".condition");
+    net.link(std::string("follow_frame.") + port, id + ".if_true");
+    net.link(std::string("path.") + port, id + ".if_false");
+    net.link(id + ".value", std::string("arm.") + port);
+  }
+}
+
+struct PathKind {
+  const char* primitive;
+  bool joints, frame;  ///< what it gives
+};
+
+PathKind kind_of(const motion::Path& path) {
+  if (std::holds_alternative<motion::JointLine>(path)) return {"JointLine", true, false};
+  if (std::holds_alternative<motion::CartesianLine>(path)) return {"CartesianLine", false, true};
+  if (std::holds_alternative<motion::CartesianArc>(path)) return {"CartesianArc", false, true};
+  const auto& composite = std::get<motion::CompositePath>(path);
+  return {"CompositePath", composite.has_joint_pieces(), composite.has_cartesian_pieces()};
+}
+
 /// Time law, path, inverse kinematics where it is needed, arm.
 void add_path(NetDescription& net, const MotionCommand& command) {
   const motion::Motion& motion = *command.motion;
-  const bool joints = std::holds_alternative<motion::JointLine>(motion.path);
+  const PathKind kind = kind_of(motion.path);
   net.add("law", "TimeLaw", {{"law", motion::to_json(motion.law)}});
   link_all(net, "clock", "law", {"time", "rate", "rate_derivative"});
-  net.add("path", joints ? "JointLine" : "CartesianLine", {{"path", motion::to_json(motion.path)}});
+  net.add("path", kind.primitive, {{"path", motion::to_json(motion.path)}});
   link_all(net, "law", "path", {"s", "ds", "dds"});
-  std::string source = "path";
-  if (!joints) {
-    net.add("inverse", "InverseKinematics", {{"device", command.arm}, {"tool", frame_json(command.X_FM)}});
-    link_all(net, "path", "inverse", {"frame", "twist", "acceleration", "held", "held_velocity", "held_acceleration"});
-    source = "inverse";
-  }
   net.add("arm", "ArmCommand", {{"device", command.arm}});
-  link_all(net, source, "arm", {"q", "dq", "ddq"});
+  if (kind.joints && kind.frame) return add_both_spaces(net, command);
+  if (kind.joints) return link_all(net, "path", "arm", kJointPorts);
+  add_inverse(net, command);
+  link_all(net, "path", "inverse", kFramePorts);
+  link_all(net, "inverse", "arm", kJointPorts);
 }
 
 }  // namespace

@@ -13,6 +13,15 @@ constexpr double kPaceMax = 1000.0;
 // load over the grid's step), and the plan is sampled at instants: together 1 % is kept.
 constexpr double kAllowed = 0.99;
 
+/// True if no rate on the grid can show a load that the pace does not allow: most loads of a plan are far from that.
+bool harmless(const ClockSearch::Load& load, double k, double pace) {
+  constexpr double kLargestRateTimesChange = 0.5444;  // of (1 - u^2 / 2) u
+  const double acceleration = load.second_by_acceleration + load.first_by_acceleration * k * pace;
+  const double jerk =
+      load.third_by_jerk + pace * (3.0 * kLargestRateTimesChange * load.second_by_jerk + load.first_by_jerk * pace);
+  return acceleration <= kAllowed && jerk <= kAllowed;
+}
+
 }  // namespace
 
 ClockSearch::ClockSearch() {
@@ -31,6 +40,7 @@ ClockSearch::ClockSearch() {
 
 void ClockSearch::add(const Load& load) {
   for (Shape& shape : shapes_) {
+    if (harmless(load, shape.k, shape.pace)) continue;
     for (std::size_t n = 0; n < shape.change.size(); ++n) {
       const double u = shape.change[n];
       const double r = shape.rate[n];

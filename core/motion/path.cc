@@ -1,17 +1,10 @@
 #include "core/motion/path.h"
 
+#include <algorithm>
 #include <cmath>
-#include <vector>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include "core/base/object_reader.h"
 
 namespace takt::motion {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 JointSample proportional(const JointVector& start, const JointVector& goal, const PathPoint& at) {
   const JointVector way = goal - start;
@@ -20,100 +13,23 @@ JointSample proportional(const JointVector& start, const JointVector& goal, cons
   return sample;
 }
 
-/// Axis and angle of the short turn; at half a turn the axis is made unique.
-void set_rotation(const Eigen::Quaterniond& R_start, const Eigen::Quaterniond& R_goal, CartesianLine& line) {
-  Eigen::Quaterniond turn = (R_goal * R_start.conjugate()).normalized();
-  // Below this, the sign of w is rounding: the turn is half a turn.
-  constexpr double kHalfTurn = 1e-9;
-  bool flip = turn.w() < 0.0;
-  if (std::abs(turn.w()) < kHalfTurn) {
-    const auto& v = turn.vec();
-    const double leading = std::abs(v.x()) > kHalfTurn ? v.x() : std::abs(v.y()) > kHalfTurn ? v.y() : v.z();
-    flip = leading < 0.0;
-  }
-  if (flip) turn.coeffs() = -turn.coeffs();
-  const double sine = turn.vec().norm();
-  // A turn below this is lost in the rounding of the poses themselves.
-  constexpr double kNoTurn = 1e-13;
-  if (sine < kNoTurn) return;
-  line.axis = turn.vec() / sine;
-  line.angle = 2.0 * std::atan2(sine, turn.w());
+/// The turn of M about its fixed axis, as orientation and angular parts of a sample.
+void set_turn(const Eigen::Quaterniond& R_start, const Eigen::Vector3d& axis, double angle, const PathPoint& at,
+              FrameSample& sample) {
+  sample.X_BM.linear() = (Eigen::AngleAxisd(at.s * angle, axis) * R_start).toRotationMatrix();
+  sample.V_BM_B.tail<3>() = (at.ds * angle) * axis;
+  sample.A_BM_B.tail<3>() = (at.dds * angle) * axis;
 }
 
-Json numbers(const auto& vector) {
-  Json json = Json::array();
-  for (int i = 0; i < static_cast<int>(vector.size()); ++i) json.push_back(vector[i]);
-  return json;
+PathSample sample_one(const JointLine& line, const PathPoint& at) {
+  return {.cartesian = false, .joints = line.sample(at), .frame = {}, .held = {}};
 }
-
-JointVector joints(ObjectReader& reader, const std::string& key) {
-  const auto values = reader.numbers(key, 0);
-  if (values.size() > kinematics::kMaxJoints) {
-    reader.findings().error(reader.at(key), fmt::format("{} joints", values.size()),
-                            fmt::format("at most {}", kinematics::kMaxJoints));
-    return {};
-  }
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+PathSample sample_one(const JointCurve& curve, const PathPoint& at) {
+  return {.cartesian = false, .joints = curve.sample(at), .frame = {}, .held = {}};
 }
-
-void check_same_size(ObjectReader& reader, const std::string& key, const JointVector& start, const JointVector& goal) {
-  if (start.size() == goal.size()) return;
-  reader.findings().error(reader.at(key), fmt::format("{} joints", goal.size()),
-                          fmt::format("as many as at the start: {}", start.size()));
-}
-
-void check_unit(ObjectReader& reader, const std::string& key, double norm) {
-  constexpr double kUnitTolerance = 1e-9;
-  if (std::abs(norm - 1.0) <= kUnitTolerance) return;
-  reader.findings().error(reader.at(key), fmt::format("'{}' has length {}", key, norm), "length 1");
-}
-
-Path read_joint_line(ObjectReader& reader) {
-  JointLine line{.q_start = joints(reader, "start"), .q_goal = joints(reader, "goal")};
-  check_same_size(reader, "goal", line.q_start, line.q_goal);
-  return line;
-}
-
-Path read_cartesian_line(ObjectReader& reader) {
-  CartesianLine line;
-  const std::vector<double> start = reader.numbers("start", 7, std::vector<double>{0, 0, 0, 1, 0, 0, 0});
-  line.p_start = {start[0], start[1], start[2]};
-  line.R_start = Eigen::Quaterniond(start[3], start[4], start[5], start[6]);
-  check_unit(reader, "start", line.R_start.norm());
-  line.direction = reader.vector("direction", line.direction);
-  check_unit(reader, "direction", line.direction.norm());
-  line.length = reader.number("length_m", 0.0, kNotNegative);
-  line.axis = reader.vector("axis", line.axis);
-  check_unit(reader, "axis", line.axis.norm());
-  line.angle = reader.number("angle_rad", 0.0, kNotNegative);
-  if (reader.has("held_start")) line.held_start = joints(reader, "held_start");
-  if (reader.has("held_goal")) line.held_goal = joints(reader, "held_goal");
-  check_same_size(reader, "held_goal", line.held_start, line.held_goal);
-  return line;
-}
-
-struct Kind {
-  std::string name;
-  Path (*read)(ObjectReader&);
-};
-
-const Kind kKinds[] = {{"joint_line", read_joint_line}, {"cartesian_line", read_cartesian_line}};
-
-Json write(const JointLine& line) {
-  return {{"kind", "joint_line"}, {"start", numbers(line.q_start)}, {"goal", numbers(line.q_goal)}};
-}
-
-Json write(const CartesianLine& line) {
-  const Eigen::Vector3d& p = line.p_start;
-  const Eigen::Quaterniond& R = line.R_start;
-  return {{"kind", "cartesian_line"},
-          {"start", {p.x(), p.y(), p.z(), R.w(), R.x(), R.y(), R.z()}},
-          {"direction", numbers(line.direction)},
-          {"length_m", line.length},
-          {"axis", numbers(line.axis)},
-          {"angle_rad", line.angle},
-          {"held_start", numbers(line.held_start)},
-          {"held_goal", numbers(line.held_goal)}};
+PathSample sample_one(const CompositePath& path, const PathPoint& at) { return path.sample(at); }
+PathSample sample_one(const auto& cartesian, const PathPoint& at) {
+  return {.cartesian = true, .joints = {}, .frame = cartesian.sample(at), .held = cartesian.held(at)};
 }
 
 }  // namespace
@@ -132,41 +48,97 @@ CartesianLine CartesianLine::between(const Eigen::Isometry3d& X_BM_start, const 
     line.length = way.norm();
     line.direction = way / line.length;
   }
-  set_rotation(line.R_start, Eigen::Quaterniond(X_BM_goal.linear()).normalized(), line);
+  const FixedAxisTurn turn = short_turn(line.R_start, Eigen::Quaterniond(X_BM_goal.linear()).normalized());
+  line.axis = turn.axis;
+  line.angle = turn.angle;
   line.held_start = held_start;
   line.held_goal = held_goal;
   return line;
 }
 
+FixedAxisTurn short_turn(const Eigen::Quaterniond& R_start, const Eigen::Quaterniond& R_goal) {
+  Eigen::Quaterniond turn = (R_goal * R_start.conjugate()).normalized();
+  // Below this, the sign of w is rounding: the turn is half a turn.
+  constexpr double kHalfTurn = 1e-9;
+  bool flip = turn.w() < 0.0;
+  if (std::abs(turn.w()) < kHalfTurn) {
+    const auto& v = turn.vec();
+    const double leading = std::abs(v.x()) > kHalfTurn ? v.x() : std::abs(v.y()) > kHalfTurn ? v.y() : v.z();
+    flip = leading < 0.0;
+  }
+  if (flip) turn.coeffs() = -turn.coeffs();
+  const double sine = turn.vec().norm();
+  // A turn below this is lost in the rounding of the poses themselves.
+  constexpr double kNoTurn = 1e-13;
+  if (sine < kNoTurn) return {};
+  return {.axis = turn.vec() / sine, .angle = 2.0 * std::atan2(sine, turn.w())};
+}
+
 FrameSample CartesianLine::sample(const PathPoint& at) const {
   FrameSample sample;
   sample.X_BM.translation() = p_start + (at.s * length) * direction;
-  sample.X_BM.linear() = (Eigen::AngleAxisd(at.s * angle, axis) * R_start).toRotationMatrix();
-  sample.V_BM_B << (at.ds * length) * direction, (at.ds * angle) * axis;
-  sample.A_BM_B << (at.dds * length) * direction, (at.dds * angle) * axis;
+  sample.V_BM_B.head<3>() = (at.ds * length) * direction;
+  sample.A_BM_B.head<3>() = (at.dds * length) * direction;
+  set_turn(R_start, axis, angle, at, sample);
   return sample;
 }
 
 JointSample CartesianLine::held(const PathPoint& at) const { return proportional(held_start, held_goal, at); }
 
-Json to_json(const Path& path) {
-  return std::visit([](const auto& alternative) { return write(alternative); }, path);
+FrameSample CartesianArc::sample(const PathPoint& at) const {
+  const Eigen::Vector3d out = p_start - centre;
+  const Eigen::Vector3d along = normal.cross(out);
+  const double cosine = std::cos(at.s * arc);
+  const double sine = std::sin(at.s * arc);
+  const Eigen::Vector3d radial = cosine * out + sine * along;
+  const Eigen::Vector3d tangent = cosine * along - sine * out;
+  FrameSample sample;
+  sample.X_BM.translation() = centre + radial;
+  sample.V_BM_B.head<3>() = (at.ds * arc) * tangent;
+  sample.A_BM_B.head<3>() = (at.dds * arc) * tangent - (at.ds * arc) * (at.ds * arc) * radial;
+  set_turn(R_start, axis, angle, at, sample);
+  return sample;
 }
 
-Result<Path> path_from_json(const Json& json, const std::string& pointer) {
-  Findings findings;
-  ObjectReader reader(json, pointer, findings);
-  std::vector<std::string> names;
-  for (const Kind& kind : kKinds) names.push_back(kind.name);
-  const std::string name = reader.choice("kind", names);
-  Path path;
-  for (const Kind& kind : kKinds) {
-    if (kind.name != name) continue;
-    path = kind.read(reader);
-    reader.finish();
-  }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
-  return path;
+JointSample CartesianArc::held(const PathPoint& at) const { return proportional(held_start, held_goal, at); }
+
+bool is_cartesian(const Geometry& geometry) {
+  return !std::holds_alternative<JointLine>(geometry) && !std::holds_alternative<JointCurve>(geometry);
+}
+
+PathSample sample(const Geometry& geometry, const PathPoint& at) {
+  return std::visit([&](const auto& one) { return sample_one(one, at); }, geometry);
+}
+
+PathPoint PathPiece::own(const PathPoint& at) const {
+  const double rate = (own_end - own_begin) / (s_end - s_begin);
+  // From the nearer end, so that both ends of the piece are met exactly.
+  const double middle = 0.5 * (s_begin + s_end);
+  const double s = at.s < middle ? own_begin + (at.s - s_begin) * rate : own_end - (s_end - at.s) * rate;
+  return {.s = s, .ds = at.ds * rate, .dds = at.dds * rate};
+}
+
+std::size_t CompositePath::piece_at(double s) const {
+  const auto after = std::upper_bound(pieces.begin(), pieces.end(), s,
+                                      [](double t, const PathPiece& piece) { return t < piece.s_end; });
+  return std::min(static_cast<std::size_t>(after - pieces.begin()), pieces.size() - 1);
+}
+
+PathSample CompositePath::sample(const PathPoint& at) const {
+  const PathPiece& piece = pieces[piece_at(at.s)];
+  return motion::sample(piece.geometry, piece.own(at));
+}
+
+bool CompositePath::has_joint_pieces() const {
+  return std::ranges::any_of(pieces, [](const PathPiece& piece) { return !is_cartesian(piece.geometry); });
+}
+
+bool CompositePath::has_cartesian_pieces() const {
+  return std::ranges::any_of(pieces, [](const PathPiece& piece) { return is_cartesian(piece.geometry); });
+}
+
+PathSample sample(const Path& path, const PathPoint& at) {
+  return std::visit([&](const auto& one) { return sample_one(one, at); }, path);
 }
 
 }  // namespace takt::motion

@@ -40,16 +40,14 @@ void check_range(const kinematics::Chain& chain, const JointLimits& limits, Find
 
 }  // namespace
 
-std::vector<LawPoint> instants(const TimeLaw& law) {
+std::vector<LawPoint> instants(const TimeLaw& law, int parts) {
   std::vector<LawPoint> points;
-  points.reserve(law.segments().size() * (kInstantsPerSegment + 1));
-  double start = 0.0;
+  points.reserve(law.segments().size() * static_cast<std::size_t>(parts + 1));
+  LawPoint begin;
   for (const auto& [duration, jerk] : law.segments()) {
-    for (int i = 0; i <= kInstantsPerSegment; ++i) {
-      points.push_back(law.at(start + duration * i / kInstantsPerSegment));
-      points.back().ddds = jerk;
-    }
-    start += duration;
+    begin.ddds = jerk;
+    for (int i = 0; i <= parts; ++i) points.push_back(advanced(begin, duration * i / parts));
+    begin = points.back();
   }
   return points;
 }

@@ -17,12 +17,12 @@ inline constexpr double kLawShareOfJerk = 0.7;
 /// Of the velocity limits only rounding and the interpolation between instants get a part: no clock runs above rate 1.
 inline constexpr double kLawShareOfVelocity = 0.995;
 
-/// Instants per segment at which a law is looked at: what it does between two of them differs from the next by less
-/// than 0.2 % of its largest rate.
-inline constexpr int kInstantsPerSegment = 16;
+/// The law at parts + 1 instants of each segment, both of its ends included.
+[[nodiscard]] std::vector<LawPoint> instants(const TimeLaw& law, int parts);
 
-/// The law at kInstantsPerSegment + 1 instants of each segment, both of its ends included.
-[[nodiscard]] std::vector<LawPoint> instants(const TimeLaw& law);
+/// Parts for a path that is alike all along: what a law of seven segments does between two instants differs from the
+/// next by less than 0.2 % of its largest rate.
+inline constexpr int kPartsPerSegment = 16;
 
 /// Findings for limits that do not fit the chain, are not finite or not > 0.
 void check_limits(const kinematics::Chain& chain, const JointLimits& limits, Findings& findings);

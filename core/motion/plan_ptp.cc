@@ -16,7 +16,7 @@ double longest(const JointVector& way, const JointVector& limit) {
 
 ClockBounds clock_for(const TimeLaw& law, double way_by_acceleration, double way_by_jerk) {
   ClockSearch search;
-  for (const LawPoint& at : instants(law)) {
+  for (const LawPoint& at : instants(law, kPartsPerSegment)) {
     search.add({.first_by_acceleration = way_by_acceleration * std::abs(at.ds),
                 .second_by_acceleration = way_by_acceleration * std::abs(at.dds),
                 .first_by_jerk = way_by_jerk * std::abs(at.ds),

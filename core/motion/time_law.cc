@@ -7,17 +7,12 @@
 #include <nlohmann/json.hpp>
 
 namespace takt::motion {
-namespace {
-
-/// `from` carried on for `t` seconds with its own jerk.
 LawPoint advanced(const LawPoint& from, double t) {
   return {.s = from.s + t * (from.ds + t / 2 * (from.dds + t / 3 * from.ddds)),
           .ds = from.ds + t * (from.dds + t / 2 * from.ddds),
           .dds = from.dds + t * from.ddds,
           .ddds = from.ddds};
 }
-
-}  // namespace
 
 TimeLaw::TimeLaw(std::vector<Segment> segments) : segments_(std::move(segments)) {
   if (segments_.empty()) return;

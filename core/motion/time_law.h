@@ -17,6 +17,9 @@ struct LawPoint {
   double ddds = 0.0;  ///< 1/s^3
 };
 
+/// `from` carried on for `t` seconds with its own third derivative. Realtime: cyclic.
+[[nodiscard]] LawPoint advanced(const LawPoint& from, double t);
+
 /// Bounds on the derivatives of the path parameter, all > 0: 1/s, 1/s^2, 1/s^3.
 struct RateLimits {
   double velocity = 0.0;

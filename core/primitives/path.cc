@@ -1,5 +1,6 @@
 // Family "path": geometry over the path parameter.
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 
@@ -28,10 +29,12 @@ struct PathInputs {
 
 /// Positions of joints and their derivatives.
 struct JointOutputs {
-  JointOutputs(Setup& setup, const char* q_name, const char* dq_name, const char* ddq_name, const char* doc)
-      : q(setup.out<JointArray>(q_name, {.unit = "rad", .doc = doc})),
-        dq(setup.out<JointArray>(dq_name, {.unit = "rad/s", .doc = "first derivative"})),
-        ddq(setup.out<JointArray>(ddq_name, {.unit = "rad/s^2", .doc = "second derivative"})) {}
+  JointOutputs(Setup& setup, const char* q_name, const char* dq_name, const char* ddq_name, const char* doc,
+               bool may_be_null = false)
+      : q(setup.out<JointArray>(q_name, {.unit = "rad", .doc = doc, .may_be_null = may_be_null})),
+        dq(setup.out<JointArray>(dq_name, {.unit = "rad/s", .doc = "first derivative", .may_be_null = may_be_null})),
+        ddq(setup.out<JointArray>(ddq_name,
+                                  {.unit = "rad/s^2", .doc = "second derivative", .may_be_null = may_be_null})) {}
   void set(const motion::JointSample& sample) {
     q.set(JointArray(sample.q));
     dq.set(JointArray(sample.dq));
@@ -83,48 +86,111 @@ class JointLine final : public Primitive {
   motion::JointLine line_;
 };
 
-constexpr std::string_view kCartesianExample =
+/// A frame in motion, and the joints that it leaves free.
+struct FrameOutputs {
+  FrameOutputs(Setup& setup, bool may_be_null)
+      : frame(setup.out<Frame>(
+            "frame", {.unit = "m", .doc = "pose of the moved frame M in base B", .may_be_null = may_be_null})),
+        twist(setup.out<Twist>(
+            "twist", {.unit = "m/s,rad/s", .doc = "velocity of M in B, expressed in B", .may_be_null = may_be_null})),
+        acceleration(setup.out<Twist>(
+            "acceleration",
+            {.unit = "m/s^2,rad/s^2", .doc = "time derivative of the twist", .may_be_null = may_be_null})),
+        held(setup, "held", "held_velocity", "held_acceleration", "joints that the frame leaves free", may_be_null) {}
+  void set(const motion::FrameSample& sample, const motion::JointSample& held_joints) {
+    frame.set(sample.X_BM);
+    twist.set({.linear = sample.V_BM_B.head<3>(), .angular = sample.V_BM_B.tail<3>()});
+    acceleration.set({.linear = sample.A_BM_B.head<3>(), .angular = sample.A_BM_B.tail<3>()});
+    held.set(held_joints);
+  }
+  void set_null() {
+    frame.set_null();
+    twist.set_null();
+    acceleration.set_null();
+    held.set_null();
+  }
+  Out<Frame> frame;
+  Out<Twist> twist, acceleration;
+  JointOutputs held;
+};
+
+constexpr std::string_view kLineExample =
     R"({"kind": "cartesian_line", "start": [0.4, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0], "direction": [1.0, 0.0, 0.0], )"
     R"("length_m": 0.1, "axis": [0.0, 0.0, 1.0], "angle_rad": 0.2, "held_start": [0.0], "held_goal": [0.1]})";
+constexpr std::string_view kArcExample =
+    R"({"kind": "cartesian_arc", "start": [0.4, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0], "centre": [0.3, 0.0, 0.5], )"
+    R"("normal": [0.0, 0.0, 1.0], "arc_rad": 1.0, "axis": [0.0, 0.0, 1.0], "angle_rad": 0.2, "held_start": [0.0], )"
+    R"("held_goal": [0.1]})";
+constexpr std::string_view kCompositeExample =
+    R"({"kind": "composite", "pieces": [{"s": [0.0, 0.5], "own": [0.0, 1.0], "geometry": )"
+    R"({"kind": "joint_line", "start": [0.0, 1.0], "goal": [1.0, 0.0]}}, {"s": [0.5, 1.0], "own": [0.0, 0.5], )"
+    R"("geometry": {"kind": "cartesian_line", "start": [0.4, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0], )"
+    R"("direction": [1.0, 0.0, 0.0], "length_m": 0.1, "held_start": [0.0], "held_goal": [0.1]}}]})";
 
-class CartesianLine final : public Primitive {
+/// A path of one geometry P for a frame.
+template <class P, const std::string_view& kExample>
+class FramePath final : public Primitive {
  public:
-  explicit CartesianLine(Setup& setup)
+  explicit FramePath(Setup& setup)
       : at_(setup),
-        frame_(setup.out<Frame>("frame", {.unit = "m", .doc = "pose of the moved frame M in base B"})),
-        twist_(setup.out<Twist>("twist", {.unit = "m/s,rad/s", .doc = "velocity of M in B, expressed in B"})),
-        acceleration_(
-            setup.out<Twist>("acceleration", {.unit = "m/s^2,rad/s^2", .doc = "time derivative of the twist"})),
-        held_(setup, "held", "held_velocity", "held_acceleration", "joints that the frame leaves free"),
-        json_(setup.json("path",
-                         {.doc = "{\"kind\": \"cartesian_line\", ...} from the plan", .example = kCartesianExample})) {
+        frame_(setup, false),
+        json_(setup.json("path", {.doc = "{\"kind\": ..., ...} from the plan", .example = kExample})) {
     setup.costs(150.0);
   }
 
-  Findings prepare() override { return read_path(json_, line_); }
+  Findings prepare() override { return read_path(json_, path_); }
 
   void update(const Cycle&) override {
-    if (at_.null()) {
-      frame_.set_null();
-      twist_.set_null();
-      acceleration_.set_null();
-      return held_.set_null();
-    }
+    if (at_.null()) return frame_.set_null();
     const auto point = at_.point();
-    const auto sample = line_.sample(point);
-    frame_.set(sample.X_BM);
-    twist_.set({.linear = sample.V_BM_B.head<3>(), .angular = sample.V_BM_B.tail<3>()});
-    acceleration_.set({.linear = sample.A_BM_B.head<3>(), .angular = sample.A_BM_B.tail<3>()});
-    held_.set(line_.held(point));
+    frame_.set(path_.sample(point), path_.held(point));
   }
 
  private:
   PathInputs at_;
-  Out<Frame> frame_;
-  Out<Twist> twist_, acceleration_;
-  JointOutputs held_;
+  FrameOutputs frame_;
   nlohmann::ordered_json json_;
-  motion::CartesianLine line_;
+  P path_;
+};
+using CartesianLine = FramePath<motion::CartesianLine, kLineExample>;
+using CartesianArc = FramePath<motion::CartesianArc, kArcExample>;
+
+class CompositePath final : public Primitive {
+ public:
+  explicit CompositePath(Setup& setup)
+      : at_(setup),
+        joints_(setup, "q", "dq", "ddq", "joint positions; null on Cartesian pieces", true),
+        frame_(setup, true),
+        cartesian_(setup.out<Boolean>("cartesian", {.doc = "s lies in a Cartesian piece"})),
+        json_(setup.json("path", {.doc = "{\"kind\": \"composite\", \"pieces\": [...]} from the plan",
+                                  .example = kCompositeExample})) {}
+
+  Findings prepare() override { return read_path(json_, path_); }
+
+  void update(const Cycle&) override {
+    if (at_.null()) {
+      joints_.set_null();
+      frame_.set_null();
+      return cartesian_.set_null();
+    }
+    const auto sample = path_.sample(at_.point());
+    cartesian_.set(sample.cartesian);
+    if (sample.cartesian) {
+      joints_.set_null();
+      frame_.set(sample.frame, sample.held);
+    } else {
+      joints_.set(sample.joints);
+      frame_.set_null();
+    }
+  }
+
+ private:
+  PathInputs at_;
+  JointOutputs joints_;
+  FrameOutputs frame_;
+  Out<Boolean> cartesian_;
+  nlohmann::ordered_json json_;
+  motion::CompositePath path_;
 };
 
 TAKT_PRIMITIVE(JointLine, "path",
@@ -133,6 +199,12 @@ TAKT_PRIMITIVE(JointLine, "path",
 TAKT_PRIMITIVE(CartesianLine, "path",
                "A frame on a straight line that turns about one fixed axis, with its twist and acceleration, and the "
                "joints that are held beside it. The first cycle is like any other.");
+TAKT_PRIMITIVE(CartesianArc, "path",
+               "A frame on a circle that turns about one fixed axis, with its twist and acceleration, and the joints "
+               "that are held beside it. The first cycle is like any other.");
+TAKT_PRIMITIVE(CompositePath, "path",
+               "Pieces of lines, arcs, splines and blends one after the other: joints on joint pieces, a frame and its "
+               "held joints on Cartesian ones, null in place of the other. The first cycle is like any other.");
 
 }  // namespace
 }  // namespace takt::primitives

@@ -1,0 +1,328 @@
+#include "core/activity/motion_request.h"
+
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/object_reader.h"
+#include "core/kinematics/solutions.h"
+#include "core/motion/planner.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using kinematics::JointVector;
+
+// -- Reading -------------------------------------------------------------------------------------------------------
+
+std::string read_arm(ObjectReader& reader, const command::Cell& cell) {
+  std::vector<std::string> names;
+  for (const auto& [name, arm] : cell.arms) names.push_back(name);
+  // With a single arm there is nothing to choose.
+  return reader.choice("arm", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
+}
+
+MotionRequest::About read_about(ObjectReader& parent) {
+  MotionRequest::About about;
+  const Json* json = parent.object("about");
+  if (!json) return about;
+  ObjectReader reader(*json, parent.at("about"), parent.findings());
+  about.in = reader.text("in", "world");
+  about.centre = reader.vector("position_m");
+  about.axis = reader.vector("axis", about.axis);
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  about.angle = kDegree * reader.number("angle_deg", {}, {.low = -36000, .high = 36000});
+  if (!(about.axis.norm() > 1e-9)) {
+    reader.findings().error(reader.at("axis"), "an axis without direction", "a vector that is not zero");
+  }
+  reader.finish();
+  return about;
+}
+
+void read_arc(ObjectReader& reader, const command::MountedArm* arm, MotionRequest& request) {
+  const bool about = reader.has("about");
+  const std::vector<std::string> names =
+      about ? std::vector<std::string>{"fixed", "tangential"} : std::vector<std::string>{"goal", "fixed", "tangential"};
+  const std::string orientation = reader.choice("orientation", names, names.front());
+  request.orientation = orientation == "goal"    ? motion::ArcOrientation::kToGoal
+                        : orientation == "fixed" ? motion::ArcOrientation::kFixed
+                                                 : motion::ArcOrientation::kTangential;
+  if (about) {
+    request.about = read_about(reader);
+  } else {
+    request.goal = read_goal(reader, arm, "to");
+    request.via = read_goal(reader, arm, "via");
+  }
+}
+
+void read_through(ObjectReader& reader, const command::MountedArm* arm, MotionRequest& request) {
+  const Json* list = reader.array("through");
+  if (!list) return;
+  const std::string pointer = reader.at("through");
+  std::size_t joints = 0;
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    request.through.push_back(read_goal((*list)[i], pointer + pointer_segment(i), arm, reader.findings()));
+    joints += request.through.back().is_joints();
+  }
+  constexpr std::size_t kMost = 200;
+  if (list->size() < 2 || list->size() > kMost) {
+    reader.findings().error(pointer, fmt::format("{} points", list->size()), fmt::format("from 2 to {}", kMost));
+  }
+  if (joints != 0 && joints != list->size()) {
+    reader.findings().error(pointer, "joint positions and poses stand side by side", "points of one kind");
+  }
+}
+
+void read_blend(ObjectReader& reader, MotionRequest& request) {
+  const bool distance = reader.has("blend_m");
+  const bool fraction = reader.has("blend_fraction");
+  const double m = distance ? reader.number("blend_m", {}, kPositive) : 0.0;
+  const double share = fraction ? reader.number("blend_fraction", {}, {.low = 0, .high = 0.5, .low_open = true}) : 0.0;
+  if (distance && fraction) {
+    reader.findings().error(reader.at("blend_fraction"), "a blend by distance and by fraction", "one of them");
+  }
+  if ((distance || fraction) && request.until) {
+    reader.findings().error(reader.at(distance ? "blend_m" : "blend_fraction"), "a guarded motion is not blended",
+                            "a motion without 'until'");
+  }
+  if (distance) request.blend = {motion::Blend::Kind::kDistance, m};
+  if (fraction) request.blend = {motion::Blend::Kind::kFraction, share};
+}
+
+// -- Planning ------------------------------------------------------------------------------------------------------
+
+motion::ArmModel model_of(const command::MountedArm& arm) {
+  const device::ArmDescription& description = arm.device->description();
+  return {*description.chain, description.inverse.get(), description.limits, description.cartesian, arm.X_FT};
+}
+
+Result<JointVector> nearest_configuration(const device::ArmDescription& arm, const Eigen::Isometry3d& X_BF,
+                                          const JointVector& q) {
+  kinematics::SolutionOptions options;
+  options.reference = q;
+  options.most = 1;
+  const auto solutions = kinematics::inverse_solutions(*arm.chain, X_BF, options);
+  if (!solutions.empty()) return solutions.front();
+  const Eigen::Vector3d p = X_BF.translation();
+  return failure("/to",
+                 fmt::format("the goal is out of reach: flange at ({:.3f}, {:.3f}, {:.3f}) m in the arm's base", p.x(),
+                             p.y(), p.z()),
+                 "a pose that some joint configuration inside the limits reaches");
+}
+
+/// The planner speaks of "/goal/2" and "/start/2"; the file has the goal at "/to".
+Findings as_seen_in_file(const Findings& findings) {
+  constexpr std::pair<std::string_view, std::string_view> kPlaces[] = {{"/goal", "/to"},
+                                                                       {"/points", "/through"},
+                                                                       {"/centre", "/about/position_m"},
+                                                                       {"/axis", "/about/axis"},
+                                                                       {"/angle", "/about/angle_deg"}};
+  Findings renamed;
+  for (Finding finding : findings.list()) {
+    for (const auto& [theirs, ours] : kPlaces) {
+      if (!finding.pointer.starts_with(theirs)) continue;
+      const bool one_of_many = theirs == "/points";
+      finding.pointer = std::string(ours) + (one_of_many ? finding.pointer.substr(theirs.size()) : "");
+      break;
+    }
+    if (finding.pointer.starts_with("/start") || finding.pointer.starts_with("/options")) finding.pointer.clear();
+    renamed.add(std::move(finding));
+  }
+  return renamed;
+}
+
+std::unexpected<Findings> at_place(const Findings& findings, std::string_view place) {
+  Findings placed;
+  placed.append(findings, place);
+  return std::unexpected(std::move(placed));
+}
+
+/// A goal as a pose X_BT, whatever it is given as.
+Result<Eigen::Isometry3d> goal_pose(const Goal& goal, const command::Cell& cell, const std::string& name,
+                                    const JointVector& q) {
+  const auto resolved = resolve(goal, cell, name, q);
+  if (!resolved) return std::unexpected(resolved.error());
+  const auto* joints = std::get_if<JointVector>(&*resolved);
+  return joints ? tool_pose(cell.arms.find(name)->second, *joints) : std::get<Eigen::Isometry3d>(*resolved);
+}
+
+Result<JointVector> goal_joints(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
+  const command::MountedArm& arm = cell.arms.find(request.arm)->second;
+  const auto goal = resolve(request.goal, cell, request.arm, q);
+  if (!goal) return at_place(goal.error(), "/to");
+  if (const auto* joints = std::get_if<JointVector>(&*goal)) return *joints;
+  return nearest_configuration(arm.device->description(), std::get<Eigen::Isometry3d>(*goal) * arm.X_FT.inverse(), q);
+}
+
+Result<motion::Leg> arc_leg(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
+  const motion::ArmModel arm = model_of(cell.arms.find(request.arm)->second);
+  if (request.about) {
+    const auto X_BI = cell.frames.pose(request.about->in, request.arm);
+    if (!X_BI) return at_place(X_BI.error(), "/about/in");
+    return motion::circ_leg(arm, q,
+                            motion::ArcAbout{.centre = *X_BI * request.about->centre,
+                                             .axis = X_BI->linear() * request.about->axis,
+                                             .angle = request.about->angle,
+                                             .orientation = request.orientation});
+  }
+  const auto X_goal = goal_pose(request.goal, cell, request.arm, q);
+  if (!X_goal) return at_place(X_goal.error(), "/to");
+  const auto X_via = goal_pose(*request.via, cell, request.arm, q);
+  if (!X_via) return at_place(X_via.error(), "/via");
+  return motion::circ_leg(
+      arm, q,
+      motion::ArcThrough{.p_via = X_via->translation(), .X_BM_goal = *X_goal, .orientation = request.orientation});
+}
+
+Result<motion::Leg> through_leg(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
+  const motion::ArmModel arm = model_of(cell.arms.find(request.arm)->second);
+  std::vector<JointVector> joints;
+  std::vector<Eigen::Isometry3d> poses;
+  for (std::size_t i = 0; i < request.through.size(); ++i) {
+    const auto point = resolve(request.through[i], cell, request.arm, q);
+    if (!point) return at_place(point.error(), "/through" + pointer_segment(i));
+    if (const auto* at = std::get_if<JointVector>(&*point)) joints.push_back(*at);
+    if (const auto* X_BT = std::get_if<Eigen::Isometry3d>(&*point)) poses.push_back(*X_BT);
+  }
+  return joints.empty() ? motion::spline_leg(arm, q, poses) : motion::spline_leg(arm, q, joints);
+}
+
+Result<motion::Leg> geometry_of(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
+  const motion::ArmModel arm = model_of(cell.arms.find(request.arm)->second);
+  switch (request.kind) {
+    case PathKind::kPtp: {
+      const auto q_goal = goal_joints(request, cell, q);
+      if (!q_goal) return std::unexpected(q_goal.error());
+      return motion::ptp_leg(arm, q, *q_goal);
+    }
+    case PathKind::kLin: {
+      const auto X_goal = goal_pose(request.goal, cell, request.arm, q);
+      if (!X_goal) return at_place(X_goal.error(), "/to");
+      return motion::lin_leg(arm, q, *X_goal);
+    }
+    case PathKind::kCirc:
+      return arc_leg(request, cell, q);
+    default:
+      return through_leg(request, cell, q);
+  }
+}
+
+Result<motion::Leg> leg_of(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
+  auto leg = geometry_of(request, cell, q);
+  if (!leg) return leg;
+  leg->velocity = request.velocity;
+  leg->acceleration = request.acceleration;
+  leg->linear_velocity = request.linear_velocity;
+  leg->blend = request.blend;
+  return leg;
+}
+
+/// PTP and LIN alone have planners of their own: the shortest way from a goal to a motion.
+Result<motion::Motion> plan_single(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
+  const motion::ArmModel arm = model_of(cell.arms.find(request.arm)->second);
+  const motion::MotionOptions options{.velocity = request.velocity,
+                                      .acceleration = request.acceleration,
+                                      .linear_velocity = request.linear_velocity,
+                                      .X_FM = arm.X_FM};
+  if (request.kind == PathKind::kPtp) {
+    const auto q_goal = goal_joints(request, cell, q);
+    if (!q_goal) return std::unexpected(q_goal.error());
+    return motion::plan_ptp(arm.chain, arm.limits, q, *q_goal, options);
+  }
+  const auto X_goal = goal_pose(request.goal, cell, request.arm, q);
+  if (!X_goal) return at_place(X_goal.error(), "/to");
+  return motion::plan_lin(arm.chain, *arm.inverse, arm.limits, arm.cartesian, q, *X_goal, {}, options);
+}
+
+/// Findings of a sequence: "/0/goal" becomes a place below the first step; a later step is named in the text.
+Findings of_sequence(const Findings& findings, const std::vector<MotionRequest>& requests) {
+  Findings result;
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    Findings own;
+    const std::string prefix = pointer_segment(i);
+    for (Finding finding : findings.list()) {
+      const bool mine = finding.pointer == prefix || finding.pointer.starts_with(prefix + "/");
+      if (!mine && (i != 0 || finding.pointer.starts_with("/start") == false)) continue;
+      if (mine) finding.pointer.erase(0, prefix.size());
+      if (i > 0) finding.message = fmt::format("in '{}', which is blended into: {}", requests[i].name, finding.message);
+      own.add(std::move(finding));
+    }
+    result.append(as_seen_in_file(own));
+  }
+  return result;
+}
+
+/// Notes speak of "/1/blend"; the file has that at the key of that step.
+Findings as_notes(const Findings& notes, const std::vector<MotionRequest>& requests) {
+  Findings result;
+  for (Finding finding : notes.list()) {
+    const auto index = static_cast<std::size_t>(std::stoul(finding.pointer.substr(1)));
+    const MotionRequest& request = requests[index];
+    finding.pointer =
+        request.pointer + (request.blend.kind == motion::Blend::Kind::kDistance ? "/blend_m" : "/blend_fraction");
+    result.add(std::move(finding));
+  }
+  return result;
+}
+
+}  // namespace
+
+MotionRequest read_motion(PathKind kind, const Json& json, const std::string& pointer, const command::Cell& cell,
+                          Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  MotionRequest request;
+  request.kind = kind;
+  request.pointer = pointer;
+  request.name = reader.text("name", reader.text("do"));
+  request.arm = read_arm(reader, cell);
+  const auto found = cell.arms.find(request.arm);
+  const command::MountedArm* arm = found == cell.arms.end() ? nullptr : &found->second;
+  if (kind == PathKind::kCirc) {
+    read_arc(reader, arm, request);
+  } else if (kind == PathKind::kSpline) {
+    read_through(reader, arm, request);
+  } else {
+    request.goal = read_goal(reader, arm, "to");
+  }
+  request.velocity = reader.number("speed", 1.0, {.low = 0, .high = 1, .low_open = true});
+  request.acceleration = reader.number("acceleration", 1.0, {.low = 0, .high = 1, .low_open = true});
+  if (kind != PathKind::kPtp && reader.has("velocity_m_s")) {
+    request.linear_velocity = reader.number("velocity_m_s", {}, kPositive);
+  }
+  if (const Json* until = reader.object("until", false)) {
+    auto condition = command::parse_condition(*until, reader.at("until"), cell);
+    if (condition) {
+      request.until = std::move(*condition);
+    } else {
+      findings.append(condition.error());
+    }
+    request.must_touch = reader.choice("on_end", {"fail", "continue"}, "fail") == "fail";
+  }
+  read_blend(reader, request);
+  reader.finish();
+  return request;
+}
+
+Result<motion::SequencePlan> plan_motions(const std::vector<MotionRequest>& requests, const command::Cell& cell,
+                                          const JointVector& q) {
+  const MotionRequest& first = requests.front();
+  const bool single = requests.size() == 1 && (first.kind == PathKind::kPtp || first.kind == PathKind::kLin);
+  if (single) {
+    auto motion = plan_single(first, cell, q);
+    if (!motion) return std::unexpected(as_seen_in_file(motion.error()));
+    return motion::SequencePlan{.motion = std::move(*motion), .notes = {}, .handed_over = {}};
+  }
+  std::vector<motion::LegMaker> makers;
+  for (const MotionRequest& request : requests) {
+    makers.push_back([&](const JointVector& q_start) { return leg_of(request, cell, q_start); });
+  }
+  const motion::ArmModel arm = model_of(cell.arms.find(first.arm)->second);
+  auto plan = motion::plan_sequence(arm, q, makers);
+  if (!plan) return std::unexpected(of_sequence(plan.error(), requests));
+  plan->notes = as_notes(plan->notes, requests);
+  return plan;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/activity/goal.h"
+#include "core/command/condition.h"
+#include "core/motion/leg.h"
+
+namespace takt::activity {
+
+enum class PathKind { kPtp, kLin, kCirc, kSpline };
+
+/// What a motion step says, in numbers. Keys: docs/scenarios.md.
+struct MotionRequest {
+  /// CIRC about an axis in place of a goal.
+  struct About {
+    std::string in = "world";
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< in that frame, m
+    Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   ///< in that frame
+    double angle = 0.0;                                ///< rad
+  };
+
+  PathKind kind = PathKind::kPtp;
+  std::string name;
+  std::string arm;
+  std::string pointer;  ///< of the step in its file
+  Goal goal;            ///< all but splines, and arcs about an axis
+  std::optional<Goal> via;
+  std::optional<About> about;
+  motion::ArcOrientation orientation = motion::ArcOrientation::kToGoal;
+  std::vector<Goal> through;
+  double velocity = 1.0;                  ///< shares of the limits
+  double acceleration = 1.0;              ///< ...
+  std::optional<double> linear_velocity;  ///< m/s
+  motion::Blend blend;
+  std::optional<command::Condition> until;
+  bool must_touch = true;  ///< a guarded motion that reaches its end is a failure
+};
+
+/// Reads a step. Findings: all that is wrong with its form.
+[[nodiscard]] MotionRequest read_motion(PathKind kind, const nlohmann::ordered_json& json, const std::string& pointer,
+                                        const command::Cell& cell, Findings& findings);
+
+/// Plans one motion, or several that follow each other and are blended, from q (rad or m) as things are believed to be.
+/// @return the plan, or findings with pointers below the step of the first motion; those of a later one are named in
+/// the text. Notes of the plan have the pointers of the file. Realtime: setup.
+[[nodiscard]] Result<motion::SequencePlan> plan_motions(const std::vector<MotionRequest>& requests,
+                                                        const command::Cell& cell, const kinematics::JointVector& q);
+
+}  // namespace takt::activity

@@ -1,0 +1,288 @@
+#include "core/motion/path_planner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "core/kinematics/inverse.h"
+#include "core/kinematics/solutions.h"
+#include "core/motion/plan_checks.h"
+#include "core/motion/time_optimal.h"
+
+namespace takt::motion {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+const char* word_for(const Geometry& geometry) {
+  if (std::holds_alternative<CartesianArc>(geometry)) return "arc";
+  return std::holds_alternative<CartesianCurve>(geometry) || std::holds_alternative<JointCurve>(geometry) ? "curve"
+                                                                                                          : "line";
+}
+
+/// Largest derivatives of each channel over the shape.
+struct Extremes {
+  Channels first, second;
+};
+
+Extremes extremes(const PathShape& shape) {
+  Extremes most{Channels::Zero(shape.joint_count + 2), Channels::Zero(shape.joint_count + 2)};
+  for (const PathShape::Node& node : shape.nodes) {
+    most.first = most.first.max(shape.channels(node.first));
+    most.second = most.second.max(shape.channels(node.second));
+  }
+  return most;
+}
+
+/// Limits of s when `tangential` of each acceleration limit goes into speeding up and the rest into the curvature of
+/// the path, both at their largest on the path.
+RateLimits rate_limits(const Extremes& most, const ShapeLimits& limits, double tangential) {
+  RateLimits result{kInfinity, kInfinity, kInfinity};
+  for (Eigen::Index i = 0; i < most.first.size(); ++i) {
+    result.velocity = std::min(result.velocity, limits.velocity[i] / most.first[i]);
+    result.acceleration = std::min(result.acceleration, tangential * limits.acceleration[i] / most.first[i]);
+    result.jerk = std::min(result.jerk, tangential * limits.jerk[i] / most.first[i]);
+    if (tangential < 1.0) {
+      result.velocity =
+          std::min(result.velocity, std::sqrt((1 - tangential) * limits.acceleration[i] / most.second[i]));
+    }
+  }
+  return result;
+}
+
+/// Rest-to-rest laws of seven segments with the acceleration limits divided in several ways between speeding up and
+/// the curvature of the path, each stretched until it just fits; the shortest.
+OptimalLaw simple_law(const PathShape& shape) {
+  const Extremes most = extremes(shape);
+  OptimalLaw best;
+  for (const double tangential : {1.0, 0.75, 0.5}) {
+    RateLimits bounds{kInfinity, kInfinity, kInfinity};
+    for (const ShapeLimits& limits : shape.limits) {
+      const RateLimits own = rate_limits(most, limits, tangential);
+      bounds = {std::min(bounds.velocity, own.velocity), std::min(bounds.acceleration, own.acceleration),
+                std::min(bounds.jerk, own.jerk)};
+    }
+    TimeLaw law = TimeLaw::rest_to_rest(bounds);
+    Loads loads = loads_of(shape, law);
+    const double duration = law.duration() * loads.largest_stretch;
+    if (!best.law.segments().empty() && duration >= best.law.duration() * best.loads.largest_stretch) continue;
+    best = {.law = std::move(law), .loads = std::move(loads)};
+  }
+  return best;
+}
+
+/// The shorter of the simple and the optimal law; of a single motion the simple one, which is much less data, unless
+/// that costs time.
+OptimalLaw fastest_law(const PathShape& shape, bool single) {
+  constexpr double kWorthIt = 0.99;
+  OptimalLaw simple;
+  double duration = kInfinity;
+  // A single motion is begun while somebody waits; a sequence is worth some milliseconds.
+  TimeOptimalOptions options;
+  if (single) {
+    constexpr std::size_t kManyCells = 48;
+    const bool many = shape.cells.size() > kManyCells;
+    options = {.cuts = many ? 1 : 2, .rounds = many ? 2 : 4, .windows = {1.0, 0.6}};
+    simple = simple_law(shape);
+    duration = simple.law.duration() * simple.loads.largest_stretch;
+  }
+  auto optimal = time_optimal(shape, kWorthIt * duration, options);
+  if (optimal) return std::move(*optimal);
+  return single ? std::move(simple) : simple_law(shape);
+}
+
+/// True if the interpolation between the nodes cannot be off by more than a few per cent of a jerk limit at the speed
+/// that the law has there.
+bool known_well_enough(const PieceWalk& walk, const PathPiece& piece, const OptimalLaw& law, const JointVector& jerk) {
+  constexpr double kShare = 0.02;
+  double fastest = 0.0;
+  for (const Loads::Instant& instant : law.loads.instants) {
+    if (instant.at.s >= piece.s_begin && instant.at.s <= piece.s_end) fastest = std::max(fastest, instant.at.ds);
+  }
+  fastest /= law.loads.largest_stretch * (piece.s_end - piece.s_begin);
+  const JointVector off = walk.roughness() * (fastest * fastest * fastest);
+  return (off.array() <= kShare * jerk.array()).all();
+}
+
+/// Nodes of a piece to begin with: by its share of the path.
+int coarse_steps(const std::vector<PlannedPiece>& pieces, const PathPiece& piece) {
+  if (pieces.size() == 1) return 32;
+  return std::clamp(static_cast<int>(160.0 * (piece.s_end - piece.s_begin)), 16, 48);
+}
+
+Path as_path(const std::vector<PlannedPiece>& pieces) {
+  const PathPiece& first = pieces.front().piece;
+  const bool whole = pieces.size() == 1 && first.own_begin == 0.0 && first.own_end == 1.0;
+  if (whole) {
+    if (const auto* line = std::get_if<JointLine>(&first.geometry)) return *line;
+    if (const auto* line = std::get_if<CartesianLine>(&first.geometry)) return *line;
+    if (const auto* arc = std::get_if<CartesianArc>(&first.geometry)) return *arc;
+  }
+  CompositePath path;
+  for (const PlannedPiece& piece : pieces) path.pieces.push_back(piece.piece);
+  return path;
+}
+
+}  // namespace
+
+ShapeLimits PathPlanner::limits_of(const PlannedPiece& piece) const {
+  const int n = chain_.joint_count();
+  ShapeLimits limits{Channels(n + 2), Channels(n + 2), Channels(n + 2), Channels(n + 2), Channels(n + 2)};
+  limits.velocity.head(n) = limits_.velocity.array() * piece.velocity;
+  limits.velocity.tail<2>() << std::min(cartesian_.linear_velocity * piece.velocity, piece.linear_velocity),
+      cartesian_.angular_velocity * piece.velocity;
+  limits.hard_acceleration.head(n) = limits_.acceleration.array();
+  limits.hard_acceleration.tail<2>() << cartesian_.linear_acceleration, cartesian_.angular_acceleration;
+  limits.hard_jerk.head(n) = limits_.jerk.array();
+  limits.hard_jerk.tail<2>() << cartesian_.linear_jerk, cartesian_.angular_jerk;
+  limits.velocity *= kLawShareOfVelocity;
+  limits.acceleration = kLawShareOfAcceleration * piece.acceleration * limits.hard_acceleration;
+  limits.jerk = kLawShareOfJerk * piece.acceleration * limits.hard_jerk;
+  return limits;
+}
+
+void PathPlanner::check_ranges(const PieceWalk& walk, const char* word, const std::string& pointer,
+                               Findings& findings) const {
+  // One finding per joint: where it first leaves its range.
+  for (int i = 0; i < chain_.joint_count(); ++i) {
+    for (std::size_t n = 0; n < walk.nodes.size(); ++n) {
+      const double q = walk.nodes[n].q[i];
+      if (q >= limits_.lower[i] - kRangeTolerance && q <= limits_.upper[i] + kRangeTolerance) continue;
+      range_finding(chain_, limits_, i, q, pointer, fmt::format(" at {:.0f} % of the {}", 100 * walk.t(n), word),
+                    findings);
+      break;
+    }
+  }
+}
+
+void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, const char* word,
+                              const std::string& pointer, Findings& findings) const {
+  const std::string place = fmt::format("at {:.1f} % of the {}", 100 * walk.t_end, word);
+  const double way = walk.nodes.empty() ? 0.0 : walk.nodes.front().dX.head<3>().norm();
+  kinematics::SolutionOptions search;
+  search.reference = walk.nodes.empty() ? JointVector() : walk.nodes.front().q;
+  const Eigen::Isometry3d X_BF = sample(piece.geometry, {.s = piece.own_end}).frame.X_BM * X_FM_.inverse();
+  if (inverse_solutions(chain_, X_BF, search).empty()) {
+    findings.error(
+        pointer,
+        fmt::format("the goal is out of reach: the arm follows to {:.1f} % of the {}, {:.1f} mm before the goal",
+                    100 * walk.t_end, word, (1.0 - walk.t_end) * way * 1e3),
+        "a goal nearer to the base, or another orientation");
+    return;
+  }
+  switch (walk.end) {
+    case WalkEnd::kSingular:
+      findings.error(
+          pointer, fmt::format("the {} comes too near to a singularity {} (measure {:.4f})", word, place, walk.measure),
+          fmt::format("a measure of at least {}; another {}, or PTP", kSingularityLeast, word));
+      break;
+    case WalkEnd::kOtherBranch:
+      findings.error(pointer,
+                     fmt::format("the {} would change to another branch of the inverse kinematics {}", word, place),
+                     fmt::format("another {}, another start configuration, or PTP", word));
+      break;
+    default:
+      findings.error(pointer, fmt::format("the arm cannot follow {} in the configuration of the start", place),
+                     "the goal is reachable in another configuration: PTP");
+  }
+}
+
+WalkedPath PathPlanner::walk(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
+                             const std::vector<int>& steps, const std::string& pointer) const {
+  WalkedPath path;
+  JointVector q = q_start;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const PathPiece& piece = pieces[i].piece;
+    path.walks.push_back(walk_piece(inverse_, piece, X_FM_, q, steps[i]));
+    const PieceWalk& walk = path.walks.back();
+    const char* word = word_for(piece.geometry);
+    check_ranges(walk, word, pointer, path.findings);
+    if (walk.end != WalkEnd::kGoal) explain_end(walk, piece, word, pointer, path.findings);
+    if (path.findings.has_errors()) {
+      path.failed_piece = i;
+      return path;
+    }
+    q = walk.nodes.back().q;
+  }
+  return path;
+}
+
+PathShape PathPlanner::shape_of(const std::vector<PlannedPiece>& pieces, const std::vector<PieceWalk>& walks) const {
+  const int n = chain_.joint_count();
+  PathShape shape;
+  shape.joint_count = n;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const PathPiece& piece = pieces[i].piece;
+    const double rate = 1.0 / (piece.s_end - piece.s_begin);
+    const bool as_before = i > 0 && pieces[i].velocity == pieces[i - 1].velocity &&
+                           pieces[i].acceleration == pieces[i - 1].acceleration &&
+                           pieces[i].linear_velocity == pieces[i - 1].linear_velocity;
+    if (!as_before) shape.limits.push_back(limits_of(pieces[i]));
+    const auto count = static_cast<std::size_t>(walks[i].steps);
+    for (std::size_t k = 0; k <= count; ++k) {
+      const PieceWalk::Node& node = walks[i].nodes[k];
+      if (k < count) shape.cells.push_back({.node = shape.nodes.size(), .limits = shape.limits.size() - 1});
+      const double s = k == count ? piece.s_end : piece.s_begin + (piece.s_end - piece.s_begin) * walks[i].t(k);
+      PathShape::Node seen{.s = s, .first = Components(n + 6), .second = Components(n + 6)};
+      seen.first << node.dq.array() * rate, node.dX.array() * rate;
+      seen.second << node.ddq.array() * (rate * rate), node.ddX.array() * (rate * rate);
+      shape.nodes.push_back(std::move(seen));
+    }
+  }
+  return shape;
+}
+
+Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
+                                 const std::string& pointer, std::size_t& failed_piece) const {
+  // Coarse first; finer until the joint path is known well enough at the speed that it will be run with.
+  constexpr int kFine = 1024;
+  std::vector<int> steps;
+  for (const PlannedPiece& piece : pieces) steps.push_back(coarse_steps(pieces, piece.piece));
+  for (;;) {
+    WalkedPath path = walk(pieces, q_start, steps, pointer);
+    if (path.findings.has_errors()) {
+      failed_piece = path.failed_piece;
+      return std::unexpected(std::move(path.findings));
+    }
+    const PathShape shape = shape_of(pieces, path.walks);
+    const bool single = pieces.size() == 1;
+    // Whether the nodes are dense enough is asked of a law that is found fast, before it is asked of the best.
+    OptimalLaw best = single ? simple_law(shape) : fastest_law(shape, false);
+    if (single && (steps[0] >= kFine || known_well_enough(path.walks[0], pieces[0].piece, best, limits_.jerk))) {
+      best = fastest_law(shape, true);
+    }
+    bool again = false;
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      if (steps[i] >= kFine || known_well_enough(path.walks[i], pieces[i].piece, best, limits_.jerk)) continue;
+      steps[i] *= 2;
+      again = true;
+    }
+    if (again) continue;
+    const double stretch = best.loads.largest_stretch;
+    return Motion{.path = as_path(pieces),
+                  .law = best.law.stretched(stretch),
+                  .clock = clock_for(shape, best.loads, stretch),
+                  .q_start = q_start,
+                  .q_goal = path.walks.back().nodes.back().q};
+  }
+}
+
+void check_cartesian(const CartesianLimits& limits, Findings& findings) {
+  const struct {
+    const char* name;
+    double value;
+  } entries[] = {{"linear_velocity", limits.linear_velocity},
+                 {"linear_acceleration", limits.linear_acceleration},
+                 {"linear_jerk", limits.linear_jerk},
+                 {"angular_velocity", limits.angular_velocity},
+                 {"angular_acceleration", limits.angular_acceleration},
+                 {"angular_jerk", limits.angular_jerk}};
+  for (const auto& [name, value] : entries) {
+    if (std::isfinite(value) && value > 0.0) continue;
+    findings.error(fmt::format("/cartesian_limits/{}", name), fmt::format("limit {}", value), "finite and above 0");
+  }
+}
+
+}  // namespace takt::motion

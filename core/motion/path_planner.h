@@ -1,0 +1,62 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/motion/path_shape.h"
+#include "core/motion/piece_walk.h"
+#include "core/motion/planner.h"
+
+namespace takt::motion {
+
+/// A piece of a path that is to be planned, with what its motion may do.
+struct PlannedPiece {
+  PathPiece piece;
+  double velocity = 1.0;                                             ///< shares as in MotionOptions
+  double acceleration = 1.0;                                         ///< ...
+  double linear_velocity = std::numeric_limits<double>::infinity();  ///< m/s
+};
+
+/// A path seen in joints, piece by piece; or where the first piece ended that cannot be followed.
+struct WalkedPath {
+  std::vector<PieceWalk> walks;
+  Findings findings;             ///< joints outside their range, and why a walk ended
+  std::size_t failed_piece = 0;  ///< the first piece with a finding
+};
+
+/// Plans the time of a path that is known in pieces: what LIN, CIRC, splines and blended sequences share. Keeps
+/// references to its arguments. Realtime: setup, deterministic.
+class PathPlanner {
+ public:
+  /// @param inverse  may be null if no piece is Cartesian   @param X_FM  the frame that Cartesian pieces move
+  PathPlanner(const kinematics::Chain& chain, const kinematics::InverseKinematics* inverse, const JointLimits& limits,
+              const CartesianLimits& cartesian, const Eigen::Isometry3d& X_FM)
+      : chain_(chain), inverse_(inverse), limits_(limits), cartesian_(cartesian), X_FM_(X_FM) {}
+
+  /// Findings at `pointer`, in which a place is "% of the line" (the word for the piece).
+  [[nodiscard]] WalkedPath walk(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
+                                const std::vector<int>& steps, const std::string& pointer) const;
+  /// The law with which the pieces (from s = 0 to 1, rest to rest) are run in the shortest time, and its clock.
+  /// @return findings of walk()   @param[out] failed_piece  set with findings
+  [[nodiscard]] Result<Motion> plan(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
+                                    const std::string& pointer, std::size_t& failed_piece) const;
+
+ private:
+  void check_ranges(const PieceWalk& walk, const char* word, const std::string& pointer, Findings& findings) const;
+  void explain_end(const PieceWalk& walk, const PathPiece& piece, const char* word, const std::string& pointer,
+                   Findings& findings) const;
+  [[nodiscard]] PathShape shape_of(const std::vector<PlannedPiece>& pieces, const std::vector<PieceWalk>& walks) const;
+  [[nodiscard]] ShapeLimits limits_of(const PlannedPiece& piece) const;
+
+  const kinematics::Chain& chain_;
+  const kinematics::InverseKinematics* inverse_;
+  const JointLimits& limits_;
+  const CartesianLimits& cartesian_;
+  Eigen::Isometry3d X_FM_;
+};
+
+/// Findings for Cartesian limits that are not finite or not > 0.
+void check_cartesian(const CartesianLimits& limits, Findings& findings);
+
+}  // namespace takt::motion

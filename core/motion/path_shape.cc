@@ -1,0 +1,106 @@
+#include "core/motion/path_shape.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/motion/plan_checks.h"
+
+namespace takt::motion {
+
+std::size_t PathShape::cell_at(double s, std::size_t guess) const {
+  std::size_t cell = std::min(guess, cells.size() - 1);
+  while (cell > 0 && s < nodes[cells[cell].node].s) --cell;
+  while (cell + 1 < cells.size() && s >= nodes[cells[cell].node + 1].s) ++cell;
+  return cell;
+}
+
+PathShape::Derivatives PathShape::derivatives(std::size_t cell, double s) const {
+  const Node& a = nodes[cells[cell].node];
+  const Node& b = nodes[cells[cell].node + 1];
+  const double h = b.s - a.s;
+  const double t = std::clamp((s - a.s) / h, 0.0, 1.0);
+  const Components rise = b.first - a.first;
+  const Components c1 = h * a.second;
+  const Components c2 = 3.0 * rise - h * (2.0 * a.second + b.second);
+  const Components c3 = h * (a.second + b.second) - 2.0 * rise;
+  return {.first = a.first + t * (c1 + t * (c2 + t * c3)),
+          .second = (c1 + t * (2.0 * c2 + (3.0 * t) * c3)) / h,
+          .third = (2.0 * c2 + (6.0 * t) * c3) / (h * h)};
+}
+
+Channels PathShape::channels(const Components& components) const {
+  Channels result(joint_count + 2);
+  result.head(joint_count) = components.head(joint_count).abs();
+  result[joint_count] = components.segment<3>(joint_count).matrix().norm();
+  result[joint_count + 1] = components.segment<3>(joint_count + 3).matrix().norm();
+  return result;
+}
+
+namespace {
+
+/// About as many instants as the shape has cells, so that no short piece is stepped over; a law of many segments is
+/// made of the cells itself.
+int parts_per_segment(const PathShape& shape, const TimeLaw& law) {
+  constexpr std::size_t kFew = 16;
+  constexpr std::size_t kMany = 64;
+  if (law.segments().size() > kMany) return 1;
+  return law.segments().size() > kFew ? 4 : std::max(kPartsPerSegment, static_cast<int>(shape.cells.size()));
+}
+
+}  // namespace
+
+Loads loads_of(const PathShape& shape, const TimeLaw& law) {
+  Loads loads;
+  std::size_t cell = 0;
+  double tau = 0.0;
+  std::size_t knot = 0;
+  const int per_segment = parts_per_segment(shape, law);
+  const std::vector<LawPoint> points = instants(law, per_segment);
+  loads.instants.reserve(points.size());
+  loads.stretch.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const LawPoint& at = points[i];
+    knot = i / static_cast<std::size_t>(per_segment + 1);
+    const auto step = static_cast<double>(i % static_cast<std::size_t>(per_segment + 1)) / per_segment;
+    const double duration = law.segments()[knot].duration_s;
+    if (step == 0.0 && i > 0) tau += law.segments()[knot - 1].duration_s;
+    cell = shape.cell_at(at.s, cell);
+    const PathShape::Derivatives d = shape.derivatives(cell, at.s);
+    const double v = at.ds;
+    Loads::Instant instant{
+        .tau = tau + step * duration,
+        .cell = cell,
+        .at = at,
+        .first = shape.channels(d.first * v),
+        .second = shape.channels(d.second * (v * v) + d.first * at.dds),
+        .third = shape.channels(d.third * (v * v * v) + d.second * (3.0 * v * at.dds) + d.first * at.ddds)};
+    const ShapeLimits& limits = shape.limits[shape.cells[cell].limits];
+    const double needed = std::max({(instant.first / limits.velocity).maxCoeff(),
+                                    std::sqrt((instant.second / limits.acceleration).maxCoeff()),
+                                    std::cbrt((instant.third / limits.jerk).maxCoeff())});
+    loads.stretch.push_back(needed);
+    loads.largest_stretch = std::max(loads.largest_stretch, needed);
+    loads.instants.push_back(std::move(instant));
+  }
+  return loads;
+}
+
+ClockBounds clock_for(const PathShape& shape, const Loads& loads, double stretch) {
+  ClockSearch search;
+  const double k1 = 1.0 / stretch;
+  const double k2 = k1 * k1;
+  const double k3 = k2 * k1;
+  for (const Loads::Instant& load : loads.instants) {
+    const ShapeLimits& limits = shape.limits[shape.cells[load.cell].limits];
+    for (Eigen::Index i = 0; i < load.first.size(); ++i) {
+      search.add({.first_by_acceleration = k1 * load.first[i] / limits.hard_acceleration[i],
+                  .second_by_acceleration = k2 * load.second[i] / limits.hard_acceleration[i],
+                  .first_by_jerk = k1 * load.first[i] / limits.hard_jerk[i],
+                  .second_by_jerk = k2 * load.second[i] / limits.hard_jerk[i],
+                  .third_by_jerk = k3 * load.third[i] / limits.hard_jerk[i]});
+    }
+  }
+  return search.bounds();
+}
+
+}  // namespace takt::motion

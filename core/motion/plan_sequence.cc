@@ -1,0 +1,443 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "core/kinematics/inverse.h"
+#include "core/motion/leg.h"
+#include "core/motion/path_planner.h"
+#include "core/motion/plan_checks.h"
+
+namespace takt::motion {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// A motion gives at most this share of its way to a blend, so that two blends always fit.
+constexpr double kMostShare = 0.5;
+/// Motions that meet at less than this cosine turn back on themselves: a blend would be a needle.
+constexpr double kReversal = -0.985;
+constexpr double kLargestTurn = 170.0 * std::numbers::pi / 180.0;
+/// Below this cost (s) a motion has no way: rounding of the goals.
+constexpr double kNoWay = 1e-9;
+constexpr int kSteps = 32;
+
+/// A motion seen from the sequence: its geometry, what it costs, where its blends begin and end.
+struct Part {
+  Leg leg;
+  std::vector<PieceWalk> walks;  ///< of its pieces, whole
+  double cost = 0.0;             ///< s: rough time at its velocity limits
+  JointVector q_start, q_goal;
+  double begin = 0.0;  ///< share of the motion that the blend before takes
+  double end = 1.0;    ///< where the blend after begins
+  bool rest_after = true;
+
+  [[nodiscard]] double velocity_m_s() const { return leg.linear_velocity.value_or(kInfinity); }
+};
+
+/// Joints and frame at one place of a motion, by its cost.
+struct Place {
+  bool cartesian = false;
+  Jet<JointVector> joints;
+  FrameJet frame;
+};
+
+class SequencePlanner {
+ public:
+  explicit SequencePlanner(const ArmModel& arm)
+      : arm_(arm), planner_(arm.chain, arm.inverse, arm.limits, arm.cartesian, arm.X_FM) {}
+
+  Result<SequencePlan> plan(const JointVector& q_start, const std::vector<LegMaker>& makers) {
+    Findings findings = make_parts(q_start, makers);
+    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    for (std::size_t i = 0; i + 1 < parts_.size(); ++i) set_corner(i);
+    for (std::size_t first = 0; first < parts_.size();) {
+      std::size_t last = first;
+      while (!parts_[last].rest_after) ++last;
+      auto group = plan_group(first, last);
+      if (!group) return std::unexpected(std::move(group.error()));
+      if (!*group) continue;  // a blend was given up: the group is smaller now
+      groups_.push_back(std::move(**group));
+      first = last + 1;
+    }
+    return finish(q_start);
+  }
+
+ private:
+  /// One stretch from rest to rest.
+  struct Group {
+    Motion motion;
+    double cost = 0.0;
+    std::vector<double> handed_over;  ///< own s of each corner inside
+  };
+
+  static std::string place_of(std::size_t part, const char* key) {
+    return pointer_segment(part) + (key[0] == '\0' ? "" : "/") + key;
+  }
+
+  Findings make_parts(const JointVector& q_start, const std::vector<LegMaker>& makers) {
+    Findings findings;
+    JointVector q = q_start;
+    for (std::size_t i = 0; i < makers.size(); ++i) {
+      auto leg = makers[i](q);
+      if (!leg) {
+        findings.append(leg.error(), pointer_segment(i));
+        return findings;
+      }
+      MotionOptions options{
+          .velocity = leg->velocity, .acceleration = leg->acceleration, .linear_velocity = leg->linear_velocity};
+      Findings wrong;
+      check_options(options, wrong);
+      check_blend(leg->blend, wrong);
+      if (wrong.has_errors()) {
+        findings.append(wrong, pointer_segment(i));
+        return findings;
+      }
+      Part part{.leg = std::move(*leg), .walks = {}, .q_start = q, .q_goal = q};
+      std::vector<PlannedPiece> pieces;
+      for (const PathPiece& piece : part.leg.pieces) pieces.push_back(planned(part, piece));
+      WalkedPath walked = planner_.walk(pieces, q, std::vector<int>(pieces.size(), kSteps), place_of(i, "goal"));
+      if (walked.findings.has_errors()) return std::move(walked.findings);
+      part.walks = std::move(walked.walks);
+      part.q_goal = part.walks.back().nodes.back().q;
+      part.cost = cost_of(part);
+      q = part.q_goal;
+      parts_.push_back(std::move(part));
+    }
+    return findings;
+  }
+
+  static void check_blend(const Blend& blend, Findings& findings) {
+    const bool fraction = blend.kind == Blend::Kind::kFraction;
+    const double most = fraction ? kMostShare : kInfinity;
+    if (blend.kind == Blend::Kind::kNone || (blend.value > 0.0 && blend.value <= most)) return;
+    findings.error("/blend", fmt::format("{}", blend.value), fraction ? "above 0, at most 0.5" : "above 0 m");
+  }
+
+  static PlannedPiece planned(const Part& part, PathPiece piece) {
+    return {.piece = std::move(piece),
+            .velocity = part.leg.velocity,
+            .acceleration = part.leg.acceleration,
+            .linear_velocity = part.velocity_m_s()};
+  }
+
+  /// Time of the motion if it ran at its velocity limits all the way.
+  [[nodiscard]] double cost_of(const Part& part) const {
+    double cost = 0.0;
+    for (const PieceWalk& walk : part.walks) {
+      for (const PieceWalk::Node& node : walk.nodes) {
+        const double joints = (node.dq.cwiseAbs().cwiseQuotient(arm_.limits.velocity)).maxCoeff();
+        const double linear = node.dX.head<3>().norm();
+        const double frame = std::max(linear / arm_.cartesian.linear_velocity,
+                                      node.dX.tail<3>().norm() / arm_.cartesian.angular_velocity);
+        const double share = std::max(joints, frame) / part.leg.velocity;
+        cost += std::max(share, linear / part.velocity_m_s()) / static_cast<double>(walk.nodes.size());
+      }
+    }
+    return cost;
+  }
+
+  /// Decides whether the corner after part i is blended, and where.
+  void set_corner(std::size_t i) {
+    Part& a = parts_[i];
+    Part& b = parts_[i + 1];
+    if (a.leg.blend.kind == Blend::Kind::kNone) return;
+    if (a.cost < kNoWay || b.cost < kNoWay) return note_rest(i, "a motion without way");
+    if (direction(a, 1.0).dot(direction(b, 0.0)) < kReversal)
+      return note_rest(i, "the next motion turns straight back");
+    a.end = 1.0 - share_of(i, true);
+    b.begin = share_of(i, false);
+    a.rest_after = false;
+  }
+
+  /// Direction of the joints, each over its velocity limit, at an end of a motion.
+  [[nodiscard]] Eigen::VectorXd direction(const Part& part, double end) const {
+    const PieceWalk& walk = end > 0.5 ? part.walks.back() : part.walks.front();
+    const PieceWalk::Node& node = end > 0.5 ? walk.nodes.back() : walk.nodes.front();
+    return Eigen::VectorXd(node.dq.cwiseQuotient(arm_.limits.velocity)).normalized();
+  }
+
+  /// The share of motion i (before the corner) or i + 1 (after it) that the blend takes.
+  double share_of(std::size_t i, bool before) {
+    const Blend& blend = parts_[i].leg.blend;
+    if (blend.kind == Blend::Kind::kFraction) return std::min(blend.value, kMostShare);
+    const Part& part = parts_[before ? i : i + 1];
+    const auto position = [&](double share) { return tool_position(part, before ? 1.0 - share : share); };
+    const Eigen::Vector3d corner = position(0.0);
+    const auto away = [&](double share) { return (position(share) - corner).norm(); };
+    double near = 0.0;
+    double far = 0.0;
+    constexpr int kScan = 16;
+    for (int k = 1; k <= kScan && away(far) < blend.value; ++k) {
+      near = far;
+      far = kMostShare * k / kScan;
+    }
+    if (away(far) < blend.value) {
+      notes_.note(place_of(i, "blend"),
+                  fmt::format("a blend of {:.4g} mm is more than half of motion {}: made as large as {:.4g} mm there",
+                              1e3 * blend.value, before ? i : i + 1, 1e3 * away(far)));
+      return kMostShare;
+    }
+    for (int k = 0; k < 40; ++k) {
+      const double middle = 0.5 * (near + far);
+      (away(middle) < blend.value ? near : far) = middle;
+    }
+    return far;
+  }
+
+  /// The piece of a motion that holds `own` in [0, 1]; `t` is where in the piece.
+  static std::size_t piece_at(const Part& part, double own, double& t) {
+    std::size_t k = 0;
+    while (k + 1 < part.leg.pieces.size() && own > part.leg.pieces[k].s_end) ++k;
+    const PathPiece& piece = part.leg.pieces[k];
+    t = std::clamp((own - piece.s_begin) / (piece.s_end - piece.s_begin), 0.0, 1.0);
+    return k;
+  }
+
+  [[nodiscard]] Eigen::Vector3d tool_position(const Part& part, double own) const {
+    double t = 0.0;
+    const PathPiece& piece = part.leg.pieces[piece_at(part, own, t)];
+    const PathSample at = sample(piece.geometry, {.s = t});
+    if (at.cartesian) return at.frame.X_BM.translation();
+    return (arm_.chain.forward(at.joints.q) * arm_.X_FM).translation();
+  }
+
+  /// The part [from, to] of a piece of a motion, over the cost that it stands for.
+  static PathPiece cut(const Part& part, std::size_t k, double from, double to) {
+    PathPiece piece = part.leg.pieces[k];
+    const double width = piece.s_end - piece.s_begin;
+    const double begin = std::max(from, piece.s_begin);
+    const double end = std::min(to, piece.s_end);
+    piece.own_begin = (begin - piece.s_begin) / width;
+    piece.own_end = (end - piece.s_begin) / width;
+    piece.s_begin = begin * part.cost;
+    piece.s_end = end * part.cost;
+    return piece;
+  }
+
+  /// Joints (always) and frame (Cartesian motions) at a share of a motion, with derivatives by cost.
+  [[nodiscard]] Place place_at(const Part& part, double own) const {
+    double t = 0.0;
+    const std::size_t k = piece_at(part, own, t);
+    const PathPiece& piece = part.leg.pieces[k];
+    const double rate = 1.0 / ((piece.s_end - piece.s_begin) * part.cost);  // of t by cost
+    const PathSample at = sample(piece.geometry, {.s = t, .ds = rate});
+    Place place{.cartesian = at.cartesian, .joints = {at.joints.q, at.joints.dq, at.joints.ddq}, .frame = {}};
+    if (!at.cartesian) return place;
+    const FrameSample& f = at.frame;
+    place.frame = {.p = {f.X_BM.translation(), f.V_BM_B.head<3>(), f.A_BM_B.head<3>()},
+                   .R = f.X_BM.linear(),
+                   .turn = {.w = f.V_BM_B.tail<3>(), .alpha = f.A_BM_B.tail<3>()},
+                   .held = {at.held.q, at.held.dq, at.held.ddq}};
+    // The joints there: a few steps on from the node before.
+    const PieceWalk& walk = part.walks[k];
+    const auto node = std::min(static_cast<std::size_t>(t * walk.steps), walk.nodes.size() - 1);
+    const double t_node = walk.t(node);
+    if (t - t_node < 1e-9) {
+      const PieceWalk::Node& n = walk.nodes[node];
+      place.joints = {n.q, n.dq * rate, n.ddq * (rate * rate)};
+      return place;
+    }
+    PathPiece rest = piece;
+    rest.own_begin = t_node;
+    rest.own_end = t;
+    const PieceWalk last = walk_piece(arm_.inverse, rest, arm_.X_FM, walk.nodes[node].q, 1);
+    const PieceWalk::Node& n = last.nodes.back();
+    const double k1 = rate / (t - t_node);
+    place.joints = {n.q, n.dq * k1, n.ddq * (k1 * k1)};
+    return place;
+  }
+
+  template <class T>
+  static Jet<T> scaled(const Jet<T>& jet, double width) {
+    return {.value = jet.value, .first = width * jet.first, .second = (width * width) * jet.second};
+  }
+  static FrameJet scaled(FrameJet jet, double width) {
+    jet.p = scaled(jet.p, width);
+    jet.held = scaled(jet.held, width);
+    jet.turn.w *= width;
+    jet.turn.alpha *= width * width;
+    return jet;
+  }
+
+  /// The curve over the corner after part i.
+  [[nodiscard]] Geometry blend_curve(std::size_t i, double width) const {
+    const Place a = place_at(parts_[i], parts_[i].end);
+    const Place b = place_at(parts_[i + 1], parts_[i + 1].begin);
+    if (a.cartesian && b.cartesian && log_rotation(b.frame.R * a.frame.R.transpose()).norm() < kLargestTurn) {
+      return CartesianCurve::between(scaled(a.frame, width), scaled(b.frame, width));
+    }
+    return JointCurve{Quintic<JointVector>::between(scaled(a.joints, width), scaled(b.joints, width))};
+  }
+
+  /// A blend keeps the lower limits of the two motions that it joins.
+  static PlannedPiece blend_piece(const Part& a, const Part& b, Geometry curve) {
+    return {.piece = {.geometry = std::move(curve)},
+            .velocity = std::min(a.leg.velocity, b.leg.velocity),
+            .acceleration = std::min(a.leg.acceleration, b.leg.acceleration),
+            .linear_velocity = std::min(a.velocity_m_s(), b.velocity_m_s())};
+  }
+
+  /// From rest to rest over parts first..last. @return nothing if a blend had to be given up.
+  Result<std::optional<Group>> plan_group(std::size_t first, std::size_t last) {
+    Group group;
+    std::vector<PlannedPiece> pieces;
+    std::vector<std::size_t> part_of;
+    std::vector<double> corners;
+    double cost = 0.0;
+    const auto add = [&](PlannedPiece piece, std::size_t part, double width) {
+      piece.piece.s_begin = cost;
+      piece.piece.s_end = cost += width;
+      pieces.push_back(std::move(piece));
+      part_of.push_back(part);
+    };
+    for (std::size_t i = first; i <= last; ++i) {
+      const Part& part = parts_[i];
+      group.cost += part.cost;
+      for (std::size_t k = 0; k < part.leg.pieces.size() && part.cost >= kNoWay; ++k) {
+        const PathPiece& whole = part.leg.pieces[k];
+        if (whole.s_end <= part.begin || whole.s_begin >= part.end) continue;
+        PlannedPiece piece = planned(part, cut(part, k, part.begin, part.end));
+        const double width = piece.piece.s_end - piece.piece.s_begin;
+        if (width > kNoWay) add(std::move(piece), i, width);
+      }
+      if (i == last) continue;
+      const Part& next = parts_[i + 1];
+      const double before = (1.0 - part.end) * part.cost;
+      const double width = before + next.begin * next.cost;
+      corners.push_back(cost + before);
+      add(blend_piece(part, next, blend_curve(i, width)), i, width);
+    }
+    if (pieces.empty()) return std::optional(standing(first, std::move(group)));
+    for (PlannedPiece& piece : pieces) {
+      piece.piece.s_begin /= cost;
+      piece.piece.s_end /= cost;
+    }
+    pieces.back().piece.s_end = 1.0;
+    for (const double corner : corners) group.handed_over.push_back(corner / cost);
+
+    std::size_t failed = 0;
+    auto motion = planner_.plan(pieces, parts_[first].q_start, place_of(last, "goal"), failed);
+    const auto give_up = [&](std::size_t corner, const std::string& why) -> std::optional<Group> {
+      note_rest(corner, why);
+      parts_[corner].rest_after = true;
+      parts_[corner].end = 1.0;
+      parts_[corner + 1].begin = 0.0;
+      return std::nullopt;
+    };
+    if (!motion) {
+      const std::size_t part = part_of[failed];
+      if (first == last) return std::unexpected(std::move(motion.error()));
+      const std::size_t corner = std::clamp(part, first, last - 1);
+      return give_up(corner, motion.error().list().front().message);
+    }
+    constexpr double kSame = 1e-6;
+    if ((motion->q_goal - parts_[last].q_goal).cwiseAbs().maxCoeff() > kSame) {
+      return give_up(last - 1, "the blend would lead to another branch of the inverse kinematics");
+    }
+    group.motion = std::move(*motion);
+    return std::optional(std::move(group));
+  }
+
+  Group standing(std::size_t part, Group group) const {
+    group.motion = {.path = JointLine{parts_[part].q_start, parts_[part].q_start},
+                    .q_start = parts_[part].q_start,
+                    .q_goal = parts_[part].q_start};
+    return group;
+  }
+
+  void note_rest(std::size_t corner, const std::string& why) {
+    notes_.note(place_of(corner, "blend"), fmt::format("cannot be blended, the arm stops at the goal: {}", why));
+  }
+
+  static std::vector<PathPiece> pieces_of(const Path& path) {
+    return std::visit(
+        [](const auto& one) -> std::vector<PathPiece> {
+          if constexpr (std::is_same_v<std::decay_t<decltype(one)>, CompositePath>) {
+            return one.pieces;
+          } else {
+            return {{.geometry = one}};
+          }
+        },
+        path);
+  }
+
+  /// Stretches one after the other: each gets a part of s by its cost, and its law that part of the whole law.
+  SequencePlan finish(const JointVector& q_start) {
+    SequencePlan plan;
+    plan.notes = std::move(notes_);
+    plan.motion.q_start = q_start;
+    plan.motion.q_goal = parts_.empty() ? q_start : parts_.back().q_goal;
+    plan.motion.path = JointLine{q_start, plan.motion.q_goal};
+    std::vector<const Group*> moving;
+    double tau = 0.0;
+    for (const Group& group : groups_) {
+      for (const double corner : group.handed_over) plan.handed_over.push_back(tau + time_of(group.motion.law, corner));
+      tau += group.motion.duration();
+      if (&group != &groups_.back()) plan.handed_over.push_back(tau);
+      if (group.motion.duration() > 0.0) moving.push_back(&group);
+    }
+    if (moving.size() == 1) {
+      plan.motion.path = moving.front()->motion.path;
+      plan.motion.law = moving.front()->motion.law;
+      plan.motion.clock = moving.front()->motion.clock;
+    } else if (moving.size() > 1) {
+      chain(moving, plan.motion);
+    }
+    return plan;
+  }
+
+  static void chain(const std::vector<const Group*>& moving, Motion& motion) {
+    double total = 0.0;
+    for (const Group* group : moving) total += group->cost;
+    CompositePath path;
+    std::vector<TimeLaw::Segment> segments;
+    double begin = 0.0;
+    for (const Group* group : moving) {
+      const double end = group == moving.back() ? 1.0 : begin + group->cost / total;
+      for (PathPiece piece : pieces_of(group->motion.path)) {
+        piece.s_begin = path.pieces.empty() ? 0.0 : path.pieces.back().s_end;
+        piece.s_end = piece.s_end == 1.0 ? end : begin + piece.s_end * (end - begin);
+        path.pieces.push_back(std::move(piece));
+      }
+      for (const auto& [duration, jerk] : group->motion.law.segments())
+        segments.push_back({duration, jerk * (end - begin)});
+      motion.clock = group == moving.front() ? group->motion.clock : common(motion.clock, group->motion.clock);
+      begin = end;
+    }
+    motion.path = std::move(path);
+    motion.law = TimeLaw::create(std::move(segments)).value();
+  }
+
+  /// When the law passes s.
+  static double time_of(const TimeLaw& law, double s) {
+    double low = 0.0;
+    double high = law.duration();
+    for (int i = 0; i < 50; ++i) {
+      const double middle = 0.5 * (low + high);
+      (law.at(middle).s < s ? low : high) = middle;
+    }
+    return high;
+  }
+
+  const ArmModel& arm_;
+  PathPlanner planner_;
+  std::vector<Part> parts_;
+  std::vector<Group> groups_;
+  Findings notes_;
+};
+
+}  // namespace
+
+Result<SequencePlan> plan_sequence(const ArmModel& arm, const JointVector& q_start,
+                                   const std::vector<LegMaker>& makers) {
+  Findings findings;
+  check_limits(arm.chain, arm.limits, findings);
+  check_cartesian(arm.cartesian, findings);
+  if (!findings.has_errors()) check_configuration(arm.chain, arm.limits, q_start, "/start", findings);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  return SequencePlanner(arm).plan(q_start, makers);
+}
+
+}  // namespace takt::motion

@@ -1,0 +1,215 @@
+// Blended motions of a program: what becomes one motion, what ends it, and that any cancel or abort leaves the arm at
+// rest inside its limits.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/core/activity/fixture.h"
+
+namespace takt::activity {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class BlendTest : public test::ActivityTest {
+ protected:
+  static std::string sequence(const std::string& steps) { return R"({"do": "sequence", "steps": [)" + steps + "]}"; }
+  Findings rehearsed(const std::string& text) {
+    return good(text).rehearse(fake.cell, &fake.core.environment()).findings;
+  }
+  /// Ends whatever runs by its stop reaction.
+  void abort_all() {
+    for (rcc::NetId net = 1; net < 1000; ++net) {
+      if (fake.core.knows(net) && fake.core.state(net) == rcc::NetState::kRunning) (void)fake.core.abort(net);
+    }
+  }
+
+  /// Names of the steps in the order in which they began.
+  std::vector<std::string> begun() const {
+    std::vector<std::string> names;
+    for (const std::string& line : log) {
+      if (line.starts_with("program: begin ")) names.push_back(line.substr(15));
+    }
+    return names;
+  }
+  /// Cycles in which the arm stood, between its first and its last motion.
+  int standing_cycles() const {
+    const auto& sent = fake.backend->sent;
+    std::size_t first = 0;
+    std::size_t last = sent.size() - 1;
+    while (first < last && sent[first].dq.isZero(0.0)) ++first;
+    while (last > first && sent[last].dq.isZero(0.0)) --last;
+    // Its very first and last cycles are slow too.
+    constexpr std::size_t kRamp = 20;
+    int count = 0;
+    for (std::size_t i = first + kRamp; i + kRamp <= last; ++i) count += sent[i].dq.cwiseAbs().maxCoeff() < 1e-4;
+    return count;
+  }
+};
+
+/// Every kind into every other: PTP, LIN, arc through a point, spline of joints, arc about an axis, spline of poses.
+constexpr const char* kTour = R"(
+  {"do": "ptp", "name": "to", "to": {"in": "block", "position_m": [0, -0.1, 0.2]}, "blend_fraction": 0.4},
+  {"do": "lin", "name": "along", "to": {"in": "block", "position_m": [0, 0.1, 0.2]}, "blend_m": 0.04},
+  {"do": "circ", "name": "round", "to": {"in": "block", "position_m": [-0.15, 0.1, 0.2]},
+   "via": {"in": "block", "position_m": [-0.08, 0.15, 0.22]}, "blend_m": 0.03},
+  {"do": "spline", "name": "waves", "blend_fraction": 0.2,
+   "through": [{"by_m": [0.05, -0.05, 0]}, {"by_m": [0, -0.1, 0.03]}, {"by_m": [0.05, -0.15, 0]}]},
+  {"do": "circ", "name": "turn", "about": {"in": "block", "position_m": [0, 0, 0], "angle_deg": 40}, "blend_m": 0.02},
+  {"do": "ptp", "name": "home", "to": "home"})";
+
+TEST_F(BlendTest, P3_MotionsOfAllKindsBecomeOneWithoutAStop) {
+  const Program program = good(sequence(kTour));
+  EXPECT_THAT(program.names(), ElementsAre("sequence", "to", "along", "round", "waves", "turn", "home"));
+  EXPECT_EQ(program.step_count(), 6);
+  const Rehearsed rehearsal = program.rehearse(fake.cell, &fake.core.environment());
+  EXPECT_EQ(rehearsal.findings.to_string(), "");
+  EXPECT_EQ(run(program), Progress::kDone) << findings.to_string();
+  EXPECT_EQ(fake.q(), fake.arm->home);
+  EXPECT_LE(fake.worst_limit_share(), 1.0);
+  EXPECT_EQ(standing_cycles(), 0) << "it never stops at a blend";
+  EXPECT_THAT(begun(), ElementsAre("to", "along", "round", "waves", "turn", "home"));
+  EXPECT_EQ(steps_done, 6);
+  EXPECT_NEAR(cycles * 1e-3, rehearsal.duration, 0.02) << "one start, not six";
+}
+
+TEST_F(BlendTest, WithoutBlendsTheSameTourStopsAndTakesLonger) {
+  std::string stopping = kTour;
+  for (const char* key : {R"(, "blend_fraction": 0.4)", R"(, "blend_m": 0.04)", R"(, "blend_m": 0.03)",
+                          R"( "blend_fraction": 0.2,)", R"(, "blend_m": 0.02)"}) {
+    stopping.replace(stopping.find(key), std::string(key).size(), "");
+  }
+  EXPECT_EQ(run(sequence(stopping)), Progress::kDone) << findings.to_string();
+  EXPECT_GE(standing_cycles(), 5);
+  const int stopped = cycles;
+  EXPECT_EQ(run(sequence(kTour)), Progress::kDone);
+  EXPECT_LT(cycles, 0.85 * stopped);
+}
+
+TEST_F(BlendTest, OtherStepsAndGuardedMotionsEndABlendedSequence) {
+  const std::string up = R"({"do": "lin", "name": "up", "to": {"by_m": [0, 0, 0.05]}, "blend_m": 0.02})";
+  const std::string side = R"({"do": "lin", "name": "side", "to": {"by_m": [0.05, 0, 0]}, "blend_m": 0.02})";
+  const std::string guarded = R"({"do": "lin", "to": {"by_m": [0, 0, 0.02]}, "on_end": "continue",
+      "until": {"sensor": "wrist", "above_N": 50}})";
+  const std::string wait = R"({"do": "wait", "seconds": 0.01})";
+  const auto notes = [&](const std::string& steps) {
+    const Findings found = rehearsed(sequence(steps));
+    EXPECT_FALSE(found.has_errors()) << found.to_string();
+    return pointers(found);
+  };
+  EXPECT_THAT(notes(up + "," + side), ElementsAre("/program/steps/1")) << "the last one has nothing to blend into";
+  EXPECT_THAT(notes(up + "," + wait + "," + side), ElementsAre("/program/steps/0", "/program/steps/2"));
+  EXPECT_THAT(notes(up + "," + guarded), ElementsAre("/program/steps/0"));
+  EXPECT_EQ(run(sequence(up + "," + side + "," + guarded + "," + up)), Progress::kDone) << findings.to_string();
+  EXPECT_LE(fake.worst_limit_share(), 1.0);
+}
+
+TEST_F(BlendTest, RehearsalTellsWhatCannotBeBlended) {
+  const auto notes = [&](const std::string& second, const char* blend) {
+    return rehearsed(sequence(R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, )" + std::string(blend) + "}," + second));
+  };
+  const std::string back = R"({"do": "lin", "to": {"by_m": [0, 0, -0.1]}})";
+  const Findings reversal = notes(back, R"("blend_m": 0.02)");
+  EXPECT_THAT(pointers(reversal), ElementsAre("/program/steps/0/blend_m"));
+  EXPECT_THAT(reversal.to_string(), HasSubstr("note: cannot be blended, the arm stops at the goal: the next motion "
+                                              "turns straight back"));
+  const std::string small = R"({"do": "lin", "to": {"by_m": [0.01, 0, 0]}})";
+  EXPECT_THAT(notes(small, R"("blend_m": 0.03)").to_string(),
+              HasSubstr("a blend of 30 mm is more than half of motion 1"));
+  EXPECT_THAT(notes(R"({"do": "lin", "to": {"by_m": [0, 0, 0]}})", R"("blend_fraction": 0.3)").to_string(),
+              HasSubstr("a motion without way"));
+  EXPECT_EQ(run(sequence(R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.02},)" + back)), Progress::kDone);
+  EXPECT_LE(fake.worst_limit_share(), 1.0);
+  EXPECT_LT((fake.q() - fake.arm->home).norm(), 1e-9) << "the whole way there and back";
+}
+
+TEST_F(BlendTest, WhatIsWrongWithALaterMotionIsToldWithItsName) {
+  const Findings found = rehearsed(sequence(R"(
+      {"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "blend_m": 0.02},
+      {"do": "lin", "name": "too far", "to": {"by_m": [0, 2, 0]}})"));
+  EXPECT_THAT(found.to_string(),
+              HasSubstr("/program/steps/0/to: error: in 'too far', which is blended into: the goal"));
+}
+
+TEST_F(BlendTest, AllErrorsOfFormAreFoundAtOnce) {
+  EXPECT_THAT(
+      refused(sequence(R"(
+      {"do": "ptp", "to": "home", "blend_m": 0},
+      {"do": "ptp", "to": "home", "blend_fraction": 0.6},
+      {"do": "ptp", "to": "home", "blend_m": 0.1, "blend_fraction": 0.2},
+      {"do": "ptp", "to": "home", "blend_m": 0.1, "until": {"sensor": "wrist", "above_N": 5}},
+      {"do": "circ", "to": "home"},
+      {"do": "circ", "to": "home", "via": "home", "orientation": "wild"},
+      {"do": "circ", "about": {"position_m": [0, 0, 0], "axis": [0, 0, 0], "angle_deg": 90}, "orientation": "goal"},
+      {"do": "circ", "about": {"position_m": [0, 0, 0]}},
+      {"do": "spline", "through": ["home"]},
+      {"do": "spline", "through": ["home", {"by_m": [0, 0, 0.1]}]},
+      {"do": "ptp", "to": "home", "velocity_m_s": 1})")),
+      ElementsAre("/program/steps/0/blend_m", "/program/steps/1/blend_fraction", "/program/steps/2/blend_fraction",
+                  "/program/steps/3/blend_m", "/program/steps/4", "/program/steps/5/orientation",
+                  "/program/steps/6/orientation", "/program/steps/6/about/axis", "/program/steps/7/about",
+                  "/program/steps/8/through", "/program/steps/9/through", "/program/steps/10/velocity_m_s"));
+}
+
+TEST_F(BlendTest, ArcsAndSplinesMayBeGuarded) {
+  fake.extra.force.z() = 0.0;
+  const Program program = good(sequence(R"({"do": "tare"},
+      {"do": "circ", "to": {"by_m": [0.1, 0, 0]}, "via": {"by_m": [0.05, 0, 0.05]},
+       "until": {"sensor": "wrist", "above_N": 5}})"));
+  EXPECT_EQ(run(program, [this](int cycle, ProgramRunner&) { fake.extra.force.z() = cycle > 900 ? 9.0 : 0.0; }),
+            Progress::kDone)
+      << findings.to_string();
+  EXPECT_EQ(variables.touches.size(), 1u);
+  EXPECT_LE(fake.worst_limit_share(), 1.0);
+}
+
+constexpr const char* kShortTour = R"(
+  {"do": "ptp", "to": {"in": "block", "position_m": [0, -0.1, 0.2]}, "blend_fraction": 0.4},
+  {"do": "lin", "to": {"in": "block", "position_m": [0, 0.1, 0.2]}, "blend_m": 0.04},
+  {"do": "circ", "to": {"in": "block", "position_m": [-0.15, 0.1, 0.2]},
+   "via": {"in": "block", "position_m": [-0.08, 0.15, 0.22]}})";
+
+// Row L6, P2: wherever a blended sequence is cancelled or aborted.
+TEST_F(BlendTest, L6_P2_CancelAtEveryTenthCycleLeavesTheArmAtRestInsideItsLimits) {
+  const Program program = good(sequence(kShortTour));
+  const Program home = good(R"({"do": "ptp", "to": "home"})");
+  ASSERT_EQ(run(program), Progress::kDone) << findings.to_string();
+  const int whole = cycles;
+  ASSERT_EQ(run(home), Progress::kDone);
+  for (int at = 0; at < whole; at += 10) {
+    SCOPED_TRACE(at);
+    fake.backend->sent.clear();
+    ASSERT_EQ(run(program,
+                  [at](int cycle, ProgramRunner& runner) {
+                    if (cycle == at) runner.cancel();
+                  }),
+              Progress::kDone);
+    EXPECT_LT(cycles, at + 800);
+    EXPECT_TRUE(findings.empty()) << findings.to_string();
+    EXPECT_TRUE(fake.core_arm().at_rest());
+    ASSERT_EQ(run(home), Progress::kDone) << "the arm is free again";
+    ASSERT_LE(fake.worst_limit_share(), 1.0);
+  }
+}
+
+TEST_F(BlendTest, L6_AbortAtEveryFiftiethCycleBrakesInsideTheLimits) {
+  const Program program = good(sequence(kShortTour));
+  const Program home = good(R"({"do": "ptp", "to": "home"})");
+  for (int at = 10; at < 1500; at += 50) {
+    SCOPED_TRACE(at);
+    fake.backend->sent.clear();
+    const auto result = run(program, [this, at](int cycle, ProgramRunner&) {
+      if (cycle == at) abort_all();
+    });
+    EXPECT_TRUE(result == Progress::kDone || findings.to_string().find("abort") != std::string::npos)
+        << findings.to_string();
+    fake.step(500);
+    EXPECT_TRUE(fake.core_arm().at_rest());
+    ASSERT_EQ(run(home), Progress::kDone) << findings.to_string();
+    ASSERT_LE(fake.worst_limit_share(), 1.0);
+  }
+}
+
+}  // namespace
+}  // namespace takt::activity

@@ -1,0 +1,89 @@
+// Sequences of motions of all kinds: blends, rests, and the limits of all of it under any clock.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/core/motion/motion_runs.h"
+#include "tests/core/motion/random_paths.h"
+
+namespace takt::motion::test {
+namespace {
+
+using testing::HasSubstr;
+namespace robots = kinematics::test;
+
+// Inverse kinematics ends with a residual below 1e-12; at the singularity measures met here that is less in q than:
+constexpr double kSampleError = 1e-11;
+
+/// Runs a plan and judges joints, and the frame where it is Cartesian.
+struct Watched {
+  takt::test::LimitOracle joints;
+  double largest_step = 0.0;
+  double least_rate = 1e300;  ///< of s, between the first and the last tenth
+  double rest_between = 0.0;
+  JointVector q_end = {};
+};
+
+Watched watch(const RandomArm& arm, const Motion& motion, const Targets& targets) {
+  Watched seen{joint_oracle(arm.limits, kSampleError)};
+  JointVector q = motion.q_start;
+  run(motion, targets, 30000, [&](const PathPoint& at) {
+    const PathSample there = sample(motion.path, at);
+    const JointVector last = q;
+    if (there.cartesian) {
+      ASSERT_EQ(arm.inverse.solve(there.frame.X_BM * arm.X_FM.inverse(), there.held.q, q), kinematics::IkStatus::kOk);
+    } else {
+      q = there.joints.q;
+    }
+    seen.joints.add(as_list(q));
+    seen.largest_step = std::max(seen.largest_step, (q - last).cwiseAbs().maxCoeff());
+    if (at.s > 0.1 && at.s < 0.9) seen.least_rate = std::min(seen.least_rate, at.ds);
+  });
+  seen.q_end = q;
+  return seen;
+}
+
+// Rows P1, P3 on everything that can be joined.
+TEST(PlanSequence, P3_RandomBlendedSequencesKeepJointLimitsForAnyTargets) {
+  Random random(71);
+  const std::vector<std::string> urdfs = {robots::lwr_urdf(), robots::ur5_urdf(), robots::tx90_urdf()};
+  int planned = 0;
+  int blended = 0;
+  double most = 0.0;
+  for (int i = 0; i < 90; ++i) {
+    const RandomArm arm(urdfs[static_cast<std::size_t>(i) % urdfs.size()], random);
+    const JointVector q0 = arm.good_q(random);
+    std::vector<LegMaker> makers;
+    const auto count = 1 + random.bits() % 4;
+    for (std::size_t k = 0; k < count; ++k) {
+      const Blend blend = random.unit() < 0.5 ? Blend{Blend::Kind::kDistance, random.uniform(0.005, 0.1)}
+                                              : Blend{Blend::Kind::kFraction, random.uniform(0.05, 0.5)};
+      makers.push_back(random_leg(random, arm, 0.2, blend));
+    }
+    const auto plan = plan_sequence(arm.model(), q0, makers);
+    if (!plan) continue;
+    ++planned;
+    blended += count > 1 && plan->notes.empty();
+    for (int k = 0; k < 3; ++k) {
+      SCOPED_TRACE(testing::Message() << "sequence " << i << ", run " << k);
+      const auto targets = k == 0 ? always(1.0) : at_random(random, k == 1);
+      const Watched seen = watch(arm, plan->motion, targets);
+      expect_kept(seen.joints, "joints");
+      EXPECT_LT(seen.largest_step, arm.limits.velocity.maxCoeff() * kPeriod) << "another branch";
+      most = std::max({most, seen.joints.acceleration.share, seen.joints.jerk.share});
+      if (k > 0) continue;
+      EXPECT_LT((seen.q_end - plan->motion.q_goal).cwiseAbs().maxCoeff(), 1e-8);
+      if (plan->notes.empty()) {
+        EXPECT_GT(seen.least_rate, 0.0) << "never stops at a blend";
+      }
+      EXPECT_EQ(plan->handed_over.size(), count - 1);
+      EXPECT_TRUE(std::ranges::is_sorted(plan->handed_over));
+    }
+  }
+  EXPECT_GT(planned, 40) << "too few to say anything";
+  EXPECT_GT(blended, 15);
+  EXPECT_GT(most, 0.75);
+}
+
+}  // namespace
+}  // namespace takt::motion::test
