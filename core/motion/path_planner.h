@@ -48,6 +48,8 @@ class PathPlanner {
                    Findings& findings) const;
   [[nodiscard]] PathShape shape_of(const std::vector<PlannedPiece>& pieces, const std::vector<PieceWalk>& walks) const;
   [[nodiscard]] ShapeLimits limits_of(const PlannedPiece& piece) const;
+  /// The largest third difference of the joints over the whole motion, as a share of the limit.
+  [[nodiscard]] double largest_jerk_share(const Motion& motion) const;
 
   const kinematics::Chain& chain_;
   const kinematics::InverseKinematics* inverse_;
