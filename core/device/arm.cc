@@ -112,6 +112,10 @@ Seam Arm::seam() const {
   return {.q = last.q, .dq = last.dq, .ddq = last.ddq, .mode = net::Text("position"), .tool = tool_};
 }
 
+bool Arm::will_rest() const {
+  return proposed_ && phase_ == Phase::kFollowing ? Guard::rests(proposal_) : guard_.at_rest();
+}
+
 std::optional<net::Text> Arm::misfit(const Seam& end, const Seam& begin) const {
   if (begin.mode.size > 0 && end.mode.size > 0 && begin.mode.view() != end.mode.view())
     return net::format_text("begins in mode {}, not {}", begin.mode.view(), end.mode.view());
