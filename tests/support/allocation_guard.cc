@@ -4,7 +4,6 @@
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define TAKT_ALLOCATOR_HAS_HOOKS 1
-#include <sanitizer/allocator_interface.h>
 #else
 #define TAKT_ALLOCATOR_HAS_HOOKS 0
 #endif
@@ -16,6 +15,9 @@ thread_local std::size_t allocations = 0;
 }  // namespace
 
 #if TAKT_ALLOCATOR_HAS_HOOKS
+// Of the sanitizer's runtime; GCC's packages do not bring the header that declares it.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(const volatile void*, std::size_t),
+                                                         void (*on_free)(const volatile void*));
 namespace {
 
 void count_allocation(const volatile void*, std::size_t) { ++allocations; }
