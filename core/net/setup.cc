@@ -236,6 +236,11 @@ void Setup::latency(std::string_view in, std::string_view out, Latency latency) 
   if (describing()) impl_.describing->latencies.push_back({std::string(in), std::string(out), latency});
 }
 
+void Setup::latency_by(std::string_view in, std::string_view out, std::string_view cycles_parameter) {
+  if (describing())
+    impl_.describing->latencies.push_back({std::string(in), std::string(out), {}, std::string(cycles_parameter)});
+}
+
 void Setup::breaks_loop(std::string_view in) {
   if (describing()) impl_.describing->loop_breaking_inputs.emplace_back(in);
 }

@@ -54,6 +54,8 @@ class Setup {
 
   /// Declares a latency other than 0 between an input and an output (rows O6).
   void latency(std::string_view in, std::string_view out, Latency latency);
+  /// The same, where an Integer parameter of each instance says how many cycles.
+  void latency_by(std::string_view in, std::string_view out, std::string_view cycles_parameter);
   /// A link into this input is a delayed link even where the net does not mark it, so it may close a loop: the input
   /// reads what its source gave one cycle before (first cycle: null, or the link's `initial`). So the value never
   /// depends on the order of evaluation. The certificate counts that cycle; do not declare it with latency().
