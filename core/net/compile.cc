@@ -160,6 +160,7 @@ void Builder::make_primitive(int number, std::byte* place) {
   }
   if (!impl.findings.empty()) report_.append(impl.findings, flat_.primitive_pointer(number) + "/parameters");
   take_claims(number, impl.claims);
+  net_.claim_states.insert(net_.claim_states.end(), impl.claim_states.begin(), impl.claim_states.end());
   collect_monitors(number);
 }
 

@@ -49,7 +49,8 @@ class Setup {
   }
   [[nodiscard]] Resource* resource(std::string_view name, std::string_view kind, std::string_view doc);
   /// Says that this net drives the device named by parameter `name`: a unique resource (rows O4, L).
-  void claims(std::string_view name);
+  /// @param state  in which the device has to be while this primitive drives it, such as a control mode; empty: any
+  void claims(std::string_view name, std::string_view state = {});
 
   /// Declares a latency other than 0 between an input and an output (rows O6).
   void latency(std::string_view in, std::string_view out, Latency latency);
