@@ -62,7 +62,8 @@ void RuleBook::apply(std::int64_t cycle) {
     entry.fires = is_due(entry, cycle);
     const bool waits_for_rest = entry.refused_in >= 0;
     if (waits_for_rest && waits_for_end(entry.rule)) entry.refused_in = cycle;
-    entry.hopeless = entry.fires || waits_for_rest ? 0 : hopeless_net(entry.rule.condition);
+    const bool waits = waits_for_rest || entry.later_since >= 0;
+    entry.hopeless = entry.fires || waits ? 0 : hopeless_net(entry.rule.condition);
     any = any || entry.fires || entry.hopeless != 0;
   }
   if (!any) return;
@@ -101,6 +102,7 @@ bool RuleBook::try_otherwise(Entry& entry, const net::Text& refusal, std::int64_
 }
 
 bool RuleBook::is_due(const Entry& entry, std::int64_t cycle) const {
+  if (entry.later_since >= 0) return true;
   if (entry.refused_in < 0) return holds(entry.rule.condition);
   return executor_.can_rest(entry.rule.otherwise) || cycle - entry.refused_in >= Rule::kPatience;
 }
@@ -112,9 +114,16 @@ bool RuleBook::carry_out(Entry& entry, std::int64_t cycle) {
   const bool second = entry.refused_in >= 0;
   const Transaction& transaction = second ? entry.rule.otherwise : entry.rule.action;
   const auto refusal = executor_.check(transaction);
+  // What is to be taken over in motion cannot change its state before.
+  const bool may_wait = refusal && refusal->later && transaction.end.size == 0;
   if (!refusal) {
     executor_.carry_out(transaction, cycle);
+  } else if (may_wait && (entry.later_since < 0 || cycle - entry.later_since < Rule::kPatience)) {
+    if (entry.later_since < 0) entry.later_since = cycle;
+    executor_.prepare(transaction);
+    return false;
   } else if (!second && !entry.rule.otherwise.empty()) {
+    entry.later_since = -1;
     return try_otherwise(entry, refusal->text, cycle);
   } else {
     event.kind = Event::Kind::kRefused;

@@ -33,7 +33,8 @@ class RuleBook {
     /// Cycle from which the other transaction waits for rest: the action was refused, and the nets that the rule is
     /// about have ended.
     std::int64_t refused_in = -1;
-    net::Text refusal = {};  ///< why
+    std::int64_t later_since = -1;  ///< cycle since which it waits for devices that change their state
+    net::Text refusal = {};         ///< why
   };
   [[nodiscard]] bool holds(const Condition& condition) const;
   [[nodiscard]] bool holds(const Term& term) const;
