@@ -1,6 +1,6 @@
-// Random blended sequences, and motions that take a running one over, as tables of joint positions, with the limits that
-// a law may use and the durations that our planner finds: with jerk lifted, and with it. One JSON text on stdout, for
-// compare.py.
+// Random blended sequences, and motions that take a running one over, as tables of joint positions, with the limits
+// that a law may use and the durations that our planner finds: with jerk lifted, and with it. One JSON text on stdout,
+// for compare.py.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
