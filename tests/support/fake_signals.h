@@ -25,7 +25,7 @@ class FakeInput final : public device::SignalInputBackend<T> {
 template <class T>
 class FakeOutput final : public device::SignalOutputBackend<T> {
  public:
-  FakeOutput() { written.reserve(1u << 17); }  // a cycle must not allocate
+  FakeOutput() { written.reserve(1u << 16); }  // a cycle must not allocate
   [[nodiscard]] bool ready() const override { return is_ready; }
   void write(T value) override { written.push_back(value); }
   bool is_ready = true;
