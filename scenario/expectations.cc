@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -169,7 +170,7 @@ class LimitsExpectation final : public Expectation {
   void watch(const BuiltCell& built) override {
     const device::Arm& arm = *built.cell.arms.find(arm_)->second.device;
     // Out of a mode of impedance an arm goes on where it is, which need not be where its springs rest.
-    if (arm.phase() == device::Arm::Phase::kChanging) monitor_->restart();
+    if (arm.mode() != std::exchange(mode_, arm.mode())) monitor_->restart();
     if (arm.set_point().q.size() > 0) monitor_->add(arm.set_point().q);
     if (const sim::SimArm* machine = built.world->arm(arm_)) monitor_->add_torque(machine->wanted_torque());
   }
@@ -185,6 +186,7 @@ class LimitsExpectation final : public Expectation {
  private:
   std::string arm_;
   std::optional<LimitMonitor> monitor_;
+  device::ControlMode mode_ = device::ControlMode::kPosition;
 };
 
 /// Ids of the monitors of a net, those inside fragments with their path.

@@ -67,8 +67,10 @@ JointVector ArmLaw::position(const ArmTask& task) const {
   const JointVector damping = 2.0 * control_.damping_ratio.cwiseProduct(w);
   const JointVector acceleration =
       task.ddq_r + damping.cwiseProduct(task.dq_r - task.dq) + w.cwiseProduct(w).cwiseProduct(task.q_r - task.q);
+  // Of the measured motion: a joint that creeps to its goal is helped over its friction, and one that stands at a
+  // contact does not push with a friction that is not there.
   JointVector friction = task.q;
-  drives_.friction(task.dq_r, friction);
+  drives_.friction(task.dq, friction);
   JointVector torque = plant_.chain.inverse_dynamics(task.q, task.dq, acceleration, plant_.gravity_B, task.payload);
   torque += plant_.armature.cwiseProduct(acceleration) + control_.friction_compensation * friction;
   return torque;

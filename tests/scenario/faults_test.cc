@@ -57,8 +57,8 @@ TEST(Faults, WhatIsWrongIsFoundAtOnce) {
                                           {"do": "stop", "category": 3, "who": "arm"}])");
   ASSERT_FALSE(wrong);
   const std::string text = wrong.error().to_string();
-  for (const char* part : {"/faults/0/at_s", "did you mean 'stop'", "/faults/1/arm", "/faults/2/at_s",
-                           "/faults/2/category", "/faults/2/who"})
+  for (const char* part : {"/faults/0/at_s", "did you mean 'stop'", "/faults/1/arm",
+                           "/faults/2: error: key 'at_s' is missing", "/faults/2/category", "/faults/2/who"})
     EXPECT_THAT(text, HasSubstr(part));
   static const device::ModelLibrary models({"models"});
   const auto nobody = Session::create(*description_with(R"([{"at_s": 1, "do": "stop", "arm": "amr"}])"), models);
