@@ -8,6 +8,7 @@
 #include "core/device/device_file.h"
 #include "sim/from_model.h"
 #include "tests/sim/cell.h"
+#include "tests/support/allocation_guard.h"
 
 namespace takt::sim::test {
 namespace {
@@ -399,6 +400,17 @@ TEST(ArmMeasurement, IsSeenLateAndThinnedAsDeclared) {
   EXPECT_EQ(youngest, 5 * kMillisecond);
   EXPECT_EQ(oldest, 8 * kMillisecond);
   EXPECT_EQ(seen, 95u) << "one of four";
+}
+
+TEST(ArmModes, TheCycleDoesNotAllocate) {
+  for (const ControlMode mode : {ControlMode::kJointImpedance, ControlMode::kCartesianImpedance}) {
+    Bench bench("lwr4plus");
+    bench.cycles(10);
+    bench.enter(mode);
+    const takt::test::AllocationGuard guard;
+    bench.cycles(50);
+    EXPECT_EQ(guard.count(), 0u) << name_of(mode);
+  }
 }
 
 TEST(ArmModes, D3_GoOnBitForBitFromASnapshot) {
