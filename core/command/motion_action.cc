@@ -58,9 +58,11 @@ class PlannedModel final : public ActionModel {
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel&) const override {
     const motion::Motion& motion = *motion_.motion;
-    fragment.add("target_rate", "SelectReal", {{"if_true", 0.0}, {"if_false", 1.0}});
+    fragment.add("target_rate", "SelectReal", {{"if_true", 0.0}});
+    if (!motion_.clock.speed) fragment.set_parameter("target_rate", "if_false", 1.0);
     fragment.feed(fragment.cancel(), "target_rate.condition");
     fragment.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
+    if (begins_in_motion()) fragment.set_parameter("clock", "in_motion", true);
     add_inputs(fragment);
     fragment.add("law", "TimeLaw", {{"law", motion::to_json(motion.law)}});
     fragment.link_all("clock", "law", {"time", "rate", "rate_derivative"});
@@ -71,9 +73,15 @@ class PlannedModel final : public ActionModel {
     fragment.add("done", "Or");
     fragment.link("clock.at_end", "done.a");
     fragment.link(stopped, "done.b");
-    return {.set_point = set_point_of(kind, motion_.X_FM), .done = Signal::at("done.value")};
+    return {.set_point = set_point_of(kind, motion_.X_FM),
+            .done = Signal::at("done.value"),
+            .path_clock = "clock",
+            .duration = motion.duration()};
   }
 
+  [[nodiscard]] double stop_time(const ActuatorModel&) const override {
+    return motion::PathClock(motion_.motion->clock, motion_.motion->duration(), false).stop_time_bound();
+  }
   [[nodiscard]] std::vector<std::string> states() const override {
     std::vector<std::string> states{"progress", "at_path", "error"};
     if (!motion_.handed_over.empty()) states.emplace_back("via_passed");
@@ -89,13 +97,22 @@ class PlannedModel final : public ActionModel {
     return add_threshold(fragment, "clock.time", time, "via_passed");
   }
 
-  [[nodiscard]] std::optional<device::Seam> begins() const override { return at_rest(motion_.motion->q_start); }
+  [[nodiscard]] std::optional<device::Seam> begins() const override {
+    if (motion_.begins) return motion_.begins;
+    if (begins_in_motion()) return device::Seam{.q = motion_.motion->q_start};
+    return at_rest(motion_.motion->q_start);
+  }
   [[nodiscard]] std::optional<device::Seam> ends() const override { return at_rest(motion_.motion->q_goal); }
 
  private:
   static device::Seam at_rest(const JointVector& q) {
     const JointVector zero = JointVector::Zero(q.size());
     return {.q = q, .dq = zero, .ddq = zero};
+  }
+
+  [[nodiscard]] bool begins_in_motion() const {
+    const motion::PathPoint begin = motion::follow(motion_.motion->law, {.tau = 0.0, .rate = 1.0, .rate_change = 0.0});
+    return begin.ds != 0.0 || begin.dds != 0.0;
   }
 
   void add_inputs(FragmentWriter& fragment) const {

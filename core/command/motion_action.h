@@ -25,6 +25,8 @@ struct PlannedMotion {
   std::vector<double> handed_over = {};                    ///< path time at which each point on the way is passed, s
   ClockInputs clock = {};
   std::string name = "motion";  ///< for people
+  /// How it takes the arm over; default: at rest where it begins, or, if its law begins in motion, the place alone.
+  std::optional<device::Seam> begins = {};
 };
 [[nodiscard]] Action planned(PlannedMotion motion);
 
