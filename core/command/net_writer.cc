@@ -245,7 +245,8 @@ void FragmentWriter::set_parameter(const std::string& id, const std::string& nam
 }
 
 std::string FragmentWriter::add_null_test(const std::string& input, net::ValueType type) {
-  const std::string id = "no_" + input.substr(input.find('.') + 1);
+  std::string id = "no_" + input;
+  std::ranges::replace(id, '.', '_');
   if (has(id)) return id + ".value";
   const auto inner = std::ranges::find(net().links, input, &net::LinkDescription::to);
   const auto from_outside = std::ranges::find(outside_.net.links, outer(input), &net::LinkDescription::to);
