@@ -16,6 +16,8 @@ namespace takt::command {
 struct Contribution {
   SetPoint set_point;
   Signal done;  ///< a port in the fragment: it has come to its end, or was cancelled and has come to rest
+  std::string path_clock = {};  ///< of a planned motion: its PathClock in the fragment
+  double duration = 0.0;        ///< of a planned motion, s
 };
 
 /// What is to be done, without who does it. Immutable; any thread.
@@ -44,6 +46,11 @@ class ActionModel {
   /// Adds one of states(). @return its port in the fragment.
   [[nodiscard]] virtual std::string add_state(FragmentWriter& fragment, const std::string& name,
                                               const nlohmann::ordered_json& parameters) const;
+
+  /// How long it takes from a cancel to rest, at most, s.
+  [[nodiscard]] virtual double stop_time(const ActuatorModel&) const { return 0.0; }
+  /// Whether its net tells LOAD how long that is (Primitive::stop_time_bound), so that nobody has to.
+  [[nodiscard]] virtual bool net_knows_stop_time() const { return true; }
 
   /// How it takes its actuator over and leaves it, as far as it knows (row L3).
   [[nodiscard]] virtual std::optional<device::Seam> begins() const { return std::nullopt; }

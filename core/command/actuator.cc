@@ -33,6 +33,9 @@ class ArmActuator final : public ActuatorModel {
   }
   [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
   [[nodiscard]] const MountedArm* arm() const override { return &arm_; }
+  [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
+    return fragment.add_null_test("arm.q", net::ValueType::kJoints);
+  }
 
   void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
     fragment.add("arm", "ArmCommand", {{"device", name()}});
@@ -120,6 +123,13 @@ class PairActuator final : public ActuatorModel {
     }
   }
 
+  [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
+    fragment.add("no_pair", "Or");
+    fragment.link(fragment.add_null_test("arm_1.q", net::ValueType::kJoints), "no_pair.a");
+    fragment.link(fragment.add_null_test("arm_2.q", net::ValueType::kJoints), "no_pair.b");
+    return "no_pair.value";
+  }
+
  private:
   std::vector<std::string> names_;
   std::map<std::string, State> states_;
@@ -135,6 +145,9 @@ class GripperActuator final : public ActuatorModel {
                 {"emergency_stop", !State(read_resource(net::ValueType::kBoolean, "GripperState", "device", name,
                                                         gripper_, "ready", id_of("gripper", name)))}} {}
   [[nodiscard]] const device::GripperDescription* gripper() const override { return &gripper_->description(); }
+  [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
+    return fragment.add_null_test("command.width", net::ValueType::kReal);
+  }
 
   [[nodiscard]] std::vector<SetPointKind> takes() const override { return {SetPointKind::kGrip}; }
   [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
@@ -160,6 +173,9 @@ class OutputActuator final : public ActuatorModel {
         ready_(ready(cell, name, digital_)) {}
   [[nodiscard]] const device::SignalOutputDescription<double>* analog_output() const override {
     return analog_ == nullptr ? nullptr : &analog_->description();
+  }
+  [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
+    return fragment.add_null_test("output.value", digital_ ? net::ValueType::kBoolean : net::ValueType::kReal);
   }
 
   [[nodiscard]] std::vector<SetPointKind> takes() const override {
@@ -200,6 +216,7 @@ class MissingActuator final : public ActuatorModel {
     return {{"completed", never}, {"emergency_stop", never}};
   }
   void add_consumer(FragmentWriter&, const SetPoint&) const override {}
+  [[nodiscard]] std::string add_invalid(FragmentWriter&) const override { return {}; }
   [[nodiscard]] std::optional<Finding> fault() const override { return fault_; }
 
  private:
@@ -235,6 +252,10 @@ void SetPoint::feed(FragmentWriter& fragment, std::string_view name, const std::
 }
 
 State Actuator::completed() const { return model_->states().at("completed"); }
+State Actuator::invalid_set_point() const {
+  const auto subject = std::make_shared<const Subject>(Subject{Subject::Kind::kActuator, name()});
+  return State(leaf(net::ValueType::kBoolean, subject, "invalid_set_point"));
+}
 State Actuator::emergency_stop() const { return model_->states().at("emergency_stop"); }
 
 Actuator arm(const Cell& cell, const std::string& name) {

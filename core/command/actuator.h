@@ -54,6 +54,8 @@ class ActuatorModel {
   virtual void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const = 0;
   /// States of its own: "completed" (it has reached what it was told last), "emergency_stop" (it takes nothing).
   [[nodiscard]] virtual std::map<std::string, State> states() const = 0;
+  /// Adds what is true while the set point that its consumer is fed with in this fragment is none. @return its port.
+  [[nodiscard]] virtual std::string add_invalid(FragmentWriter& fragment) const = 0;
   /// The arm that it is, or that it moves; null for others.
   [[nodiscard]] virtual const MountedArm* arm() const { return nullptr; }
   /// What is known of the gripper, or the analog output, that it is; null for others.
@@ -75,6 +77,9 @@ class Actuator {
   [[nodiscard]] const ActuatorModel& model() const { return *model_; }
   /// It has reached what it was told last.
   [[nodiscard]] State completed() const;
+  /// A command of the same tree gives it a set point that is none: no joints for a pose, a sensor that is silent. The
+  /// net fails in that cycle (row N4); what the state starts or tells outside still happens in it.
+  [[nodiscard]] State invalid_set_point() const;
   /// It takes no set points: an emergency stop, no power, a fault.
   [[nodiscard]] State emergency_stop() const;
 

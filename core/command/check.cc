@@ -82,6 +82,7 @@ class Checker {
       return error(place, "C10", fmt::format("state '{}' is raised in another tree", name),
                    "TransactionCommand::raised() of a transaction around this place");
     }
+    if (leaf.subject->kind == Subject::Kind::kActuator) return check_driven(name, place);
     const int of = tree_.find(leaf.subject);
     if (of < 0) {
       return error(place, "C6",
@@ -94,6 +95,14 @@ class Checker {
     if (std::ranges::find(offered, leaf.output) != offered.end()) return;
     error(place, "C8", fmt::format("{} has no state '{}'", name, leaf.output),
           fmt::format("it offers {}", fmt::join(offered, ", ")));
+  }
+
+  void check_driven(const std::string& actuator, const std::string& place) {
+    for (int i = 0; i < tree_.size(); ++i) {
+      if (node(i).is_runtime() && node(i).actuator->name() == actuator) return;
+    }
+    error(place, "C6", fmt::format("no command in this tree gives '{}' set points", actuator),
+          "an actuator of a command in this tree");
   }
 
   void check_observation(int i, const Observation& observation) {

@@ -18,9 +18,9 @@ class Resource;
 namespace takt::command {
 
 /// Something of a command tree that formulas may speak of: whose states and values stand in the net, but not at a
-/// device. Identity counts, the rest is for people.
+/// device. Identity counts; of an actuator its name.
 struct Subject {
-  enum class Kind : std::uint8_t { kAction, kCommand, kRaised };
+  enum class Kind : std::uint8_t { kAction, kCommand, kRaised, kActuator };
   Kind kind = Kind::kCommand;
   std::string name;
 };

@@ -38,8 +38,8 @@ struct CommandStatus {
 
 class Runtime;
 
-/// A command that was loaded. A handle: copies are the same; the net is unloaded with the last one. Not used by the
-/// cycle; one thread, that of the program. Realtime: setup.
+/// A command that was loaded. A handle: copies are the same; the net is unloaded with the last one, unless it still
+/// runs: then it goes on, and stays loaded. Not used by the cycle; one thread, that of the program. Realtime: setup.
 class CommandHandle {
  public:
   static constexpr std::size_t kTracedCycles = 16;
@@ -58,7 +58,8 @@ class CommandHandle {
   [[nodiscard]] CommandStatus status() const;
 
   /// An observed or captured value: of the newest cycle, or of the last one. @return nothing for null, and for a name
-  /// or a type that is not observed.
+  /// or a type that is not observed. In lock-step, or when it has ended; beside a running cycle use
+  /// ControlCore::watch().
   template <class T>
   [[nodiscard]] std::optional<T> value(const std::string& name) const;
   [[nodiscard]] rcc::NetId net() const;

@@ -45,10 +45,10 @@ class Mapper {
     for (int i = 0; i < tree_.size(); ++i) write_command(i);
     for (const auto& handler : tree_.handlers()) write_handler(handler);
     close_latches();
-    MappedCommand& mapped = mapped_;
-    mapped.net = std::move(writer_.net);
-    mapped.net.name = tree_.at(0).node->name;
-    return std::move(mapped);
+    bound_cancel();
+    mapped_.net = std::move(writer_.net);
+    mapped_.net.name = tree_.at(0).node->name;
+    return std::move(mapped_);
   }
 
  private:
@@ -258,6 +258,18 @@ class Mapper {
     return writer_.only_while(id(i, leaf.output.c_str()), active(i), port);
   }
 
+  /// Some command gives the actuator nothing.
+  Signal invalid_signal(const std::string& actuator) {
+    std::vector<Signal> signals;
+    for (int i = 0; i < tree_.size(); ++i) {
+      if (!node(i).is_runtime() || node(i).actuator->name() != actuator) continue;
+      FragmentWriter& inside = fragment(i);
+      const Signal port = Signal::at(inside.outer(node(i).actuator->model().add_invalid(inside)));
+      signals.push_back(writer_.only_while(id(i, "invalid"), active(i), port));
+    }
+    return writer_.any("invalid", signals);
+  }
+
   Signal command_signal(int i, const std::string& state) {
     if (state == "started") return started(i);
     if (state == "active") return active(i);
@@ -278,6 +290,8 @@ class Mapper {
         return raised_signal(leaf.subject);
       case Subject::Kind::kAction:
         return action_signal(tree_.find(leaf.subject), leaf);
+      case Subject::Kind::kActuator:
+        return invalid_signal(leaf.subject->name);
       default:
         return command_signal(tree_.find(leaf.subject), leaf.output);
     }
@@ -346,6 +360,19 @@ class Mapper {
     for (const auto& [name, port] : at(i).contribution.set_point.ports) {
       trace(tree_.at(i).path + " " + name, Signal::at(at(i).fragment->outer(port)));
     }
+  }
+
+  /// Where the net cannot tell how long a cancel takes: all the times one after the other, and some cycles for each.
+  void bound_cancel() {
+    bool unknown = false;
+    double time = 0.0;
+    for (int i = 0; i < tree_.size(); ++i) {
+      if (!node(i).is_runtime()) continue;
+      unknown = unknown || !node(i).model().net_knows_stop_time();
+      time += node(i).model().stop_time(node(i).actuator->model());
+    }
+    const auto cycles = static_cast<std::int64_t>(std::ceil(time / to_seconds(writer_.period())));
+    if (unknown) mapped_.options.cancel_bound_cycles = cycles + 4 * tree_.size() + 4;
   }
 
   void write_observation(int i, const Observation& observation) {

@@ -81,9 +81,15 @@ class PlannedModel final : public ActionModel {
     fragment.add("done", "Or");
     fragment.link("clock.at_end", "done.a");
     fragment.link(stopped, "done.b");
-    return {.set_point = std::move(set_point), .done = Signal::at("done.value")};
+    return {.set_point = std::move(set_point),
+            .done = Signal::at("done.value"),
+            .path_clock = "clock",
+            .duration = motion.duration()};
   }
 
+  [[nodiscard]] double stop_time(const ActuatorModel&) const override {
+    return motion::PathClock(motion_.motion->clock, motion_.motion->duration(), false).stop_time_bound();
+  }
   [[nodiscard]] std::vector<std::string> states() const override {
     std::vector<std::string> states{"progress", "at_path"};
     if (!motion_.partner) states.emplace_back("error");
@@ -174,26 +180,39 @@ class PlannedModel final : public ActionModel {
   PlannedMotion motion_;
 };
 
+/// Plans a motion of an arm from where it will be.
+using Planner = std::function<Result<motion::SequencePlan>(const MountedArm& arm, const JointVector& q_start)>;
+
 /// Motions that are not planned yet.
 class MotionModel final : public ActionModel {
  public:
-  using PartMaker = std::function<std::vector<SequencePart>(const ActuatorModel&)>;
-
-  MotionModel(std::string name, std::vector<std::string> states, PartMaker parts)
-      : name_(std::move(name)), states_(std::move(states)), parts_(std::move(parts)) {}
+  /// @param wish  frame that moves and inputs of the clock; the rest is the planner's
+  MotionModel(std::string name, MotionWish wish, Planner planner)
+      : name_(std::move(name)), wish_(std::move(wish)), planner_(std::move(planner)) {}
 
   [[nodiscard]] std::string_view name() const override { return name_; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kPath; }
-  [[nodiscard]] std::vector<std::string> states() const override { return states_; }
+  [[nodiscard]] std::vector<std::string> states() const override {
+    return {"progress", "at_path", "via_passed", "error"};
+  }
   [[nodiscard]] bool needs_plan() const override { return true; }
   [[nodiscard]] Contribution add_to(FragmentWriter&, const ActuatorModel&) const override { return {}; }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                const JointVector& q_start) const override;
+                                                                const JointVector& q_start) const override {
+    auto plan = planner_(*actuator.arm(), q_start);
+    if (!plan) return std::unexpected(std::move(plan.error()));
+    return std::make_shared<const PlannedModel>(
+        PlannedMotion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
+                      .X_FM = wish_.X_FM.value_or(actuator.arm()->X_FT),
+                      .handed_over = std::move(plan->handed_over),
+                      .clock = wish_.clock,
+                      .name = name_});
+  }
 
  private:
   std::string name_;
-  std::vector<std::string> states_;
-  PartMaker parts_;
+  MotionWish wish_;
+  Planner planner_;
 };
 
 motion::ArmModel model_of(const MountedArm& arm, const MotionWish& wish) {
@@ -202,6 +221,13 @@ motion::ArmModel model_of(const MountedArm& arm, const MotionWish& wish) {
           .inverse = d.inverse.get(),
           .limits = d.limits,
           .cartesian = d.cartesian,
+          .X_FM = wish.X_FM.value_or(arm.X_FT)};
+}
+
+motion::MotionOptions options_of(const MountedArm& arm, const MotionWish& wish) {
+  return {.velocity = wish.velocity,
+          .acceleration = wish.acceleration,
+          .linear_velocity = wish.linear_velocity,
           .X_FM = wish.X_FM.value_or(arm.X_FT)};
 }
 
@@ -218,34 +244,25 @@ motion::LegMaker with_wish(const SequencePart& part) {
   };
 }
 
-Result<std::shared_ptr<const ActionModel>> MotionModel::plan(const ActuatorModel& actuator,
-                                                             const JointVector& q_start) const {
-  const std::vector<SequencePart> parts = parts_(actuator);
-  const MotionWish& first = parts.front().wish;
-  std::vector<motion::LegMaker> makers;
-  for (const SequencePart& part : parts) makers.push_back(with_wish(part));
-  auto plan = motion::plan_sequence(model_of(*actuator.arm(), first), q_start, makers);
-  if (!plan) return std::unexpected(std::move(plan.error()));
-  return std::make_shared<const PlannedModel>(
-      PlannedMotion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
-                    .X_FM = first.X_FM.value_or(actuator.arm()->X_FT),
-                    .handed_over = std::move(plan->handed_over),
-                    .clock = first.clock,
-                    .name = name_});
+Result<motion::SequencePlan> alone(Result<motion::Motion> motion) {
+  if (!motion) return std::unexpected(std::move(motion.error()));
+  motion::SequencePlan plan;
+  plan.motion = std::move(*motion);
+  return plan;
+}
+
+Action motion_action(const char* name, const MotionWish& wish, Planner planner) {
+  return Action(std::make_shared<const MotionModel>(name, wish, std::move(planner)));
 }
 
 /// A motion of one leg; `make_leg(model, q, goal)` is one of the functions of core/motion/leg.h.
 template <class Goal, class MakeLeg>
 Action one_leg(const char* name, const MotionWish& wish, const Goal& goal, MakeLeg make_leg) {
-  const auto parts = [wish, goal, make_leg](const ActuatorModel& actuator) {
-    const MountedArm arm = *actuator.arm();
-    const auto geometry = [arm, wish, goal, make_leg](const JointVector& q) {
-      return make_leg(model_of(arm, wish), q, goal);
-    };
-    return std::vector<SequencePart>{{.geometry = geometry, .wish = wish}};
-  };
-  return Action(
-      std::make_shared<const MotionModel>(name, std::vector<std::string>{"progress", "at_path", "error"}, parts));
+  return motion_action(name, wish, [wish, goal, make_leg](const MountedArm& arm, const JointVector& q_start) {
+    const motion::ArmModel model = model_of(arm, wish);
+    const auto geometry = [&](const JointVector& q) { return make_leg(model, q, goal); };
+    return motion::plan_sequence(model, q_start, {with_wish({.geometry = geometry, .wish = wish})});
+  });
 }
 
 /// The position of an arm at the natural end of what came before on it.
@@ -270,13 +287,21 @@ class Whereabouts {
 Action planned(PlannedMotion motion) { return Action(std::make_shared<const PlannedModel>(std::move(motion))); }
 
 Action ptp(const JointVector& q_goal, const MotionWish& wish) {
-  return one_leg("PTP", wish, q_goal,
-                 [](const auto& arm, const auto& q, const auto& goal) { return motion::ptp_leg(arm, q, goal); });
+  return motion_action("PTP", wish, [wish, q_goal](const MountedArm& arm, const JointVector& q) {
+    const device::ArmDescription& d = arm.device->description();
+    return alone(motion::plan_ptp(*d.chain, d.limits, q, q_goal, options_of(arm, wish)));
+  });
 }
+
 Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish) {
-  return one_leg("LIN", wish, X_BM_goal,
-                 [](const auto& arm, const auto& q, const auto& goal) { return motion::lin_leg(arm, q, goal); });
+  return motion_action("LIN", wish, [wish, X_BM_goal](const MountedArm& arm, const JointVector& q) {
+    const device::ArmDescription& d = arm.device->description();
+    if (!d.inverse) return Result<motion::SequencePlan>(failure({}, "the arm has no inverse kinematics", "a PTP"));
+    return alone(
+        motion::plan_lin(*d.chain, *d.inverse, d.limits, d.cartesian, q, X_BM_goal, {}, options_of(arm, wish)));
+  });
 }
+
 Action circ(const motion::ArcThrough& arc, const MotionWish& wish) {
   return one_leg("CIRC", wish, arc,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::circ_leg(arm, q, goal); });
@@ -295,9 +320,15 @@ Action spline(const std::vector<JointVector>& points, const MotionWish& wish) {
 }
 
 Action sequence(std::vector<SequencePart> parts) {
-  std::vector<std::string> states{"progress", "at_path", "via_passed", "error"};
-  return Action(std::make_shared<const MotionModel>(
-      "sequence", std::move(states), [parts = std::move(parts)](const ActuatorModel&) { return parts; }));
+  const MotionWish first = parts.empty() ? MotionWish{} : parts.front().wish;
+  return motion_action(
+      "sequence", first, [parts = std::move(parts), first](const MountedArm& arm, const JointVector& q) {
+        if (parts.empty())
+          return Result<motion::SequencePlan>(failure({}, "a sequence without motions", "one at least"));
+        std::vector<motion::LegMaker> makers;
+        for (const SequencePart& part : parts) makers.push_back(with_wish(part));
+        return motion::plan_sequence(model_of(arm, first), q, makers);
+      });
 }
 
 Findings plan(const Command& command) {

@@ -244,6 +244,25 @@ void FragmentWriter::set_parameter(const std::string& id, const std::string& nam
   primitive_in(net(), id).parameters[name] = std::move(value);
 }
 
+std::string FragmentWriter::add_null_test(const std::string& input, net::ValueType type) {
+  std::string id = "no_" + input;
+  std::ranges::replace(id, '.', '_');
+  if (has(id)) return id + ".value";
+  const auto inner = std::ranges::find(net().links, input, &net::LinkDescription::to);
+  const auto from_outside = std::ranges::find(outside_.net.links, outer(input), &net::LinkDescription::to);
+  if (inner == net().links.end() && from_outside == outside_.net.links.end()) {
+    add(id, "ConstantBoolean", {{"value", false}});
+    return id + ".value";
+  }
+  add(id, "IsNull" + std::string(net::name_of(type)));
+  if (inner != net().links.end()) {
+    link(inner->from, id + ".input");
+  } else {
+    outside_.link(from_outside->from, outer(id + ".input"));
+  }
+  return id + ".value";
+}
+
 void FragmentWriter::nest(net::FragmentDescription fragment) { net().fragments.push_back(std::move(fragment)); }
 
 bool FragmentWriter::has(const std::string& id) const {

@@ -116,6 +116,8 @@ class FragmentWriter {
   /// A gate in here over a port in here and the cancel from the outside.
   std::string gate_with_cancel(const std::string& id, const char* type, const std::string& port);
   void set_parameter(const std::string& id, const std::string& name, nlohmann::ordered_json value);
+  /// A Boolean that is true while what feeds an input in here is null; never, if that is a constant.
+  [[nodiscard]] std::string add_null_test(const std::string& input, net::ValueType type);
   /// A fragment inside of this one.
   void nest(net::FragmentDescription fragment);
   /// The name of an inner port from the outside.

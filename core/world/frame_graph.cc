@@ -11,8 +11,9 @@ Findings FrameGraph::add(const std::string& name, const std::string& parent, con
   return findings;
 }
 
-Findings FrameGraph::set(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF) {
+Findings FrameGraph::set(const std::string& name, const Relation& relation) {
   Findings findings;
+  const std::string& parent = relation.parent;
   if (name.empty()) findings.error({}, "a frame needs a name");
   if (name == kWorld) findings.error({}, "the frame 'world' is the root and cannot be placed");
   if (!contains(parent)) {
@@ -20,8 +21,13 @@ Findings FrameGraph::set(const std::string& name, const std::string& parent, con
   } else if (is_below(parent, name)) {
     findings.error({}, fmt::format("frame '{}' cannot hang below itself through '{}'", name, parent));
   }
-  if (!X_PF.matrix().allFinite()) findings.error({}, fmt::format("the pose of frame '{}' is not finite", name));
-  if (findings.empty()) relations_[name] = {parent, X_PF};
+  if (!relation.X_PF.matrix().allFinite()) {
+    findings.error({}, fmt::format("the pose of frame '{}' is not finite", name));
+  }
+  if (relation.moves() && relation.source.empty()) {
+    findings.error({}, fmt::format("frame '{}' moves, but nothing says where it is", name), "the name of its source");
+  }
+  if (findings.empty()) relations_[name] = relation;
   return findings;
 }
 
@@ -35,25 +41,51 @@ bool FrameGraph::is_below(std::string_view name, std::string_view ancestor) cons
   return name == ancestor;
 }
 
-Result<Eigen::Isometry3d> FrameGraph::in_world(std::string_view name) const {
+const Relation* FrameGraph::relation(std::string_view name) const {
+  const auto found = relations_.find(name);
+  return found == relations_.end() ? nullptr : &found->second;
+}
+
+/// The frame, its parent, and so on; the world is left out.
+std::vector<std::string_view> FrameGraph::way_to_world(std::string_view name) const {
+  std::vector<std::string_view> way;
+  for (auto at = relations_.find(name); at != relations_.end(); at = relations_.find(at->second.parent)) {
+    way.push_back(at->first);
+  }
+  return way;
+}
+
+/// Pose of the first frame of the way in the parent of the last of `count` frames.
+Result<Eigen::Isometry3d> FrameGraph::along(const std::vector<std::string_view>& way, std::size_t count) const {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  while (name != kWorld) {
-    const auto found = relations_.find(name);
-    if (found == relations_.end()) {
-      return failure({}, fmt::format("there is no frame '{}'", name), nearest_choice(name, names()));
+  for (std::size_t i = 0; i < count; ++i) {
+    const Relation& relation = *this->relation(way[i]);
+    if (relation.moves()) {
+      return failure({}, fmt::format("frame '{}' moves with '{}'", way[i], relation.source),
+                     "a frame that does not, or a sensor");
     }
-    X = found->second.X_PF * X;
-    name = found->second.parent;
+    X = relation.X_PF * X;
   }
   return X;
 }
 
 Result<Eigen::Isometry3d> FrameGraph::pose(std::string_view of, std::string_view in) const {
-  const auto X_WF = in_world(of);
-  const auto X_WI = in_world(in);
-  if (!X_WF) return X_WF;
-  if (!X_WI) return X_WI;
-  return X_WI->inverse() * *X_WF;
+  for (const std::string_view name : {of, in}) {
+    if (!contains(name)) {
+      return failure({}, fmt::format("there is no frame '{}'", name), nearest_choice(name, names()));
+    }
+  }
+  const auto from = way_to_world(of), to = way_to_world(in);
+  // What both hang on does not matter, and may move.
+  std::size_t shared = 0;
+  while (shared < from.size() && shared < to.size() && from[from.size() - 1 - shared] == to[to.size() - 1 - shared]) {
+    ++shared;
+  }
+  const auto X_CF = along(from, from.size() - shared);
+  const auto X_CI = along(to, to.size() - shared);
+  if (!X_CF) return X_CF;
+  if (!X_CI) return X_CI;
+  return X_CI->inverse() * *X_CF;
 }
 
 std::vector<std::string> FrameGraph::names() const {

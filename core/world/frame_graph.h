@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <string_view>
@@ -11,7 +12,24 @@
 
 namespace takt::world {
 
-/// Named frames, each fixed to a parent; the root is "world". A relation may be replaced when something is measured.
+/// How a frame hangs on its parent.
+struct Relation {
+  enum class Kind : std::uint8_t {
+    kFixed,     ///< built in: X_PF
+    kEstimate,  ///< measured once, and believed until it is measured again: X_PF
+    kFlange,    ///< on the flange of the arm `source`, whose base the parent is; X_PF is its pose in the flange
+    kChannel    ///< the channel `source` gives a pose in the parent; X_PF is its pose behind that
+  };
+  Kind kind = Kind::kFixed;
+  std::string parent;
+  Eigen::Isometry3d X_PF = Eigen::Isometry3d::Identity();  ///< m
+  std::string source = {};
+
+  /// It changes while nets run.
+  [[nodiscard]] bool moves() const { return kind == Kind::kFlange || kind == Kind::kChannel; }
+};
+
+/// Named frames, each hanging on a parent; the root is "world". A relation may be replaced when something is measured.
 /// Thread: the program's. Realtime: setup.
 class FrameGraph {
  public:
@@ -21,19 +39,22 @@ class FrameGraph {
   /// @return a finding if the name exists, the parent does not, or the name is empty.
   [[nodiscard]] Findings add(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF);
   /// Replaces the relation of a frame to its parent, or adds the frame.
-  [[nodiscard]] Findings set(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF);
+  [[nodiscard]] Findings set(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF) {
+    return set(name, Relation{.kind = Relation::Kind::kFixed, .parent = parent, .X_PF = X_PF});
+  }
+  [[nodiscard]] Findings set(const std::string& name, const Relation& relation);
 
   [[nodiscard]] bool contains(std::string_view name) const;
-  /// Pose of frame `of` in frame `in`; findings name the unknown frame and the nearest one.
+  /// How a frame hangs on its parent; null for the world and for frames that are not there.
+  [[nodiscard]] const Relation* relation(std::string_view name) const;
+  /// Pose of frame `of` in frame `in`; findings name the unknown frame and the nearest one, or the frame between them
+  /// that moves: where that is only sensors tell (core/command/frame_sensors.h).
   [[nodiscard]] Result<Eigen::Isometry3d> pose(std::string_view of, std::string_view in = kWorld) const;
   [[nodiscard]] std::vector<std::string> names() const;
 
  private:
-  struct Relation {
-    std::string parent;
-    Eigen::Isometry3d X_PF;
-  };
-  [[nodiscard]] Result<Eigen::Isometry3d> in_world(std::string_view name) const;
+  [[nodiscard]] std::vector<std::string_view> way_to_world(std::string_view name) const;
+  [[nodiscard]] Result<Eigen::Isometry3d> along(const std::vector<std::string_view>& way, std::size_t count) const;
   [[nodiscard]] bool is_below(std::string_view name, std::string_view ancestor) const;
 
   std::map<std::string, Relation, std::less<>> relations_;

@@ -43,5 +43,17 @@ TEST(FrameGraph, RefusesUnknownDoubleAndCircularFrames) {
   EXPECT_FALSE(graph.pose("nothing").has_value());
 }
 
+TEST(FrameGraph, MovingFramesHaveNoConstantPoseButWhatHangsOnThemHas) {
+  FrameGraph graph;
+  ASSERT_TRUE(graph.add("arm", "world", at(1, 0, 0)).empty());
+  ASSERT_TRUE(graph.set("flange", {.kind = Relation::Kind::kFlange, .parent = "arm", .source = "arm"}).empty());
+  ASSERT_TRUE(graph.add("tool", "flange", at(0, 0, 0.1)).empty());
+  ASSERT_TRUE(graph.add("camera", "flange", at(0.05, 0, 0)).empty());
+  EXPECT_THAT(graph.pose("tool").error().to_string(), testing::HasSubstr("'flange' moves with 'arm'"));
+  EXPECT_TRUE(graph.pose("tool", "camera")->translation().isApprox(Eigen::Vector3d(-0.05, 0, 0.1), 1e-15));
+  EXPECT_THAT(graph.set("x", {.kind = Relation::Kind::kChannel, .parent = "arm"}).to_string(),
+              testing::HasSubstr("nothing says where it is"));
+}
+
 }  // namespace
 }  // namespace takt::world

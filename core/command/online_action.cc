@@ -1,0 +1,269 @@
+#include "core/command/online_action.h"
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include "core/command/device_sensors.h"
+#include "core/device/description.h"
+#include "core/net/value_json.h"
+
+namespace takt::command {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using kinematics::JointVector;
+
+/// Joints that are slower and change their velocity less than this stand, rad/s and rad/s^2.
+constexpr double kStanding = 1e-9;
+
+Json joints_json(const JointVector& q) { return net::value_to_json(net::JointArray(q)); }
+
+/// From any state that the limits allow to rest, with room for a generator that swings back, s.
+double time_to_rest(const ActuatorModel& actuator, double acceleration) {
+  const auto& limits = actuator.arm()->device->description().limits;
+  double longest = 0.0;
+  for (Eigen::Index i = 0; i < limits.velocity.size(); ++i) {
+    const double ramp = limits.acceleration[i] / limits.jerk[i];
+    longest = std::max(longest, limits.velocity[i] / (acceleration * limits.acceleration[i]) + 2.0 * ramp);
+  }
+  return 4.0 * longest;
+}
+
+/// An action that moves an arm by a wanted velocity of its tool: in "wanted.value", and null to come to rest.
+class VelocityModel : public ActionModel {
+ public:
+  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return time_to_rest(actuator, 1.0); }
+  [[nodiscard]] bool net_knows_stop_time() const override { return false; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kTwist; }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    add_velocity(fragment, actuator);
+    fragment.add("go", "Not");
+    fragment.feed(fragment.cancel(), "go.input");
+    fragment.add("twist", "GateTwist");
+    fragment.link("wanted.value", "twist.input");
+    fragment.link("go.value", "twist.open");
+    return {.set_point = {.kind = SetPointKind::kTwist,
+                          .ports = {{"twist", "twist.value"}},
+                          .constants = {},
+                          .sensors = {},
+                          .X_FM = actuator.arm()->X_FT},
+            .done = Signal::at(add_rest(fragment))};
+  }
+
+ protected:
+  /// Adds what gives "wanted.value", a twist of the tool centre point in the axes of the base.
+  virtual void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const = 0;
+
+  static void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWish& wish) {
+    fragment.add("wanted", "LimitTwist", {{"linear_max", wish.linear_max}, {"angular_max", wish.angular_max}});
+    fragment.link(from, "wanted.input");
+  }
+
+  /// It was cancelled, and the joints stand. @return the port.
+  static std::string add_rest(FragmentWriter& fragment) {
+    std::string standing;
+    for (const char* port : {"dq", "ddq"}) {
+      const std::string id = std::string("largest_") + port;
+      fragment.add(id, "LargestJoint");
+      fragment.link(std::string("inverse.") + port, id + ".input");
+      fragment.add(id + "_none", "LessThan", {{"b", kStanding}});
+      fragment.link(id + ".value", id + "_none.a");
+    }
+    fragment.add("standing", "And");
+    fragment.link("largest_dq_none.value", "standing.a");
+    fragment.link("largest_ddq_none.value", "standing.b");
+    return fragment.gate_with_cancel("done", "And", "standing.value");
+  }
+};
+
+class Jog final : public VelocityModel {
+ public:
+  Jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds)
+      : velocity_(velocity.node()), enabled_(enabled.node()), bounds_(bounds) {}
+  [[nodiscard]] std::string_view name() const override { return "jog"; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {velocity_, enabled_}; }
+
+ private:
+  void add_velocity(FragmentWriter& fragment, const ActuatorModel&) const override {
+    fragment.add("held", "GateTwist");
+    fragment.feed(velocity_, "held.input");
+    fragment.feed(enabled_, "held.open");
+    add_limit(fragment, "held.value", bounds_);
+  }
+
+  ExpressionPtr velocity_, enabled_;
+  FollowWish bounds_;
+};
+
+class FollowPose final : public VelocityModel {
+ public:
+  FollowPose(const FrameSensor& target, const FollowWish& wish) : target_(target.node()), wish_(wish) {}
+  [[nodiscard]] std::string_view name() const override { return "follow"; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {target_}; }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
+
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+    if (name == "error") {
+      fragment.add("no_target", "IsNullFrame");
+      fragment.feed(target_, "no_target.input");
+      return "no_target.value";
+    }
+    fragment.add("arrived", "FramesNear", {{"distance_max", wish_.distance}, {"angle_max", wish_.angle}});
+    fragment.link("now.frame", "arrived.a");
+    fragment.feed(target_, "arrived.b");
+    return "arrived.value";
+  }
+
+ private:
+  /// From where the tool was sent last to the target, with a gain.
+  void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    fragment.add("state", "ArmState", {{"device", actuator.name()}});
+    fragment.add("now", "ForwardKinematics",
+                 {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
+    fragment.link("state.set_point_q", "now.q");
+    fragment.add("difference", "FrameDifference");
+    fragment.link("now.frame", "difference.from");
+    fragment.feed(target_, "difference.to");
+    fragment.add("gain", "ConstantReal", {{"value", wish_.gain}});
+    fragment.add("velocity", "ScaleTwist");
+    fragment.link("difference.value", "velocity.twist");
+    fragment.link("gain.value", "velocity.factor");
+    add_limit(fragment, "velocity.value", wish_);
+  }
+
+  ExpressionPtr target_;
+  FollowWish wish_;
+};
+
+class HoldForce final : public VelocityModel {
+ public:
+  HoldForce(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
+            const ForceWish& wish)
+      : pressing_(pressing.node()),
+        direction_(rotate(X_BT, Eigen::Vector3d(direction_T.normalized())).node()),
+        wish_(wish) {}
+  [[nodiscard]] std::string_view name() const override { return "hold force"; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {pressing_, direction_}; }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"in_contact", "error"}; }
+
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+    if (name == "in_contact") return "law.contact";
+    fragment.add("no_force", "IsNullReal");
+    fragment.feed(pressing_, "no_force.input");
+    return "no_force.value";
+  }
+
+ private:
+  void add_velocity(FragmentWriter& fragment, const ActuatorModel&) const override {
+    fragment.add("law", "ForceController",
+                 {{"wanted", wish_.force},
+                  {"approach_velocity", wish_.approach_velocity},
+                  {"contact_force", wish_.contact_force},
+                  {"release_force", 0.5 * wish_.contact_force},
+                  {"release_time", 0.05},
+                  {"gain", wish_.gain},
+                  {"integral_time", wish_.integral_time},
+                  {"velocity_max", wish_.velocity_max},
+                  {"acceleration_max", wish_.acceleration_max}});
+    fragment.feed(pressing_, "law.force");
+    fragment.add("along", "ScaleVector");
+    fragment.feed(direction_, "along.vector");
+    fragment.link("law.velocity", "along.factor");
+    fragment.add("wanted", "AssembleTwist", {{"angular", net::value_to_json(net::Vector(net::Vector::Zero()))}});
+    fragment.link("along.value", "wanted.linear");
+  }
+
+  ExpressionPtr pressing_, direction_;
+  ForceWish wish_;
+};
+
+/// When it is cancelled, where the arm then is becomes the target.
+class FollowJoints final : public ActionModel {
+ public:
+  FollowJoints(const JointsSensor& target, double velocity, double acceleration)
+      : target_(target.node()), velocity_(velocity), acceleration_(acceleration) {}
+  [[nodiscard]] std::string_view name() const override { return "follow"; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {target_}; }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
+  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override {
+    return time_to_rest(actuator, acceleration_);
+  }
+  [[nodiscard]] bool net_knows_stop_time() const override { return false; }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    const device::ArmDescription& arm = actuator.arm()->device->description();
+    fragment.add("state", "ArmState", {{"device", actuator.name()}});
+    add_target(fragment);
+    fragment.add("generator", "JerkLimitedJointPosition",
+                 {{"joints", arm.limits.velocity.size()},
+                  {"velocity_max", joints_json(velocity_ * arm.limits.velocity)},
+                  {"acceleration_max", joints_json(acceleration_ * arm.limits.acceleration)},
+                  {"jerk_max", joints_json(acceleration_ * arm.limits.jerk)}});
+    fragment.link("target.value", "generator.target");
+    fragment.link("begin.value", "generator.start");
+    SetPoint set_point{.kind = SetPointKind::kJoints, .ports = {}, .constants = {}};
+    set_point.ports["q"] = "generator.position";
+    set_point.ports["dq"] = "generator.velocity";
+    set_point.ports["ddq"] = "generator.acceleration";
+    return {.set_point = set_point, .done = Signal::at(fragment.gate_with_cancel("done", "And", "generator.arrived"))};
+  }
+
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+    if (name == "arrived") return "generator.arrived";
+    fragment.add("no_target", "IsNullJoints");
+    fragment.feed(target_, "no_target.input");
+    return "no_target.value";
+  }
+
+ private:
+  /// The newest target; before the first where the arm is; from a cancel on where it was then.
+  void add_target(FragmentWriter& fragment) const {
+    fragment.add("begin", "SnapshotJoints", {{"trigger", true}});
+    fragment.link("state.set_point_q", "begin.input");
+    fragment.add("newest", "HoldLastJoints", {{"cycles", 1'000'000'000}});
+    fragment.feed(target_, "newest.input");
+    fragment.add("known", "DefaultToJoints");
+    fragment.link("newest.value", "known.input");
+    fragment.link("begin.value", "known.fallback");
+    fragment.add("here", "SnapshotJoints");
+    fragment.link("state.set_point_q", "here.input");
+    fragment.feed(fragment.cancel(), "here.trigger");
+    fragment.add("target", "SelectJoints");
+    fragment.feed(fragment.cancel(), "target.condition");
+    fragment.link("here.value", "target.if_true");
+    fragment.link("known.value", "target.if_false");
+  }
+
+  ExpressionPtr target_;
+  double velocity_, acceleration_;
+};
+
+}  // namespace
+
+Action jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds) {
+  return Action(std::make_shared<const Jog>(velocity, enabled, bounds));
+}
+Action follow(const FrameSensor& target, const FollowWish& wish) {
+  return Action(std::make_shared<const FollowPose>(target, wish));
+}
+Action follow(const JointsSensor& target, double velocity, double acceleration) {
+  return Action(std::make_shared<const FollowJoints>(target, velocity, acceleration));
+}
+Action hold_force(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
+                  const ForceWish& wish) {
+  return Action(std::make_shared<const HoldForce>(pressing, X_BT, direction_T, wish));
+}
+
+RealSensor pressing_force(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_B,
+                          const Biases& biases) {
+  const WrenchSensor felt = contact_wrench(cell, sensor, biases);
+  const auto mounted = cell.sensors.find(sensor);
+  if (mounted == cell.sensors.end()) return norm(force(felt));  // refused by every check: the sensor is not there
+  const FrameSensor X_BS = flange_fixed_pose(cell, mounted->second.arm, mounted->second.X_FS);
+  return dot(rotate(X_BS, force(felt)), Eigen::Vector3d(-direction_B.normalized()));
+}
+
+}  // namespace takt::command

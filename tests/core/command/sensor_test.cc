@@ -1,0 +1,175 @@
+// Sensors and states: the same formula outside of a net and inside of one.
+#include "core/command/sensor.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/command/check.h"
+#include "core/command/frame_sensors.h"
+#include "core/command/mapping.h"
+#include "tests/core/command/command_cell.h"
+
+namespace takt::command {
+namespace {
+
+using testing::HasSubstr;
+
+class SensorTest : public testing::Test {
+ protected:
+  /// The value of a formula in a net that runs for some cycles.
+  template <class T>
+  std::optional<T> in_net(const Sensor<T>& sensor, int cycles = 1) {
+    WaitCommand wait("wait", 1000.0);
+    wait.observe("it", sensor);
+    auto handle = cell.runtime.load(wait);
+    if (!handle) {
+      ADD_FAILURE() << handle.error().to_string();
+      return std::nullopt;
+    }
+    handle->start();
+    for (int i = 0; i < cycles + 1; ++i) cell.runtime.step();
+    const auto value = handle->template value<T>("it");
+    handle->abort();
+    cell.runtime.step();
+    return value;
+  }
+  test::CommandCell cell;
+};
+
+TEST_F(SensorTest, ArithmeticIsTheSameNowAndInANet) {
+  const RealSensor a = element(measured_joints(cell.cell, "arm"), 3);
+  const double q = cell.arm->home[3];
+  const std::vector<std::pair<RealSensor, double>> formulas = {
+      {a + 1.0, q + 1.0},
+      {2.0 - a, 2.0 - q},
+      {a * a, q * q},
+      {a / 2.0, q / 2.0},
+      {-a, -q},
+      {abs(-abs(a)), std::abs(q)},
+      {sqrt(a * a), std::abs(q)},
+      {min(a, -10.0), -10.0},
+      {max(a, 10.0), 10.0},
+      {low_pass(a, 5.0), q},
+      {derivative(a, 5.0), 0.0},
+      {largest(measured_joints(cell.cell, "arm")), cell.arm->home.cwiseAbs().maxCoeff()}};
+  for (std::size_t i = 0; i < formulas.size(); ++i) {
+    ASSERT_TRUE(formulas[i].first.now().has_value()) << i;
+    EXPECT_NEAR(*formulas[i].first.now(), formulas[i].second, 1e-12) << i;
+    EXPECT_NEAR(in_net(formulas[i].first).value_or(NAN), formulas[i].second, 1e-12) << i;
+  }
+}
+
+TEST_F(SensorTest, GeometryOfVectorsAndFrames) {
+  const FrameSensor pose = tool_pose(cell.cell, "arm");
+  const Eigen::Isometry3d X_BT = cell.arm->chain->forward(cell.q()) * cell.cell.arms.at("arm").X_FT;
+  EXPECT_TRUE(pose.now()->isApprox(X_BT, 1e-12));
+  EXPECT_TRUE((pose * inverse(pose)).now()->isApprox(Eigen::Isometry3d::Identity(), 1e-12));
+  EXPECT_TRUE(position(pose).now()->isApprox(X_BT.translation(), 1e-12));
+  EXPECT_NEAR(*component(position(pose), 2).now(), X_BT.translation().z(), 1e-12);
+  EXPECT_NEAR(*norm(position(pose)).now(), X_BT.translation().norm(), 1e-12);
+  EXPECT_NEAR(*distance(pose, FrameTerm(Eigen::Isometry3d::Identity())).now(), X_BT.translation().norm(), 1e-12);
+  const Eigen::Vector3d p(0.1, 0.2, 0.3);
+  EXPECT_TRUE(transform(pose, p).now()->isApprox(X_BT * p, 1e-12));
+  EXPECT_TRUE(rotate(pose, p).now()->isApprox(X_BT.linear() * p, 1e-12));
+}
+
+TEST_F(SensorTest, AForceIsFreeOfWeightAndBias) {
+  EXPECT_LT(norm(force(cell.felt())).now().value_or(NAN), 1e-9);
+  cell.extra.force = {3.0, 4.0, 0.0};
+  cell.step();
+  EXPECT_NEAR(norm(force(cell.felt())).now().value_or(NAN), 5.0, 1e-9);
+  cell.sensor->silent = true;
+  cell.step(30);
+  EXPECT_EQ(norm(force(cell.felt())).now(), std::nullopt) << "an old reading is none";
+  EXPECT_EQ(cell.hard().now(), std::nullopt);
+  EXPECT_EQ(is_null(norm(force(cell.felt()))).now(), true);
+}
+
+TEST_F(SensorTest, StatesAreComparedCombinedAndHeld) {
+  const RealSensor a = element(measured_joints(cell.cell, "arm"), 0);
+  EXPECT_EQ(is_greater(a, -100.0).now(), true);
+  EXPECT_EQ(is_less(a, -100.0).now(), false);
+  EXPECT_EQ(in_range(a, -100.0, 100.0).now(), true);
+  EXPECT_EQ(equals(a, a, 0.0).now(), true);
+  EXPECT_EQ((is_greater(a, -100.0) and not is_less(a, -100.0)).now(), true);
+  EXPECT_EQ((is_less(a, -100.0) or is_less(a, -101.0)).now(), false);
+  const State held = is_greater(a, -100.0).held_for(0.01);
+  EXPECT_EQ(in_net(BooleanSensor(held.node()), 5), false);
+  EXPECT_EQ(in_net(BooleanSensor(held.node()), 15), true);
+}
+
+TEST_F(SensorTest, ADeviceThatIsNotThereIsFoundWithTheNearestName) {
+  WaitCommand wait("wait", is_greater(norm(force(contact_wrench(cell.cell, "wirst"))), 1.0));
+  const Findings findings = check(wait);
+  ASSERT_TRUE(findings.has_errors());
+  EXPECT_THAT(findings.to_string(), HasSubstr("no force/torque sensor 'wirst'"));
+  EXPECT_THAT(findings.to_string(), HasSubstr("'wrist'"));
+  EXPECT_EQ(digital_input(cell.cell, "bottom").now(), std::nullopt);
+}
+
+TEST_F(SensorTest, ASensorStandsOnceInANetHoweverManyUseIt) {
+  WaitCommand wait("wait", is_greater(norm(force(cell.felt())), 5.0) || is_greater(norm(force(cell.felt())), 7.0) ||
+                               is_less(norm(torque(cell.felt())), -1.0));
+  const auto mapped = map(wait);
+  ASSERT_TRUE(mapped.has_value());
+  const auto count = [&mapped](const char* type) {
+    return std::ranges::count(mapped->net.primitives, type, &net::PrimitiveDescription::type);
+  };
+  EXPECT_EQ(count("ForceTorqueSensor"), 1);
+  EXPECT_EQ(count("ForwardKinematics"), 1);
+  EXPECT_EQ(count("Norm"), 2);
+}
+
+TEST_F(SensorTest, PosesAndTwistsBetweenAnyTwoFrames) {
+  ASSERT_TRUE(cell.cell.frames
+                  .set("camera", {.kind = world::Relation::Kind::kFlange,
+                                  .parent = "arm",
+                                  .X_PF = Eigen::Isometry3d(Eigen::Translation3d(0.05, 0.0, 0.1)),
+                                  .source = "arm"})
+                  .empty());
+  const auto X_WC = [this](const device::JointVector& q) {
+    return cell.X_WB * cell.arm->chain->forward(q) * Eigen::Isometry3d(Eigen::Translation3d(0.05, 0.0, 0.1));
+  };
+  const Eigen::Isometry3d X_WO = *cell.cell.frames.pose("block");
+  EXPECT_TRUE(pose_between(cell.cell, "camera", "block").now()->isApprox(X_WO.inverse() * X_WC(cell.q()), 1e-12));
+  EXPECT_TRUE(pose_between(cell.cell, "block", "camera").now()->isApprox(X_WC(cell.q()).inverse() * X_WO, 1e-12));
+  EXPECT_TRUE(pose_between(cell.cell, "block", "arm").now()->isApprox(*cell.cell.frames.pose("block", "arm"), 1e-12))
+      << "what does not move is a constant";
+  RuntimeCommand move("move", cell.arm_actuator(), ptp(cell.joints(0.6, -0.4), {.velocity = 0.5}));
+  move.observe("pose", pose_between(cell.cell, "camera", "block"));
+  move.observe("twist", twist_between(cell.cell, "camera", "block"));
+  move.observe("back", twist_between(cell.cell, "block", "camera"));
+  auto handle = cell.runtime.load(move);
+  ASSERT_TRUE(handle.has_value()) << handle.error().to_string();
+  handle->start();
+  for (int i = 0; i < 400; ++i) cell.runtime.step();
+  const auto before = *handle->value<net::Frame>("pose");
+  const auto twist = *handle->value<net::Twist>("twist"), back = *handle->value<net::Twist>("back");
+  cell.runtime.step();
+  const auto after = *handle->value<net::Frame>("pose");
+  const Eigen::Vector3d v = (after.translation() - before.translation()) / 1e-3;
+  EXPECT_GT(v.norm(), 0.05) << "it moves";
+  EXPECT_LT((twist.linear - v).norm(), 2e-3);
+  const Eigen::Vector3d v_back = (after.inverse().translation() - before.inverse().translation()) / 1e-3;
+  EXPECT_LT((back.linear - v_back).norm(), 2e-3);
+  EXPECT_TRUE(back.angular.isApprox(-(before.linear().transpose() * twist.angular), 1e-9));
+}
+
+TEST_F(SensorTest, AFrameByAChannelFollowsIt) {
+  ASSERT_TRUE(
+      cell.cell.frames.set("part", {.kind = world::Relation::Kind::kChannel, .parent = "world", .source = "target"})
+          .empty());
+  EXPECT_EQ(pose_between(cell.cell, "part", "arm").now(), std::nullopt) << "nobody has said where it is";
+  Eigen::Isometry3d X_WP(Eigen::Translation3d(0.5, 0.1, 0.2));
+  cell.cell.channels.at("target")->write(net::Frame(X_WP));
+  cell.step();
+  EXPECT_TRUE(pose_between(cell.cell, "part", "arm").now()->isApprox(cell.X_WB.inverse() * X_WP, 1e-12));
+  WaitCommand wait("wait", 1.0);
+  wait.observe("twist", twist_between(cell.cell, "part", "arm"));
+  EXPECT_THAT(check(wait).to_string(), HasSubstr("velocity of a frame that channel 'target' places"));
+  wait.observe("nowhere", pose_between(cell.cell, "prat", "arm"));
+  EXPECT_THAT(check(wait).to_string(), HasSubstr("'part'"));
+}
+
+}  // namespace
+}  // namespace takt::command

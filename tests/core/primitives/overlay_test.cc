@@ -1,0 +1,86 @@
+// Family "overlay": the derivatives are those of the values, and it begins and ends at rest.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/primitive_harness.h"
+
+namespace takt {
+namespace {
+
+using test::PrimitiveHarness;
+
+struct Sample {
+  double value, velocity, acceleration;
+};
+
+Sample weave_at(double time, double rate = 1.0, double change = 0.0) {
+  PrimitiveHarness weave("Weave", {{"amplitude", 0.01}, {"frequency", 3.0}, {"duration", 2.0}, {"ramp", 0.4}});
+  weave.set("time", time).set("rate", rate).set("rate_derivative", change).step();
+  return {*weave.get<double>("value"), *weave.get<double>("velocity"), *weave.get<double>("acceleration")};
+}
+
+TEST(Weave, DerivativesAreThoseOfTheValue) {
+  constexpr double h = 1e-5;
+  for (double t = 0.05; t < 2.0; t += 0.11) {
+    const Sample before = weave_at(t - h), now = weave_at(t), after = weave_at(t + h);
+    EXPECT_NEAR(now.velocity, (after.value - before.value) / (2 * h), 1e-6) << t;
+    EXPECT_NEAR(now.acceleration, (after.velocity - before.velocity) / (2 * h), 1e-4) << t;
+  }
+}
+
+TEST(Weave, BeginsAndEndsAtRestAndReachesItsAmplitude) {
+  for (const double t : {0.0, 2.0}) {
+    const Sample end = weave_at(t);
+    EXPECT_EQ(end.value, 0.0);
+    EXPECT_EQ(end.velocity, 0.0);
+    EXPECT_EQ(end.acceleration, 0.0);
+  }
+  double most = 0.0;
+  for (double t = 0.0; t < 2.0; t += 1e-2) most = std::max(most, std::abs(weave_at(t).value));
+  EXPECT_NEAR(most, 0.01, 1e-4);
+}
+
+TEST(Weave, SlowsDownWithThePath) {
+  const Sample full = weave_at(0.9), half = weave_at(0.9, 0.5), braking = weave_at(0.9, 0.5, -2.0);
+  EXPECT_EQ(half.value, full.value);
+  EXPECT_NEAR(half.velocity, 0.5 * full.velocity, 1e-15);
+  EXPECT_NEAR(half.acceleration, 0.25 * full.acceleration, 1e-12);
+  EXPECT_NEAR(braking.acceleration, 0.25 * full.acceleration - 2.0 * full.velocity, 1e-12);
+}
+
+/// A frame that turns and moves, with an offset that grows.
+TEST(OffsetFrame, TwistAndAccelerationAreTheDerivativesOfTheFrame) {
+  const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, -1).normalized();
+  const auto at = [&](double t) {
+    struct {
+      Eigen::Isometry3d frame;
+      net::Twist twist, acceleration;
+    } out;
+    net::Frame frame = net::Frame::Identity();
+    frame.translate(Eigen::Vector3d(0.3 * t, 0.1 * t * t, 0.2)).rotate(Eigen::AngleAxisd(0.5 * t * t, axis));
+    PrimitiveHarness offset("OffsetFrame", {{"direction", {0.0, 1.0, 0.5}}});
+    offset.set("frame", frame)
+        .set("twist", net::Twist{.linear = {0.3, 0.2 * t, 0}, .angular = axis * t})
+        .set("acceleration", net::Twist{.linear = {0, 0.2, 0}, .angular = axis})
+        .set("offset", 0.1 * t * t)
+        .set("offset_velocity", 0.2 * t)
+        .set("offset_acceleration", 0.2)
+        .step();
+    out.frame = *offset.get<net::Frame>("moved_frame");
+    out.twist = *offset.get<net::Twist>("moved_twist");
+    out.acceleration = *offset.get<net::Twist>("moved_acceleration");
+    return out;
+  };
+  constexpr double h = 1e-5;
+  for (const double t : {0.2, 0.7, 1.3}) {
+    const Eigen::Vector3d v = (at(t + h).frame.translation() - at(t - h).frame.translation()) / (2 * h);
+    const Eigen::Vector3d a = (at(t + h).twist.linear - at(t - h).twist.linear) / (2 * h);
+    EXPECT_LT((at(t).twist.linear - v).norm(), 1e-8);
+    EXPECT_LT((at(t).acceleration.linear - a).norm(), 1e-6);
+    EXPECT_TRUE(at(t).twist.angular.isApprox(axis * t, 1e-12));
+  }
+}
+
+}  // namespace
+}  // namespace takt
