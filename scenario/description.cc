@@ -242,6 +242,7 @@ Description read_document(const Json& document, Findings& findings) {
   });
   (void)reader.object("nets", false);  // read by read_nets()
   if (const Json* program = reader.object("program")) description.program = *program;
+  if (const Json* programs = reader.object("programs", false)) description.programs = *programs;
   read_expectations(reader, description);
   reader.finish();
   check_names(description, findings);

@@ -107,6 +107,7 @@ struct Description {
   std::vector<device::ChannelDescription> channels;
   std::vector<NetEntry> nets;
   nlohmann::ordered_json program;
+  nlohmann::ordered_json programs = nlohmann::ordered_json::object();  ///< what the program may call, by name
   std::vector<ExpectationEntry> expectations;
   Site site;  ///< not of the file: where this run takes place
 };

@@ -54,7 +54,8 @@ void check_estimates(const Description& description, const std::set<std::string,
 /// Errors of form in the program of a cell that cannot be built.
 Findings program_findings(const Description& description, const device::ModelLibrary& models) {
   if (!description.program.is_object()) return {};
-  const auto program = activity::Program::parse(description.program, "/program", names_of_cell(description, models));
+  const auto program = activity::Program::parse(description.program, "/program", names_of_cell(description, models),
+                                                &description.programs);
   return program ? Findings{} : program.error();
 }
 
@@ -102,7 +103,7 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
     built.error().append(program_findings(description, models));
     return refuse(std::move(built.error()));
   }
-  auto program = activity::Program::parse(description.program, "/program", built->cell);
+  auto program = activity::Program::parse(description.program, "/program", built->cell, &description.programs);
   if (!program) return refuse(std::move(program.error()));
   auto expectations = make_expectations(description.expectations, *built, *program);
   activity::Rehearsed rehearsed = program->rehearse(built->cell, &built->core->environment());

@@ -95,7 +95,12 @@ constexpr const char* kEverything = R"({
                         "initial": {"force": [0, 0, 1], "torque": [0, 0, 0]}}, "go": {"type": "Boolean"}},
   "nets": {"by hand": {"primitives": [{"id": "end", "type": "Termination", "parameters": {"condition": true}},
                                       {"id": "shown", "type": "MonitorReal", "parameters": {"value": 1}}]}},
-  "program": {"do": "sequence", "name": "all", "times": 2, "steps": [
+  "programs": {"twice": {"description": "d", "parameters": {"x": {"unit": "m", "value": 0.1}, "y": 2},
+                         "variables": {"z": {"type": "list of number", "value": []}},
+                         "steps": [{"do": "wait", "seconds": "$y"}], "result": "$x * 2"}},
+  "program": {"do": "sequence", "name": "all", "times": 2,
+    "variables": {"n": 0, "h": {"type": "number", "unit": "m", "nominal": 0.1}, "t": "a", "b": true, "l": [1, 2],
+                  "p": {"in": "block", "position_m": [0, 0, "$0.1"], "rpy_deg": [0, 0, 0]}}, "steps": [
     {"do": "ptp", "to": "home", "arm": "arm", "speed": 0.5, "acceleration": 1},
     {"do": "ptp", "to": {"joints_deg": [0, -30, 0, 90, 0, -60, 0]}},
     {"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 0.1], "rpy_deg": [180, 0, 0]},
@@ -114,7 +119,23 @@ constexpr const char* kEverything = R"({
     {"do": "set", "output": "io/lamp", "value": true},
     {"do": "set", "output": "io/ao1", "value": 2.5},
     {"do": "wait", "until": {"all": [{"input": "io/di1", "is": false}, {"input": "finder", "below_m": 1},
-                                     {"gripper": "gripper", "is": "holding"}]}, "timeout_s": 1}
+                                     {"gripper": "gripper", "is": "holding"}]}, "timeout_s": 1},
+    {"do": "parallel", "name": "both", "end": "first", "branches": [{"do": "wait", "seconds": 1}, {"do": "stop"}]},
+    {"do": "branch", "cases": [{"when": "$n > 1", "steps": []}, {"when": true, "steps": []},
+                               {"when": {"sensor": "wrist", "above_N": "$n"}, "steps": []}], "else": []},
+    {"do": "repeat", "until": "$b", "at_most": 5, "as": "i", "steps": [{"do": "log", "text": "$text(i) + t"}]},
+    {"do": "for_each", "as": "q", "index": "k", "steps": [],
+     "grid": {"in": "block", "position_m": [0, 0, 0], "count": [2, 1, 1], "step_m": [0.1, 0, 0]}},
+    {"do": "call", "program": "twice", "with": {"x": "$h"}, "as": "h"},
+    {"do": "try", "retry": 2, "steps": [{"do": "fail", "text": "x"}], "recover": [],
+     "on_error": {"as": "why", "steps": []}, "finally": []},
+    {"do": "let", "values": {"n": "$n + 1", "p": {"in": "world"}, "b": false, "l": [3]}},
+    {"do": "repeat", "times": "$n", "steps": []},
+    {"do": "wait", "until": "$b", "timeout_s": 1},
+    {"do": "lin", "to": {"in": "$p", "position_m": ["$h", 0, 0]}, "velocity_m_s": "$h / 1[s]", "on_end": "continue",
+     "until": {"sensor": "wrist", "quantity": "force_x", "above_N": "$2[N]"}},
+    {"do": "ptp", "to": "$p", "speed": "$n"},
+    {"do": "for_each", "as": "v", "in": "$l", "steps": []}
   ]},
   "expectations": [
     {"name": "n", "kind": "estimate", "estimate": "found", "of": "block", "position_within_m": 1,
@@ -139,7 +160,7 @@ Findings findings_of(const Json& json) {
   static Findings warnings;
   static auto built = build_cell(*parse_description(kEverything), models(), false, warnings);
   if (!built) return built.error();
-  const auto program = activity::Program::parse(description->program, "/program", built->cell);
+  const auto program = activity::Program::parse(description->program, "/program", built->cell, &description->programs);
   if (!program) return program.error();
   const auto expectations = make_expectations(description->expectations, *built, *program);
   return expectations ? Findings{} : expectations.error();
@@ -318,6 +339,45 @@ constexpr Mistake kMistakes[] = {
     {"/program/steps/8/seconds", nullptr},
     {"/program/steps/8/seconds", "-1"},
     {"/program/steps/8/seconds", "3601"},
+    // Inner nodes, variables, expressions.
+    {"/programs", "[]"},
+    {"/programs/twice/steps", nullptr},
+    {"/programs/twice/stesp", "[]"},
+    {"/programs/twice/parameters/2x", "1"},
+    {"/program/variables", "[]"},
+    {"/program/variables/and", "1"},
+    {"/program/variables/h/type", "\"nubmer\""},
+    {"/program/variables/h/init", "1"},
+    {"/program/variables/p/postion_m", "[0, 0, 0]"},
+    {"/program/steps/14/branches", "[]"},
+    {"/program/steps/14/end", "\"frist\""},
+    {"/program/steps/15/cases", "[]"},
+    {"/program/steps/15/cases/0/when", nullptr},
+    {"/program/steps/15/cases/0/when", "\"n > 1\""},
+    {"/program/steps/15/cases/0/step", "[]"},
+    {"/program/steps/15/else", "{}"},
+    {"/program/steps/16/until", nullptr},
+    {"/program/steps/16/while", "true"},
+    {"/program/steps/16/at_most", "0"},
+    {"/program/steps/16/as", "\"1\""},
+    {"/program/steps/17/as", nullptr},
+    {"/program/steps/17/in", "[1]"},
+    {"/program/steps/17/grid/count", "[1, 1]"},
+    {"/program/steps/17/grid/step", "[1, 1, 1]"},
+    {"/program/steps/18/program", nullptr},
+    {"/program/steps/18/with", "[]"},
+    {"/program/steps/19/retry", "0"},
+    {"/program/steps/19/retry", nullptr},
+    {"/program/steps/19/on_error/steps", nullptr},
+    {"/program/steps/19/on_error/as", "\"not\""},
+    {"/program/steps/20/values", nullptr},
+    {"/program/steps/20/values", "[]"},
+    {"/program/steps/21/times", "-1"},
+    {"/program/steps/21/at_most", "1"},
+    {"/program/steps/22/until", "\"b\""},
+    {"/program/steps/23/velocity_m_s", "\"h\""},
+    {"/program/steps/24/speed", "\"fast\""},
+    {"/program/steps/25/in", "5"},
     // Expectations.
     {"/expectations/0", "1"},
     {"/expectations/0/kind", nullptr},
