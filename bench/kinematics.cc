@@ -7,16 +7,20 @@
 #include <vector>
 
 #include "core/base/random.h"
+#include "core/kinematics/arm_angle.h"
 #include "core/kinematics/chain.h"
+#include "core/kinematics/closed_form.h"
+#include "core/kinematics/elimination.h"
 #include "core/kinematics/inverse.h"
+#include "core/kinematics/posture.h"
 #include "core/kinematics/robot_model.h"
 #include "core/kinematics/solutions.h"
 
 namespace takt::kinematics {
 namespace {
 
-Chain load_arm() {
-  const auto model = RobotModel::load("models/lwr4plus/lwr4plus.urdf");
+Chain load_arm(const std::string& name) {
+  const auto model = RobotModel::load("models/" + name + "/" + name + ".urdf");
   const auto chain =
       model ? Chain::create(*model, model->root().name, "flange") : Result<Chain>(std::unexpected(model.error()));
   if (chain) return *chain;
@@ -25,7 +29,7 @@ Chain load_arm() {
 }
 
 const Chain& arm() {
-  static const Chain chain = load_arm();
+  static const Chain chain = load_arm("lwr4plus");
   return chain;
 }
 
@@ -142,6 +146,113 @@ void all_solutions(benchmark::State& state) {
   }
 }
 BENCHMARK(all_solutions)->Arg(0)->Arg(1);
+
+/// Random joints of an arm, away from singular postures.
+std::vector<JointVector> postures(const Chain& chain) {
+  Random random(3, "bench");
+  const auto inverse = InverseKinematics::create(chain);
+  std::vector<JointVector> all;
+  while (all.size() < kCycles) {
+    JointVector q(chain.joint_count());
+    for (int i = 0; i < q.size(); ++i) q[i] = random.uniform(chain.lower()[i], chain.upper()[i]);
+    if (inverse->singularity_measure(q) > 1e-2) all.push_back(q);
+  }
+  return all;
+}
+
+constexpr const char* kArms[] = {"ur5", "tx90", "lwr4plus"};
+
+std::vector<int> held_of(const Chain& chain) {
+  return chain.joint_count() == 7 ? std::vector<int>{2} : std::vector<int>{};
+}
+
+/// All branches of one pose after the other, in closed form, the arm recognised before. Argument: UR5, TX90, LWR (third
+/// joint held).
+void closed_form(benchmark::State& state) {
+  const Chain chain = load_arm(kArms[state.range(0)]);
+  const auto q = postures(chain);
+  std::vector<Eigen::Isometry3d> X;
+  std::vector<ClosedForm> forms;
+  for (const JointVector& at : q) {
+    X.push_back(chain.forward(at));
+    forms.push_back(*ClosedForm::recognise(chain, at, held_of(chain)));
+  }
+  ClosedForm::Candidates found;
+  std::size_t k = 0;
+  long solutions = 0;
+  for (auto _ : state) {
+    forms[k].solve(X[k], found);
+    benchmark::DoNotOptimize(found);
+    solutions += found.count;
+    k = next(k);
+  }
+  state.counters["solutions"] = static_cast<double>(solutions) / static_cast<double>(state.iterations());
+}
+BENCHMARK(closed_form)->Arg(0)->Arg(1)->Arg(2);
+
+/// The same by inverse_solutions: recognised, solved, checked by forward kinematics, within limits, sorted.
+void all_branches(benchmark::State& state) {
+  const Chain chain = load_arm(kArms[state.range(0)]);
+  const auto q = postures(chain);
+  std::vector<Eigen::Isometry3d> X;
+  for (const JointVector& at : q) X.push_back(chain.forward(at));
+  std::size_t k = 0;
+  SolutionOptions options;
+  options.turns = false;
+  for (auto _ : state) {
+    options.reference = q[k];
+    if (chain.joint_count() == 7) options.held_values.assign(1, q[k][2]);
+    benchmark::DoNotOptimize(inverse_solutions(chain, X[k], options));
+    k = next(k);
+  }
+}
+BENCHMARK(all_branches)->Arg(0)->Arg(1)->Arg(2);
+
+/// The LWR at a given arm angle.
+void arm_angle(benchmark::State& state) {
+  const auto angle = ArmAngle::recognise(arm());
+  const auto q = postures(arm());
+  std::vector<Eigen::Isometry3d> X;
+  for (const JointVector& at : q) X.push_back(arm().forward(at));
+  std::size_t k = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(angle->solve(X[k], 0.5));
+    k = next(k);
+  }
+}
+BENCHMARK(arm_angle);
+
+/// One opening of the loop of six axes anywhere.
+void elimination(benchmark::State& state) {
+  Random random(4, "axes");
+  const auto number = [&] { return random.uniform(-1.0, 1.0); };
+  std::array<Line, 6> lines;
+  for (Line& line : lines) {
+    line.point << number(), number(), number();
+    line.axis = Eigen::Vector3d(number(), number(), number()).normalized();
+  }
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  for (const Line& line : lines) {
+    const Eigen::AngleAxisd turn(number(), line.axis);
+    T = T * Eigen::Translation3d(line.point) * turn * Eigen::Translation3d(-line.point);
+  }
+  std::vector<std::array<double, 6>> found;
+  for (auto _ : state) {
+    found.clear();
+    eliminate(lines, T, 0, found);
+    benchmark::DoNotOptimize(found);
+  }
+}
+BENCHMARK(elimination);
+
+void name_of_posture(benchmark::State& state) {
+  std::size_t k = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(posture(arm(), motion().q[k]));
+    k = next(k);
+  }
+}
+BENCHMARK(name_of_posture);
 
 void load_model(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(RobotModel::load("models/lwr4plus/lwr4plus.urdf"));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "core/base/xml_text.h"
 #include "record/compare.h"
 #include "record/report_parts.h"
 
@@ -51,29 +52,6 @@ svg text { font: 11px "DejaVu Sans", system-ui, sans-serif; fill: #667085; }
 details > summary { cursor: pointer; font-weight: 600; margin: 28px 0 12px; font-size: 18px; }
 )css";
 
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
-
 std::string sentence(std::string text) {
   text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
   return text;
@@ -94,7 +72,7 @@ std::string amount(double value, const std::string& unit) {
 void add_list(std::string& page, std::string_view title, const std::vector<std::string>& items) {
   if (items.empty()) return;
   page += fmt::format("<p><b>{}</b></p><ul>", title);
-  for (const std::string& item : items) page += fmt::format("<li>{}</li>", escaped(item));
+  for (const std::string& item : items) page += fmt::format("<li>{}</li>", xml_text(item));
   page += "</ul>";
 }
 
@@ -102,10 +80,10 @@ void add_verdict(std::string& page, const Comparison& c) {
   const std::string title = sentence(verdict_text(c));
   const auto failed = std::ranges::count(c.columns, false, &ColumnComparison::passed);
   page += fmt::format(R"(<div class="card verdict{}"><h1>{}</h1>)", c.passed ? "" : " bad", title);
-  page += fmt::format("<p>A: <code>{}</code><br>B, the reference: <code>{}</code></p>", escaped(c.name_a),
-                      escaped(c.name_b));
+  page += fmt::format("<p>A: <code>{}</code><br>B, the reference: <code>{}</code></p>", xml_text(c.name_a),
+                      xml_text(c.name_b));
   page += fmt::format("<p>{} of {} columns judged are outside. {}.</p>", failed,
-                      std::ranges::count_if(c.columns, is_judged), escaped(sentence(digest_text(c))));
+                      std::ranges::count_if(c.columns, is_judged), xml_text(sentence(digest_text(c))));
   add_list(page, "Missing", c.missing);
   add_list(page, "To know", c.notes);
   page += "</div>";
@@ -115,9 +93,9 @@ void add_row(std::string& page, const ColumnComparison& c) {
   page += fmt::format(
       "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=number>{}</td><td class=number>{:.3f} s</td>"
       "<td class=number>{}</td></tr>",
-      mark(c), escaped(c.topic), escaped(c.column), escaped(tolerance_text(c)), amount(c.max_deviation, c.unit),
+      mark(c), xml_text(c.topic), xml_text(c.column), xml_text(tolerance_text(c)), amount(c.max_deviation, c.unit),
       to_seconds(c.time), amount(c.max_difference, c.unit));
-  std::string more = escaped(c.note);
+  std::string more = xml_text(c.note);
   for (const FeatureDifference& f : c.features) {
     more += fmt::format("{}{}: {:.4g} against {:.4g}{}", more.empty() ? "" : "; ", f.name, f.a, f.b,
                         f.passed ? "" : " (outside)");
@@ -140,11 +118,11 @@ void add_pictures(std::string& page, const std::vector<const ColumnComparison*>&
     page += fmt::format(
         R"(<div class="card"><figure><figcaption><span><b>{}</b> <span class="soft">{}{}</span></span>)"
         R"(<span>{} {}</span></figcaption>{}</figure></div>)",
-        escaped(c->column), escaped(c->topic), c->unit.empty() ? "" : ", " + escaped(c->unit),
+        xml_text(c->column), xml_text(c->topic), c->unit.empty() ? "" : ", " + xml_text(c->unit),
         c->curve_b.time_s.empty()
             ? R"(<span class="soft">equal to the bit</span>)"
             : fmt::format(R"(<span class="soft">deviation {} at {:.3f} s, tolerance {}</span>)",
-                          amount(c->max_deviation, c->unit), to_seconds(c->time), escaped(tolerance_text(*c))),
+                          amount(c->max_deviation, c->unit), to_seconds(c->time), xml_text(tolerance_text(*c))),
         mark(*c), draw_column(*c));
   }
 }

@@ -65,7 +65,9 @@ SiteDevices::WiredArm SiteDevices::wire(const LoadedDevice& device, std::shared_
   const std::string& name = device.entry->name;
   auto slow = std::make_shared<emulation::SlowArm>(name, std::move(machine), model->limits, *options, period_, seed_);
   arms_[name] = slow;
-  return {slow, with_cycle(*model, options->cycle)};
+  auto stiff = std::make_shared<device::ArmDescription>(*with_cycle(*model, options->cycle));
+  stiff->modes = {};  // what lies between resamples positions and nothing else
+  return {slow, std::move(stiff)};
 }
 
 SiteDevices::WiredSensor SiteDevices::wire(const LoadedDevice& device,

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/base/xml_text.h"
 #include "tools/net_picture.h"
 
 namespace takt::tools {
@@ -34,31 +35,8 @@ constexpr const char* kNull = "#f59e0b";
 
 const RoleLook& look(Role role) { return kLooks.at(static_cast<std::size_t>(role)); }
 
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-  }
-  return out;
-}
-
 std::string text_at(double x, double y, std::string_view style, std::string_view text) {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"{}\">{}</text>\n", x, y, style, escaped(text));
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"{}\">{}</text>\n", x, y, style, xml_text(text));
 }
 
 constexpr const char* kStyle = R"(<style>
@@ -160,7 +138,7 @@ class Drawing {
         "<rect class=\"frame\" data-id=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" rx=\"10\" "
         "fill=\"{}\" "
         "stroke=\"#cbd5e1\"{}/>\n",
-        escaped(one.id), box.x, box.y, box.width, box.height, depth(number) % 2 == 0 ? "#f1f5f9" : "#e6ecf4",
+        xml_text(one.id), box.x, box.y, box.width, box.height, depth(number) % 2 == 0 ? "#f1f5f9" : "#e6ecf4",
         one.note.empty() ? "" : " stroke-dasharray=\"5 3\"");
     svg_ += text_at(box.x + 12, box.y + 18, "name", one.label);
     if (!one.note.empty()) svg_ += text_at(box.x + 20 + text_width(one.label, 12, true), box.y + 18, "note", one.note);
@@ -191,8 +169,8 @@ class Drawing {
                     to.inputs[static_cast<std::size_t>(one.to_port)].name);
     svg_ += fmt::format(
         "<path class=\"wire\" data-wire=\"{}\" d=\"{}\" stroke=\"{}\" stroke-width=\"{}\"{}><title>{}</title></path>\n",
-        escaped(ends), curve(number), one.critical ? kCritical : kWire, one.critical ? "2.6" : "1.3",
-        one.delayed ? " stroke-dasharray=\"6 4\"" : "", escaped(ends));
+        xml_text(ends), curve(number), one.critical ? kCritical : kWire, one.critical ? "2.6" : "1.3",
+        one.delayed ? " stroke-dasharray=\"6 4\"" : "", xml_text(ends));
     const auto& end = points.back();
     svg_ += fmt::format("<path d=\"M{:.1f},{:.1f}l-8,-3.6v7.2z\" style=\"fill:{}\"/>\n", end.x - 2.5, end.y,
                         one.critical ? kCritical : kWire);
@@ -214,7 +192,7 @@ class Drawing {
     const auto& box = placed_.cards[number];
     const CardSize size = size_of(one);
     const bool gate = one.role == Role::kGate;
-    svg_ += fmt::format("<g class=\"card\" data-id=\"{}\"><title>{}</title>\n", escaped(one.id), escaped(one.about));
+    svg_ += fmt::format("<g class=\"card\" data-id=\"{}\"><title>{}</title>\n", xml_text(one.id), xml_text(one.about));
     svg_ += fmt::format(
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" rx=\"6\" fill=\"#ffffff\" "
         "stroke=\"{}\"/>\n",
@@ -245,7 +223,7 @@ class Drawing {
     if (!constant) {
       svg_ += fmt::format(
           "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\" stroke=\"#475569\"><title>{}</title></circle>\n", x,
-          y, input ? "#475569" : "#ffffff", escaped(one.about));
+          y, input ? "#475569" : "#ffffff", xml_text(one.about));
     }
     svg_ += text_at(input ? x + CardSize::kMargin : x - CardSize::kMargin, y + 3.5,
                     constant ? "constant" : (input ? "in" : "out"), text);

@@ -76,14 +76,17 @@ std::vector<Row> rows_of(const PrimitiveInfo& info) {
   return rows;
 }
 
+std::string lateness(const PrimitiveInfo::LatencyEntry& entry) {
+  if (!entry.cycles_parameter.empty()) return fmt::format("as many cycles late as '{}' says", entry.cycles_parameter);
+  if (entry.latency.data_dependent) return "how late depends on data";
+  return fmt::format("{} cycle{} late", entry.latency.cycles, entry.latency.cycles == 1 ? "" : "s");
+}
+
 /// Latencies and how null goes through, a sentence each.
 std::vector<std::string> remarks_of(const PrimitiveInfo& info) {
   std::vector<std::string> remarks;
-  for (const auto& [in, out, latency] : info.latencies) {
-    remarks.push_back(latency.data_dependent ? fmt::format("{} -> {}: how late depends on data", in, out)
-                                             : fmt::format("{} -> {}: {} cycle{} late", in, out, latency.cycles,
-                                                           latency.cycles == 1 ? "" : "s"));
-  }
+  for (const auto& entry : info.latencies)
+    remarks.push_back(fmt::format("{} -> {}: {}", entry.in, entry.out, lateness(entry)));
   if (remarks.empty() && !info.inputs.empty() && !info.outputs.empty())
     remarks.emplace_back("Every output belongs to the inputs of the same cycle.");
   const bool propagates = !info.outputs.empty() && std::ranges::any_of(info.inputs, [](const auto& port) {
@@ -254,9 +257,14 @@ Json describe(const PrimitiveInfo& info) {
                           {"required", one.fallback.empty()},
                           {"doc", one.spec.doc}});
   }
-  for (const auto& [in, out, latency] : info.latencies) {
-    latencies.push_back(
-        {{"in", in}, {"out", out}, {"cycles", latency.cycles}, {"data_dependent", latency.data_dependent}});
+  for (const auto& entry : info.latencies) {
+    Json& latency = latencies.emplace_back(Json{{"in", entry.in}, {"out", entry.out}});
+    if (entry.cycles_parameter.empty()) {
+      latency["cycles"] = entry.latency.cycles;
+    } else {
+      latency["cycles_parameter"] = entry.cycles_parameter;
+    }
+    latency["data_dependent"] = entry.latency.data_dependent;
   }
   return {{"type", info.type},
           {"family", info.family},

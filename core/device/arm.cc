@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "core/net/format_text.h"
 
 namespace takt::device {
@@ -19,9 +21,12 @@ bool finite(const JointVector& v) {
 /// Row N5: what a driver gives is finite and has the right size, or it is no sample.
 bool usable(const ArmSample& sample, int joint_count) {
   return sample.q.size() == joint_count && sample.dq.size() == joint_count && finite(sample.q) && finite(sample.dq) &&
-         finite(sample.tau) && finite(sample.commanded) &&
+         finite(sample.tau) && finite(sample.commanded) && finite(sample.tau_external) &&
          (sample.commanded.size() == 0 || sample.commanded.size() == joint_count);
 }
+
+/// Cycles of a device after which a sample must show what was asked for a device cycle ago, its age included.
+constexpr int kAnswerCycles = 5;
 
 /// Loads within 1 g and 0.1 mm are one.
 std::optional<net::Text> tool_misfit(const ToolSetting& was, const ToolSetting& wanted) {
@@ -45,6 +50,8 @@ std::string_view name_of(Arm::Phase phase) {
       return "following";
     case Arm::Phase::kBraking:
       return "braking";
+    case Arm::Phase::kChanging:
+      return "changing mode";
   }
   return "";
 }
@@ -55,28 +62,63 @@ Arm::Arm(std::string name, std::shared_ptr<const ArmDescription> description, st
       description_(std::move(description)),
       backend_(std::move(backend)),
       period_(period),
-      guard_(description_->limits, to_seconds(period)) {}
+      guard_(description_->limits, to_seconds(period)),
+      compliance_share_(static_cast<double>(period) / static_cast<double>(description_->impedance.ramp)) {}
 
 void Arm::propose(const JointVector& q, const JointVector& dq, const JointVector& ddq) {
   proposal_.q = q;
   proposal_.dq = dq;
   proposal_.ddq = ddq;
   proposed_ = true;
+  compliance_proposed_ = false;
+}
+
+void Arm::propose(const JointVector& q, const JointVector& dq, const JointVector& ddq, const Compliance& compliance) {
+  propose(q, dq, ddq);
+  proposed_compliance_ = compliance;
+  compliance_proposed_ = true;
 }
 
 void Arm::begin_cycle(std::int64_t cycle, Nanoseconds time) {
   cycle_ = cycle;
   time_ = time;
-  proposed_ = false;
+  proposed_ = compliance_proposed_ = false;
   has_sample_ = backend_->read(sample_) && usable(sample_, joint_count());
   sample_age_ = has_sample_ ? time - sample_.stamp : 0;
   if (sample_age_ > description_->sample_age_max) has_sample_ = false;
+  // Somebody else changed the mode: what was sent is not what the device does. It is taken over anew.
+  const bool other_mode = has_sample_ && cycle_ >= mode_due_ && sample_.mode != mode_;
   if (!ready()) {
     phase_ = Phase::kNotReady;
-  } else if (phase_ == Phase::kNotReady && !held_) {
-    guard_.rest_at(sample_.commanded.size() > 0 ? sample_.commanded : sample_.q);
+  } else if (phase_ == Phase::kChanging) {
+    look_at_change();
+  } else if (other_mode && phase_ != Phase::kNotReady) {
+    phase_ = Phase::kNotReady;
+  } else if (phase_ == Phase::kNotReady && !held_ && !sample_.changing_mode) {
+    guard_.rest_at(whereabouts());
+    stand_in(sample_.mode);
     phase_ = Phase::kFrozen;
   }
+}
+
+void Arm::stand_in(ControlMode mode) {
+  mode_ = mode;
+  mode_due_ = 0;
+  compliance_ = description_->impedance.standard(mode);
+}
+
+/// The device is there once the declared time is over and its samples say so; if they never do, it stays where it was.
+void Arm::look_at_change() {
+  const bool there = sample_.mode == target_mode_ && !sample_.changing_mode;
+  if (there && mode_ != target_mode_) {
+    // Whoever was pushed away from a spring's rest must not jump back to it: position begins where the arm is. That is
+    // so from the first sample on that shows it, since set points are followed then.
+    guard_.rest_at(target_mode_ == ControlMode::kPosition ? whereabouts() : guard_.last().q);
+    stand_in(target_mode_);
+  }
+  if (cycle_ < (there ? change_ends_ : mode_due_)) return;
+  if (!there) stand_in(sample_.mode);
+  phase_ = Phase::kFrozen;
 }
 
 void Arm::add_state(StateWords& words) const {
@@ -89,32 +131,134 @@ void Arm::add_state(StateWords& words) const {
   }
   const ArmSetPoint& sent = set_point();
   for (const auto* part : {&sent.q, &sent.dq, &sent.ddq}) words.add(*part);
+  words.add(static_cast<std::uint64_t>(mode_) | static_cast<std::uint64_t>(sample_.mode) << 8 |
+            std::uint64_t{sample_.changing_mode} << 16 | std::uint64_t{sample_.braked} << 17 |
+            std::uint64_t{compliance_.in_tool_axes} << 18);
+  if (has_sample_) words.add(sample_.tau_external);
+  if (mode_ == ControlMode::kPosition) return;
+  for (const auto* part : {&compliance_.stiffness, &compliance_.damping_ratio, &compliance_.feed_forward})
+    words.add(*part);
+  words.add(compliance_.nullspace_stiffness);
+  words.add(compliance_.nullspace_damping_ratio);
 }
 
-net::Text Arm::fault() const { return net::format_text("{}: not ready, fault {}", name(), sample_.fault); }
+net::Text Arm::fault() const {
+  if (ready() && sample_.mode != mode_) return net::format_text("{}: went into mode {}", name(), name_of(sample_.mode));
+  return net::format_text("{}: not ready, fault {}", name(), sample_.fault);
+}
 
 std::optional<net::Text> Arm::refusal() const {
   const auto because = [this](std::string_view why) { return net::format_text("{}: {}", name(), why); };
   if (phase_ == Phase::kNotReady) return because("not ready");
   if (phase_ == Phase::kBraking) return because("is braking");
-  // A slow device is on its way when the set points are at rest already; it is judged by what it is told at the time of
-  // the sample. One that does not say that is told what was sent last.
+  if (phase_ == Phase::kChanging) return because("changes its control mode");
+  if (at_rest() && mode_ == ControlMode::kPosition && away_from_set_point()) return because("is not where it was sent");
+  return std::nullopt;
+}
+
+/// A slow device is on its way when the set points are at rest already; it is judged by what it is told at the time of
+/// the sample. One that does not say that is told what was sent last. One that gives way may be anywhere.
+bool Arm::away_from_set_point() const {
   const JointVector& told = sample_.commanded.size() > 0 ? sample_.commanded : guard_.last().q;
-  for (int i = 0; i < joint_count(); ++i) {
-    const double away = std::abs(sample_.q[i] - told[i]);
-    if (at_rest() && away > description_->start_tolerance) return because("is not where it was sent");
+  for (int i = 0; i < joint_count(); ++i)
+    if (std::abs(sample_.q[i] - told[i]) > description_->start_tolerance) return true;
+  return false;
+}
+
+StateAnswer Arm::answer(std::string_view wanted) const {
+  using Kind = StateAnswer::Kind;
+  const auto mode = wanted.empty() ? std::optional(mode_) : control_mode_of(wanted);
+  const auto refused = [&](const net::Text& why) { return StateAnswer{Kind::kRefused, why}; };
+  if (!mode) return refused(net::format_text("{}: there is no mode '{}'", name(), wanted));
+  if (phase_ == Phase::kChanging)
+    return *mode == target_mode_ || wanted.empty()
+               ? StateAnswer{Kind::kLater, net::format_text("{}: changes its control mode", name())}
+               : refused(net::format_text("{}: is going into mode {}", name(), name_of(target_mode_)));
+  if (*mode == mode_) return {};
+  const ModeChange* change = description_->modes.find(mode_, *mode);
+  if (change == nullptr)
+    return refused(net::format_text("{}: {} to {} is forbidden", name(), name_of(mode_), name_of(*mode)));
+  if (change->change == ChangeClass::kOutsideNet)
+    return refused(net::format_text("{}: {} to {} only outside a net", name(), name_of(mode_), name_of(*mode)));
+  if (change->change == ChangeClass::kAtStandstill) {
+    if (at_rest()) return {Kind::kLater, net::format_text("{}: changes its control mode", name())};
+    return refused(net::format_text("{}: moves; mode {} at standstill only", name(), name_of(*mode)));
+  }
+  const bool jump = *mode == ControlMode::kPosition && !at_rest() && away_from_set_point();
+  if (jump) return refused(net::format_text("{}: is away from its set point; no mode {}", name(), name_of(*mode)));
+  return {Kind::kAtOnce, {}};
+}
+
+void Arm::enter(std::string_view wanted) {
+  const auto mode = control_mode_of(wanted);
+  if (!mode || *mode == mode_ || phase_ == Phase::kChanging) return;
+  const ModeChange* change = description_->modes.find(mode_, *mode);
+  if (change == nullptr) return;
+  if (change->change == ChangeClass::kSeamless) {
+    switch_to(*mode);
+  } else if (phase_ == Phase::kFrozen) {
+    change_mode(*mode);
+  }  // else: a net has just let go of it, or still holds it
+}
+
+/// The last cycle of a net may be under way: what it proposed is still sent, the rest is of the new mode.
+void Arm::switch_to(ControlMode mode) {
+  const bool stiff = mode == ControlMode::kPosition;
+  if (stiff && at_rest()) {
+    guard_.rest_at(whereabouts());
+    proposed_ = false;
+  }
+  stand_in(mode);
+  compliance_proposed_ = false;
+  mode_due_ = cycle_ + kAnswerCycles * (1 + description_->cycle / period_);
+  backend_->change_mode(mode);
+}
+
+std::optional<std::string> Arm::conflict(std::span<const std::string> wanted) const {
+  for (const std::string& from : wanted) {
+    for (const std::string& to : wanted) {
+      const auto a = control_mode_of(from), b = control_mode_of(to);
+      if (!a || !b || *a == *b) continue;
+      const ModeChange* change = description_->modes.find(*a, *b);
+      if (change != nullptr && change->change == ChangeClass::kSeamless) continue;
+      return fmt::format("'{}' goes from mode {} to {}, which is {} there", name(), from, to,
+                         change == nullptr ? "forbidden" : name_of(change->change));
+    }
   }
   return std::nullopt;
 }
 
+std::optional<net::Text> Arm::refuse_change(ControlMode mode) const {
+  if (phase_ == Phase::kChanging && mode == target_mode_) return std::nullopt;
+  if (held_) return net::format_text("{}: a net holds it", name());
+  if (phase_ != Phase::kFrozen) return net::format_text("{}: is {}", name(), name_of(phase_));
+  if (mode == mode_ || description_->modes.find(mode_, mode) != nullptr) return std::nullopt;
+  if (!description_->modes.has(mode)) return net::format_text("{}: has no mode {}", name(), name_of(mode));
+  return net::format_text("{}: {} to {} is forbidden", name(), name_of(mode_), name_of(mode));
+}
+
+void Arm::change_mode(ControlMode mode) {
+  const ModeChange* change = description_->modes.find(mode_, mode);
+  if (phase_ != Phase::kFrozen || change == nullptr) return;
+  target_mode_ = mode;
+  change_ends_ = cycle_ + (change->duration + period_ - 1) / period_;
+  mode_due_ = change_ends_ + kAnswerCycles * (1 + description_->cycle / period_);
+  phase_ = Phase::kChanging;
+  backend_->change_mode(mode);
+}
+
 Seam Arm::seam() const {
   const ArmSetPoint& last = proposed_ && phase_ == Phase::kFollowing ? proposal_ : guard_.last();
-  return {.q = last.q, .dq = last.dq, .ddq = last.ddq, .mode = net::Text("position"), .tool = tool_};
+  return {.q = last.q, .dq = last.dq, .ddq = last.ddq, .mode = net::Text(name_of(mode_)), .tool = tool_};
 }
 
 std::optional<net::Text> Arm::misfit(const Seam& end, const Seam& begin) const {
-  if (begin.mode.size > 0 && end.mode.size > 0 && begin.mode.view() != end.mode.view())
-    return net::format_text("begins in mode {}, not {}", begin.mode.view(), end.mode.view());
+  if (begin.mode.size > 0 && end.mode.size > 0 && begin.mode.view() != end.mode.view()) {
+    const auto from = control_mode_of(end.mode.view()), to = control_mode_of(begin.mode.view());
+    const ModeChange* change = from && to ? description_->modes.find(*from, *to) : nullptr;
+    if (change == nullptr || change->change != ChangeClass::kSeamless)
+      return net::format_text("begins in mode {}, not {}", begin.mode.view(), end.mode.view());
+  }
   if (begin.tool && end.tool) {
     if (const auto text = tool_misfit(*end.tool, *begin.tool)) return text;
   }
@@ -157,7 +301,9 @@ void Arm::stop() {
   releasing_ = false;
   proposed_ = false;
   if (phase_ != Phase::kFollowing) return;
-  if (at_rest()) {
+  const bool as_it_stays =
+      mode_ == ControlMode::kPosition || compliance_ == stopped(compliance_, description_->impedance.range(mode_));
+  if (at_rest() && as_it_stays) {
     freeze();
   } else {
     begin_braking();
@@ -176,12 +322,32 @@ std::optional<Violation> Arm::find_violation() const {
   return guard_.check(proposal_);
 }
 
+/// A net may change the mode by turns where that is seamless; what it sends beside the set point is guarded like that.
+std::optional<net::Text> Arm::find_wrong_mode() const {
+  if (!compliance_proposed_) return std::nullopt;
+  const ControlMode mode = proposed_compliance_.mode;
+  if (mode != mode_) {
+    const ModeChange* change = description_->modes.find(mode_, mode);
+    if (change == nullptr || change->change != ChangeClass::kSeamless)
+      return net::format_text("{}: is in mode {}, not {}", name(), name_of(mode_), name_of(mode));
+    if (mode == ControlMode::kPosition && away_from_set_point())
+      return net::format_text("{}: is away from its set point; no mode {}", name(), name_of(mode));
+  }
+  if (mode == ControlMode::kPosition) return std::nullopt;
+  const ComplianceRange& range = description_->impedance.range(mode);
+  const Compliance& last = mode == mode_ ? compliance_ : range.standard;
+  if (started_ && mode == mode_ && proposed_compliance_.in_tool_axes != compliance_.in_tool_axes)
+    return net::format_text("{}: the axes of its compliance change", name());
+  return find_fault(proposed_compliance_, last, range, compliance_share_);
+}
+
 std::optional<net::Text> Arm::check() {
   if (phase_ != Phase::kFollowing) return std::nullopt;
-  const auto violation = find_violation();
-  if (!violation) return std::nullopt;
-  stop();
-  return describe(*violation, description_->joint_names);
+  std::optional<net::Text> trip;
+  if (const auto violation = find_violation()) trip = describe(*violation, description_->joint_names);
+  if (!trip) trip = find_wrong_mode();
+  if (trip) stop();
+  return trip;
 }
 
 void Arm::hand_over() {
@@ -195,6 +361,7 @@ void Arm::hand_over() {
       continue_braking();
       break;
     case Phase::kFrozen:
+    case Phase::kChanging:
       send({guard_.last().q, guard_.last().dq, guard_.last().ddq});
       break;
   }
@@ -203,6 +370,12 @@ void Arm::hand_over() {
 void Arm::follow() {
   if (proposed_) {
     started_ = true;
+    if (compliance_proposed_ && proposed_compliance_.mode != mode_) {
+      mode_ = proposed_compliance_.mode;
+      mode_due_ = cycle_ + kAnswerCycles * (1 + description_->cycle / period_);
+      backend_->change_mode(mode_);
+    }
+    if (compliance_proposed_) compliance_ = proposed_compliance_;
     send({proposal_.q, proposal_.dq, proposal_.ddq});
   } else {
     send({guard_.last().q, guard_.last().dq, guard_.last().ddq});
@@ -229,13 +402,21 @@ void Arm::begin_braking() {
 void Arm::continue_braking() {
   ++brake_cycles_;
   const double time = static_cast<double>(brake_cycles_) * to_seconds(period_);
+  bool relaxed = true;
+  if (mode_ != ControlMode::kPosition) {
+    const ComplianceRange& range = description_->impedance.range(mode_);
+    const Compliance target = stopped(compliance_, range);
+    compliance_ = approach(compliance_, target, range, compliance_share_);
+    relaxed = compliance_ == target;
+  }
   send(ramp_.sample(time));
-  if (time >= ramp_.duration()) phase_ = Phase::kFrozen;
+  if (time >= ramp_.duration() && relaxed) phase_ = Phase::kFrozen;
 }
 
 void Arm::send(const motion::JointSample& state) {
   const ArmSetPoint set_point{.cycle = cycle_, .stamp = time_, .q = state.q, .dq = state.dq, .ddq = state.ddq};
   guard_.sent(set_point);
+  if (mode_ != ControlMode::kPosition) backend_->write_compliance(compliance_);
   backend_->write(set_point);
 }
 
@@ -245,7 +426,7 @@ void Arm::brake() { backend_->brake(); }
 
 void Arm::set_tool(const ToolSetting& tool) {
   tool_ = tool;
-  backend_->set_payload(tool.payload);
+  backend_->set_tool(tool);
 }
 
 }  // namespace takt::device

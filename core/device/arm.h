@@ -27,7 +27,8 @@ class Arm final : public Actuator {
     kNotReady,   ///< no sample yet, not powered, faulted: nothing is sent
     kFrozen,     ///< the last set point, bit for bit, every cycle (row L5)
     kFollowing,  ///< what the net proposes, if the guard lets it pass
-    kBraking     ///< the stop reaction: a ramp within the limits, then kFrozen
+    kBraking,    ///< the stop reaction: a ramp within the limits, then kFrozen
+    kChanging    ///< the last set point, while the device goes into another control mode, then kFrozen
   };
 
   /// @param backend  shared: the simulation may own it too. Realtime: setup.
@@ -47,8 +48,16 @@ class Arm final : public Actuator {
   [[nodiscard]] bool ready() const { return has_sample_ && sample_.ready; }
   /// What was sent last: q, dq, ddq. Of size 0 before the arm was ready for the first time.
   [[nodiscard]] const ArmSetPoint& set_point() const { return guard_.last(); }
-  /// The set point of this cycle; the last one given counts.
+  /// The set point of this cycle; the last one given counts. The arm gives way as before.
   void propose(const JointVector& q, const JointVector& dq, const JointVector& ddq);
+  /// The same, and the control mode that it is meant for with all that belongs to it.
+  void propose(const JointVector& q, const JointVector& dq, const JointVector& ddq, const Compliance& compliance);
+  /// In which set points are followed, from this cycle on.
+  [[nodiscard]] ControlMode mode() const { return mode_; }
+  /// What was sent last beside the set point; empty in mode position.
+  [[nodiscard]] const Compliance& compliance() const { return compliance_; }
+  /// Share of its range that a value of the compliance may change by in a cycle.
+  [[nodiscard]] double compliance_share() const { return compliance_share_; }
   [[nodiscard]] const ToolSetting& tool() const { return tool_; }
 
   // -- For the control core ------------------------------------------------------------------------------------------
@@ -59,18 +68,22 @@ class Arm final : public Actuator {
   [[nodiscard]] net::Text fault() const override;
   /// Not ready, braking, or away from its set point.
   [[nodiscard]] std::optional<net::Text> refusal() const override;
-  /// What this cycle sends if the guard lets it pass, else what was sent last; always in mode "position".
+  /// What this cycle sends if the guard lets it pass, else what was sent last.
   [[nodiscard]] Seam seam() const override;
   /// Positions, velocities and accelerations may differ by what one step of the largest jerk does in a period.
   [[nodiscard]] std::optional<net::Text> misfit(const Seam& end, const Seam& begin) const override;
+  /// States are control modes (docs/control-modes.md).
+  [[nodiscard]] StateAnswer answer(std::string_view mode) const override;
+  void enter(std::string_view mode) override;
+  [[nodiscard]] std::optional<std::string> conflict(std::span<const std::string> modes) const override;
   void hold() override;
   void release() override;
   void stop() override;
   [[nodiscard]] std::optional<net::Text> check() override;
   void hand_over() override;
   [[nodiscard]] bool held() const override { return held_; }
-  /// The last set point sent neither moves nor accelerates.
-  [[nodiscard]] bool at_rest() const override { return guard_.at_rest(); }
+  /// The last set point sent neither moves nor accelerates, and nothing pushes beside the springs.
+  [[nodiscard]] bool at_rest() const override { return guard_.at_rest() && compliance_.neutral(); }
 
   [[nodiscard]] Phase phase() const { return phase_; }
   /// Words for the sample's fault. Realtime: setup (makes a string).
@@ -80,6 +93,11 @@ class Arm final : public Actuator {
   /// Category 0 (row S3): the device's own brakes.
   void brake();
 
+  /// Why the mode cannot be changed now by somebody who is no net, or nothing; the classes of change decide (row L4).
+  [[nodiscard]] std::optional<net::Text> refuse_change(ControlMode mode) const;
+  /// Begins; refuse_change() has found nothing. phase() is kChanging until the device is there, or gave up.
+  void change_mode(ControlMode mode);
+
   /// Changes tool and payload; only while no net holds the arm. Realtime: setup.
   void set_tool(const ToolSetting& tool);
 
@@ -87,6 +105,15 @@ class Arm final : public Actuator {
   void send(const motion::JointSample& state);
   void begin_braking();
   [[nodiscard]] std::optional<Violation> find_violation() const;
+  [[nodiscard]] std::optional<net::Text> find_wrong_mode() const;
+  [[nodiscard]] bool away_from_set_point() const;
+  /// Where the device says that it is told to be, else where it is measured.
+  [[nodiscard]] const JointVector& whereabouts() const {
+    return sample_.commanded.size() > 0 ? sample_.commanded : sample_.q;
+  }
+  void stand_in(ControlMode mode);
+  void switch_to(ControlMode mode);
+  void look_at_change();
   void follow();
   void freeze();
   void continue_braking();
@@ -109,6 +136,15 @@ class Arm final : public Actuator {
   bool proposed_ = false;
   bool started_ = false;  ///< the net has sent its first set point
   ArmSetPoint proposal_;
+  Compliance proposed_compliance_;  ///< valid with compliance_proposed_
+  bool compliance_proposed_ = false;
+
+  ControlMode mode_ = ControlMode::kPosition;
+  Compliance compliance_;
+  double compliance_share_;
+  ControlMode target_mode_ = ControlMode::kPosition;  ///< of kChanging
+  std::int64_t change_ends_ = 0;                      ///< cycle in which the declared time is over
+  std::int64_t mode_due_ = 0;                         ///< cycle from which on samples must show mode_
   BrakeRamp ramp_;
   std::int64_t brake_cycles_ = 0;
 };

@@ -9,6 +9,7 @@
 
 #include "core/base/time.h"
 #include "core/device/backend.h"
+#include "core/device/control_mode.h"
 #include "core/kinematics/types.h"
 #include "core/motion/limits.h"
 
@@ -47,7 +48,8 @@ struct ArmDescription : ModelDescription {
   JointVector friction;              ///< Coulomb friction, Nm (N), from the URDF
   JointVector natural_frequency;     ///< of the position controller, rad/s
   JointVector damping_ratio;         ///< of the position controller, 1
-  std::vector<std::string> modes;    ///< control modes, e.g. "position"
+  ControlModes modes;                ///< what its controller can do
+  ImpedanceDescription impedance;    ///< of the modes of impedance that it has
   double position_resolution = 0.0;  ///< rad or m
   double velocity_noise = 0.0;       ///< standard deviation, rad/s or m/s
   JointVector torque_noise;          ///< standard deviation, Nm; size 0: the arm has no torque sensors

@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "core/base/time.h"
@@ -30,6 +32,18 @@ class Device : public net::Resource {
   std::string name_;
 };
 
+/// What a device answers a net that needs it in some state, such as a control mode (row L4).
+struct StateAnswer {
+  enum class Kind : std::uint8_t {
+    kThere,   ///< it is, or the net does not mind
+    kAtOnce,  ///< enter() brings it there in this cycle
+    kLater,   ///< enter() begins to; ask again
+    kRefused  ///< it cannot, for the reason given
+  };
+  Kind kind = Kind::kThere;
+  net::Text why = {};
+};
+
 /// A device that is driven: held by one net at a time, with a guard and a stop reaction of its own (docs/devices.md,
 /// "What every actuator owes"). A primitive proposes; the core calls the functions below, each cycle in their order.
 class Actuator : public Device {
@@ -47,6 +61,14 @@ class Actuator : public Device {
   /// Why a net that begins like `begin` cannot follow at once where one ended like `end`: axis and numbers; or nothing.
   /// What one of the two does not say is not compared. Any thread.
   [[nodiscard]] virtual std::optional<net::Text> misfit(const Seam& /*end*/, const Seam& /*begin*/) const {
+    return std::nullopt;
+  }
+  /// May a net be started that needs the device in this state? Empty: in any.
+  [[nodiscard]] virtual StateAnswer answer(std::string_view /*state*/) const { return {}; }
+  /// Goes there, or begins to; answer() was not a refusal.
+  virtual void enter(std::string_view /*state*/) {}
+  /// Why one net cannot drive the device in all of these states by turns, or nothing. Realtime: setup.
+  [[nodiscard]] virtual std::optional<std::string> conflict(std::span<const std::string> /*states*/) const {
     return std::nullopt;
   }
   /// A net holds it from the next cycle on.

@@ -10,6 +10,7 @@
 
 #include "core/base/json.h"
 #include "core/base/object_reader.h"
+#include "core/device/control_mode_file.h"
 #include "core/device/device_file_impl.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/inverse.h"
@@ -20,8 +21,6 @@ namespace takt::device {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-const std::vector<std::string> kModes = {"position", "velocity", "torque", "joint_impedance", "cartesian_impedance"};
 
 JointVector vector_of(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
@@ -155,13 +154,7 @@ class ArmReader {
     const Json* json = reader_.object("control");
     if (json == nullptr) return;
     ObjectReader control(*json, reader_.at("control"), reader_.findings());
-    arm_.modes = control.texts("modes");
-    for (std::size_t i = 0; i < arm_.modes.size(); ++i)
-      if (std::ranges::find(kModes, arm_.modes[i]) == kModes.end())
-        reader_.findings().error(control.at("modes") + pointer_segment(i),
-                                 fmt::format("unknown control mode '{}'", arm_.modes[i]),
-                                 nearest_choice(arm_.modes[i], kModes));
-    control.array("mode_changes", /*required=*/false);
+    read_control_modes(control, joint_count_, arm_.modes, arm_.impedance);
     if (const Json* inner = control.object("gains")) {
       ObjectReader gains(*inner, control.at("gains"), reader_.findings());
       arm_.natural_frequency = joints(gains, "natural_frequency_rad_s", kPositive);

@@ -13,8 +13,8 @@ namespace takt::device {
 /// The state of one device as 64-bit words without padding, for the digest (row D4). Realtime: cyclic.
 class StateWords {
  public:
-  /// Eight joint vectors with their sizes, and some more.
-  static constexpr std::size_t kCapacity = 8 * (kinematics::kMaxJoints + 1) + 32;
+  /// Sixteen joint vectors with their sizes, and some more.
+  static constexpr std::size_t kCapacity = 16 * (kinematics::kMaxJoints + 1) + 32;
 
   void add(double x) { add(std::bit_cast<std::uint64_t>(x)); }
   void add(std::int64_t x) { add(static_cast<std::uint64_t>(x)); }

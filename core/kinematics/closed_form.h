@@ -2,51 +2,80 @@
 
 #include <array>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "core/kinematics/chain.h"
+#include "core/kinematics/lines.h"
 #include "core/kinematics/types.h"
 
 namespace takt::kinematics {
 
+/// What the axes of six revolute joints have in common, and so the way to all solutions of a pose.
+enum class ArmFamily {
+  kWristShoulderMeets,  ///< spherical wrist, axes 1 and 2 meet (LWR with its third joint held, iiwa)
+  kWristElbowParallel,  ///< spherical wrist, axes 2 and 3 parallel (TX90 and most six-axis arms)
+  kWristAnyArm,         ///< spherical wrist, any first three axes
+  kThreeParallel,       ///< axes 2, 3 and 4 parallel, 5 and 6 meet (UR)
+};
+
+/// E.g. "spherical wrist, parallel elbow".
+[[nodiscard]] std::string_view to_string(ArmFamily family);
+
 /// All solutions of six revolute joints in closed form, for the geometries of nearly all arms, recognised from the
-/// chain's axes alone. Joints beyond six are held at given values.
-///   spherical wrist: the last three axes meet in a point, and of the first three either the first two meet (LWR with
-///   its third joint held, iiwa) or the last two are parallel (TX90 and most six-axis arms);
-///   three parallel axes: 2, 3 and 4 are parallel, and the last two meet (UR).
-/// The decomposition leads to rotations about one axis at a time that carry a point to a point, a plane or a sphere.
-/// Source: the subproblems of Paden 1986 and Kahan 1983; own derivation in docs/kinematics.md. Realtime: setup.
+/// chain's axes alone: names, signs, zero positions and the frames of the links do not matter. Joints beyond six are
+/// held at given values. An arm whose *shoulder* is spherical is solved from its other end.
+/// The decomposition leads to rotations about one axis at a time that carry a point to a point, a plane or a sphere,
+/// and in the family `kWristAnyArm` to one polynomial of degree four.
+/// Source: Pieper 1968; the subproblems of Paden 1986 and Kahan 1983; own derivation in docs/kinematics.md.
 class ClosedForm {
  public:
+  using Angles = std::array<double, 6>;
+  /// Angles of the free joints in (-pi, pi], in the order of the chain.
+  struct Candidates {
+    std::array<Angles, 16> angles;
+    int count = 0;
+    void add(const Angles& next) {
+      if (count < static_cast<int>(angles.size())) angles[static_cast<std::size_t>(count++)] = next;
+    }
+  };
+
   /// @param q_held  joint values of which those of the held joints matter   @param held  n-6 indices
-  /// @return nothing if the chain is not of a known geometry.
+  /// @return nothing if the chain is not of a known geometry. Realtime: setup.
   [[nodiscard]] static std::optional<ClosedForm> recognise(const Chain& chain, const JointVector& q_held,
                                                            const std::vector<int>& held);
 
-  /// At most eight candidates, angles in (-pi, pi], held joints at their values. Correct to about 1e-8 near singular
-  /// poses, to rounding elsewhere: whoever uses them polishes and checks. Limits are not looked at.
-  [[nodiscard]] std::vector<JointVector> solve(const Eigen::Isometry3d& X_BF) const;
+  /// At most eight candidates in closed form. Correct to about 1e-8 near singular poses and to rounding elsewhere, and
+  /// as good as the geometry is exact (kAlmost): whoever uses them polishes and checks. Limits are not looked at.
+  /// Realtime: cyclic, bounded, no allocation.
+  void solve(const Eigen::Isometry3d& X_BF, Candidates& found) const;
+  /// All joints for a candidate, the held ones at their values. Realtime: cyclic.
+  [[nodiscard]] JointVector joints(const Angles& angles) const;
+
+  [[nodiscard]] ArmFamily family() const { return family_; }
+  /// True where the arm is solved from its flange: the family is then that of the reversed arm.
+  [[nodiscard]] bool reversed() const { return reversed_; }
 
  private:
-  enum class Family { kWristAxesMeet, kWristAxesParallel, kThreeParallel };
-  using Angles = std::array<double, 6>;
+  [[nodiscard]] bool find_family();
+  void reverse();
+  [[nodiscard]] const Eigen::Vector3d& axis(int i) const { return lines_[static_cast<std::size_t>(i)].axis; }
+  [[nodiscard]] const Eigen::Vector3d& point(int i) const { return lines_[static_cast<std::size_t>(i)].point; }
+  void solve_shoulder_first(const Eigen::Isometry3d& T, Candidates& found) const;
+  void solve_elbow_first(const Eigen::Isometry3d& T, Candidates& found) const;
+  void solve_any_arm(const Eigen::Isometry3d& T, Candidates& found) const;
+  void solve_three_parallel(const Eigen::Isometry3d& T, Candidates& found) const;
+  /// Joints 2 to 4 of the three-parallel family, joints 1, 5 and 6 known.
+  void solve_planar(const Eigen::Isometry3d& T, double q1, double q5, double q6, Candidates& found) const;
+  void solve_wrist(const Eigen::Isometry3d& T, double q1, double q2, double q3, Candidates& found) const;
 
-  [[nodiscard]] std::optional<Family> family();
-  [[nodiscard]] const Eigen::Vector3d& axis(int i) const { return axes_[static_cast<std::size_t>(i)]; }
-  [[nodiscard]] const Eigen::Vector3d& point(int i) const { return points_[static_cast<std::size_t>(i)]; }
-  void solve_shoulder_first(const Eigen::Isometry3d& T, std::vector<Angles>& found) const;
-  void solve_elbow_first(const Eigen::Isometry3d& T, std::vector<Angles>& found) const;
-  void solve_three_parallel(const Eigen::Isometry3d& T, std::vector<Angles>& found) const;
-  void solve_wrist(const Eigen::Isometry3d& T, Angles angles, std::vector<Angles>& found) const;
-
-  Family family_ = Family::kWristAxesMeet;
-  // All at zero of the free joints, in B: a direction and a point of each axis.
-  std::array<Eigen::Vector3d, 6> axes_;
-  std::array<Eigen::Vector3d, 6> points_;
+  ArmFamily family_ = ArmFamily::kWristShoulderMeets;
+  bool reversed_ = false;
+  std::array<Line, 6> lines_;  ///< at zero of the free joints, in B
   std::array<int, 6> free_{};
-  Eigen::Isometry3d X_BF_zero_ = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d X_FB_zero_ = Eigen::Isometry3d::Identity();
   Eigen::Vector3d wrist_ = Eigen::Vector3d::Zero();     ///< where the last three (UR: two) axes meet
   Eigen::Vector3d shoulder_ = Eigen::Vector3d::Zero();  ///< where the first two meet
   JointVector q_held_;

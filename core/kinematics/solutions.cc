@@ -7,7 +7,9 @@
 #include <Eigen/Dense>
 
 #include "core/base/random.h"
+#include "core/kinematics/arm_angle.h"
 #include "core/kinematics/closed_form.h"
+#include "core/kinematics/elimination.h"
 #include "core/kinematics/pose_error.h"
 
 namespace takt::kinematics {
@@ -20,6 +22,10 @@ constexpr int kSeeds = 60;
 constexpr int kFreeSeeds = 400;
 /// The last resort where a closed form has found nothing: mostly, the pose is out of reach.
 constexpr int kLastSeeds = 20;
+/// Openings of the loop in a row that bring no new branch before elimination counts as complete.
+constexpr int kIdleOpenings = 4;
+constexpr int kMostOpenings = 24;
+constexpr std::array<double, 3> kTilts = {1e-3, 0.0, 1e-2};  // rad and shares of the arm's length, in turn
 constexpr int kHeldGrid = 16;
 constexpr int kFineGrid = 720;
 constexpr int kMaxIterations = 60;
@@ -33,15 +39,17 @@ class Search {
     tolerance_ = 1e-12 * std::max(1.0, chain.reach());
     length_ = std::max(chain.reach(), 1e-3);
     reference_ = options.reference.size() == n_ ? options.reference : middle();
+    found_.reserve(8);
+    branches_.reserve(8);
   }
 
   std::vector<JointVector> run() {
     if (!X_is_finite()) return {};
-    if (n_ == 6 && options_.closed_form && solve_closed(middle(), {})) {
-      // Nothing to search for.
+    if (!options_.arm_angles.empty()) {
+      run_arm_angles();
     } else if (n_ == 7) {
       run_seven();
-    } else {
+    } else if (n_ != 6 || !options_.closed_form || !solve_six(middle(), {})) {
       search_free(kFreeSeeds);
     }
     sort_and_cut();
@@ -52,32 +60,104 @@ class Search {
   [[nodiscard]] bool X_is_finite() const { return target_.matrix().allFinite(); }
   [[nodiscard]] bool enough() const { return static_cast<int>(found_.size()) >= options_.enough; }
 
+  void run_arm_angles() {
+    const auto arm = ArmAngle::recognise(chain_);
+    if (!arm) return;
+    held_ = -1;
+    for (const double angle : options_.arm_angles) {
+      branches_.clear();
+      for (const JointVector& candidate : arm->solve(target_, angle)) try_seed(candidate);
+    }
+  }
+
   void run_seven() {
+    redundant_ = options_.held_joint >= 0 ? options_.held_joint : redundant_joint(chain_);
     bool closed = options_.closed_form;
     for (const double value : held_values()) {
-      if (enough() || value < chain_.lower()[2] || value > chain_.upper()[2]) continue;
-      closed = closed && solve_closed_at(value);
+      if (enough() || value < chain_.lower()[redundant_] || value > chain_.upper()[redundant_]) continue;
+      closed = closed && solve_six_at(value);
       if (!closed) search_held(value);
     }
     if (!found_.empty() || !options_.held_values.empty()) return;
-    // Where the grid found nothing, the third joint is free in a narrow range only, or nowhere.
-    for (int k = 0; closed && found_.empty() && k < kFineGrid; ++k) solve_closed_at(grid_value(k, kFineGrid));
-    if (found_.empty()) search_free(closed ? kLastSeeds : kFreeSeeds);
+    // Where the grid found nothing, the held joint is free in a narrow range only, or nowhere.
+    const bool quick = closed && closed_form_;
+    for (int k = 0; quick && found_.empty() && k < kFineGrid; ++k) solve_six_at(grid_value(k, kFineGrid));
+    if (found_.empty()) search_free(quick ? kLastSeeds : kFreeSeeds);
   }
 
-  bool solve_closed_at(double value) {
+  bool solve_six_at(double value) {
     JointVector q = reference_;
-    q[2] = value;
-    held_ = 2;
-    return solve_closed(q, {2});
+    q[redundant_] = value;
+    held_ = redundant_;
+    branches_.clear();
+    return solve_six(q, {redundant_});
   }
 
-  /// @return false if the chain has no closed form.
-  bool solve_closed(const JointVector& q_held, const std::vector<int>& held) {
-    const auto form = ClosedForm::recognise(chain_, q_held, held);
-    if (!form) return false;
-    for (const JointVector& candidate : form->solve(target_)) try_seed(candidate);
+  /// All solutions with the held joints at their values. @return false if a free joint slides.
+  bool solve_six(const JointVector& q_held, const std::vector<int>& held) {
+    const std::size_t before = found_.size();
+    if (!solve_candidates(q_held, held)) return false;
+    if (found_.size() > before) return true;
+    // In a singular posture two joints share an angle, and the share that a closed form takes may be outside the
+    // limits: the reference may know one inside.
+    JointVector q = reference_;
+    for (const int i : held) q[i] = q_held[i];
+    branches_.clear();
+    try_seed(q);
     return true;
+  }
+
+  bool solve_candidates(const JointVector& q_held, const std::vector<int>& held) {
+    if (const auto form = ClosedForm::recognise(chain_, q_held, held)) {
+      closed_form_ = true;
+      ClosedForm::Candidates candidates;
+      form->solve(target_, candidates);
+      for (int i = 0; i < candidates.count; ++i) try_seed(form->joints(candidates.angles[static_cast<std::size_t>(i)]));
+      return true;
+    }
+    return solve_any_six(q_held, held);
+  }
+
+  /// By elimination, the loop opened at one joint after the other until some openings in a row brought nothing new.
+  bool solve_any_six(const JointVector& q_held, const std::vector<int>& held) {
+    std::vector<int> free;
+    for (int i = 0; i < n_; ++i) {
+      const bool is_held = std::find(held.begin(), held.end(), i) != held.end();
+      if (!is_held && chain_.is_prismatic(i)) return false;
+      if (!is_held) free.push_back(i);
+    }
+    JointVector zero = q_held;
+    for (const int i : free) zero[i] = 0.0;
+    Eigen::Isometry3d X_BF_zero;
+    const auto all = joint_lines(chain_, zero, &X_BF_zero);
+    std::array<Line, 6> lines;
+    for (std::size_t i = 0; i < 6; ++i) lines[i] = all[static_cast<std::size_t>(free[i])];
+    const Eigen::Isometry3d T = target_ * X_BF_zero.inverse();
+    Random random(1, "tilt");
+    int idle = 0;
+    for (int opening = 0; opening < kMostOpenings && idle < kIdleOpenings; ++opening) {
+      const std::size_t before = branches_.size();
+      std::vector<std::array<double, 6>> candidates;
+      eliminate(tilted(lines, kTilts[static_cast<std::size_t>(opening % 3)], random), T, opening % 6, candidates);
+      for (const auto& angles : candidates) {
+        JointVector q = zero;
+        for (std::size_t i = 0; i < 6; ++i) q[free[i]] = angles[i];
+        try_seed(q);
+      }
+      idle = branches_.size() > before ? 0 : idle + 1;
+    }
+    return true;
+  }
+
+  /// The same axes a little crooked: where two are parallel or meet, the equations of elimination depend on each other;
+  /// those of a crooked arm do not, and its solutions are good seeds.
+  [[nodiscard]] std::array<Line, 6> tilted(std::array<Line, 6> lines, double by, Random& random) const {
+    const auto number = [&] { return random.uniform(-by, by); };
+    for (Line& line : lines) {
+      line.axis = (line.axis + Eigen::Vector3d(number(), number(), number())).normalized();
+      line.point += length_ * Eigen::Vector3d(number(), number(), number());
+    }
+    return lines;
   }
 
   // --- seeds -------------------------------------------------------------------------------------------------------
@@ -94,19 +174,22 @@ class Search {
 
   [[nodiscard]] std::vector<double> held_values() const {
     if (!options_.held_values.empty()) return options_.held_values;
-    std::vector<double> values{reference_[2]};
+    std::vector<double> values{reference_[redundant_]};
     for (int k = 0; k < kHeldGrid; ++k) values.push_back(grid_value(k, kHeldGrid));
     return values;
   }
 
-  [[nodiscard]] double grid_value(int k, int count) const { return low(2) + (high(2) - low(2)) * (k + 0.5) / count; }
+  [[nodiscard]] double grid_value(int k, int count) const {
+    return low(redundant_) + (high(redundant_) - low(redundant_)) * (k + 0.5) / count;
+  }
 
   void search_held(double value) {
-    held_ = 2;
+    held_ = redundant_;
+    branches_.clear();
     Random random(1, "held");
     for (int k = 0; k <= kSeeds && !enough(); ++k) {
       JointVector q = seed(k, random);
-      q[2] = value;
+      q[redundant_] = value;
       try_seed(q);
     }
   }
@@ -131,30 +214,73 @@ class Search {
   // --- one seed ----------------------------------------------------------------------------------------------------
 
   void try_seed(JointVector q) {
-    if (!converge(q)) return;
+    if (!meets(q, 1e-12) && !(converge(q) && meets(q, 1e-9))) return;
     for (int i = 0; i < n_; ++i) {
-      if (!chain_.is_prismatic(i) && i != held_) q[i] = std::remainder(q[i], 2.0 * kPi);
+      if (turns(i) && std::abs(q[i]) > kPi) q[i] = std::remainder(q[i], 2.0 * kPi);
     }
-    if (pose_error(chain_.forward(q), target_).cwiseAbs().maxCoeff() > 1e-9) return;
-    add_turns(q, 0);
+    const bool known = std::any_of(branches_.begin(), branches_.end(),
+                                   [&](const JointVector& other) { return angular_distance(other, q) < kDistinct; });
+    if (known) return;
+    branches_.push_back(q);
+    if (options_.turns) {
+      add_turns(q, 0);
+    } else {
+      add_nearest_turn(q);
+    }
+  }
+
+  [[nodiscard]] bool meets(const JointVector& q, double tolerance) const {
+    const Eigen::Isometry3d X = chain_.forward(q);
+    const double off = (X.matrix() - target_.matrix()).cwiseAbs().maxCoeff();
+    return off <= tolerance * std::max(1.0, chain_.reach());
+  }
+
+  [[nodiscard]] bool turns(int i) const { return !chain_.is_prismatic(i) && i != held_; }
+
+  [[nodiscard]] double angular_distance(const JointVector& a, const JointVector& b) const {
+    double largest = 0.0;
+    for (int i = 0; i < n_; ++i) {
+      double apart = std::abs(a[i] - b[i]);
+      if (turns(i) && apart > kPi) apart = std::abs(apart - 2.0 * kPi);
+      largest = std::max(largest, apart);
+    }
+    return largest;
+  }
+
+  [[nodiscard]] bool inside(int i, double value) const {
+    return value >= chain_.lower()[i] && value <= chain_.upper()[i];
   }
 
   /// Adds q with every turn of the joints from `i` on that fits the limits.
   void add_turns(const JointVector& q, int i) {
     if (i == n_) return add(q);
-    const bool turns = !chain_.is_prismatic(i) && i != held_ && std::isfinite(chain_.lower()[i]);
+    const bool more = turns(i) && std::isfinite(chain_.lower()[i]);
     JointVector turned = q;
-    for (int k = turns ? -2 : 0; k <= (turns ? 2 : 0); ++k) {
+    for (int k = more ? -2 : 0; k <= (more ? 2 : 0); ++k) {
       turned[i] = q[i] + k * 2.0 * kPi;
-      if (turned[i] >= chain_.lower()[i] && turned[i] <= chain_.upper()[i]) add_turns(turned, i + 1);
+      if (inside(i, turned[i])) add_turns(turned, i + 1);
     }
   }
 
+  /// Adds q once, each joint in the turn nearest to the reference that its limits allow; nothing if one has none.
+  void add_nearest_turn(JointVector q) {
+    for (int i = 0; i < n_; ++i) {
+      if (!turns(i)) {
+        if (!inside(i, q[i])) return;
+        continue;
+      }
+      const double apart = q[i] - reference_[i];
+      const double nearest = std::abs(apart) <= kPi ? q[i] : q[i] - 2.0 * kPi * std::round(apart / (2.0 * kPi));
+      const double side = nearest > reference_[i] ? -2.0 * kPi : 2.0 * kPi;
+      const double wanted = inside(i, nearest) ? nearest : nearest + side;
+      if (!inside(i, wanted)) return;
+      q[i] = wanted;
+    }
+    add(q);
+  }
+
   void add(const JointVector& q) {
-    const bool known = std::any_of(found_.begin(), found_.end(), [&](const JointVector& other) {
-      return (other - q).cwiseAbs().maxCoeff() < kDistinct;
-    });
-    if (!known && !enough()) found_.push_back(q);
+    if (!enough()) found_.push_back(q);
   }
 
   /// Damped Newton: the damping follows the residual, so that the end is quadratic, and grows where a step did not
@@ -209,6 +335,7 @@ class Search {
   }
 
   void sort_and_cut() {
+    if (found_.size() < 2) return;
     std::stable_sort(found_.begin(), found_.end(), [&](const JointVector& a, const JointVector& b) {
       return (a - reference_).squaredNorm() < (b - reference_).squaredNorm();
     });
@@ -219,7 +346,10 @@ class Search {
   const Eigen::Isometry3d target_;
   const SolutionOptions& options_;
   const int n_;
-  int held_ = -1;
+  int held_ = -1;      ///< the joint that Newton's method may not move, or -1
+  int redundant_ = 2;  ///< the joint of seven that is held
+  bool closed_form_ = false;
+  std::vector<JointVector> branches_;  ///< found at the present value of the redundancy, turns apart
   double tolerance_ = 1e-12;
   double length_ = 1.0;
   JointVector reference_;
@@ -227,6 +357,20 @@ class Search {
 };
 
 }  // namespace
+
+int redundant_joint(const Chain& chain) {
+  const JointVector q = JointVector::Constant(chain.joint_count(), 0.1);  // a posture without meaning
+  for (const int joint : {2, 6, 5, 4, 3, 1, 0}) {
+    if (joint < chain.joint_count() && ClosedForm::recognise(chain, q, {joint})) return joint;
+  }
+  return 2;
+}
+
+std::vector<double> arm_angle_grid(int count) {
+  std::vector<double> angles;
+  for (int k = 0; k < count; ++k) angles.push_back(-kPi + 2.0 * kPi * (k + 0.5) / count);
+  return angles;
+}
 
 std::vector<JointVector> inverse_solutions(const Chain& chain, const Eigen::Isometry3d& X_BF,
                                            const SolutionOptions& options) {

@@ -160,6 +160,7 @@ void Builder::make_primitive(int number, std::byte* place) {
   }
   if (!impl.findings.empty()) report_.append(impl.findings, flat_.primitive_pointer(number) + "/parameters");
   take_claims(number, impl.claims);
+  net_.claim_states.insert(net_.claim_states.end(), impl.claim_states.begin(), impl.claim_states.end());
   collect_monitors(number);
 }
 
@@ -236,7 +237,12 @@ void describe(const FlatNet& flat, const std::vector<int>& order, NetReport& net
         {f.id, f.parent, f.gated, f.description == nullptr ? WhenInactive::kReset : f.description->when_inactive});
   }
   net_report.primitives.reserve(flat.primitives.size());
-  for (const FlatPrimitive& p : flat.primitives) net_report.primitives.push_back({p.id, p.info, p.fragment, 0});
+  for (int i = 0; i < flat.primitive_count(); ++i) {
+    const FlatPrimitive& p = flat.primitives[static_cast<std::size_t>(i)];
+    auto& known = net_report.primitives.emplace_back(NetReport::Primitive{p.id, p.info, p.fragment, 0});
+    for (const auto& entry : p.info->latencies)
+      known.latencies.push_back({entry.in, entry.out, flat.latency(i, entry), entry.cycles_parameter});
+  }
   int place = 0;
   for (const int node : order) {
     if (!flat.is_gate(node)) net_report.primitives[static_cast<std::size_t>(node)].order = place++;

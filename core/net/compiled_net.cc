@@ -110,6 +110,7 @@ std::span<const std::byte> CompiledNet::slots() const { return {impl_->values.at
 const std::vector<CompiledNet::Port>& CompiledNet::ports() const { return impl_->ports; }
 const std::vector<CompiledNet::Monitor>& CompiledNet::monitors() const { return impl_->monitors; }
 const std::vector<Resource*>& CompiledNet::claims() const { return impl_->claims; }
+const std::vector<ClaimState>& CompiledNet::claim_states() const { return impl_->claim_states; }
 const NetReport& CompiledNet::report() const { return impl_->report; }
 const StopBound* CompiledNet::stop_bound() const { return impl_->stop_bound ? &*impl_->stop_bound : nullptr; }
 double CompiledNet::cost_ns() const { return impl_->cost_ns; }

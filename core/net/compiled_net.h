@@ -65,6 +65,8 @@ class CompiledNet {
   };
   [[nodiscard]] const std::vector<Monitor>& monitors() const;
   [[nodiscard]] const std::vector<Resource*>& claims() const;
+  /// What the primitives that drive devices need of them, one entry a primitive, in evaluation order.
+  [[nodiscard]] const std::vector<ClaimState>& claim_states() const;
   [[nodiscard]] const NetReport& report() const;
   /// How long the net takes at most from a cancel to its end, if it says so or its structure does (row L6).
   [[nodiscard]] const StopBound* stop_bound() const;

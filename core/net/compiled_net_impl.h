@@ -86,6 +86,7 @@ struct CompiledNet::Impl {
   std::unordered_map<std::string_view, std::size_t> port_by_name;  ///< output ports only
   std::vector<Monitor> monitors;
   std::vector<Resource*> claims;
+  std::vector<ClaimState> claim_states;
   NetReport report;
   std::optional<StopBound> stop_bound;
   double cost_ns = 0.0;

@@ -1,5 +1,9 @@
 #include "core/net/flat_net.h"
 
+#include <algorithm>
+#include <cstdint>
+#include <string>
+
 #include <nlohmann/json.hpp>
 
 namespace takt::net {
@@ -64,11 +68,36 @@ const DemandDescription& FlatNet::description(const FlatDemand& demand) const {
   return fragments[static_cast<std::size_t>(demand.fragment)].net->demands[static_cast<std::size_t>(demand.index)];
 }
 
+namespace {
+
+const nlohmann::ordered_json* parameter(const FlatPrimitive& primitive, const std::string& name) {
+  if (!primitive.description->parameters.is_object()) return nullptr;
+  const auto found = primitive.description->parameters.find(name);
+  return found == primitive.description->parameters.end() ? nullptr : &*found;
+}
+
+/// JSON text of the default of a parameter; empty if it has none.
+std::string fallback(const PrimitiveInfo& info, const std::string& name) {
+  const auto found = std::ranges::find(info.parameters, name, &PrimitiveInfo::Parameter::name);
+  return found == info.parameters.end() ? std::string() : found->fallback;
+}
+
+}  // namespace
+
 const nlohmann::ordered_json* FlatNet::constant(int primitive, int port) const {
   const FlatPrimitive& p = primitives[static_cast<std::size_t>(primitive)];
-  if (!p.description->parameters.is_object()) return nullptr;
-  const auto found = p.description->parameters.find(p.info->inputs[static_cast<std::size_t>(port)].name);
-  return found == p.description->parameters.end() ? nullptr : &*found;
+  return parameter(p, p.info->inputs[static_cast<std::size_t>(port)].name);
+}
+
+Latency FlatNet::latency(int primitive, const PrimitiveInfo::LatencyEntry& entry) const {
+  if (entry.cycles_parameter.empty()) return entry.latency;
+  const FlatPrimitive& p = primitives[static_cast<std::size_t>(primitive)];
+  const nlohmann::ordered_json* given = parameter(p, entry.cycles_parameter);
+  const auto cycles = given != nullptr
+                          ? *given
+                          : nlohmann::ordered_json::parse(fallback(*p.info, entry.cycles_parameter), nullptr, false);
+  // What is no number of cycles is a finding of the parameter's own.
+  return {.cycles = cycles.is_number_integer() ? std::max<std::int64_t>(0, cycles.get<std::int64_t>()) : 0};
 }
 
 }  // namespace takt::net

@@ -84,6 +84,8 @@ struct FlatNet {
   [[nodiscard]] const DemandDescription& description(const FlatDemand& demand) const;
   /// The JSON constant that the primitive's parameters give an input; nullptr if none.
   [[nodiscard]] const nlohmann::ordered_json* constant(int primitive, int port) const;
+  /// What an entry of its type means for this primitive, whose parameters may say how many cycles.
+  [[nodiscard]] Latency latency(int primitive, const PrimitiveInfo::LatencyEntry& entry) const;
 };
 
 /// Finds the signals of the resources that primitives name (Resource::signal). Realtime: setup.

@@ -47,7 +47,7 @@ Json primitives_to_json(const NetReport& report) {
                  {"type", p.info->type},
                  {"fragment", report.fragments[static_cast<std::size_t>(p.fragment)].id},
                  {"order", p.order}};
-    for (const auto& entry : p.info->latencies) {
+    for (const auto& entry : p.latencies) {
       json["latencies"].push_back({{"in", entry.in},
                                    {"out", entry.out},
                                    {"cycles", entry.latency.cycles},

@@ -31,7 +31,8 @@ struct NetReport {
     std::string id;  ///< full id
     const PrimitiveInfo* info = nullptr;
     int fragment = 0;
-    int order = 0;  ///< place in the order of evaluation
+    int order = 0;                                            ///< place in the order of evaluation
+    std::vector<PrimitiveInfo::LatencyEntry> latencies = {};  ///< of this instance; pairs without one: the same cycle
   };
   std::vector<Primitive> primitives;  ///< in the order of the description, fragment by fragment
 

@@ -29,6 +29,12 @@ class Resource {
   [[nodiscard]] virtual const Signal* signal() const { return nullptr; }
 };
 
+/// In which state a device has to be while a primitive drives it.
+struct ClaimState {
+  Resource* device = nullptr;
+  std::string state;  ///< a word of the device's kind, such as a control mode; empty: any
+};
+
 /// Finds resources at load. Realtime: setup.
 class Environment {
  public:

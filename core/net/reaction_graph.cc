@@ -9,11 +9,12 @@
 namespace takt::net {
 namespace {
 
-Latency latency_between(const PrimitiveInfo& info, int in, int out) {
+Latency latency_between(const FlatNet& flat, int primitive, int in, int out) {
+  const PrimitiveInfo& info = *flat.primitives[static_cast<std::size_t>(primitive)].info;
   for (const auto& entry : info.latencies) {
     if (entry.in == info.inputs[static_cast<std::size_t>(in)].name &&
         entry.out == info.outputs[static_cast<std::size_t>(out)].name) {
-      return entry.latency;
+      return flat.latency(primitive, entry);
     }
   }
   return {};
@@ -45,14 +46,13 @@ std::vector<std::pair<int, int>> ReactionGraph::collect_edges() {
 }
 
 void ReactionGraph::add_primitive_edges(int primitive) {
-  const PrimitiveInfo& info = *flat_.primitives[static_cast<std::size_t>(primitive)].info;
   const int inputs = flat_.input_base[static_cast<std::size_t>(primitive)];
   const int outputs = input_count_ + flat_.output_base[static_cast<std::size_t>(primitive)];
   for (int out = 0; out < flat_.output_count(primitive); ++out) {
     for (int in = 0; in < flat_.input_count(primitive); ++in) {
       // What no link feeds never changes.
       if (flat_.input_link[static_cast<std::size_t>(inputs + in)] < 0) continue;
-      edges_.push_back({inputs + in, outputs + out, latency_between(info, in, out), -1});
+      edges_.push_back({inputs + in, outputs + out, latency_between(flat_, primitive, in, out), -1});
     }
     add_gate_edges(primitive, outputs + out);
   }
@@ -66,8 +66,9 @@ void ReactionGraph::add_gate_edges(int primitive, int output) {
   Latency latest;
   for (const auto& entry : flat_.primitives[static_cast<std::size_t>(primitive)].info->latencies) {
     if (entry.out != name) continue;
-    latest.cycles = std::max(latest.cycles, entry.latency.cycles);
-    latest.data_dependent = latest.data_dependent || entry.latency.data_dependent;
+    const Latency latency = flat_.latency(primitive, entry);
+    latest.cycles = std::max(latest.cycles, latency.cycles);
+    latest.data_dependent = latest.data_dependent || latency.data_dependent;
   }
   for (int f = flat_.fragment_of(primitive); f > 0; f = flat_.fragments[static_cast<std::size_t>(f)].parent) {
     const int gate = flat_.input_base[static_cast<std::size_t>(flat_.primitive_count() + f)];

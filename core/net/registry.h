@@ -28,6 +28,7 @@ struct PrimitiveInfo {
   struct LatencyEntry {
     std::string in, out;
     Latency latency;
+    std::string cycles_parameter = {};  ///< Integer parameter that gives the cycles of an instance; empty: `latency`
   };
   std::string type, family, doc;
   std::vector<Port> inputs, outputs;

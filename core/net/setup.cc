@@ -219,18 +219,26 @@ Resource* Setup::resource(std::string_view name, std::string_view kind, std::str
   return nullptr;
 }
 
-void Setup::claims(std::string_view name) {
+void Setup::claims(std::string_view name, std::string_view state) {
   if (describing()) {
     impl_.describing->claims = name;
     return;
   }
   const Json* json = impl_.given(name);
   if (json == nullptr || !json->is_string()) return;
-  if (Resource* claimed = impl_.environment->find(json->get_ref<const std::string&>())) impl_.claims.push_back(claimed);
+  Resource* claimed = impl_.environment->find(json->get_ref<const std::string&>());
+  if (claimed == nullptr) return;
+  impl_.claims.push_back(claimed);
+  impl_.claim_states.push_back({claimed, std::string(state)});
 }
 
 void Setup::latency(std::string_view in, std::string_view out, Latency latency) {
   if (describing()) impl_.describing->latencies.push_back({std::string(in), std::string(out), latency});
+}
+
+void Setup::latency_by(std::string_view in, std::string_view out, std::string_view cycles_parameter) {
+  if (describing())
+    impl_.describing->latencies.push_back({std::string(in), std::string(out), {}, std::string(cycles_parameter)});
 }
 
 void Setup::breaks_loop(std::string_view in) {

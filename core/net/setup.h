@@ -49,10 +49,13 @@ class Setup {
   }
   [[nodiscard]] Resource* resource(std::string_view name, std::string_view kind, std::string_view doc);
   /// Says that this net drives the device named by parameter `name`: a unique resource (rows O4, L).
-  void claims(std::string_view name);
+  /// @param state  in which the device has to be while this primitive drives it, such as a control mode; empty: any
+  void claims(std::string_view name, std::string_view state = {});
 
   /// Declares a latency other than 0 between an input and an output (rows O6).
   void latency(std::string_view in, std::string_view out, Latency latency);
+  /// The same, where an Integer parameter of each instance says how many cycles.
+  void latency_by(std::string_view in, std::string_view out, std::string_view cycles_parameter);
   /// A link into this input is a delayed link even where the net does not mark it, so it may close a loop: the input
   /// reads what its source gave one cycle before (first cycle: null, or the link's `initial`). So the value never
   /// depends on the order of evaluation. The certificate counts that cycle; do not declare it with latency().

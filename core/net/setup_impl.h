@@ -26,6 +26,7 @@ struct Setup::Impl {
   Environment* environment = nullptr;
   Findings findings;  ///< pointers relative to the primitive's parameters
   std::vector<Resource*> claims;
+  std::vector<ClaimState> claim_states;
   std::size_t next_input = 0, next_output = 0;
 
   /// Index of the port `name`: nearly always the next one, since the same constructor declared the info.

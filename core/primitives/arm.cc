@@ -1,4 +1,6 @@
 // Family "device": the canonical arm.
+#include <fmt/format.h>
+
 #include "core/device/arm.h"
 #include "core/kinematics/chain.h"
 #include "core/net/format_text.h"
@@ -20,9 +22,21 @@ class ArmCommand final : public Primitive {
         dq_(setup.in<JointArray>("dq", {.unit = "rad/s", .doc = "their velocities", .on_null = OnNull::kStop})),
         ddq_(setup.in<JointArray>("ddq", {.unit = "rad/s^2", .doc = "their accelerations", .on_null = OnNull::kStop})),
         arm_(setup.device<Arm>("device", Arm::kKind, "the arm that is driven")),
+        mode_(setup.parameter<Text>("mode", Text("any"),
+                                    {.doc = "control mode that is needed; any: as the arm is",
+                                     .range = "any|position|joint_impedance|cartesian_impedance"})),
         most_bridged_(setup.bridge_cycles("q")) {
-    setup.claims("device");
+    setup.claims("device", mode_.view() == "any" ? std::string_view{} : mode_.view());
     setup.costs(40.0);
+  }
+
+  Findings prepare() override {
+    const auto mode = device::control_mode_of(mode_.view());
+    Findings findings;
+    if (mode && arm_ != nullptr && !arm_->description().modes.has(*mode))
+      findings.error("/mode", fmt::format("arm '{}' has no mode '{}'", arm_->name(), mode_.view()),
+                     arm_->description().modes.list());
+    return findings;
   }
 
   void update(const Cycle& cycle) override {
@@ -46,6 +60,7 @@ class ArmCommand final : public Primitive {
 
   In<JointArray> q_, dq_, ddq_;
   Arm* arm_;
+  Text mode_;
   Integer most_bridged_;  ///< declared at `q` for the whole set point; bridged with constant acceleration
   std::int64_t bridged_ = 0;
 };

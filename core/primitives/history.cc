@@ -48,7 +48,7 @@ class Delay final : public Primitive {
       : input_(setup.in<T>("input", free_spec<T>("what is delayed", OnNull::kHandled))),
         value_(setup.out<T>("value", free_spec_may_be_null<T>("the input of that many cycles ago"))),
         cycles_(setup.parameter<Integer>("cycles", {.doc = "how many", .range = "[0,100000]", .example = "3"})) {
-    setup.latency("input", "value", {.cycles = 0, .data_dependent = true});
+    setup.latency_by("input", "value", "cycles");
   }
 
   Findings prepare() override {

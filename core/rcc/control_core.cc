@@ -16,6 +16,7 @@
 #include <boost/lockfree/spsc_queue.hpp>
 
 #include "core/device/emergency_stop.h"
+#include "core/net/format_text.h"
 #include "core/net/stop_bound.h"
 #include "core/rcc/admission.h"
 #include "core/rcc/event_buffer.h"
@@ -39,6 +40,15 @@ struct Posted {
   Watch* watch = nullptr;  ///< not nullptr: watch this value of net `watched`, 0 for a channel; or no longer
   NetId watched = 0;
   bool attach = false;
+  device::Arm* arm = nullptr;  ///< not nullptr: bring it into `mode`
+  device::ControlMode mode = device::ControlMode::kPosition;
+};
+
+/// A change of mode that somebody asked for and that is under way.
+struct ModeRequest {
+  RequestId id = 0;
+  device::Arm* arm = nullptr;
+  device::ControlMode mode = device::ControlMode::kPosition;
 };
 
 /// A value from outside as the cycle notes it.
@@ -71,6 +81,7 @@ struct ControlCore::Impl {
         executor(nets, resources, events, given.net_capacity),
         rules(executor, events) {
     executor.set_budget(static_cast<double>(options.budget));
+    mode_requests.reserve(kQueueCapacity);
     if (options.latch_capacity > 0)
       latches = std::make_unique<LatchRing>(static_cast<std::size_t>(options.latch_capacity));
   }
@@ -82,6 +93,7 @@ struct ControlCore::Impl {
     return *owned.emplace_back(std::move(resource));
   }
   [[nodiscard]] Findings bind(NetEntry& entry);
+  void bind_states(NetEntry& entry, Findings& findings) const;
   [[nodiscard]] std::vector<NetEntry::DeclaredSeam> bind_seams(const NetEntry& entry, const std::vector<NetSeam>& seams,
                                                                const std::string& pointer, Findings& findings);
 
@@ -91,6 +103,9 @@ struct ControlCore::Impl {
   void look_at_stops(std::int64_t k);
   void take_requests();
   void take_watch(const Posted& posted);
+  void take_mode_request(const ModeRequest& request);
+  void look_at_mode_requests();
+  void answer(RequestId id, const std::optional<net::Text>& refusal);
   void guard_and_hand_over(std::int64_t k);
   void digest_nets(std::int64_t k);
   void digest_devices();
@@ -115,6 +130,7 @@ struct ControlCore::Impl {
   using LatchRing = boost::lockfree::spsc_queue<RawLatch>;
   std::unique_ptr<LatchRing> latches;  // nullptr: nobody asked for them
   std::atomic<std::int64_t> latches_dropped = 0;
+  std::vector<ModeRequest> mode_requests;  // never grows in the cycle
   WatchList watches;
   std::mutex watch_mutex;                            // of kept_watches; never taken in the cycle
   std::vector<std::shared_ptr<Watch>> kept_watches;  // until the cycle has let go of them
@@ -127,6 +143,7 @@ struct ControlCore::Impl {
 Findings ControlCore::Impl::bind(NetEntry& entry) {
   Findings findings;
   for (const net::Resource* claim : entry.net->claims()) entry.claims.push_back(resources.place_of(claim));
+  bind_states(entry, findings);
   entry.begins = bind_seams(entry, entry.options.begins, "/begins", findings);
   entry.ends = bind_seams(entry, entry.options.ends, "/ends", findings);
   const net::StopBound* bound = entry.net->stop_bound();
@@ -142,6 +159,21 @@ Findings ControlCore::Impl::bind(NetEntry& entry) {
                    "a smaller net, or fewer at one time");
   }
   return findings;
+}
+
+/// What all drivers of a device agree on is needed at the start. Where they differ, the net changes it by turns.
+void ControlCore::Impl::bind_states(NetEntry& entry, Findings& findings) const {
+  std::map<int, std::vector<std::string>> states;
+  for (const net::ClaimState& one : entry.net->claim_states()) {
+    const int place = resources.place_of(one.device);
+    if (place >= 0 && resources.at(place).actuator != nullptr) states[place].push_back(one.state);
+  }
+  for (auto& [place, wanted] : states) {
+    const bool agree = std::ranges::all_of(wanted, [&](const std::string& one) { return one == wanted.front(); });
+    if (const auto why = resources.at(place).actuator->conflict(wanted))
+      findings.error("", *why, "a net for each, or one state for all primitives that drive the device");
+    if (agree && !wanted.front().empty()) entry.needs.push_back({place, wanted.front()});
+  }
 }
 
 std::vector<NetEntry::DeclaredSeam> ControlCore::Impl::bind_seams(const NetEntry& entry,
@@ -199,6 +231,8 @@ void ControlCore::Impl::take_requests() {
   while (queue.pop(posted)) {
     if (posted.watch != nullptr) {
       take_watch(posted);
+    } else if (posted.arm != nullptr) {
+      take_mode_request({.id = posted.id, .arm = posted.arm, .mode = posted.mode});
     } else if (posted.retire != 0) {
       NetEntry* entry = nets.find(posted.retire);
       const bool free = entry != nullptr && !is_active(entry->state) && entry->state != NetState::kLoading;
@@ -214,6 +248,38 @@ void ControlCore::Impl::take_requests() {
 void ControlCore::Impl::take_watch(const Posted& posted) {
   if (!posted.attach) watches.detach(*posted.watch);
   if (!posted.attach || !watches.attach(posted.watched, *posted.watch)) posted.watch->end();
+}
+
+void ControlCore::Impl::answer(RequestId id, const std::optional<net::Text>& refusal) {
+  Event event{.kind = Event::Kind::kDone, .state = {}, .net = 0, .request = id, .cause = {}};
+  if (refusal) {
+    event.kind = Event::Kind::kRefused;
+    event.cause.code = net::Cause::Code::kConflict;
+    event.cause.text = *refusal;
+  }
+  event.cause.cycle = cycle.load(std::memory_order_relaxed);
+  events.add(event);
+}
+
+void ControlCore::Impl::take_mode_request(const ModeRequest& request) {
+  auto refusal = request.arm->refuse_change(request.mode);
+  if (!refusal && mode_requests.size() == mode_requests.capacity()) refusal = net::Text("too many requests wait");
+  if (refusal) return answer(request.id, refusal);
+  request.arm->change_mode(request.mode);
+  mode_requests.push_back(request);
+}
+
+void ControlCore::Impl::look_at_mode_requests() {
+  std::erase_if(mode_requests, [this](const ModeRequest& request) {
+    const device::Arm& arm = *request.arm;
+    if (arm.phase() == device::Arm::Phase::kChanging) return false;
+    if (arm.mode() == request.mode && !arm.lost()) {
+      answer(request.id, std::nullopt);
+    } else {
+      answer(request.id, net::format_text("{}: did not go into mode {}", arm.name(), name_of(request.mode)));
+    }
+    return true;
+  });
 }
 
 void ControlCore::Impl::guard_and_hand_over(std::int64_t k) {
@@ -398,6 +464,14 @@ RequestId ControlCore::post(const Rule& rule) {
   return impl_->queue.push(Posted{.id = id, .retire = 0, .rule = rule}) ? id : 0;
 }
 
+RequestId ControlCore::change_mode(std::string_view name, device::ControlMode mode) {
+  device::Arm* arm = find_arm(name);
+  if (arm == nullptr) return 0;
+  const RequestId id = ++impl_->last_request;
+  const bool taken = impl_->queue.push(Posted{.id = id, .retire = 0, .rule = {}, .arm = arm, .mode = mode});
+  return taken ? id : 0;
+}
+
 Result<RequestId> ControlCore::schedule_after(NetId predecessor, NetId successor, NetId from_rest) {
   Findings findings;
   for (const NetId id : {predecessor, successor, from_rest})
@@ -457,6 +531,7 @@ void ControlCore::step() {
   watch.lap(CyclePhase::kDigest);
   core.executor.end_finished(k);
   core.look_at_stops(k);
+  core.look_at_mode_requests();
   core.take_requests();
   core.rules.apply(k);
   watch.lap(CyclePhase::kRules);

@@ -142,6 +142,11 @@ class ControlCore {
   RequestId post(const Transaction& transaction) { return post(Rule{.condition = {}, .action = transaction}); }
   RequestId post(const Rule& rule);
 
+  /// Brings an arm into another control mode while no net holds it; any class of change (row L4) is allowed here.
+  /// kDone tells that the device is there, kRefused why it is not. Any thread, wait-free.
+  /// @return as start(); 0 also for an arm that is not in this core.
+  RequestId change_mode(std::string_view arm, device::ControlMode mode);
+
   /// Starts `successor` in the cycle in which `predecessor` ends, so that no cycle is empty (row L3). The seam is
   /// checked now, as far as both nets declare it, and again in that cycle against what is really sent. If it does not
   /// fit then, `from_rest` is started instead once its devices are at rest; without it the start is refused and the

@@ -116,6 +116,7 @@ void Executor::forget_ended() {
 
 void Executor::start(NetEntry& entry, std::int64_t cycle) {
   entry.first_cycle.store(cycle + 1, std::memory_order_relaxed);
+  for (const auto& [place, state] : entry.needs) resources_[place].actuator->enter(state);
   for (const int place : entry.claims) {
     resources_[place].owner = entry.id;
     if (resources_[place].actuator != nullptr) resources_[place].actuator->hold();
@@ -126,31 +127,56 @@ void Executor::start(NetEntry& entry, std::int64_t cycle) {
   move_to(entry, NetState::kRunning);
 }
 
-std::optional<net::Text> Executor::refuse_start(const NetEntry& entry, const Transaction& transaction) const {
-  if (stopped_by_) return format_text("stopped by {}", stopped_by_->view());
-  if (active_.size() == active_.capacity()) return format_text("too many nets are running");
+device::StateAnswer Executor::answer_of(const device::Actuator& actuator, const NetEntry& entry, int place) {
+  const auto need = std::ranges::find(entry.needs, place, &NetEntry::NeededState::place);
+  return actuator.answer(need == entry.needs.end() ? std::string_view{} : need->state);
+}
+
+std::optional<Executor::Refusal> Executor::refuse_start(const NetEntry& entry, const Transaction& transaction) const {
+  const auto refused = [&entry](const net::Text& why) { return Refusal{.net = entry.id, .text = why}; };
+  if (stopped_by_) return refused(format_text("stopped by {}", stopped_by_->view()));
+  if (active_.size() == active_.capacity()) return refused(format_text("too many nets are running"));
+  std::optional<Refusal> later;
   for (const int place : entry.claims) {
     const auto& wanted = resources_[place];
     const bool freed = wanted.owner != 0 && transaction.abort.contains(wanted.owner);
-    if (wanted.owner != 0 && !freed) return format_text("{} is held by net {}", wanted.name, wanted.owner);
+    if (wanted.owner != 0 && !freed) return refused(format_text("{} is held by net {}", wanted.name, wanted.owner));
     if (wanted.actuator == nullptr) continue;
     if (freed && !wanted.actuator->at_rest())
-      return format_text("{} moves; its abort leaves it braking", wanted.actuator->name());
-    if (const auto why = wanted.actuator->refusal()) return *why;
+      return refused(format_text("{} moves; its abort leaves it braking", wanted.actuator->name()));
+    const device::StateAnswer answer = answer_of(*wanted.actuator, entry, place);
+    if (answer.kind == device::StateAnswer::Kind::kRefused) return refused(answer.why);
+    if (answer.kind == device::StateAnswer::Kind::kLater) {
+      later = Refusal{.net = entry.id, .text = answer.why, .later = true};
+    } else if (const auto why = wanted.actuator->refusal()) {
+      return refused(*why);
+    }
   }
-  if (const auto why = refuse_seam(entry)) return why;
+  if (later) return later;
+  if (const auto why = refuse_seam(entry)) return refused(*why);
   const double load = load_ns() + entry.cost_ns;
   if (budget_ns_ > 0.0 && load > budget_ns_)
-    return format_text("{:.1f} us a cycle with it, but the budget is {:.1f}", 1e-3 * load, 1e-3 * budget_ns_);
+    return refused(format_text("{:.1f} us a cycle with it, but the budget is {:.1f}", 1e-3 * load, 1e-3 * budget_ns_));
   // Two nets of one transaction may not want the same thing.
   for (const NetId other : transaction.start) {
     if (other == entry.id) break;
     const NetEntry* before = nets_.find(other);
     for (const int place : entry.claims)
       if (before != nullptr && std::count(before->claims.begin(), before->claims.end(), place) > 0)
-        return format_text("net {} of the same start wants the same device", other);
+        return refused(format_text("net {} of the same start wants the same device", other));
   }
   return std::nullopt;
+}
+
+void Executor::prepare(const Transaction& transaction) {
+  for (const NetId id : transaction.start) {
+    const NetEntry* entry = nets_.find(id);
+    if (entry == nullptr || entry->state.load(std::memory_order_acquire) != NetState::kReady) continue;
+    for (const auto& [place, state] : entry->needs) {
+      device::Actuator& actuator = *resources_[place].actuator;
+      if (actuator.answer(state).kind == device::StateAnswer::Kind::kLater) actuator.enter(state);
+    }
+  }
 }
 
 std::optional<net::Text> Executor::refuse_seam(const NetEntry& entry) const {
@@ -177,19 +203,23 @@ bool Executor::can_rest(const Transaction& transaction) const {
 std::optional<Executor::Refusal> Executor::check(const Transaction& transaction) const {
   for (const NetSet* set : {&transaction.abort, &transaction.cancel, &transaction.start})
     for (const NetId id : *set)
-      if (nets_.find(id) == nullptr) return Refusal{id, format_text("net {} is not loaded", id)};
+      if (nets_.find(id) == nullptr) return Refusal{.net = id, .text = format_text("net {} is not loaded", id)};
   const auto state_of = [this](NetId id) { return nets_.find(id)->state.load(std::memory_order_acquire); };
   for (const NetSet* set : {&transaction.abort, &transaction.cancel})
     for (const NetId id : *set)
       if (!is_active(state_of(id)) && state_of(id) != NetState::kTerminated)
-        return Refusal{id, format_text("net {} is not running, it is {}", id, name_of(state_of(id)))};
+        return Refusal{.net = id, .text = format_text("net {} is not running, it is {}", id, name_of(state_of(id)))};
+  std::optional<Refusal> later;
   for (const NetId id : transaction.start) {
     const NetState state = state_of(id);
     if (is_active(state)) continue;
-    if (state != NetState::kReady) return Refusal{id, format_text("net {} is not Ready, it is {}", id, name_of(state))};
-    if (const auto why = refuse_start(*nets_.find(id), transaction)) return Refusal{id, *why};
+    if (state != NetState::kReady)
+      return Refusal{.net = id, .text = format_text("net {} is not Ready, it is {}", id, name_of(state))};
+    const auto refusal = refuse_start(*nets_.find(id), transaction);
+    if (refusal && !refusal->later) return refusal;
+    if (refusal) later = refusal;
   }
-  return std::nullopt;
+  return later;
 }
 
 void Executor::carry_out(const Transaction& transaction, std::int64_t cycle) {

@@ -28,8 +28,11 @@ class Executor {
   struct Refusal {
     NetId net = 0;
     net::Text text;
+    bool later = false;  ///< a device is, or can be, on its way into the state that the net needs: ask again
   };
   [[nodiscard]] std::optional<Refusal> check(const Transaction& transaction) const;
+  /// Sets devices on their way into the states that the nets to be started need; check() has said "later".
+  void prepare(const Transaction& transaction);
   /// Does it; check() has found nothing. Realtime: cyclic.
   void carry_out(const Transaction& transaction, std::int64_t cycle);
 
@@ -64,7 +67,10 @@ class Executor {
   void start(NetEntry& entry, std::int64_t cycle);
   void end(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
   void move_to(NetEntry& entry, NetState state);
-  [[nodiscard]] std::optional<net::Text> refuse_start(const NetEntry& entry, const Transaction& transaction) const;
+  [[nodiscard]] std::optional<Refusal> refuse_start(const NetEntry& entry, const Transaction& transaction) const;
+  /// What a net that starts needs of a device that it claims.
+  [[nodiscard]] static device::StateAnswer answer_of(const device::Actuator& actuator, const NetEntry& entry,
+                                                     int place);
   [[nodiscard]] std::optional<net::Text> refuse_seam(const NetEntry& entry) const;
   [[nodiscard]] const device::Actuator* lost_actuator(const NetEntry& entry) const;
 

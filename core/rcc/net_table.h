@@ -33,6 +33,11 @@ struct NetEntry {
     device::Seam seam;
   };
   std::vector<DeclaredSeam> begins, ends;
+  struct NeededState {
+    int place;
+    std::string state;  ///< of the device while the net runs, such as a control mode
+  };
+  std::vector<NeededState> needs;
   std::int64_t cancel_bound_cycles = 0;
   double cost_ns = 0.0;  ///< of a cycle, on this machine
 

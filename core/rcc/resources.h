@@ -36,6 +36,7 @@ class ResourceTable {
     return -1;
   }
   [[nodiscard]] Place& operator[](int place) { return places_[static_cast<std::size_t>(place)]; }
+  [[nodiscard]] const Place& at(int place) const { return places_[static_cast<std::size_t>(place)]; }
   [[nodiscard]] std::vector<Place>& all() { return places_; }
 
  private:

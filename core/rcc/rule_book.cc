@@ -56,8 +56,8 @@ void RuleBook::apply(std::int64_t cycle) {
   bool any = false;
   for (Entry& entry : entries_) {
     entry.fires = is_due(entry, cycle);
-    const bool waits_for_rest = entry.refused_in >= 0;
-    entry.hopeless = entry.fires || waits_for_rest ? 0 : hopeless_net(entry.rule.condition);
+    const bool waits = entry.refused_in >= 0 || entry.later_since >= 0;
+    entry.hopeless = entry.fires || waits ? 0 : hopeless_net(entry.rule.condition);
     any = any || entry.fires || entry.hopeless != 0;
   }
   if (!any) return;
@@ -78,6 +78,7 @@ void RuleBook::give_up(Entry& entry, std::int64_t cycle) {
 }
 
 bool RuleBook::is_due(const Entry& entry, std::int64_t cycle) const {
+  if (entry.later_since >= 0) return true;
   if (entry.refused_in < 0) return holds(entry.rule.condition);
   return executor_.can_rest(entry.rule.otherwise) || cycle - entry.refused_in >= Rule::kPatience;
 }
@@ -91,8 +92,13 @@ bool RuleBook::carry_out(Entry& entry, std::int64_t cycle) {
   const auto refusal = executor_.check(transaction);
   if (!refusal) {
     executor_.carry_out(transaction, cycle);
+  } else if (refusal->later && (entry.later_since < 0 || cycle - entry.later_since < Rule::kPatience)) {
+    if (entry.later_since < 0) entry.later_since = cycle;
+    executor_.prepare(transaction);
+    return false;
   } else if (!second && !entry.rule.otherwise.empty()) {
     entry.refused_in = cycle;
+    entry.later_since = -1;
     entry.refusal = refusal->text;
     return executor_.can_rest(entry.rule.otherwise) && carry_out(entry, cycle);
   } else {

@@ -29,9 +29,10 @@ class RuleBook {
     RequestId id = 0;
     Rule rule;
     bool fires = false, over = false;
-    NetId hopeless = 0;            ///< the net because of which it can never fire; 0: it may
-    std::int64_t refused_in = -1;  ///< cycle in which the action was refused: the other transaction waits for rest
-    net::Text refusal = {};        ///< why
+    NetId hopeless = 0;             ///< the net because of which it can never fire; 0: it may
+    std::int64_t refused_in = -1;   ///< cycle in which the action was refused: the other transaction waits for rest
+    std::int64_t later_since = -1;  ///< cycle since which it waits for devices that change their state
+    net::Text refusal = {};         ///< why
   };
   [[nodiscard]] bool holds(const Condition& condition) const;
   [[nodiscard]] bool holds(const Term& term) const;

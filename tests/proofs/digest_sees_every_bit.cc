@@ -69,14 +69,14 @@ class DigestProof : public CoreTest {
     auto net = ptp_net("ptp", "left", {JointVector::Zero(3), joints(0.5, 0.1, -0.2)});
     net.add("numbers", "ProofNumbers");
     core->start(load(net));
-    core->step();
+    guarded_step(*core);
     for (int i = 0; i < kCycles; ++i) {
       const device::ArmSample before = right_backend->state();
       const bool now = flip.cycle == i;
       if (now && flip.where == Flip::Where::kSample) disturb(right_backend->state(), flip.which);
       double& word = state_[flip.which % kStateWords];
       if (now && flip.where == Flip::Where::kState) word = flipped(word);
-      core->step();
+      guarded_step(*core);
       if (now && flip.where == Flip::Where::kState) word = flipped(word);
       if (now && flip.where == Flip::Where::kSample) {
         right_backend->state().q = before.q;

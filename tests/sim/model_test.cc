@@ -2,7 +2,11 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
+#include <map>
+
 #include "core/base/random.h"
+#include "core/device/device_file.h"
+#include "sim/from_model.h"
 #include "tests/sim/cell.h"
 
 namespace takt::sim::test {
@@ -51,38 +55,58 @@ JointVector random_position(const kinematics::Chain& chain, Random& random) {
   return q;
 }
 
-TEST(Model, PoseOfFlangeEqualsChainEverywhere) {
-  WorldDescription description = lwr_alone();
+/// Each arm of models/: what MuJoCo makes of its URDF against what the core makes of it, at 1000 random positions.
+class EveryArm : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    const auto read = device::read_arm(std::filesystem::path("models") / GetParam());
+    ASSERT_TRUE(read);
+    arm_ = *read;
+    description_.robots.push_back(arm_body("arm", *arm_, {}));
+  }
+  std::shared_ptr<const device::ArmDescription> arm_;
+  WorldDescription description_;
+};
+
+TEST_P(EveryArm, PoseOfFlangeEqualsChainEverywhere) {
   Pose X_WB(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()));
   X_WB.translation() << 0.3, -0.2, 0.8;
-  description.robots[0].mount.X_P = X_WB;
-  const World world = make(description);
-  const kinematics::Chain chain = lwr_chain();
+  description_.robots[0].mount.X_P = X_WB;
+  const World world = make(description_);
   Scratch scratch(world);
-  const int flange = world.body("arm/flange");
+  const int flange = world.body("arm/" + arm_->flange_link);
   Random random(7);
   for (int i = 0; i < 1000; ++i) {
-    const JointVector q = random_position(chain, random);
+    const JointVector q = random_position(*arm_->chain, random);
     scratch.set(q);
-    const Pose expected = X_WB * chain.forward(q);
+    const Pose expected = X_WB * arm_->chain->forward(q);
     ASSERT_LT((scratch.pose(flange).matrix() - expected.matrix()).cwiseAbs().maxCoeff(), 1e-9);
   }
 }
 
-TEST(Model, MassMatrixEqualsChainPlusArmatureEverywhere) {
-  const WorldDescription description = lwr_alone();
-  const World world = make(description);
-  const kinematics::Chain chain = lwr_chain();
+TEST_P(EveryArm, MassMatrixEqualsChainPlusArmatureEverywhere) {
+  const World world = make(description_);
   Scratch scratch(world);
   Random random(8);
   for (int i = 0; i < 1000; ++i) {
-    const JointVector q = random_position(chain, random);
+    const JointVector q = random_position(*arm_->chain, random);
     scratch.set(q);
     Eigen::MatrixXd M = scratch.mass_matrix();
-    for (int j = 0; j < 7; ++j) M(j, j) -= description.robots[0].joints[static_cast<std::size_t>(j)].armature;
-    ASSERT_LT((M - chain.mass_matrix(q)).cwiseAbs().maxCoeff(), 1e-9);
+    for (int j = 0; j < q.size(); ++j) M(j, j) -= description_.robots[0].joints[static_cast<std::size_t>(j)].armature;
+    ASSERT_LT((M - arm_->chain->mass_matrix(q)).cwiseAbs().maxCoeff(), 1e-9);
   }
 }
+
+TEST_P(EveryArm, WeighsWhatItsDataSheetSays) {
+  const std::map<std::string, double> published_kg = {{"lwr4plus", 16.0}, {"ur5", 18.4}, {"tx90", 111.0}};
+  const double expected = published_kg.at(GetParam());
+  const World world = make(description_);
+  EXPECT_NEAR(mj_getTotalmass(world.physics_model()), expected, 0.03 * expected);
+  EXPECT_NEAR(arm_->chain->total_mass(), expected, 0.03 * expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(Models, EveryArm, testing::Values("lwr4plus", "ur5", "tx90"),
+                         [](const auto& param) { return std::string(param.param); });
 
 TEST(Model, NoMassIsLostAtTheBaseOrBehindFixedJoints) {
   WorldDescription description = lwr_alone();

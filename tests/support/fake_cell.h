@@ -13,8 +13,8 @@
 #include "core/device/device_file.h"
 #include "core/kinematics/chain.h"
 #include "core/rcc/control_core.h"
-#include "tests/support/allocation_guard.h"
 #include "tests/support/fake_arm.h"
+#include "tests/support/guarded_step.h"
 #include "tests/support/limit_oracle.h"
 
 namespace takt::test {
@@ -52,12 +52,7 @@ class FakeCell {
     }
   }
   /// How step() runs one cycle of the core: it must not allocate.
-  std::function<void()> run_cycle = [this] {
-    const AllocationGuard guard;
-    core.step();
-    const std::size_t allocations = guard.count();
-    EXPECT_EQ(allocations, 0u) << "in cycle " << core.cycle() - 1;
-  };
+  std::function<void()> run_cycle = [this] { guarded_step(core); };
 
   Eigen::Isometry3d tool_in_world(const device::JointVector& q) const {
     return X_WB * arm->chain->forward(q) * cell.arms.at("arm").X_FT;

@@ -25,6 +25,7 @@ class FakeInput final : public device::SignalInputBackend<T> {
 template <class T>
 class FakeOutput final : public device::SignalOutputBackend<T> {
  public:
+  FakeOutput() { written.reserve(1u << 16); }  // a cycle must not allocate
   [[nodiscard]] bool ready() const override { return is_ready; }
   void write(T value) override { written.push_back(value); }
   bool is_ready = true;
@@ -40,6 +41,7 @@ inline device::GripperSample ready_sample() {
 /// A gripper that reports what the test says and remembers what it was told.
 class FakeGripper final : public device::GripperBackend {
  public:
+  FakeGripper() { written.reserve(1u << 12); }  // a cycle must not allocate
   bool read(device::GripperSample& out) override {
     if (silent) return false;
     ++sample.sequence;

@@ -76,7 +76,7 @@ TEST_F(BadFile, AllMistakesAtOnceWithTheNearestChoice) {
   change("\"payload_max_kg\"", "\"payload_max\"");
   change("\"flange\": \"flange\"", "\"flange\": \"flansch\"");
   change("[8, 5, 10, 8, 15, 15, 20]", "[8, 5, 10, 8, 15, 15]");
-  change("[\"position\"]", "[\"positon\"]");
+  change("[\"position\", \"joint", "[\"positon\", \"joint");
   change("\"damping_ratio\": [1,", "\"damping_ratio\": [-1,");
   const std::string text = findings();
   EXPECT_THAT(text, HasSubstr("device.json"));

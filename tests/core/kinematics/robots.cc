@@ -80,6 +80,99 @@ std::string tx90_urdf() {
                   "xyz='0 0 0'");
 }
 
+namespace {
+
+/// Rows with the same limits for all: origin and axis say it all.
+std::string skeleton(const std::string& name, const std::vector<std::pair<std::string, std::string>>& joints,
+                     const std::string& flange, double range_deg = 180) {
+  std::vector<Row> rows;
+  for (const auto& [origin, axis] : joints) rows.push_back({origin, axis, -range_deg, range_deg, 180, 100, 3.0});
+  return arm_urdf(name, 5.0, rows, flange);
+}
+
+}  // namespace
+
+std::vector<ForeignArm> foreign_arms() {
+  const std::string wrist = "spherical wrist, parallel elbow";
+  std::vector<ForeignArm> arms;
+  // Axis 2 set off from axis 1, elbow set off too, turns clockwise positive, all frames upright.
+  arms.push_back({"kr",
+                  skeleton("kr",
+                           {{"xyz='0 0 0.4'", "0 0 -1"},
+                            {"xyz='0.025 0 0'", "0 1 0"},
+                            {"xyz='0.56 0 0'", "0 1 0"},
+                            {"xyz='0 0 0.035'", "-1 0 0"},
+                            {"xyz='0.515 0 0'", "0 1 0"},
+                            {"xyz='0.08 0 0'", "-1 0 0"}},
+                           "xyz='0 0 0' rpy='0 1.5707963267948966 0'"),
+                  {},
+                  wrist});
+  // Right angles rounded to four digits, as many files have them.
+  arms.push_back({"rounded",
+                  skeleton("rounded",
+                           {{"xyz='0 0 0.29'", "0 0 1"},
+                            {"xyz='0 0 0' rpy='-1.5708 0 0'", "0 0 1"},
+                            {"xyz='0 -0.27 0'", "0 0 1"},
+                            {"xyz='0.07 0 0' rpy='0 1.5708 0'", "0 0 1"},
+                            {"xyz='0 0 0.302' rpy='0 -1.5708 0'", "0 0 1"},
+                            {"xyz='0.072 0 0' rpy='0 1.5708 0'", "0 0 1"}},
+                           "xyz='0 0 0'"),
+                  {},
+                  wrist});
+  // A UR with its base turned, the axes of the links turned over, and a fixed turn in every link.
+  arms.push_back({"cobot",
+                  skeleton("cobot",
+                           {{"xyz='0 0 0.1273' rpy='0 0 2.2'", "0 0 1"},
+                            {"xyz='0 0.22 0' rpy='0 1.5707963267948966 0'", "0 1 0"},
+                            {"xyz='0 -0.17 0.612' rpy='0 0 0'", "0 -1 0"},
+                            {"xyz='0 0 0.5723' rpy='0 1.5707963267948966 0'", "0 1 0"},
+                            {"xyz='0 0.114 0'", "0 0 -1"},
+                            {"xyz='0 0 0.1157'", "0 1 0"}},
+                           "xyz='0 0.0922 0' rpy='0 0 1.5707963267948966'", 360),
+                  {},
+                  "three parallel axes"});
+  // A crooked regional arm before a spherical wrist.
+  arms.push_back({"crooked",
+                  skeleton("crooked",
+                           {{"xyz='0 0 0.3'", "0 0 1"},
+                            {"xyz='0.1 0 0.1' rpy='0.9 0 0'", "0 0 1"},
+                            {"xyz='0.3 0.05 0' rpy='0 0.7 0.3'", "0 0 1"},
+                            {"xyz='0.1 0 0.2' rpy='0 1.2 0'", "0 0 1"},
+                            {"xyz='0 0 0.3' rpy='1.1 0 0'", "0 0 1"},
+                            {"xyz='0 0 0' rpy='-1.2 0 0'", "0 0 1"}},
+                           "xyz='0 0 0.1'"),
+                  {},
+                  "spherical wrist"});
+  const std::vector<std::pair<std::string, std::string>> seven = {
+      {"xyz='0 0 0.333'", "0 0 1"},
+      {"xyz='0 0 0' rpy='-1.5707963267948966 0 0'", "0 0 1"},
+      {"xyz='0 -0.316 0' rpy='1.5707963267948966 0 0'", "0 0 1"},
+      {"xyz='0.0825 0 0' rpy='1.5707963267948966 0 0'", "0 0 1"},
+      {"xyz='-0.0825 0.384 0' rpy='-1.5707963267948966 0 0'", "0 0 1"},
+      {"xyz='0 0 0' rpy='1.5707963267948966 0 0'", "0 0 1"},
+      {"xyz='0.088 0 0' rpy='1.5707963267948966 0 0'", "0 0 1"}};
+  // Seven axes with a spherical shoulder and a wrist set off: closed with the last joint held, from the other end.
+  arms.push_back({"offset wrist, last held",
+                  skeleton("seven", seven, "xyz='0 0 0.107'"),
+                  {6},
+                  "spherical wrist, meeting shoulder axes",
+                  true});
+  arms.push_back({"offset wrist, third held", skeleton("seven", seven, "xyz='0 0 0.107'"), {2}, ""});
+  // Curved wrist: neighbours meet, but not all three in a point.
+  arms.push_back({"curved wrist",
+                  skeleton("curved",
+                           {{"xyz='0 0 0.157' rpy='3.141592653589793 0 0'", "0 0 1"},
+                            {"xyz='0 0.0016 -0.119' rpy='-1.5707963267948966 0 0'", "0 0 1"},
+                            {"xyz='0 -0.41 0' rpy='3.141592653589793 0 0'", "0 0 1"},
+                            {"xyz='0 0.207 -0.011' rpy='-1.5707963267948966 0 0'", "0 0 1"},
+                            {"xyz='0 0 -0.104' rpy='1.0471975511965976 0 0'", "0 0 1"},
+                            {"xyz='0 0 -0.104' rpy='1.0471975511965976 0 0'", "0 0 1"}},
+                           "xyz='0 0 -0.16' rpy='3.141592653589793 0 0'"),
+                  {},
+                  ""});
+  return arms;
+}
+
 RobotModel model_of(const std::string& urdf) {
   auto model = RobotModel::parse(urdf, ".");
   if (model) return *std::move(model);

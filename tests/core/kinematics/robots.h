@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/base/random.h"
 #include "core/kinematics/chain.h"
@@ -13,6 +14,18 @@ namespace takt::kinematics::test {
 /// Universal Robots UR5 and Staubli TX90, kinematics only in the sense that each link is a round body.
 [[nodiscard]] std::string ur5_urdf();
 [[nodiscard]] std::string tx90_urdf();
+
+/// Arms in the manner of other makers: their lengths are round, what matters is how the axes lie and how files write
+/// it.
+struct ForeignArm {
+  std::string name;
+  std::string urdf;  ///< links base .. flange, as above
+  std::vector<int> held;
+  /// The family of closed forms, as to_string says it; empty: there is none.
+  std::string family;
+  bool reversed = false;
+};
+[[nodiscard]] std::vector<ForeignArm> foreign_arms();
 
 /// Parses and builds, or fails the running test and ends the process.
 [[nodiscard]] RobotModel model_of(const std::string& urdf);

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "core/kinematics/closed_form.h"
 #include "core/kinematics/inverse.h"
 #include "tests/core/kinematics/robots.h"
 
@@ -85,38 +84,6 @@ void compare_ways(const Chain& chain, bool held, int rounds) {
 TEST(InverseSolutions, TwoWaysAgreeForTheLwrWithItsThirdJointHeld) { compare_ways(test::lwr(), true, 20); }
 TEST(InverseSolutions, TwoWaysAgreeForTheUr5) { compare_ways(test::chain_of(test::ur5_urdf()), false, 4); }
 TEST(InverseSolutions, TwoWaysAgreeForTheTx90) { compare_ways(test::chain_of(test::tx90_urdf()), false, 10); }
-
-TEST(InverseSolutions, ClosedFormsAreFoundFromTheGeometryAlone) {
-  const JointVector zero = JointVector::Zero(7);
-  EXPECT_TRUE(ClosedForm::recognise(test::lwr(), zero, {2}));
-  EXPECT_TRUE(ClosedForm::recognise(test::lwr(), zero, {0})) << "axes 2 and 3 meet in the shoulder too";
-  EXPECT_FALSE(ClosedForm::recognise(test::lwr(), zero, {5})) << "a wrist of two axes";
-  const Chain ur5 = test::chain_of(test::ur5_urdf());
-  const Chain tx90 = test::chain_of(test::tx90_urdf());
-  Random random(3);
-  const auto any = Chain::create(test::random_model(random, 6), "l0", "flange");
-  EXPECT_FALSE(ClosedForm::recognise(*any, JointVector::Zero(6), {}));
-  // 5000 poses per arm: all eight candidates of the closed form, before any polish, make the pose.
-  for (const Chain& chain : {ur5, tx90}) {
-    const auto form = ClosedForm::recognise(chain, JointVector::Zero(6), {});
-    ASSERT_TRUE(form);
-    const auto inverse = InverseKinematics::create(chain);
-    for (int round = 0; round < 5000; ++round) {
-      const JointVector q = random_q(random, chain);
-      if (inverse->singularity_measure(q) < 1e-3) continue;
-      const auto candidates = form->solve(chain.forward(q));
-      EXPECT_GE(candidates.size(), 2u);
-      double nearest = 1.0;
-      for (const JointVector& candidate : candidates) {
-        EXPECT_LT(pose_distance(chain.forward(candidate), chain.forward(q)), 1e-7);
-        JointVector difference = candidate - q;
-        for (double& d : difference) d = std::remainder(d, 2.0 * std::numbers::pi);
-        nearest = std::min(nearest, difference.cwiseAbs().maxCoeff());
-      }
-      EXPECT_LT(nearest, 1e-8) << q.transpose();
-    }
-  }
-}
 
 TEST(InverseSolutions, ReferenceChoosesTheNearestAndUnreachableGivesNone) {
   const Chain chain = test::lwr();

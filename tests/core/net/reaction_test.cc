@@ -65,6 +65,27 @@ class TestDebounce : public Primitive {
 };
 TAKT_PRIMITIVE(TestDebounce, "test", "Later, depending on data.");
 
+/// As late as its parameter says.
+class TestShift : public Primitive {
+ public:
+  explicit TestShift(Setup& setup)
+      : in_(setup.in<Real>("in", {.unit = "u"})),
+        out_(setup.out<Real>("out", {.unit = "u"})),
+        cycles_(setup.parameter<Integer>("cycles", 2, {.range = "[0,100]"})) {
+    setup.latency_by("in", "out", "cycles");
+  }
+  void update(const Cycle&) override {
+    if (in_.null() || cycles_ > 100) return out_.set_null();
+    out_.set(*in_);
+  }
+
+ private:
+  In<Real> in_;
+  Out<Real> out_;
+  std::int64_t cycles_;
+};
+TAKT_PRIMITIVE(TestShift, "test", "Later, by a parameter.");
+
 void PrintReaction(const Reaction& r, std::ostream* stream) {
   *stream << r.source << " -> " << r.sink << " " << r.minimum_cycles << ".." << r.maximum_cycles;
 }
@@ -103,6 +124,23 @@ TEST(Reaction, RowO6DataDependentWaysAreMarked) {
   EXPECT_THAT(certificate(d), testing::ElementsAre("e -> m.in 0..1 data"));
   EXPECT_THAT(make_net(d)->report().notes.to_string(),
               testing::HasSubstr("the latency from 'late.in' to 'late.out' depends on data"));
+}
+
+TEST(Reaction, RowO6AParameterMaySayHowManyCycles) {
+  auto d = two_ways();
+  d.primitives[3].type = "TestShift";
+  EXPECT_THAT(certificate(d), testing::ElementsAre("e -> m.in 0..2"));
+  d.primitives[3].parameters["cycles"] = 7;
+  EXPECT_THAT(certificate(d), testing::ElementsAre("e -> m.in 0..7"));
+  const auto report = report_to_json(make_net(d)->report());
+  EXPECT_EQ(report["primitives"][3]["latencies"][0]["cycles"], 7);
+  d.demand("e.out", "m.in", 6);
+  TestDevices devices;
+  const auto refused = CompiledNet::compile(d, devices);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_THAT(refused.error().to_string(), testing::HasSubstr("through late: 7 cycles"));
+  d.primitives[3].parameters["cycles"] = "many";  // one finding, of the parameter
+  EXPECT_THAT(CompiledNet::compile(d, devices).error().to_string(), testing::HasSubstr("cycles"));
 }
 
 TEST(Reaction, RowO7ALoopCountsItsDelayOnlyOnTheWayThatPassesIt) {

@@ -39,7 +39,7 @@ TEST(Admission, T5_InRealTimeLoadRefusesWhatDoesNotFitBesideWhatRuns) {
   core.start(first);
   core.start(second);
   const auto request = core.start(third);
-  core.step();
+  guarded_step(core);
   EXPECT_EQ(core.state(second), NetState::kRunning);
   EXPECT_EQ(core.state(third), NetState::kReady);
   bool refused = false;
@@ -58,9 +58,9 @@ TEST(Admission, T5_InRealTimeLoadRefusesWhatDoesNotFitBesideWhatRuns) {
   EXPECT_TRUE(small) << small.error().to_string();
 
   core.abort(first);
-  core.step();
+  guarded_step(core);
   core.start(third);
-  core.step();
+  guarded_step(core);
   EXPECT_EQ(core.state(third), NetState::kRunning) << "what ended makes room";
 }
 
@@ -70,7 +70,7 @@ TEST(Admission, T5_InLockStepCostIsOnlyReported) {
   ASSERT_TRUE(id);
   EXPECT_GT(core.status(*id).cost_ns, 10'000.0);
   core.start(*id);
-  core.step();
+  guarded_step(core);
   EXPECT_EQ(core.state(*id), NetState::kRunning);
 }
 

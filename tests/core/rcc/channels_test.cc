@@ -77,13 +77,13 @@ TEST_F(ChannelsTest, O5_WhatANetWritesIsReadOneCycleLaterWhateverTheOrder) {
     steps(2);  // started, then the first cycle
     EXPECT_EQ(shown(reader_id), std::nullopt);
     for (int k = 1; k < 5; ++k) {
-      core->step();
+      guarded_step(*core);
       EXPECT_EQ(shown(reader_id), k);
       EXPECT_EQ(shown(reader_id, "in.age"), 1e-3);
       EXPECT_EQ(shown(writer_id, "sum.value"), k + 1);
     }
     core->abort(writer_id);
-    core->step();  // what it wrote in this cycle is lost (row L2)
+    guarded_step(*core);  // what it wrote in this cycle is lost (row L2)
     EXPECT_EQ(core->state(writer_id), NetState::kTerminated);
     steps(2);
     EXPECT_EQ(shown(reader_id), 5.0) << "the last value stays";
@@ -119,14 +119,14 @@ TEST_F(ChannelsTest, SecondWriterIsRefusedAndTheFirstGoesOn) {
   steps(3);
   const rcc::NetId second = load(counter("count"));
   const auto request = core->start(second);
-  core->step();
+  guarded_step(*core);
   const Event* refused = event(Event::Kind::kRefused);
   ASSERT_NE(refused, nullptr);
   EXPECT_EQ(refused->request, request);
   EXPECT_EQ(refused->cause.text.view(), "count is held by net 1");
   EXPECT_EQ(shown(first, "sum.value"), 3.0);
   core->abort(first);
-  core->step();
+  guarded_step(*core);
   core->start(second);
   steps(2);
   EXPECT_EQ(core->state(second), NetState::kRunning);
@@ -175,7 +175,7 @@ TEST_F(ChannelsTest, D2_ValuesFromOutsideAreRecordedWithTheirCycleAndReplayBitFo
     if (k % 7 == 3) (void)speed->write(0.1 * k);
     if (k % 11 == 5) (void)valve->write(k % 2 == 0);
     if (k == 20) (void)speed->write_null();
-    core->step();
+    guarded_step(*core);
   }
   const auto digest = core->digest().value();
   const auto latches = core->take_latches();
@@ -191,7 +191,7 @@ TEST_F(ChannelsTest, D2_ValuesFromOutsideAreRecordedWithTheirCycleAndReplayBitFo
   for (int k = 0; k < 40; ++k) {
     const Findings findings = replay.before_step(*core);
     EXPECT_TRUE(findings.empty()) << findings.to_string();
-    core->step();
+    guarded_step(*core);
   }
   EXPECT_EQ(core->digest().value(), digest);
 
@@ -205,7 +205,7 @@ TEST_F(ChannelsTest, D2_AFullLogDropsAndCounts) {
   declare({{.name = "speed"}}, {.latch_capacity = 4});
   for (int k = 0; k < 10; ++k) {
     (void)core->find_channel("speed")->write(double(k));
-    core->step();
+    guarded_step(*core);
   }
   EXPECT_EQ(core->take_latches().size(), 4u);
   EXPECT_EQ(core->latches_dropped(), 6);
@@ -257,7 +257,7 @@ TEST_F(ChannelsTest, AFullRingDropsAndCountsAndAnEndedNetIsSaid) {
   EXPECT_EQ((*watch)->dropped(), 6);
   EXPECT_FALSE((*watch)->ended());
   core->abort(id);
-  core->step();
+  guarded_step(*core);
   EXPECT_TRUE((*watch)->ended());
   EXPECT_TRUE(core->unload(id));
   steps(3);
@@ -266,7 +266,7 @@ TEST_F(ChannelsTest, AFullRingDropsAndCountsAndAnEndedNetIsSaid) {
   const auto of_channel = core->watch("count");
   steps(2);
   core->unwatch(*of_channel);
-  core->step();
+  guarded_step(*core);
   EXPECT_TRUE((*of_channel)->ended());
   EXPECT_THAT(core->watch("cuont").error().to_string(), HasSubstr("count"));
   EXPECT_THAT(core->watch(id, "sum.value").error().to_string(), HasSubstr("is not loaded"));
@@ -295,7 +295,7 @@ TEST_F(ChannelsTest, O5_TheNewestValueIsNeverTorn) {
   std::jthread cycle([&](const std::stop_token& stop) {
     for (double i = 1; !stop.stop_requested(); ++i) {
       (void)pose->write(net::Vector(i, 2 * i, 3 * i));
-      core->step();
+      guarded_step(*core);
     }
   });
   double last = 0;
@@ -326,10 +326,10 @@ TEST_F(ChannelsTest, NothingIsAllocatedInTheCycle) {
   const AllocationGuard guard;
   for (int k = 0; k < 50; ++k) {
     (void)speed->write(double(k));
-    core->step();
+    guarded_step(*core);
   }
   core->abort(id);
-  core->step();
+  guarded_step(*core);
   EXPECT_EQ(guard.count(), 0u);
 }
 

@@ -9,6 +9,7 @@
 #include "core/device/signal.h"
 #include "core/rcc/control_core.h"
 #include "tests/support/fake_signals.h"
+#include "tests/support/guarded_step.h"
 
 namespace takt::test {
 namespace {
@@ -31,7 +32,7 @@ class Composed : public testing::Test {
     }
     auto whole = device::ComposedDevice::make("pair", pair);
     core.add("pair", std::move(*whole));
-    core.step();
+    guarded_step(core);
   }
   /// Lights lamps and reserves wholes for ever.
   static NetDescription net(const std::vector<std::string>& lamps, const std::vector<std::string>& wholes) {
@@ -51,7 +52,7 @@ class Composed : public testing::Test {
       return 0;
     }
     core.start(*id);
-    core.step();
+    guarded_step(core);
     return *id;
   }
 
@@ -76,11 +77,11 @@ TEST_F(Composed, L2_WholeKeepsOthersFromItsParts) {
   const auto other = started(net({"c"}, {}));
   EXPECT_EQ(core.state(other), NetState::kRunning);
   core.cancel(whole);
-  core.step();
-  core.step();
+  guarded_step(core);
+  guarded_step(core);
   EXPECT_EQ(core.state(whole), NetState::kTerminated);
   core.start(part);
-  core.step();
+  guarded_step(core);
   EXPECT_EQ(core.state(part), NetState::kRunning);
 }
 
@@ -93,7 +94,7 @@ TEST_F(Composed, L2_PartKeepsOthersFromTheWhole) {
 TEST_F(Composed, ReservationTellsWhetherAllPartsCanBeDriven) {
   NetDescription description = net({}, {"pair"});
   const auto whole = started(description);
-  core.step();
+  guarded_step(core);
   const auto* ready = core.net(whole)->find<net::Boolean>("hold-pair.ready");
   ASSERT_NE(ready, nullptr);
   EXPECT_TRUE(ready->value);

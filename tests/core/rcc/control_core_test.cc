@@ -41,11 +41,11 @@ TEST_F(ControlCoreTest, L2_StartedInOneCycleRunsFirstInTheNext) {
   const auto ptp = load_ptp("left", zero, goal);
   const std::int64_t k = core->cycle();
   core->start(ptp);
-  core->step();
+  guarded_step(*core);
   EXPECT_EQ(core->state(ptp), NetState::kRunning);
   EXPECT_EQ(core->status(ptp).first_cycle, k + 1);
   EXPECT_EQ(core->net(ptp)->cycles(), 0);
-  core->step();
+  guarded_step(*core);
   EXPECT_EQ(core->net(ptp)->cycles(), 1);
 }
 
@@ -56,7 +56,7 @@ TEST_F(ControlCoreTest, L5_FrozenBitForBitAfterTheEnd) {
   const auto frozen = left_backend->sent.back();
   left_backend->state().q[0] += 0.001;  // the real arm sags; the set point does not follow
   for (int i = 0; i < 50; ++i) {
-    core->step();
+    guarded_step(*core);
     EXPECT_EQ(left_backend->sent.back().q, frozen.q);
     EXPECT_EQ(left_backend->last_written_cycle, core->cycle() - 1);
   }
@@ -67,7 +67,7 @@ TEST_F(ControlCoreTest, L6_CancelBrakesOnThePath) {
   core->start(ptp);
   steps(300);
   core->cancel(ptp);
-  core->step();
+  guarded_step(*core);
   EXPECT_EQ(core->state(ptp), NetState::kCanceling);
   ASSERT_TRUE(run_to_end(ptp, 2000));
   EXPECT_EQ(core->status(ptp).cause.code, Cause::Code::kCancelled);
@@ -103,7 +103,7 @@ TEST_F(ControlCoreTest, L2_AbortBrakesAtOnceWithinTheLimits) {
   core->start(ptp);
   steps(300);
   core->abort(ptp);
-  core->step();
+  guarded_step(*core);
   EXPECT_EQ(core->state(ptp), NetState::kTerminated);
   EXPECT_EQ(core->status(ptp).cause.code, Cause::Code::kAborted);
   ASSERT_NE(event(Event::Kind::kStopped), nullptr);
@@ -122,7 +122,7 @@ TEST_F(ControlCoreTest, SecondStartOnAHeldArmIsRefusedAndTheFirstIsUntouched) {
     steps(100);
     if (disturb) {
       const auto request = core->start(second);
-      core->step();
+      guarded_step(*core);
       const Event* refused = event(Event::Kind::kRefused);
       EXPECT_NE(refused, nullptr);
       if (refused != nullptr) {
@@ -132,7 +132,7 @@ TEST_F(ControlCoreTest, SecondStartOnAHeldArmIsRefusedAndTheFirstIsUntouched) {
       }
       EXPECT_EQ(core->state(second), NetState::kReady);
     } else {
-      core->step();
+      guarded_step(*core);
     }
     EXPECT_TRUE(run_to_end(first));
     return core->digest().value();
@@ -153,10 +153,10 @@ TEST_F(ControlCoreTest, S5_ANetThatStartsElsewhereMovesNothing) {
 TEST_F(ControlCoreTest, S5_AnArmThatWasPushedAwayIsRefused) {
   const auto ptp = load_ptp("left", zero, goal);
   left_backend->state().q[1] = 0.02;
-  core->step();
+  guarded_step(*core);
   left_backend->state().q[1] = 0.02;
   core->start(ptp);
-  core->step();
+  guarded_step(*core);
   ASSERT_NE(event(Event::Kind::kRefused), nullptr);
   EXPECT_EQ(event(Event::Kind::kRefused)->cause.text.view(), "left: is not where it was sent");
 }
@@ -164,7 +164,7 @@ TEST_F(ControlCoreTest, S5_AnArmThatWasPushedAwayIsRefused) {
 TEST_F(ControlCoreTest, L1_RequestsAreIdempotentOrRefusedWithAReason) {
   const auto ptp = load_ptp("left", zero, goal);
   const auto expect = [this](Event::Kind kind, std::string_view text) {
-    core->step();
+    guarded_step(*core);
     const Event* found = event(kind);
     ASSERT_NE(found, nullptr) << text;
     EXPECT_EQ(found->cause.text.view(), text);
@@ -203,7 +203,7 @@ TEST_F(ControlCoreTest, L1_LoadingOnAWorker) {
   NetDescription broken;
   broken.add("x", "NoSuchPrimitive");
   const auto bad = core->load_async(broken);
-  while (core->state(good) == NetState::kLoading || core->state(bad) == NetState::kLoading) core->step();
+  while (core->state(good) == NetState::kLoading || core->state(bad) == NetState::kLoading) guarded_step(*core);
   EXPECT_EQ(core->state(good), NetState::kReady);
   EXPECT_EQ(core->state(bad), NetState::kRejected);
   EXPECT_THAT(core->findings(bad).to_string(), HasSubstr("NoSuchPrimitive"));
@@ -224,10 +224,10 @@ TEST_F(ControlCoreTest, PhaseLockedStartOfTwoArms) {
 TEST_F(ControlCoreTest, L2_ATransactionIsDoneWhollyOrNotAtAll) {
   const auto holder = load_ptp("right", zero, goal);
   core->start(holder);
-  core->step();
+  guarded_step(*core);
   const auto left = load_ptp("left", zero, goal), right = load_ptp("right", zero, goal);
   core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
-  core->step();
+  guarded_step(*core);
   ASSERT_NE(event(Event::Kind::kRefused), nullptr);
   EXPECT_EQ(event(Event::Kind::kRefused)->net, right);
   EXPECT_EQ(core->state(left), NetState::kReady);
@@ -267,7 +267,7 @@ TEST_F(ControlCoreTest, L2_RuleOnAnOutputOfANet) {
 TEST_F(ControlCoreTest, L2_ARuleThatCanNeverHoldIsDroppedAndSaysSo) {
   const auto ptp = load_ptp("left", zero, goal), other = load_ptp("right", zero, goal);
   core->start(ptp);
-  core->step();
+  guarded_step(*core);
   const auto* at_end = core->net(ptp)->find<net::Boolean>("clock.at_end");
   const auto waits = core->post(rcc::Rule{.condition = {rcc::Term::output(ptp, at_end)},
                                           .action = {.abort = {}, .cancel = {}, .start = {other}}});
@@ -283,7 +283,7 @@ TEST_F(ControlCoreTest, L2_ARuleThatCanNeverHoldIsDroppedAndSaysSo) {
   for (int i = 0; i < 1000; ++i) {
     core->post(rcc::Rule{.condition = {rcc::Term::state(ptp, {NetState::kRunning})},
                          .action = {.abort = {}, .cancel = {}, .start = {other}}});
-    core->step();
+    guarded_step(*core);
     ASSERT_EQ(event(Event::Kind::kRefused)->cause.text.view(), "its condition can never hold");
   }
 }
@@ -298,7 +298,7 @@ TEST_F(ControlCoreTest, D4_EqualRunsHaveEqualDigestsAndAnAddedBitCounts) {
     core->start(ptp);
     for (int i = 0; i < 100; ++i) {
       outside[2] ^= i == flip_at ? 1u : 0u;
-      core->step();
+      guarded_step(*core);
       outside[2] = 7;
     }
     return core->digest().value();
@@ -309,7 +309,6 @@ TEST_F(ControlCoreTest, D4_EqualRunsHaveEqualDigestsAndAnAddedBitCounts) {
 }
 
 TEST_F(ControlCoreTest, NothingIsAllocatedInTheCycle) {
-  if (!AllocationGuard::available()) GTEST_SKIP();
   left_backend->keep = right_backend->keep = false;
   const auto left = load_ptp("left", zero, goal), right = load_ptp("right", zero, goal);
   core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
@@ -330,9 +329,9 @@ TEST_F(ControlCoreTest, UnloadForgetsWhatIsNotActive) {
   steps(2);
   EXPECT_FALSE(core->unload(ptp));
   core->abort(ptp);
-  core->step();
+  guarded_step(*core);
   EXPECT_TRUE(core->unload(ptp));
-  core->step();
+  guarded_step(*core);
   EXPECT_FALSE(core->knows(ptp));
   EXPECT_FALSE(core->unload(ptp));
 }
@@ -343,7 +342,7 @@ TEST_F(ControlCoreTest, S1_ADeviceThatFallsOutEndsItsNet) {
   steps(200);
   left_backend->state().ready = false;
   left_backend->state().fault = 3;
-  core->step();
+  guarded_step(*core);
   EXPECT_EQ(core->state(ptp), NetState::kTerminated);
   EXPECT_EQ(core->status(ptp).cause.code, Cause::Code::kDevice);
   EXPECT_EQ(core->status(ptp).cause.text.view(), "left: not ready, fault 3");

@@ -77,7 +77,7 @@ TEST_F(DigestOfTheCore, D4_EveryValueOfASampleCounts) {
     steps(100);
     const auto before = right_backend->state();
     if (change != nullptr) change(right_backend->state());
-    core->step();
+    guarded_step(*core);
     right_backend->state() = before;
     steps(20);
     return core->digest().value();
@@ -106,7 +106,7 @@ TEST_F(DigestOfTheCore, D4_TheFirstBlockThatDiffersIsNamed) {
     core->start(load(net));
     std::vector<Cycle> cycles;
     for (int k = 0; k < 100; ++k) {
-      core->step();
+      guarded_step(*core);
       const auto blocks = core->digest().blocks();
       cycles.emplace_back(blocks.begin(), blocks.end());
     }

@@ -179,7 +179,7 @@ TEST_F(FaultsTest, N3_ADeadSensorAtATerminationEndsTheNet) {
   steps(300);
   EXPECT_EQ(core->state(net), NetState::kRunning);
   right_backend->silent = true;
-  core->step();
+  guarded_step(*core);
   EXPECT_EQ(core->state(net), NetState::kTerminated);
   EXPECT_EQ(core->find_arm("left")->phase(), device::Arm::Phase::kBraking);  // row L5: it was not at rest
   steps(2000);

@@ -13,6 +13,7 @@
 #include "core/rcc/control_core.h"
 #include "tests/support/allocation_guard.h"
 #include "tests/support/fake_arm.h"
+#include "tests/support/guarded_step.h"
 #include "tests/support/limit_oracle.h"
 
 namespace takt::test {
@@ -68,7 +69,7 @@ class CoreTest : public testing::Test {
     core = std::make_unique<rcc::ControlCore>(options);
     left_backend = add_arm("left");
     right_backend = add_arm("right");
-    core->step();  // the arms become ready
+    guarded_step(*core);  // the arms become ready
   }
 
   std::shared_ptr<FakeArm> add_arm(const std::string& name) {
@@ -85,12 +86,7 @@ class CoreTest : public testing::Test {
 
   /// Cycles that must not allocate.
   void steps(int count) {
-    for (int i = 0; i < count; ++i) {
-      const AllocationGuard guard;
-      core->step();
-      const std::size_t allocations = guard.count();
-      EXPECT_EQ(allocations, 0u) << "in cycle " << core->cycle() - 1;
-    }
+    for (int i = 0; i < count; ++i) guarded_step(*core);
   }
 
   /// Steps until the net has ended. @return false after `most` cycles.

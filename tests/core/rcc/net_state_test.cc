@@ -54,7 +54,7 @@ TEST_F(LifeOfNets, L1_AnyOrderOfRequestsKeepsToTheTransitionsAndIsAnswered) {
     if (dice > 0.50 && dice < 0.51) open.insert(core->abort(some()));
     if (dice > 0.20 && dice < 0.22)
       open.insert(core->post(rcc::Transaction{.abort = {some()}, .cancel = {}, .start = {some(), some()}}));
-    core->step();
+    guarded_step(*core);
     std::map<std::string, int> holders;
     for (const Event& event : core->events()) {
       if (event.kind == Event::Kind::kState) {
@@ -85,7 +85,7 @@ TEST_F(LifeOfNets, L1_ARequestThatIsFulfilledDoesNothing) {
     const rcc::NetId net = load(ptp_net("ptp", "left", {joints(0, 0, 0), joints(0.3, 0, 0)}));
     const auto ask = [&](auto request) {
       for (int i = 0; i < times; ++i) request();
-      core->step();
+      guarded_step(*core);
       int done = 0;
       for (const Event& event : core->events()) done += event.kind == Event::Kind::kDone;
       EXPECT_EQ(done, times);
@@ -109,15 +109,15 @@ TEST_F(LifeOfNets, L2_SixteenNetsStartInOneCycleOrNoneDoes) {
   for (const bool one_is_busy : {false, true}) {
     core = std::make_unique<rcc::ControlCore>(rcc::ControlCore::Options{});
     for (int i = 0; i < 16; ++i) add_arm(fmt::format("arm{}", i));
-    core->step();
+    guarded_step(*core);
     rcc::Transaction all;
     for (int i = 0; i < 16; ++i)
       all.start.add(load(ptp_net("ptp", fmt::format("arm{}", i), {joints(0, 0, 0), joints(0.1, 0, 0)})));
     const rcc::NetId busy = load(ptp_net("busy", "arm9", {joints(0, 0, 0), joints(0.1, 0, 0)}));
     if (one_is_busy) core->start(busy);
-    core->step();
+    guarded_step(*core);
     core->post(all);
-    core->step();
+    guarded_step(*core);
     const Event* refused = event(Event::Kind::kRefused);
     ASSERT_EQ(refused != nullptr, one_is_busy);
     if (one_is_busy) {

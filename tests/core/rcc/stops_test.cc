@@ -44,18 +44,18 @@ TEST_F(StopsTest, S4_WhileLatchedNothingStartsAndArmsStop) {
   auto& stop = core->add(std::make_unique<device::EmergencyStop>("e-stop"));
   const auto ptp = load_ptp("left");
   core->start(ptp);
-  core->step();
+  guarded_step(*core);
   ASSERT_NE(event(Event::Kind::kRefused), nullptr);
   EXPECT_EQ(event(Event::Kind::kRefused)->cause.text.view(), "stopped by e-stop");
   stop.set_healthy(true);
-  core->step();
+  guarded_step(*core);
   stop.set_reset(true);
   core->start(ptp);
-  core->step();
+  guarded_step(*core);
   EXPECT_EQ(core->state(ptp), NetState::kRunning);
   steps(300);
   stop.set_healthy(false);
-  core->step();
+  guarded_step(*core);
   EXPECT_EQ(core->state(ptp), NetState::kTerminated);
   EXPECT_EQ(core->status(ptp).cause.code, Cause::Code::kDevice);
   EXPECT_EQ(core->find_arm("left")->phase(), device::Arm::Phase::kBraking);
@@ -69,7 +69,7 @@ TEST_F(StopsTest, StopAllEndsEveryNetWithItsCause) {
   steps(300);
   core->stop_all(Cause::Code::kOverrun, "too slow");
   core->start(late);
-  core->step();
+  guarded_step(*core);
   for (const auto net : {left, right}) {
     EXPECT_EQ(core->state(net), NetState::kTerminated);
     EXPECT_EQ(core->status(net).cause.code, Cause::Code::kOverrun);
