@@ -8,6 +8,7 @@
 #include "core/device/composed_device.h"
 #include "core/kinematics/chain.h"
 #include "scenario/cell_models.h"
+#include "scenario/operator.h"
 #include "sim/from_model.h"
 #include "sim/nominal_payload.h"
 #include "sim/render_shapes.h"
@@ -250,6 +251,10 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   for (const device::ChannelDescription& channel : description.channels) {
     if (auto declared = built.core->declare(channel); !declared) return std::unexpected(std::move(declared.error()));
   }
+  const device::ChannelDescription speed{
+      .name = std::string(Operator::kOverride), .unit = "1", .initial = net::Real{1.0}};
+  if (auto declared = built.core->declare(speed); !declared) return std::unexpected(std::move(declared.error()));
+  built.cell.override_channel = speed.name;
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
   add_composed(description, built, findings);

@@ -13,6 +13,7 @@
 #include "core/device/channel.h"
 #include "core/world/shape.h"
 #include "scenario/net_files.h"
+#include "scenario/operator.h"
 #include "scenario/site.h"
 
 namespace takt::scenario {
@@ -108,6 +109,7 @@ struct Description {
   std::vector<NetEntry> nets;
   nlohmann::ordered_json program;
   nlohmann::ordered_json programs = nlohmann::ordered_json::object();  ///< what the program may call, by name
+  std::vector<OperatorAction> operator_script;
   std::vector<ExpectationEntry> expectations;
   Site site;  ///< not of the file: where this run takes place
 };

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "scenario/operator.h"
 #include "scenario/run_film.h"
 #include "scenario/run_recorder.h"
 #include "sim/render_shapes.h"
@@ -109,6 +110,7 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   activity::Rehearsed rehearsed = program->rehearse(built->cell, &built->core->environment());
   Findings& findings = rehearsed.findings;
   if (!expectations) findings.append(expectations.error());
+  findings.append(check_operator(description.operator_script, *built->core, *program));
   check_estimates(description, rehearsed.estimates, findings);
   const auto names = program->names();
   for (std::size_t i = 0; i < description.film.cuts.size(); ++i) {
@@ -144,6 +146,8 @@ class Session::Run {
         context_{session.built_.cell, *session.built_.core, variables_, session.description_.program_latency_cycles,
                  [this](auto source, auto name, auto text) { note(source, name, text); }},
         runner_(session.program_, context_),
+        operator_(session.description_.operator_script, *session.built_.core, runner_,
+                  [this](auto name, auto text) { note("operator", name, text); }),
         site_watch_(session.built_) {}
 
   RunReport execute() {
@@ -160,9 +164,14 @@ class Session::Run {
   }
 
  private:
+  /// Recording and film, and where the program begins.
   bool open_products() {
+    constexpr std::size_t kMostBlocks = 4096;
+    if (options_.keep_blocks || options_.record_blocks) session_.built_.core->digest().keep_blocks(kMostBlocks);
+    if (!options_.from.empty()) report_.findings.append(runner_.enter(options_.from));
     if (!options_.record.empty()) {
-      auto recorder = RunRecorder::open(options_.record, session_.description_, session_.built_);
+      auto recorder =
+          RunRecorder::open(options_.record, session_.description_, session_.built_, options_.record_blocks);
       if (recorder) {
         recorder_ = std::move(*recorder);
       } else {
@@ -185,6 +194,7 @@ class Session::Run {
     while (!stopped()) {
       {
         const Stopwatch watch(options_.measure_times, report_.timing.program);
+        operator_.before_cycle();
         if (runner_.advance() != activity::Progress::kRunning) break;
       }
       if (!step()) break;
@@ -220,7 +230,8 @@ class Session::Run {
     }
     site_watch_.watch();
     for (auto& expectation : session_.expectations_) expectation->watch(built);
-    return record_cycle();
+    if (!record_cycle()) return false;
+    return !options_.after_cycle || options_.after_cycle(built);
   }
 
   bool record_cycle() {
@@ -349,7 +360,10 @@ class Session::Run {
   }
 
   void note(std::string_view source, std::string_view name, std::string_view text) {
-    if (source == "program" && name == "begin") steps_begun_.emplace_back(text);
+    if (source == "program" && name == "begin") {
+      steps_begun_.emplace_back(text);
+      operator_.step_begun(text);
+    }
     if (recorder_) recorder_->add_event(source, name, text);
   }
 
@@ -358,6 +372,7 @@ class Session::Run {
   activity::Variables variables_;
   activity::Context context_;
   activity::ProgramRunner runner_;
+  Operator operator_;
   SiteWatch site_watch_;
   std::unique_ptr<RunRecorder> recorder_;
   std::unique_ptr<RunFilm> film_;

@@ -24,7 +24,12 @@ Json frame_json(const Eigen::Isometry3d& X) { return net::value_to_json(net::Fra
 
 /// The condition, the latch that remembers it, and where the tool was when it first held.
 void add_until(NetDescription& net, const MotionCommand& command, const Cell& cell, const Biases& biases) {
-  const std::string condition = add_condition(net, *command.until, "until", cell, biases);
+  std::string condition = add_condition(net, *command.until, "until", cell, biases);
+  if (command.until_from > 0.0) {
+    net.add("until_counts", "AtLeast", {{"b", command.until_from}});
+    net.link_delayed("clock.time", "until_counts.a", 0.0);
+    condition = add_gate(net, "until_now", "And", condition, "until_counts.value");
+  }
   net.add("until_latch", "SetResetLatch", {{"reset", false}});
   net.link(condition, "until_latch.set");
   // A sensor that is silent stops the arm, but it has not felt anything.
@@ -40,14 +45,29 @@ void add_until(NetDescription& net, const MotionCommand& command, const Cell& ce
   net.link("touch_latch.value", "touch_frame.trigger");
 }
 
+/// 0 while a stop is wanted, else what the operator says. A channel that says nothing is a pause.
+void add_target_rate(NetDescription& net, const std::string& stop, const std::string& channel) {
+  if (channel.empty()) {
+    net.add("target_rate", "SelectReal", {{"if_true", 0.0}, {"if_false", 1.0}});
+  } else {
+    net.add("override", "InputReal", {{"channel", channel}});
+    net.add("override_or_none", "DefaultToReal", {{"fallback", 0.0}});
+    net.link("override.value", "override_or_none.input");
+    net.add("wanted_rate", "Clamp", {{"lower", 0.0}, {"upper", 1.0}});
+    net.link("override_or_none.value", "wanted_rate.input");
+    net.add("target_rate", "SelectReal", {{"if_true", 0.0}});
+    net.link("wanted_rate.value", "target_rate.if_false");
+  }
+  net.link(stop, "target_rate.condition");
+}
+
 /// Path clock: runs until a stop is wanted, then brakes on the path. @return the port that says a stop is wanted.
-void add_clock(NetDescription& net, const MotionCommand& command) {
+void add_clock(NetDescription& net, const MotionCommand& command, const Cell& cell) {
   const motion::Motion& motion = *command.motion;
   net.add("cancel", "Cancel");
   std::string stop = "cancel.requested";
   if (command.until) stop = add_gate(net, "stop", "Or", "cancel.requested", "until_latch.value");
-  net.add("target_rate", "SelectReal", {{"if_true", 0.0}, {"if_false", 1.0}});
-  net.link(stop, "target_rate.condition");
+  add_target_rate(net, stop, cell.override_channel);
   net.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
   net.link("target_rate.value", "clock.target_rate");
   const std::string stopped = add_gate(net, "stopped", "And", stop, "clock.standstill");
@@ -124,7 +144,7 @@ net::NetDescription motion_net(const MotionCommand& command, const Cell& cell, c
   NetDescription net;
   net.name = command.name;
   if (command.until) add_until(net, command, cell, biases);
-  add_clock(net, command);
+  add_clock(net, command, cell);
   add_path(net, command);
   return net;
 }
