@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include <fmt/format.h>
+#include <png.h>
 
 namespace takt::sim {
 
@@ -19,6 +20,21 @@ Result<void> write_ppm(const Image& image, const std::filesystem::path& path) {
   file.close();
   if (!file) return failure("", fmt::format("cannot write '{}'", path.string()));
   return {};
+}
+
+Result<void> write_png(const Image& image, const std::filesystem::path& path) {
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(static_cast<std::size_t>(3) * static_cast<std::size_t>(image.width * image.height));
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) rgb.insert(rgb.end(), image.pixel(x, y), image.pixel(x, y) + 3);
+  }
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = PNG_FORMAT_RGB;
+  if (png_image_write_to_file(&png, path.c_str(), 0, rgb.data(), 0, nullptr) != 0) return {};
+  return failure("", fmt::format("cannot write '{}': {}", path.string(), png.message));
 }
 
 void paste(const Image& source, Image& target, int left, int top, int border) {

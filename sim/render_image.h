@@ -47,6 +47,10 @@ class EdgeSmoother {
 /// Writes binary PPM (P6); a path that cannot be written is a finding. Realtime: setup.
 [[nodiscard]] Result<void> write_ppm(const Image& image, const std::filesystem::path& path);
 
+/// Writes PNG; a path that cannot be written is a finding. Same picture: same bytes, by the same library. Realtime:
+/// setup.
+[[nodiscard]] Result<void> write_png(const Image& image, const std::filesystem::path& path);
+
 /// Copies `source` into `target` with its upper left corner at (left, top), inside a frame of `border` pixels; what
 /// hangs over is cut off.
 void paste(const Image& source, Image& target, int left, int top, int border);

@@ -82,13 +82,18 @@ std::optional<Signs> signs_of_six(const Chain& chain, const std::array<Line, kMa
   return signs;
 }
 
-std::optional<Signs> signs_of_seven(const std::array<Line, kMaxJoints>& l) {
+std::optional<Signs> signs_of_seven(const Chain& chain, const std::array<Line, kMaxJoints>& l) {
   if (!common_point(l[2], l[1], l[0]) || !common_point(l[4], l[5], l[6])) return std::nullopt;
   Signs signs{};
   signs.kind = Signs::Kind::kShoulderElbowWrist;
-  signs.shoulder = sine_between(l[0], l[1], l[2]);
-  signs.elbow = sine_between(l[2], l[3], l[4]);
-  signs.wrist = sine_between(l[4], l[5], l[6]);
+  // Positive: as if the arm, upright at zero, bent towards x of the base.
+  const auto zero = joint_lines(chain, JointVector::Zero(chain.joint_count()));
+  const auto towards_x = [&](std::size_t i) {
+    return Sign{(zero[i].axis.y() < 0.0 ? -1.0 : 1.0) * sine_between(l[i - 1], l[i], l[i + 1]).value};
+  };
+  signs.shoulder = towards_x(1);
+  signs.elbow = towards_x(3);
+  signs.wrist = towards_x(5);
   // Joint 2 at zero is singular only with axes 2 and 4 square to each other, or with joint 6 at zero too; likewise at
   // the wrist.
   signs.stretched_shoulder = std::hypot(signs.shoulder.value, l[1].axis.dot(l[3].axis));
@@ -104,7 +109,7 @@ std::optional<Signs> signs_of(const Chain& chain, const JointVector& q) {
     if (chain.is_prismatic(i)) return std::nullopt;
   }
   const auto lines = joint_lines(chain, q);
-  return n == 6 ? signs_of_six(chain, lines) : signs_of_seven(lines);
+  return n == 6 ? signs_of_six(chain, lines) : signs_of_seven(chain, lines);
 }
 
 Jacobian weighted_jacobian(const Chain& chain, const JointVector& q) {

@@ -23,7 +23,8 @@ namespace takt::kinematics {
 ///   elbow     up | down      as above, for the triangle of axes 2, 3 and 4 with the wrist ahead
 ///   wrist     no flip | flip  as above
 /// seven axes, S-R-S (LWR): the signs of (axis 1 x axis 3) . axis 2, (axis 3 x axis 5) . axis 4, (axis 5 x axis 7) .
-///   axis 6, called front | back, up | down, no flip | flip; the elbow's place is the arm angle's, not a branch
+///   axis 6, called front | back, up | down, no flip | flip; the first word stands for a joint that bends the arm from
+///   its zero posture towards x of the base. Where the elbow is in the room says the arm angle, not the branch
 /// any other six axes: no such reading; `aspect` "+" or "-" is the sign of the Jacobian's determinant
 /// any other chain: all empty.
 struct Posture {

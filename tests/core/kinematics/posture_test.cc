@@ -78,6 +78,15 @@ TEST(Posture, NamesOfAnArmWithThreeParallelAxes) {
   EXPECT_EQ(posture(ur5, q).shoulder, "left");
 }
 
+TEST(Posture, NamesOfAnArmWithSevenAxes) {
+  // Axes 2 and 6 point to -y, axis 4 to +y: the home posture of the LWR leans and bends towards x.
+  const Chain lwr = test::lwr();
+  EXPECT_EQ(posture(lwr, joints({0.1, -0.5, 0, 1.5, 0, -1.0, 0})).name(), "front, up, no flip");
+  EXPECT_EQ(posture(lwr, joints({0.1, 0.5, 0, -1.5, 0, 1.0, 0})).name(), "back, down, flip");
+  // Joints 1 and 3 half a turn on: the same arm in the room, another branch.
+  EXPECT_EQ(posture(lwr, joints({0.1 - EIGEN_PI, 0.5, EIGEN_PI, 1.5, 0, -1.0, 0})).name(), "back, up, no flip");
+}
+
 /// Every solution of a pose has another name.
 TEST(Posture, NamesTellTheSolutionsApart) {
   Random random(6, "names");

@@ -1,0 +1,125 @@
+// model: what takt knows of a robot, sensor or thing: figures, kinematics, pictures.
+#include <cstdio>
+#include <memory>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "core/device/device_file.h"
+#include "core/kinematics/robot_model.h"
+#include "tools/cli.h"
+#include "tools/model_figures.h"
+#include "tools/model_kinematics.h"
+#include "tools/model_picture.h"
+#include "tools/reach_picture.h"
+
+namespace takt::tools {
+namespace {
+
+struct ModelArguments {
+  std::string name;
+  std::vector<double> fk;
+  InverseQuestion ik;
+  bool branches = false;
+  std::string image, reach;
+  std::vector<double> posture;
+  PictureOptions picture;
+};
+
+/// What a model is, whatever its kind.
+struct LoadedModel {
+  std::string kind;
+  std::shared_ptr<const kinematics::RobotModel> robot;
+  std::shared_ptr<const device::ArmDescription> arm;  ///< null for any other kind
+};
+
+Result<LoadedModel> load(const std::string& name, const Common& common) {
+  const auto folder = common.library().find(name);
+  if (!folder) return std::unexpected(folder.error());
+  LoadedModel model;
+  const auto kind = device::read_device_kind(*folder);
+  if (!kind) return std::unexpected(kind.error());
+  model.kind = *kind;
+  if (model.kind == "arm") {
+    const auto arm = device::read_arm(*folder);
+    if (!arm) return std::unexpected(arm.error());
+    model.arm = *arm;
+    model.robot = (*arm)->robot;
+    return model;
+  }
+  auto robot = kinematics::RobotModel::load(*folder / (folder->filename().string() + ".urdf"));
+  if (!robot) return std::unexpected(robot.error());
+  model.robot = std::make_shared<kinematics::RobotModel>(*std::move(robot));
+  return model;
+}
+
+/// What only an arm can answer.
+Findings check_kind(const ModelArguments& arguments, const LoadedModel& model) {
+  Findings findings;
+  const std::pair<const char*, bool> asked[] = {
+      {"--fk", !arguments.fk.empty()}, {"--ik", !arguments.ik.pose.empty()}, {"--reach", !arguments.reach.empty()}};
+  for (const auto& [option, given] : asked) {
+    if (given && !model.arm) findings.error(option, fmt::format("'{}' is no arm but: {}", arguments.name, model.kind));
+  }
+  return findings;
+}
+
+int draw(const ModelArguments& arguments, const LoadedModel& model, const Common& common) {
+  PictureOptions options = arguments.picture;
+  options.q = arguments.posture;
+  if (!arguments.image.empty()) {
+    const auto drawn = draw_model(*model.robot, model.arm.get(), options, arguments.image);
+    if (!drawn) return report(drawn.error(), common);
+    fmt::print(stderr, "{}: {}x{}\n", arguments.image, options.width, options.height);
+  }
+  if (!arguments.reach.empty()) {
+    const auto drawn = draw_reach(*model.arm, arguments.reach);
+    if (!drawn) return report(drawn.error(), common);
+    fmt::print(stderr, "{}: reach {:.3f} m\n", arguments.reach, drawn->farthest_m);
+  }
+  return kHeld;
+}
+
+int model(const ModelArguments& arguments, const Common& common) {
+  const auto model = load(arguments.name, common);
+  if (!model) return report(model.error(), common);
+  if (const Findings findings = check_kind(arguments, *model); findings.has_errors()) return report(findings, common);
+  if (const int status = draw(arguments, *model, common); status != kHeld) return status;
+  if (!arguments.fk.empty()) return print_forward(*model->arm, arguments.fk, common);
+  if (!arguments.ik.pose.empty()) return print_inverse(*model->arm, arguments.ik, common);
+  if (!common.json && (!arguments.image.empty() || !arguments.reach.empty())) return kHeld;
+  return print_figures(arguments.name, model->kind, *model->robot, model->arm.get(), common);
+}
+
+}  // namespace
+
+std::pair<CLI::App*, Verb> add_model(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<ModelArguments>();
+  CLI::App* verb = app.add_subcommand("model", "Figures, kinematics and pictures of a model");
+  verb->add_option("NAME", arguments->name, "Folder below models/")->required();
+  verb->add_option("--fk", arguments->fk, "Flange pose, branch, singularity and limits at joint positions, rad")
+      ->delimiter(',')
+      ->type_name("Q1,Q2,...");
+  verb->add_option("--ik", arguments->ik.pose, "All joint positions for a flange pose in the base")
+      ->delimiter(',')
+      ->type_name("X,Y,Z,QW,QX,QY,QZ");
+  verb->add_option("--arm-angle", arguments->ik.arm_angle, "With --ik: the arm angle of a seven-axis arm, rad")
+      ->type_name("RAD");
+  verb->add_option("--held", arguments->ik.held, "With --ik: the value of the joint that a seven-axis arm holds, rad")
+      ->type_name("RAD");
+  verb->add_flag("--branches", arguments->branches, "With --ik: each branch once, without turns by 360 degrees");
+  verb->add_option("--image", arguments->image, "Draw the model into a picture")->type_name("OUT.png");
+  verb->add_option("--size", arguments->picture.size, "Of the picture, default 960x720")->type_name("WxH");
+  verb->add_option("--posture", arguments->posture, "In the picture: positions of all movable joints, rad or m")
+      ->delimiter(',')
+      ->type_name("Q1,Q2,...");
+  verb->add_option("--reach", arguments->reach,
+                   "Draw a section of the work space, coloured by how well the arm moves there")
+      ->type_name("OUT.svg");
+  return {verb, [arguments, &common] {
+            arguments->ik.turns = !arguments->branches;
+            return model(*arguments, common);
+          }};
+}
+
+}  // namespace takt::tools

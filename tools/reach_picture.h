@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+
+#include "core/base/findings.h"
+#include "core/device/description.h"
+
+namespace takt::tools {
+
+/// What the picture of the work space found.
+struct Reach {
+  double farthest_m =
+      0.0;  ///< of the flange's centre from the middle of the base's z axis at shoulder height, any hand
+  double best_measure = 0.0;
+};
+
+/// Draws two sections through the work space of an arm, in the plane through the z axis of its base, as SVG: where its
+/// flange gets with any orientation, and with z of the flange straight down and x ahead. The colour of a place is the
+/// best singularity measure (posture.h) of the postures found there; the arm is drawn in its home posture. The left
+/// section comes from evenly spread joint positions, the right one from all solutions at the middle of each field.
+/// @return findings: a file that cannot be written or is no .svg
+[[nodiscard]] Result<Reach> draw_reach(const device::ArmDescription& arm, const std::filesystem::path& file);
+
+}  // namespace takt::tools
