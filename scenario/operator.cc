@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "core/base/object_reader.h"
 #include "core/device/channel_file.h"
@@ -43,6 +44,7 @@ OperatorAction read_action(const Json& json, const std::string& pointer, Finding
   constexpr Range kTime{.low = 0.0, .high = 3600.0};
   if (reader.has("at_step")) {
     action.step = reader.text("at_step");
+    if (action.step.empty()) findings.error(reader.at("at_step"), "an empty name", "the name of a step");
     action.after_s = reader.number("after_s", 0.0, kTime);
   } else {
     action.after_s = reader.number("at_s", {}, kTime);
@@ -51,7 +53,7 @@ OperatorAction read_action(const Json& json, const std::string& pointer, Finding
   if (action.kind == Kind::kWrite) {
     action.channel = reader.text("channel");
     if (const Json* value = reader.child("value")) {
-      action.value = *value;
+      action.value = value->dump();
     } else {
       findings.error(pointer, "key 'value' is missing", "what is written, or null");
     }
@@ -87,9 +89,8 @@ Findings check_operator(const std::vector<OperatorAction>& actions, rcc::Control
     } else if (channel->description().writer != device::ChannelDescription::Writer::kOutside) {
       findings.error(action.pointer + "/channel", fmt::format("'{}' is written by nets", action.channel),
                      "\"writer\": \"outside\"");
-    } else if (!action.value.is_null()) {
-      (void)device::channel_value_from_json(action.value, channel->description().type, action.pointer + "/value",
-                                            findings);
+    } else if (const Json value = Json::parse(action.value); !value.is_null()) {
+      (void)device::channel_value_from_json(value, channel->description().type, action.pointer + "/value", findings);
     }
   }
   return findings;
@@ -179,9 +180,9 @@ void Operator::abort() {
 void Operator::write(const OperatorAction& action) {
   device::Channel* channel = core_.find_channel(action.channel);
   Findings none;
-  const auto value = device::channel_value_from_json(action.value, channel->description().type, {}, none);
+  const auto value = device::channel_value_from_json(Json::parse(action.value), channel->description().type, {}, none);
   (void)(value ? channel->write(*value) : channel->write_null());
-  note_("write", fmt::format("{} = {}", action.channel, action.value.dump()));
+  note_("write", fmt::format("{} = {}", action.channel, action.value));
 }
 
 }  // namespace takt::scenario

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "core/activity/program.h"
 #include "core/base/findings.h"
@@ -23,7 +23,7 @@ struct OperatorAction {
   double after_s = 0.0;    ///< s
   double override_ = 1.0;  ///< share of the planned speed, 0 to 1
   std::string channel;     ///< of kWrite
-  nlohmann::ordered_json value;
+  std::string value;       ///< of kWrite, as JSON text
 };
 
 /// Reads "operator": a list of {"at_s" or "at_step" with "after_s", "do", ...}. All findings at once.

@@ -341,7 +341,7 @@ class Session::Run {
   bool judge() {
     Outcome outcome{session_.built_, variables_, steps_begun_, report_.sim_time, report_.digest, {}};
     const bool whole = !cancelled_ && !report_.findings.has_errors();
-    if (!session_.second_run_ && whole) outcome.run_again = [this] { return second_digest(); };
+    if (options_.repeat && !session_.second_run_ && whole) outcome.run_again = [this] { return second_digest(); };
     bool all = true;
     for (const auto& expectation : session_.expectations_) {
       report_.expectations.push_back(expectation->judge(outcome));

@@ -29,6 +29,7 @@ struct RunOptions {
   const std::atomic<int>* interrupt = nullptr;
   std::string from;            ///< name of the step at which the program is entered; empty: its beginning
   bool record_blocks = false;  ///< the recording gets the digest of each block too
+  bool repeat = true;          ///< the expectation "repeats" runs the scenario a second time
   bool keep_blocks = false;    ///< the core keeps the digests of each cycle's blocks
   /// Called after each cycle of core and world; false ends the run.
   std::function<bool(BuiltCell& built)> after_cycle;

@@ -86,6 +86,7 @@ Result<Again> run_again(const record::Recording& recording, std::uint64_t cycle,
   Again again;
   RunOptions options;
   options.measure_times = false;
+  options.repeat = false;
   options.keep_blocks = true;
   options.after_cycle = [&](BuiltCell& built) {
     again.reached = static_cast<std::uint64_t>(built.core->cycle()) > cycle;

@@ -137,6 +137,9 @@ constexpr const char* kEverything = R"({
     {"do": "ptp", "to": "$p", "speed": "$n"},
     {"do": "for_each", "as": "v", "in": "$l", "steps": []}
   ]},
+  "operator": [{"at_s": 1, "do": "pause"}, {"at_step": "touch", "after_s": 0.5, "do": "resume"},
+               {"at_s": 2, "do": "override", "value": 0.5}, {"at_s": 3, "do": "write", "channel": "go", "value": true},
+               {"at_s": 4, "do": "cancel"}, {"at_s": 5, "do": "abort"}],
   "expectations": [
     {"name": "n", "kind": "estimate", "estimate": "found", "of": "block", "position_within_m": 1,
      "angle_within_deg": 1},
@@ -339,6 +342,20 @@ constexpr Mistake kMistakes[] = {
     {"/program/steps/8/seconds", nullptr},
     {"/program/steps/8/seconds", "-1"},
     {"/program/steps/8/seconds", "3601"},
+    // Operator.
+    {"/operator", "{}"},
+    {"/operator/0/at_s", nullptr},
+    {"/operator/0/at_s", "-1"},
+    {"/operator/0/at_step", "\"touch\""},
+    {"/operator/0/do", "\"jump\""},
+    {"/operator/0/value", "1"},
+    {"/operator/0/after_s", "1"},
+    {"/operator/1/after_s", "-1"},
+    {"/operator/1/at_step", "\"\""},
+    {"/operator/2/value", nullptr},
+    {"/operator/2/value", "2"},
+    {"/operator/3/channel", nullptr},
+    {"/operator/3/value", nullptr},
     // Inner nodes, variables, expressions.
     {"/programs", "[]"},
     {"/programs/twice/steps", nullptr},

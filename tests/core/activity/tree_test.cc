@@ -359,7 +359,8 @@ TEST_F(TreeTest, AFailedMotionIsBrakedBeforeTheHandlerMoves) {
   const std::string program = R"({"do": "try", "steps": [{"do": "net", "net": "none"}]})";
   EXPECT_THAT(refused(program), Not(IsEmpty()));
   const Program guarded = good(sequence(
-      R"({"do": "try", "steps": [{"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "until": {"sensor": "wrist", "above_N": 500}}],
+      R"({"do": "try", "steps": [{"do": "lin", "to": {"by_m": [0, 0, 0.1]},
+                                    "until": {"sensor": "wrist", "above_N": 500}}],
           "on_error": {"steps": [{"do": "ptp", "to": "home"}]}})"));
   EXPECT_EQ(run(guarded, [this](int cycle, ProgramRunner&) { fake.sensor->silent = cycle >= 200 && cycle < 260; }),
             Progress::kDone)
@@ -430,7 +431,8 @@ const char* const kLongProgram =
         {"do": "let", "values": {"list": "$append(list, position('arm')) "}},
         {"do": "try", "steps": [{"do": "wait", "seconds": 0.002}, {"do": "log", "text": "$text(n) + text(z) "}],
          "finally": [{"do": "log", "text": "$text(i) "}]}]}]},
-    {"do": "parallel", "branches": [{"do": "wait", "seconds": 0.004}, {"do": "log", "text": "$text(length(list)) "}]}]})";
+    {"do": "parallel", "branches": [{"do": "wait", "seconds": 0.004},
+                                    {"do": "log", "text": "$text(length(list)) "}]}]})";
 constexpr const char* kCount = R"({"count": {"parameters": {"x": {"type": "number"}}, "steps": [
     {"do": "wait", "seconds": 0.001}], "result": "$x + 1"}})";
 
