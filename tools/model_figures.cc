@@ -40,6 +40,12 @@ Json held_names(const device::ArmDescription& arm) {
   return names;
 }
 
+Json mode_names(const device::ArmDescription& arm) {
+  Json names = Json::array();
+  for (const device::ControlMode mode : arm.modes.modes) names.push_back(name_of(mode));
+  return names;
+}
+
 Json arm_json(const device::ArmDescription& arm) {
   const auto& c = arm.cartesian;
   return {{"title", arm.title},
@@ -63,7 +69,7 @@ Json arm_json(const device::ArmDescription& arm) {
           {"reach", arm.chain->reach()},
           {"inverse_kinematics", way_to_solutions(arm)},
           {"held_joints", held_names(arm)},
-          {"modes", arm.modes}};
+          {"modes", mode_names(arm)}};
 }
 
 /// A column of the table of joints: a heading, and how a number of the joint is shown there.
@@ -113,7 +119,7 @@ void print_arm(const device::ArmDescription& arm) {
   fmt::print("  tool centre point   {:g} m/s, {:g} m/s2, {:g} m/s3; {:g} rad/s, {:g} rad/s2, {:g} rad/s3\n",
              c.linear_velocity, c.linear_acceleration, c.linear_jerk, c.angular_velocity, c.angular_acceleration,
              c.angular_jerk);
-  fmt::print("  control modes       {}\n", fmt::join(arm.modes, ", "));
+  fmt::print("  control modes       {}\n", arm.modes.list());
   print_joints(arm);
 }
 
