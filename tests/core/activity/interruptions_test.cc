@@ -59,18 +59,18 @@ class InterruptionsTest : public test::ActivityTest {
   }
 
   int length() {
-    Case whole;
-    play(whole, good(kProgram), -1, {}, 0, {});
-    EXPECT_EQ(whole.progress, Progress::kDone) << whole.findings.to_string();
-    return whole.cycles;
+    Case one;
+    play(one, good(kProgram), -1, {}, 0, {});
+    EXPECT_EQ(one.progress, Progress::kDone) << one.findings.to_string();
+    return one.cycles;
   }
   static constexpr int kEvery = 10;
 };
 
 TEST_F(InterruptionsTest, RowL6ACancelAtEveryTenthCycleEndsInOrder) {
-  const int cycles = length();
-  ASSERT_GT(cycles, 500);
-  for (int at = 0; at < cycles; at += kEvery) {
+  const int whole = length();
+  ASSERT_GT(whole, 500);
+  for (int at = 0; at < whole; at += kEvery) {
     SCOPED_TRACE(at);
     Case one;
     play(one, good(kProgram), at, [](Case&, ProgramRunner& runner) { runner.cancel(); }, 0, {});
@@ -82,9 +82,9 @@ TEST_F(InterruptionsTest, RowL6ACancelAtEveryTenthCycleEndsInOrder) {
 }
 
 TEST_F(InterruptionsTest, RowP2APauseAtEveryTenthCycleStandsAndGoesOn) {
-  const int cycles = length();
+  const int whole = length();
   constexpr int kPause = 300;
-  for (int at = 0; at < cycles; at += kEvery) {
+  for (int at = 0; at < whole; at += kEvery) {
     SCOPED_TRACE(at);
     Case one;
     play(
@@ -106,8 +106,8 @@ TEST_F(InterruptionsTest, RowP2APauseAtEveryTenthCycleStandsAndGoesOn) {
 }
 
 TEST_F(InterruptionsTest, RowL6AStopAtEveryTenthCycleLeavesNothingBehind) {
-  const int cycles = length();
-  for (int at = 0; at < cycles; at += kEvery) {
+  const int whole = length();
+  for (int at = 0; at < whole; at += kEvery) {
     SCOPED_TRACE(at);
     Case one;
     play(one, good(kProgram), at,
