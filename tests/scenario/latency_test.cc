@@ -43,12 +43,13 @@ TEST_P(Latency, RowD2EveryExpectationStillHolds) {
 
 // Every latency is tried, every example with the extremes; a run takes some tenths of a second to a few.
 constexpr Example kExamples[] = {
-    {"scenarios/touch.json", 0}, {"scenarios/touch.json", 1}, {"scenarios/touch.json", 50},
-    {"scenarios/can.json", 0},   {"scenarios/can.json", 3},   {"scenarios/can.json", 50},
-    {"scenarios/pick.json", 0},  {"scenarios/pick.json", 5},  {"scenarios/pick.json", 50},
-    {"scenarios/blend.json", 0}, {"scenarios/blend.json", 2}, {"scenarios/blend.json", 50},
-    {"scenarios/wave.json", 0},  {"scenarios/wave.json", 10}, {"scenarios/wave.json", 50},
-    {"scenarios/sort.json", 0},  {"scenarios/sort.json", 20}, {"scenarios/sort.json", 50},
+    {"scenarios/touch.json", 0},  {"scenarios/touch.json", 1},   {"scenarios/touch.json", 50},
+    {"scenarios/can.json", 0},    {"scenarios/can.json", 3},     {"scenarios/can.json", 50},
+    {"scenarios/pick.json", 0},   {"scenarios/pick.json", 5},    {"scenarios/pick.json", 50},
+    {"scenarios/blend.json", 0},  {"scenarios/blend.json", 2},   {"scenarios/blend.json", 50},
+    {"scenarios/wave.json", 0},   {"scenarios/wave.json", 10},   {"scenarios/wave.json", 50},
+    {"scenarios/search.json", 0}, {"scenarios/search.json", 50}, {"scenarios/sort.json", 0},
+    {"scenarios/sort.json", 20},  {"scenarios/sort.json", 50},
 };
 INSTANTIATE_TEST_SUITE_P(Each, Latency, testing::ValuesIn(kExamples));
 

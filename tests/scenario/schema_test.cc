@@ -135,7 +135,11 @@ constexpr const char* kEverything = R"({
     {"do": "lin", "to": {"in": "$p", "position_m": ["$h", 0, 0]}, "velocity_m_s": "$h / 1[s]", "on_end": "continue",
      "until": {"sensor": "wrist", "quantity": "force_x", "above_N": "$2[N]"}},
     {"do": "ptp", "to": "$p", "speed": "$n"},
-    {"do": "for_each", "as": "v", "in": "$l", "steps": []}
+    {"do": "for_each", "as": "v", "in": "$l", "steps": []},
+    {"do": "press", "arm": "arm", "sensor": "wrist", "direction": [0, 0, -1], "in": "world", "force_N": 5,
+     "approach_m_s": 0.01, "travel_m": 0.02, "seconds": 1, "until": {"sensor": "wrist", "above_N": 5}},
+    {"do": "search", "pattern": "zigzag", "radius_m": 0.01, "pitch_m": 0.002, "velocity_m_s": 0.02, "drop_m": 0.001,
+     "on_end": "continue", "force_N": "$n"}
   ]},
   "operator": [{"at_s": 1, "do": "pause"}, {"at_step": "touch", "after_s": 0.5, "do": "resume"},
                {"at_s": 2, "do": "override", "value": 0.5}, {"at_s": 3, "do": "write", "channel": "go", "value": true},
@@ -395,6 +399,18 @@ constexpr Mistake kMistakes[] = {
     {"/program/steps/23/velocity_m_s", "\"h\""},
     {"/program/steps/24/speed", "\"fast\""},
     {"/program/steps/25/in", "5"},
+    // Forces.
+    {"/program/steps/26/direction", "[0, 0]"},
+    {"/program/steps/26/force_N", "0"},
+    {"/program/steps/26/approach_m_s", "0.2"},
+    {"/program/steps/26/travel_m", "0"},
+    {"/program/steps/26/seconds", "-1"},
+    {"/program/steps/26/drop_m", "0.1"},
+    {"/program/steps/27/pattern", "\"star\""},
+    {"/program/steps/27/radius_m", nullptr},
+    {"/program/steps/27/pitch_m", "0"},
+    {"/program/steps/27/drop_m", nullptr},
+    {"/program/steps/27/on_end", "\"stop\""},
     // Expectations.
     {"/expectations/0", "1"},
     {"/expectations/0/kind", nullptr},
