@@ -249,11 +249,15 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.triangles = sim::triangle_count(built.world->model());
   built.core = std::make_unique<rcc::ControlCore>(options);
   for (const device::ChannelDescription& channel : description.channels) {
-    if (auto declared = built.core->declare(channel); !declared) return std::unexpected(std::move(declared.error()));
+    auto declared = built.core->declare(channel);
+    if (!declared) return std::unexpected(std::move(declared.error()));
+    built.cell.channels[channel.name] = *declared;
   }
   const device::ChannelDescription speed{
       .name = std::string(Operator::kOverride), .unit = "1", .initial = net::Real{1.0}};
-  if (auto declared = built.core->declare(speed); !declared) return std::unexpected(std::move(declared.error()));
+  const auto override_channel = built.core->declare(speed);
+  if (!override_channel) return std::unexpected(override_channel.error());
+  built.cell.channels[speed.name] = *override_channel;
   built.cell.override_channel = speed.name;
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);

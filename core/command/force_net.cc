@@ -4,7 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/command/condition_net.h"
+#include "core/command/condition_state.h"
+#include "core/command/device_sensors.h"
+#include "core/command/net_writer.h"
 #include "core/net/value_json.h"
 
 namespace takt::command {
@@ -49,15 +51,11 @@ class PressWriter {
  private:
   /// Where the tool was sent, how deep it is, and where it began.
   void add_tool() {
-    const MountedArm& arm = cell_.arms.find(command_.arm)->second;
-    const std::string q = add_arm_state(net_, command_.arm);
-    const std::string state = q.substr(0, q.find('.'));
-    net_.add("tool", "ForwardKinematics", {{"device", command_.arm}, {"tool", frame_json(arm.X_FT)}});
-    net_.link(state + ".set_point_q", "tool.q");
+    tool_ = writer_.port_of(commanded_tool_pose(cell_, command_.arm).node());
     net_.add("start", "SnapshotFrame", {{"trigger", true}});
-    net_.link("tool.frame", "start.input");
+    net_.link(tool_, "start.input");
     net_.add("here", "FrameComponents");
-    net_.link("tool.frame", "here.input");
+    net_.link(tool_, "here.input");
     net_.add("there", "FrameComponents");
     net_.link("start.value", "there.input");
     net_.add("way", "SubtractVectors");
@@ -70,20 +68,11 @@ class PressWriter {
   /// The force with which the tool presses along the direction, and the velocity that controls it.
   void add_force() {
     const MountedSensor& sensor = cell_.sensors.find(command_.sensor)->second;
-    const auto bias = biases_.find(command_.sensor);
-    const std::string wrench = add_compensated_wrench(net_, command_.sensor, cell_);
-    net_.add("contact_wrench", "SubtractWrenches",
-             {{"b", net::value_to_json(bias == biases_.end() ? net::Wrench{} : bias->second)}});
-    net_.link(wrench, "contact_wrench.a");
-    net_.add("contact_parts", "WrenchComponents");
-    net_.link("contact_wrench.value", "contact_parts.input");
-    net_.add("sensor_pose", "ForwardKinematics", {{"device", command_.arm}, {"tool", frame_json(sensor.X_FS)}});
-    net_.link(add_arm_state(net_, command_.arm), "sensor_pose.q");
-    net_.add("force_in_base", "RotateVector");
-    net_.link("sensor_pose.frame", "force_in_base.frame");
-    net_.link("contact_parts.force", "force_in_base.vector");
+    const VectorSensor force_S = force(contact_wrench(cell_, command_.sensor, biases_));
+    const VectorSensor force_B = rotate(flange_fixed_pose(cell_, command_.arm, sensor.X_FS), force_S);
+    force_ = writer_.port_of(force_B.node());
     net_.add("pressing", "DotProduct", {{"b", vector_json(-command_.direction_B)}});
-    net_.link("force_in_base.value", "pressing.a");
+    net_.link(force_, "pressing.a");
     // This gain takes the approach velocity away while the wanted force builds up, whatever the surface is like.
     net_.add("control", "ForceController",
              {{"wanted", command_.force},
@@ -104,13 +93,13 @@ class PressWriter {
     net_.add("cancel", "Cancel");
     std::string over = "cancel.requested";
     const auto ends = [&](const std::string& id, const std::string& port) {
-      over = add_gate(net_, "over_" + id, "Or", over, port);
+      over = gate("over_" + id, "Or", over, port);
     };
     net_.add("too_far", "AtLeast", {{"b", command_.travel}});
     net_.link("depth.value", "too_far.a");
     ends("too_far", add_latch("too_far_latch", "too_far.value"));
     net_.add("silent", "IsNullVector");
-    net_.link("force_in_base.value", "silent.input");
+    net_.link(force_, "silent.input");
     ends("silent", add_latch("silent_latch", "silent.value"));
     if (command_.hold) {
       net_.add("held", "OnDelay", {{"delay", *command_.hold}});
@@ -127,6 +116,13 @@ class PressWriter {
     if (command_.until) ends("until", add_until());
     net_.add("over", "SetResetLatch", {{"reset", false}});
     net_.link(over, "over.set");
+  }
+
+  std::string gate(const std::string& id, const char* type, const std::string& a, const std::string& b) {
+    net_.add(id, type);
+    net_.link(a, id + ".a");
+    net_.link(b, id + ".b");
+    return id + ".value";
   }
 
   std::string add_latch(const std::string& id, const std::string& port) {
@@ -152,7 +148,7 @@ class PressWriter {
 
   /// Null stops too (row N3), but is nothing that was felt.
   std::string add_until() {
-    const std::string condition = add_condition(net_, *command_.until, "until", cell_, biases_);
+    const std::string condition = writer_.port_of(state_of(*command_.until, cell_, biases_).node());
     net_.add("until_known", "DefaultToBoolean", {{"fallback", false}});
     net_.link(condition, "until_known.input");
     add_latch("until_felt", "until_known.value");
@@ -170,7 +166,7 @@ class PressWriter {
     const motion::Motion& path = *command_.path;
     net_.add("not_over", "Not");
     net_.link("over.value", "not_over.input");
-    const std::string runs = add_gate(net_, "runs", "And", "touched.value", "not_over.value");
+    const std::string runs = gate("runs", "And", "touched.value", "not_over.value");
     add_rate(runs);
     net_.add("clock", "PathClock", {{"duration", path.duration()}, {"bounds", motion::to_json(path.clock)}});
     net_.link("rate.value", "clock.target_rate");
@@ -199,7 +195,7 @@ class PressWriter {
   /// Twist of the tool: across the direction after the target, along it as the force wants; nothing once it is over.
   void add_motion() {
     net_.add("off", "FrameDifference");
-    net_.link("tool.frame", "off.from");
+    net_.link(tool_, "off.from");
     net_.link(target_frame_, "off.to");
     net_.add("back", "ScaleTwist", {{"factor", kHoldGain}});
     net_.link("off.value", "back.twist");
@@ -241,15 +237,17 @@ class PressWriter {
     net_.link("fastest.value", "slow.a");
     net_.add("free", "AtMost", {{"b", kStanding}});
     net_.link("hardest.value", "free.a");
-    const std::string stands = add_gate(net_, "stands", "And", "slow.value", "free.value");
-    add_end(net_, add_gate(net_, "stopped", "And", "over.value", stands));
+    const std::string stands = gate("stands", "And", "slow.value", "free.value");
+    net_.add("end", "Termination");
+    net_.link(gate("stopped", "And", "over.value", stands), "end.condition");
   }
 
   const PressCommand& command_;
   const Cell& cell_;
   const Biases& biases_;
-  NetDescription net_;
-  std::string target_frame_, target_twist_;
+  NetWriter writer_;  ///< for formulas over sensors
+  NetDescription& net_ = writer_.net;
+  std::string tool_, force_, target_frame_, target_twist_;
 };
 
 }  // namespace
