@@ -48,7 +48,7 @@ class BranchNode final : public Node {
       // A way that nominal values do not take may not be possible with them.
       Findings inside;
       way(i).rehearse(own, scope, inside);
-      if (chosen && i != taken) soften(inside);
+      if (chosen && i != taken) inside = as_warnings(inside, "nominal values do not come here");
       findings.append(inside);
       rehearsal.effort = own.effort;
       merge(own, rehearsal);
@@ -93,17 +93,6 @@ class BranchNode final : public Node {
     into.contacts.insert(from.contacts.begin(), from.contacts.end());
     into.estimates.insert(from.estimates.begin(), from.estimates.end());
     for (const auto& [arm, touched] : from.touched) into.touched[arm] = into.touched[arm] || touched;
-  }
-  static void soften(Findings& findings) {
-    Findings softer;
-    for (Finding finding : findings.list()) {
-      if (finding.severity == Severity::kError) {
-        finding.severity = Severity::kWarning;
-        finding.message += "; nominal values do not come here";
-      }
-      softer.add(std::move(finding));
-    }
-    findings = std::move(softer);
   }
 };
 

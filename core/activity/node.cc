@@ -64,6 +64,18 @@ bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Findings& findings)
   return rehearsal.effort < kMostEffort;
 }
 
+Findings as_warnings(const Findings& findings, std::string_view why) {
+  Findings result;
+  for (Finding finding : findings.list()) {
+    if (finding.severity == Severity::kError) {
+      finding.severity = Severity::kWarning;
+      finding.message += fmt::format("; {}", why);
+    }
+    result.add(std::move(finding));
+  }
+  return result;
+}
+
 Sight sight_of(const Rehearsal& rehearsal, const Scope& scope) {
   return {.mode = Sight::Mode::kRehearse,
           .scope = &scope,

@@ -190,6 +190,8 @@ struct NodeKind {
 
 /// A rehearsal's effort is bounded: @return false once it is used up; a note says so.
 bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Findings& findings);
+/// Errors that may not be any, because nobody knows whether or from where their step is begun.
+[[nodiscard]] Findings as_warnings(const Findings& findings, std::string_view why);
 /// What an expression sees in a rehearsal.
 [[nodiscard]] Sight sight_of(const Rehearsal& rehearsal, const Scope& scope);
 /// Evaluates and declares, in a run or a rehearsal. @return false with findings if a value could not be found.

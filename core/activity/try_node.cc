@@ -36,7 +36,9 @@ class TryNode final : public Node {
       around.restore(values);
       Scope scope(&around);
       declare_error(scope, "an error");
-      part->rehearse(own, scope, findings);
+      Findings inside;
+      part->rehearse(own, scope, inside);
+      findings.append(as_warnings(inside, "where a failure leaves the arm is not known"));
       rehearsal.effort = own.effort;
       rehearsal.contacts.insert(own.contacts.begin(), own.contacts.end());
       rehearsal.estimates.insert(own.estimates.begin(), own.estimates.end());

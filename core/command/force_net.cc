@@ -52,8 +52,9 @@ class PressWriter {
   /// Where the tool was sent, how deep it is, and where it began.
   void add_tool() {
     tool_ = writer_.port_of(commanded_tool_pose(cell_, command_.arm).node());
+    // Measured: a tool that is pressed to a side is not pressed there any more.
     net_.add("start", "SnapshotFrame", {{"trigger", true}});
-    net_.link(tool_, "start.input");
+    net_.link(writer_.port_of(tool_pose(cell_, command_.arm).node()), "start.input");
     net_.add("here", "FrameComponents");
     net_.link(tool_, "here.input");
     net_.add("there", "FrameComponents");
@@ -103,8 +104,8 @@ class PressWriter {
     ends("silent", add_latch("silent_latch", "silent.value"));
     if (command_.hold) {
       net_.add("held", "OnDelay", {{"delay", *command_.hold}});
-      net_.link("touched.value", "held.input");
-      ends("held", "held.value");
+      net_.link("control.contact", "held.input");
+      ends("held", add_latch("held_latch", "held.value"));
     }
     if (command_.drop) ends("found", add_drop());
     if (command_.path) {

@@ -13,7 +13,7 @@
 namespace takt::command {
 
 /// Moves along a direction until something is touched, then presses with a force, and follows a path across the
-/// direction if there is one. The orientation and, without a path, the place across are held.
+/// direction if there is one. The orientation and, without a path, the measured place across are held.
 struct PressCommand {
   std::string name, arm;
   std::string sensor;           ///< force/torque sensor on this arm
@@ -24,7 +24,7 @@ struct PressCommand {
   /// Planned path of the tool centre point in the base, begun with the touch; nullptr: none. What it does along the
   /// direction does not count.
   const motion::Motion* path = nullptr;
-  std::optional<double> hold;  ///< s after the touch; without a path
+  std::optional<double> hold;  ///< s of contact without a break; without a path
   std::optional<double> drop;  ///< m: it has found something when it sinks so much deeper than where it touched
   std::optional<Condition> until;
 };
@@ -32,7 +32,7 @@ struct PressCommand {
 /// Outputs of a net made by press_net(), read when it has ended: Booleans that say why; the first three may not be
 /// there.
 namespace press_ports {
-inline constexpr std::string_view kHeld = "held.value";             ///< with `hold`: pressed for so long
+inline constexpr std::string_view kHeld = "held_latch.value";       ///< with `hold`: pressed for so long
 inline constexpr std::string_view kFound = "found_latch.value";     ///< with `drop`
 inline constexpr std::string_view kUntil = "until_felt.value";      ///< with `until`: the condition held
 inline constexpr std::string_view kTouched = "touched.value";       ///< there was contact

@@ -83,7 +83,7 @@ TEST_F(InterruptionsTest, RowL6ACancelAtEveryTenthCycleEndsInOrder) {
 
 TEST_F(InterruptionsTest, RowP2APauseAtEveryTenthCycleStandsAndGoesOn) {
   const int whole = length();
-  constexpr int kPause = 300;
+  constexpr int kPause = 500;
   for (int at = 0; at < whole; at += kEvery) {
     SCOPED_TRACE(at);
     Case one;
