@@ -63,7 +63,7 @@ double next(double value) { return std::nextafter(value, 2 * value); }
 
 TEST(StateDump, RowD4TheFirstBitThatDiffersIsNamed) {
   const auto a = recorded(scenario_with(0.01), "bit_a.mcap");
-  const auto b = recorded(scenario_with(next(0.01)), "bit_b.mcap");
+  const auto b = recorded(scenario_with(0.01 + 1e-12), "bit_b.mcap");
   const auto comparison = record::compare_recordings(a, b);
   ASSERT_TRUE(comparison);
   ASSERT_TRUE(comparison->first_difference);
@@ -76,11 +76,11 @@ TEST(StateDump, RowD4TheFirstBitThatDiffersIsNamed) {
 
 TEST(StateDump, RowD4ABlockThatWasDisturbedIsNamedByTheRecording) {
   const auto a = recorded(scenario_with(0.01), "calm.mcap");
-  const auto b = recorded(scenario_with(0.01), "disturbed.mcap", {20, [](BuiltCell& built) {
-                                                                    mjData* data =
-                                                                        const_cast<mjData*>(built.world->data());
-                                                                    data->qpos[2] = next(data->qpos[2] + 1e-3);
-                                                                  }});
+  const auto b = recorded(scenario_with(0.01), "disturbed.mcap",
+                          {20, [](BuiltCell& built) {
+                             mjData* data = const_cast<mjData*>(built.world->physics_data());
+                             data->qpos[2] = next(data->qpos[2] + 1e-3);
+                           }});
   const auto comparison = record::compare_recordings(a, b);
   ASSERT_TRUE(comparison && comparison->first_difference);
   EXPECT_EQ(comparison->first_difference->cycle, 20u);
