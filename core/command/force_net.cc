@@ -86,7 +86,10 @@ class PressWriter {
               {"velocity_max", kMostVelocity * command_.approach},
               {"acceleration_max", kMostAcceleration}});
     net_.link("pressing.value", "control.force");
-    add_latch("touched", "control.contact");
+    // A silent sensor has not felt anything.
+    net_.add("contact_known", "DefaultToBoolean", {{"fallback", false}});
+    net_.link("control.contact", "contact_known.input");
+    add_latch("touched", "contact_known.value");
   }
 
   /// Everything that ends it, each remembered; together they are "over.value".
@@ -104,7 +107,7 @@ class PressWriter {
     ends("silent", add_latch("silent_latch", "silent.value"));
     if (command_.hold) {
       net_.add("held", "OnDelay", {{"delay", *command_.hold}});
-      net_.link("control.contact", "held.input");
+      net_.link("contact_known.value", "held.input");
       ends("held", add_latch("held_latch", "held.value"));
     }
     if (command_.drop) ends("found", add_drop());
