@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "record/compare_columns.h"
@@ -62,6 +63,25 @@ void compare_tables(const Table& a, const Table& b, Tolerance otherwise, bool us
   }
 }
 
+/// The events of one cycle.
+std::vector<RecordedEvent> blocks_of(const Recording& recording, std::uint64_t cycle) {
+  std::vector<RecordedEvent> found;
+  const auto events = recording.events(kBlockTopic);
+  if (!events) return found;
+  std::ranges::copy_if(*events, std::back_inserter(found), [cycle](const auto& event) { return event.cycle == cycle; });
+  return found;
+}
+
+/// The first block of a cycle that two recordings tell apart; empty: they do not say.
+std::string first_block(const Recording& a, const Recording& b, std::uint64_t cycle) {
+  const auto blocks_a = blocks_of(a, cycle), blocks_b = blocks_of(b, cycle);
+  for (std::size_t i = 0; i < std::min(blocks_a.size(), blocks_b.size()); ++i) {
+    if (blocks_a[i].name != blocks_b[i].name) return fmt::format("{} against {}", blocks_a[i].name, blocks_b[i].name);
+    if (blocks_a[i].text != blocks_b[i].text) return blocks_a[i].name;
+  }
+  return {};
+}
+
 void compare_digests(const Recording& a, const Recording& b, Comparison& comparison) {
   const auto da = a.digests(), db = b.digests();
   comparison.cycles_a = da.size();
@@ -70,9 +90,17 @@ void compare_digests(const Recording& a, const Recording& b, Comparison& compari
   for (std::size_t i = 0; i < std::min(da.size(), db.size()); ++i) {
     if (da[i].cycle == db[i].cycle && da[i].digest == db[i].digest) continue;
     comparison.first_difference = DigestDifference{da[i].cycle, da[i].time, da[i].digest, db[i].digest};
+    comparison.first_difference->block = first_block(a, b, da[i].cycle);
     break;
   }
   comparison.identical = comparison.digests_compared && !comparison.first_difference && da.size() == db.size();
+}
+
+/// Digests of blocks say where two runs differ, not whether they may.
+std::vector<std::string> judged_events(const Recording& recording) {
+  auto topics = recording.event_topics();
+  std::erase(topics, kBlockTopic);
+  return topics;
 }
 
 }  // namespace
@@ -100,7 +128,7 @@ Comparison compare(const Recording& a, const Recording& b, const CompareOptions&
 
   comparison.columns.push_back(
       compare_end(comparison.end_a, comparison.end_b, choose_tolerance(options.rules, "run", "end", Tolerance{})));
-  for (const std::string& topic : names_in_both(a.event_topics(), b.event_topics(), "events", comparison)) {
+  for (const std::string& topic : names_in_both(judged_events(a), judged_events(b), "events", comparison)) {
     const Tolerance tolerance = choose_tolerance(options.rules, topic, "events", Tolerance{});
     comparison.columns.push_back(compare_events(topic, *a.events(topic), *b.events(topic), tolerance));
   }

@@ -56,6 +56,8 @@ struct DigestDifference {
   std::uint64_t cycle = 0;
   Nanoseconds time = 0;
   std::uint64_t a = 0, b = 0;
+  std::string block = {};  ///< the first block that differs, if both recordings tell blocks apart
+  std::string bit = {};    ///< block, place and bit in words, if somebody ran both again
 };
 
 /// A value of one feature in both runs.

@@ -16,6 +16,10 @@
 
 namespace takt::record {
 
+/// Topic of the digests of single blocks, where a run recorded them: an event a block and cycle, its name and 16
+/// hexadecimal digits.
+inline constexpr std::string_view kBlockTopic = "/blocks";
+
 /// A channel as the file states it.
 struct ChannelInfo {
   std::uint16_t id = 0;

@@ -36,9 +36,12 @@ std::string digest_text(const Comparison& c) {
   if (!c.digests_compared) return "no digests to compare";
   if (c.identical) return fmt::format("digests equal over {} cycles", c.cycles_a);
   if (!c.first_difference) return fmt::format("digests differ; {} cycles against {}", c.cycles_a, c.cycles_b);
-  return fmt::format("digests equal before cycle {}, which differs at {:.6f} s: {:016x} against {:016x}",
-                     c.first_difference->cycle, to_seconds(c.first_difference->time), c.first_difference->a,
-                     c.first_difference->b);
+  const DigestDifference& first = *c.first_difference;
+  std::string text = fmt::format("digests equal before cycle {}, which differs at {:.6f} s: {:016x} against {:016x}",
+                                 first.cycle, to_seconds(first.time), first.a, first.b);
+  const std::string& where = first.bit.empty() ? first.block : first.bit;
+  if (!where.empty()) text += "; first in " + where;
+  return text;
 }
 
 std::string to_text(const Comparison& comparison, std::size_t most) {
@@ -109,7 +112,9 @@ nlohmann::ordered_json to_json(const Comparison& c) {
     json["first_difference"] = {{"cycle", c.first_difference->cycle},
                                 {"time_s", to_seconds(c.first_difference->time)},
                                 {"digest_a", fmt::format("{:016x}", c.first_difference->a)},
-                                {"digest_b", fmt::format("{:016x}", c.first_difference->b)}};
+                                {"digest_b", fmt::format("{:016x}", c.first_difference->b)},
+                                {"block", c.first_difference->block},
+                                {"bit", c.first_difference->bit}};
   }
   json["missing"] = c.missing;
   json["notes"] = c.notes;

@@ -9,6 +9,7 @@
 #include "core/kinematics/chain.h"
 #include "scenario/cell_models.h"
 #include "scenario/faults.h"
+#include "scenario/operator.h"
 #include "sim/from_model.h"
 #include "sim/nominal_payload.h"
 #include "sim/render_shapes.h"
@@ -253,6 +254,12 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
     if (!declared) return std::unexpected(std::move(declared.error()));
     built.cell.channels[channel.name] = *declared;
   }
+  const device::ChannelDescription speed{
+      .name = std::string(Operator::kOverride), .unit = "1", .initial = net::Real{1.0}};
+  const auto override_channel = built.core->declare(speed);
+  if (!override_channel) return std::unexpected(override_channel.error());
+  built.cell.channels[speed.name] = *override_channel;
+  built.cell.override_channel = speed.name;
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
   add_composed(description, built, findings);

@@ -244,6 +244,10 @@ Description read_document(const Json& document, Findings& findings) {
   (void)reader.object("nets", false);  // read by read_nets()
   read_faults(reader, description.faults);
   if (const Json* program = reader.object("program")) description.program = *program;
+  if (const Json* programs = reader.object("programs", false)) description.programs = *programs;
+  if (const Json* script = reader.array("operator", false)) {
+    description.operator_script = read_operator(*script, "/operator", findings);
+  }
   read_expectations(reader, description);
   reader.finish();
   check_names(description, findings);

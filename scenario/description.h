@@ -15,6 +15,7 @@
 #include "core/device/channel.h"
 #include "core/world/shape.h"
 #include "scenario/net_files.h"
+#include "scenario/operator.h"
 #include "scenario/site.h"
 
 namespace takt::scenario {
@@ -125,6 +126,8 @@ struct Description {
   std::vector<NetEntry> nets;
   nlohmann::ordered_json program;
   std::vector<FaultEntry> faults;  ///< in the order of their times
+  nlohmann::ordered_json programs = nlohmann::ordered_json::object();  ///< what the program may call, by name
+  std::vector<OperatorAction> operator_script;
   std::vector<ExpectationEntry> expectations;
   Site site;  ///< not of the file: where this run takes place
 };

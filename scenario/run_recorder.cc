@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
+#include "record/recording.h"
+
 namespace takt::scenario {
 namespace {
 
@@ -23,7 +25,8 @@ std::vector<std::string> position_names(const mjModel& model) {
 }  // namespace
 
 Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::path& path,
-                                                       const Description& description, const BuiltCell& built) {
+                                                       const Description& description, const BuiltCell& built,
+                                                       bool with_blocks) {
   record::RecorderOptions options;
   options.metadata = {{"scenario", description.file.filename().string()},
                       {"title", description.title},
@@ -32,11 +35,11 @@ Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::pa
   options.attachments.push_back({"scenario.json", "application/json", description.text});
   auto recorder = record::Recorder::open(path, std::move(options));
   if (!recorder) return std::unexpected(std::move(recorder.error()));
-  return std::unique_ptr<RunRecorder>(new RunRecorder(std::move(*recorder), built));
+  return std::unique_ptr<RunRecorder>(new RunRecorder(std::move(*recorder), built, with_blocks));
 }
 
-RunRecorder::RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built)
-    : recorder_(std::move(recorder)), built_(built) {
+RunRecorder::RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built, bool with_blocks)
+    : recorder_(std::move(recorder)), built_(built), with_blocks_(with_blocks) {
   add_channels();
 }
 
@@ -70,6 +73,7 @@ void RunRecorder::add_channels() {
   digest_ = recorder_->add_digest("/digest");
   state_ = recorder_->add_state("/state", position_names(model));
   events_ = recorder_->add_events("/program");
+  if (with_blocks_) blocks_ = recorder_->add_events(std::string(record::kBlockTopic));
 }
 
 void RunRecorder::add_signal_channel() {
@@ -98,6 +102,12 @@ void RunRecorder::write_devices() {
   recorder_->write(signals_, signal_row_);
 }
 
+void RunRecorder::write_blocks() {
+  for (const rcc::Digest::BlockValue& block : built_.core->digest().blocks()) {
+    recorder_->event(blocks_, "digest", built_.core->block_name(block.block), fmt::format("{:016x}", block.value));
+  }
+}
+
 void RunRecorder::add_cycle() {
   const std::int64_t cycle = built_.core->cycle() - 1;
   recorder_->begin_cycle(cycle * built_.core->period(), static_cast<std::uint64_t>(cycle));
@@ -121,6 +131,7 @@ void RunRecorder::add_cycle() {
     recorder_->write(channel.wrench, row);
   }
   write_devices();
+  if (with_blocks_) write_blocks();
   recorder_->digest(digest_, built_.core->digest().value().low);
   const mjData& data = *built_.world->data();
   recorder_->write(state_, {data.qpos, static_cast<std::size_t>(built_.world->model()->nq)});

@@ -14,11 +14,12 @@ namespace takt::scenario {
 /// What a run leaves in its recording: per arm measured joints, set points and frames; per sensor the raw wrench; the
 /// digest and the simulation's state of every cycle; what the program did.
 ///   /NAME/joint_states, /NAME/set_point, /tf, /NAME/wrench, /NAME/gripper, /signals, /digest, /state, /program
+/// With blocks, which the core has to keep: the digest of each block of each cycle too, in record::kBlockTopic.
 class RunRecorder {
  public:
   [[nodiscard]] static Result<std::unique_ptr<RunRecorder>> open(const std::filesystem::path& path,
-                                                                 const Description& description,
-                                                                 const BuiltCell& built);
+                                                                 const Description& description, const BuiltCell& built,
+                                                                 bool with_blocks = false);
 
   /// After each cycle. Realtime: cyclic.
   void add_cycle();
@@ -38,13 +39,15 @@ class RunRecorder {
     const command::MountedGripper* gripper;
     record::ChannelId samples;
   };
-  RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built);
+  RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built, bool with_blocks);
   void add_channels();
   void add_signal_channel();
   void write_devices();
+  void write_blocks();
 
   std::unique_ptr<record::Recorder> recorder_;
   const BuiltCell& built_;
+  bool with_blocks_;
   std::vector<ArmChannels> arms_;
   std::vector<SensorChannel> sensors_;
   std::vector<GripperChannel> grippers_;
@@ -53,7 +56,7 @@ class RunRecorder {
   std::vector<double> signal_row_;
   std::vector<int> bodies_;
   std::vector<Eigen::Isometry3d> poses_;
-  record::ChannelId transforms_, digest_, state_, events_;
+  record::ChannelId transforms_, digest_, state_, events_, blocks_;
 };
 
 }  // namespace takt::scenario

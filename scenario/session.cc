@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "scenario/faults.h"
+#include "scenario/operator.h"
 #include "scenario/run_film.h"
 #include "scenario/run_recorder.h"
 #include "sim/render_shapes.h"
@@ -55,7 +56,8 @@ void check_estimates(const Description& description, const std::set<std::string,
 /// Errors of form in the program of a cell that cannot be built.
 Findings program_findings(const Description& description, const device::ModelLibrary& models) {
   if (!description.program.is_object()) return {};
-  const auto program = activity::Program::parse(description.program, "/program", names_of_cell(description, models));
+  const auto program = activity::Program::parse(description.program, "/program", names_of_cell(description, models),
+                                                &description.programs);
   return program ? Findings{} : program.error();
 }
 
@@ -103,12 +105,13 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
     built.error().append(program_findings(description, models));
     return refuse(std::move(built.error()));
   }
-  auto program = activity::Program::parse(description.program, "/program", built->cell);
+  auto program = activity::Program::parse(description.program, "/program", built->cell, &description.programs);
   if (!program) return refuse(std::move(program.error()));
   auto expectations = make_expectations(description.expectations, *built, *program);
   activity::Rehearsed rehearsed = program->rehearse(built->cell, &built->core->environment());
   Findings& findings = rehearsed.findings;
   if (!expectations) findings.append(expectations.error());
+  findings.append(check_operator(description.operator_script, *built->core, *program));
   check_estimates(description, rehearsed.estimates, findings);
   const auto names = program->names();
   for (std::size_t i = 0; i < description.film.cuts.size(); ++i) {
@@ -145,6 +148,8 @@ class Session::Run {
                  [this](auto source, auto name, auto text) { note(source, name, text); }},
         runner_(session.program_, context_),
         faults_(session.description_.faults, session.built_),
+        operator_(session.description_.operator_script, *session.built_.core, runner_,
+                  [this](auto name, auto text) { note("operator", name, text); }),
         site_watch_(session.built_) {}
 
   RunReport execute() {
@@ -161,9 +166,14 @@ class Session::Run {
   }
 
  private:
+  /// Recording and film, and where the program begins.
   bool open_products() {
+    constexpr std::size_t kMostBlocks = 4096;
+    if (options_.keep_blocks || options_.record_blocks) session_.built_.core->digest().keep_blocks(kMostBlocks);
+    if (!options_.from.empty()) report_.findings.append(runner_.enter(options_.from));
     if (!options_.record.empty()) {
-      auto recorder = RunRecorder::open(options_.record, session_.description_, session_.built_);
+      auto recorder =
+          RunRecorder::open(options_.record, session_.description_, session_.built_, options_.record_blocks);
       if (recorder) {
         recorder_ = std::move(*recorder);
       } else {
@@ -186,6 +196,7 @@ class Session::Run {
     while (!stopped()) {
       {
         const Stopwatch watch(options_.measure_times, report_.timing.program);
+        operator_.before_cycle();
         if (runner_.advance() != activity::Progress::kRunning) break;
       }
       if (!step()) break;
@@ -222,7 +233,8 @@ class Session::Run {
     }
     site_watch_.watch();
     for (auto& expectation : session_.expectations_) expectation->watch(built);
-    return record_cycle();
+    if (!record_cycle()) return false;
+    return !options_.after_cycle || options_.after_cycle(built);
   }
 
   bool record_cycle() {
@@ -332,7 +344,7 @@ class Session::Run {
   bool judge() {
     Outcome outcome{session_.built_, variables_, steps_begun_, report_.sim_time, report_.digest, {}};
     const bool whole = !cancelled_ && !report_.findings.has_errors();
-    if (!session_.second_run_ && whole) outcome.run_again = [this] { return second_digest(); };
+    if (options_.repeat && !session_.second_run_ && whole) outcome.run_again = [this] { return second_digest(); };
     bool all = true;
     for (const auto& expectation : session_.expectations_) {
       report_.expectations.push_back(expectation->judge(outcome));
@@ -351,7 +363,10 @@ class Session::Run {
   }
 
   void note(std::string_view source, std::string_view name, std::string_view text) {
-    if (source == "program" && name == "begin") steps_begun_.emplace_back(text);
+    if (source == "program" && name == "begin") {
+      steps_begun_.emplace_back(text);
+      operator_.step_begun(text);
+    }
     if (recorder_) recorder_->add_event(source, name, text);
   }
 
@@ -361,6 +376,7 @@ class Session::Run {
   activity::Context context_;
   activity::ProgramRunner runner_;
   Faults faults_;
+  Operator operator_;
   SiteWatch site_watch_;
   std::unique_ptr<RunRecorder> recorder_;
   std::unique_ptr<RunFilm> film_;

@@ -27,6 +27,12 @@ struct RunOptions {
   bool realtime = false;  ///< at most as fast as the wall clock; what is late is counted, and not caught up
   /// Set from outside (signal handler): 1 = cancel gracefully, 2 = stop now.
   const std::atomic<int>* interrupt = nullptr;
+  std::string from;            ///< name of the step at which the program is entered; empty: its beginning
+  bool record_blocks = false;  ///< the recording gets the digest of each block too
+  bool repeat = true;          ///< the expectation "repeats" runs the scenario a second time
+  bool keep_blocks = false;    ///< the core keeps the digests of each cycle's blocks
+  /// Called after each cycle of core and world; false ends the run.
+  std::function<bool(BuiltCell& built)> after_cycle;
   /// Called about ten times a second of wall time: simulated time, planned duration, current step.
   std::function<void(double sim_time, double planned, const std::string& step)> progress;
 };

@@ -320,6 +320,36 @@ SimDevice* World::device(std::string_view name) { return impl_->find<SimDevice>(
 
 std::span<const std::byte> World::state_bytes() const { return std::as_bytes(std::span(impl_->words)); }
 
+std::string World::state_word_name(std::size_t word) const {
+  struct Part {
+    int part;
+    const char* name;
+  };
+  static constexpr Part kParts[] = {{mjSTATE_TIME, "time"},
+                                    {mjSTATE_QPOS, "position"},
+                                    {mjSTATE_QVEL, "velocity"},
+                                    {mjSTATE_QFRC_APPLIED, "applied force"},
+                                    {mjSTATE_WARMSTART, "acceleration of the solver's start"}};
+  std::size_t begin = 0;
+  for (const Part& part : kParts) {
+    const auto size = static_cast<std::size_t>(mj_stateSize(impl_->model.get(), part.part));
+    if (word < begin + size) {
+      const std::size_t i = word - begin;
+      return part.part == mjSTATE_QPOS ? "position of " + position_names()[i] : fmt::format("{} {}", part.name, i);
+    }
+    begin += size;
+  }
+  if (word == begin) return "time of the devices";
+  ++begin;
+  for (std::size_t device = 0; device < impl_->devices.size(); ++device) {
+    StateStream count(StateStream::Mode::kCount, {});
+    impl_->devices[device]->stream(count);
+    if (word < begin + count.position()) return fmt::format("device {}, value {}", device, word - begin);
+    begin += count.position();
+  }
+  return fmt::format("word {}", word);
+}
+
 Snapshot World::save() const {
   Snapshot snapshot(impl_->words.size());
   (void)impl_->stream(StateStream::Mode::kWrite, snapshot);

@@ -69,6 +69,9 @@ class World {
   /// Everything that the next step depends on, in a fixed order without gaps: for the digest. Valid until the next
   /// call of a function that is not const. Realtime: cyclic.
   [[nodiscard]] std::span<const std::byte> state_bytes() const;
+  /// What word number `word` (8 bytes) of them is, for people: "position of 'arm/a1'", "device 2, value 5". Realtime:
+  /// setup.
+  [[nodiscard]] std::string state_word_name(std::size_t word) const;
   /// Realtime: setup.
   [[nodiscard]] Snapshot save() const;
   /// Continues bit for bit as the world did that `snapshot` was saved from, if it is given the same set points.

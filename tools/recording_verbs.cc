@@ -11,6 +11,7 @@
 #include "record/golden.h"
 #include "scenario/replay.h"
 #include "scenario/session.h"
+#include "scenario/state_dump.h"
 #include "tools/cli.h"
 #include "tools/run_verb.h"
 
@@ -19,9 +20,23 @@ namespace {
 
 struct CompareArguments {
   std::string a, b, html;
+  bool quick = false;
 };
 
 bool is_golden(const std::string& file) { return file.ends_with(".json"); }
+
+/// Runs both again to say which bit differs first; if that cannot be, a note says why.
+void name_bit(const CompareArguments& arguments, const Common& common, record::Comparison& comparison) {
+  const auto a = record::Recording::open(arguments.a);
+  const auto b = record::Recording::open(arguments.b);
+  if (!a || !b) return;
+  const auto bit = scenario::find_bit(*a, *b, comparison.first_difference->cycle, common.library());
+  if (!bit) {
+    for (const Finding& finding : bit.error().list()) comparison.notes.push_back(to_string(finding));
+  } else if (*bit) {
+    comparison.first_difference->bit = scenario::to_string(**bit);
+  }
+}
 
 int compare(const CompareArguments& arguments, const Common& common) {
   if (is_golden(arguments.a)) {
@@ -29,9 +44,10 @@ int compare(const CompareArguments& arguments, const Common& common) {
     findings.add({Severity::kError, arguments.a, {}, "a golden stands first", "compare RECORDING GOLDEN"});
     return report(findings, common);
   }
-  const auto comparison = is_golden(arguments.b) ? record::verify(arguments.a, arguments.b)
-                                                 : record::compare_recordings(arguments.a, arguments.b);
+  auto comparison = is_golden(arguments.b) ? record::verify(arguments.a, arguments.b)
+                                           : record::compare_recordings(arguments.a, arguments.b);
   if (!comparison) return report(comparison.error(), common);
+  if (comparison->first_difference && !arguments.quick) name_bit(arguments, common, *comparison);
   if (!arguments.html.empty()) {
     const auto written = record::write_report(*comparison, arguments.html);
     if (!written) return report(written.error(), common);
@@ -114,6 +130,7 @@ std::pair<CLI::App*, Verb> add_compare(CLI::App& app, Common& common) {
   verb->add_option("A", arguments->a, "Recording (MCAP)")->required();
   verb->add_option("B", arguments->b, "Recording (MCAP) or golden (JSON)")->required();
   verb->add_option("--report", arguments->html, "Page with the curves")->type_name("OUT.html");
+  verb->add_flag("--quick", arguments->quick, "Do not run both again to name the first bit that differs");
   return {verb, [arguments, &common] { return compare(*arguments, common); }};
 }
 

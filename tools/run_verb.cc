@@ -21,9 +21,9 @@ std::atomic<int> interrupts = 0;
 void count_interrupt(int) { interrupts.fetch_add(1); }
 
 struct RunArguments {
-  std::string file, video, camera, size = "1280x720", record;
+  std::string file, video, camera, size = "1280x720", record, from;
   int fps = 25;
-  bool dry_run = false, realtime = false;
+  bool dry_run = false, realtime = false, record_blocks = false;
   std::uint64_t seed = 0;
   CLI::Option* seed_option = nullptr;
   std::vector<std::string> sets;
@@ -119,6 +119,8 @@ int run(const RunArguments& arguments, const Common& common) {
   options.fps = arguments.fps;
   options.record = arguments.record;
   options.realtime = arguments.realtime;
+  options.from = arguments.from;
+  options.record_blocks = arguments.record_blocks;
   options.interrupt = &catch_interrupts();
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) options.progress = show_progress;
@@ -251,6 +253,8 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& app, Common& common) {
   verb->add_option("--size", arguments->size, "Size of the film")->type_name("WxH")->capture_default_str();
   verb->add_option("--fps", arguments->fps, "Pictures per second of the film")->capture_default_str();
   verb->add_option("--record", arguments->record, "Recording of the run (MCAP)")->type_name("OUT.mcap");
+  verb->add_flag("--record-blocks", arguments->record_blocks, "Record the digest of each block, not of the whole only");
+  verb->add_option("--from", arguments->from, "Begin at the step of this name")->type_name("NAME");
   verb->add_option("--site", arguments->site, "Site file: back ends of the devices")->type_name("FILE");
   verb->add_option("--backend", arguments->backends, "Back end of one device (sim, slow), over the site file")
       ->type_name("NAME=KIND[:ADDR]");

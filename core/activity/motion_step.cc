@@ -30,6 +30,18 @@ rcc::LoadOptions load_options(const motion::Motion& motion, const MotionRequest&
   return options;
 }
 
+/// The condition of a guarded motion that others are blended into counts from when it is the one that is done.
+command::MotionCommand command_of(const std::vector<MotionRequest>& requests, const motion::Motion& motion,
+                                  const command::MountedArm& arm, const std::vector<double>& handed_over) {
+  const MotionRequest& last = requests.back();
+  return {.name = requests.front().name,
+          .arm = last.arm,
+          .motion = &motion,
+          .X_FM = arm.X_FT,
+          .until = last.until,
+          .until_from = last.until && !handed_over.empty() ? handed_over.back() : 0.0};
+}
+
 /// Plans when it begins, loads and starts the net, and takes note of a touch when the net has ended. Several motions
 /// are one net: they are blended into each other.
 class MotionRun final : public StepRun {
@@ -67,7 +79,7 @@ class MotionRun final : public StepRun {
     }
     handed_over_ = std::move(plan->handed_over);
     const motion::Motion& motion = plan->motion;
-    const command::MotionCommand command{requests_.front().name, request_.arm, &motion, arm.X_FT, request_.until};
+    const command::MotionCommand command = command_of(requests_, motion, arm, handed_over_);
     const rcc::LoadOptions options = load_options(motion, request_, context.core.period());
     return net_.begin(context, command::motion_net(command, context.cell, context.variables.biases), options, findings);
   }
@@ -121,7 +133,7 @@ class MotionStep final : public Step {
     auto* motion = dynamic_cast<MotionStep*>(&next);
     if (!motion || requests_.back().blend.kind == motion::Blend::Kind::kNone) return false;
     const MotionRequest& follower = motion->requests_.front();
-    if (follower.until || follower.arm != requests_.front().arm) return false;
+    if (follower.arm != requests_.front().arm) return false;
     requests_.insert(requests_.end(), std::make_move_iterator(motion->requests_.begin()),
                      std::make_move_iterator(motion->requests_.end()));
     return true;
@@ -139,13 +151,13 @@ class MotionStep final : public Step {
     findings.append(plan->notes);
     if (last.blend.kind != motion::Blend::Kind::kNone) {
       findings.note(last.pointer, "there is no motion to blend into: the arm stops at the goal",
-                    "a motion of the same arm as the next step, not a guarded one");
+                    "a motion of the same arm as the next step");
     }
     const motion::Motion& motion = plan->motion;
     q = motion.q_goal;
     rehearsal.duration += motion.duration();
     const command::MountedArm& arm = rehearsal.cell.arms.find(last.arm)->second;
-    const command::MotionCommand command{last.name, last.arm, &motion, arm.X_FT, last.until};
+    const command::MotionCommand command = command_of(requests_, motion, arm, plan->handed_over);
     rehearse_net(command::motion_net(command, rehearsal.cell, {}), rehearsal, pointer, findings);
   }
 

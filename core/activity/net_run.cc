@@ -4,12 +4,24 @@
 
 namespace takt::activity {
 
+namespace {
+
+/// Names of the devices that a net drives; wholes count by their parts.
+void note_claims(const net::CompiledNet& net, const Rehearsal& rehearsal) {
+  if (!rehearsal.claimed) return;
+  for (const net::Resource* claim : net.claims()) {
+    if (const auto* device = dynamic_cast<const device::Device*>(claim)) rehearsal.claimed->insert(device->name());
+  }
+}
+
+}  // namespace
+
 void rehearse_net(const net::NetDescription& description, const Rehearsal& rehearsal, const std::string& pointer,
                   Findings& findings) {
   if (rehearsal.nets) rehearsal.nets->push_back({rehearsal.step, pointer, description});
   if (!rehearsal.devices) return;
   const auto net = net::CompiledNet::compile(description, *rehearsal.devices);
-  if (net) return;
+  if (net) return note_claims(**net, rehearsal);
   for (const Finding& finding : net.error().list()) {
     findings.error(pointer, fmt::format("in the net of this step, {}: {}", finding.pointer, finding.message),
                    finding.hint);

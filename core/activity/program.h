@@ -9,20 +9,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/activity/step.h"
+#include "core/activity/node.h"
 
 namespace takt::activity {
-
-/// A node of a program tree: a step, or a sequence of nodes that may be repeated.
-struct Node {
-  std::string name;            ///< for people; "lin" and the like where the file gives none
-  std::string pointer;         ///< JSON pointer in the file
-  std::unique_ptr<Step> step;  ///< null for a sequence
-  std::vector<Node> children;
-  /// Names of the steps that `step` has absorbed: they run as one with it.
-  std::vector<std::string> absorbed;
-  std::int64_t times = 1;  ///< how often a sequence runs; 0 if there is no step in it
-};
 
 /// What a rehearsal found out.
 struct Rehearsed {
@@ -31,32 +20,37 @@ struct Rehearsed {
   std::set<std::string, std::less<>> estimates;  ///< names of the poses that the program fits
 };
 
-/// A program tree, checked for form. Immutable.
+/// A program tree, checked for form and types. Immutable (docs/programs.md).
 class Program {
  public:
-  /// {"do": "sequence", "steps": [...]}: all findings at once. Pointers start with `pointer`. Realtime: setup.
+  /// Any step, usually {"do": "sequence", "steps": [...]}: all findings at once. Pointers start with `pointer`.
+  /// @param programs  what "call" may call: name to program, with pointers below "/programs"; may be null.
+  /// Realtime: setup.
   [[nodiscard]] static Result<Program> parse(const nlohmann::ordered_json& json, const std::string& pointer,
-                                             const command::Cell& cell);
+                                             const command::Cell& cell,
+                                             const nlohmann::ordered_json* programs = nullptr);
 
-  /// Plays the whole tree on nominal values: unreachable goals, limits, names that nothing defines. A guarded motion
-  /// is taken to its end.
+  /// Plays the whole tree on nominal values: unreachable goals, limits, names that nothing defines, devices that two
+  /// branches drive. A guarded motion is taken to its end; of a branch all ways are played.
   /// @param devices  with them every net that the run will load is verified too; may be null. Realtime: setup.
   /// @param nets  gets the nets of all steps, in the order in which they were played; may be null
   [[nodiscard]] Rehearsed rehearse(const command::Cell& cell, net::Environment* devices = nullptr,
                                    std::vector<RehearsedNet>* nets = nullptr) const;
 
-  [[nodiscard]] const Node& root() const { return root_; }
-  /// Number of steps that one run executes, repetitions counted; 10^12 stands for all that is more.
-  [[nodiscard]] std::int64_t step_count() const;
-  /// Names of all nodes, in the order of the file.
+  [[nodiscard]] const Node& root() const { return *root_; }
+  /// Number of steps that one run executes, repetitions counted as far as they are known; 10^12 stands for all that is
+  /// more.
+  [[nodiscard]] std::int64_t step_count() const { return root_ ? root_->count() : 0; }
+  /// Names of all nodes, in the order of the file; those of called programs after them.
   [[nodiscard]] std::vector<std::string> names() const;
 
  private:
-  Node root_;
+  std::unique_ptr<Node> root_;
+  std::vector<std::shared_ptr<const SubProgram>> programs_;
 };
 
-/// Runs a program: advance() between cycles until it is done. All its state is the stack of positions in the tree and
-/// the run of the current step (row D3). Thread: the one that steps the core (lock-step).
+/// Runs a program: advance() between cycles until it is done. All its state can be taken as data and put back (row D3).
+/// Thread: the one that steps the core (lock-step).
 class ProgramRunner {
  public:
   /// `program` and `context` must outlive the runner.
@@ -65,36 +59,43 @@ class ProgramRunner {
   /// Runs until it has to wait for the next cycle. A program that makes more than 10 000 steps without waiting is
   /// stopped with a finding (row D1). @return where it is.
   Progress advance();
-  /// Graceful end: the current step is cancelled, nothing follows.
+  /// Graceful end: the steps that run are cancelled, nothing follows, not even a "finally".
   void cancel();
+
+  /// No step begins while it is held; those that run go on.
+  void hold(bool held) { execution_.held = held; }
+  /// Single-step: a step begins only by step().
+  void set_single_step(bool single) { execution_.single = single; }
+  /// Lets one step begin.
+  void step() { ++execution_.permits; }
+
+  /// Where it is and what it knows, as data: positions in the tree, variables, measurements, frames. Exact between two
+  /// steps; a step that runs is begun anew by restore().
+  [[nodiscard]] nlohmann::ordered_json snapshot() const;
+  /// Puts a snapshot into a runner that has not begun. Findings: it is none of this program.
+  [[nodiscard]] Findings restore(const nlohmann::ordered_json& snapshot);
+  /// Begins at the first node of this name, in the first round of what repeats it; what stands before is left out.
+  /// Findings: there is none, or it lies where nothing can be entered (a parallel, a called program).
+  [[nodiscard]] Findings enter(std::string_view name);
 
   [[nodiscard]] Progress progress() const { return progress_; }
   /// Why it failed.
   [[nodiscard]] const Findings& findings() const { return findings_; }
-  /// Name of the current step; empty before the first and after the last.
+  /// Names of the steps that run, joined by " + "; empty before the first and after the last.
   [[nodiscard]] const std::string& current() const { return current_; }
-  [[nodiscard]] std::int64_t steps_done() const { return steps_done_; }
+  [[nodiscard]] std::int64_t steps_done() const { return execution_.steps_done; }
 
  private:
-  struct Position {
-    const Node* node;
-    std::size_t child = 0;
-    std::int64_t round = 0;
-  };
-
-  bool enter_next();
-  void follow_part();
+  [[nodiscard]] Findings put_back(const nlohmann::ordered_json& state);
+  void tell_current();
 
   const Program& program_;
-  Context& context_;
-  std::vector<Position> stack_;
-  const Node* leaf_ = nullptr;
-  std::unique_ptr<StepRun> run_;
+  Execution execution_;
+  Scope scope_;
+  std::unique_ptr<NodeRun> run_;
   Progress progress_ = Progress::kRunning;
-  bool cancelled_ = false;
+  std::vector<std::string> told_;
   std::string current_;
-  std::size_t part_ = 0;  ///< of a leaf with absorbed steps
-  std::int64_t steps_done_ = 0;
   Findings findings_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -73,6 +74,9 @@ struct Rehearsal {
   std::set<std::string, std::less<>> estimates;                   ///< poses that have been fitted
   std::map<std::string, CarriedPart, std::less<>> carried;        ///< by gripper
   double duration = 0.0;                                          ///< s, of all planned motions and waits
+  std::int64_t most_rounds = 2;                                   ///< of sequences that do the same each time
+  std::int64_t effort = 0;                                        ///< nodes that were played
+  std::set<std::string, std::less<>>* claimed = nullptr;          ///< gets the devices that nets drive; null: nobody
   net::Environment* devices = nullptr;                            ///< nets are verified with them; null: they are not
   std::string step;                                               ///< name of the step that is played
   std::vector<RehearsedNet>* nets = nullptr;                      ///< who wants to see the nets; null: nobody

@@ -1,4 +1,5 @@
 #include "core/activity/control_mode_step.h"
+#include "core/activity/force_step.h"
 #include "core/activity/grip_step.h"
 #include "core/activity/measure_step.h"
 #include "core/activity/motion_step.h"
@@ -28,6 +29,10 @@ const std::vector<StepKind>& step_kinds() {
        "blend_fraction, until, on_end.",
        parse_lin},
       {"net", "Runs a net of the cell to its end. Keys: net, cancel_after_s, within_s.", parse_net_step},
+      {"press",
+       "Touches along a direction and presses with a force. Keys: arm, sensor, direction, in, force_N, approach_m_s, "
+       "travel_m, seconds, until.",
+       parse_press},
       {"ptp",
        "Moves all joints together to a goal. Keys: arm, to, speed, acceleration, blend_m, blend_fraction, until, "
        "on_end.",
@@ -35,6 +40,10 @@ const std::vector<StepKind>& step_kinds() {
       {"record_contact", "Keeps the touch that the last guarded motion ended with. Keys: arm, as.",
        parse_record_contact},
       {"release", "Opens a gripper. Keys: gripper, width_m, speed_m_s, force_N.", parse_release},
+      {"search",
+       "Presses and follows a pattern until something is found. Keys: as of press, pattern, radius_m, pitch_m, "
+       "velocity_m_s, drop_m, on_end.",
+       parse_search},
       {"set", "Brings a digital or an analog output to a value, which stays. Keys: output, value.", parse_set},
       {"spline",
        "Moves smoothly through points. Keys: arm, through, speed, acceleration, velocity_m_s, blend_m, blend_fraction, "

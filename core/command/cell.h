@@ -59,7 +59,8 @@ struct Cell {
   std::map<std::string, device::AnalogOutput*, std::less<>> analog_outputs;
   std::map<std::string, device::Channel*, std::less<>> channels;                        ///< owned by the control core
   std::map<std::string, std::shared_ptr<const net::NetDescription>, std::less<>> nets;  ///< written by hand
-  Eigen::Vector3d gravity_W{0.0, 0.0, -9.81};                                           ///< m/s^2
+  std::string override_channel;                ///< scales the rate of all planned motions, 0 to 1; empty: none
+  Eigen::Vector3d gravity_W{0.0, 0.0, -9.81};  ///< m/s^2
 };
 
 /// Constant offsets of sensors as found by taring: sensor name to wrench in its measuring frame.

@@ -63,7 +63,6 @@ class PlannedModel final : public ActionModel {
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel&) const override {
     const motion::Motion& motion = *motion_.motion;
     fragment.add("target_rate", "SelectReal", {{"if_true", 0.0}});
-    if (!motion_.clock.speed) fragment.set_parameter("target_rate", "if_false", 1.0);
     fragment.feed(fragment.cancel(), "target_rate.condition");
     fragment.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
     add_hand_over(fragment);
@@ -144,7 +143,11 @@ class PlannedModel final : public ActionModel {
 
   void add_inputs(FragmentWriter& fragment) const {
     std::string rate = "target_rate.value";
-    if (motion_.clock.speed) fragment.feed(motion_.clock.speed->node(), "target_rate.if_false");
+    if (motion_.clock.speed) {
+      fragment.feed(motion_.clock.speed->node(), "target_rate.if_false");
+    } else {
+      fragment.set_parameter("target_rate", "if_false", 1.0);
+    }
     if (motion_.clock.pause) {
       fragment.add("paused", "DefaultToBoolean", {{"fallback", true}});
       fragment.feed(motion_.clock.pause->node(), "paused.input");

@@ -21,6 +21,7 @@ struct MotionCommand {
   const motion::Motion* motion = nullptr;                  ///< planned from the arm's set point
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();  ///< LIN: the frame that moves on the line, in the flange
   std::optional<Condition> until;
+  double until_from = 0.0;  ///< s of path time from which the condition counts: motions before may be blended into it
 };
 
 /// Output ports of a net made by motion_net(); all but the last one only with a condition, read when the net has ended.
@@ -36,7 +37,8 @@ inline constexpr std::string_view kPathTime = "motion/clock.time";
 }  // namespace motion_ports
 
 /// The net of a motion: path clock, time law, path, inverse kinematics where the path is Cartesian, arm. A request to
-/// cancel and the condition set the clock's target rate to zero in the cycle in which they hold.
+/// cancel and the condition set the clock's target rate to zero in the cycle in which they hold; else it is what the
+/// cell's override channel says (nothing there: a pause), or 1 without one.
 /// @param command  names an arm, and sensors, that the cell has
 /// @param biases   of the sensors in the condition; a sensor that was never tared has none. Realtime: setup.
 [[nodiscard]] net::NetDescription motion_net(const MotionCommand& command, const Cell& cell, const Biases& biases);

@@ -26,8 +26,10 @@ ValueType type_named(const std::string& name) {
   return ValueType::kReal;  // reported
 }
 
-std::optional<ChannelValue> value_from(const Json& json, ValueType type, const std::string& pointer,
-                                       Findings& findings) {
+}  // namespace
+
+std::optional<ChannelValue> channel_value_from_json(const Json& json, ValueType type, const std::string& pointer,
+                                                    Findings& findings) {
   return net::visit_type(type, [&]<class T>(std::type_identity<T>) -> std::optional<ChannelValue> {
     T value = net::null_payload<T>();
     const Findings found = net::value_from_json(json, value);
@@ -36,8 +38,6 @@ std::optional<ChannelValue> value_from(const Json& json, ValueType type, const s
     return ChannelValue(value);
   });
 }
-
-}  // namespace
 
 ChannelDescription channel_from_json(const std::string& name, const Json& json, const std::string& pointer,
                                      Findings& findings) {
@@ -52,7 +52,7 @@ ChannelDescription channel_from_json(const std::string& name, const Json& json, 
   channel.timeout = static_cast<Nanoseconds>(reader.number("timeout_s", 0.0, {.low = 0.0, .high = 3600.0}) * 1e9 + 0.5);
   const Json* initial = reader.child("initial");
   if (initial != nullptr && !initial->is_null())
-    channel.initial = value_from(*initial, channel.type, reader.at("initial"), found);
+    channel.initial = channel_value_from_json(*initial, channel.type, reader.at("initial"), found);
   reader.finish();
   const auto made = Channel::make(channel);
   if (!made && !found.has_errors()) found.append(made.error(), pointer);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include <nlohmann/json_fwd.hpp>
@@ -15,5 +16,10 @@ namespace takt::device {
 /// in front; there is a fallback in its place. Realtime: setup.
 [[nodiscard]] ChannelDescription channel_from_json(const std::string& name, const nlohmann::ordered_json& json,
                                                    const std::string& pointer, Findings& findings);
+
+/// A value as a file has it. @return nothing, with findings, if it is not of this type. Realtime: setup.
+[[nodiscard]] std::optional<ChannelValue> channel_value_from_json(const nlohmann::ordered_json& json,
+                                                                  net::ValueType type, const std::string& pointer,
+                                                                  Findings& findings);
 
 }  // namespace takt::device

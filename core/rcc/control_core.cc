@@ -570,11 +570,14 @@ Nanoseconds ControlCore::time() const { return cycle() * impl_->options.period; 
 Nanoseconds ControlCore::period() const { return impl_->options.period; }
 std::span<const Event> ControlCore::events() const { return impl_->events.view(); }
 Digest& ControlCore::digest() { return impl_->digest; }
+const device::Device* ControlCore::device_of_block(std::uint64_t block) const {
+  const bool one_of_devices = block >= kFirstDevice && block - kFirstDevice < impl_->in_order.size();
+  return one_of_devices ? impl_->in_order[block - kFirstDevice] : nullptr;
+}
+
 std::string ControlCore::block_name(std::uint64_t block) const {
   if (block == 0) return "number of the cycle";
-  const std::uint64_t device = block - kFirstDevice;
-  if (block >= kFirstDevice && device < impl_->in_order.size())
-    return fmt::format("device '{}'", impl_->in_order[device]->name());
+  if (const device::Device* device = device_of_block(block)) return fmt::format("device '{}'", device->name());
   if (const std::string* added = impl_->digest.name_of(block)) return *added;
   const NetEntry* entry = block <= UINT32_MAX ? impl_->nets.find(static_cast<NetId>(block)) : nullptr;
   if (entry != nullptr && entry->net != nullptr) return fmt::format("net {} '{}'", block, entry->net->name());

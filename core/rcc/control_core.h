@@ -172,6 +172,8 @@ class ControlCore {
   [[nodiscard]] Digest& digest();
   /// What a block of the digest is, for people: "net 3 'tare'", "device 'arm'". Realtime: setup.
   [[nodiscard]] std::string block_name(std::uint64_t block) const;
+  /// The device that a block of the digest belongs to; nullptr: it is none of a device. Realtime: setup.
+  [[nodiscard]] const device::Device* device_of_block(std::uint64_t block) const;
   [[nodiscard]] const Statistics& statistics() const;
 
   // -- For the watchdog. Any thread. ---------------------------------------------------------------------------------

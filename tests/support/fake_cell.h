@@ -40,6 +40,9 @@ class FakeCell {
     sensor = std::make_shared<FakeForceTorqueSensor>();
     core.add(std::make_unique<device::ForceTorqueSensor>(
         "wrist", std::make_shared<const device::ForceTorqueDescription>(), sensor));
+    speed = *core.declare({.name = "speed", .unit = "1", .initial = net::Real{1.0}});
+    cell.channels["speed"] = speed;
+    cell.override_channel = "speed";
     describe();
     if (more) more();
     feel();
@@ -78,6 +81,7 @@ class FakeCell {
   std::shared_ptr<FakeArm> backend;
   std::shared_ptr<FakeForceTorqueSensor> sensor;
   rcc::ControlCore core{{}};
+  device::Channel* speed = nullptr;  ///< override of all planned motions, 0 to 1
   command::Cell cell;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();       ///< arm's base in the world
   Eigen::Isometry3d X_WO_true = Eigen::Isometry3d::Identity();  ///< where the block is

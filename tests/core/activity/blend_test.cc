@@ -87,7 +87,7 @@ TEST_F(BlendTest, WithoutBlendsTheSameTourStopsAndTakesLonger) {
   EXPECT_LT(cycles, 0.9 * stopped);
 }
 
-TEST_F(BlendTest, OtherStepsAndGuardedMotionsEndABlendedSequence) {
+TEST_F(BlendTest, OtherStepsEndABlendedSequence) {
   const std::string up = R"({"do": "lin", "name": "up", "to": {"by_m": [0, 0, 0.05]}, "blend_m": 0.02})";
   const std::string side = R"({"do": "lin", "name": "side", "to": {"by_m": [0.05, 0, 0]}, "blend_m": 0.02})";
   const std::string guarded = R"({"do": "lin", "to": {"by_m": [0, 0, 0.02]}, "on_end": "continue",
@@ -100,8 +100,31 @@ TEST_F(BlendTest, OtherStepsAndGuardedMotionsEndABlendedSequence) {
   };
   EXPECT_THAT(notes(up + "," + side), ElementsAre("/program/steps/1")) << "the last one has nothing to blend into";
   EXPECT_THAT(notes(up + "," + wait + "," + side), ElementsAre("/program/steps/0", "/program/steps/2"));
-  EXPECT_THAT(notes(up + "," + guarded), ElementsAre("/program/steps/0"));
+  const std::string far = R"({"do": "lin", "to": {"by_m": [0.05, 0, 0]}, "until": {"sensor": "wrist", "above_N": 50}})";
+  EXPECT_THAT(notes(up + "," + far), ElementsAre()) << "a guarded motion can be blended into";
   EXPECT_EQ(run(sequence(up + "," + side + "," + guarded + "," + up)), Progress::kDone) << findings.to_string();
+  EXPECT_LE(fake.worst_limit_share(), 1.0);
+}
+
+TEST_F(BlendTest, AGuardedMotionIsBlendedIntoAndFeelsOnlyItsOwnWay) {
+  const std::string program = sequence(R"(
+      {"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 0.08]}},
+      {"do": "lin", "name": "over", "to": {"by_m": [0.03, 0, 0], "in": "block"}, "blend_m": 0.01, "velocity_m_s": 0.1},
+      {"do": "lin", "name": "down", "to": {"by_m": [0, 0, -0.08], "in": "block"}, "velocity_m_s": 0.02,
+       "until": {"sensor": "wrist", "above_N": 8}}, {"do": "record_contact", "as": "top"})");
+  // Pushed while it is on its way there: that is not the touch that is looked for.
+  EXPECT_EQ(run(good(program),
+                [this](int, activity::ProgramRunner&) {
+                  const Eigen::Vector3d p_O = fake.X_WO_true.inverse() * fake.tool_in_world(fake.q()).translation();
+                  const bool on_the_way = p_O.x() > 0.002 && p_O.x() < 0.02;
+                  fake.extra.force = on_the_way ? Eigen::Vector3d(0, 0, 60) : Eigen::Vector3d::Zero();
+                }),
+            Progress::kDone)
+      << findings.to_string();
+  EXPECT_EQ(steps_done, 4);
+  const Eigen::Vector3d p_O = fake.X_WO_true.inverse() * variables.contacts.at("top").p_R;
+  EXPECT_NEAR(p_O.x(), 0.03, 1e-6);
+  EXPECT_NEAR(p_O.z(), 0.025 + 0.005, 1e-4) << "half the block and the ball";
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
 

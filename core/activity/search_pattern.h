@@ -1,0 +1,19 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace takt::activity {
+
+/// Points of a search in a plane, m from where it begins; the first is not the beginning itself.
+enum class SearchPattern { kSpiral, kZigzag };
+
+/// Rows or turns lie `pitch` apart; the pattern ends `radius` from the middle (zigzag: fills a square of twice that).
+/// At most kMostSearchPoints. Realtime: setup.
+[[nodiscard]] std::vector<Eigen::Vector2d> search_points(SearchPattern pattern, double radius, double pitch);
+inline constexpr std::size_t kMostSearchPoints = 199;
+/// How many there would be.
+[[nodiscard]] std::size_t search_size(SearchPattern pattern, double radius, double pitch);
+
+}  // namespace takt::activity

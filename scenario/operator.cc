@@ -1,0 +1,188 @@
+#include "scenario/operator.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/object_reader.h"
+#include "core/device/channel_file.h"
+
+namespace takt::scenario {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Kind = OperatorAction::Kind;
+
+struct KindName {
+  Kind kind;
+  const char* name;
+};
+
+constexpr std::array<KindName, 6> kKinds{{{Kind::kPause, "pause"},
+                                          {Kind::kResume, "resume"},
+                                          {Kind::kOverride, "override"},
+                                          {Kind::kCancel, "cancel"},
+                                          {Kind::kAbort, "abort"},
+                                          {Kind::kWrite, "write"}}};
+
+Kind read_kind(ObjectReader& reader) {
+  std::vector<std::string> names;
+  for (const KindName& entry : kKinds) names.emplace_back(entry.name);
+  const std::string name = reader.choice("do", names);
+  const auto found = std::ranges::find(kKinds, name, [](const KindName& entry) { return std::string(entry.name); });
+  return found == kKinds.end() ? Kind::kPause : found->kind;
+}
+
+OperatorAction read_action(const Json& json, const std::string& pointer, Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  OperatorAction action;
+  action.pointer = pointer;
+  action.kind = read_kind(reader);
+  constexpr Range kTime{.low = 0.0, .high = 3600.0};
+  if (reader.has("at_step")) {
+    action.step = reader.text("at_step");
+    if (action.step.empty()) findings.error(reader.at("at_step"), "an empty name", "the name of a step");
+    action.after_s = reader.number("after_s", 0.0, kTime);
+  } else {
+    action.after_s = reader.number("at_s", {}, kTime);
+  }
+  if (action.kind == Kind::kOverride) action.override_ = reader.number("value", {}, {.low = 0.0, .high = 1.0});
+  if (action.kind == Kind::kWrite) {
+    action.channel = reader.text("channel");
+    if (const Json* value = reader.child("value")) {
+      action.value = value->dump();
+    } else {
+      findings.error(pointer, "key 'value' is missing", "what is written, or null");
+    }
+  }
+  reader.finish();
+  return action;
+}
+
+}  // namespace
+
+std::vector<OperatorAction> read_operator(const Json& list, const std::string& pointer, Findings& findings) {
+  std::vector<OperatorAction> actions;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    actions.push_back(read_action(list[i], pointer + pointer_segment(i), findings));
+  }
+  return actions;
+}
+
+Findings check_operator(const std::vector<OperatorAction>& actions, rcc::ControlCore& core,
+                        const activity::Program& program) {
+  Findings findings;
+  const auto names = program.names();
+  for (const OperatorAction& action : actions) {
+    if (!action.step.empty() && std::ranges::find(names, action.step) == names.end()) {
+      findings.error(action.pointer + "/at_step", fmt::format("there is no step '{}'", action.step),
+                     nearest_choice(action.step, names));
+    }
+    if (action.kind != Kind::kWrite) continue;
+    const device::Channel* channel = core.find_channel(action.channel);
+    if (!channel) {
+      findings.error(action.pointer + "/channel", fmt::format("there is no channel '{}'", action.channel),
+                     "one of 'channels'");
+    } else if (channel->description().writer != device::ChannelDescription::Writer::kOutside) {
+      findings.error(action.pointer + "/channel", fmt::format("'{}' is written by nets", action.channel),
+                     "\"writer\": \"outside\"");
+    } else if (const Json value = Json::parse(action.value); !value.is_null()) {
+      (void)device::channel_value_from_json(value, channel->description().type, action.pointer + "/value", findings);
+    }
+  }
+  return findings;
+}
+
+Operator::Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core, activity::ProgramRunner& runner,
+                   Note note)
+    : core_(core), runner_(runner), note_(std::move(note)) {
+  for (const OperatorAction& action : script) {
+    due_.push_back({&action, action.step.empty() ? cycles(action.after_s) : -1});
+  }
+}
+
+std::int64_t Operator::cycles(double seconds) const {
+  return static_cast<std::int64_t>(std::llround(seconds / to_seconds(core_.period())));
+}
+
+void Operator::before_cycle() {
+  const std::int64_t now = core_.cycle();
+  // What is due in one cycle is done in the order of the file.
+  for (Due& due : due_) {
+    if (due.cycle < 0 || due.cycle > now || due.action == nullptr) continue;
+    act(*std::exchange(due.action, nullptr));
+  }
+}
+
+void Operator::step_begun(std::string_view step) {
+  for (Due& due : due_) {
+    if (due.action == nullptr || due.cycle >= 0 || due.action->step != step) continue;
+    due.cycle = core_.cycle() + cycles(due.action->after_s);
+  }
+}
+
+void Operator::act(const OperatorAction& action) {
+  switch (action.kind) {
+    case Kind::kPause:
+      return pause();
+    case Kind::kResume:
+      return resume();
+    case Kind::kOverride:
+      return set_override(action.override_);
+    case Kind::kCancel:
+      return cancel();
+    case Kind::kAbort:
+      return abort();
+    case Kind::kWrite:
+      return write(action);
+  }
+}
+
+void Operator::pause() {
+  paused_ = true;
+  runner_.hold(true);
+  send();
+  note_("pause", "");
+}
+
+void Operator::resume() {
+  paused_ = false;
+  runner_.hold(false);
+  send();
+  note_("resume", "");
+}
+
+void Operator::set_override(double share) {
+  override_ = std::clamp(share, 0.0, 1.0);
+  send();
+  note_("override", fmt::format("{:g}", override_));
+}
+
+void Operator::send() {
+  if (device::Channel* channel = core_.find_channel(kOverride)) (void)channel->write(paused_ ? 0.0 : override_);
+}
+
+void Operator::cancel() {
+  cancelled_ = true;
+  runner_.hold(false);
+  runner_.cancel();
+  note_("cancel", "");
+}
+
+void Operator::abort() {
+  core_.stop_all(net::Cause::Code::kAborted, "the operator stopped everything");
+  note_("abort", "");
+}
+
+void Operator::write(const OperatorAction& action) {
+  device::Channel* channel = core_.find_channel(action.channel);
+  Findings none;
+  const auto value = device::channel_value_from_json(Json::parse(action.value), channel->description().type, {}, none);
+  (void)(value ? channel->write(*value) : channel->write_null());
+  note_("write", fmt::format("{} = {}", action.channel, action.value));
+}
+
+}  // namespace takt::scenario

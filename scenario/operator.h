@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/activity/program.h"
+#include "core/base/findings.h"
+#include "core/rcc/control_core.h"
+
+namespace takt::scenario {
+
+/// What an operator does at a time that the scenario names ("operator", docs/scenarios.md).
+struct OperatorAction {
+  enum class Kind { kPause, kResume, kOverride, kCancel, kAbort, kWrite };
+  Kind kind = Kind::kPause;
+  std::string pointer;
+  std::string step;        ///< the time counts from the first begin of a step of this name; empty: from the start
+  double after_s = 0.0;    ///< s
+  double override_ = 1.0;  ///< share of the planned speed, 0 to 1
+  std::string channel;     ///< of kWrite
+  std::string value;       ///< of kWrite, as JSON text
+};
+
+/// Reads "operator": a list of {"at_s" or "at_step" with "after_s", "do", ...}. All findings at once.
+[[nodiscard]] std::vector<OperatorAction> read_operator(const nlohmann::ordered_json& list, const std::string& pointer,
+                                                        Findings& findings);
+
+/// Channels that are not there or carry another type; steps that the program does not have.
+[[nodiscard]] Findings check_operator(const std::vector<OperatorAction>& actions, rcc::ControlCore& core,
+                                      const activity::Program& program);
+
+/// Acts on a running program: pause and resume, speed override, cancel, abort, values for channels. Whoever sits at a
+/// panel calls the same functions as a script does. Thread: the one that steps the core.
+class Operator {
+ public:
+  /// Channel that scales the rate of all planned motions, 0 to 1.
+  static constexpr std::string_view kOverride = "operator/override";
+  using Note = std::function<void(std::string_view name, std::string_view text)>;
+
+  Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core, activity::ProgramRunner& runner,
+           Note note);
+
+  /// Does what is due; before each cycle.
+  void before_cycle();
+  /// A step has begun, for times that count from it.
+  void step_begun(std::string_view step);
+
+  /// All planned motions come to rest on their paths, no step begins.
+  void pause();
+  void resume();
+  /// From now on motions run at this share of their planned speed.
+  void set_override(double share);
+  void cancel();
+  /// Every net ends, devices stop; the program ends with it.
+  void abort();
+
+  [[nodiscard]] bool paused() const { return paused_; }
+  [[nodiscard]] bool cancelled() const { return cancelled_; }
+
+ private:
+  struct Due {
+    const OperatorAction* action;
+    std::int64_t cycle;  ///< -1: not known yet, its step has not begun
+  };
+  [[nodiscard]] std::int64_t cycles(double seconds) const;
+  void act(const OperatorAction& action);
+  void write(const OperatorAction& action);
+  void send();
+
+  rcc::ControlCore& core_;
+  activity::ProgramRunner& runner_;
+  Note note_;
+  std::vector<Due> due_;
+  double override_ = 1.0;
+  bool paused_ = false, cancelled_ = false;
+};
+
+}  // namespace takt::scenario
