@@ -31,7 +31,8 @@ MAY_INCLUDE = {
     "record": ["core/base"],
     "sim": CORE,
     "scenario": CORE + ["core/emulation", "sim", "record"],
-    "tools": CORE + ["core/emulation", "sim", "record", "scenario"],
+    "tools/import": CORE,
+    "tools": CORE + ["core/emulation", "sim", "record", "scenario", "tools/import"],
 }
 HEAVY = re.compile(r'#include <(nlohmann/json\.hpp|mujoco/|boost/beast|google/protobuf|urdf)')
 # Descriptions hold JSON by value.
