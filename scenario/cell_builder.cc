@@ -248,7 +248,9 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.triangles = sim::triangle_count(built.world->model());
   built.core = std::make_unique<rcc::ControlCore>(options);
   for (const device::ChannelDescription& channel : description.channels) {
-    if (auto declared = built.core->declare(channel); !declared) return std::unexpected(std::move(declared.error()));
+    auto declared = built.core->declare(channel);
+    if (!declared) return std::unexpected(std::move(declared.error()));
+    built.cell.channels[channel.name] = *declared;
   }
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);

@@ -64,7 +64,7 @@ class GripRun final : public StepRun {
   Progress advance(Context& context, Findings& findings) override {
     if (!net_.begun()) {
       const auto& gripper = context.cell.grippers.find(request_.gripper)->second.device->description();
-      return net_.begin(context, command::grip_net(command_of(request_, gripper)), {}, findings);
+      return net_.begin(context, command::grip_net(command_of(request_, gripper), context.cell), {}, findings);
     }
     const Progress progress = net_.advance(context, findings);
     if (progress != Progress::kDone || cancelled_) return progress;
@@ -135,7 +135,7 @@ class GripStep final : public Step {
     const command::GripCommand command = command_of(request_, gripper);
     if (!check_figures(command, gripper, pointer, findings)) return;
     rehearsal.duration += gripper.stroke / command.speed;
-    rehearse_net(command::grip_net(command), rehearsal, pointer, findings);
+    rehearse_net(command::grip_net(command, rehearsal.cell), rehearsal, pointer, findings);
     const kinematics::JointVector& q = rehearsal.q[mounted.arm];
     if (const auto carried = rehearsal.carried.find(request_.gripper); carried != rehearsal.carried.end()) {
       leave_part(rehearsal.cell, mounted.arm, q, carried->second, findings);

@@ -48,7 +48,7 @@ Progress NetRun::advance(Context& context, Findings& findings) {
   if (cancelled_ && status.state == rcc::NetState::kRunning) context.core.cancel(id_);
   if (status.state != rcc::NetState::kTerminated) return Progress::kRunning;
   const auto code = status.cause.code;
-  if (code == net::Cause::Code::kTerminated || code == net::Cause::Code::kCancelled) return Progress::kDone;
+  if (status.cause.in_order()) return Progress::kDone;
   findings.error({}, fmt::format("the net was stopped in cycle {} ({}): {}", status.last_cycle, name_of(code),
                                  status.cause.text.view()));
   return Progress::kFailed;

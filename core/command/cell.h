@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "core/device/arm.h"
+#include "core/device/channel.h"
 #include "core/device/force_torque_sensor.h"
 #include "core/device/gripper.h"
 #include "core/device/signal.h"
@@ -56,6 +57,7 @@ struct Cell {
   std::map<std::string, device::AnalogInput*, std::less<>> analog_inputs;
   std::map<std::string, device::DigitalOutput*, std::less<>> digital_outputs;
   std::map<std::string, device::AnalogOutput*, std::less<>> analog_outputs;
+  std::map<std::string, device::Channel*, std::less<>> channels;                        ///< owned by the control core
   std::map<std::string, std::shared_ptr<const net::NetDescription>, std::less<>> nets;  ///< written by hand
   Eigen::Vector3d gravity_W{0.0, 0.0, -9.81};                                           ///< m/s^2
 };

@@ -9,7 +9,7 @@
 #include "core/command/condition.h"
 #include "core/net/description.h"
 
-/// Nets of commands that move no arm. Realtime: setup.
+/// Nets of single commands that move no arm, through the one mapping (mapping.h). Realtime: setup.
 namespace takt::command {
 
 /// Tells a gripper what to do and waits until its fingers stand.
@@ -21,10 +21,10 @@ struct GripCommand {
 };
 
 /// The net ends when the fingers stand, or when it is cancelled: then the stop reaction keeps the grip.
-[[nodiscard]] net::NetDescription grip_net(const GripCommand& command);
+[[nodiscard]] net::NetDescription grip_net(const GripCommand& command, const Cell& cell);
 namespace grip_ports {
-inline constexpr std::string_view kHolding = "state.holding";  ///< Boolean
-inline constexpr std::string_view kWidth = "state.width";      ///< Real, m
+inline constexpr std::string_view kHolding = "grip/state.holding";  ///< Boolean
+inline constexpr std::string_view kWidth = "grip/state.width";      ///< Real, m
 }  // namespace grip_ports
 
 /// A digital or an analog value.

@@ -26,13 +26,13 @@ struct MotionCommand {
 /// Output ports of a net made by motion_net(); all but the last one only with a condition, read when the net has ended.
 namespace motion_ports {
 /// Boolean: the condition held, or nobody knew whether it did (row N3); the arm braked on its path.
-inline constexpr std::string_view kStopped = "until_latch.value";
+inline constexpr std::string_view kStopped = "motion-cancel.value";
 /// Boolean: the condition held. False beside a true kStopped: a sensor did not answer.
-inline constexpr std::string_view kTouched = "touch_latch.value";
+inline constexpr std::string_view kTouched = "touch-first.value";
 /// Frame: T in the arm's base, measured, in the cycle in which the condition first held; null before.
-inline constexpr std::string_view kTouchFrame = "touch_frame.value";
+inline constexpr std::string_view kTouchFrame = "touch.value";
 /// Real, s: how far on its plan the motion is. In every net.
-inline constexpr std::string_view kPathTime = "clock.time";
+inline constexpr std::string_view kPathTime = "motion/clock.time";
 }  // namespace motion_ports
 
 /// The net of a motion: path clock, time law, path, inverse kinematics where the path is Cartesian, arm. A request to

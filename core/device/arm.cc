@@ -252,6 +252,11 @@ Seam Arm::seam() const {
   return {.q = last.q, .dq = last.dq, .ddq = last.ddq, .mode = net::Text(name_of(mode_)), .tool = tool_};
 }
 
+bool Arm::will_rest() const {
+  if (!proposed_ || phase_ != Phase::kFollowing) return at_rest();
+  return Guard::rests(proposal_) && (compliance_proposed_ ? proposed_compliance_ : compliance_).neutral();
+}
+
 std::optional<net::Text> Arm::misfit(const Seam& end, const Seam& begin) const {
   if (begin.mode.size > 0 && end.mode.size > 0 && begin.mode.view() != end.mode.view()) {
     const auto from = control_mode_of(end.mode.view()), to = control_mode_of(begin.mode.view());

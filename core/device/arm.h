@@ -84,6 +84,7 @@ class Arm final : public Actuator {
   [[nodiscard]] bool held() const override { return held_; }
   /// The last set point sent neither moves nor accelerates, and nothing pushes beside the springs.
   [[nodiscard]] bool at_rest() const override { return guard_.at_rest() && compliance_.neutral(); }
+  [[nodiscard]] bool will_rest() const override;
 
   [[nodiscard]] Phase phase() const { return phase_; }
   /// Words for the sample's fault. Realtime: setup (makes a string).

@@ -87,6 +87,8 @@ class Actuator : public Device {
   [[nodiscard]] virtual bool held() const = 0;
   /// True if what was sent last neither moves nor is about to.
   [[nodiscard]] virtual bool at_rest() const = 0;
+  /// True if what was proposed in this cycle leaves it at rest, should the guard let it pass: a net may let go of it.
+  [[nodiscard]] virtual bool will_rest() const { return at_rest(); }
   /// True if an emergency stop ends the nets that hold it. A gripper may say no: it keeps its grip.
   [[nodiscard]] virtual bool stops_in_emergency() const { return true; }
 };

@@ -93,9 +93,9 @@ void Guard::rest_at(const JointVector& q) {
   older_ = {q, q};
 }
 
-bool Guard::at_rest() const {
-  for (int i = 0; i < last_.q.size(); ++i)
-    if (std::abs(last_.dq[i]) > kRestVelocity || std::abs(last_.ddq[i]) > kRestAcceleration) return false;
+bool Guard::rests(const ArmSetPoint& set_point) {
+  for (int i = 0; i < set_point.dq.size(); ++i)
+    if (std::abs(set_point.dq[i]) > kRestVelocity || std::abs(set_point.ddq[i]) > kRestAcceleration) return false;
   return true;
 }
 

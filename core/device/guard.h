@@ -62,7 +62,8 @@ class Guard {
   /// The newest that was sent, with its derivatives.
   [[nodiscard]] const ArmSetPoint& last() const { return last_; }
   /// True if the newest that was sent neither moves nor accelerates (1e-6 rad/s, 1e-3 rad/s^2, or in m).
-  [[nodiscard]] bool at_rest() const;
+  [[nodiscard]] bool at_rest() const { return rests(last_); }
+  [[nodiscard]] static bool rests(const ArmSetPoint& set_point);
   [[nodiscard]] const motion::JointLimits& limits() const { return limits_; }
 
  private:

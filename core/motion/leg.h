@@ -87,4 +87,22 @@ struct SequencePlan {
 [[nodiscard]] Result<SequencePlan> plan_sequence(const ArmModel& arm, const JointVector& q_start,
                                                  const std::vector<LegMaker>& makers);
 
+/// A motion that is left for another one while it runs.
+struct Departure {
+  const Motion& motion;
+  double tau = 0.0;     ///< path time at which the other one takes over, s
+  double lead = 0.0;    ///< so long the other one goes on exactly as the motion would, s
+  Blend blend;          ///< how far before its goal the motion is left
+  double shrink = 1.0;  ///< share of the blend that is tried first
+};
+
+/// Plans motions that go on with one that is running, from `tau` on: what is left of it, a blend, then the others. At
+/// tau the plan has position, velocity and acceleration of the motion, and until tau + lead every bit of its time law,
+/// so it may take over anywhere between. If the blend does not fit, since the motion is too far on or too fast, smaller
+/// ones are tried.
+/// @return the plan, or why it has to wait for the end of the motion: findings "/blend", "/tau", or as
+/// plan_sequence(). Realtime: setup, deterministic.
+[[nodiscard]] Result<SequencePlan> plan_take_over(const ArmModel& arm, const Departure& from,
+                                                  const std::vector<LegMaker>& makers);
+
 }  // namespace takt::motion

@@ -137,6 +137,18 @@ bool CompositePath::has_cartesian_pieces() const {
   return std::ranges::any_of(pieces, [](const PathPiece& piece) { return is_cartesian(piece.geometry); });
 }
 
+std::vector<PathPiece> pieces_of(const Path& path) {
+  return std::visit(
+      [](const auto& one) -> std::vector<PathPiece> {
+        if constexpr (std::is_same_v<std::decay_t<decltype(one)>, CompositePath>) {
+          return one.pieces;
+        } else {
+          return {{.geometry = one}};
+        }
+      },
+      path);
+}
+
 PathSample sample(const Path& path, const PathPoint& at) {
   return std::visit([&](const auto& one) { return sample_one(one, at); }, path);
 }

@@ -119,6 +119,9 @@ using Path = std::variant<JointLine, CartesianLine, CartesianArc, CompositePath>
 /// Realtime: cyclic, no allocation.
 [[nodiscard]] PathSample sample(const Path& path, const PathPoint& at);
 
+/// The pieces of any path; one of a path that is none composite. Realtime: setup.
+[[nodiscard]] std::vector<PathPiece> pieces_of(const Path& path);
+
 [[nodiscard]] nlohmann::ordered_json to_json(const Path& path);
 /// Findings: unknown kind with the known ones, sizes that differ, entries not finite, vectors not of unit length,
 /// pieces that leave a gap in s or do not meet in space.

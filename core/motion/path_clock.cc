@@ -19,8 +19,10 @@ PathPoint follow(const TimeLaw& law, const ClockState& clock) {
   return {.s = at.s, .ds = at.ds * clock.rate, .dds = at.dds * clock.rate * clock.rate + at.ds * clock.rate_change};
 }
 
-PathClock::PathClock(const ClockBounds& bounds, double duration, bool retraceable)
-    : bounds_(bounds), duration_(duration), lowest_(retraceable ? -1.0 : 0.0) {}
+PathClock::PathClock(const ClockBounds& bounds, double duration, bool retraceable, bool in_motion)
+    : bounds_(bounds), duration_(duration), lowest_(retraceable && !in_motion ? -1.0 : 0.0), in_motion_(in_motion) {
+  if (in_motion_) state_.rate = 1.0;
+}
 
 void PathClock::reset(const ClockState& state) {
   state_.tau = std::clamp(state.tau, 0.0, duration_);
@@ -39,13 +41,14 @@ const ClockState& PathClock::update(double target_rate, double period) {
   const double target = std::isnan(target_rate) ? 0.0 : std::clamp(target_rate, lowest_, 1.0);
   if (!(period > 0.0)) return state_;
   const bool stays_at_end = at_end() && target >= 0.0;
-  const bool stays_at_start = at_start() && target <= 0.0;
+  const bool rests_at_start = at_start() && !in_motion_;
+  const bool stays_at_start = rests_at_start && target <= 0.0;
   if (stays_at_end || stays_at_start) {
     state_.rate = 0.0;
     state_.rate_change = 0.0;
     return state_;
   }
-  if (at_end() || at_start()) {  // the law is at rest here: the rate may jump
+  if (at_end() || rests_at_start) {  // the law is at rest here: the rate may jump
     state_.rate = target;
     state_.rate_change = 0.0;
   }
@@ -89,8 +92,9 @@ const ClockState& PathClock::update(double target_rate, double period) {
   if (v >= 0.0 && way >= 0.0 && sign * (target - state_.rate) < 0.0) state_.rate = target;  // rounding
   state_.rate = std::clamp(state_.rate, lowest_, 1.0);
 
-  if (state_.tau >= duration_ || state_.tau <= 0.0) {
-    state_.tau = state_.tau <= 0.0 ? 0.0 : duration_;
+  const bool back_at_start = state_.tau <= 0.0 && !in_motion_;
+  if (state_.tau >= duration_ || back_at_start) {
+    state_.tau = back_at_start ? 0.0 : duration_;
     state_.rate = 0.0;
     state_.rate_change = 0.0;
   }

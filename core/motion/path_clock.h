@@ -43,12 +43,14 @@ struct PathPoint {
 /// - tau stays in [0, duration] and ends on exactly these values. A planned law is at rest there, so the rate is free
 ///   to jump: it starts at its target at once when it leaves an end, and becomes 0 when it arrives.
 /// - A reached target is held exactly (rate == target, rate_change == 0) until it changes.
+/// - `in_motion`: the law does not begin at rest, so nothing is free to jump there. The clock begins at rate 1, or with
+///   the state of the clock that it takes over (reset()), and does not run back.
 ///
 /// Owned by one net, called once a cycle. Copyable: a copy continues bit for bit as the original.
 class PathClock {
  public:
   /// Stands at tau = 0. Bounds > 0, duration >= 0 (s), finite. Realtime: setup.
-  PathClock(const ClockBounds& bounds, double duration, bool retraceable);
+  PathClock(const ClockBounds& bounds, double duration, bool retraceable, bool in_motion = false);
 
   /// Advances by one period (s, >= 0) towards the target. Within the period the exact profile is followed, so the
   /// bounds hold between the cycles too. Realtime: cyclic, closed form, constant time, bitwise repeatable.
@@ -71,6 +73,7 @@ class PathClock {
   ClockBounds bounds_;
   double duration_;
   double lowest_;  ///< allowed rates: [lowest_, 1]
+  bool in_motion_;
   ClockState state_;
 };
 

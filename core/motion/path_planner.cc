@@ -113,6 +113,34 @@ int coarse_steps(const std::vector<PlannedPiece>& pieces, const PathPiece& piece
   return std::clamp(static_cast<int>(160.0 * (piece.s_end - piece.s_begin)), 16, 48);
 }
 
+std::vector<PieceShares> shares_of(const std::vector<PlannedPiece>& pieces) {
+  std::vector<PieceShares> shares;
+  for (const PlannedPiece& piece : pieces) shares.push_back(piece.shares);
+  return shares;
+}
+
+/// How far around a measured peak of the jerk the path is looked at, in s.
+constexpr double kReach = 0.02;
+
+/// The loads around s are made to show the jerk that was measured, so that the clock leaves room for it.
+void raise_jerk(const PathShape& shape, double s, double share, Loads& loads) {
+  for (Loads::Instant& load : loads.instants) {
+    if (std::abs(load.at.s - s) > kReach) continue;
+    const Channels& jerk = shape.limits[shape.cells[load.cell].limits].hard_jerk;
+    const double shown = (load.third / jerk).maxCoeff();
+    if (shown > 0.0 && shown < share) load.third *= share / shown;
+  }
+}
+
+/// Slows the cells around s.
+void slow_down_around(const PathShape& shape, double s, double factor, std::vector<double>& slow) {
+  for (std::size_t c = 0; c < shape.cells.size(); ++c) {
+    const double begin = shape.nodes[shape.cells[c].node].s;
+    const double end = begin + shape.width(shape.cells[c]);
+    if (end >= s - kReach && begin <= s + kReach) slow[c] *= factor;
+  }
+}
+
 Path as_path(const std::vector<PlannedPiece>& pieces) {
   const PathPiece& first = pieces.front().piece;
   const bool whole = pieces.size() == 1 && first.own_begin == 0.0 && first.own_end == 1.0;
@@ -131,20 +159,22 @@ Path as_path(const std::vector<PlannedPiece>& pieces) {
 /// Of the jerk limits, for what is measured of a planned sequence; the rest is for the clock.
 constexpr double kMeasuredShareOfJerk = 0.75;
 constexpr int kRoundsOfMeasuring = 4;
+/// What is still let pass where nothing can be stretched: the clock gets what is left.
+constexpr double kMostShareOfJerk = 0.92;
 
-ShapeLimits PathPlanner::limits_of(const PlannedPiece& piece) const {
+ShapeLimits PathPlanner::limits_of(const PieceShares& shares) const {
   const int n = chain_.joint_count();
   ShapeLimits limits{Channels(n + 2), Channels(n + 2), Channels(n + 2), Channels(n + 2), Channels(n + 2)};
-  limits.velocity.head(n) = limits_.velocity.array() * piece.velocity;
-  limits.velocity.tail<2>() << std::min(cartesian_.linear_velocity * piece.velocity, piece.linear_velocity),
-      cartesian_.angular_velocity * piece.velocity;
+  limits.velocity.head(n) = limits_.velocity.array() * shares.velocity;
+  limits.velocity.tail<2>() << std::min(cartesian_.linear_velocity * shares.velocity, shares.linear_velocity),
+      cartesian_.angular_velocity * shares.velocity;
   limits.hard_acceleration.head(n) = limits_.acceleration.array();
   limits.hard_acceleration.tail<2>() << cartesian_.linear_acceleration, cartesian_.angular_acceleration;
   limits.hard_jerk.head(n) = limits_.jerk.array();
   limits.hard_jerk.tail<2>() << cartesian_.linear_jerk, cartesian_.angular_jerk;
   limits.velocity *= kLawShareOfVelocity;
-  limits.acceleration = kLawShareOfAcceleration * piece.acceleration * limits.hard_acceleration;
-  limits.jerk = kLawShareOfJerk * piece.acceleration * limits.hard_jerk;
+  limits.acceleration = kLawShareOfAcceleration * shares.acceleration * limits.hard_acceleration;
+  limits.jerk = kLawShareOfJerk * shares.acceleration * limits.hard_jerk;
   return limits;
 }
 
@@ -221,10 +251,8 @@ PathShape PathPlanner::shape_of(const std::vector<PlannedPiece>& pieces, const s
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const PathPiece& piece = pieces[i].piece;
     const double rate = 1.0 / (piece.s_end - piece.s_begin);
-    const bool as_before = i > 0 && pieces[i].velocity == pieces[i - 1].velocity &&
-                           pieces[i].acceleration == pieces[i - 1].acceleration &&
-                           pieces[i].linear_velocity == pieces[i - 1].linear_velocity;
-    if (!as_before) shape.limits.push_back(limits_of(pieces[i]));
+    const bool as_before = i > 0 && pieces[i].shares == pieces[i - 1].shares;
+    if (!as_before) shape.limits.push_back(limits_of(pieces[i].shares));
     const auto count = static_cast<std::size_t>(walks[i].steps);
     for (std::size_t k = 0; k <= count; ++k) {
       const PieceWalk::Node& node = walks[i].nodes[k];
@@ -239,13 +267,14 @@ PathShape PathPlanner::shape_of(const std::vector<PlannedPiece>& pieces, const s
   return shape;
 }
 
-double PathPlanner::largest_jerk_share(const Motion& motion) const {
+PathPlanner::JerkPeak PathPlanner::largest_jerk(const Motion& motion) const {
   constexpr double kStep = 0.5e-3;  // s: half the shortest cycle that a device takes
   const Eigen::Isometry3d X_MF = X_FM_.inverse();
   const auto count = static_cast<std::int64_t>(std::ceil(motion.duration() / kStep));
   std::array<JointVector, 4> q;  // the newest last
   q.fill(motion.q_start);
-  double share = 0.0;
+  const std::int64_t known_from = motion.law.begins_in_motion() ? 3 : 1;  // what was before is another plan's
+  JerkPeak peak;
   for (std::int64_t k = 1; k <= count; ++k) {
     const LawPoint at = motion.law.at(static_cast<double>(k) * kStep);
     std::ranges::rotate(q, q.begin() + 1);
@@ -257,9 +286,47 @@ double PathPlanner::largest_jerk_share(const Motion& motion) const {
       continue;  // walk() has followed the path; a step that fails here says nothing of its jerk
     }
     const JointVector jerk = (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]) / (kStep * kStep * kStep);
-    share = std::max(share, (jerk.cwiseAbs().array() / limits_.jerk.array()).maxCoeff());
+    const double share = (jerk.cwiseAbs().array() / limits_.jerk.array()).maxCoeff();
+    if (k >= known_from && share > peak.share) peak = {.share = share, .s = at.s};
   }
-  return share;
+  return peak;
+}
+
+/// Nodes of a path that is entered in motion: it is planned while the arm moves, and once.
+int steps_in_motion(const PathPiece& piece) {
+  return std::clamp(static_cast<int>(200.0 * (piece.s_end - piece.s_begin)), 16, 64);
+}
+
+Result<Motion> PathPlanner::plan_in_motion(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
+                                           const MovingStart& start, const std::string& pointer,
+                                           std::size_t& failed_piece) const {
+  std::vector<int> steps;
+  for (const PlannedPiece& piece : pieces) steps.push_back(steps_in_motion(piece.piece));
+  const WalkedPath path = walk(pieces, q_start, steps, pointer);
+  failed_piece = path.failed_piece;
+  if (path.findings.has_errors()) return std::unexpected(path.findings);
+  const PathShape shape = shape_of(pieces, path.walks);
+  Motion motion{.path = as_path(pieces),
+                .law = {},
+                .clock = {},
+                .q_start = q_start,
+                .q_goal = path.walks.back().nodes.back().q,
+                .shares = shares_of(pieces)};
+  std::vector<double> slow(shape.cells.size(), 1.0);
+  for (int round = 0; round < kRoundsOfMeasuring; ++round) {
+    auto best = time_optimal_in_motion(shape, start, slow);
+    if (!best) break;
+    motion.law = std::move(best->law);
+    const JerkPeak peak = largest_jerk(motion);
+    if (peak.share <= kMostShareOfJerk) {
+      raise_jerk(shape, peak.s, peak.share, best->loads);
+      motion.clock = clock_for(shape, best->loads, 1.0);
+      return motion;
+    }
+    slow_down_around(shape, peak.s, 1.05 * std::cbrt(peak.share / kMeasuredShareOfJerk), slow);
+  }
+  failed_piece = pieces.size() - 1;
+  return failure(pointer, "the path bends too early for the speed with which it is entered");
 }
 
 Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
@@ -295,7 +362,8 @@ Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const 
                   .law = {},
                   .clock = {},
                   .q_start = q_start,
-                  .q_goal = path.walks.back().nodes.back().q};
+                  .q_goal = path.walks.back().nodes.back().q,
+                  .shares = shares_of(pieces)};
     double stretch = best.loads.largest_stretch;
     const auto stretch_law = [&] {
       motion.law = best.law.stretched(stretch);
@@ -304,7 +372,7 @@ Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const 
     stretch_law();
     // Where pieces meet, the joints may do between two nodes what no interpolation shows; so it is measured.
     for (int round = 0; !single && round < kRoundsOfMeasuring; ++round) {
-      const double share = largest_jerk_share(motion);
+      const double share = largest_jerk(motion).share;
       if (share <= kMeasuredShareOfJerk) break;
       stretch *= std::cbrt(share / kMeasuredShareOfJerk);
       stretch_law();

@@ -1,21 +1,19 @@
 #pragma once
 
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "core/motion/path_shape.h"
 #include "core/motion/piece_walk.h"
 #include "core/motion/planner.h"
+#include "core/motion/time_optimal.h"
 
 namespace takt::motion {
 
 /// A piece of a path that is to be planned, with what its motion may do.
 struct PlannedPiece {
   PathPiece piece;
-  double velocity = 1.0;                                             ///< shares as in MotionOptions
-  double acceleration = 1.0;                                         ///< ...
-  double linear_velocity = std::numeric_limits<double>::infinity();  ///< m/s
+  PieceShares shares = {};
 };
 
 /// A path seen in joints, piece by piece; or where the first piece ended that cannot be followed.
@@ -41,15 +39,24 @@ class PathPlanner {
   /// @return findings of walk()   @param[out] failed_piece  set with findings
   [[nodiscard]] Result<Motion> plan(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
                                     const std::string& pointer, std::size_t& failed_piece) const;
+  /// The same for a path that is entered in motion. A finding if there is no law within the limits: then the path
+  /// bends too early for the speed. Realtime: setup, deterministic.
+  [[nodiscard]] Result<Motion> plan_in_motion(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
+                                              const MovingStart& start, const std::string& pointer,
+                                              std::size_t& failed_piece) const;
 
  private:
   void check_ranges(const PieceWalk& walk, const char* word, const std::string& pointer, Findings& findings) const;
   void explain_end(const PieceWalk& walk, const PathPiece& piece, const char* word, const std::string& pointer,
                    Findings& findings) const;
   [[nodiscard]] PathShape shape_of(const std::vector<PlannedPiece>& pieces, const std::vector<PieceWalk>& walks) const;
-  [[nodiscard]] ShapeLimits limits_of(const PlannedPiece& piece) const;
-  /// The largest third difference of the joints over the whole motion, as a share of the limit.
-  [[nodiscard]] double largest_jerk_share(const Motion& motion) const;
+  [[nodiscard]] ShapeLimits limits_of(const PieceShares& shares) const;
+  struct JerkPeak {
+    double share = 0.0;  ///< of the limit
+    double s = 0.0;      ///< where
+  };
+  /// The largest third difference of the joints over the whole motion.
+  [[nodiscard]] JerkPeak largest_jerk(const Motion& motion) const;
 
   const kinematics::Chain& chain_;
   const kinematics::InverseKinematics* inverse_;

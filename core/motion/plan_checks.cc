@@ -43,7 +43,7 @@ void check_range(const kinematics::Chain& chain, const JointLimits& limits, Find
 std::vector<LawPoint> instants(const TimeLaw& law, int parts) {
   std::vector<LawPoint> points;
   points.reserve(law.segments().size() * static_cast<std::size_t>(parts + 1));
-  LawPoint begin;
+  LawPoint begin{.s = 0.0, .ds = law.begin().ds, .dds = law.begin().dds, .ddds = 0.0};
   for (const auto& [duration, jerk] : law.segments()) {
     begin.ddds = jerk;
     for (int i = 0; i <= parts; ++i) points.push_back(advanced(begin, duration * i / parts));

@@ -52,11 +52,12 @@ Result<Motion> plan_lin(const Chain& chain, const InverseKinematics& inverse, co
   const CartesianLine line = CartesianLine::between(chain.forward(q_start) * options.X_FM, X_BM_goal, held_start,
                                                     held_goal.value_or(held_start));
   const bool stands = line.length == 0.0 && line.angle == 0.0 && line.held_start.isApprox(line.held_goal, 1e-14);
-  if (stands) return Motion{.path = line, .law = {}, .clock = {}, .q_start = q_start, .q_goal = q_start};
+  if (stands)
+    return Motion{.path = line, .law = {}, .clock = {}, .q_start = q_start, .q_goal = q_start, .shares = {{}}};
   PlannedPiece piece{.piece = {.geometry = line},
-                     .velocity = options.velocity,
-                     .acceleration = options.acceleration,
-                     .linear_velocity = options.linear_velocity.value_or(kInfinity)};
+                     .shares = {.velocity = options.velocity,
+                                .acceleration = options.acceleration,
+                                .linear_velocity = options.linear_velocity.value_or(kInfinity)}};
   std::size_t failed = 0;
   return PathPlanner(chain, &inverse, limits, cartesian_limits, options.X_FM).plan({piece}, q_start, "/goal", failed);
 }

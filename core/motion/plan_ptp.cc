@@ -42,7 +42,8 @@ Result<Motion> plan_ptp(const kinematics::Chain& chain, const JointLimits& limit
                 .law = {},
                 .clock = {},
                 .q_start = q_start,
-                .q_goal = q_goal};
+                .q_goal = q_goal,
+                .shares = {{.velocity = options.velocity, .acceleration = options.acceleration}}};
   const JointVector way = q_goal - q_start;
   constexpr double kNoWay = 1e-12;  // rad or m: less is only the rounding of the inputs
   if (way.cwiseAbs().maxCoeff() < kNoWay) return motion;

@@ -26,14 +26,13 @@ constexpr int kSteps = 32;
 /// A motion seen from the sequence: its geometry, what it costs, where its blends begin and end.
 struct Part {
   Leg leg;
-  std::vector<PieceWalk> walks;  ///< of its pieces, whole
-  double cost = 0.0;             ///< s: rough time at its velocity limits
+  std::vector<PieceShares> shares;  ///< of its pieces
+  std::vector<PieceWalk> walks;     ///< of its pieces, whole
+  double cost = 0.0;                ///< s: rough time at its velocity limits
   JointVector q_start, q_goal;
   double begin = 0.0;  ///< share of the motion that the blend before takes
   double end = 1.0;    ///< where the blend after begins
   bool rest_after = true;
-
-  [[nodiscard]] double velocity_m_s() const { return leg.linear_velocity.value_or(kInfinity); }
 };
 
 /// Joints and frame at one place of a motion, by its cost.
@@ -52,6 +51,21 @@ class SequencePlanner {
     Findings findings = make_parts(q_start, makers);
     if (findings.has_errors()) return std::unexpected(std::move(findings));
     for (std::size_t i = 0; i + 1 < parts_.size(); ++i) set_corner(i);
+    return plan_groups(q_start);
+  }
+
+  /// Of the part that is left of a motion, and what follows.
+  Result<SequencePlan> plan(const Departure& from, const std::vector<LegMaker>& makers) {
+    Findings findings = make_first_part(from);
+    if (!findings.has_errors()) findings = make_parts(from.motion.q_goal, makers);
+    if (!findings.has_errors()) findings = set_first_corner(from);
+    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    for (std::size_t i = 1; i + 1 < parts_.size(); ++i) set_corner(i);
+    return plan_groups(place_at(parts_.front(), parts_.front().begin).joints.value);
+  }
+
+ private:
+  Result<SequencePlan> plan_groups(const JointVector& q_start) {
     for (std::size_t first = 0; first < parts_.size();) {
       std::size_t last = first;
       while (!parts_[last].rest_after) ++last;
@@ -64,7 +78,6 @@ class SequencePlanner {
     return finish(q_start);
   }
 
- private:
   /// One stretch from rest to rest.
   struct Group {
     Motion motion;
@@ -94,17 +107,75 @@ class SequencePlanner {
         findings.append(wrong, pointer_segment(i));
         return findings;
       }
-      Part part{.leg = std::move(*leg), .walks = {}, .q_start = q, .q_goal = q};
-      std::vector<PlannedPiece> pieces;
-      for (const PathPiece& piece : part.leg.pieces) pieces.push_back(planned(part, piece));
-      WalkedPath walked = planner_.walk(pieces, q, std::vector<int>(pieces.size(), kSteps), place_of(i, "goal"));
-      if (walked.findings.has_errors()) return std::move(walked.findings);
-      part.walks = std::move(walked.walks);
-      part.q_goal = part.walks.back().nodes.back().q;
-      part.cost = cost_of(part);
+      const PieceShares shares{.velocity = leg->velocity,
+                               .acceleration = leg->acceleration,
+                               .linear_velocity = leg->linear_velocity.value_or(kInfinity)};
+      Part part{.leg = std::move(*leg), .shares = {}, .walks = {}, .q_start = q, .q_goal = q};
+      part.shares.assign(part.leg.pieces.size(), shares);
+      if (Findings walked = walk(part, place_of(i, "goal")); walked.has_errors()) return walked;
       q = part.q_goal;
       parts_.push_back(std::move(part));
     }
+    return findings;
+  }
+
+  /// Fills in what follows from the geometry of a part.
+  Findings walk(Part& part, const std::string& pointer) const {
+    std::vector<PlannedPiece> pieces;
+    for (std::size_t k = 0; k < part.leg.pieces.size(); ++k) pieces.push_back({part.leg.pieces[k], part.shares[k]});
+    WalkedPath walked = planner_.walk(pieces, part.q_start, std::vector<int>(pieces.size(), kSteps), pointer);
+    if (walked.findings.has_errors()) return std::move(walked.findings);
+    part.walks = std::move(walked.walks);
+    part.q_goal = part.walks.back().nodes.back().q;
+    part.cost = cost_of(part);
+    return {};
+  }
+
+  /// What is left of a motion, with how it is entered.
+  Findings make_first_part(const Departure& from) {
+    const Motion& motion = from.motion;
+    Part part{.leg = {.pieces = pieces_of(motion.path), .linear_velocity = {}, .blend = from.blend},
+              .shares = motion.shares,
+              .walks = {},
+              .q_start = motion.q_start,
+              .q_goal = motion.q_goal};
+    part.shares.resize(part.leg.pieces.size(), motion.shares.empty() ? PieceShares{} : motion.shares.back());
+    Findings findings;
+    check_blend(from.blend, findings);
+    if (from.blend.kind == Blend::Kind::kNone) findings.error("/blend", "none was asked for");
+    if (!(from.tau > 0.0 && from.tau + from.lead < motion.duration()))
+      findings.error("/tau", fmt::format("{:.4f} s", from.tau), "on the way, with the lead before the end");
+    if (!findings.has_errors()) findings = walk(part, "/motion");
+    if (findings.has_errors()) return findings;
+    part.begin = motion.law.at(from.tau).s;
+    // By cost; the place in the group follows when it is known.
+    const LawPoint at = motion.law.at(from.tau);
+    start_ = {.begin = {.ds = at.ds * part.cost, .dds = at.dds * part.cost},
+              .lead = motion.law.segments_between(from.tau, from.tau + from.lead)};
+    for (TimeLaw::Segment& segment : start_->lead) segment.jerk *= part.cost;
+    parts_.push_back(std::move(part));
+    return {};
+  }
+
+  /// The blend out of what is left of a motion: smaller, if the motion is beyond the place where it should begin.
+  Findings set_first_corner(const Departure& from) {
+    Findings findings;
+    Part& a = parts_[0];
+    Part& b = parts_[1];
+    if (b.cost < kNoWay) {
+      findings.error("/blend", "the next motion has no way");
+    } else if (direction(a, 1.0).dot(direction(b, 0.0)) < kReversal) {
+      findings.error("/blend", "the next motion turns straight back");
+    }
+    const double soonest = from.motion.law.at(from.tau + from.lead).s;
+    const double wanted = share_of(0, true);
+    const double share = from.shrink * std::min(wanted, 1.0 - soonest);
+    constexpr double kLeast = 1e-3;  // of the motion
+    if (!(share > kLeast)) findings.error("/tau", fmt::format("{:.4f} s is too late", from.tau), "before the goal");
+    if (findings.has_errors()) return findings;
+    a.end = 1.0 - share;
+    b.begin = share_of(0, false) * share / wanted;
+    a.rest_after = false;
     return findings;
   }
 
@@ -115,24 +186,18 @@ class SequencePlanner {
     findings.error("/blend", fmt::format("{}", blend.value), fraction ? "above 0, at most 0.5" : "above 0 m");
   }
 
-  static PlannedPiece planned(const Part& part, PathPiece piece) {
-    return {.piece = std::move(piece),
-            .velocity = part.leg.velocity,
-            .acceleration = part.leg.acceleration,
-            .linear_velocity = part.velocity_m_s()};
-  }
-
   /// Time of the motion if it ran at its velocity limits all the way.
   [[nodiscard]] double cost_of(const Part& part) const {
     double cost = 0.0;
-    for (const PieceWalk& walk : part.walks) {
+    for (std::size_t k = 0; k < part.walks.size(); ++k) {
+      const PieceWalk& walk = part.walks[k];
       for (const PieceWalk::Node& node : walk.nodes) {
         const double joints = (node.dq.cwiseAbs().cwiseQuotient(arm_.limits.velocity)).maxCoeff();
         const double linear = node.dX.head<3>().norm();
         const double frame = std::max(linear / arm_.cartesian.linear_velocity,
                                       node.dX.tail<3>().norm() / arm_.cartesian.angular_velocity);
-        const double share = std::max(joints, frame) / part.leg.velocity;
-        cost += std::max(share, linear / part.velocity_m_s()) / static_cast<double>(walk.nodes.size());
+        const double share = std::max(joints, frame) / part.shares[k].velocity;
+        cost += std::max(share, linear / part.shares[k].linear_velocity) / static_cast<double>(walk.nodes.size());
       }
     }
     return cost;
@@ -195,10 +260,16 @@ class SequencePlanner {
     return k;
   }
 
+  /// The geometry's own parameter at t in [0, 1] of a piece, and its derivative if t has this one.
+  static PathPoint own_of(const PathPiece& piece, double t, double dt) {
+    const double span = piece.own_end - piece.own_begin;
+    return {.s = piece.own_begin + t * span, .ds = dt * span};
+  }
+
   [[nodiscard]] Eigen::Vector3d tool_position(const Part& part, double own) const {
     double t = 0.0;
     const PathPiece& piece = part.leg.pieces[piece_at(part, own, t)];
-    const PathSample at = sample(piece.geometry, {.s = t});
+    const PathSample at = sample(piece.geometry, own_of(piece, t, 0.0));
     if (at.cartesian) return at.frame.X_BM.translation();
     return (arm_.chain.forward(at.joints.q) * arm_.X_FM).translation();
   }
@@ -209,8 +280,9 @@ class SequencePlanner {
     const double width = piece.s_end - piece.s_begin;
     const double begin = std::max(from, piece.s_begin);
     const double end = std::min(to, piece.s_end);
-    piece.own_begin = (begin - piece.s_begin) / width;
-    piece.own_end = (end - piece.s_begin) / width;
+    const PathPiece& whole = part.leg.pieces[k];
+    piece.own_begin = own_of(whole, (begin - whole.s_begin) / width, 0.0).s;
+    piece.own_end = own_of(whole, (end - whole.s_begin) / width, 0.0).s;
     piece.s_begin = begin * part.cost;
     piece.s_end = end * part.cost;
     return piece;
@@ -222,7 +294,7 @@ class SequencePlanner {
     const std::size_t k = piece_at(part, own, t);
     const PathPiece& piece = part.leg.pieces[k];
     const double rate = 1.0 / ((piece.s_end - piece.s_begin) * part.cost);  // of t by cost
-    const PathSample at = sample(piece.geometry, {.s = t, .ds = rate});
+    const PathSample at = sample(piece.geometry, own_of(piece, t, rate));
     Place place{.cartesian = at.cartesian, .joints = {at.joints.q, at.joints.dq, at.joints.ddq}, .frame = {}};
     if (!at.cartesian) return place;
     const FrameSample& f = at.frame;
@@ -240,8 +312,8 @@ class SequencePlanner {
       return place;
     }
     PathPiece rest = piece;
-    rest.own_begin = t_node;
-    rest.own_end = t;
+    rest.own_begin = own_of(piece, t_node, 0.0).s;
+    rest.own_end = own_of(piece, t, 0.0).s;
     const PieceWalk last = walk_piece(arm_.inverse, rest, arm_.X_FM, walk.nodes[node].q, 1);
     const PieceWalk::Node& n = last.nodes.back();
     const double k1 = rate / (t - t_node);
@@ -261,6 +333,12 @@ class SequencePlanner {
     return jet;
   }
 
+  static MovingStart scaled(MovingStart start, double factor) {
+    start.begin = {.ds = factor * start.begin.ds, .dds = factor * start.begin.dds};
+    for (TimeLaw::Segment& segment : start.lead) segment.jerk *= factor;
+    return start;
+  }
+
   /// The curve over the corner after part i.
   [[nodiscard]] Geometry blend_curve(std::size_t i, double width) const {
     const Place a = place_at(parts_[i], parts_[i].end);
@@ -273,10 +351,12 @@ class SequencePlanner {
 
   /// A blend keeps the lower limits of the two motions that it joins.
   static PlannedPiece blend_piece(const Part& a, const Part& b, Geometry curve) {
+    const PieceShares& before = a.shares.back();
+    const PieceShares& after = b.shares.front();
     return {.piece = {.geometry = std::move(curve)},
-            .velocity = std::min(a.leg.velocity, b.leg.velocity),
-            .acceleration = std::min(a.leg.acceleration, b.leg.acceleration),
-            .linear_velocity = std::min(a.velocity_m_s(), b.velocity_m_s())};
+            .shares = {.velocity = std::min(before.velocity, after.velocity),
+                       .acceleration = std::min(before.acceleration, after.acceleration),
+                       .linear_velocity = std::min(before.linear_velocity, after.linear_velocity)}};
   }
 
   /// From rest to rest over parts first..last. @return nothing if a blend had to be given up.
@@ -298,7 +378,7 @@ class SequencePlanner {
       for (std::size_t k = 0; k < part.leg.pieces.size() && part.cost >= kNoWay; ++k) {
         const PathPiece& whole = part.leg.pieces[k];
         if (whole.s_end <= part.begin || whole.s_begin >= part.end) continue;
-        PlannedPiece piece = planned(part, cut(part, k, part.begin, part.end));
+        PlannedPiece piece{cut(part, k, part.begin, part.end), part.shares[k]};
         const double width = piece.piece.s_end - piece.piece.s_begin;
         if (width > kNoWay) add(std::move(piece), i, width);
       }
@@ -318,7 +398,10 @@ class SequencePlanner {
     for (const double corner : corners) group.handed_over.push_back(corner / cost);
 
     std::size_t failed = 0;
-    auto motion = planner_.plan(pieces, parts_[first].q_start, place_of(last, "goal"), failed);
+    const bool in_motion = start_ && first == 0;
+    auto motion = in_motion ? planner_.plan_in_motion(pieces, place_at(parts_[0], parts_[0].begin).joints.value,
+                                                      scaled(*start_, 1.0 / cost), place_of(last, "goal"), failed)
+                            : planner_.plan(pieces, parts_[first].q_start, place_of(last, "goal"), failed);
     const auto give_up = [&](std::size_t corner, const std::string& why) -> std::optional<Group> {
       note_rest(corner, why);
       parts_[corner].rest_after = true;
@@ -328,12 +411,13 @@ class SequencePlanner {
     };
     if (!motion) {
       const std::size_t part = part_of[failed];
-      if (first == last) return std::unexpected(std::move(motion.error()));
+      if (first == last || in_motion) return std::unexpected(std::move(motion.error()));
       const std::size_t corner = std::clamp(part, first, last - 1);
       return give_up(corner, motion.error().list().front().message);
     }
     constexpr double kSame = 1e-6;
     if ((motion->q_goal - parts_[last].q_goal).cwiseAbs().maxCoeff() > kSame) {
+      if (in_motion) return failure("/blend", "it would lead to another branch of the inverse kinematics");
       return give_up(last - 1, "the blend would lead to another branch of the inverse kinematics");
     }
     group.motion = std::move(*motion);
@@ -349,18 +433,6 @@ class SequencePlanner {
 
   void note_rest(std::size_t corner, const std::string& why) {
     notes_.note(place_of(corner, "blend"), fmt::format("cannot be blended, the arm stops at the goal: {}", why));
-  }
-
-  static std::vector<PathPiece> pieces_of(const Path& path) {
-    return std::visit(
-        [](const auto& one) -> std::vector<PathPiece> {
-          if constexpr (std::is_same_v<std::decay_t<decltype(one)>, CompositePath>) {
-            return one.pieces;
-          } else {
-            return {{.geometry = one}};
-          }
-        },
-        path);
   }
 
   /// Stretches one after the other: each gets a part of s by its cost, and its law that part of the whole law.
@@ -382,6 +454,7 @@ class SequencePlanner {
       plan.motion.path = moving.front()->motion.path;
       plan.motion.law = moving.front()->motion.law;
       plan.motion.clock = moving.front()->motion.clock;
+      plan.motion.shares = moving.front()->motion.shares;
     } else if (moving.size() > 1) {
       chain(moving, plan.motion);
     }
@@ -393,6 +466,7 @@ class SequencePlanner {
     for (const Group* group : moving) total += group->cost;
     CompositePath path;
     std::vector<TimeLaw::Segment> segments;
+    TimeLaw::Begin start;
     double begin = 0.0;
     for (const Group* group : moving) {
       const double end = group == moving.back() ? 1.0 : begin + group->cost / total;
@@ -403,11 +477,14 @@ class SequencePlanner {
       }
       for (const auto& [duration, jerk] : group->motion.law.segments())
         segments.push_back({duration, jerk * (end - begin)});
+      motion.shares.insert(motion.shares.end(), group->motion.shares.begin(), group->motion.shares.end());
+      if (group == moving.front())
+        start = {.ds = group->motion.law.begin().ds * end, .dds = group->motion.law.begin().dds * end};
       motion.clock = group == moving.front() ? group->motion.clock : common(motion.clock, group->motion.clock);
       begin = end;
     }
     motion.path = std::move(path);
-    motion.law = TimeLaw::create(std::move(segments)).value();
+    motion.law = TimeLaw::create(std::move(segments), start).value();
   }
 
   /// When the law passes s.
@@ -423,6 +500,7 @@ class SequencePlanner {
 
   const ArmModel& arm_;
   PathPlanner planner_;
+  std::optional<MovingStart> start_;  ///< by cost: how the first part is entered, if in motion
   std::vector<Part> parts_;
   std::vector<Group> groups_;
   Findings notes_;
@@ -438,6 +516,18 @@ Result<SequencePlan> plan_sequence(const ArmModel& arm, const JointVector& q_sta
   if (!findings.has_errors()) check_configuration(arm.chain, arm.limits, q_start, "/start", findings);
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   return SequencePlanner(arm).plan(q_start, makers);
+}
+
+Result<SequencePlan> plan_take_over(const ArmModel& arm, const Departure& from, const std::vector<LegMaker>& makers) {
+  if (makers.empty()) return failure("", "no motion to go on with");
+  Departure now = from;
+  Result<SequencePlan> plan = failure("", "no blend was tried");
+  for (const double shrink : {1.0, 0.5, 0.2}) {
+    now.shrink = from.shrink * shrink;
+    plan = SequencePlanner(arm).plan(now, makers);
+    if (plan) return plan;
+  }
+  return plan;
 }
 
 }  // namespace takt::motion

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <limits>
 #include <optional>
+#include <vector>
 
 #include "core/base/findings.h"
 #include "core/kinematics/chain.h"
@@ -15,14 +17,26 @@ class InverseKinematics;
 
 namespace takt::motion {
 
+/// What a piece of a path may do, seen from the limits.
+struct PieceShares {
+  double velocity = 1.0;                                             ///< shares as in MotionOptions
+  double acceleration = 1.0;                                         ///< ...
+  double linear_velocity = std::numeric_limits<double>::infinity();  ///< m/s
+
+  bool operator==(const PieceShares&) const = default;
+};
+
 /// A planned motion: what moves (path), when (law), and how fast its path clock may change its rate so that every limit
-/// holds for any history of targets in [-1, 1] (docs/motion.md).
+/// holds for any history of targets in [-1, 1] (docs/motion.md). From rest, or going on with another motion: then the
+/// law begins in motion.
 struct Motion {
   Path path;
   TimeLaw law = {};
   ClockBounds clock = {};
   JointVector q_start = {};  ///< configuration at s = 0; rad or m
   JointVector q_goal = {};   ///< configuration at s = 1
+  /// One entry per piece of the path: what a motion that goes on with this one keeps on the rest of it.
+  std::vector<PieceShares> shares = {};
 
   [[nodiscard]] double duration() const { return law.duration(); }
 };

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/object_reader.h"
+
 namespace takt::motion {
 LawPoint advanced(const LawPoint& from, double t) {
   return {.s = from.s + t * (from.ds + t / 2 * (from.dds + t / 3 * from.ddds)),
@@ -14,11 +16,11 @@ LawPoint advanced(const LawPoint& from, double t) {
           .ddds = from.ddds};
 }
 
-TimeLaw::TimeLaw(std::vector<Segment> segments) : segments_(std::move(segments)) {
+TimeLaw::TimeLaw(std::vector<Segment> segments, const Begin& begin) : begin_(begin), segments_(std::move(segments)) {
   if (segments_.empty()) return;
   knots_.reserve(segments_.size() + 1);
   double tau = 0.0;
-  LawPoint point;
+  LawPoint point{.s = 0.0, .ds = begin.ds, .dds = begin.dds, .ddds = 0.0};
   for (const Segment& segment : segments_) {
     point.ddds = segment.jerk;
     knots_.push_back({tau, point});
@@ -29,8 +31,11 @@ TimeLaw::TimeLaw(std::vector<Segment> segments) : segments_(std::move(segments))
   knots_.push_back({tau, point});
 }
 
-Result<TimeLaw> TimeLaw::create(std::vector<Segment> segments) {
+Result<TimeLaw> TimeLaw::create(std::vector<Segment> segments, const Begin& begin) {
   Findings findings;
+  if (!(std::isfinite(begin.ds) && std::isfinite(begin.dds) && begin.ds >= 0.0))
+    findings.error("/begin", fmt::format("ds = {} 1/s, dds = {} 1/s^2", begin.ds, begin.dds),
+                   "finite, and not backwards");
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const auto [duration, jerk] = segments[i];
     if (!std::isfinite(duration) || duration < 0.0) {
@@ -40,7 +45,7 @@ Result<TimeLaw> TimeLaw::create(std::vector<Segment> segments) {
   }
   if (findings.has_errors()) return std::unexpected(std::move(findings));
 
-  TimeLaw law(std::move(segments));
+  TimeLaw law(std::move(segments), begin);
   if (law.knots_.empty()) return law;
   constexpr double kEndTolerance = 1e-9;
   double fastest = 0.0;
@@ -80,7 +85,7 @@ TimeLaw TimeLaw::rest_to_rest(const RateLimits& limits) {
   for (const Segment& segment : all) {
     if (segment.duration_s > least) segments.push_back(segment);
   }
-  return TimeLaw(std::move(segments));
+  return {std::move(segments), {}};
 }
 
 TimeLaw TimeLaw::stretched(double factor) const {
@@ -89,7 +94,26 @@ TimeLaw TimeLaw::stretched(double factor) const {
     segment.duration_s *= factor;
     segment.jerk /= factor * factor * factor;
   }
-  return TimeLaw(std::move(segments));
+  return {std::move(segments), {.ds = begin_.ds / factor, .dds = begin_.dds / (factor * factor)}};
+}
+
+TimeLaw TimeLaw::rest_from(double tau) const {
+  if (!(tau < duration())) return {};
+  const LawPoint here = at(tau);
+  const double left = 1.0 - here.s;
+  if (!(left > 0.0)) return {};
+  std::vector<Segment> rest = segments_between(tau, duration());
+  for (Segment& segment : rest) segment.jerk /= left;
+  return {std::move(rest), {.ds = here.ds / left, .dds = here.dds / left}};
+}
+
+std::vector<TimeLaw::Segment> TimeLaw::segments_between(double from, double to) const {
+  std::vector<Segment> between;
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    const double begin = std::max(from, knots_[i].tau), end = std::min(to, knots_[i + 1].tau);
+    if (begin < end) between.push_back({.duration_s = end - begin, .jerk = segments_[i].jerk});
+  }
+  return between;
 }
 
 LawPoint TimeLaw::at(double tau) const {
@@ -105,10 +129,14 @@ LawPoint TimeLaw::at(double tau) const {
 nlohmann::ordered_json to_json(const TimeLaw& law) {
   auto json = nlohmann::ordered_json::array();
   for (const auto& [duration, jerk] : law.segments()) json.push_back({duration, jerk});
-  return json;
+  if (!law.begins_in_motion()) return json;
+  return {{"begin", {law.begin().ds, law.begin().dds}}, {"pieces", std::move(json)}};
 }
 
-Result<TimeLaw> time_law_from_json(const nlohmann::ordered_json& json, const std::string& pointer) {
+namespace {
+
+Result<std::vector<TimeLaw::Segment>> segments_from_json(const nlohmann::ordered_json& json,
+                                                         const std::string& pointer) {
   const std::string form = "a list of [duration in s, jerk in 1/s^3]";
   if (!json.is_array()) return failure(pointer, "a time law is no list", form);
   Findings findings;
@@ -122,8 +150,30 @@ Result<TimeLaw> time_law_from_json(const nlohmann::ordered_json& json, const std
     }
   }
   if (findings.has_errors()) return std::unexpected(std::move(findings));
-  auto law = TimeLaw::create(std::move(segments));
+  return segments;
+}
+
+}  // namespace
+
+Result<TimeLaw> time_law_from_json(const nlohmann::ordered_json& json, const std::string& pointer) {
+  TimeLaw::Begin begin;
+  const nlohmann::ordered_json* pieces = &json;
+  std::string place = pointer;
+  if (json.is_object()) {
+    Findings findings;
+    ObjectReader reader(json, pointer, findings);
+    const auto numbers = reader.numbers("begin", 2);
+    pieces = reader.array("pieces");
+    reader.finish();
+    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    begin = {.ds = numbers[0], .dds = numbers[1]};
+    place += "/pieces";
+  }
+  auto segments = segments_from_json(*pieces, place);
+  if (!segments) return std::unexpected(std::move(segments.error()));
+  auto law = TimeLaw::create(std::move(*segments), begin);
   if (law) return law;
+  Findings findings;
   findings.append(law.error(), pointer);
   return std::unexpected(std::move(findings));
 }

@@ -3,16 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+
+#include "core/motion/plan_checks.h"
 
 namespace takt::motion {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// The window that keeps the jerk of every channel where the law's acceleration jumps.
-double window_for_jumps(const PathShape& shape, const AccelerationLaw& law) {
+/// The window that keeps the jerk of every channel where the law's acceleration jumps; `before` the law it is that.
+double window_for_jumps(const PathShape& shape, const AccelerationLaw& law, double before = 0.0) {
   double window = 0.0;
-  double before = 0.0;
   for (std::size_t i = 0; i <= law.dds.size(); ++i) {
     const double dds = i < law.dds.size() ? law.dds[i] : 0.0;
     const std::size_t cell = law.cell[std::min(i, law.dds.size() - 1)];
@@ -133,23 +135,31 @@ double ReachabilityPlanner::largest_begin(const Piece& piece, double x_most, dou
   return x;
 }
 
-std::optional<AccelerationLaw> ReachabilityPlanner::plan(const std::vector<double>& slow) {
+double ReachabilityPlanner::scale_of(const Piece& piece, const std::vector<double>& slow) {
+  return slow.empty() ? 1.0 : 1.0 / (slow[piece.cell] * slow[piece.cell]);
+}
+
+std::vector<double> ReachabilityPlanner::reachable(const std::vector<double>& slow, std::size_t first) const {
   const std::size_t n = pieces_.size();
-  const auto scale = [&](const Piece& piece) {
-    return slow.empty() ? 1.0 : 1.0 / (slow[piece.cell] * slow[piece.cell]);
-  };
   std::vector<double> most(n + 1, kInfinity);
   for (std::size_t i = 0; i < n; ++i) {
-    const double k = scale(pieces_[i]);
+    const double k = scale_of(pieces_[i], slow);
     most[i] = std::min({most[i], k * pieces_[i].x_most, k * pieces_[i].x_most_by_acceleration});
     most[i + 1] = std::min(most[i + 1], k * pieces_[i].y_most);
   }
-  most[0] = 0.0;
   most[n] = 0.0;
-  for (std::size_t i = n; i-- > 1;) {
-    if (!std::isfinite(most[i])) return std::nullopt;
-    most[i] = largest_begin(pieces_[i], most[i], most[i + 1], scale(pieces_[i]));
+  for (std::size_t i = n; i-- > first;) {
+    if (!std::isfinite(most[i])) return {};
+    most[i] = largest_begin(pieces_[i], most[i], most[i + 1], scale_of(pieces_[i], slow));
   }
+  return most;
+}
+
+std::optional<AccelerationLaw> ReachabilityPlanner::plan(const std::vector<double>& slow) const {
+  const std::size_t n = pieces_.size();
+  const auto scale = [&](const Piece& piece) { return scale_of(piece, slow); };
+  const std::vector<double> most = reachable(slow, 1);
+  if (most.empty()) return std::nullopt;
   AccelerationLaw law;
   law.time.reserve(n + 1);
   law.dds.reserve(n);
@@ -172,7 +182,62 @@ std::optional<AccelerationLaw> ReachabilityPlanner::plan(const std::vector<doubl
   return law;
 }
 
-TimeLaw averaged(const AccelerationLaw& law, double window) {
+std::optional<AccelerationLaw> ReachabilityPlanner::plan_from(const LawPoint& start,
+                                                              const std::vector<double>& slow) const {
+  const std::size_t n = pieces_.size();
+  if (!(start.s < 1.0 && start.ds > 0.0)) return std::nullopt;
+  std::size_t first = 0;
+  while (first < n && pieces_[first].s_begin <= start.s) ++first;
+  if (first == n) return std::nullopt;
+  const std::vector<double> most = reachable(slow, first);
+  if (most.empty()) return std::nullopt;
+  // To the next node as it comes; from there on by the limits.
+  const double way = pieces_[first].s_begin - start.s;
+  double x = start.ds * start.ds + 2.0 * start.dds * way;
+  if (!(x > 0.0)) return std::nullopt;
+  const double first_time = 2.0 * way / (start.ds + std::sqrt(x));
+  AccelerationLaw law{
+      .time = {0.0, first_time}, .dds = {start.dds}, .s = {start.s}, .cell = {pieces_[first > 0 ? first - 1 : 0].cell}};
+  for (std::size_t i = first; i < n; ++i) {
+    const Piece& piece = pieces_[i];
+    // Too fast for what comes: it brakes by the limits as they are, or, where they allow nothing, in the middle.
+    const bool too_fast = x > most[i] * (1.0 + 1e-9);
+    const Interval y_may = interval(piece, x, too_fast ? 1.0 : scale_of(piece, slow));
+    const double slowest = y_may.low <= y_may.high ? y_may.low : 0.5 * (y_may.low + y_may.high);
+    const double y = std::max(0.0, std::max(std::min(y_may.high, most[i + 1]), slowest));
+    const double rates = std::sqrt(x) + std::sqrt(y);
+    if (!(rates > 0.0)) return std::nullopt;
+    law.dds.push_back((y - x) / (2.0 * piece.width));
+    law.time.push_back(law.time.back() + 2.0 * piece.width / rates);
+    law.s.push_back(piece.s_begin);
+    law.cell.push_back(piece.cell);
+    x = y;
+  }
+  law.s.push_back(1.0);
+  if (x > 0.0) return std::nullopt;  // it could not even stop at the end
+  return law;
+}
+
+LawPoint MovingStart::after_lead() const {
+  LawPoint at{.s = 0.0, .ds = begin.ds, .dds = begin.dds, .ddds = 0.0};
+  for (const auto& [duration, jerk] : lead) {
+    at.ddds = jerk;
+    at = advanced(at, duration);
+  }
+  return at;
+}
+
+LawPoint mean_start(const LawPoint& at, double window) {
+  return {.s = at.s + 0.5 * window * at.ds + window * window / 12.0 * at.dds,
+          .ds = at.ds + 0.5 * window * at.dds,
+          .dds = at.dds,
+          .ddds = 0.0};
+}
+
+namespace {
+
+/// Pieces of constant jerk of the mean of a law over a window; `before` the law its s'' has always been that.
+std::vector<TimeLaw::Segment> mean_pieces(const AccelerationLaw& law, double window, double before_law) {
   const std::vector<double>& t = law.time;
   const std::size_t n = law.dds.size();
   std::vector<double> knots;
@@ -184,7 +249,8 @@ TimeLaw averaged(const AccelerationLaw& law, double window) {
   std::vector<TimeLaw::Segment> segments;
   segments.reserve(knots.size());
   const auto dds = [&](double at, std::size_t& guess) {
-    if (at < 0.0 || at >= t.back()) return 0.0;
+    if (at < 0.0) return before_law;
+    if (at >= t.back()) return 0.0;
     while (guess + 1 < n && at >= t[guess + 1]) ++guess;
     return law.dds[guess];
   };
@@ -200,6 +266,20 @@ TimeLaw averaged(const AccelerationLaw& law, double window) {
     segments.push_back({.duration_s = knots[k] - begin, .jerk = jerk});
     begin = knots[k];
   }
+  return segments;
+}
+
+}  // namespace
+
+TimeLaw averaged(const AccelerationLaw& law, double window, const MovingStart& start) {
+  std::vector<TimeLaw::Segment> segments = start.lead;
+  const auto mean = mean_pieces(law, window, start.after_lead().dds);
+  segments.insert(segments.end(), mean.begin(), mean.end());
+  return TimeLaw::create(std::move(segments), start.begin).value_or(TimeLaw());
+}
+
+TimeLaw averaged(const AccelerationLaw& law, double window) {
+  std::vector<TimeLaw::Segment> segments = mean_pieces(law, window, 0.0);
   // Rounding of the sums: scaled to end at exactly 1 as far as it can be.
   double s = 0.0;
   double ds = 0.0;
@@ -215,11 +295,48 @@ TimeLaw averaged(const AccelerationLaw& law, double window) {
 
 namespace {
 
+/// What law and clock may take together, so that something is left for the clock.
+constexpr double kMostOfVelocity = 0.9995, kMostOfAcceleration = 0.95, kMostOfJerk = 0.9;
+
+/// True if the law keeps the limits of the shape with some room for a clock.
+bool leaves_room(const PathShape& shape, const Loads& loads) {
+  for (const Loads::Instant& load : loads.instants) {
+    const ShapeLimits& limits = shape.limits[shape.cells[load.cell].limits];
+    const double velocity = (load.first / limits.velocity).maxCoeff() * kLawShareOfVelocity;
+    const double acceleration = (load.second / limits.hard_acceleration).maxCoeff();
+    const double jerk = (load.third / limits.hard_jerk).maxCoeff();
+    if (velocity > kMostOfVelocity || acceleration > kMostOfAcceleration || jerk > kMostOfJerk) return false;
+  }
+  return true;
+}
+
 /// One window: plan, average, slow down where the average breaks a limit, again.
 class WindowSearch {
  public:
-  WindowSearch(const PathShape& shape, ReachabilityPlanner& planner, double window)
-      : shape_(shape), planner_(planner), window_(window), slow_(shape.cells.size(), 1.0) {}
+  WindowSearch(const PathShape& shape, const ReachabilityPlanner& planner, double window, std::vector<double> slow = {})
+      : shape_(shape), planner_(planner), window_(window), slow_(std::move(slow)) {
+    if (slow_.empty()) slow_.assign(shape.cells.size(), 1.0);
+    least_slow_ = slow_;
+  }
+
+  /// As run(), of a law that begins in motion and so must fit as it is.
+  void run_in_motion(const MovingStart& start, std::optional<OptimalLaw>& best) {
+    constexpr int kRounds = 16;
+    double lead = 0.0;
+    for (const TimeLaw::Segment& segment : start.lead) lead += segment.duration_s;
+    for (int round = 0; round < kRounds; ++round) {
+      const auto raw = planner_.plan_from(mean_start(start.after_lead(), window_), slow_);
+      if (!raw || (best && lead + raw->duration() + window_ >= best->law.duration())) return;
+      TimeLaw law = averaged(*raw, window_, start);
+      if (law.segments().empty()) return;
+      Loads loads = loads_of(shape_, law);
+      const double excess = loads.largest_stretch;
+      const bool good = excess <= kGoodEnough;
+      if (!good) slow_down(*raw, loads, kBold, lead);
+      if (leaves_room(shape_, loads)) best = OptimalLaw{.law = std::move(law), .loads = std::move(loads)};
+      if (good) return;
+    }
+  }
 
   void run(int rounds, std::optional<OptimalLaw>& best, double& best_duration) {
     double own_best = kInfinity;
@@ -233,7 +350,7 @@ class WindowSearch {
       Loads loads = loads_of(shape_, law);
       const double duration = law.duration() * loads.largest_stretch;
       const double excess = loads.largest_stretch;
-      if (round + 1 < rounds && excess > kGoodEnough) slow_down(*raw, loads);
+      if (round + 1 < rounds && excess > kGoodEnough) slow_down(*raw, loads, kCareful);
       idle = duration < kProgress * own_best ? 0 : idle + 1;
       own_best = std::min(own_best, duration);
       if (duration < best_duration) {
@@ -249,28 +366,34 @@ class WindowSearch {
   /// Given up after so many rounds in a row without as much progress.
   static constexpr int kIdleRounds = 4;
   static constexpr double kProgress = 0.998;
+  /// How far a cell is slowed in one round: careful where the rest is stretched away, bold where all must fit.
+  struct Pace {
+    double step, power;
+  };
+  static constexpr Pace kCareful{1.2, 0.5}, kBold{1.6, 0.8};
 
   /// Each cell is slowed by what is needed while the window covers it; where it was slowed for nothing it is sped up.
-  void slow_down(const AccelerationLaw& raw, const Loads& loads) {
+  /// @param lead  s: by how much the law begins earlier than `raw`
+  void slow_down(const AccelerationLaw& raw, const Loads& loads, const Pace& pace, double lead = 0.0) {
     std::vector<double> needed(slow_.size(), 0.0);
     std::size_t first = 0;
     for (std::size_t i = 0; i < loads.instants.size(); ++i) {
-      const double until = loads.instants[i].tau;
+      const double until = loads.instants[i].tau - lead;
       while (first + 1 < raw.dds.size() && raw.time[first + 1] < until - window_) ++first;
       for (std::size_t k = first; k < raw.dds.size() && raw.time[k] <= until; ++k) {
         needed[raw.cell[k]] = std::max(needed[raw.cell[k]], loads.stretch[i]);
       }
     }
-    constexpr double kStep = 1.2;
     for (std::size_t c = 0; c < slow_.size(); ++c) {
-      slow_[c] = std::max(1.0, slow_[c] * std::pow(std::clamp(needed[c], 1.0 / kStep, kStep), 0.5));
+      slow_[c] =
+          std::max(least_slow_[c], slow_[c] * std::pow(std::clamp(needed[c], 1.0 / pace.step, pace.step), pace.power));
     }
   }
 
   const PathShape& shape_;
-  ReachabilityPlanner& planner_;
+  const ReachabilityPlanner& planner_;
   double window_;
-  std::vector<double> slow_;
+  std::vector<double> slow_, least_slow_;
 };
 
 }  // namespace
@@ -285,6 +408,20 @@ std::optional<OptimalLaw> time_optimal(const PathShape& shape, double shorter_th
   for (const double factor : options.windows) {
     WindowSearch(shape, planner, factor * window).run(options.rounds, best, best_duration);
   }
+  return best;
+}
+
+std::optional<OptimalLaw> time_optimal_in_motion(const PathShape& shape, const MovingStart& start,
+                                                 const std::vector<double>& slow) {
+  constexpr int kCuts = 2;
+  const ReachabilityPlanner planner(shape, kCuts);
+  const LawPoint from = start.after_lead();
+  const auto raw = planner.plan_from(from, slow);
+  if (!raw) return std::nullopt;
+  const double window = window_for_jumps(shape, *raw, from.dds);
+  std::optional<OptimalLaw> best;
+  for (const double factor : {1.0, 0.7, 0.5})
+    WindowSearch(shape, planner, factor * window, slow).run_in_motion(start, best);
   return best;
 }
 

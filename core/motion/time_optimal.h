@@ -8,6 +8,15 @@
 
 namespace takt::motion {
 
+/// How a path is entered that goes on with another motion: by this speed, first through `lead`, whatever the limits
+/// say, then as fast as they allow.
+struct MovingStart {
+  TimeLaw::Begin begin;                ///< at s = 0
+  std::vector<TimeLaw::Segment> lead;  ///< as the other motion's law goes on
+
+  [[nodiscard]] LawPoint after_lead() const;
+};
+
 /// A law of constant s'' per piece, from rest to rest, before its jerk is bounded: piece i lasts from time[i] to
 /// time[i + 1] and lies in cell[i] of the shape.
 struct AccelerationLaw {
@@ -28,7 +37,9 @@ struct AccelerationLaw {
 class ReachabilityPlanner {
  public:
   ReachabilityPlanner(const PathShape& shape, int cuts);
-  [[nodiscard]] std::optional<AccelerationLaw> plan(const std::vector<double>& slow);
+  [[nodiscard]] std::optional<AccelerationLaw> plan(const std::vector<double>& slow) const;
+  /// The same from s with ds and dds on, which may be above the limits: then it brakes as hard as they say.
+  [[nodiscard]] std::optional<AccelerationLaw> plan_from(const LawPoint& start, const std::vector<double>& slow) const;
 
  private:
   /// One limit on a piece in the plane of x = ds^2 at its begin and y = ds^2 at its end: m x - g <= y <= m x + g with
@@ -52,6 +63,10 @@ class ReachabilityPlanner {
   void add_rows(const PathShape::Derivatives& d, const ShapeLimits& limits, bool at_end, Piece& piece);
   void add_row(double a, double b, double limit, Piece& piece);
   [[nodiscard]] Interval interval(const Piece& piece, double x, double scale) const;
+  [[nodiscard]] static double scale_of(const Piece& piece, const std::vector<double>& slow);
+  /// The largest ds^2 at the begin of each piece, and at the end, from which the end can be reached at rest. Empty if
+  /// the shape stands still somewhere. Not looked at before `first`.
+  [[nodiscard]] std::vector<double> reachable(const std::vector<double>& slow, std::size_t first) const;
   [[nodiscard]] double largest_begin(const Piece& piece, double x_most, double y_most, double scale) const;
 
   const PathShape& shape_;
@@ -61,6 +76,10 @@ class ReachabilityPlanner {
 
 /// The law averaged over a window in time: s'' becomes linear between knots, s still goes from 0 to 1.
 [[nodiscard]] TimeLaw averaged(const AccelerationLaw& law, double window);
+/// The same after a lead: `law` begins where mean_start() says, so that the mean joins the lead with equal s, ds, dds.
+[[nodiscard]] TimeLaw averaged(const AccelerationLaw& law, double window, const MovingStart& start);
+/// Where a law of constant s'' has to begin so that its mean over the window is at `at` then.
+[[nodiscard]] LawPoint mean_start(const LawPoint& at, double window);
 
 struct TimeOptimalOptions {
   int cuts = 2;     ///< pieces per cell
@@ -78,5 +97,11 @@ struct OptimalLaw {
 /// @return nothing if there is no such law (see ReachabilityPlanner). Realtime: setup, deterministic.
 [[nodiscard]] std::optional<OptimalLaw> time_optimal(const PathShape& shape, double shorter_than,
                                                      const TimeOptimalOptions& options = {});
+/// A law that begins in motion. Its speeds cannot be stretched afterwards, so it has to keep what law and clock may
+/// take together, whatever the law alone should take.
+/// @param slow  one entry per cell, >= 1: limits there are lowered as if time were stretched by that much
+/// @return nothing if no such law was found. Realtime: setup, deterministic.
+[[nodiscard]] std::optional<OptimalLaw> time_optimal_in_motion(const PathShape& shape, const MovingStart& start,
+                                                               const std::vector<double>& slow);
 
 }  // namespace takt::motion

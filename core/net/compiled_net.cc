@@ -130,9 +130,9 @@ const void* CompiledNet::find_slot(std::string_view port, ValueType type) const 
 }
 
 std::string_view name_of(Cause::Code code) {
-  static constexpr std::array<std::string_view, 11> kNames = {"none",       "terminated", "cancelled", "aborted",
+  static constexpr std::array<std::string_view, 12> kNames = {"none",       "terminated", "cancelled", "aborted",
                                                               "null input", "device",     "guard",     "exception",
-                                                              "overrun",    "conflict",   "error"};
+                                                              "overrun",    "conflict",   "error",     "taken over"};
   return kNames.at(static_cast<std::size_t>(code));
 }
 

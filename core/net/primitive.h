@@ -57,11 +57,17 @@ struct Cause {
     kException,
     kOverrun,
     kConflict,
-    kError
+    kError,
+    kTakenOver
   };
   Code code = Code::kNone;
   Text text;                ///< for people: what, where, number
   std::int64_t cycle = -1;  ///< core cycle in which it happened
+
+  /// The net came to its end as it was meant to, whoever asked for it.
+  [[nodiscard]] constexpr bool in_order() const {
+    return code == Code::kTerminated || code == Code::kCancelled || code == Code::kTakenOver;
+  }
 };
 
 [[nodiscard]] std::string_view name_of(Cause::Code code);

@@ -30,15 +30,19 @@ class Error final : public Primitive {
  public:
   explicit Error(Setup& setup)
       : condition_(stop_condition(setup)),
-        text_(
-            setup.parameter<Text>("text", {.doc = "cause for people, at most 63 bytes", .example = R"("it broke")"})) {}
+        text_(setup.parameter<Text>("text", {.doc = "cause for people, at most 63 bytes", .example = R"("it broke")"})),
+        conflict_(setup.parameter<std::string>("cause", "error",
+                                               {.doc = "conflict: two want one device", .range = "error|conflict"}) ==
+                  "conflict") {}
   void update(const Cycle& cycle) override {
-    if (condition_.holds()) cycle.signals->fail_with(Cause::Code::kError, text_.view(), cycle.index);
+    if (!condition_.holds()) return;
+    cycle.signals->fail_with(conflict_ ? Cause::Code::kConflict : Cause::Code::kError, text_.view(), cycle.index);
   }
 
  private:
   Flag condition_;
   Text text_;
+  bool conflict_;
 };
 
 class Cancel final : public Primitive {

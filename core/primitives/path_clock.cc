@@ -20,6 +20,10 @@ class PathClock final : public Primitive {
       : target_rate_(setup.in<Real>(
             "target_rate",
             {.unit = "1", .doc = "wanted rate: 1 = as planned, 0 = stop on the path", .on_null = OnNull::kHandled})),
+        begin_time_(setup.in<Real>("begin_time", begin("s", "path time that it begins at; null: 0"))),
+        begin_rate_(setup.in<Real>("begin_rate", begin("1", "rate that it begins with; null: 1"))),
+        begin_rate_derivative_(
+            setup.in<Real>("begin_rate_derivative", begin("1/s", "change of the rate at the begin; null: 0"))),
         time_(setup.out<Real>("time", {.unit = "s", .doc = "path time after this cycle, in [0, duration]"})),
         rate_(setup.out<Real>("rate", {.unit = "1", .doc = "path time per time"})),
         rate_derivative_(setup.out<Real>("rate_derivative", {.unit = "1/s", .doc = "change of the rate"})),
@@ -28,6 +32,8 @@ class PathClock final : public Primitive {
         duration_(setup.parameter<Real>(
             "duration", {.unit = "s", .doc = "planned duration", .range = "[0,inf)", .example = "1.0"})),
         retraceable_(setup.parameter<Boolean>("retraceable", false, {.doc = "rates down to -1 are allowed"})),
+        in_motion_(setup.parameter<Boolean>(
+            "in_motion", false, {.doc = "the law does not begin at rest: no jump of the rate there, no way back"})),
         bounds_json_(setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2} from the plan",
                                            .example = R"({"acceleration_max": 4.0, "jerk_max": 80.0})"})) {
     setup.costs(60.0);
@@ -36,7 +42,7 @@ class PathClock final : public Primitive {
   Findings prepare() override {
     auto bounds = motion::clock_bounds_from_json(bounds_json_, "/bounds");
     if (!bounds) return std::move(bounds.error());
-    clock_.emplace(*bounds, duration_, retraceable_);
+    clock_.emplace(*bounds, duration_, retraceable_, in_motion_);
     clock_at_start_ = clock_;
     return {};
   }
@@ -44,7 +50,7 @@ class PathClock final : public Primitive {
   [[nodiscard]] double stop_time_bound() const override { return clock_->stop_time_bound(); }
 
   void update(const Cycle& cycle) override {
-    if (cycle.first) clock_ = clock_at_start_;
+    if (cycle.first) begin();
     const auto& state = clock_->update(target_rate_.value_or(0.0), cycle.dt);
     time_.set(state.tau);
     rate_.set(state.rate);
@@ -54,11 +60,23 @@ class PathClock final : public Primitive {
   }
 
  private:
-  In<Real> target_rate_;
+  static PortSpec begin(std::string_view unit, std::string_view doc) {
+    return {.unit = unit, .doc = doc, .on_null = OnNull::kHandled, .optional = true};
+  }
+  /// Of another clock, whose motion this one goes on with.
+  void begin() {
+    clock_ = clock_at_start_;
+    if (begin_time_.null() && begin_rate_.null()) return;
+    clock_->reset({.tau = begin_time_.value_or(0.0),
+                   .rate = begin_rate_.value_or(1.0),
+                   .rate_change = begin_rate_derivative_.value_or(0.0)});
+  }
+
+  In<Real> target_rate_, begin_time_, begin_rate_, begin_rate_derivative_;
   Out<Real> time_, rate_, rate_derivative_;
   Out<Boolean> at_end_, standstill_;
   double duration_;
-  bool retraceable_;
+  bool retraceable_, in_motion_;
   nlohmann::ordered_json bounds_json_;
   std::optional<motion::PathClock> clock_, clock_at_start_;
 };
@@ -104,10 +122,12 @@ class TimeLaw final : public Primitive {
   motion::TimeLaw law_;
 };
 
-TAKT_PRIMITIVE(PathClock, "path",
-               "Path time with a rate that follows its target in the shortest time within bounds on its first and "
-               "second derivative, without overshoot. A target of null counts as 0: the motion stops on its path. In "
-               "the first cycle the clock has already run for one period from time 0.");
+TAKT_PRIMITIVE(
+    PathClock, "path",
+    "Path time with a rate that follows its target in the shortest time within bounds on its first and "
+    "second derivative, without overshoot. A target of null counts as 0: the motion stops on its path. In "
+    "the first cycle the clock has already run for one period from where it begins: time 0, or the state of another "
+    "clock, whose motion it goes on with.");
 TAKT_PRIMITIVE(TimeLaw, "path",
                "Path parameter and its derivatives with respect to real time, for a planned time law followed by a "
                "path clock. The first cycle is like any other.");

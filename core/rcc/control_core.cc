@@ -97,6 +97,9 @@ struct ControlCore::Impl {
   [[nodiscard]] std::vector<NetEntry::DeclaredSeam> bind_seams(const NetEntry& entry, const std::vector<NetSeam>& seams,
                                                                const std::string& pointer, Findings& findings);
 
+  /// Why none of the declared ways in which a net takes a device over follows this end of another one; or nothing.
+  [[nodiscard]] std::optional<net::Text> misfit(const NetEntry::DeclaredSeam& end, const NetEntry& successor);
+
   void take_samples(std::int64_t k, Nanoseconds now);
   void note_latches(std::int64_t k);
   void sample_watches(std::int64_t k);
@@ -192,6 +195,17 @@ std::vector<NetEntry::DeclaredSeam> ControlCore::Impl::bind_seams(const NetEntry
     }
   }
   return bound;
+}
+
+std::optional<net::Text> ControlCore::Impl::misfit(const NetEntry::DeclaredSeam& end, const NetEntry& successor) {
+  std::optional<net::Text> first;
+  for (const auto& [place, begin] : successor.begins) {
+    if (place != end.place) continue;
+    const auto why = resources[place].actuator->misfit(end.seam, begin);
+    if (!why) return std::nullopt;
+    if (!first) first = why;
+  }
+  return first;
 }
 
 void ControlCore::Impl::take_samples(std::int64_t k, Nanoseconds now) {
@@ -480,14 +494,10 @@ Result<RequestId> ControlCore::schedule_after(NetId predecessor, NetId successor
     if (id != 0 && knows(id) && state(id) != NetState::kReady)
       findings.error("", fmt::format("net {} is not Ready, it is {}", id, name_of(state(id))));
   if (findings.has_errors()) return std::unexpected(std::move(findings));
-  for (const auto& [place, end] : impl_->nets.find(predecessor)->ends) {
-    for (const auto& [other, begin] : impl_->nets.find(successor)->begins) {
-      const device::Actuator& actuator = *impl_->resources[place].actuator;
-      const auto why = place == other ? actuator.misfit(end, begin) : std::nullopt;
-      if (why)
-        findings.error("", fmt::format("net {} cannot follow net {}: {}: {}", successor, predecessor, actuator.name(),
-                                       why->view()));
-    }
+  for (const auto& end : impl_->nets.find(predecessor)->ends) {
+    if (const auto why = impl_->misfit(end, *impl_->nets.find(successor)))
+      findings.error("", fmt::format("net {} cannot follow net {}: {}: {}", successor, predecessor,
+                                     impl_->resources[end.place].actuator->name(), why->view()));
   }
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   Rule rule{.condition = {Term::state(predecessor, {NetState::kTerminated})},

@@ -45,7 +45,8 @@ struct LoadOptions {
   /// gives (net::StopBound), else kDefaultCancelBound.
   static constexpr std::int64_t kDefaultCancelBound = 10'000;
   std::optional<std::int64_t> cancel_bound_cycles = {};
-  /// How the net takes its devices over: checked when its start is agreed, and again against what was really sent.
+  /// How the net takes its devices over: checked when its start is agreed, and again against what was really sent. A
+  /// device that is named several times may be taken over in any of these ways.
   std::vector<NetSeam> begins = {};
   /// How it leaves them when it ends in order; what schedule_after() compares the successor with.
   std::vector<NetSeam> ends = {};

@@ -127,6 +127,21 @@ void Executor::start(NetEntry& entry, std::int64_t cycle) {
   move_to(entry, NetState::kRunning);
 }
 
+std::optional<net::Text> Executor::refuse_end(const NetEntry& entry, const Transaction& transaction) const {
+  const auto is_taken = [&](int place) {
+    return std::ranges::any_of(transaction.start, [&](NetId id) {
+      const NetEntry* successor = nets_.find(id);
+      return successor != nullptr && std::ranges::count(successor->claims, place) > 0;
+    });
+  };
+  for (const int place : entry.claims) {
+    const device::Actuator* actuator = resources_[place].actuator;
+    if (actuator != nullptr && !actuator->will_rest() && !is_taken(place))
+      return format_text("{} would move on, and nobody takes it over", actuator->name());
+  }
+  return std::nullopt;
+}
+
 device::StateAnswer Executor::answer_of(const device::Actuator& actuator, const NetEntry& entry, int place) {
   const auto need = std::ranges::find(entry.needs, place, &NetEntry::NeededState::place);
   return actuator.answer(need == entry.needs.end() ? std::string_view{} : need->state);
@@ -140,7 +155,9 @@ std::optional<Executor::Refusal> Executor::refuse_start(const NetEntry& entry, c
   for (const int place : entry.claims) {
     const auto& wanted = resources_[place];
     const bool freed = wanted.owner != 0 && transaction.abort.contains(wanted.owner);
-    if (wanted.owner != 0 && !freed) return refused(format_text("{} is held by net {}", wanted.name, wanted.owner));
+    const bool taken_over = wanted.owner != 0 && transaction.end.contains(wanted.owner);
+    if (wanted.owner != 0 && !freed && !taken_over)
+      return refused(format_text("{} is held by net {}", wanted.name, wanted.owner));
     if (wanted.actuator == nullptr) continue;
     if (freed && !wanted.actuator->at_rest())
       return refused(format_text("{} moves; its abort leaves it braking", wanted.actuator->name()));
@@ -182,7 +199,11 @@ void Executor::prepare(const Transaction& transaction) {
 std::optional<net::Text> Executor::refuse_seam(const NetEntry& entry) const {
   for (const auto& [place, begin] : entry.begins) {
     const device::Actuator& actuator = *resources_[place].actuator;
-    if (const auto why = actuator.misfit(actuator.seam(), begin)) return why;
+    const auto why = actuator.misfit(actuator.seam(), begin);
+    const auto fits = [&](const NetEntry::DeclaredSeam& other) {
+      return other.place == place && !actuator.misfit(actuator.seam(), other.seam);
+    };
+    if (why && std::ranges::none_of(entry.begins, fits)) return why;
   }
   return std::nullopt;
 }
@@ -194,21 +215,25 @@ bool Executor::can_rest(const Transaction& transaction) const {
     for (const int place : entry->claims) {
       const auto& wanted = resources_[place];
       if (wanted.owner != 0) return false;
-      if (wanted.actuator != nullptr && (!wanted.actuator->at_rest() || wanted.actuator->refusal())) return false;
+      if (wanted.actuator != nullptr && (!wanted.actuator->will_rest() || wanted.actuator->refusal())) return false;
     }
   }
   return true;
 }
 
 std::optional<Executor::Refusal> Executor::check(const Transaction& transaction) const {
-  for (const NetSet* set : {&transaction.abort, &transaction.cancel, &transaction.start})
+  for (const NetSet* set : {&transaction.abort, &transaction.cancel, &transaction.end, &transaction.start})
     for (const NetId id : *set)
       if (nets_.find(id) == nullptr) return Refusal{.net = id, .text = format_text("net {} is not loaded", id)};
   const auto state_of = [this](NetId id) { return nets_.find(id)->state.load(std::memory_order_acquire); };
-  for (const NetSet* set : {&transaction.abort, &transaction.cancel})
+  for (const NetSet* set : {&transaction.abort, &transaction.cancel, &transaction.end})
     for (const NetId id : *set)
       if (!is_active(state_of(id)) && state_of(id) != NetState::kTerminated)
         return Refusal{.net = id, .text = format_text("net {} is not running, it is {}", id, name_of(state_of(id)))};
+  for (const NetId id : transaction.end) {
+    if (!is_active(state_of(id))) continue;
+    if (const auto why = refuse_end(*nets_.find(id), transaction)) return Refusal{.net = id, .text = *why};
+  }
   std::optional<Refusal> later;
   for (const NetId id : transaction.start) {
     const NetState state = state_of(id);
@@ -235,6 +260,12 @@ void Executor::carry_out(const Transaction& transaction, std::int64_t cycle) {
     entry.cancel_cycle = cycle;
     move_to(entry, NetState::kCanceling);
   }
+  for (const NetId id : transaction.end) {
+    NetEntry& entry = *nets_.find(id);
+    if (is_active(entry.state.load(std::memory_order_relaxed)))
+      end(entry, cause_of(net::Cause::Code::kTakenOver, {}, cycle), cycle);
+  }
+  forget_ended();
   for (const NetId id : transaction.start) {
     NetEntry& entry = *nets_.find(id);
     if (entry.state.load(std::memory_order_relaxed) == NetState::kReady) start(entry, cycle);

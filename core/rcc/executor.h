@@ -36,7 +36,8 @@ class Executor {
   /// Does it; check() has found nothing. Realtime: cyclic.
   void carry_out(const Transaction& transaction, std::int64_t cycle);
 
-  /// True if every device that the transaction's nets want to start with is at rest, free and ready to be taken.
+  /// True if every device that the transaction's nets want to start with is at rest after this cycle, free and ready to
+  /// be taken.
   [[nodiscard]] bool can_rest(const Transaction& transaction) const;
 
   /// The net that is evaluated just now; 0: none. Any thread, wait-free.
@@ -67,6 +68,7 @@ class Executor {
   void start(NetEntry& entry, std::int64_t cycle);
   void end(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
   void move_to(NetEntry& entry, NetState state);
+  [[nodiscard]] std::optional<net::Text> refuse_end(const NetEntry& entry, const Transaction& transaction) const;
   [[nodiscard]] std::optional<Refusal> refuse_start(const NetEntry& entry, const Transaction& transaction) const;
   /// What a net that starts needs of a device that it claims.
   [[nodiscard]] static device::StateAnswer answer_of(const device::Actuator& actuator, const NetEntry& entry,

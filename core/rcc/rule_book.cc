@@ -1,6 +1,7 @@
 #include "core/rcc/rule_book.h"
 
 #include <algorithm>
+#include <span>
 
 namespace takt::rcc {
 
@@ -33,7 +34,10 @@ bool RuleBook::holds(const Term& term) const {
   const NetState state = entry->state.load(std::memory_order_acquire);
   if (term.states != 0) return ((term.states >> static_cast<unsigned>(state)) & 1u) != 0;
   const bool evaluated = entry->net != nullptr && entry->net->cycles() > 0;
-  return term.port != nullptr && evaluated && term.port->null == 0 && term.port->value;
+  if (!evaluated) return false;
+  if (term.port != nullptr) return term.port->null == 0 && term.port->value;
+  return term.real != nullptr && term.real->null == 0 && term.real->value >= term.lower &&
+         term.real->value <= term.upper;
 }
 
 bool RuleBook::holds(const Condition& condition) const {
@@ -56,7 +60,9 @@ void RuleBook::apply(std::int64_t cycle) {
   bool any = false;
   for (Entry& entry : entries_) {
     entry.fires = is_due(entry, cycle);
-    const bool waits = entry.refused_in >= 0 || entry.later_since >= 0;
+    const bool waits_for_rest = entry.refused_in >= 0;
+    if (waits_for_rest && waits_for_end(entry.rule)) entry.refused_in = cycle;
+    const bool waits = waits_for_rest || entry.later_since >= 0;
     entry.hopeless = entry.fires || waits ? 0 : hopeless_net(entry.rule.condition);
     any = any || entry.fires || entry.hopeless != 0;
   }
@@ -65,16 +71,34 @@ void RuleBook::apply(std::int64_t cycle) {
     for (Entry& entry : entries_)
       if (entry.fires && rank(entry.rule.action) == turn) entry.over = carry_out(entry, cycle);
   for (Entry& entry : entries_)
-    if (entry.hopeless != 0) give_up(entry, cycle);
+    if (entry.hopeless != 0) entry.over = give_up(entry, cycle);
   std::erase_if(entries_, [](const Entry& entry) { return entry.over; });
 }
 
-void RuleBook::give_up(Entry& entry, std::int64_t cycle) {
+bool RuleBook::is_active_net(NetId id) const {
+  const NetEntry* entry = executor_.find(id);
+  return entry != nullptr && is_active(entry->state.load(std::memory_order_acquire));
+}
+
+bool RuleBook::waits_for_end(const Rule& rule) const {
+  const auto terms = std::span(rule.condition.terms).first(static_cast<std::size_t>(rule.condition.size));
+  return std::ranges::any_of(terms, [this](const Term& term) { return is_active_net(term.net); }) ||
+         std::ranges::any_of(rule.action.end, [this](NetId id) { return is_active_net(id); });
+}
+
+bool RuleBook::give_up(Entry& entry, std::int64_t cycle) {
+  const net::Text why("its condition can never hold");
+  if (!entry.rule.otherwise.empty()) return try_otherwise(entry, why, cycle);
   Event event{.kind = Event::Kind::kRefused, .state = {}, .net = entry.hopeless, .request = entry.id, .cause = {}};
-  event.cause = {
-      .code = net::Cause::Code::kConflict, .text = net::Text("its condition can never hold"), .cycle = cycle};
+  event.cause = {.code = net::Cause::Code::kConflict, .text = why, .cycle = cycle};
   events_.add(event);
-  entry.over = true;
+  return true;
+}
+
+bool RuleBook::try_otherwise(Entry& entry, const net::Text& refusal, std::int64_t cycle) {
+  entry.refused_in = cycle;
+  entry.refusal = refusal;
+  return executor_.can_rest(entry.rule.otherwise) && carry_out(entry, cycle);
 }
 
 bool RuleBook::is_due(const Entry& entry, std::int64_t cycle) const {
@@ -90,17 +114,17 @@ bool RuleBook::carry_out(Entry& entry, std::int64_t cycle) {
   const bool second = entry.refused_in >= 0;
   const Transaction& transaction = second ? entry.rule.otherwise : entry.rule.action;
   const auto refusal = executor_.check(transaction);
+  // What is to be taken over in motion cannot change its state before.
+  const bool may_wait = refusal && refusal->later && transaction.end.size == 0;
   if (!refusal) {
     executor_.carry_out(transaction, cycle);
-  } else if (refusal->later && (entry.later_since < 0 || cycle - entry.later_since < Rule::kPatience)) {
+  } else if (may_wait && (entry.later_since < 0 || cycle - entry.later_since < Rule::kPatience)) {
     if (entry.later_since < 0) entry.later_since = cycle;
     executor_.prepare(transaction);
     return false;
   } else if (!second && !entry.rule.otherwise.empty()) {
-    entry.refused_in = cycle;
     entry.later_since = -1;
-    entry.refusal = refusal->text;
-    return executor_.can_rest(entry.rule.otherwise) && carry_out(entry, cycle);
+    return try_otherwise(entry, refusal->text, cycle);
   } else {
     event.kind = Event::Kind::kRefused;
     event.net = refusal->net;

@@ -29,8 +29,10 @@ class RuleBook {
     RequestId id = 0;
     Rule rule;
     bool fires = false, over = false;
-    NetId hopeless = 0;             ///< the net because of which it can never fire; 0: it may
-    std::int64_t refused_in = -1;   ///< cycle in which the action was refused: the other transaction waits for rest
+    NetId hopeless = 0;  ///< the net because of which it can never fire; 0: it may
+    /// Cycle from which the other transaction waits for rest: the action was refused, and the nets that the rule is
+    /// about have ended.
+    std::int64_t refused_in = -1;
     std::int64_t later_since = -1;  ///< cycle since which it waits for devices that change their state
     net::Text refusal = {};         ///< why
   };
@@ -40,7 +42,12 @@ class RuleBook {
   [[nodiscard]] NetId hopeless_net(const Condition& condition) const;
   /// True if the entry is to be looked at in this cycle.
   [[nodiscard]] bool is_due(const Entry& entry, std::int64_t cycle) const;
-  void give_up(Entry& entry, std::int64_t cycle);
+  /// A net of the condition, or one that the rule was to end, is still active.
+  [[nodiscard]] bool waits_for_end(const Rule& rule) const;
+  [[nodiscard]] bool is_active_net(NetId net) const;
+  /// The action can never be: the other transaction's turn. @return false if the entry stays, to wait for rest.
+  bool give_up(Entry& entry, std::int64_t cycle);
+  bool try_otherwise(Entry& entry, const net::Text& refusal, std::int64_t cycle);
   /// @return false if the entry stays, to wait for rest.
   bool carry_out(Entry& entry, std::int64_t cycle);
 

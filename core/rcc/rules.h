@@ -38,19 +38,26 @@ struct NetSet {
   }
 };
 
-/// What happens in one cycle, wholly or not at all: first all aborts, then all cancels, then all starts (row L2). Nets
+/// What happens in one cycle, wholly or not at all: first all aborts, then all cancels, ends and starts (row L2). Nets
 /// that are started together run their first cycle together.
+///
+/// A net in `end` has its last cycle: what it proposed is sent, then it is Terminated, cause "taken over", and its
+/// devices are free for the nets in `start`. It may be in motion; a device that would go on moving with nobody to hold
+/// it makes the whole transaction impossible (row L8).
 struct Transaction {
-  NetSet abort, cancel, start;
+  NetSet abort = {}, cancel = {}, start = {}, end = {};
 
-  [[nodiscard]] bool empty() const { return abort.size + cancel.size + start.size == 0; }
+  [[nodiscard]] bool empty() const { return abort.size + cancel.size + start.size + end.size == 0; }
 };
 
-/// One part of a condition: a net is in one of some states, or a Boolean port of a net is true (null counts as false).
+/// One part of a condition: a net is in one of some states, a Boolean port of a net is true, or a Real port lies in a
+/// range (null counts as false).
 struct Term {
   NetId net = 0;
   std::uint8_t states = 0;                        ///< set of NetState, by bit; 0: the port decides
   const net::Slot<net::Boolean>* port = nullptr;  ///< an output of that net, read while the net is active
+  const net::Slot<net::Real>* real = nullptr;     ///< likewise, if there is no Boolean
+  double lower = 0.0, upper = 0.0;                ///< both inside
 
   [[nodiscard]] static Term state(NetId net, std::initializer_list<NetState> states) {
     Term term{.net = net};
@@ -59,6 +66,9 @@ struct Term {
   }
   [[nodiscard]] static Term output(NetId net, const net::Slot<net::Boolean>* port) {
     return {.net = net, .port = port};
+  }
+  [[nodiscard]] static Term in_range(NetId net, const net::Slot<net::Real>* real, double lower, double upper) {
+    return {.net = net, .real = real, .lower = lower, .upper = upper};
   }
 };
 
@@ -79,8 +89,9 @@ struct Condition {
 /// wholly or not at all, and the rule is gone. What could not be done is told in an event, with the reason.
 ///
 /// A rule may bring a second transaction for the case that the first one is refused, because a seam does not fit or
-/// for any other reason (row L3). It is carried out as soon as all devices of the nets that it starts are at rest and
-/// held by nobody; if that takes longer than kPatience cycles, it is refused too.
+/// for any other reason (row L3), or that its condition can never hold any more. It is carried out as soon as all
+/// devices of the nets that it starts are at rest and held by nobody; if that takes longer than kPatience cycles,
+/// counted from the end of the nets that the rule is about, it is refused too.
 struct Rule {
   static constexpr std::int64_t kPatience = 10'000;
 

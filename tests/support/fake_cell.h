@@ -27,7 +27,8 @@ class FakeCell {
   static constexpr double kStiffness = 1e6;  ///< N/m: 5 N are felt 5 um deep
   static constexpr double kToolMass = 0.4;   ///< kg
 
-  FakeCell() {
+  /// @param more  adds devices before the first cycle
+  explicit FakeCell(const std::function<void()>& more = {}) {
     auto model = device::read_arm("models/lwr4plus");
     if (!model) {
       ADD_FAILURE() << model.error().to_string();
@@ -40,6 +41,7 @@ class FakeCell {
     core.add(std::make_unique<device::ForceTorqueSensor>(
         "wrist", std::make_shared<const device::ForceTorqueDescription>(), sensor));
     describe();
+    if (more) more();
     feel();
     core.step();
   }

@@ -120,12 +120,12 @@ TEST_P(MotionNetEvent, O7_P2_BrakesOnThePathFromTheCycleOfTheEvent) {
   const auto net = load(net_of(motion, condition(GetParam().condition)));
   fake.core.start(net);
   fake.step(400);
-  ASSERT_EQ(read<net::Real>(net, "clock.rate"), 1.0) << "the weight of the tool and the bias alone stop nothing";
+  ASSERT_EQ(read<net::Real>(net, "motion/clock.rate"), 1.0) << "the weight of the tool and the bias alone stop nothing";
   ASSERT_EQ(read<net::Boolean>(net, motion_ports::kStopped), false);
   const auto X_BT = fake.arm->chain->forward(fake.q()) * X_FT();
   fake.extra = {.force = GetParam().force, .torque = GetParam().torque};
   fake.step();
-  EXPECT_LT(*read<net::Real>(net, "clock.rate"), 1.0) << "the first braking set point is that of the same cycle";
+  EXPECT_LT(*read<net::Real>(net, "motion/clock.rate"), 1.0) << "the first braking set point is that of the same cycle";
   EXPECT_EQ(read<net::Boolean>(net, motion_ports::kTouched), true);
   const auto touched = read<net::Frame>(net, motion_ports::kTouchFrame);
   ASSERT_TRUE(touched.has_value());
@@ -133,7 +133,7 @@ TEST_P(MotionNetEvent, O7_P2_BrakesOnThePathFromTheCycleOfTheEvent) {
   fake.extra = {};  // a touch is not forgotten
   run_to_end(net);
   EXPECT_EQ(end_of(net), Cause::Code::kTerminated);
-  EXPECT_LT(*read<net::Real>(net, "clock.time"), motion.duration()) << "it did not go to the end";
+  EXPECT_LT(*read<net::Real>(net, "motion/clock.time"), motion.duration()) << "it did not go to the end";
   EXPECT_TRUE(fake.core_arm().at_rest());
   EXPECT_TRUE(read<net::Frame>(net, motion_ports::kTouchFrame)->isApprox(X_BT, 1e-12));
   EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -165,7 +165,7 @@ TEST_F(MotionNetTest, HalfOfAnAllStopsNothing) {
   fake.step(200);
   fake.extra.force.x() = 6.0;
   run_to_end(net);
-  EXPECT_EQ(read<net::Real>(net, "clock.time"), motion.duration());
+  EXPECT_EQ(read<net::Real>(net, "motion/clock.time"), motion.duration());
   EXPECT_EQ(read<net::Boolean>(net, motion_ports::kStopped), false);
   EXPECT_EQ(read<net::Frame>(net, motion_ports::kTouchFrame), std::nullopt);
 }

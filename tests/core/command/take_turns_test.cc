@@ -23,11 +23,19 @@ class TakeTurns : public testing::Test {
     goal[0] += 0.6;
     goal[3] -= 0.4;
     motion_ = *motion::plan_ptp(*fake.arm->chain, fake.arm->limits, fake.q(), goal, {.velocity = 0.5});
-    net = motion_net({"turns", "arm", &motion_, fake.cell.arms.at("arm").X_FT, {}}, fake.cell, {});
-    path_ = net.primitives[net.primitives.size() - 2];
-    arm_ = net.primitives.back();
-    net.primitives.resize(net.primitives.size() - 2);
+    net =
+        motion_net({"turns", "arm", &motion_, fake.cell.arms.at("arm").X_FT, {}}, fake.cell, {}).fragments.front().net;
+    find("target_rate").parameters["condition"] = false;
+    find("stopped").parameters["b"] = false;
+    net.add("end", "Termination").link("done.value", "end.condition");
+    path_ = find("path");
+    arm_ = find("arm");
+    std::erase_if(net.primitives, [](const auto& p) { return p.id == "path" || p.id == "arm"; });
     std::erase_if(net.links, [](const auto& l) { return l.to.starts_with("path.") || l.from.starts_with("path."); });
+  }
+
+  net::PrimitiveDescription& find(const std::string& id) {
+    return *std::ranges::find(net.primitives, id, &net::PrimitiveDescription::id);
   }
 
   /// Active while the path parameter is below and above a limit.

@@ -150,6 +150,44 @@ TEST(PathClock, StartsAtItsTargetAndEndsExactlyAtTheEnds) {
   EXPECT_EQ(clock.state().tau, 0.0);
 }
 
+// A clock that takes another one over goes on as that one would have, whatever it was doing.
+TEST(PathClock, P2_AClockInMotionTakesAnotherOneOver) {
+  Random random(13);
+  for (int run = 0; run < 200; ++run) {
+    const ClockBounds bounds = random_bounds(random);
+    PathClock clock(bounds, 10.0, false);
+    run_randomly(clock, random, 0.0, 10 + static_cast<int>(random.bits() % 800), [](auto&&...) {});
+    const ClockState here = clock.state();
+    if (here.tau == 0.0) continue;  // it has not begun: the law is at rest there
+    PathClock next(bounds, 10.0 - here.tau, false, true);
+    next.reset({.tau = 0.0, .rate = here.rate, .rate_change = here.rate_change});
+    for (int i = 0; i < 300; ++i) {
+      const double target = i < 200 ? 0.0 : 1.0;
+      clock.update(target, kPeriod);
+      next.update(target, kPeriod);
+      ASSERT_NEAR(next.state().tau + here.tau, clock.state().tau, 1e-12) << "run " << run << ", cycle " << i;
+      ASSERT_NEAR(next.state().rate, clock.state().rate, 1e-12);
+    }
+  }
+}
+
+TEST(PathClock, AClockInMotionBrakesAtItsBeginAndNeverJumps) {
+  PathClock clock({.acceleration_max = 2.0, .jerk_max = 10.0}, 1.0, true, true);
+  EXPECT_EQ(clock.state().rate, 1.0);
+  clock.update(0.0, kPeriod);
+  EXPECT_NEAR(clock.state().rate, 1.0, 1e-5) << "asked to stop in its first cycle";
+  for (int i = 0; i < 2'000; ++i) clock.update(-1.0, kPeriod);
+  EXPECT_TRUE(clock.at_rest());
+  EXPECT_GT(clock.state().tau, 0.0) << "there is no way back";
+  PathClock paused({.acceleration_max = 2.0, .jerk_max = 10.0}, 1.0, false, true);
+  paused.reset({});
+  paused.update(0.0, kPeriod);
+  EXPECT_TRUE(paused.at_rest());
+  paused.update(1.0, kPeriod);
+  EXPECT_LE(paused.state().rate, 10.0 * kPeriod * kPeriod) << "the rate has to rise";
+  EXPECT_GT(paused.state().tau, 0.0);
+}
+
 TEST(PathClock, OnlyARetraceableClockRunsBackwards) {
   PathClock clock({.acceleration_max = 20.0, .jerk_max = 1000.0}, 10.0, false);
   clock.reset({.tau = 5.0});

@@ -96,6 +96,31 @@ TEST(TimeLaw, StretchedIsTheSameShapeSlower) {
   }
 }
 
+TEST(TimeLaw, TheRestOfALawIsTheLawOverTheRestOfThePath) {
+  Random random(4);
+  for (int i = 0; i < 300; ++i) {
+    const TimeLaw law = TimeLaw::rest_to_rest(random_limits(random));
+    const double from = random.uniform(0.0, 0.95) * law.duration();
+    const LawPoint here = law.at(from);
+    const TimeLaw rest = law.rest_from(from);
+    EXPECT_TRUE(rest.begins_in_motion());
+    EXPECT_NEAR(rest.duration(), law.duration() - from, 1e-12 * law.duration());
+    for (int n = 0; n <= 50; ++n) {
+      const double tau = (law.duration() - from) * n / 50;
+      const LawPoint whole = law.at(from + tau), part = rest.at(tau);
+      const double left = 1.0 - here.s;
+      EXPECT_NEAR(here.s + left * part.s, whole.s, 1e-11);
+      EXPECT_NEAR(left * part.ds, whole.ds, 1e-9 * (1.0 + std::abs(here.ds))) << "case " << i;
+    }
+    const auto text = parse_json(to_json(rest).dump());
+    const auto read = time_law_from_json(*text);
+    ASSERT_TRUE(read) << read.error().to_string();
+    EXPECT_EQ(read->at(0.3 * rest.duration()).s, rest.at(0.3 * rest.duration()).s);
+    EXPECT_EQ(read->begin().ds, rest.begin().ds);
+  }
+  EXPECT_EQ(TimeLaw::rest_to_rest({1, 1, 1}).rest_from(1e9).duration(), 0.0);
+}
+
 TEST(TimeLaw, SurvivesJsonTextBitForBit) {
   Random random(4);
   for (int i = 0; i < 200; ++i) {
@@ -128,6 +153,11 @@ TEST(TimeLaw, RefusesWhatIsNoLawAndSaysWhy) {
   EXPECT_THAT(refusal("[[1, 1], [2, -1], [1, 1]]"), HasSubstr("ends at s = 2"));
   EXPECT_EQ(refusal("[[1, 0.5], [2, -0.5], [1, 0.5]]"), "accepted");
   EXPECT_EQ(refusal("[]"), "accepted");
+  EXPECT_EQ(refusal(R"({"begin": [3, -6], "pieces": [[1, 6]]})"), "accepted");
+  EXPECT_THAT(refusal(R"({"begin": [1, 0], "pieces": [[1, 0]]})"), HasSubstr("ends with ds = 1 1/s"));
+  EXPECT_THAT(refusal(R"({"begin": [-1, 0], "pieces": [[1, 0]]})"), HasSubstr("/law/begin: error: ds = -1"));
+  EXPECT_THAT(refusal(R"({"begin": [1], "peices": []})"), HasSubstr("peices"));
+  EXPECT_THAT(refusal(R"({"begin": [1, 0], "pieces": [[1]]})"), HasSubstr("/law/pieces/0"));
 }
 
 TEST(TimeLaw, RefusesNumbersThatAreNotFinite) {

@@ -43,7 +43,10 @@ inline NetDescription ptp_net(const std::string& name, const std::string& arm, c
   net.name = name;
   net.add("cancel", "Cancel");
   net.add("target", "SelectReal", {{"if_true", 0.0}, {"if_false", 1.0}});
-  net.add("clock", "PathClock", {{"bounds", motion::to_json(plan.bounds)}, {"duration", plan.law.duration()}});
+  net.add("clock", "PathClock",
+          {{"bounds", motion::to_json(plan.bounds)},
+           {"duration", plan.law.duration()},
+           {"in_motion", plan.law.begins_in_motion()}});
   net.add("law", "TimeLaw", {{"law", motion::to_json(plan.law)}});
   net.add("line", "JointLine", {{"path", motion::to_json(motion::Path(plan.line))}});
   net.add("arm", "ArmCommand", {{"device", arm}});

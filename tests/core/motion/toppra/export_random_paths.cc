@@ -1,5 +1,6 @@
-// Random blended sequences as tables of joint positions, with the limits that a law may use and the durations that our
-// planner finds: with jerk lifted, and with it. One JSON text on stdout, for compare.py.
+// Random blended sequences, and motions that take a running one over, as tables of joint positions, with the limits
+// that a law may use and the durations that our planner finds: with jerk lifted, and with it. One JSON text on stdout,
+// for compare.py.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -59,8 +60,41 @@ Json export_case(Random& random, const std::string& urdf) {
           {"jerk", as_list(jerk * kLawShareOfJerk)},
           {"longest_ramp", ramp},
           {"motions", count},
+          {"begin_rate", 0.0},
           {"lifted", lifted->motion.duration()},
           {"with_jerk", with_jerk->motion.duration()}};
+}
+
+/// Leaves a motion at a random time for another one.
+Result<SequencePlan> relay(const RandomArm& arm, const JointVector& q0, double share, const LegMaker& first,
+                           const LegMaker& second, const Blend& blend) {
+  const auto before = plan_sequence(arm.model(), q0, {first});
+  if (!before) return std::unexpected(before.error());
+  const double tau = share * before->motion.duration();
+  return plan_take_over(arm.model(), {.motion = before->motion, .tau = tau, .lead = 1e-3, .blend = blend}, {second});
+}
+
+/// @return null if the arm cannot do it.
+Json export_relay(Random& random, const std::string& urdf) {
+  RandomArm arm(urdf, random);
+  arm.cartesian = {1e3, 1e5, 1e10, 1e3, 1e5, 1e10};
+  const JointVector q0 = arm.good_q(random);
+  const LegMaker first = random_leg(random, arm, 0.25, {}), second = random_leg(random, arm, 0.25, {});
+  const double share = random.uniform(0.1, 0.5);
+  const Blend blend{Blend::Kind::kFraction, random.uniform(0.1, 0.4)};
+  arm.limits.jerk *= 1e4;
+  const auto lifted = relay(arm, q0, share, first, second, blend);
+  if (!lifted || lifted->motion.duration() < 0.05) return nullptr;
+  Json table = Json::array();
+  const std::vector<double> s = places(lifted->motion.path);
+  for (const JointVector& q : joints_along(arm, lifted->motion, s)) table.push_back(as_list(q));
+  return {{"s", s},
+          {"q", std::move(table)},
+          {"velocity", as_list(arm.limits.velocity * kLawShareOfVelocity)},
+          {"acceleration", as_list(arm.limits.acceleration * kLawShareOfAcceleration)},
+          {"motions", 2},
+          {"begin_rate", lifted->motion.law.begin().ds},
+          {"lifted", lifted->motion.duration()}};
 }
 
 }  // namespace
@@ -74,7 +108,8 @@ int main(int argc, char** argv) {
   const std::string urdfs[] = {robots::lwr_urdf(), robots::ur5_urdf(), robots::tx90_urdf()};
   Json cases = Json::array();
   for (std::size_t i = 0; static_cast<long>(cases.size()) < wanted && i < 1000; ++i) {
-    Json one = export_case(random, urdfs[i % 3]);
+    const bool from_rest = static_cast<long>(cases.size()) < wanted / 2;
+    Json one = from_rest ? export_case(random, urdfs[i % 3]) : export_relay(random, urdfs[i % 3]);
     if (!one.is_null()) cases.push_back(std::move(one));
   }
   std::cout << cases.dump() << '\n';

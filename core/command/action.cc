@@ -1,0 +1,29 @@
+#include "core/command/action.h"
+
+#include <nlohmann/json.hpp>
+
+namespace takt::command {
+
+std::string ActionModel::add_state(FragmentWriter&, const std::string&, const nlohmann::ordered_json&) const {
+  return {};
+}
+
+Result<std::shared_ptr<const ActionModel>> ActionModel::plan(const ActuatorModel&,
+                                                             const kinematics::JointVector&) const {
+  return failure({}, std::string(name()) + " is not planned");
+}
+
+Action::Action(std::shared_ptr<const ActionModel> model)
+    : model_(std::move(model)),
+      subject_(std::make_shared<const Subject>(Subject{Subject::Kind::kAction, std::string(model_->name())})) {}
+
+State Action::at_path(double fraction) const {
+  return State(leaf(net::ValueType::kBoolean, subject_, "at_path", {{"fraction", fraction}}));
+}
+State Action::via_passed(int i) const {
+  return State(leaf(net::ValueType::kBoolean, subject_, "via_passed", {{"index", i}}));
+}
+RealSensor Action::progress() const { return RealSensor(leaf(net::ValueType::kReal, subject_, "progress")); }
+State Action::state(const std::string& name) const { return State(leaf(net::ValueType::kBoolean, subject_, name)); }
+
+}  // namespace takt::command

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/command/actuator.h"
+#include "core/device/seam.h"
+
+namespace takt::command {
+
+/// What an action has put into its fragment.
+struct Contribution {
+  SetPoint set_point;
+  Signal done;  ///< a port in the fragment: it has come to its end, or was cancelled and has come to rest
+};
+
+/// What is to be done, without who does it. Immutable; any thread.
+///
+/// An action puts a source of set points into the fragment of its command. It is over when `done` is true; when the
+/// command is cancelled (FragmentWriter::cancel) it comes to rest and is done then.
+class ActionModel {
+ public:
+  ActionModel() = default;
+  virtual ~ActionModel() = default;
+  ActionModel(const ActionModel&) = delete;
+  ActionModel& operator=(const ActionModel&) = delete;
+
+  /// For people: "LIN".
+  [[nodiscard]] virtual std::string_view name() const = 0;
+  /// The kind of its set points on this actuator.
+  [[nodiscard]] virtual SetPointKind gives(const ActuatorModel& actuator) const = 0;
+  /// What is wrong with its figures for this actuator, which takes its kind of set points.
+  [[nodiscard]] virtual Findings check(const ActuatorModel&) const { return {}; }
+  /// The formulas that it follows, for checks.
+  [[nodiscard]] virtual std::vector<ExpressionPtr> formulas() const { return {}; }
+  [[nodiscard]] virtual Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const = 0;
+
+  /// Names of the states and values that it has beside "started", "completed": "error", "at_path", "progress".
+  [[nodiscard]] virtual std::vector<std::string> states() const { return {}; }
+  /// Adds one of states(). @return its port in the fragment.
+  [[nodiscard]] virtual std::string add_state(FragmentWriter& fragment, const std::string& name,
+                                              const nlohmann::ordered_json& parameters) const;
+
+  /// How it takes its actuator over and leaves it, as far as it knows (row L3).
+  [[nodiscard]] virtual std::optional<device::Seam> begins() const { return std::nullopt; }
+  [[nodiscard]] virtual std::optional<device::Seam> ends() const { return std::nullopt; }
+
+  /// Whether it must be planned before it can be mapped.
+  [[nodiscard]] virtual bool needs_plan() const { return false; }
+  /// Plans it from where its actuator will be. @return the planned action. Realtime: setup.
+  [[nodiscard]] virtual Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
+                                                                        const kinematics::JointVector& q_start) const;
+};
+
+/// What is to be done: LIN, PTP, set a value, grip, hold a force. A cheap value; its states speak of the one command
+/// that carries it out. Any thread.
+class Action {
+ public:
+  explicit Action(std::shared_ptr<const ActionModel> model);
+
+  [[nodiscard]] const ActionModel& model() const { return *model_; }
+  [[nodiscard]] std::shared_ptr<const ActionModel> shared_model() const { return model_; }
+  [[nodiscard]] const SubjectPtr& subject() const { return subject_; }
+
+  [[nodiscard]] State started() const { return state("started"); }
+  /// It has come to its end, cancelled or not.
+  [[nodiscard]] State completed() const { return state("completed"); }
+  /// It cannot do what it should: no joints for a pose, a target that is gone, a part that was lost.
+  [[nodiscard]] State error() const { return state("error"); }
+  /// Of a motion: it is at or past this share of its path.
+  [[nodiscard]] State at_path(double fraction) const;
+  /// Of a motion through several points: it has passed point number `i`, from 0, by its blend.
+  [[nodiscard]] State via_passed(int i) const;
+  /// Of a motion: how far on its path it is, 0 to 1; null while the command does not run.
+  [[nodiscard]] RealSensor progress() const;
+  /// A state by name; checks refuse one that the action does not have.
+  [[nodiscard]] State state(const std::string& name) const;
+
+ private:
+  std::shared_ptr<const ActionModel> model_;
+  SubjectPtr subject_;
+};
+
+}  // namespace takt::command

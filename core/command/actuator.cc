@@ -1,0 +1,220 @@
+#include "core/command/actuator.h"
+
+#include <array>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/command/device_sensors.h"
+#include "core/net/value_json.h"
+
+namespace takt::command {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::initializer_list<const char*> kFramePorts = {"frame", "twist",         "acceleration",
+                                                            "held",  "held_velocity", "held_acceleration"};
+constexpr std::initializer_list<const char*> kJointPorts = {"q", "dq", "ddq"};
+
+/// Primitive "arm" in the fragment; inverse kinematics before it where the set point is a pose.
+class ArmActuator final : public ActuatorModel {
+ public:
+  ArmActuator(const Cell& cell, const std::string& name)
+      : ActuatorModel(name),
+        arm_(cell.arms.find(name)->second),
+        states_{{"completed", near(measured_joints(cell, name), commanded_joints(cell, name), tolerance()) &&
+                                  is_less(largest(commanded_velocities(cell, name)), kStanding)},
+                {"emergency_stop", !State(read_resource(net::ValueType::kBoolean, "ArmState", "device", name,
+                                                        arm_.device, "ready", id_of("state", name)))}} {}
+
+  [[nodiscard]] std::vector<SetPointKind> takes() const override {
+    return {SetPointKind::kJoints, SetPointKind::kPose, SetPointKind::kPath, SetPointKind::kTwist};
+  }
+  [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
+  [[nodiscard]] const MountedArm* arm() const override { return &arm_; }
+
+  void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
+    fragment.add("arm", "ArmCommand", {{"device", name()}});
+    switch (set_point.kind) {
+      case SetPointKind::kJoints:
+        for (const char* port : kJointPorts) set_point.feed(fragment, port, std::string("arm.") + port);
+        return;
+      case SetPointKind::kPose:
+        fragment.add("inverse", "InverseKinematics", kinematics_of(set_point));
+        for (const char* port : kFramePorts) set_point.feed(fragment, port, std::string("inverse.") + port);
+        return fragment.link_all("inverse", "arm", kJointPorts);
+      case SetPointKind::kPath:
+        return add_both_spaces(fragment, set_point);
+      default:
+        fragment.add("inverse", "DifferentialInverseKinematics", kinematics_of(set_point));
+        set_point.feed(fragment, "twist", "inverse.twist");
+        fragment.link_all("inverse", "arm", kJointPorts);
+    }
+  }
+
+ private:
+  static constexpr double kStanding = 1e-9;  ///< rad/s
+
+  [[nodiscard]] double tolerance() const { return arm_.device->description().start_tolerance; }
+  [[nodiscard]] Json kinematics_of(const SetPoint& set_point) const {
+    return {{"device", name()}, {"tool", net::value_to_json(net::Frame(set_point.X_FM))}};
+  }
+
+  /// Inverse kinematics that is active on Cartesian pieces only, so that it begins at the arm's set point whenever the
+  /// path enters one; else the joints of the path.
+  void add_both_spaces(FragmentWriter& fragment, const SetPoint& set_point) const {
+    net::FragmentDescription follow;
+    follow.id = "follow_frame";
+    follow.when_inactive = net::WhenInactive::kReset;
+    follow.net.add("inverse", "InverseKinematics", kinematics_of(set_point));
+    for (const char* port : kFramePorts) follow.inputs.emplace_back(port, std::string("inverse.") + port);
+    for (const char* port : kJointPorts) follow.outputs.emplace_back(port, std::string("inverse.") + port);
+    fragment.nest(std::move(follow));
+    set_point.feed(fragment, "cartesian", "follow_frame.active");
+    for (const char* port : kFramePorts) set_point.feed(fragment, port, std::string("follow_frame.") + port);
+    for (const char* port : kJointPorts) {
+      const std::string id = std::string("choose_") + port;
+      fragment.add(id, "SelectJoints");
+      set_point.feed(fragment, "cartesian", id + ".condition");
+      fragment.link(std::string("follow_frame.") + port, id + ".if_true");
+      set_point.feed(fragment, port, id + ".if_false");
+      fragment.link(id + ".value", std::string("arm.") + port);
+    }
+  }
+
+  MountedArm arm_;
+  std::map<std::string, State> states_;
+};
+
+class GripperActuator final : public ActuatorModel {
+ public:
+  GripperActuator(const Cell& cell, const std::string& name)
+      : ActuatorModel(name),
+        gripper_(cell.grippers.find(name)->second.device),
+        states_{{"completed", !gripper_state(cell, name, "moving")},
+                {"emergency_stop", !State(read_resource(net::ValueType::kBoolean, "GripperState", "device", name,
+                                                        gripper_, "ready", id_of("gripper", name)))}} {}
+  [[nodiscard]] const device::GripperDescription* gripper() const override { return &gripper_->description(); }
+
+  [[nodiscard]] std::vector<SetPointKind> takes() const override { return {SetPointKind::kGrip}; }
+  [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
+  void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
+    fragment.add("command", "GripperCommand", {{"device", name()}});
+    for (const char* port : {"width", "speed", "force"}) {
+      set_point.feed(fragment, port, std::string("command.") + port);
+    }
+  }
+
+ private:
+  device::Gripper* gripper_;
+  std::map<std::string, State> states_;
+};
+
+/// A digital or an analog output. It has what it was told one cycle later.
+class OutputActuator final : public ActuatorModel {
+ public:
+  OutputActuator(const Cell& cell, const std::string& name)
+      : ActuatorModel(name),
+        digital_(cell.digital_outputs.contains(name)),
+        analog_(digital_ ? nullptr : cell.analog_outputs.find(name)->second),
+        ready_(ready(cell, name, digital_)) {}
+  [[nodiscard]] const device::SignalOutputDescription<double>* analog_output() const override {
+    return analog_ == nullptr ? nullptr : &analog_->description();
+  }
+
+  [[nodiscard]] std::vector<SetPointKind> takes() const override {
+    return {digital_ ? SetPointKind::kBoolean : SetPointKind::kReal};
+  }
+  [[nodiscard]] std::map<std::string, State> states() const override {
+    return {{"completed", ready_}, {"emergency_stop", !ready_}};
+  }
+  void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
+    fragment.add("output", digital_ ? "DigitalOutput" : "AnalogOutput", {{"device", name()}});
+    set_point.feed(fragment, "value", "output.value");
+  }
+
+ private:
+  static State ready(const Cell& cell, const std::string& name, bool digital) {
+    net::Resource* device = nullptr;
+    if (digital) device = cell.digital_outputs.find(name)->second;
+    if (!digital) device = cell.analog_outputs.find(name)->second;
+    return State(read_resource(net::ValueType::kBoolean, digital ? "DigitalOutputState" : "AnalogOutputState", "device",
+                               name, device, "ready", id_of("output", name)));
+  }
+
+  bool digital_;
+  device::AnalogOutput* analog_;
+  State ready_;
+};
+
+/// Stands for a device that the cell does not have.
+class MissingActuator final : public ActuatorModel {
+ public:
+  MissingActuator(const std::string& what, const std::string& name, const std::vector<std::string>& names)
+      : ActuatorModel(name),
+        fault_(fault_of(fmt::format("there is no {} '{}'", what, name),
+                        names.empty() ? "the cell has none" : nearest_choice(name, names))) {}
+  [[nodiscard]] std::vector<SetPointKind> takes() const override { return {}; }
+  [[nodiscard]] std::map<std::string, State> states() const override {
+    const State never(broken(net::ValueType::kBoolean, fault_.message, fault_.hint));
+    return {{"completed", never}, {"emergency_stop", never}};
+  }
+  void add_consumer(FragmentWriter&, const SetPoint&) const override {}
+  [[nodiscard]] std::optional<Finding> fault() const override { return fault_; }
+
+ private:
+  Finding fault_;
+};
+
+template <class Map>
+void add_names(const Map& map, std::vector<std::string>& names) {
+  for (const auto& [name, device] : map) names.push_back(name);
+}
+
+template <class Model>
+Actuator make(const Cell& cell, const std::string& name, const char* what, const std::vector<std::string>& names) {
+  if (std::ranges::find(names, name) != names.end()) return Actuator(std::make_shared<const Model>(cell, name));
+  return Actuator(std::make_shared<const MissingActuator>(what, name, names));
+}
+
+}  // namespace
+
+std::string_view name_of(SetPointKind kind) {
+  static constexpr std::array<std::string_view, 7> kNames = {"joints",        "pose",         "path", "twist",
+                                                             "digital value", "analog value", "grip"};
+  return kNames.at(static_cast<std::size_t>(kind));
+}
+
+void SetPoint::feed(FragmentWriter& fragment, std::string_view name, const std::string& to) const {
+  if (const auto port = ports.find(name); port != ports.end()) return fragment.link(port->second, to);
+  if (const auto sensor = sensors.find(name); sensor != sensors.end()) return fragment.feed(sensor->second, to);
+  const auto constant = constants.find(name);
+  if (constant == constants.end()) return;
+  const auto dot = to.find('.');
+  fragment.set_parameter(to.substr(0, dot), to.substr(dot + 1), constant->second);
+}
+
+State Actuator::completed() const { return model_->states().at("completed"); }
+State Actuator::emergency_stop() const { return model_->states().at("emergency_stop"); }
+
+Actuator arm(const Cell& cell, const std::string& name) {
+  std::vector<std::string> names;
+  add_names(cell.arms, names);
+  return make<ArmActuator>(cell, name, "arm", names);
+}
+
+Actuator gripper(const Cell& cell, const std::string& name) {
+  std::vector<std::string> names;
+  add_names(cell.grippers, names);
+  return make<GripperActuator>(cell, name, "gripper", names);
+}
+
+Actuator output(const Cell& cell, const std::string& name) {
+  std::vector<std::string> names;
+  add_names(cell.digital_outputs, names);
+  add_names(cell.analog_outputs, names);
+  return make<OutputActuator>(cell, name, "output", names);
+}
+
+}  // namespace takt::command

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/command/cell.h"
+#include "core/command/net_writer.h"
+#include "core/command/state.h"
+
+namespace takt::command {
+
+/// What an action hands to an actuator in each cycle.
+enum class SetPointKind : std::uint8_t {
+  kJoints,   ///< q, dq, ddq (Joints)
+  kPose,     ///< frame, twist, acceleration, held, held_velocity, held_acceleration of M in the actuator's base
+  kPath,     ///< joints on some pieces, a pose on others: the ports of both, and `cartesian`, which says where it is
+  kTwist,    ///< twist of M at its origin, in the axes of the base
+  kBoolean,  ///< value
+  kReal,     ///< value
+  kGrip      ///< width, speed, force
+};
+[[nodiscard]] std::string_view name_of(SetPointKind kind);
+
+/// A set point as it stands in a fragment: each of its ports is an output in there, a constant, or a sensor.
+struct SetPoint {
+  SetPointKind kind = SetPointKind::kJoints;
+  std::map<std::string, std::string, std::less<>> ports;                 ///< name above, "id.port" in the fragment
+  std::map<std::string, nlohmann::ordered_json, std::less<>> constants;  ///< name above, value
+  std::map<std::string, ExpressionPtr, std::less<>> sensors = {};        ///< name above, what it follows
+  Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();                ///< of pose and twist: M in the flange
+
+  /// Joins one of its ports with an input in the fragment.
+  void feed(FragmentWriter& fragment, std::string_view name, const std::string& to) const;
+};
+
+/// What is known of something that can be told what to do; knows no action. Immutable; any thread.
+class ActuatorModel {
+ public:
+  explicit ActuatorModel(std::string name) : name_(std::move(name)) {}
+  virtual ~ActuatorModel() = default;
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  /// The devices that a command on it drives; commands that share one may not run together (rule C7).
+  [[nodiscard]] virtual std::vector<std::string> devices() const { return {name_}; }
+  /// The kinds of set points that it takes, as they are or by a conversion of its own.
+  [[nodiscard]] virtual std::vector<SetPointKind> takes() const = 0;
+  /// Adds what takes the set point: conversion and driver. `set_point.kind` is one of takes().
+  virtual void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const = 0;
+  /// States of its own: "completed" (it has reached what it was told last), "emergency_stop" (it takes nothing).
+  [[nodiscard]] virtual std::map<std::string, State> states() const = 0;
+  /// The arm that it is, or that it moves; null for others.
+  [[nodiscard]] virtual const MountedArm* arm() const { return nullptr; }
+  /// What is known of the gripper, or the analog output, that it is; null for others.
+  [[nodiscard]] virtual const device::GripperDescription* gripper() const { return nullptr; }
+  [[nodiscard]] virtual const device::SignalOutputDescription<double>* analog_output() const { return nullptr; }
+  /// Why it cannot be: a device that the cell does not have.
+  [[nodiscard]] virtual std::optional<Finding> fault() const { return std::nullopt; }
+
+ private:
+  std::string name_;
+};
+
+/// Something that can be told what to do: an arm, a gripper, an output. A cheap value. Any thread.
+class Actuator {
+ public:
+  explicit Actuator(std::shared_ptr<const ActuatorModel> model) : model_(std::move(model)) {}
+
+  [[nodiscard]] const std::string& name() const { return model_->name(); }
+  [[nodiscard]] const ActuatorModel& model() const { return *model_; }
+  /// It has reached what it was told last.
+  [[nodiscard]] State completed() const;
+  /// It takes no set points: an emergency stop, no power, a fault.
+  [[nodiscard]] State emergency_stop() const;
+
+ private:
+  std::shared_ptr<const ActuatorModel> model_;
+};
+
+// The actuators of a cell, by the name of the device. A name that is not there gives one that every check refuses.
+// Realtime: setup; the devices outlive them.
+[[nodiscard]] Actuator arm(const Cell& cell, const std::string& name);
+[[nodiscard]] Actuator gripper(const Cell& cell, const std::string& name);
+[[nodiscard]] Actuator output(const Cell& cell, const std::string& name);
+
+}  // namespace takt::command

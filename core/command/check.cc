@@ -1,0 +1,294 @@
+#include "core/command/check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "core/command/command_tree.h"
+
+namespace takt::command {
+namespace {
+
+using Kind = Effect::Kind;
+
+constexpr double kLongestTime = 1e6;  ///< s: what timers take
+
+std::string_view word_for(Kind kind) {
+  static constexpr std::array<std::string_view, 5> kWords = {"start", "stop", "cancel", "raise", "external"};
+  return kWords.at(static_cast<std::size_t>(kind));
+}
+
+class Checker {
+ public:
+  explicit Checker(const CommandTree& tree) : tree_(tree) {}
+
+  Findings run() {
+    for (const std::string& path : tree_.doubles()) {
+      error(path, "C6", "this command stands in the tree twice", "a command of its own: a command runs once at most");
+    }
+    for (int i = 0; i < tree_.size(); ++i) {
+      check_name(i);
+      if (node(i).is_runtime()) check_runtime(i);
+      if (node(i).is_wait()) check_wait(i);
+      if (node(i).is_transaction()) check_transaction(i);
+      for (const Observation& observation : node(i).observations) check_observation(i, observation);
+    }
+    for (const auto& handler : tree_.handlers()) check_handler(handler);
+    check_cycle();
+    check_rivals();
+    return std::move(findings_);
+  }
+
+ private:
+  const CommandNode& node(int i) const { return *tree_.at(i).node; }
+  const std::string& path(int i) const { return tree_.at(i).path; }
+  void error(const std::string& place, const char* rule, const std::string& message, const std::string& hint) {
+    findings_.error(place, fmt::format("{}: {}", rule, message), hint);
+  }
+
+  void check_name(int i) {
+    if (node(i).name.empty()) findings_.error(path(i), "a command without a name", "a name of its own");
+    const int parent = tree_.at(i).parent;
+    if (parent < 0) return;
+    for (const int other : tree_.at(parent).children) {
+      if (other >= i || node(other).name != node(i).name) continue;
+      findings_.error(path(i), fmt::format("'{}' has two commands of this name", node(parent).name), "each name once");
+    }
+  }
+
+  // -- Formulas ------------------------------------------------------------------------------------------------------
+
+  /// What a formula at a place speaks of belongs to the tree (rules C6, C8, C10) and exists.
+  void check_formula(const ExpressionPtr& formula, const std::string& place) {
+    findings_.append(faults_of(formula), place);
+    if (!formula || formula->depth > kMostDepth) return;
+    check_leaves(formula, place);
+  }
+
+  void check_leaves(const ExpressionPtr& formula, const std::string& place) {
+    if (formula->subject) return check_leaf(*formula, place);
+    for (const auto& [port, input] : formula->inputs) check_leaves(input, place);
+  }
+
+  void check_leaf(const Expression& leaf, const std::string& place) {
+    const std::string& name = leaf.subject->name;
+    if (leaf.subject->kind == Subject::Kind::kRaised) {
+      if (tree_.find_raised(leaf.subject) >= 0) return;
+      return error(place, "C10", fmt::format("state '{}' is raised in another tree", name),
+                   "TransactionCommand::raised() of a transaction around this place");
+    }
+    const int of = tree_.find(leaf.subject);
+    if (of < 0) {
+      return error(place, "C6",
+                   fmt::format("a state of '{}', which is not, or more than once, in the tree '{}'", name, path(0)),
+                   "states of commands and actions in this tree");
+    }
+    if (leaf.subject->kind != Subject::Kind::kAction) return;
+    std::vector<std::string> offered = node(of).model().states();
+    offered.insert(offered.end(), {"started", "completed"});
+    if (std::ranges::find(offered, leaf.output) != offered.end()) return;
+    error(place, "C8", fmt::format("{} has no state '{}'", name, leaf.output),
+          fmt::format("it offers {}", fmt::join(offered, ", ")));
+  }
+
+  void check_observation(int i, const Observation& observation) {
+    const std::string place = path(i) + "/observations" + pointer_segment(observation.name);
+    if (!observed_.insert(observation.name).second) {
+      findings_.error(place, fmt::format("'{}' is observed twice", observation.name), "each name once in a tree");
+    }
+    check_formula(observation.value, place);
+    if (observation.when) check_formula(observation.when, place);
+  }
+
+  // -- Commands ------------------------------------------------------------------------------------------------------
+
+  void check_runtime(int i) {
+    const ActuatorModel& actuator = node(i).actuator->model();
+    if (const auto fault = actuator.fault()) return findings_.error(path(i), fault->message, fault->hint);
+    const ActionModel& action = node(i).model();
+    for (const ExpressionPtr& formula : action.formulas()) check_formula(formula, path(i));
+    const auto takes = actuator.takes();
+    const SetPointKind gives = action.gives(actuator);
+    if (std::ranges::find(takes, gives) == takes.end()) {
+      std::vector<std::string_view> names;
+      for (const SetPointKind kind : takes) names.push_back(name_of(kind));
+      return error(path(i), "C8",
+                   fmt::format("{} gives {}, which '{}' does not take", action.name(), name_of(gives), actuator.name()),
+                   fmt::format("it takes {}", fmt::join(names, ", ")));
+    }
+    if (action.needs_plan()) {
+      return findings_.error(path(i), fmt::format("{} is not planned", action.name()), "plan() before it is mapped");
+    }
+    findings_.append(action.check(actuator), path(i));
+  }
+
+  void check_wait(int i) {
+    check_time(path(i), node(i).seconds.value_or(0.0));
+    if (node(i).until) check_formula(node(i).until->node(), path(i));
+  }
+
+  void check_time(const std::string& place, double seconds) {
+    if (seconds >= 0.0 && seconds <= kLongestTime) return;
+    findings_.error(place, fmt::format("a time of {:g} s", seconds), fmt::format("0 to {:g} s", kLongestTime));
+  }
+
+  void check_transaction(int i) {
+    for (const SubjectPtr& target : node(i).cancel_policy.targets) {
+      const int child = tree_.find(target);
+      if (child >= 0 && tree_.at(child).parent == i) continue;
+      error(path(i), "C4", fmt::format("cancel is forwarded to '{}', which is not directly inside", target->name),
+            "commands of this transaction");
+    }
+    if (startable(i).empty()) {
+      error(path(i), "C9", fmt::format("nothing starts in '{}', so it would never end", node(i).name),
+            "add_started(), or a handler that starts something by what is not inside of it");
+    }
+  }
+
+  /// The commands directly inside that can come to run.
+  std::set<int> startable(int transaction) const {
+    std::set<int> can;
+    for (const int child : tree_.at(transaction).children) {
+      if (tree_.at(child).with_parent) can.insert(child);
+    }
+    for (bool grew = true; grew;) {
+      grew = false;
+      for (const auto& h : tree_.handlers()) {
+        const int target = h.handler->effect.kind == Kind::kStart ? tree_.find(h.handler->effect.target) : -1;
+        if (target < 0 || tree_.at(target).parent != transaction || can.contains(target)) continue;
+        if (can_happen(h, transaction, can)) grew = can.insert(target).second;
+      }
+    }
+    return can;
+  }
+
+  /// The event does not wait for a command inside that cannot run.
+  bool can_happen(const CommandTree::Handler& h, int transaction, const std::set<int>& can) const {
+    return std::ranges::all_of(subjects_of(h.handler->state.node()), [&](const SubjectPtr& subject) {
+      int of = tree_.find(subject);
+      while (of >= 0 && tree_.at(of).parent != transaction) of = tree_.at(of).parent;
+      return of < 0 || can.contains(of);
+    });
+  }
+
+  // -- Handlers ------------------------------------------------------------------------------------------------------
+
+  void check_handler(const CommandTree::Handler& h) {
+    check_formula(h.handler->state.node(), h.path);
+    check_time(h.path, h.handler->occasion.delay);
+    switch (h.handler->effect.kind) {
+      case Kind::kStart:
+        return check_start(h);
+      case Kind::kStop:
+      case Kind::kCancel:
+        return check_end(h);
+      case Kind::kRaise:
+        return check_raise(h);
+      case Kind::kExternal:
+        if (h.handler->effect.name.empty()) findings_.error(h.path, "an external effect without a name", "a name");
+    }
+  }
+
+  void check_start(const CommandTree::Handler& h) {
+    const SubjectPtr& subject = h.handler->effect.target;
+    const int target = tree_.find(subject);
+    if (!node(h.owner).is_transaction()) {
+      return error(h.path, "C1",
+                   fmt::format("'{}' is no transaction, so there is nothing that it could start", node(h.owner).name),
+                   "the handler on the transaction around it");
+    }
+    if (target < 0 || tree_.at(target).parent != h.owner) {
+      return error(
+          h.path, "C1",
+          fmt::format("start of '{}', which is not directly inside of '{}'", subject->name, node(h.owner).name),
+          "a command of the handler's own transaction");
+    }
+    if (tree_.at(target).with_parent) {
+      error(h.path, "C5", fmt::format("'{}' starts with its transaction already", subject->name),
+            "add() in place of add_started(), or no handler");
+    }
+    for (const SubjectPtr& spoken : subjects_of(h.handler->state.node())) {
+      const bool end_of_all = tree_.find(spoken) == h.owner && mentions(h.handler->state.node(), spoken, "completed");
+      if (end_of_all) {
+        error(h.path, "C5", fmt::format("'{}' has ended when it is completed", node(h.owner).name),
+              "the state `completed` of a command inside");
+      }
+    }
+  }
+
+  static bool mentions(const ExpressionPtr& formula, const SubjectPtr& subject, const char* state) {
+    if (formula->subject) return formula->subject == subject && formula->output == state;
+    return std::ranges::any_of(formula->inputs,
+                               [&](const auto& input) { return mentions(input.second, subject, state); });
+  }
+
+  void check_end(const CommandTree::Handler& h) {
+    const int target = tree_.find(h.handler->effect.target);
+    if (target >= 0 && tree_.is_inside(target, h.owner)) return;
+    error(h.path, "C2",
+          fmt::format("{} of '{}', which is neither '{}' nor inside of it", word_for(h.handler->effect.kind),
+                      h.handler->effect.target->name, node(h.owner).name),
+          "the handler on the target itself or on a transaction around it");
+  }
+
+  void check_raise(const CommandTree::Handler& h) {
+    const int owner = tree_.find_raised(h.handler->effect.target);
+    if (owner >= 0 && tree_.is_inside(h.owner, owner)) return;
+    error(h.path, "C10",
+          fmt::format("'{}' does not belong to a transaction around '{}'", h.handler->effect.target->name,
+                      node(h.owner).name),
+          "TransactionCommand::raised() of a transaction around the handler");
+  }
+
+  // -- The whole tree ------------------------------------------------------------------------------------------------
+
+  void check_cycle() {
+    const std::vector<int> cycle = tree_.cycle_of_starts();
+    if (cycle.empty()) return;
+    std::vector<std::string> names;
+    for (const int i : cycle) names.push_back(path(i));
+    names.push_back(names.front());
+    error(names.front(), "C5", fmt::format("it would start itself: {}", fmt::join(names, " -> ")),
+          "each command runs once at most; repetition is the program's");
+  }
+
+  /// Commands that run together for sure: those that begin in the first cycle of the whole.
+  bool in_first_cycle(int i) const {
+    for (; i >= 0; i = tree_.at(i).parent) {
+      if (!tree_.at(i).with_parent) return false;
+    }
+    return true;
+  }
+
+  void check_rivals() {
+    for (int i = 0; i < tree_.size(); ++i) {
+      for (int other = 0; other < i; ++other) check_rivals(other, i);
+    }
+  }
+
+  void check_rivals(int first, int second) {
+    if (!node(first).is_runtime() || !node(second).is_runtime()) return;
+    if (!in_first_cycle(first) || !in_first_cycle(second)) return;
+    for (const std::string& device : node(first).actuator->model().devices()) {
+      const auto devices = node(second).actuator->model().devices();
+      if (std::ranges::find(devices, device) == devices.end()) continue;
+      error(path(second), "C7", fmt::format("it drives '{}' together with '{}'", device, path(first)),
+            "one after the other, by a handler on `completed`");
+    }
+  }
+
+  const CommandTree& tree_;
+  Findings findings_;
+  std::set<std::string> observed_;
+};
+
+}  // namespace
+
+Findings check(const Command& command) { return Checker(CommandTree(command)).run(); }
+
+}  // namespace takt::command

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "core/base/findings.h"
+#include "core/command/command.h"
+
+namespace takt::command {
+
+/// The rules C1 to C10 of docs/command-layer.md and what else makes a command impossible, all at once. Each finding
+/// names the place in the tree ("/screwing/handlers/0"), the rule, the value and the way out. Realtime: setup.
+[[nodiscard]] Findings check(const Command& command);
+
+}  // namespace takt::command

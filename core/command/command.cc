@@ -1,0 +1,80 @@
+#include "core/command/command.h"
+
+#include <nlohmann/json.hpp>
+
+namespace takt::command {
+
+RaisedState::RaisedState(std::string name)
+    : subject_(std::make_shared<const Subject>(Subject{Subject::Kind::kRaised, std::move(name)})) {}
+State RaisedState::state() const { return State(leaf(net::ValueType::kBoolean, subject_, "raised")); }
+
+Effect start(const Command& command) { return {.kind = Effect::Kind::kStart, .target = command.subject()}; }
+Effect stop(const Command& command) { return {.kind = Effect::Kind::kStop, .target = command.subject()}; }
+Effect cancel(const Command& command) { return {.kind = Effect::Kind::kCancel, .target = command.subject()}; }
+Effect raise(const RaisedState& state) { return {.kind = Effect::Kind::kRaise, .target = state.subject()}; }
+Effect external(std::string name, ExternalHandler handler) {
+  return {.kind = Effect::Kind::kExternal, .target = nullptr, .name = std::move(name), .external = std::move(handler)};
+}
+
+Command::Command(std::string name) : node_(std::make_shared<CommandNode>()) {
+  node_->subject = std::make_shared<const Subject>(Subject{Subject::Kind::kCommand, name});
+  node_->name = std::move(name);
+}
+
+Command& Command::on_entered(State state, Effect effect, Occasion occasion) {
+  node_->handlers.push_back({std::move(state), true, std::move(effect), occasion});
+  return *this;
+}
+
+Command& Command::on_left(State state, Effect effect, Occasion occasion) {
+  node_->handlers.push_back({std::move(state), false, std::move(effect), occasion});
+  return *this;
+}
+
+Command& Command::observe_node(std::string name, ExpressionPtr value, ExpressionPtr when) {
+  node_->observations.push_back({std::move(name), std::move(value), std::move(when)});
+  return *this;
+}
+
+RuntimeCommand::RuntimeCommand(std::string name, Actuator actuator, Action action) : Command(std::move(name)) {
+  node()->actuator = std::move(actuator);
+  node()->action = std::move(action);
+}
+
+WaitCommand::WaitCommand(std::string name, double seconds) : Command(std::move(name)) { node()->seconds = seconds; }
+WaitCommand::WaitCommand(std::string name, State until, std::optional<double> timeout) : Command(std::move(name)) {
+  node()->until = std::move(until);
+  node()->seconds = timeout;
+}
+
+TransactionCommand& TransactionCommand::add(const Command& command) {
+  node()->children.push_back(command.node());
+  node()->started_with.push_back(false);
+  return *this;
+}
+
+TransactionCommand& TransactionCommand::add_started(const Command& command) {
+  node()->children.push_back(command.node());
+  node()->started_with.push_back(true);
+  return *this;
+}
+
+RaisedState TransactionCommand::raised(std::string name) { return node()->raised.emplace_back(std::move(name)); }
+
+TransactionCommand& TransactionCommand::on_cancel_forward() {
+  node()->cancel_policy = {};
+  return *this;
+}
+
+TransactionCommand& TransactionCommand::on_cancel_forward_to(const std::vector<Command>& commands) {
+  node()->cancel_policy = {.kind = CancelPolicy::Kind::kForwardTo, .targets = {}};
+  for (const Command& command : commands) node()->cancel_policy.targets.push_back(command.subject());
+  return *this;
+}
+
+TransactionCommand& TransactionCommand::on_cancel_ignore() {
+  node()->cancel_policy = {.kind = CancelPolicy::Kind::kIgnore, .targets = {}};
+  return *this;
+}
+
+}  // namespace takt::command

@@ -1,0 +1,187 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/command/action.h"
+#include "core/command/actuator.h"
+#include "core/command/state.h"
+
+namespace takt::command {
+
+class Command;
+
+/// One occurrence of an external effect.
+struct ExternalEvent {
+  std::string name;
+  std::int64_t count = 0;                  ///< of this effect, this occurrence included
+  std::optional<std::int64_t> cycle = {};  ///< of the core; nothing: the queue had no room, only the count is known
+};
+using ExternalHandler = std::function<void(const ExternalEvent&)>;
+
+/// A state of a transaction that an event makes hold, from that cycle on until the transaction ends.
+class RaisedState {
+ public:
+  explicit RaisedState(std::string name);
+  [[nodiscard]] State state() const;
+  [[nodiscard]] const SubjectPtr& subject() const { return subject_; }
+
+ private:
+  SubjectPtr subject_;
+};
+
+/// What happens when an event does.
+struct Effect {
+  enum class Kind : std::uint8_t { kStart, kStop, kCancel, kRaise, kExternal };
+  Kind kind = Kind::kCancel;
+  SubjectPtr target = {};         ///< a command or a raised state
+  std::string name = {};          ///< of the external effect
+  ExternalHandler external = {};  ///< called by the program's side (handle.h), not in the cycle; may be empty
+};
+[[nodiscard]] Effect start(const Command& command);
+[[nodiscard]] Effect stop(const Command& command);
+[[nodiscard]] Effect cancel(const Command& command);
+[[nodiscard]] Effect raise(const RaisedState& state);
+[[nodiscard]] Effect external(std::string name, ExternalHandler handler = {});
+
+/// When an event counts.
+struct Occasion {
+  bool first_only = false;  ///< of an external effect; everything else happens once at most anyway
+  double delay = 0.0;       ///< from the event to the effect, s
+};
+
+/// "When the state is entered (or left) while the command is active, then ...". A state that holds already when the
+/// command becomes active counts as entered in that cycle. Null counts as entered, and as left, where the effect is
+/// stop or cancel (row N3): a dead sensor does not switch a guard off; elsewhere it is no event.
+struct EventHandler {
+  State state;
+  bool entered = true;
+  Effect effect;
+  Occasion occasion;
+};
+
+/// What CANCEL does to a transaction (rule C4).
+struct CancelPolicy {
+  enum class Kind : std::uint8_t {
+    kForward,    ///< to all that run; nothing else starts any more but by handlers on the transaction's `cancelled`
+    kForwardTo,  ///< to these; the others go on, and may start
+    kIgnore      ///< nothing happens but what handlers on the transaction's `cancelled` do
+  };
+  Kind kind = Kind::kForward;
+  std::vector<SubjectPtr> targets;
+};
+
+/// A value that people or the program want to see: as it is, or as it was when a state was first entered.
+struct Observation {
+  std::string name;
+  ExpressionPtr value;
+  ExpressionPtr when;  ///< a Boolean; null: always
+};
+
+/// What a command is made of; for checks and the mapping. Kind by what is set: action, wait, or neither: a transaction.
+struct CommandNode {
+  std::string name;
+  SubjectPtr subject;
+  std::vector<EventHandler> handlers;
+  std::vector<Observation> observations;
+  // Runtime.
+  std::optional<Actuator> actuator;
+  std::optional<Action> action;
+  std::shared_ptr<const ActionModel> planned;  ///< the action, once it is planned
+  // Wait.
+  std::optional<double> seconds;
+  std::optional<State> until;
+  // Transaction.
+  std::vector<std::shared_ptr<CommandNode>> children;
+  std::vector<bool> started_with;  ///< per child: it starts in the cycle in which the transaction does
+  CancelPolicy cancel_policy;
+  std::vector<RaisedState> raised;
+
+  [[nodiscard]] bool is_runtime() const { return action.has_value(); }
+  [[nodiscard]] bool is_wait() const { return seconds.has_value() || until.has_value(); }
+  [[nodiscard]] bool is_transaction() const { return !is_runtime() && !is_wait(); }
+  [[nodiscard]] const ActionModel& model() const { return planned ? *planned : action->model(); }
+};
+
+/// Something that is to happen in real time. A handle: copies are the same command. It runs once at most (rule C5) and
+/// has one place in one tree (rule C6). Built by one thread.
+class Command {
+ public:
+  [[nodiscard]] const std::string& name() const { return node_->name; }
+  [[nodiscard]] const SubjectPtr& subject() const { return node_->subject; }
+  [[nodiscard]] const std::shared_ptr<CommandNode>& node() const { return node_; }
+
+  // States. "Completed": it ended in order, by itself or after a cancel. "Cancelled": from the cycle of the request on.
+  [[nodiscard]] State started() const { return state("started"); }
+  [[nodiscard]] State active() const { return state("active"); }
+  [[nodiscard]] State completed() const { return state("completed"); }
+  [[nodiscard]] State stopped() const { return state("stopped"); }
+  [[nodiscard]] State cancelled() const { return state("cancelled"); }
+
+  // Event handlers.
+  Command& on_entered(State state, Effect effect, Occasion occasion = {});
+  Command& on_left(State state, Effect effect, Occasion occasion = {});
+
+  /// Shows a value outside of the net under a name (CommandHandle::value).
+  template <class T>
+  Command& observe(std::string name, const Sensor<T>& sensor) {
+    return observe_node(std::move(name), sensor.node(), nullptr);
+  }
+  /// The value of the cycle in which the state was first entered, kept from then on. Null of the state is no event.
+  template <class T>
+  Command& capture(std::string name, const Sensor<T>& sensor, const State& state) {
+    return observe_node(std::move(name), sensor.node(), state.node());
+  }
+
+ protected:
+  explicit Command(std::string name);
+
+ private:
+  [[nodiscard]] State state(const char* which) const {
+    return State(leaf(net::ValueType::kBoolean, node_->subject, which));
+  }
+  Command& observe_node(std::string name, ExpressionPtr value, ExpressionPtr when);
+
+  std::shared_ptr<CommandNode> node_;
+};
+
+/// An action on an actuator.
+class RuntimeCommand : public Command {
+ public:
+  RuntimeCommand(std::string name, Actuator actuator, Action action);
+  [[nodiscard]] const Actuator& actuator() const { return *node()->actuator; }
+  [[nodiscard]] const Action& action() const { return *node()->action; }
+};
+
+/// Lets time pass, or waits for a state.
+class WaitCommand : public Command {
+ public:
+  /// @param seconds  >= 0, in whole cycles, rounded up
+  WaitCommand(std::string name, double seconds);
+  /// @param timeout  s; it is over then too
+  WaitCommand(std::string name, State until, std::optional<double> timeout = {});
+};
+
+/// Commands in one real-time context. It has ended when all that were started have ended and no start is due.
+class TransactionCommand : public Command {
+ public:
+  explicit TransactionCommand(std::string name) : Command(std::move(name)) {}
+
+  /// Adds a command that an event starts.
+  TransactionCommand& add(const Command& command);
+  /// Adds a command that starts in the cycle in which this does.
+  TransactionCommand& add_started(const Command& command);
+  /// A state that handlers in here may raise.
+  RaisedState raised(std::string name);
+
+  TransactionCommand& on_cancel_forward();
+  TransactionCommand& on_cancel_forward_to(const std::vector<Command>& commands);
+  TransactionCommand& on_cancel_ignore();
+};
+
+}  // namespace takt::command

@@ -1,0 +1,118 @@
+#include "core/command/command_tree.h"
+
+#include <algorithm>
+#include <functional>
+#include <queue>
+
+#include "core/base/findings.h"
+
+namespace takt::command {
+
+CommandTree::CommandTree(const Command& root) {
+  enter(*root.node(), -1, true, pointer_segment(root.name()));
+  starts_.resize(entries_.size());
+  enter_starts();
+}
+
+/// Recursion ends where a command comes for another time; depth is that of the tree that a person built.
+void CommandTree::enter(CommandNode& node, int parent, bool with_parent, const std::string& path) {
+  if (!seen_.insert(&node).second) return doubles_.push_back(path);
+  const int own = size();
+  entries_.push_back({.node = &node, .parent = parent, .children = {}, .with_parent = with_parent, .path = path});
+  if (parent >= 0) entries_[static_cast<std::size_t>(parent)].children.push_back(own);
+  subjects_[node.subject.get()].push_back(own);
+  if (node.action) subjects_[node.action->subject().get()].push_back(own);
+  for (const RaisedState& raised : node.raised) raised_[raised.subject().get()] = own;
+  for (std::size_t i = 0; i < node.handlers.size(); ++i) {
+    handlers_.push_back({&node.handlers[i], own, path + "/handlers" + pointer_segment(i)});
+  }
+  for (std::size_t i = 0; i < node.children.size(); ++i) {
+    enter(*node.children[i], own, node.started_with[i], path + pointer_segment(node.children[i]->name));
+  }
+}
+
+int CommandTree::find(const SubjectPtr& subject) const {
+  const auto found = subjects_.find(subject.get());
+  return found == subjects_.end() || found->second.size() != 1 ? -1 : found->second.front();
+}
+
+int CommandTree::find_raised(const SubjectPtr& subject) const {
+  const auto found = raised_.find(subject.get());
+  return found == raised_.end() ? -1 : found->second;
+}
+
+bool CommandTree::is_inside(int inner, int outer) const {
+  while (inner >= 0 && inner != outer) inner = at(inner).parent;
+  return inner == outer;
+}
+
+void CommandTree::add_inside(int i, std::set<int>& all) const {
+  for (int other = 0; other < size(); ++other) {
+    if (is_inside(other, i)) all.insert(other);
+  }
+}
+
+void CommandTree::enter_starts() {
+  for (const Handler& handler : handlers_) {
+    if (handler.handler->effect.kind != Effect::Kind::kStart) continue;
+    const int target = find(handler.handler->effect.target);
+    if (target < 0) continue;
+    std::set<int> sources, targets;
+    add_inside(target, targets);
+    if (!at(handler.owner).node->is_transaction()) sources.insert(handler.owner);
+    for (const SubjectPtr& subject : subjects_of(handler.handler->state.node())) {
+      const int source = find(subject);
+      // What a transaction has begun says nothing of what is inside; what is around the target does not come first.
+      if (source >= 0 && !is_inside(target, source)) add_inside(source, sources);
+      if (source == target) sources.insert(source);
+    }
+    for (const int source : sources) starts_[static_cast<std::size_t>(source)].insert(targets.begin(), targets.end());
+  }
+}
+
+std::vector<int> CommandTree::cycle_of_starts() const {
+  std::vector<int> state(entries_.size(), 0), way;  // 0: new, 1: on the way, 2: done
+  std::vector<int> cycle;
+  const std::function<bool(int)> visit = [&](int i) {
+    const auto place = static_cast<std::size_t>(i);
+    if (state[place] == 1) {
+      cycle.assign(std::ranges::find(way, i), way.end());
+      return true;
+    }
+    if (state[place] == 2) return false;
+    state[place] = 1;
+    way.push_back(i);
+    for (const int next : starts_[place]) {
+      if (visit(next)) return true;
+    }
+    way.pop_back();
+    state[place] = 2;
+    return false;
+  };
+  for (int i = 0; i < size(); ++i) {
+    if (visit(i)) break;
+  }
+  return cycle;
+}
+
+std::vector<int> CommandTree::ranks() const {
+  std::vector<int> before(entries_.size(), 0), rank(entries_.size(), 0);
+  for (const auto& followers : starts_) {
+    for (const int follower : followers) ++before[static_cast<std::size_t>(follower)];
+  }
+  std::priority_queue<int, std::vector<int>, std::greater<>> free;
+  for (int i = 0; i < size(); ++i) {
+    if (before[static_cast<std::size_t>(i)] == 0) free.push(i);
+  }
+  for (int next = 0; !free.empty(); ++next) {
+    const auto i = static_cast<std::size_t>(free.top());
+    free.pop();
+    rank[i] = next;
+    for (const int follower : starts_[i]) {
+      if (--before[static_cast<std::size_t>(follower)] == 0) free.push(follower);
+    }
+  }
+  return rank;
+}
+
+}  // namespace takt::command

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/command/command.h"
+
+namespace takt::command {
+
+/// A command and all inside of it, in the order of the tree (a command before what is inside of it). For checks,
+/// planning and the mapping. Realtime: setup.
+class CommandTree {
+ public:
+  struct Entry {
+    CommandNode* node = nullptr;
+    int parent = -1;
+    std::vector<int> children;
+    bool with_parent = false;  ///< starts in the cycle in which its transaction does
+    std::string path;          ///< "/screwing/insert"
+  };
+  /// An event handler of the tree.
+  struct Handler {
+    const EventHandler* handler;
+    int owner;
+    std::string path;  ///< "/screwing/handlers/0"
+  };
+
+  /// A command that stands in the tree twice is entered once; doubles() names the other places.
+  explicit CommandTree(const Command& root);
+
+  [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
+  [[nodiscard]] const Entry& at(int i) const { return entries_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] int size() const { return static_cast<int>(entries_.size()); }
+  [[nodiscard]] const std::vector<Handler>& handlers() const { return handlers_; }
+  /// Paths at which a command stands for another time.
+  [[nodiscard]] const std::vector<std::string>& doubles() const { return doubles_; }
+
+  /// The command that a subject belongs to: itself, or the one that carries the action out. -1: none, or several.
+  [[nodiscard]] int find(const SubjectPtr& subject) const;
+  /// The transaction that a raised state belongs to; -1: none.
+  [[nodiscard]] int find_raised(const SubjectPtr& subject) const;
+  /// Whether `inner` is `outer` or inside of it.
+  [[nodiscard]] bool is_inside(int inner, int outer) const;
+
+  /// Commands whose start or end can make each command start: the edges of "who starts whom", from an earlier one to a
+  /// later one. Between what is inside of transactions too.
+  [[nodiscard]] const std::vector<std::set<int>>& starts() const { return starts_; }
+  /// A cycle in starts(), as indices; empty if there is none.
+  [[nodiscard]] std::vector<int> cycle_of_starts() const;
+  /// Ranks in which who starts another comes before it, else the order of the tree. Without a cycle only.
+  [[nodiscard]] std::vector<int> ranks() const;
+
+ private:
+  void enter(CommandNode& node, int parent, bool with_parent, const std::string& path);
+  void enter_starts();
+  void add_inside(int i, std::set<int>& all) const;
+
+  std::vector<Entry> entries_;
+  std::vector<Handler> handlers_;
+  std::vector<std::string> doubles_;
+  std::set<const CommandNode*> seen_;
+  std::map<const Subject*, std::vector<int>> subjects_;
+  std::map<const Subject*, int> raised_;
+  std::vector<std::set<int>> starts_;
+};
+
+}  // namespace takt::command

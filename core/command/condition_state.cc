@@ -1,0 +1,55 @@
+#include "core/command/condition_state.h"
+
+#include "core/command/device_sensors.h"
+
+namespace takt::command {
+namespace {
+
+/// The number that a comparison with a force/torque sensor looks at.
+RealSensor quantity_of(const Condition& condition, const Cell& cell, const Biases& biases) {
+  const WrenchSensor wrench = contact_wrench(cell, condition.device, biases);
+  const bool about_torque = is_torque(condition.quantity);
+  const VectorSensor vector = about_torque ? torque(wrench) : force(wrench);
+  const int part =
+      static_cast<int>(condition.quantity) - static_cast<int>(about_torque ? Quantity::kTorque : Quantity::kForce);
+  return part == 0 ? norm(vector) : component(vector, part - 1);
+}
+
+State compared(const RealSensor& sensor, const Condition& condition) {
+  return condition.above ? is_greater(sensor, condition.threshold) : is_less(sensor, condition.threshold);
+}
+
+/// Recursion is bounded by the depth of the file that the condition came from.
+State combined(const Condition& condition, const Cell& cell, const Biases& biases) {
+  State result = state_of(condition.operands.front(), cell, biases);
+  for (std::size_t i = 1; i < condition.operands.size(); ++i) {
+    const State operand = state_of(condition.operands[i], cell, biases);
+    result = condition.kind == Condition::Kind::kAll ? (result && operand) : (result || operand);
+  }
+  return result;
+}
+
+}  // namespace
+
+State state_of(const Condition& condition, const Cell& cell, const Biases& biases) {
+  switch (condition.kind) {
+    case Condition::Kind::kAll:
+    case Condition::Kind::kAny:
+      return combined(condition, cell, biases);
+    case Condition::Kind::kNot:
+      return !state_of(condition.operands.front(), cell, biases);
+    case Condition::Kind::kDigital: {
+      const State level = digital_input(cell, condition.device);
+      return condition.level ? level : !level;
+    }
+    case Condition::Kind::kGripper:
+      return gripper_state(cell, condition.device, condition.state);
+    case Condition::Kind::kAnalog:
+      return compared(analog_input(cell, condition.device), condition);
+    case Condition::Kind::kForce:
+      break;
+  }
+  return compared(quantity_of(condition, cell, biases), condition);
+}
+
+}  // namespace takt::command

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+
+#include "core/command/action.h"
+
+/// Actions that need no plan. Realtime: setup.
+namespace takt::command {
+
+/// Sets a digital output, and is done in the cycle in which it does.
+[[nodiscard]] Action set_value(bool value);
+/// Brings an analog output to a value as fast as it may; a value outside of its range is refused. In its own unit.
+[[nodiscard]] Action set_value(double value);
+/// An analog output follows a sensor until it is cancelled; the guard refuses what is too fast.
+[[nodiscard]] Action follow_value(const RealSensor& sensor);
+
+/// How a gripper closes or opens; what is not given: closed or open, a quarter of its speed, half of its force.
+struct GripWish {
+  std::optional<double> width = {};  ///< m
+  std::optional<double> speed = {};  ///< m/s
+  std::optional<double> force = {};  ///< N
+};
+/// Done when the fingers stand: at the width, or at a part. Offers `holding`, and `error`: the part was lost.
+[[nodiscard]] Action grip(const GripWish& wish = {});
+[[nodiscard]] Action release(const GripWish& wish = {});
+
+/// Holds an arm that stands where it is, until it is cancelled.
+[[nodiscard]] Action hold();
+
+}  // namespace takt::command

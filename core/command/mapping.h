@@ -1,0 +1,47 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/command/command.h"
+#include "core/net/description.h"
+#include "core/rcc/control_core.h"
+
+namespace takt::command {
+
+/// Where the states of a command stand in its net: ports, or empty where they cannot change.
+struct CommandPorts {
+  std::string path;      ///< names from the root, "/screwing/insert"
+  std::string fragment;  ///< of a runtime command: its id in the net
+};
+
+/// An external effect in a net.
+struct ExternalPort {
+  std::string name;
+  std::string port;  ///< Integer: how often it has happened
+  ExternalHandler handler;
+};
+
+/// A value of the net that says what went on: a state, a set point, what an event looks at.
+struct TracedPort {
+  std::string name;  ///< for people: "/screwing/insert active"
+  std::string port;
+};
+
+/// A command as one net.
+struct MappedCommand {
+  net::NetDescription net;
+  rcc::LoadOptions options;  ///< how it takes devices over and leaves them, as far as that is certain
+  std::map<std::string, std::string> observed;  ///< name of an observation, port
+  std::vector<ExternalPort> externals;
+  std::vector<TracedPort> traced;
+  std::vector<CommandPorts> commands;  ///< in the order of the tree
+};
+
+/// The one way from a command to a net (docs/command-layer.md): knows neither robots nor motions. Every action must be
+/// planned (planning.h).
+/// @return the net, or all that check() finds. Realtime: setup, deterministic.
+[[nodiscard]] Result<MappedCommand> map(const Command& command, Nanoseconds period = kMillisecond);
+
+}  // namespace takt::command

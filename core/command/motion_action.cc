@@ -1,0 +1,296 @@
+#include "core/command/motion_action.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/command/command_tree.h"
+#include "core/device/description.h"
+#include "core/motion/path.h"
+
+namespace takt::command {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using kinematics::JointVector;
+
+struct PathKind {
+  const char* primitive;
+  SetPointKind kind;
+};
+
+PathKind kind_of(const motion::Path& path) {
+  if (std::holds_alternative<motion::JointLine>(path)) return {"JointLine", SetPointKind::kJoints};
+  if (std::holds_alternative<motion::CartesianLine>(path)) return {"CartesianLine", SetPointKind::kPose};
+  if (std::holds_alternative<motion::CartesianArc>(path)) return {"CartesianArc", SetPointKind::kPose};
+  const auto& composite = std::get<motion::CompositePath>(path);
+  if (!composite.has_cartesian_pieces()) return {"CompositePath", SetPointKind::kJoints};
+  return {"CompositePath", composite.has_joint_pieces() ? SetPointKind::kPath : SetPointKind::kPose};
+}
+
+SetPoint set_point_of(const PathKind& kind, const Eigen::Isometry3d& X_FM) {
+  SetPoint set_point{.kind = kind.kind, .ports = {}, .constants = {}, .X_FM = X_FM};
+  const auto add = [&set_point](std::initializer_list<const char*> names) {
+    for (const char* name : names) set_point.ports[name] = std::string("path.") + name;
+  };
+  if (kind.kind != SetPointKind::kPose) add({"q", "dq", "ddq"});
+  if (kind.kind != SetPointKind::kJoints) {
+    add({"frame", "twist", "acceleration", "held", "held_velocity", "held_acceleration"});
+  }
+  if (kind.kind == SetPointKind::kPath) add({"cartesian"});
+  return set_point;
+}
+
+/// Path clock, time law, path: a request to cancel and a pause are target rates of the clock.
+class PlannedModel final : public ActionModel {
+ public:
+  explicit PlannedModel(PlannedMotion motion) : motion_(std::move(motion)) {}
+
+  [[nodiscard]] std::string_view name() const override { return motion_.name; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return kind_of(motion_.motion->path).kind; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
+    std::vector<ExpressionPtr> formulas;
+    if (motion_.clock.speed) formulas.push_back(motion_.clock.speed->node());
+    if (motion_.clock.pause) formulas.push_back(motion_.clock.pause->node());
+    return formulas;
+  }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel&) const override {
+    const motion::Motion& motion = *motion_.motion;
+    fragment.add("target_rate", "SelectReal", {{"if_true", 0.0}, {"if_false", 1.0}});
+    fragment.feed(fragment.cancel(), "target_rate.condition");
+    fragment.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
+    add_inputs(fragment);
+    fragment.add("law", "TimeLaw", {{"law", motion::to_json(motion.law)}});
+    fragment.link_all("clock", "law", {"time", "rate", "rate_derivative"});
+    const PathKind kind = kind_of(motion.path);
+    fragment.add("path", kind.primitive, {{"path", motion::to_json(motion.path)}});
+    fragment.link_all("law", "path", {"s", "ds", "dds"});
+    const std::string stopped = fragment.gate_with_cancel("stopped", "And", "clock.standstill");
+    fragment.add("done", "Or");
+    fragment.link("clock.at_end", "done.a");
+    fragment.link(stopped, "done.b");
+    return {.set_point = set_point_of(kind, motion_.X_FM), .done = Signal::at("done.value")};
+  }
+
+  [[nodiscard]] std::vector<std::string> states() const override {
+    std::vector<std::string> states{"progress", "at_path", "error"};
+    if (!motion_.handed_over.empty()) states.emplace_back("via_passed");
+    return states;
+  }
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
+                                      const Json& parameters) const override {
+    if (name == "progress") return "law.s";
+    if (name == "at_path") return add_threshold(fragment, "law.s", parameters.value("fraction", 1.0), "at_path");
+    if (name == "error") return add_error(fragment);
+    const auto index = parameters.value("index", std::size_t{0});
+    const double time = index < motion_.handed_over.size() ? motion_.handed_over[index] : motion_.motion->duration();
+    return add_threshold(fragment, "clock.time", time, "via_passed");
+  }
+
+  [[nodiscard]] std::optional<device::Seam> begins() const override { return at_rest(motion_.motion->q_start); }
+  [[nodiscard]] std::optional<device::Seam> ends() const override { return at_rest(motion_.motion->q_goal); }
+
+ private:
+  static device::Seam at_rest(const JointVector& q) {
+    const JointVector zero = JointVector::Zero(q.size());
+    return {.q = q, .dq = zero, .ddq = zero};
+  }
+
+  void add_inputs(FragmentWriter& fragment) const {
+    std::string rate = "target_rate.value";
+    if (motion_.clock.speed) fragment.feed(motion_.clock.speed->node(), "target_rate.if_false");
+    if (motion_.clock.pause) {
+      fragment.add("paused", "DefaultToBoolean", {{"fallback", true}});
+      fragment.feed(motion_.clock.pause->node(), "paused.input");
+      fragment.add("rate", "SelectReal", {{"if_true", 0.0}});
+      fragment.link("paused.value", "rate.condition");
+      fragment.link(rate, "rate.if_false");
+      rate = "rate.value";
+    }
+    fragment.link(rate, "clock.target_rate");
+  }
+
+  /// @return a Boolean that holds at and past a value.
+  static std::string add_threshold(FragmentWriter& fragment, const std::string& port, double value, const char* what) {
+    std::string id = fmt::format("{}_{:g}", what, value);
+    for (char& c : id) c = c == '.' ? '_' : c;
+    while (fragment.has(id)) id += '_';
+    fragment.add(id, "AtLeast", {{"b", value}});
+    fragment.link(port, id + ".a");
+    return id + ".value";
+  }
+
+  /// There are no joints for this cycle: what the arm is fed with, in the same fragment, is null.
+  std::string add_error(FragmentWriter& fragment) const {
+    const SetPointKind kind = kind_of(motion_.motion->path).kind;
+    fragment.add("no_joints", "IsNullJoints");
+    fragment.link(kind == SetPointKind::kJoints ? "path.q"
+                  : kind == SetPointKind::kPose ? "inverse.q"
+                                                : "choose_q.value",
+                  "no_joints.input");
+    return "no_joints.value";
+  }
+
+  PlannedMotion motion_;
+};
+
+/// Motions that are not planned yet.
+class MotionModel final : public ActionModel {
+ public:
+  using PartMaker = std::function<std::vector<SequencePart>(const ActuatorModel&)>;
+
+  MotionModel(std::string name, std::vector<std::string> states, PartMaker parts)
+      : name_(std::move(name)), states_(std::move(states)), parts_(std::move(parts)) {}
+
+  [[nodiscard]] std::string_view name() const override { return name_; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kPath; }
+  [[nodiscard]] std::vector<std::string> states() const override { return states_; }
+  [[nodiscard]] bool needs_plan() const override { return true; }
+  [[nodiscard]] Contribution add_to(FragmentWriter&, const ActuatorModel&) const override { return {}; }
+  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
+                                                                const JointVector& q_start) const override;
+
+ private:
+  std::string name_;
+  std::vector<std::string> states_;
+  PartMaker parts_;
+};
+
+motion::ArmModel model_of(const MountedArm& arm, const MotionWish& wish) {
+  const device::ArmDescription& d = arm.device->description();
+  return {.chain = *d.chain,
+          .inverse = d.inverse.get(),
+          .limits = d.limits,
+          .cartesian = d.cartesian,
+          .X_FM = wish.X_FM.value_or(arm.X_FT)};
+}
+
+/// The leg with what is wished for it.
+motion::LegMaker with_wish(const SequencePart& part) {
+  return [part](const JointVector& q) -> Result<motion::Leg> {
+    auto leg = part.geometry(q);
+    if (!leg) return leg;
+    leg->velocity = part.wish.velocity;
+    leg->acceleration = part.wish.acceleration;
+    leg->linear_velocity = part.wish.linear_velocity;
+    leg->blend = part.blend;
+    return leg;
+  };
+}
+
+Result<std::shared_ptr<const ActionModel>> MotionModel::plan(const ActuatorModel& actuator,
+                                                             const JointVector& q_start) const {
+  const std::vector<SequencePart> parts = parts_(actuator);
+  const MotionWish& first = parts.front().wish;
+  std::vector<motion::LegMaker> makers;
+  for (const SequencePart& part : parts) makers.push_back(with_wish(part));
+  auto plan = motion::plan_sequence(model_of(*actuator.arm(), first), q_start, makers);
+  if (!plan) return std::unexpected(std::move(plan.error()));
+  return std::make_shared<const PlannedModel>(
+      PlannedMotion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
+                    .X_FM = first.X_FM.value_or(actuator.arm()->X_FT),
+                    .handed_over = std::move(plan->handed_over),
+                    .clock = first.clock,
+                    .name = name_});
+}
+
+/// A motion of one leg; `make_leg(model, q, goal)` is one of the functions of core/motion/leg.h.
+template <class Goal, class MakeLeg>
+Action one_leg(const char* name, const MotionWish& wish, const Goal& goal, MakeLeg make_leg) {
+  const auto parts = [wish, goal, make_leg](const ActuatorModel& actuator) {
+    const MountedArm arm = *actuator.arm();
+    const auto geometry = [arm, wish, goal, make_leg](const JointVector& q) {
+      return make_leg(model_of(arm, wish), q, goal);
+    };
+    return std::vector<SequencePart>{{.geometry = geometry, .wish = wish}};
+  };
+  return Action(
+      std::make_shared<const MotionModel>(name, std::vector<std::string>{"progress", "at_path", "error"}, parts));
+}
+
+/// The position of an arm at the natural end of what came before on it.
+class Whereabouts {
+ public:
+  /// Unknown before the first sample: empty.
+  [[nodiscard]] JointVector of(const ActuatorModel& actuator) const {
+    const auto found = known_.find(actuator.name());
+    return found != known_.end() ? found->second : actuator.arm()->device->set_point().q;
+  }
+  void note(const ActuatorModel& actuator, const ActionModel& action) {
+    const auto end = action.ends();
+    if (end && end->q.size() > 0) known_[actuator.name()] = end->q;
+  }
+
+ private:
+  std::map<std::string, JointVector> known_;
+};
+
+}  // namespace
+
+Action planned(PlannedMotion motion) { return Action(std::make_shared<const PlannedModel>(std::move(motion))); }
+
+Action ptp(const JointVector& q_goal, const MotionWish& wish) {
+  return one_leg("PTP", wish, q_goal,
+                 [](const auto& arm, const auto& q, const auto& goal) { return motion::ptp_leg(arm, q, goal); });
+}
+Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish) {
+  return one_leg("LIN", wish, X_BM_goal,
+                 [](const auto& arm, const auto& q, const auto& goal) { return motion::lin_leg(arm, q, goal); });
+}
+Action circ(const motion::ArcThrough& arc, const MotionWish& wish) {
+  return one_leg("CIRC", wish, arc,
+                 [](const auto& arm, const auto& q, const auto& goal) { return motion::circ_leg(arm, q, goal); });
+}
+Action circ(const motion::ArcAbout& arc, const MotionWish& wish) {
+  return one_leg("CIRC", wish, arc,
+                 [](const auto& arm, const auto& q, const auto& goal) { return motion::circ_leg(arm, q, goal); });
+}
+Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const MotionWish& wish) {
+  return one_leg("spline", wish, poses_BM,
+                 [](const auto& arm, const auto& q, const auto& goal) { return motion::spline_leg(arm, q, goal); });
+}
+Action spline(const std::vector<JointVector>& points, const MotionWish& wish) {
+  return one_leg("spline", wish, points,
+                 [](const auto& arm, const auto& q, const auto& goal) { return motion::spline_leg(arm, q, goal); });
+}
+
+Action sequence(std::vector<SequencePart> parts) {
+  std::vector<std::string> states{"progress", "at_path", "via_passed", "error"};
+  return Action(std::make_shared<const MotionModel>(
+      "sequence", std::move(states), [parts = std::move(parts)](const ActuatorModel&) { return parts; }));
+}
+
+Findings plan(const Command& command) {
+  Findings findings;
+  const CommandTree tree(command);
+  if (!tree.cycle_of_starts().empty()) return findings;  // check() tells
+  const std::vector<int> ranks = tree.ranks();
+  std::vector<int> order(ranks.size());
+  for (std::size_t i = 0; i < ranks.size(); ++i) order[static_cast<std::size_t>(ranks[i])] = static_cast<int>(i);
+  Whereabouts whereabouts;
+  for (const int i : order) {
+    CommandNode& node = *tree.at(i).node;
+    if (!node.is_runtime() || node.actuator->model().arm() == nullptr) continue;
+    const ActuatorModel& actuator = node.actuator->model();
+    if (node.action->model().needs_plan()) {
+      const JointVector q = whereabouts.of(actuator);
+      if (q.size() == 0) {
+        findings.error(tree.at(i).path, fmt::format("'{}' has not told yet where it is", actuator.name()),
+                       "a cycle of the core before");
+        continue;
+      }
+      auto planned = node.action->model().plan(actuator, q);
+      if (!planned) {
+        findings.append(planned.error(), tree.at(i).path);
+        continue;
+      }
+      node.planned = std::move(*planned);
+    }
+    whereabouts.note(actuator, node.model());
+  }
+  return findings;
+}
+
+}  // namespace takt::command

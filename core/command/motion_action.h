@@ -1,0 +1,65 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/command/action.h"
+#include "core/command/command.h"
+#include "core/motion/leg.h"
+#include "core/motion/planner.h"
+
+/// Motions that are planned before they are carried out (docs/motion.md). Realtime: setup.
+namespace takt::command {
+
+/// What acts on a planned motion while it runs, through its path clock (rows P1, P2).
+struct ClockInputs {
+  std::optional<RealSensor> speed = {};  ///< rate of path time, 0 to 1; null: it stands
+  std::optional<State> pause = {};       ///< while it holds the motion stands on its path; null counts as true
+};
+
+/// A motion that is planned already.
+struct PlannedMotion {
+  std::shared_ptr<const motion::Motion> motion;
+  Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();  ///< the frame that Cartesian pieces move, in the flange
+  std::vector<double> handed_over = {};                    ///< path time at which each point on the way is passed, s
+  ClockInputs clock = {};
+  std::string name = "motion";  ///< for people
+};
+[[nodiscard]] Action planned(PlannedMotion motion);
+
+/// What motions may be asked for. Shares are of the limits of the arm.
+struct MotionWish {
+  double velocity = 1.0;                       ///< (0, 1]
+  double acceleration = 1.0;                   ///< (0, 1]
+  std::optional<double> linear_velocity = {};  ///< of the tool centre point, m/s
+  std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves; default: the arm's tool centre point
+  ClockInputs clock = {};
+};
+
+// Motions from where the arm is when its command is planned. Goals of frames are in the arm's base, m. They offer
+// `at_path`, `via_passed`, `progress`, `error` (no joints for a pose).
+[[nodiscard]] Action ptp(const kinematics::JointVector& q_goal, const MotionWish& wish = {});
+[[nodiscard]] Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish = {});
+[[nodiscard]] Action circ(const motion::ArcThrough& arc, const MotionWish& wish = {});
+[[nodiscard]] Action circ(const motion::ArcAbout& arc, const MotionWish& wish = {});
+[[nodiscard]] Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const MotionWish& wish = {});
+[[nodiscard]] Action spline(const std::vector<kinematics::JointVector>& points, const MotionWish& wish = {});
+
+/// A motion of a sequence, and how it is blended into the next one.
+struct SequencePart {
+  motion::LegMaker geometry;
+  MotionWish wish = {};
+  motion::Blend blend = {};
+};
+/// Several motions as one (docs/motion.md); via_passed(i) holds from the middle of blend i on. The frame that moves and
+/// the inputs of the clock are those of the first.
+[[nodiscard]] Action sequence(std::vector<SequencePart> parts);
+
+/// Plans every action of the tree that needs it: from where its arm will be when what starts before it on that arm has
+/// come to its natural end; the first one from the arm's set point. An action that is cancelled ends elsewhere: what is
+/// to follow it then must not depend on where.
+/// @return findings with paths in the tree. Realtime: setup, deterministic.
+[[nodiscard]] Findings plan(const Command& command);
+
+}  // namespace takt::command

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <numbers>
+
+#include "core/command/command.h"
+#include "core/command/device_action.h"
+#include "core/command/device_sensors.h"
+#include "core/command/handle.h"
+#include "core/command/motion_action.h"
+#include "tests/support/fake_cell.h"
+#include "tests/support/fake_signals.h"
+
+namespace takt::test {
+
+/// What hangs on the devices of a CommandCell.
+struct Terminals {
+  std::shared_ptr<FakeOutput<bool>> driver_terminal = std::make_shared<FakeOutput<bool>>();
+  std::shared_ptr<FakeOutput<bool>> lamp_terminal = std::make_shared<FakeOutput<bool>>();
+  std::shared_ptr<FakeOutput<double>> valve_terminal = std::make_shared<FakeOutput<double>>();
+  std::shared_ptr<FakeInput<bool>> button = std::make_shared<FakeInput<bool>>();
+  std::shared_ptr<FakeGripper> fingers = std::make_shared<FakeGripper>();
+};
+
+/// The fake cell with two digital outputs, a digital input, an analog output, a gripper and channels beside the arm.
+class CommandCell : public Terminals, public FakeCell {
+ public:
+  CommandCell() : FakeCell([this] { add_devices(); }) {}
+
+  command::Actuator arm_actuator() const { return command::arm(cell, "arm"); }
+  command::Actuator driver() const { return command::output(cell, "driver"); }
+  command::Actuator lamp() const { return command::output(cell, "lamp"); }
+
+  device::JointVector joints(double a1, double a4 = 0.0) const {
+    device::JointVector goal = arm->home;
+    goal[0] += a1;
+    goal[3] += a4;
+    return goal;
+  }
+  /// The tool moved by this way, in the axes of the base.
+  Eigen::Isometry3d moved(double x, double y, double z) const {
+    Eigen::Isometry3d X_BT = arm->chain->forward(q()) * cell.arms.at("arm").X_FT;
+    X_BT.translation() += Eigen::Vector3d(x, y, z);
+    return X_BT;
+  }
+  command::WrenchSensor felt() const { return command::contact_wrench(cell, "wrist", {{"wrist", bias}}); }
+  command::State hard(double newton = 5.0) const { return is_greater(norm(force(felt())), newton); }
+
+  /// Runs cycles until the command has ended.
+  command::CommandStatus run(command::CommandHandle& handle) { return handle.wait(60'000); }
+
+  command::Runtime runtime{core, [this] { step(); }};
+
+ private:
+  void add_devices() {
+    cell.digital_outputs["driver"] = &core.add(std::make_unique<device::DigitalOutput>(
+        "driver", device::SignalOutputDescription<bool>{}, driver_terminal, core.period()));
+    cell.digital_outputs["lamp"] = &core.add(std::make_unique<device::DigitalOutput>(
+        "lamp", device::SignalOutputDescription<bool>{}, lamp_terminal, core.period()));
+    device::SignalOutputDescription<double> valve{.unit = "V", .lower = 0.0, .upper = 10.0, .rate_max = 100.0};
+    cell.analog_outputs["valve"] =
+        &core.add(std::make_unique<device::AnalogOutput>("valve", valve, valve_terminal, core.period()));
+    cell.digital_inputs["button"] =
+        &core.add(std::make_unique<device::DigitalInput>("button", device::SignalInputDescription<bool>{}, button));
+    cell.grippers["gripper"] = {
+        &core.add(std::make_unique<device::Gripper>(
+            "gripper", std::make_shared<const device::GripperDescription>(fake_gripper_description()), fingers)),
+        "arm"};
+    using net::ValueType;
+    declare({.name = "speed", .type = ValueType::kReal, .unit = "1", .initial = 1.0});
+    declare({.name = "enable", .type = ValueType::kBoolean, .timeout = 50 * kMillisecond});
+    declare({.name = "stick", .type = ValueType::kTwist, .unit = "m/s,rad/s", .timeout = 50 * kMillisecond});
+    declare({
+        .name = "target",
+        .type = ValueType::kFrame,
+    });
+    declare({.name = "posture", .type = ValueType::kJoints, .unit = "rad"});
+  }
+  void declare(const device::ChannelDescription& description) {
+    auto declared = core.declare(description);
+    if (!declared) {
+      ADD_FAILURE() << declared.error().to_string();
+      return;
+    }
+    cell.channels[description.name] = *declared;
+  }
+};
+
+}  // namespace takt::test
