@@ -166,7 +166,7 @@ class Bad(WithFolder):
         self.refused(self.changed('<child link="s6"/>', '<child link="s7"/>'), "does not exist")
         self.refused(self.changed('xyz="0 -0.41 0"', 'xyz="0 nan 0"'), "finite")
         self.refused(self.changed('velocity="1.2"', 'velocity="-1.2"'), "velocity", "> 0")
-        self.refused(self.changed('type="continuous"', 'type="floating"'), "not supported")
+        self.refused(self.changed('<joint name="j3" type="revolute">', '<joint name="j3" type="floating">'), "not supported")
         self.refused(self.changed('axis xyz="0 0 1"', 'axis xyz="0 0 0"'), "axis is zero")
         self.refused(self.changed('<mass value="8.4"/>', '<mass value="-8.4"/>', "cobot"), "-8.4 kg")
 
@@ -202,6 +202,23 @@ class Bad(WithFolder):
             report = self.made("meshes", file)
             self.assertIn(word, self.notes(report)["link 's2' mesh 'part.stl'"]["why"])
             shutil.rmtree(self.models / "meshes")
+
+
+class ByHand(WithFolder):
+    """Bad meshes in a model that somebody wrote by hand: a clear error when it is built."""
+
+    def test_meshes_of_a_model(self):
+        shutil.copytree(ROOT / "models/io_block", self.models / "io_block")
+        urdf = self.models / "io_block/io_block.urdf"
+        urdf.write_text(urdf.read_text().replace('<box size="0.15 0.07 0.096"/>', '<mesh filename="part.stl"/>', 1))
+        triangle = struct.pack("<12fH", 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0)
+        for content in (None, b"", b"solid x", b" " * 80 + struct.pack("<I", 1_000_000) + triangle * 1_000_000,
+                        b" " * 80 + struct.pack("<I", 4_000_000_000) + triangle):
+            if content is not None:
+                (self.models / "io_block/part.stl").write_bytes(content)
+            run = takt("model", "io_block", "--models", self.models, "--image", self.path / "x.png", "--size=32x32")
+            self.assertEqual(run.returncode, 2, run.stderr)
+            self.assertIn("part.stl" if content is None else "error", run.stderr)
 
 
 class Page(WithFolder):
