@@ -32,7 +32,8 @@ MAY_INCLUDE = {
     "record": ["core/base"],
     "sim": CORE,
     "scenario": CORE + ["core/emulation", "sim", "record"],
-    "tools": CORE + ["core/emulation", "sim", "record", "scenario"],
+    "tools/import": CORE,
+    "tools": CORE + ["core/emulation", "sim", "record", "scenario", "tools/import"],
 }
 # GCC 12 destroys such a lambda twice.
 AWAITED_LAMBDA = re.compile(r"co_await\b[^;{}]*\[[&=\w][^\]]*\]\s*(\(|\{|mutable)")

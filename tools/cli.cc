@@ -15,8 +15,8 @@
 namespace takt::tools {
 namespace {
 
-constexpr AddVerb kVerbs[] = {add_run,    add_validate, add_verify,     add_compare, add_bless,
-                              add_render, add_net,      add_primitives, add_model,   add_list};
+constexpr AddVerb kVerbs[] = {add_run, add_validate,   add_verify, add_compare, add_bless, add_render,
+                              add_net, add_primitives, add_model,  add_new,     add_list};
 
 /// The project's folder: above the program (build/PRESET/tools/takt), or share/takt beside bin/, or TAKT_ROOT.
 std::filesystem::path find_root() {

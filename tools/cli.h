@@ -42,6 +42,7 @@ std::pair<CLI::App*, Verb> add_render(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_net(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_primitives(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_model(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_list(CLI::App& app, Common& common);
 
 /// Prints findings on stderr, a line each; with --json also {"result": "error", "findings": [...]} on stdout.

@@ -1,0 +1,267 @@
+// Bodies: meshes, shapes, masses.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <Eigen/Dense>
+
+#include "tools/import/draft.h"
+
+namespace takt::tools {
+namespace {
+
+/// A robot's link is mostly housing: light metal with much air, kg/m^3 of the box around it.
+constexpr double kDensity = 600.0;
+constexpr double kLeastMass = 0.2;     // kg
+constexpr double kLimbRadius = 0.045;  // m, of links that are drawn as limbs
+
+Node* shape_of(Node& part) {
+  Node* geometry = part.child("geometry");
+  return geometry != nullptr && !geometry->children.empty() ? &geometry->children.front() : nullptr;
+}
+
+std::string unused_name(const Draft& draft, const std::filesystem::path& file, const std::string& extension) {
+  std::string stem;
+  for (const char c : file.stem().string()) stem += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+  std::string name = fmt::format("meshes/{}{}", stem, extension);
+  for (int k = 2; draft.mesh_files.contains(name); ++k) name = fmt::format("meshes/{}_{}{}", stem, k, extension);
+  return name;
+}
+
+/// Meshes already gathered, by the name in the URDF: the new name and the box around it, or why there is none.
+class Meshes {
+ public:
+  Meshes(Draft& draft, const MeshPaths& paths) : draft_(draft), paths_(paths) {}
+
+  struct Entry {
+    std::string name;  ///< empty: not usable
+    std::string why;
+  };
+
+  const Entry& get(const std::string& name) {
+    const auto known = entries_.find(name);
+    if (known != entries_.end()) return known->second;
+    return entries_[name] = gather(name);
+  }
+
+ private:
+  Entry gather(const std::string& name) {
+    const auto file = paths_.find(name);
+    if (!file) return {{}, "there is no such file; --packages DIR tells where packages lie"};
+    auto mesh = read_mesh(*file);
+    if (!mesh) {
+      const Finding& finding = mesh.error().list().front();
+      return {{}, finding.message + (finding.hint.empty() ? "" : ", allowed: " + finding.hint)};
+    }
+    const std::string own = unused_name(draft_, *file, mesh->extension);
+    draft_.mesh_files.emplace(own, std::move(mesh->content));
+    return {own, {}};
+  }
+
+  Draft& draft_;
+  const MeshPaths& paths_;
+  std::map<std::string, Entry> entries_;
+};
+
+/// A primitive without extent, as files have it to please some reader, or no shape at all.
+bool is_empty(Node& part) {
+  const Node* shape = shape_of(part);
+  if (shape == nullptr) return true;
+  const Eigen::Vector3d size = shape->vector("size", Eigen::Vector3d::Ones());
+  return (shape->name == "box" && size.minCoeff() == 0.0) || shape->number("radius").value_or(1.0) == 0.0 ||
+         shape->number("length").value_or(1.0) == 0.0;
+}
+
+/// True if the part keeps a shape: a primitive, or a mesh that is a file of the model now.
+bool adopt(Node& part, Meshes& meshes, std::vector<std::pair<std::string, std::string>>& lost) {
+  if (is_empty(part)) {
+    lost.emplace_back("", "a shape without extent");
+    return false;
+  }
+  Node* shape = shape_of(part);
+  if (shape->name != "mesh") return true;
+  const std::string name = shape->text("filename");
+  const auto& entry = meshes.get(name);
+  if (entry.name.empty()) {
+    lost.emplace_back(name, entry.why);
+    return false;
+  }
+  shape->set("filename", entry.name);
+  return true;
+}
+
+Node as_visual(const Node& collision) {
+  Node visual = collision;
+  visual.name = "visual";
+  return visual;
+}
+
+/// A visual whose mesh was lost is replaced by what the link collides with.
+void gather_link(Draft& draft, Node& link, Meshes& meshes) {
+  std::vector<std::pair<std::string, std::string>> lost;
+  for (const char* kind : {"collision", "visual"}) {
+    std::vector<Node> kept;
+    bool lost_here = false;
+    for (Node* part : link.all(kind)) {
+      const bool usable = adopt(*part, meshes, lost);
+      if (usable) kept.push_back(*part);
+      lost_here = lost_here || !usable;
+    }
+    link.drop_children(kind);
+    if (std::string_view(kind) == "visual" && kept.empty() && lost_here) {
+      for (const Node* collision : link.all("collision")) kept.push_back(as_visual(*collision));
+    }
+    link.children.insert(link.children.end(), kept.begin(), kept.end());
+  }
+  const bool seen = !link.all("visual").empty();
+  for (const auto& [name, why] : lost) {
+    draft.note(fmt::format("link '{}' {}", link.text("name"), name.empty() ? "shape" : fmt::format("mesh '{}'", name)),
+               seen ? "its other shapes are used" : "left out", why);
+  }
+}
+
+// --- shapes and masses -----------------------------------------------------------------------------------------------
+
+/// The box around a link's shapes in its frame; meshes by their corners.
+Eigen::AlignedBox3d box_of(Draft& draft, Node& link) {
+  Eigen::AlignedBox3d whole;
+  for (const char* kind : {"collision", "visual"}) {
+    if (!whole.isEmpty()) break;
+    for (Node* part : link.all(kind)) {
+      const Node* shape = shape_of(*part);
+      if (shape == nullptr) continue;
+      Eigen::AlignedBox3d box;
+      if (shape->name == "mesh") {
+        // Kept content is known to be readable: the box follows from it again.
+        const Eigen::Vector3d scale = shape->vector("scale", Eigen::Vector3d::Ones());
+        box = mesh_box(draft.mesh_files.at(shape->text("filename")), shape->text("filename"));
+        if (!box.isEmpty()) {
+          const Eigen::Vector3d a = box.min().cwiseProduct(scale), b = box.max().cwiseProduct(scale);
+          box = Eigen::AlignedBox3d(a.cwiseMin(b), a.cwiseMax(b));
+        }
+      } else {
+        const double r = shape->number("radius").value_or(0.0), length = shape->number("length").value_or(2 * r);
+        const Eigen::Vector3d half = shape->name == "box"
+                                         ? Eigen::Vector3d(0.5 * shape->vector("size", Eigen::Vector3d::Zero()))
+                                         : Eigen::Vector3d(r, r, 0.5 * length);
+        box = Eigen::AlignedBox3d(-half, half);
+      }
+      if (!box.isEmpty()) whole.extend(box.transformed(part->origin()));
+    }
+  }
+  return whole;
+}
+
+/// A cylinder from the link's joint to a place in it, where no shape tells what it looks like. It is only seen: a shape
+/// that nobody knows must not stop an arm.
+void add_limb(Node& link, const Eigen::Vector3d& to) {
+  const double length = std::max(to.norm(), 0.02);
+  const Eigen::Vector3d along = to.norm() > 1e-6 ? Eigen::Vector3d(to.normalized()) : Eigen::Vector3d::UnitZ();
+  Node& part = link.add("visual");
+  // Turned so that z of the cylinder lies along: pitch, then yaw.
+  part.set_origin(0.5 * to, {0.0, std::acos(std::clamp(along.z(), -1.0, 1.0)), std::atan2(along.y(), along.x())});
+  Node& cylinder = part.add("geometry").add("cylinder");
+  cylinder.set("radius", kLimbRadius);
+  cylinder.set("length", length);
+}
+
+Eigen::Vector3d end_of(Draft& draft, const std::string& link) {
+  Eigen::Vector3d farthest = Eigen::Vector3d::Zero();
+  for (const Node* joint : draft.joints_below(link)) {
+    const Eigen::Vector3d at = joint->origin().translation();
+    if (at.norm() > farthest.norm()) farthest = at;
+  }
+  return farthest;
+}
+
+/// Simulation takes the convex hull of a mesh: near enough to what is seen.
+void add_collisions(Node& link) {
+  std::vector<Node> made;
+  for (const Node* visual : link.all("visual")) {
+    made.push_back(*visual);
+    made.back().name = "collision";
+    made.back().drop_children("material");
+  }
+  link.children.insert(link.children.end(), made.begin(), made.end());
+}
+
+/// A uniform box of that mass.
+void set_inertia(Node& inertial, double mass, const Eigen::Vector3d& size) {
+  const Eigen::Vector3d s = size.cwiseMax(0.03).cwiseAbs2() * (mass / 12.0);
+  Node& inertia = inertial.need("inertia");
+  const std::pair<const char*, double> entries[] = {
+      {"ixx", s.y() + s.z()}, {"iyy", s.x() + s.z()}, {"izz", s.x() + s.y()}, {"ixy", 0.0}, {"ixz", 0.0}, {"iyz", 0.0}};
+  for (const auto& [key, value] : entries) inertia.set(key, value);
+}
+
+/// Whether the tensor belongs to a body; true also where it cannot be read, which the checker shall say.
+bool is_inertia(const Node& inertial) {
+  const Node* inertia = inertial.child("inertia");
+  if (inertia == nullptr) return false;
+  Eigen::Matrix3d I;
+  const auto at = [&](const char* key) { return inertia->number(key); };
+  const auto xx = at("ixx"), yy = at("iyy"), zz = at("izz"), xy = at("ixy"), xz = at("ixz"), yz = at("iyz");
+  if (!xx || !yy || !zz || !xy || !xz || !yz) return true;
+  I << *xx, *xy, *xz, *xy, *yy, *yz, *xz, *yz, *zz;
+  const Eigen::Vector3d m = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
+  return m[0] > 0.0 && m[0] + m[1] >= m[2] * (1.0 - 1e-9);
+}
+
+/// Something with mass is needed on every joint that moves; frames that are fixed to a body need none.
+void complete_mass(Draft& draft, Node& link, const Eigen::AlignedBox3d& box, bool needed) {
+  const std::string who = fmt::format("link '{}'", link.text("name"));
+  Node* inertial = link.child("inertial");
+  const Node* mass_node = inertial != nullptr ? inertial->child("mass") : nullptr;
+  const auto mass = mass_node != nullptr ? mass_node->number("value") : std::nullopt;
+  const bool none = inertial == nullptr || (mass && *mass == 0.0);
+  if (none && !needed) return link.drop_children("inertial");
+  const Eigen::Vector3d size = box.isEmpty() ? Eigen::Vector3d::Constant(0.1) : Eigen::Vector3d(box.sizes());
+  if (none) {
+    link.drop_children("inertial");
+    const double guess = std::max(kLeastMass, kDensity * size.prod());
+    Node& made = link.add("inertial");
+    made.set_origin(box.isEmpty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(box.center()), Eigen::Vector3d::Zero());
+    made.add("mass").set("value", guess);
+    set_inertia(made, guess, size);
+    draft.note(who + " mass", fmt::format("{:.3g} kg", guess), "the file has none; from the box around its shape");
+    return;
+  }
+  if (is_inertia(*inertial) || !mass || *mass < 0.0) return;
+  set_inertia(*inertial, *mass, size);
+  draft.note(who + " inertia", "of a uniform box of its size", "the file has none that a body could have");
+}
+
+}  // namespace
+
+void gather_meshes(Draft& draft, const MeshPaths& paths) {
+  Meshes meshes(draft, paths);
+  for (Node* link : draft.robot.all("link")) gather_link(draft, *link, meshes);
+}
+
+void complete_bodies(Draft& draft) {
+  for (Node* link : draft.robot.all("link")) {
+    const std::string name = link->text("name");
+    const Node* above = draft.joint_above(name);
+    const bool moves = above != nullptr && is_movable(*above);
+    const bool bare = link->all("visual").empty() && link->all("collision").empty();
+    if (bare && (moves || name == draft.base)) {
+      add_limb(*link, end_of(draft, name));
+      draft.note(fmt::format("link '{}' shape", name), "a cylinder to the next joint",
+                 "the file has none that can be read");
+    }
+    const Eigen::AlignedBox3d box = box_of(draft, *link);
+    if (link->all("visual").empty()) {
+      std::vector<Node> made;
+      for (const Node* collision : link->all("collision")) made.push_back(as_visual(*collision));
+      link->children.insert(link->children.end(), made.begin(), made.end());
+    }
+    if (link->all("collision").empty() && !bare && !link->all("visual").empty()) {
+      add_collisions(*link);
+      draft.note(fmt::format("link '{}' collision", name), "the hull of what is seen",
+                 "the file has none that can be read");
+    }
+    complete_mass(draft, *link, box, moves);
+  }
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,211 @@
+#include "tools/import/import_robot.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/json.h"
+#include "core/device/device_file.h"
+#include "core/kinematics/chain.h"
+#include "core/kinematics/robot_model.h"
+#include "core/kinematics/xml_scan.h"
+#include "tools/import/device_guess.h"
+
+namespace takt::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_name(const std::string& text) {
+  if (text.empty() || text.front() < 'a' || text.front() > 'z') return false;
+  return text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos;
+}
+
+Findings check_options(const ImportOptions& options) {
+  Findings findings;
+  std::error_code error;
+  if (!is_name(options.name)) {
+    findings.error("NAME", fmt::format("'{}' is no name of a model", options.name), "a-z, 0-9, _, a letter first");
+  }
+  for (const fs::path& folder : options.packages) {
+    if (!fs::is_directory(folder, error))
+      findings.error("--packages", fmt::format("'{}' is no folder", folder.string()));
+  }
+  if (fs::exists(options.out / options.name, error)) {
+    findings.error("--out", fmt::format("'{}' exists already", (options.out / options.name).string()),
+                   "another name, or remove it");
+  }
+  return findings;
+}
+
+/// xacro is a language of its own: running it is ROS's job.
+Findings check_plain(const kinematics::XmlTree& tree, const fs::path& file) {
+  Findings findings;
+  for (const kinematics::XmlElement& element : tree.elements) {
+    if (!element.name.starts_with("xacro:")) continue;
+    findings.error(
+        fmt::format("line {}", element.line), fmt::format("<{}>: this is a xacro file, not a URDF", element.name),
+        fmt::format("expand it first, where ROS is installed: xacro {} > robot.urdf", file.filename().string()));
+    break;
+  }
+  return findings;
+}
+
+Result<Draft> read_draft(const ImportOptions& options) {
+  const auto text = read_file(options.urdf, kinematics::kMaxXmlBytes);
+  if (!text) return std::unexpected(text.error());
+  const auto tree = kinematics::scan_xml(*text);
+  if (!tree) return std::unexpected(tree.error());
+  if (Findings findings = check_plain(*tree, options.urdf); findings.has_errors()) {
+    return std::unexpected(std::move(findings));
+  }
+  if (tree->elements.front().name != "robot") {
+    return failure(fmt::format("line {}", tree->elements.front().line),
+                   fmt::format("the root element is <{}>", tree->elements.front().name), "<robot>");
+  }
+  Draft draft;
+  draft.robot = node_of(*tree);
+  draft.base = options.base;
+  draft.flange = options.flange;
+  return draft;
+}
+
+/// A hidden folder beside the place of the model, which goes away with all that is still in it.
+class Workshop {
+ public:
+  explicit Workshop(const ImportOptions& options)
+      : top_(options.out / fmt::format(".{}.{}", options.name, ::getpid())), folder_(top_ / options.name) {}
+  ~Workshop() {
+    std::error_code error;
+    fs::remove_all(top_, error);
+  }
+  Workshop(const Workshop&) = delete;
+  Workshop& operator=(const Workshop&) = delete;
+  [[nodiscard]] const fs::path& folder() const { return folder_; }
+
+ private:
+  fs::path top_, folder_;
+};
+
+Result<void> write(const fs::path& file, const std::string& content) {
+  std::error_code error;
+  fs::create_directories(file.parent_path(), error);
+  std::ofstream out(file, std::ios::binary);
+  out << content;
+  out.close();
+  if (!out) return failure("--out", fmt::format("cannot write '{}'", file.string()));
+  return {};
+}
+
+Result<void> write_robot(const Draft& draft, const fs::path& folder, const std::string& name) {
+  for (const auto& [path, content] : draft.mesh_files) {
+    if (auto written = write(folder / path, content); !written) return written;
+  }
+  return write(folder / (name + ".urdf"), xml_of(draft.robot));
+}
+
+Result<kinematics::RobotModel> load(const fs::path& folder, const std::string& name) {
+  return kinematics::RobotModel::load(folder / (name + ".urdf"));
+}
+
+/// Torque limits need the whole arm: they are guessed once it stands, and written into the URDF.
+void fill_effort(Draft& draft, const kinematics::Chain& chain) {
+  const std::vector<double> effort = guess_effort(chain);
+  for (std::size_t i = 0; i < effort.size(); ++i) {
+    const std::string& name = chain.joint_names()[i];
+    if (std::ranges::find(draft.without_effort, name) == draft.without_effort.end()) continue;
+    for (Node* joint : draft.robot.all("joint")) {
+      if (joint->text("name") == name) joint->need("limit").set("effort", effort[i]);
+    }
+    draft.note(fmt::format("joint '{}' limit effort", name),
+               fmt::format("{:g} {}", effort[i], chain.is_prismatic(static_cast<int>(i)) ? "N" : "Nm"),
+               "the file has none; twice what holding the arm costs at most, and 8 rad/s2");
+  }
+}
+
+std::string readme(const ImportOptions& options, const Draft& draft) {
+  std::string text = fmt::format(
+      "# {}\n\nMade by `takt new robot` from `{}`. Base: `{}`, flange: `{}` (z out of the face).\n\n"
+      "Where a figure is not in this table, it comes from that file. All below was guessed, replaced or left out: "
+      "check "
+      "it against the maker's data sheet, and write the source beside it.\n\n| what | value | why |\n|---|---|---|\n",
+      options.title.empty() ? options.name : options.title, options.urdf.filename().string(), draft.base, draft.flange);
+  for (const ImportNote& note : draft.notes) text += fmt::format("| {} | {} | {} |\n", note.key, note.value, note.why);
+  return text;
+}
+
+/// The device file, the README, and the readers' verdict.
+Result<void> finish(const ImportOptions& options, Draft& draft, const fs::path& folder) {
+  const auto robot = load(folder, options.name);
+  if (!robot) return std::unexpected(robot.error());
+  const auto chain = kinematics::Chain::create(*robot, draft.base, draft.flange);
+  if (!chain) return std::unexpected(chain.error());
+  if (chain->joint_count() < 6) {
+    return failure(
+        "",
+        fmt::format("the way from '{}' to '{}' has {} movable joints", draft.base, draft.flange, chain->joint_count()),
+        "6 to 12: takt moves a flange in all six directions");
+  }
+  nlohmann::ordered_json device = guess_device(options.name, *robot, *chain, draft);
+  if (!options.title.empty()) device["title"] = options.title;
+  if (auto written = write(folder / "device.json", device.dump(2) + "\n"); !written) return written;
+  if (auto written = write(folder / "README.md", readme(options, draft)); !written) return written;
+  const auto arm = device::read_arm(folder);
+  if (!arm) return std::unexpected(arm.error());
+  return {};
+}
+
+Result<void> build(const ImportOptions& options, Draft& draft, const fs::path& folder) {
+  clean(draft, options.name);
+  complete_joints(draft);
+  gather_meshes(draft, MeshPaths(options.urdf, options.packages));
+  guess_chain(draft);
+  if (draft.findings.has_errors()) return std::unexpected(draft.findings);
+  complete_bodies(draft);
+  if (auto written = write_robot(draft, folder, options.name); !written) return written;
+  const auto robot = load(folder, options.name);
+  if (!robot) return std::unexpected(robot.error());
+  const auto chain = kinematics::Chain::create(*robot, draft.base, draft.flange);
+  if (!chain) return std::unexpected(chain.error());
+  fill_effort(draft, *chain);
+  if (auto written = write_robot(draft, folder, options.name); !written) return written;
+  return finish(options, draft, folder);
+}
+
+}  // namespace
+
+Result<ImportReport> import_robot(const ImportOptions& options) {
+  if (Findings findings = check_options(options); findings.has_errors()) return std::unexpected(std::move(findings));
+  auto draft = read_draft(options);
+  if (!draft) {
+    draft.error().set_file(options.urdf.string());
+    return std::unexpected(draft.error());
+  }
+  // All is made beside its place and moved there when it is whole.
+  const Workshop workshop(options);
+  auto built = build(options, *draft, workshop.folder());
+  std::error_code error;
+  if (built) fs::rename(workshop.folder(), options.out / options.name, error);
+  if (error) return failure("--out", fmt::format("cannot write '{}'", (options.out / options.name).string()));
+  if (!built) {
+    Findings findings;
+    for (Finding finding : built.error().list()) {
+      // The user's file is the one to mend; its lines are not those of the file that was made from it.
+      finding.file = options.urdf.string();
+      if (finding.pointer.starts_with("line ")) finding.pointer.clear();
+      findings.add(std::move(finding));
+    }
+    return std::unexpected(std::move(findings));
+  }
+  ImportReport report{options.out / options.name, draft->base, draft->flange, {}, draft->notes};
+  for (const Node& node : draft->robot.children) {
+    if (node.name == "joint" && is_movable(node)) report.joints.push_back(node.text("name"));
+  }
+  return report;
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/base/findings.h"
+#include "tools/import/draft.h"
+
+namespace takt::tools {
+
+struct ImportOptions {
+  std::string name;                             ///< of the model: lower case letters, digits, _
+  std::filesystem::path urdf;                   ///< the foreign file
+  std::filesystem::path out;                    ///< the folder of models that gets the folder `name`
+  std::vector<std::filesystem::path> packages;  ///< where package:// meshes may lie, beside the folders above the file
+  std::string base, flange;                     ///< links; empty: guessed
+  std::string title;                            ///< for people; empty: the name
+};
+
+struct ImportReport {
+  std::filesystem::path folder;
+  std::string base, flange;
+  std::vector<std::string> joints;
+  std::vector<ImportNote> notes;  ///< all that was guessed, replaced, left out, in the order of the work
+};
+
+/// Makes the folder out/name from a URDF of somebody else: URDF, meshes, device file, README. Nothing is written unless
+/// all of it can be used as a model; all that is wrong is said at once. Realtime: setup.
+[[nodiscard]] Result<ImportReport> import_robot(const ImportOptions& options);
+
+}  // namespace takt::tools

@@ -1,0 +1,68 @@
+// new: a model folder from a URDF of somebody else.
+#include <memory>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "tools/cli.h"
+#include "tools/import/import_robot.h"
+
+namespace takt::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const ImportReport& report) {
+  Json notes = Json::array();
+  for (const ImportNote& note : report.notes) {
+    notes.push_back({{"key", note.key}, {"value", note.value}, {"why", note.why}});
+  }
+  return {{"result", "made"},        {"folder", report.folder.string()}, {"base", report.base},
+          {"flange", report.flange}, {"joints", report.joints},          {"notes", notes}};
+}
+
+void print_text(const ImportReport& report, const ImportOptions& options) {
+  fmt::print("{}: base '{}', flange '{}', joints {}\n", report.folder.string(), report.base, report.flange,
+             fmt::join(report.joints, ", "));
+  fmt::print("guessed, replaced or left out:\n");
+  for (const ImportNote& note : report.notes) fmt::print("  {}: {} ({})\n", note.key, note.value, note.why);
+  const std::string models = fmt::format("--models {}", options.out.string());
+  fmt::print("next:\n  takt validate {}/device.json\n  takt model {} {} --image {}.png\n", report.folder.string(),
+             options.name, models, options.name);
+  fmt::print("  takt run scenarios/wave.json {} --set /devices/arm/model={}\n", models, options.name);
+}
+
+int new_robot(const ImportOptions& options, const Common& common) {
+  const auto made = import_robot(options);
+  if (!made) return report(made.error(), common);
+  if (common.json) {
+    print(to_json(*made));
+  } else {
+    print_text(*made, options);
+  }
+  return kHeld;
+}
+
+}  // namespace
+
+std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common) {
+  auto options = std::make_shared<ImportOptions>();
+  auto what = std::make_shared<std::string>();
+  CLI::App* verb = app.add_subcommand("new", "Make a model folder from a URDF of somebody else");
+  verb->add_option("WHAT", *what, "robot")->required()->check(CLI::IsMember({"robot"}));
+  verb->add_option("NAME", options->name, "Of the model: a-z, 0-9, _")->required();
+  verb->add_option("--urdf", options->urdf, "The file to start from")->required()->type_name("FILE");
+  verb->add_option("--out", options->out, "Folder of models to put it in; default: models")->type_name("DIR");
+  verb->add_option("--packages", options->packages, "Where packages of meshes lie, beside the folders above the file")
+      ->type_name("DIR");
+  verb->add_option("--base", options->base, "Link at the mounting face; default: guessed")->type_name("LINK");
+  verb->add_option("--flange", options->flange, "Link at the face of the flange; default: guessed")->type_name("LINK");
+  verb->add_option("--title", options->title, "Name for people")->type_name("TEXT");
+  return {verb, [options, what, &common] {
+            if (options->out.empty()) options->out = "models";
+            return new_robot(*options, common);
+          }};
+}
+
+}  // namespace takt::tools
