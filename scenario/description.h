@@ -125,7 +125,7 @@ struct Description {
   std::vector<device::ChannelDescription> channels;
   std::vector<NetEntry> nets;
   nlohmann::ordered_json program;
-  std::vector<FaultEntry> faults;  ///< in the order of their times
+  std::vector<FaultEntry> faults;                                      ///< in the order of their times
   nlohmann::ordered_json programs = nlohmann::ordered_json::object();  ///< what the program may call, by name
   std::vector<OperatorAction> operator_script;
   std::vector<ExpectationEntry> expectations;

@@ -41,25 +41,25 @@ struct ArmDescription : ModelDescription {
   std::vector<std::string> joint_names;
   motion::JointLimits limits;  ///< range and velocity from the URDF; acceleration and jerk from the device file
   motion::CartesianLimits cartesian;
-  JointVector effort;                ///< Nm or N, from the URDF
-  JointVector home;                  ///< rad or m, inside the range
-  JointVector armature;              ///< rotor inertia seen at the joint, kg m^2 (kg)
-  JointVector damping;               ///< viscous friction, Nm s/rad (N s/m), from the URDF
-  JointVector friction;              ///< Coulomb friction, Nm (N), from the URDF
-  JointVector natural_frequency;     ///< of the position controller, rad/s
-  JointVector damping_ratio;         ///< of the position controller, 1
-  ControlModes modes;                ///< what its controller can do
-  ImpedanceDescription impedance;    ///< of the modes of impedance that it has
-  double position_resolution = 0.0;  ///< rad or m
-  double velocity_noise = 0.0;       ///< standard deviation, rad/s or m/s
-  JointVector torque_noise;          ///< standard deviation, Nm; size 0: the arm has no torque sensors
-  JointVector torque_bias;           ///< standard deviation of the constant offset, Nm; size 0 likewise
-  bool torque_at_motor = false;      ///< known from the motors' currents, friction and rotors included; else of joints
-  Nanoseconds measurement_delay = 0;   ///< from a measurement to when it can be read
+  JointVector effort;                 ///< Nm or N, from the URDF
+  JointVector home;                   ///< rad or m, inside the range
+  JointVector armature;               ///< rotor inertia seen at the joint, kg m^2 (kg)
+  JointVector damping;                ///< viscous friction, Nm s/rad (N s/m), from the URDF
+  JointVector friction;               ///< Coulomb friction, Nm (N), from the URDF
+  JointVector natural_frequency;      ///< of the position controller, rad/s
+  JointVector damping_ratio;          ///< of the position controller, 1
+  ControlModes modes;                 ///< what its controller can do
+  ImpedanceDescription impedance;     ///< of the modes of impedance that it has
+  double position_resolution = 0.0;   ///< rad or m
+  double velocity_noise = 0.0;        ///< standard deviation, rad/s or m/s
+  JointVector torque_noise;           ///< standard deviation, Nm; size 0: the arm has no torque sensors
+  JointVector torque_bias;            ///< standard deviation of the constant offset, Nm; size 0 likewise
+  bool torque_at_motor = false;       ///< known from the motors' currents, friction and rotors included; else of joints
+  Nanoseconds measurement_delay = 0;  ///< from a measurement to when it can be read
   Nanoseconds measurement_period = 0;  ///< between measurements that can be read; 0: every cycle
-  double payload_max = 0.0;          ///< kg
-  double start_tolerance = 0.01;     ///< rad or m: how far measured and assumed start may lie apart (row S5)
-  Nanoseconds cycle = kMillisecond;  ///< of the device
+  double payload_max = 0.0;            ///< kg
+  double start_tolerance = 0.01;       ///< rad or m: how far measured and assumed start may lie apart (row S5)
+  Nanoseconds cycle = kMillisecond;    ///< of the device
   Nanoseconds sample_age_max = 20 * kMillisecond;  ///< older samples count as absent (row T2): 20 device cycles
 };
 
