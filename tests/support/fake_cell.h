@@ -40,9 +40,9 @@ class FakeCell {
     sensor = std::make_shared<FakeForceTorqueSensor>();
     core.add(std::make_unique<device::ForceTorqueSensor>(
         "wrist", std::make_shared<const device::ForceTorqueDescription>(), sensor));
-    speed = *core.declare({.name = "speed", .unit = "1", .initial = net::Real{1.0}});
-    cell.channels["speed"] = speed;
-    cell.override_channel = "speed";
+    speed = *core.declare({.name = "override", .unit = "1", .initial = net::Real{1.0}});
+    cell.channels["override"] = speed;
+    cell.override_channel = "override";
     describe();
     if (more) more();
     feel();
