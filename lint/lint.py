@@ -3,7 +3,8 @@
 
 Rules: layers include only downwards; headers have '#pragma once'; no left-over marks; no path or registry of a machine;
 no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead somewhere; every row
-of docs/semantics.md is named by a test or says which issue brings it; no file over 600 lines.
+of docs/semantics.md is named by a test or says which issue brings it; no file over 600 lines; no capturing lambda inside
+of a co_await expression.
 """
 import pathlib
 import re
@@ -34,6 +35,8 @@ MAY_INCLUDE = {
     "tools/import": CORE,
     "tools": CORE + ["core/emulation", "sim", "record", "scenario", "tools/import"],
 }
+# GCC 12 destroys such a lambda twice.
+AWAITED_LAMBDA = re.compile(r"co_await\b[^;{}]*\[[&=\w][^\]]*\]\s*(\(|\{|mutable)")
 HEAVY = re.compile(r'#include <(nlohmann/json\.hpp|mujoco/|boost/beast|google/protobuf|urdf)')
 # Descriptions hold JSON by value.
 HEAVY_ALLOWED = {"core/net/description.h", "scenario/description.h", "cmake/pch.h"}
@@ -70,6 +73,11 @@ def check_code(name, lines, say):
             target = layer_of(included.group(1))
             if target and target != layer and target not in MAY_INCLUDE[layer]:
                 say(name, number, f"{layer} may not know {target}")
+
+
+def check_awaits(name, text, say):
+    for match in AWAITED_LAMBDA.finditer(text):
+        say(name, text[: match.start()].count("\n") + 1, "a capturing lambda inside of a co_await expression: name it before")
 
 
 def check_text(name, lines, say):
@@ -126,6 +134,7 @@ def main():
         lines = text.split("\n")
         if name.endswith((".cc", ".h")):
             check_code(name, lines, say)
+            check_awaits(name, text, say)
         if name != "lint/lint.py":
             check_text(name, lines, say)
         if name.endswith(".md"):

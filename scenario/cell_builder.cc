@@ -8,6 +8,7 @@
 #include "core/device/composed_device.h"
 #include "core/kinematics/chain.h"
 #include "scenario/cell_models.h"
+#include "scenario/faults.h"
 #include "sim/from_model.h"
 #include "sim/nominal_payload.h"
 #include "sim/render_shapes.h"
@@ -255,6 +256,7 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
   add_composed(description, built, findings);
+  add_emergency_stop(description, built, findings);
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   built.site->add_to(built.core->digest());
   set_tools(simulated, built);

@@ -6,6 +6,7 @@
 
 #include "core/command/cell.h"
 #include "core/device/device_file.h"
+#include "core/device/emergency_stop.h"
 #include "core/rcc/control_core.h"
 #include "scenario/description.h"
 #include "scenario/site_devices.h"
@@ -20,6 +21,7 @@ struct BuiltCell {
   std::unique_ptr<SiteDevices> site;  ///< what stands between the machines of the world and the devices of the core
   std::unique_ptr<rcc::ControlCore> core;
   command::Cell cell;
+  device::EmergencyStop* emergency_stop = nullptr;  ///< null: the scenario never presses one
   std::map<std::string, Eigen::Isometry3d, std::less<>>
       truth_W;        ///< drawn pose of every fixed object: expectations only
   int triangles = 0;  ///< of the scene, for the visual budget

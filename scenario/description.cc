@@ -11,6 +11,7 @@
 #include "core/base/object_reader.h"
 #include "core/base/random.h"
 #include "core/device/channel_file.h"
+#include "scenario/faults.h"
 
 namespace takt::scenario {
 namespace {
@@ -241,6 +242,7 @@ Description read_document(const Json& document, Findings& findings) {
     description.channels.push_back(device::channel_from_json(name, json, pointer, findings));
   });
   (void)reader.object("nets", false);  // read by read_nets()
+  read_faults(reader, description.faults);
   if (const Json* program = reader.object("program")) description.program = *program;
   read_expectations(reader, description);
   reader.finish();

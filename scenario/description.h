@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/findings.h"
+#include "core/base/time.h"
+#include "core/device/backend.h"
 #include "core/device/channel.h"
 #include "core/world/shape.h"
 #include "scenario/net_files.h"
@@ -83,6 +85,21 @@ struct FilmEntry {
   double force_limit_N = 15.0;  ///< marked in the bar
 };
 
+/// Something that happens to the machines at one time, whatever the program does.
+struct FaultEntry {
+  enum class Kind {
+    kStop,           ///< the arm stops by itself, as by a fault of its own
+    kRelease,        ///< an operator forgets the fault and opens the brakes
+    kEmergencyStop,  ///< the button is pressed: the core's latch, and every arm by its own circuit
+    kReset           ///< the button is pulled, the latch reset, every arm released
+  };
+  Kind kind = Kind::kStop;
+  Nanoseconds at = 0;
+  std::string arm;  ///< empty: all
+  device::StopCategory category = device::StopCategory::kStopThenBrakes;
+  std::string pointer;
+};
+
 /// One statement that must hold at the end; `kind` chooses the fields, which scenario/expectations.cc reads.
 struct ExpectationEntry {
   std::string name, kind, pointer;
@@ -107,6 +124,7 @@ struct Description {
   std::vector<device::ChannelDescription> channels;
   std::vector<NetEntry> nets;
   nlohmann::ordered_json program;
+  std::vector<FaultEntry> faults;  ///< in the order of their times
   std::vector<ExpectationEntry> expectations;
   Site site;  ///< not of the file: where this run takes place
 };

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -163,12 +164,15 @@ class LimitsExpectation final : public Expectation {
     const auto found = built.cell.arms.find(arm_);
     if (found == built.cell.arms.end()) return;
     const device::ArmDescription& description = found->second.device->description();
-    monitor_.emplace(description.limits, description.joint_names, to_seconds(built.core->period()));
+    monitor_.emplace(description.limits, description.joint_names, to_seconds(built.core->period()), description.effort);
   }
 
   void watch(const BuiltCell& built) override {
-    const auto& q = built.cell.arms.find(arm_)->second.device->set_point().q;
-    if (q.size() > 0) monitor_->add(q);
+    const device::Arm& arm = *built.cell.arms.find(arm_)->second.device;
+    // Out of a mode of impedance an arm goes on where it is, which need not be where its springs rest.
+    if (arm.mode() != std::exchange(mode_, arm.mode())) monitor_->restart();
+    if (arm.set_point().q.size() > 0) monitor_->add(arm.set_point().q);
+    if (const sim::SimArm* machine = built.world->arm(arm_)) monitor_->add_torque(machine->wanted_torque());
   }
   [[nodiscard]] ExpectationResult judge(const Outcome&) const override {
     const LimitMonitor::Worst worst = monitor_->worst();
@@ -182,6 +186,7 @@ class LimitsExpectation final : public Expectation {
  private:
   std::string arm_;
   std::optional<LimitMonitor> monitor_;
+  device::ControlMode mode_ = device::ControlMode::kPosition;
 };
 
 /// Ids of the monitors of a net, those inside fragments with their path.
@@ -321,7 +326,9 @@ const std::vector<ExpectationKind>& expectation_kinds() {
       {"duration", "The program ends in time. Keys: below_s."},
       {"estimate", "A fitted pose is near the truth. Keys: estimate, of, position_within_m, angle_within_deg."},
       {"gripper", "What a gripper does at the end: idle, moving, holding or lost. Keys: gripper, is."},
-      {"limits", "No set point leaves the joint limits, differentiated from what was sent. Keys: arm."},
+      {"limits",
+       "No set point leaves the joint limits, differentiated from what was sent, and no motor is asked for more torque "
+       "than it has. Keys: arm."},
       {"monitor",
        "The last value that a net's monitor showed. Keys: net, monitor, and at_least, at_most (numbers) or is (any)."},
       {"object_pose",

@@ -7,8 +7,17 @@
 
 namespace takt::scenario {
 
-LimitMonitor::LimitMonitor(motion::JointLimits limits, std::vector<std::string> joint_names, double period_s)
-    : limits_(std::move(limits)), joint_names_(std::move(joint_names)), period_s_(period_s) {}
+LimitMonitor::LimitMonitor(motion::JointLimits limits, std::vector<std::string> joint_names, double period_s,
+                           kinematics::JointVector effort)
+    : limits_(std::move(limits)),
+      joint_names_(std::move(joint_names)),
+      period_s_(period_s),
+      effort_(std::move(effort)) {}
+
+void LimitMonitor::add_torque(const kinematics::JointVector& torque) {
+  for (Eigen::Index i = 0; i < effort_.size() && i < torque.size(); ++i)
+    if (std::isfinite(effort_[i])) note(kTorque, i, torque[i], effort_[i]);
+}
 
 void LimitMonitor::note(Quantity quantity, Eigen::Index joint, double value, double limit) {
   const double share = std::abs(value) / limit;
@@ -23,7 +32,7 @@ void LimitMonitor::note(Quantity quantity, Eigen::Index joint, double value, dou
 }
 
 void LimitMonitor::add(const kinematics::JointVector& q) {
-  if (count_ == 0) {
+  if (!std::exchange(begun_, true)) {
     dq_ = ddq_ = kinematics::JointVector::Zero(q.size());
   } else {
     const kinematics::JointVector dq = (q - q_) / period_s_;
@@ -45,7 +54,7 @@ void LimitMonitor::add(const kinematics::JointVector& q) {
 }
 
 LimitMonitor::Worst LimitMonitor::worst() const {
-  static constexpr const char* kNames[] = {"position", "velocity", "acceleration", "jerk"};
+  static constexpr const char* kNames[] = {"position", "velocity", "acceleration", "jerk", "torque"};
   if (worst_cycle_ < 0) return {};
   return {worst_share_,
           fmt::format("{} of joint {}: {:.4g} of {:.4g} in cycle {}", kNames[worst_quantity_],

@@ -15,10 +15,16 @@ namespace takt::scenario {
 /// Realtime: cyclic, no allocation after construction.
 class LimitMonitor {
  public:
-  LimitMonitor(motion::JointLimits limits, std::vector<std::string> joint_names, double period_s);
+  /// @param effort  Nm or N, what the motors have; size 0: torques are not looked at
+  LimitMonitor(motion::JointLimits limits, std::vector<std::string> joint_names, double period_s,
+               kinematics::JointVector effort = {});
 
   /// The set point of this cycle; rad or m.
   void add(const kinematics::JointVector& q);
+  /// What the motors are asked for in this cycle, before it is cut to what they have; Nm or N.
+  void add_torque(const kinematics::JointVector& torque);
+  /// The next set point is no continuation of the last: the arm was taken over anew.
+  void restart() { begun_ = false; }
 
   /// Worst use of any limit so far: 1 = exactly at the limit.
   struct Worst {
@@ -31,13 +37,15 @@ class LimitMonitor {
   [[nodiscard]] bool held() const { return worst_share_ <= 1.0 + kTolerance; }
 
  private:
-  enum Quantity { kPosition, kVelocity, kAcceleration, kJerk };
+  enum Quantity { kPosition, kVelocity, kAcceleration, kJerk, kTorque };
   void note(Quantity quantity, Eigen::Index joint, double value, double limit);
 
   motion::JointLimits limits_;
   std::vector<std::string> joint_names_;
   double period_s_;
+  kinematics::JointVector effort_;
   std::int64_t count_ = 0;
+  bool begun_ = false;
   kinematics::JointVector q_, dq_, ddq_;
   double worst_share_ = 0.0;
   Quantity worst_quantity_ = kPosition;

@@ -43,8 +43,11 @@ RunRecorder::RunRecorder(std::unique_ptr<record::Recorder> recorder, const Built
 void RunRecorder::add_channels() {
   for (const auto& [name, arm] : built_.cell.arms) {
     const auto& joints = arm.device->description().joint_names;
-    arms_.push_back({&arm, recorder_->add_joint_states("/" + name + "/joint_states", joints),
-                     recorder_->add_joint_states("/" + name + "/set_point", joints, {true, true, false})});
+    arms_.push_back(
+        {&arm, recorder_->add_joint_states("/" + name + "/joint_states", joints),
+         recorder_->add_joint_states("/" + name + "/set_point", joints, {true, true, false}),
+         recorder_->add_samples("/" + name + "/status", {"phase", "mode", "changing_mode", "braked", "fault"},
+                                {"", "", "", "", ""})});
   }
   for (const auto& [name, sensor] : built_.cell.sensors) {
     sensors_.push_back({&sensor, recorder_->add_wrench("/" + name + "/wrench", name)});
@@ -106,6 +109,10 @@ void RunRecorder::add_cycle() {
     };
     recorder_->write_joints(channels.joints, span(sample.q), span(sample.dq), span(sample.tau));
     recorder_->write_joints(channels.set_point, span(sent.q), span(sent.dq), {});
+    const std::array<double, 5> status{static_cast<double>(channels.arm->device->phase()),
+                                       static_cast<double>(sample.mode), sample.changing_mode ? 1.0 : 0.0,
+                                       sample.braked ? 1.0 : 0.0, static_cast<double>(sample.fault)};
+    recorder_->write(channels.status, status);
   }
   for (const SensorChannel& channel : sensors_) {
     const net::Wrench& wrench = channel.sensor->device->sample().wrench;

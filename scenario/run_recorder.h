@@ -28,7 +28,7 @@ class RunRecorder {
  private:
   struct ArmChannels {
     const command::MountedArm* arm;
-    record::ChannelId joints, set_point;
+    record::ChannelId joints, set_point, status;
   };
   struct SensorChannel {
     const command::MountedSensor* sensor;

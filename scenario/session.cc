@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "scenario/faults.h"
 #include "scenario/run_film.h"
 #include "scenario/run_recorder.h"
 #include "sim/render_shapes.h"
@@ -143,6 +144,7 @@ class Session::Run {
         context_{session.built_.cell, *session.built_.core, variables_, session.description_.program_latency_cycles,
                  [this](auto source, auto name, auto text) { note(source, name, text); }},
         runner_(session.program_, context_),
+        faults_(session.description_.faults, session.built_),
         site_watch_(session.built_) {}
 
   RunReport execute() {
@@ -195,7 +197,7 @@ class Session::Run {
   bool connect() {
     while (!stopped()) {
       const std::string waits = session_.built_.site->waiting_for(session_.built_.cell);
-      if (waits.empty()) return true;
+      if (waits.empty() && !faults_.latched()) return true;
       if (session_.built_.core->time() >= kConnectTime) {
         report_.findings.error({}, fmt::format("device '{}' does not become ready", waits));
         return false;
@@ -208,6 +210,7 @@ class Session::Run {
   /// One cycle of core and world, and what looks on. @return false if the run cannot go on.
   bool step() {
     BuiltCell& built = session_.built_;
+    faults_.apply([this](auto name, auto text) { note("fault", name, text); });
     built.core->step();
     if (!built.world->step()) {
       report_.findings.error({}, fmt::format("the physics diverged at {:.3f} s", to_seconds(built.world->time())));
@@ -357,6 +360,7 @@ class Session::Run {
   activity::Variables variables_;
   activity::Context context_;
   activity::ProgramRunner runner_;
+  Faults faults_;
   SiteWatch site_watch_;
   std::unique_ptr<RunRecorder> recorder_;
   std::unique_ptr<RunFilm> film_;

@@ -1,6 +1,7 @@
 #include "sim/arm.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -9,7 +10,15 @@
 namespace takt::sim {
 namespace {
 
-JointVector zeros(int n) { return JointVector::Zero(n); }
+using device::ControlMode;
+using device::StopCategory;
+
+/// s, in which the difference of two laws fades away after a change of the mode.
+constexpr double kFadeTime = 0.2;
+/// rad/s or m/s: slower joints stand, for a change of the mode.
+constexpr double kStandstill = 0.02;
+
+JointVector zeros(Eigen::Index n) { return JointVector::Zero(n); }
 
 /// Inertia that each joint moves alone, without payload, so rather too small than too large.
 JointVector joint_inertia(const ArmPlant& plant, const JointVector& q) {
@@ -33,6 +42,14 @@ bool is_finite(const device::ArmSetPoint& set_point, int n) {
          set_point.dq.allFinite() && set_point.ddq.allFinite();
 }
 
+ArmFault fault_of(StopCategory category) {
+  return static_cast<ArmFault>(static_cast<std::uint32_t>(ArmFault::kStopped0) + static_cast<std::uint32_t>(category));
+}
+
+std::size_t cycles_of(Nanoseconds time, double period) {
+  return static_cast<std::size_t>(std::llround(to_seconds(time) / period));
+}
+
 }  // namespace
 
 SimArm::SimArm(const SimArmDescription& description, ArmPlant plant, std::uint64_t seed)
@@ -41,39 +58,87 @@ SimArm::SimArm(const SimArmDescription& description, ArmPlant plant, std::uint64
       payload_mass_error_(description.payload_mass_error),
       plant_(std::move(plant)),
       drives_(make_drives(plant_, control_.brake_factor)),
-      noise_(seed, description.name) {
+      law_(control_, plant_, drives_),
+      observer_(plant_.chain.joint_count()),
+      noise_(seed, description.name),
+      line_(cycles_of(measurement_.delay, plant_.period),
+            std::max<std::size_t>(1, cycles_of(measurement_.period, plant_.period))) {
   const int n = plant_.chain.joint_count();
-  q_ = dq_ = q_true_ = dq_true_ = motor_torque_ = joint_torque_ = zeros(n);
+  q_ = dq_ = q_true_ = dq_true_ = motor_torque_ = joint_torque_ = wanted_torque_ = fading_ = zeros(n);
   set_point_.q = set_point_.dq = set_point_.ddq = zeros(n);
-  sample_.q = sample_.dq = zeros(n);
-  sample_.tau = zeros(measurement_.torque_sensors ? n : 0);
+  device::ArmSample sample;
+  sample.q = sample.dq = zeros(n);
+  sample.tau = sample.tau_external = zeros(measurement_.torque_sensors ? n : 0);
+  line_.reset(sample);
   control_.natural_frequency = filled(control_.natural_frequency, n, 60.0);
   control_.damping_ratio = filled(control_.damping_ratio, n, 1.0);
   measurement_.torque_noise = filled(measurement_.torque_noise, n, 0.0);
   torque_offset_ = filled(measurement_.torque_bias, n, 0.0);
   for (int i = 0; i < n; ++i) torque_offset_[i] *= noise_.normal();
   set_payload(plant_.payload);
+  compliance_ = control_.impedance.standard(control_.modes.modes.front());
 }
 
 bool SimArm::read(device::ArmSample& sample) {
-  sample = sample_;
-  sample.ready = !braked_;
+  sample = line_.visible();
+  sample.ready = !braked_ && !own_stop_;
+  sample.braked = braked_;
   sample.fault = fault_;
-  return sample_.sequence > 0;
+  if (braked_) sample.tau_external.resize(0);  // the brakes carry what no sensor tells of
+  return sequence_ > 0;
+}
+
+device::BackendTiming SimArm::timing() const {
+  const auto cycle = static_cast<Nanoseconds>(std::llround(plant_.period * 1e9));
+  const Nanoseconds thinned = std::max<Nanoseconds>(0, measurement_.period - cycle);
+  return {.cycle = 0, .sample_age = measurement_.delay + thinned, .driver_delay = 0, .dead_time = 0};
 }
 
 void SimArm::write(const device::ArmSetPoint& set_point) {
-  if (braked_) return;
-  if (!is_finite(set_point, plant_.chain.joint_count())) {
-    trip(ArmFault::kSetPointInvalid);
-    return;
-  }
+  if (!follows()) return;
+  if (!is_finite(set_point, plant_.chain.joint_count())) return trip(ArmFault::kSetPointInvalid);
   set_point_ = set_point;
   fresh_set_point_ = true;
 }
 
+void SimArm::write_compliance(const device::Compliance& compliance) {
+  if (!follows() || compliance.mode != compliance_.mode || compliance.mode == ControlMode::kPosition) return;
+  const device::ComplianceRange& range = control_.impedance.range(compliance.mode);
+  if (find_fault(compliance, compliance, range, 1.0)) return trip(ArmFault::kComplianceInvalid);
+  if (compliance.in_tool_axes != compliance_.in_tool_axes) fade_from_last_torque();
+  compliance_ = compliance;
+}
+
+void SimArm::change_mode(ControlMode mode) {
+  const device::ModeChange* change = control_.modes.find(compliance_.mode, mode);
+  if (!follows() || change == nullptr) return;
+  if (change->change == device::ChangeClass::kSeamless) return enter(mode);
+  const bool stands =
+      set_point_.dq.isZero(0.0) && set_point_.ddq.isZero(0.0) && dq_.cwiseAbs().maxCoeff() < kStandstill;
+  if (stands) change_ = Change{mode, static_cast<std::int64_t>(cycles_of(change->duration, plant_.period))};
+}
+
+void SimArm::enter(ControlMode mode) {
+  // Position begins where the arm is: what pushed it away from the rest of a spring must not make it jump back.
+  if (mode == ControlMode::kPosition && set_point_.dq.isZero(0.0)) set_point_.q = q_;
+  compliance_ = control_.impedance.standard(mode);
+  fade_from_last_torque();
+}
+
+void SimArm::continue_change() {
+  if (!change_ || --change_->cycles_left > 0) return;
+  const ControlMode to = change_->to;
+  change_.reset();
+  enter(to);
+}
+
 void SimArm::set_payload(const device::PayloadSetting& payload) {
   payload_ = {payload.mass + payload_mass_error_, payload.p_FC, payload.I_C};
+}
+
+void SimArm::set_tool(const device::ToolSetting& tool) {
+  set_payload(tool.payload);
+  X_FT_ = tool.X_FT;
 }
 
 void SimArm::start(const mjData_& data) {
@@ -84,6 +149,9 @@ void SimArm::start(const mjData_& data) {
 void SimArm::brake() {
   if (braked_) return;
   braked_ = true;
+  own_stop_.reset();
+  change_.reset();
+  fade_ = 0.0;
   drives_.close(q_true_, joint_torque_, joint_inertia(plant_, q_true_));
 }
 
@@ -92,11 +160,47 @@ void SimArm::trip(ArmFault fault) {
   brake();
 }
 
+void SimArm::stop(StopCategory category) {
+  if (braked_ || (own_stop_ && own_stop_->category <= category)) return;
+  fault_ = static_cast<std::uint32_t>(fault_of(category));
+  const bool can_plan = control_.limits.velocity.size() == set_point_.q.size();
+  if (category == StopCategory::kBrakes || !can_plan) return brake();
+  if (own_stop_) {
+    own_stop_->category = category;  // it brakes already
+  } else {
+    const motion::JointSample begin{set_point_.q, set_point_.dq, set_point_.ddq};
+    own_stop_ = OwnStop{.category = category, .begin = begin, .ramp = device::BrakeRamp(begin, control_.limits)};
+  }
+}
+
+/// One cycle of the controlled stop; a spring's feed-forward goes away as fast as the device may.
+void SimArm::follow_own_stop() {
+  own_stop_->time += plant_.period;
+  const motion::JointSample at = own_stop_->ramp.sample(own_stop_->time);
+  set_point_.q = at.q;
+  set_point_.dq = at.dq;
+  set_point_.ddq = at.ddq;
+  bool relaxed = true;
+  if (compliance_.mode != ControlMode::kPosition) {
+    const device::ComplianceRange& range = control_.impedance.range(compliance_.mode);
+    const device::Compliance target = stopped(compliance_, range);
+    compliance_ = approach(compliance_, target, range, plant_.period / to_seconds(control_.impedance.ramp));
+    relaxed = compliance_ == target;
+  }
+  const bool over = own_stop_->time >= own_stop_->ramp.duration() && relaxed;
+  if (over && own_stop_->category == StopCategory::kStopThenBrakes) brake();
+}
+
 void SimArm::release_brakes() {
   fault_ = 0;
   braked_ = false;
+  own_stop_.reset();
   fresh_set_point_ = false;
   set_point_.q = q_;
+  set_point_.dq.setZero();
+  set_point_.ddq.setZero();
+  compliance_ = control_.impedance.standard(compliance_.mode);
+  observer_.reset();
 }
 
 std::string SimArm::fault_text(std::uint32_t fault) const {
@@ -109,6 +213,14 @@ std::string SimArm::fault_text(std::uint32_t fault) const {
       return "following error: a joint is too far from its set point";
     case ArmFault::kOverspeed:
       return "overspeed: a joint is faster than the controller allows";
+    case ArmFault::kComplianceInvalid:
+      return "stiffness, damping or feed-forward outside what the device allows";
+    case ArmFault::kStopped0:
+      return "stopped by category 0: brakes";
+    case ArmFault::kStopped1:
+      return "stopped by category 1: controlled stop, then brakes";
+    case ArmFault::kStopped2:
+      return "stopped by category 2: controlled stop, held in position";
   }
   return "unknown fault " + std::to_string(fault);
 }
@@ -132,33 +244,47 @@ void SimArm::gather(const mjData_& data) {
 
 void SimArm::supervise() {
   const JointVector& limit = plant_.chain.velocity_limit();
+  const bool stiff = compliance_.mode == ControlMode::kPosition && !change_;
   for (Eigen::Index i = 0; i < q_.size(); ++i) {
     if (std::abs(dq_[i]) > control_.overspeed_factor * limit[i]) return trip(ArmFault::kOverspeed);
-    if (std::abs(set_point_.q[i] - q_[i]) > control_.following_error_limit) return trip(ArmFault::kFollowingError);
+    const bool away = std::abs(set_point_.q[i] - q_[i]) > control_.following_error_limit;
+    if (stiff && away) return trip(ArmFault::kFollowingError);
   }
 }
 
 void SimArm::compute_torque(double time_in_cycle) {
   const double h = time_in_cycle;
-  const JointVector& w = control_.natural_frequency;
-  const JointVector q_reference = set_point_.q + h * set_point_.dq + (0.5 * h * h) * set_point_.ddq;
-  const JointVector dq_reference = set_point_.dq + h * set_point_.ddq;
-  const JointVector damping = 2.0 * control_.damping_ratio.cwiseProduct(w);
-  const JointVector acceleration =
-      set_point_.ddq + damping.cwiseProduct(dq_reference - dq_) + w.cwiseProduct(w).cwiseProduct(q_reference - q_);
-  JointVector friction = q_;
-  drives_.friction(dq_reference, friction);
-  motor_torque_ = plant_.chain.inverse_dynamics(q_, dq_, acceleration, plant_.gravity_B, payload_);
-  motor_torque_ += plant_.armature.cwiseProduct(acceleration) + control_.friction_compensation * friction;
+  const ArmTask task{.q = q_,
+                     .dq = dq_,
+                     .q_r = set_point_.q + h * set_point_.dq + (0.5 * h * h) * set_point_.ddq,
+                     .dq_r = set_point_.dq + h * set_point_.ddq,
+                     .ddq_r = set_point_.ddq,
+                     .compliance = compliance_,
+                     .payload = payload_,
+                     .X_FT = X_FT_};
+  JointVector torque = law_.torque(task);
+  if (fade_ > 0.0) {
+    if (fade_ == 1.0) fading_ = wanted_torque_ - torque;
+    torque += fade_ * fading_;
+    fade_ = std::max(0.0, fade_ - plant_.timestep / kFadeTime);
+  }
+  wanted_torque_ = torque;
   const JointVector& limit = plant_.chain.effort_limit();
-  motor_torque_ = motor_torque_.cwiseMin(limit).cwiseMax(-limit);
+  motor_torque_ = torque.cwiseMin(limit).cwiseMax(-limit);
 }
 
-void SimArm::actuate(mjData_& data, int substep) {
-  if (substep == 0 && !fresh_set_point_) {
+void SimArm::take_set_point() {
+  continue_change();
+  if (own_stop_) {
+    follow_own_stop();
+  } else if (!fresh_set_point_) {
     set_point_.dq.setZero();
     set_point_.ddq.setZero();
   }
+}
+
+void SimArm::actuate(mjData_& data, int substep) {
+  if (substep == 0) take_set_point();
   fresh_set_point_ = false;
   // At the begin of a cycle the drive still has what it measured at the end of the last one.
   if (substep > 0) gather(data);
@@ -168,6 +294,7 @@ void SimArm::actuate(mjData_& data, int substep) {
   drives_.friction(dq_true_, torque);
   if (braked_) {
     motor_torque_.setZero();
+    wanted_torque_.setZero();
     JointVector held = q_;
     drives_.brake_torque(q_true_, dq_true_, held);
     torque = held - torque;
@@ -181,18 +308,42 @@ void SimArm::actuate(mjData_& data, int substep) {
   }
 }
 
+/// Torques that a motor's current tells of hold the friction of its joint and what accelerates its rotor; only what is
+/// known of both can be taken out.
+void SimArm::estimate_external(const device::ArmSample& sample) {
+  const JointVector acceleration = observer_.acceleration(dq_, plant_.period);
+  JointVector inertial = plant_.chain.inverse_dynamics(q_, dq_, acceleration, plant_.gravity_B, payload_);
+  JointVector torque = sample.tau;
+  if (measurement_.torque_at_motor) {
+    JointVector friction = q_;
+    drives_.friction(dq_, friction);
+    torque -= control_.friction_compensation * friction;
+    inertial += plant_.armature.cwiseProduct(acceleration);
+  }
+  observer_.update(inertial, torque, measurement_.observer_gain, plant_.period);
+}
+
 void SimArm::measure(const mjData_& data, Nanoseconds now) {
   for (Eigen::Index i = 0; i < joint_torque_.size(); ++i) {
     joint_torque_[i] -= plant_.armature[i] * data.qacc[plant_.velocity_address[static_cast<std::size_t>(i)]];
   }
   gather(data);
-  ++sample_.sequence;
-  sample_.stamp = now;
-  sample_.q = q_;
-  sample_.dq = dq_;
-  for (Eigen::Index i = 0; i < sample_.tau.size(); ++i) {
-    sample_.tau[i] = joint_torque_[i] + torque_offset_[i] + measurement_.torque_noise[i] * noise_.normal();
+  device::ArmSample sample;
+  sample.sequence = ++sequence_;
+  sample.stamp = now;
+  sample.q = q_;
+  sample.dq = dq_;
+  sample.mode = compliance_.mode;
+  sample.changing_mode = change_.has_value();
+  sample.braked = braked_;
+  if (measurement_.torque_sensors) {
+    sample.tau = measurement_.torque_at_motor ? motor_torque_ : joint_torque_;
+    for (Eigen::Index i = 0; i < sample.tau.size(); ++i)
+      sample.tau[i] += torque_offset_[i] + measurement_.torque_noise[i] * noise_.normal();
+    braked_ ? observer_.reset() : estimate_external(sample);
+    sample.tau_external = observer_.estimate();
   }
+  line_.push(sample);
 }
 
 void SimArm::stream(StateStream& state) {
@@ -200,12 +351,12 @@ void SimArm::stream(StateStream& state) {
   state(random);
   noise_ = Random(random);
   drives_.stream(state);
+  observer_.stream(state);
   for (JointVector* values : {&q_, &dq_, &q_true_, &dq_true_, &motor_torque_, &joint_torque_, &set_point_.q,
-                              &set_point_.dq, &set_point_.ddq, &sample_.tau}) {
+                              &set_point_.dq, &set_point_.ddq, &wanted_torque_, &fading_}) {
     state.vector(*values);
   }
-  sample_.q = q_;
-  sample_.dq = dq_;
+  state(fade_);
   state(set_point_.cycle);
   state(set_point_.stamp);
   state(fresh_set_point_);
@@ -213,11 +364,57 @@ void SimArm::stream(StateStream& state) {
   std::uint64_t fault = fault_;
   state(fault);
   fault_ = static_cast<std::uint32_t>(fault);
-  state(sample_.sequence);
-  state(sample_.stamp);
+  state(sequence_);
+  line_.stream(state);
   state(payload_.mass);
   state.vector(payload_.p_FC);
   state.vector(payload_.I_C);
+  stream_mode(state);
+}
+
+/// Everything about modes and stops. Vectors whose size depends on the mode travel in buffers of one size.
+void SimArm::stream_mode(StateStream& state) {
+  auto mode = static_cast<std::uint64_t>(compliance_.mode);
+  state(mode);
+  compliance_.mode = static_cast<ControlMode>(mode);
+  state(compliance_.in_tool_axes);
+  for (JointVector* values : {&compliance_.stiffness, &compliance_.damping_ratio, &compliance_.feed_forward}) {
+    std::array<double, kinematics::kMaxJoints> buffer{};
+    std::int64_t size = values->size();
+    std::copy_n(values->data(), values->size(), buffer.begin());
+    state(size);
+    state.vector(buffer);
+    values->resize(size);
+    std::copy_n(buffer.begin(), values->size(), values->data());
+  }
+  state(compliance_.nullspace_stiffness);
+  state(compliance_.nullspace_damping_ratio);
+  bool changing = change_.has_value();
+  Change change = change_.value_or(Change{});
+  auto to = static_cast<std::uint64_t>(change.to);
+  state(changing);
+  state(to);
+  state(change.cycles_left);
+  change.to = static_cast<ControlMode>(to);
+  change_ = changing ? std::optional(change) : std::nullopt;
+  stream_stop(state);
+  state.vector(X_FT_.matrix());
+}
+
+/// A stop under way is where it is by its ramp, which follows from where it began.
+void SimArm::stream_stop(StateStream& state) {
+  bool stopping = own_stop_.has_value();
+  OwnStop stop = own_stop_.value_or(OwnStop{});
+  if (!stopping) stop.begin.q = stop.begin.dq = stop.begin.ddq = zeros(q_.size());
+  auto category = static_cast<std::uint64_t>(stop.category);
+  state(stopping);
+  state(category);
+  state(stop.time);
+  for (JointVector* values : {&stop.begin.q, &stop.begin.dq, &stop.begin.ddq}) state.vector(*values);
+  if (!stopping) return own_stop_.reset();
+  stop.category = static_cast<StopCategory>(category);
+  stop.ramp = device::BrakeRamp(stop.begin, control_.limits);
+  own_stop_ = stop;
 }
 
 }  // namespace takt::sim

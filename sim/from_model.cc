@@ -39,11 +39,17 @@ SimArmDescription simulated_arm(std::string name, std::string robot, const devic
   arm.flange_link = model.flange_link;
   arm.control.natural_frequency = model.natural_frequency;
   arm.control.damping_ratio = model.damping_ratio;
+  arm.control.modes = model.modes;
+  arm.control.impedance = model.impedance;
+  arm.control.limits = model.limits;
   arm.measurement = {.position_resolution = model.position_resolution,
                      .velocity_noise = model.velocity_noise,
                      .torque_sensors = model.torque_noise.size() > 0,
+                     .torque_at_motor = model.torque_at_motor,
                      .torque_noise = model.torque_noise,
                      .torque_bias = model.torque_bias};
+  arm.measurement.delay = model.measurement_delay;
+  arm.measurement.period = model.measurement_period;
   return arm;
 }
 

@@ -136,6 +136,7 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WB(data->xmat + 9 * base);
   plant.gravity_B = R_WB.transpose() * description.physics.gravity;
   plant.timestep = to_seconds(description.physics.timestep);
+  plant.period = to_seconds(description.physics.period);
   plant.payload = arm.payload ? *arm.payload : nominal_payload(description, arm.robot, arm.flange_link);
   return plant;
 }

@@ -12,8 +12,10 @@
 #include "core/base/findings.h"
 #include "core/base/time.h"
 #include "core/device/backend.h"
+#include "core/device/control_mode.h"
 #include "core/kinematics/robot_model.h"
 #include "core/kinematics/types.h"
+#include "core/motion/limits.h"
 
 struct mjSpec_;
 struct mjModel_;
@@ -115,15 +117,22 @@ struct ArmControlParameters {
   double following_error_limit = 0.1;  ///< rad or m between set point and joint; beyond it the brakes close
   double overspeed_factor = 1.3;       ///< times the velocity limit; beyond it the brakes close
   double brake_factor = 1.5;           ///< holding torque of the brakes over the effort limit
+  device::ControlModes modes;          ///< and the classes of change, which the device keeps by itself
+  device::ImpedanceDescription impedance;
+  motion::JointLimits limits;  ///< of its own stops; without figures it can only brake (category 0)
 };
 
 /// What the arm's own sensors make of the truth. Noise is normal, independent in each sample.
 struct ArmMeasurement {
   double position_resolution = 0.0;  ///< rad or m; 0: exact
   double velocity_noise = 0.0;       ///< sigma, rad/s or m/s
-  bool torque_sensors = true;        ///< behind the gears; without them ArmSample::tau has size 0
-  JointVector torque_noise;          ///< sigma, Nm or N; size 0: none
-  JointVector torque_bias;           ///< sigma of the constant offset that the seed draws, Nm or N; size 0: none
+  bool torque_sensors = true;        ///< without them ArmSample::tau and tau_external have size 0
+  bool torque_at_motor = false;  ///< read from the motors' currents, friction and rotors included; else behind gears
+  double observer_gain = 50.0;   ///< 1/s: how fast the estimate of external torques follows
+  Nanoseconds delay = 0;         ///< from a sample to when it can be read; whole cycles
+  Nanoseconds period = 0;        ///< between samples that can be read; whole cycles; 0: every cycle
+  JointVector torque_noise;      ///< sigma, Nm or N; size 0: none
+  JointVector torque_bias;       ///< sigma of the constant offset that the seed draws, Nm or N; size 0: none
 };
 
 struct SimArmDescription {

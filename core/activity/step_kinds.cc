@@ -1,3 +1,4 @@
+#include "core/activity/control_mode_step.h"
 #include "core/activity/grip_step.h"
 #include "core/activity/measure_step.h"
 #include "core/activity/motion_step.h"
@@ -13,6 +14,8 @@ const std::vector<StepKind>& step_kinds() {
        "Moves the tool centre point on a circle. Keys: arm, to and via, or about, orientation, speed, acceleration, "
        "velocity_m_s, blend_m, blend_fraction, until, on_end.",
        parse_circ},
+      {"control_mode", "Brings an arm into a control mode while nothing holds it. Keys: arm, mode.",
+       parse_control_mode},
       {"fit_pose",
        "Finds the pose of an object from recorded contacts. Keys: object, as, contacts, free, max_residual_m.",
        parse_fit_pose},

@@ -87,6 +87,45 @@ class ArmActuator final : public ActuatorModel {
   std::map<std::string, State> states_;
 };
 
+/// Two arms that are fed each with its part of the set point.
+class PairActuator final : public ActuatorModel {
+ public:
+  PairActuator(const Actuator& leader, const Actuator& follower)
+      : ActuatorModel(leader.name() + "+" + follower.name()),
+        names_{leader.name(), follower.name()},
+        states_{{"completed", leader.completed() && follower.completed()},
+                {"emergency_stop", leader.emergency_stop() || follower.emergency_stop()}} {
+    for (const Actuator* arm : {&leader, &follower})
+      if (auto fault = arm->model().fault(); fault && !fault_) fault_ = std::move(fault);
+  }
+
+  [[nodiscard]] std::vector<std::string> devices() const override { return names_; }
+  [[nodiscard]] std::vector<SetPointKind> takes() const override { return {SetPointKind::kPair}; }
+  [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
+  [[nodiscard]] std::optional<Finding> fault() const override { return fault_; }
+
+  void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      const SetPoint& part = set_point.parts.at(i);
+      const std::string arm = fmt::format("arm_{}", i + 1), inverse = fmt::format("inverse_{}", i + 1);
+      fragment.add(arm, "ArmCommand", {{"device", names_[i]}});
+      if (part.kind == SetPointKind::kJoints) {
+        for (const char* port : kJointPorts) part.feed(fragment, port, arm + "." + port);
+        continue;
+      }
+      fragment.add(inverse, "InverseKinematics",
+                   {{"device", names_[i]}, {"tool", net::value_to_json(net::Frame(part.X_FM))}});
+      for (const char* port : kFramePorts) part.feed(fragment, port, inverse + "." + port);
+      fragment.link_all(inverse, arm, kJointPorts);
+    }
+  }
+
+ private:
+  std::vector<std::string> names_;
+  std::map<std::string, State> states_;
+  std::optional<Finding> fault_;
+};
+
 class GripperActuator final : public ActuatorModel {
  public:
   GripperActuator(const Cell& cell, const std::string& name)
@@ -181,8 +220,8 @@ Actuator make(const Cell& cell, const std::string& name, const char* what, const
 }  // namespace
 
 std::string_view name_of(SetPointKind kind) {
-  static constexpr std::array<std::string_view, 7> kNames = {"joints",        "pose",         "path", "twist",
-                                                             "digital value", "analog value", "grip"};
+  static constexpr std::array<std::string_view, 8> kNames = {"joints",        "pose",         "path", "twist",
+                                                             "digital value", "analog value", "grip", "pair"};
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
@@ -202,6 +241,10 @@ Actuator arm(const Cell& cell, const std::string& name) {
   std::vector<std::string> names;
   add_names(cell.arms, names);
   return make<ArmActuator>(cell, name, "arm", names);
+}
+
+Actuator arm_pair(const Cell& cell, const std::string& leader, const std::string& follower) {
+  return Actuator(std::make_shared<const PairActuator>(arm(cell, leader), arm(cell, follower)));
 }
 
 Actuator gripper(const Cell& cell, const std::string& name) {

@@ -21,7 +21,8 @@ enum class SetPointKind : std::uint8_t {
   kTwist,    ///< twist of M at its origin, in the axes of the base
   kBoolean,  ///< value
   kReal,     ///< value
-  kGrip      ///< width, speed, force
+  kGrip,     ///< width, speed, force
+  kPair      ///< of two arms: the set points of both, as `parts`
 };
 [[nodiscard]] std::string_view name_of(SetPointKind kind);
 
@@ -32,6 +33,7 @@ struct SetPoint {
   std::map<std::string, nlohmann::ordered_json, std::less<>> constants;  ///< name above, value
   std::map<std::string, ExpressionPtr, std::less<>> sensors = {};        ///< name above, what it follows
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();                ///< of pose and twist: M in the flange
+  std::vector<SetPoint> parts = {};                                      ///< of a pair: joints or pose of each
 
   /// Joins one of its ports with an input in the fragment.
   void feed(FragmentWriter& fragment, std::string_view name, const std::string& to) const;
@@ -84,6 +86,8 @@ class Actuator {
 // Realtime: setup; the devices outlive them.
 [[nodiscard]] Actuator arm(const Cell& cell, const std::string& name);
 [[nodiscard]] Actuator gripper(const Cell& cell, const std::string& name);
+/// Two arms as one: "leader+follower".
+[[nodiscard]] Actuator arm_pair(const Cell& cell, const std::string& leader, const std::string& follower);
 [[nodiscard]] Actuator output(const Cell& cell, const std::string& name);
 
 }  // namespace takt::command

@@ -29,10 +29,10 @@ PathKind kind_of(const motion::Path& path) {
   return {"CompositePath", composite.has_joint_pieces() ? SetPointKind::kPath : SetPointKind::kPose};
 }
 
-SetPoint set_point_of(const PathKind& kind, const Eigen::Isometry3d& X_FM) {
+SetPoint set_point_of(const PathKind& kind, const Eigen::Isometry3d& X_FM, const std::string& path) {
   SetPoint set_point{.kind = kind.kind, .ports = {}, .constants = {}, .X_FM = X_FM};
-  const auto add = [&set_point](std::initializer_list<const char*> names) {
-    for (const char* name : names) set_point.ports[name] = std::string("path.") + name;
+  const auto add = [&](std::initializer_list<const char*> names) {
+    for (const char* name : names) set_point.ports[name] = fmt::format("{}.{}", path, name);
   };
   if (kind.kind != SetPointKind::kPose) add({"q", "dq", "ddq"});
   if (kind.kind != SetPointKind::kJoints) {
@@ -48,34 +48,45 @@ class PlannedModel final : public ActionModel {
   explicit PlannedModel(PlannedMotion motion) : motion_(std::move(motion)) {}
 
   [[nodiscard]] std::string_view name() const override { return motion_.name; }
-  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return kind_of(motion_.motion->path).kind; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override {
+    return motion_.partner ? SetPointKind::kPair : kind_of(motion_.motion->path).kind;
+  }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
     std::vector<ExpressionPtr> formulas;
     if (motion_.clock.speed) formulas.push_back(motion_.clock.speed->node());
     if (motion_.clock.pause) formulas.push_back(motion_.clock.pause->node());
+    for (const auto* begin : {&motion_.begins.time, &motion_.begins.rate})
+      if (*begin) formulas.push_back((*begin)->node());
     return formulas;
   }
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel&) const override {
     const motion::Motion& motion = *motion_.motion;
-    fragment.add("target_rate", "SelectReal", {{"if_true", 0.0}, {"if_false", 1.0}});
+    fragment.add("target_rate", "SelectReal", {{"if_true", 0.0}});
+    if (!motion_.clock.speed) fragment.set_parameter("target_rate", "if_false", 1.0);
     fragment.feed(fragment.cancel(), "target_rate.condition");
     fragment.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
+    add_hand_over(fragment);
     add_inputs(fragment);
     fragment.add("law", "TimeLaw", {{"law", motion::to_json(motion.law)}});
     fragment.link_all("clock", "law", {"time", "rate", "rate_derivative"});
-    const PathKind kind = kind_of(motion.path);
-    fragment.add("path", kind.primitive, {{"path", motion::to_json(motion.path)}});
-    fragment.link_all("law", "path", {"s", "ds", "dds"});
+    SetPoint set_point = add_path(fragment, "path", motion.path, motion_.X_FM);
+    if (motion_.partner) {
+      const PlannedPartner& partner = *motion_.partner;
+      SetPoint pair{.kind = SetPointKind::kPair, .ports = {}, .constants = {}};
+      pair.parts = {std::move(set_point), add_path(fragment, "path_2", partner.motion->path, partner.X_FM)};
+      set_point = std::move(pair);
+    }
     const std::string stopped = fragment.gate_with_cancel("stopped", "And", "clock.standstill");
     fragment.add("done", "Or");
     fragment.link("clock.at_end", "done.a");
     fragment.link(stopped, "done.b");
-    return {.set_point = set_point_of(kind, motion_.X_FM), .done = Signal::at("done.value")};
+    return {.set_point = std::move(set_point), .done = Signal::at("done.value")};
   }
 
   [[nodiscard]] std::vector<std::string> states() const override {
-    std::vector<std::string> states{"progress", "at_path", "error"};
+    std::vector<std::string> states{"progress", "at_path"};
+    if (!motion_.partner) states.emplace_back("error");
     if (!motion_.handed_over.empty()) states.emplace_back("via_passed");
     return states;
   }
@@ -89,13 +100,40 @@ class PlannedModel final : public ActionModel {
     return add_threshold(fragment, "clock.time", time, "via_passed");
   }
 
-  [[nodiscard]] std::optional<device::Seam> begins() const override { return at_rest(motion_.motion->q_start); }
-  [[nodiscard]] std::optional<device::Seam> ends() const override { return at_rest(motion_.motion->q_goal); }
+  [[nodiscard]] std::optional<device::Seam> begins() const override {
+    // In motion it depends on when it takes over; of two arms each has its own.
+    if (motion_.motion->law.begins_in_motion() || motion_.partner) return std::nullopt;
+    return at_rest(motion_.motion->q_start);
+  }
+  [[nodiscard]] std::optional<device::Seam> ends() const override {
+    return motion_.partner ? std::nullopt : std::optional(at_rest(motion_.motion->q_goal));
+  }
 
  private:
+  static SetPoint add_path(FragmentWriter& fragment, const std::string& id, const motion::Path& path,
+                           const Eigen::Isometry3d& X_FM) {
+    const PathKind kind = kind_of(path);
+    fragment.add(id, kind.primitive, {{"path", motion::to_json(path)}});
+    fragment.link_all("law", id, {"s", "ds", "dds"});
+    return set_point_of(kind, X_FM, id);
+  }
+
   static device::Seam at_rest(const JointVector& q) {
     const JointVector zero = JointVector::Zero(q.size());
     return {.q = q, .dq = zero, .ddq = zero};
+  }
+
+  /// Goes on with another clock, and tells the next one.
+  void add_hand_over(FragmentWriter& fragment) const {
+    if (motion_.motion->law.begins_in_motion()) fragment.set_parameter("clock", "in_motion", true);
+    if (motion_.begins.time) fragment.feed(motion_.begins.time->node(), "clock.begin_time");
+    if (motion_.begins.rate) fragment.feed(motion_.begins.rate->node(), "clock.begin_rate");
+    for (const auto& [channel, port] : {std::pair(&motion_.tells.time, "time"), {&motion_.tells.rate, "rate"}}) {
+      if (channel->empty()) continue;
+      const std::string id = std::string("tell_") + port;
+      fragment.add(id, "OutputReal", {{"channel", *channel}});
+      fragment.link(std::string("clock.") + port, id + ".value");
+    }
   }
 
   void add_inputs(FragmentWriter& fragment) const {

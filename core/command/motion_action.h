@@ -18,13 +18,29 @@ struct ClockInputs {
   std::optional<State> pause = {};       ///< while it holds the motion stands on its path; null counts as true
 };
 
-/// A motion that is planned already.
+/// A second arm on the same law and clock.
+struct PlannedPartner {
+  std::shared_ptr<const motion::Motion> motion;  ///< its law is not looked at
+  Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
+};
+
+/// A motion that is planned already, of one arm or of two (arm_pair()).
 struct PlannedMotion {
   std::shared_ptr<const motion::Motion> motion;
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();  ///< the frame that Cartesian pieces move, in the flange
   std::vector<double> handed_over = {};                    ///< path time at which each point on the way is passed, s
   ClockInputs clock = {};
   std::string name = "motion";  ///< for people
+  /// Of a motion that goes on with another one: path time (s, of its own) and rate with which its clock begins; null or
+  /// not given: 0 and 1.
+  struct ClockBegin {
+    std::optional<RealSensor> time = {}, rate = {};
+  } begins = {};
+  /// Channels in which it tells where its clock is, for who goes on with it; empty: it does not.
+  struct ClockChannels {
+    std::string time = {}, rate = {};
+  } tells = {};
+  std::optional<PlannedPartner> partner = {};
 };
 [[nodiscard]] Action planned(PlannedMotion motion);
 

@@ -54,6 +54,9 @@ struct ArmDescription : ModelDescription {
   double velocity_noise = 0.0;       ///< standard deviation, rad/s or m/s
   JointVector torque_noise;          ///< standard deviation, Nm; size 0: the arm has no torque sensors
   JointVector torque_bias;           ///< standard deviation of the constant offset, Nm; size 0 likewise
+  bool torque_at_motor = false;      ///< known from the motors' currents, friction and rotors included; else of joints
+  Nanoseconds measurement_delay = 0;   ///< from a measurement to when it can be read
+  Nanoseconds measurement_period = 0;  ///< between measurements that can be read; 0: every cycle
   double payload_max = 0.0;          ///< kg
   double start_tolerance = 0.01;     ///< rad or m: how far measured and assumed start may lie apart (row S5)
   Nanoseconds cycle = kMillisecond;  ///< of the device

@@ -170,13 +170,21 @@ class ArmReader {
     ObjectReader sensors(*json, reader_.at("sensors"), reader_.findings());
     arm_.position_resolution = one_number(sensors, "position", "resolution_rad");
     arm_.velocity_noise = one_number(sensors, "velocity", "noise_sigma_rad_s");
+    arm_.measurement_delay = milliseconds(sensors, "delay_ms");
+    arm_.measurement_period = milliseconds(sensors, "period_ms");
     if (const Json* inner = sensors.object("torque", /*required=*/false)) {
       ObjectReader torque(*inner, sensors.at("torque"), reader_.findings());
       arm_.torque_noise = joints(torque, "noise_sigma_Nm", kNotNegative);
       arm_.torque_bias = joints(torque, "bias_sigma_Nm", kNotNegative);
+      arm_.torque_at_motor = torque.choice("at", {"joint", "motor"}, "joint") == "motor";
       torque.finish();
     }
     sensors.finish();
+  }
+
+  static Nanoseconds milliseconds(ObjectReader& reader, const char* key) {
+    constexpr Range kUpToASecond{.low = 0.0, .high = 1000.0};
+    return static_cast<Nanoseconds>(reader.number(key, 0.0, kUpToASecond) * kMillisecond);
   }
 
   static double one_number(ObjectReader& parent, const char* object, const char* key) {

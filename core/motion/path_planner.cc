@@ -329,6 +329,28 @@ Result<Motion> PathPlanner::plan_in_motion(const std::vector<PlannedPiece>& piec
   return failure(pointer, "the path bends too early for the speed with which it is entered");
 }
 
+Result<PathFit> PathPlanner::fit(const Motion& motion, const std::string& pointer) const {
+  constexpr int kSteps = 48;
+  std::vector<PlannedPiece> pieces;
+  for (PathPiece& piece : pieces_of(motion.path)) {
+    const std::size_t k = pieces.size();
+    pieces.push_back({std::move(piece), k < motion.shares.size() ? motion.shares[k] : PieceShares{}});
+  }
+  WalkedPath path = walk(pieces, motion.q_start, std::vector<int>(pieces.size(), kSteps), pointer);
+  if (path.findings.has_errors()) return std::unexpected(std::move(path.findings));
+  const PathShape shape = shape_of(pieces, path.walks);
+  Loads loads = loads_of(shape, motion.law);
+  // As in plan(): only where pieces meet can the joints do more than the nodes show.
+  const JerkPeak peak = pieces.size() == 1 ? JerkPeak{} : largest_jerk(motion);
+  PathFit fit{.stretch = std::max(loads.largest_stretch, std::cbrt(peak.share / kMeasuredShareOfJerk)),
+              .leaves_room = takt::motion::leaves_room(shape, loads) && peak.share <= kMostShareOfJerk,
+              .clock = {},
+              .q_goal = path.walks.back().nodes.back().q};
+  raise_jerk(shape, peak.s, peak.share, loads);
+  fit.clock = clock_for(shape, loads, 1.0);
+  return fit;
+}
+
 Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
                                  const std::string& pointer, std::size_t& failed_piece) const {
   // Coarse first; finer until the joint path is known well enough at the speed that it will be run with.

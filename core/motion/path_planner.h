@@ -23,6 +23,14 @@ struct WalkedPath {
   std::size_t failed_piece = 0;  ///< the first piece with a finding
 };
 
+/// How a law suits an arm that it was not made for.
+struct PathFit {
+  double stretch = 1.0;      ///< by how much it must be stretched so that the arm keeps what a law may use
+  bool leaves_room = false;  ///< as it is, it keeps the limits and leaves a clock something
+  ClockBounds clock;         ///< that law and arm allow, as it is
+  JointVector q_goal;
+};
+
 /// Plans the time of a path that is known in pieces: what LIN, CIRC, splines and blended sequences share. Keeps
 /// references to its arguments. Realtime: setup, deterministic.
 class PathPlanner {
@@ -39,6 +47,8 @@ class PathPlanner {
   /// @return findings of walk()   @param[out] failed_piece  set with findings
   [[nodiscard]] Result<Motion> plan(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
                                     const std::string& pointer, std::size_t& failed_piece) const;
+  /// What a motion with a law of its own asks of this arm, from its q_start on. @return findings of walk().
+  [[nodiscard]] Result<PathFit> fit(const Motion& motion, const std::string& pointer) const;
   /// The same for a path that is entered in motion. A finding if there is no law within the limits: then the path
   /// bends too early for the speed. Realtime: setup, deterministic.
   [[nodiscard]] Result<Motion> plan_in_motion(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,

@@ -85,6 +85,24 @@ Loads loads_of(const PathShape& shape, const TimeLaw& law) {
   return loads;
 }
 
+namespace {
+
+/// What law and clock may take together, so that something is left for the clock.
+constexpr double kMostOfVelocity = 0.9995, kMostOfAcceleration = 0.95, kMostOfJerk = 0.9;
+
+}  // namespace
+
+bool leaves_room(const PathShape& shape, const Loads& loads) {
+  for (const Loads::Instant& load : loads.instants) {
+    const ShapeLimits& limits = shape.limits[shape.cells[load.cell].limits];
+    const double velocity = (load.first / limits.velocity).maxCoeff() * kLawShareOfVelocity;
+    const double acceleration = (load.second / limits.hard_acceleration).maxCoeff();
+    const double jerk = (load.third / limits.hard_jerk).maxCoeff();
+    if (velocity > kMostOfVelocity || acceleration > kMostOfAcceleration || jerk > kMostOfJerk) return false;
+  }
+  return true;
+}
+
 ClockBounds clock_for(const PathShape& shape, const Loads& loads, double stretch) {
   ClockSearch search;
   const double k1 = 1.0 / stretch;

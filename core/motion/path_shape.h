@@ -67,6 +67,9 @@ struct Loads {
 };
 [[nodiscard]] Loads loads_of(const PathShape& shape, const TimeLaw& law);
 
+/// True if the law as it is keeps the limits of the shape with some room for a clock.
+[[nodiscard]] bool leaves_room(const PathShape& shape, const Loads& loads);
+
 /// The fastest clock under which law and clock keep all limits; `stretch` as applied to the law after loads_of().
 [[nodiscard]] ClockBounds clock_for(const PathShape& shape, const Loads& loads, double stretch);
 

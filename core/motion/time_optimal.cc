@@ -295,21 +295,6 @@ TimeLaw averaged(const AccelerationLaw& law, double window) {
 
 namespace {
 
-/// What law and clock may take together, so that something is left for the clock.
-constexpr double kMostOfVelocity = 0.9995, kMostOfAcceleration = 0.95, kMostOfJerk = 0.9;
-
-/// True if the law keeps the limits of the shape with some room for a clock.
-bool leaves_room(const PathShape& shape, const Loads& loads) {
-  for (const Loads::Instant& load : loads.instants) {
-    const ShapeLimits& limits = shape.limits[shape.cells[load.cell].limits];
-    const double velocity = (load.first / limits.velocity).maxCoeff() * kLawShareOfVelocity;
-    const double acceleration = (load.second / limits.hard_acceleration).maxCoeff();
-    const double jerk = (load.third / limits.hard_jerk).maxCoeff();
-    if (velocity > kMostOfVelocity || acceleration > kMostOfAcceleration || jerk > kMostOfJerk) return false;
-  }
-  return true;
-}
-
 /// One window: plan, average, slow down where the average breaks a limit, again.
 class WindowSearch {
  public:

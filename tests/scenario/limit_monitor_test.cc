@@ -102,5 +102,25 @@ TEST(LimitMonitor, WithoutSamplesNothingIsBroken) {
   EXPECT_EQ(monitor.worst().what, "");
 }
 
+TEST(LimitMonitor, TorquesCountAgainstWhatTheMotorsHave) {
+  LimitMonitor monitor(limits(), {"a1", "a2"}, kPeriod, joints(100.0, 20.0));
+  monitor.add(joints(0, 0));
+  monitor.add_torque(joints(50.0, -19.0));
+  EXPECT_TRUE(monitor.held());
+  EXPECT_THAT(monitor.worst().what, StartsWith("torque of joint a2: -19 of 20"));
+  monitor.add_torque(joints(0.0, 20.1));
+  EXPECT_FALSE(monitor.held());
+}
+
+TEST(LimitMonitor, ARestartBeginsANewMotion) {
+  LimitMonitor monitor(limits(), {"a1", "a2"}, kPeriod);
+  monitor.add(joints(0, 0));
+  monitor.restart();
+  monitor.add(joints(0.1, 0));
+  EXPECT_TRUE(monitor.held()) << "no jump: the arm was taken over there";
+  monitor.add(joints(0.2, 0));
+  EXPECT_FALSE(monitor.held());
+}
+
 }  // namespace
 }  // namespace takt::scenario

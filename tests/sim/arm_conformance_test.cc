@@ -1,5 +1,8 @@
 // The MuJoCo arm of each model, direct and slow, under the suite that every arm must pass.
 #include "tests/support/arm_conformance.h"
+
+#include <algorithm>
+
 #include "core/device/device_file.h"
 #include "sim/from_model.h"
 #include "sim/world.h"
@@ -12,7 +15,7 @@ using emulation::SlowOptions;
 /// An arm of a model, alone in a world, standing at its home.
 class SimArmRig final : public ArmRig {
  public:
-  explicit SimArmRig(const std::string& model) {
+  explicit SimArmRig(const std::string& model, device::ControlMode mode = device::ControlMode::kPosition) {
     auto read = device::read_arm("models/" + model);
     if (!read) {
       ADD_FAILURE() << read.error().to_string();
@@ -22,6 +25,9 @@ class SimArmRig final : public ArmRig {
     sim::WorldDescription world_description;
     world_description.robots.push_back(sim::arm_body("arm", *description, {}));
     world_description.arms.push_back(sim::simulated_arm("arm", "arm", *description));
+    // The first mode is the one after power-on. Springs lag behind what moves them, by friction and more.
+    auto& modes = world_description.arms.back().control.modes.modes;
+    std::ranges::rotate(modes, std::ranges::find(modes, mode));
     auto made = sim::World::create(world_description);
     if (!made) {
       ADD_FAILURE() << made.error().to_string();
@@ -31,8 +37,10 @@ class SimArmRig final : public ArmRig {
     backend = tap = std::make_shared<ArmTap>(std::shared_ptr<device::ArmBackend>(world, world->arm("arm")));
     has_mass = true;
     // The position controller leans on its gains: what friction it does not know costs. The TX90 has the most.
-    tracking = 1.2e-3;
-    speed_noise = 1e-2;
+    const bool stiff = mode == device::ControlMode::kPosition;
+    tracking = stiff ? 1.2e-3 : 5e-3;
+    speed_noise = stiff ? 1e-2 : 5e-2;
+    EXPECT_EQ(world->arm("arm")->mode(), mode);
   }
 
   void advance() override { ASSERT_TRUE(world->step()); }
@@ -44,6 +52,10 @@ class SimArmRig final : public ArmRig {
 
 ArmUnderTest direct(const std::string& model) {
   return {model, [model] { return std::make_unique<SimArmRig>(model); }};
+}
+ArmUnderTest compliant(const std::string& model, device::ControlMode mode) {
+  const std::string how = mode == device::ControlMode::kJointImpedance ? "JointImpedance" : "CartesianImpedance";
+  return {model + how, [=] { return std::make_unique<SimArmRig>(model, mode); }};
 }
 ArmUnderTest slow(const std::string& model, const std::string& how, const SlowOptions& options) {
   return {model + how, [=] { return slowed(std::make_unique<SimArmRig>(model), options); }};
@@ -66,6 +78,8 @@ const SlowOptions k1ms{.cycle = kMillisecond, .drift = 100e-6, .wire = {.transpo
 
 INSTANTIATE_TEST_SUITE_P(MuJoCo, ArmConformance,
                          testing::Values(direct("lwr4plus"), direct("ur5"), direct("tx90"),
+                                         compliant("lwr4plus", device::ControlMode::kJointImpedance),
+                                         compliant("lwr4plus", device::ControlMode::kCartesianImpedance),
                                          slow("lwr4plus", "Slow1ms", k1ms), slow("lwr4plus", "Slow8ms", k8ms),
                                          slow("ur5", "Slow8ms", k8ms), slow("tx90", "Slow4msWithLosses", k4ms)),
                          name_of_case);

@@ -84,7 +84,7 @@ TEST_F(BlendTest, WithoutBlendsTheSameTourStopsAndTakesLonger) {
   EXPECT_GE(standing_cycles(), 5);
   const int stopped = cycles;
   EXPECT_EQ(run(sequence(kTour)), Progress::kDone);
-  EXPECT_LT(cycles, 0.85 * stopped);
+  EXPECT_LT(cycles, 0.9 * stopped);
 }
 
 TEST_F(BlendTest, OtherStepsAndGuardedMotionsEndABlendedSequence) {

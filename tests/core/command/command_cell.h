@@ -24,7 +24,12 @@ struct Terminals {
 /// The fake cell with two digital outputs, a digital input, an analog output, a gripper and channels beside the arm.
 class CommandCell : public Terminals, public FakeCell {
  public:
-  CommandCell() : FakeCell([this] { add_devices(); }) {}
+  /// @param more  adds to it before the first cycle
+  explicit CommandCell(const std::function<void(CommandCell&)>& more = {})
+      : FakeCell([this, &more] {
+          add_devices();
+          if (more) more(*this);
+        }) {}
 
   command::Actuator arm_actuator() const { return command::arm(cell, "arm"); }
   command::Actuator driver() const { return command::output(cell, "driver"); }

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/activity/actuator_state.h"
+#include "core/base/findings.h"
+#include "core/base/time.h"
+#include "core/command/command.h"
+#include "core/motion/leg.h"
+
+/// What an activity is made of (docs/activity-layer.md). Realtime: setup.
+namespace takt::activity {
+
+/// A motion that another one may go on with, and how far before its goal.
+struct Leavable {
+  std::shared_ptr<const motion::Motion> motion;
+  Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();  ///< the frame that its Cartesian pieces move
+  motion::Blend blend;
+  std::shared_ptr<const motion::Motion> partner = {};  ///< of a second arm on the same clock, with the same law
+};
+
+/// What precedes on an actuator when an activity is prepared.
+struct Precedent {
+  /// When everything before has come to its natural end.
+  ActuatorState at_end;
+  /// The motion that runs on it and may be left, at this path time at the soonest, with this lead (s).
+  struct Leaving {
+    Leavable motion;
+    double tau = 0.0, lead = 0.0;
+    /// Its clock runs at rate 1 and in whole cycles: the state at tau is the one that will be sent.
+    bool exact = true;
+  };
+  std::optional<Leaving> leaving;
+};
+
+/// All that an activity may know when it is prepared.
+struct Situation {
+  const command::Cell& cell;
+  Nanoseconds period = kMillisecond;
+  std::map<std::string, Precedent, std::less<>> precedents;  ///< of each of its actuators
+};
+
+/// What an activity says of one of its actuators.
+struct Forecast {
+  ActuatorState after;
+  /// The motions of which one is its last on this actuator, each with the command whose clock tells where it is. Empty:
+  /// it is not left before its end.
+  struct Last {
+    command::SubjectPtr command;
+    Leavable motion;
+  };
+  std::vector<Last> last;
+};
+
+/// An activity that can be mapped to a net.
+struct Prepared {
+  std::optional<command::Command> command;
+  std::map<std::string, Forecast, std::less<>> forecasts;                ///< of each of its actuators
+  std::map<std::string, std::vector<device::Seam>, std::less<>> begins;  ///< ways in which it may take an arm over
+  std::set<std::string, std::less<>> taken_over;                         ///< actuators that it can go on with in motion
+  std::function<command::State(double)> at_share;  ///< of one motion: at or past this share of its way; else empty
+};
+
+/// An operation in real time that knows what comes before it. Immutable: it may be carried out any number of times,
+/// each time as a new command. Any thread.
+class ActivityModel {
+ public:
+  explicit ActivityModel(std::string name) : name_(std::move(name)) {}
+  virtual ~ActivityModel() = default;
+  ActivityModel(const ActivityModel&) = delete;
+  ActivityModel& operator=(const ActivityModel&) = delete;
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  /// The devices that it drives.
+  [[nodiscard]] virtual std::vector<std::string> actuators() const = 0;
+  /// Plans it, from rest where the precedent ends, and from the precedent in motion where that may be left.
+  /// @return findings: why it cannot be done.
+  [[nodiscard]] virtual Result<Prepared> prepare(const Situation& situation) const = 0;
+  /// This and the one after it as one activity, blended into each other. @return null: they stay two.
+  [[nodiscard]] virtual std::shared_ptr<const ActivityModel> blended_into(const ActivityModel& next) const {
+    (void)next;
+    return nullptr;
+  }
+
+ private:
+  std::string name_;
+};
+using ActivityPtr = std::shared_ptr<const ActivityModel>;
+
+}  // namespace takt::activity

@@ -1,0 +1,212 @@
+#include "core/activity/actuator_interfaces.h"
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/activity/command_activity.h"
+#include "core/motion/goal_choice.h"
+
+namespace takt::activity {
+namespace {
+
+using command::Cell;
+using kinematics::JointVector;
+using motion::ArmModel;
+
+bool has_inverse(const Cell& cell, const std::string& name) {
+  const auto arm = cell.arms.find(name);
+  return arm != cell.arms.end() && arm->second.device->description().inverse != nullptr;
+}
+
+/// A PTP to the nearest of the configurations with a pose.
+Result<motion::Leg> ptp_to_pose(const ArmModel& arm, const JointVector& q, const Eigen::Isometry3d& X_BM) {
+  const auto choice = motion::choose_solution(arm.chain, arm.limits, X_BM * arm.X_FM.inverse(), q);
+  if (!choice) return std::unexpected(choice.error());
+  return motion::ptp_leg(arm, q, *choice);
+}
+
+struct Offer {
+  std::string_view name;
+  bool (*by)(const Cell&, const std::string&);
+};
+template <class Interface>
+constexpr Offer offer() {
+  return {Interface::kName, &Interface::offered_by};
+}
+constexpr std::array<Offer, 6> kOffers = {offer<MotionInterface>(),   offer<PtpInterface>(),
+                                          offer<LinInterface>(),      offer<HoldInterface>(),
+                                          offer<GrippingInterface>(), offer<OutputInterface>()};
+
+bool is_output(const Cell& cell, const std::string& name) {
+  return cell.digital_outputs.contains(name) || cell.analog_outputs.contains(name);
+}
+
+[[noreturn]] void throw_finding(std::string message, std::string hint) {
+  Findings why;
+  why.error("", std::move(message), std::move(hint));
+  throw ActivityError(std::move(why));
+}
+
+/// An action on an actuator that is no arm.
+template <class MakeActuator>
+ActivityPtr device_activity(const std::string& what, const std::string& name, MakeActuator make_actuator,
+                            command::Action (*action)(const command::GripWish&), const command::GripWish& wish) {
+  return command_activity(what + " " + name, {name}, [=](const Situation& situation) -> command::Command {
+    return command::RuntimeCommand(what, make_actuator(situation.cell, name), action(wish));
+  });
+}
+
+template <class Value>
+ActivityPtr set_activity(const std::string& name, Value value) {
+  return command_activity("set " + name, {name}, [name, value](const Situation& situation) -> command::Command {
+    return command::RuntimeCommand("set", command::output(situation.cell, name), command::set_value(value));
+  });
+}
+
+}  // namespace
+
+bool PtpInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
+bool LinInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
+bool MotionInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
+bool HoldInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
+bool GrippingInterface::offered_by(const Cell& cell, const std::string& actuator) {
+  return cell.grippers.contains(actuator);
+}
+bool OutputInterface::offered_by(const Cell& cell, const std::string& actuator) { return is_output(cell, actuator); }
+
+Activity PtpInterface::ptp(const JointVector& q_goal, const MotionParameters& parameters) const {
+  return make(motion_activity(
+      "PTP", actuator(),
+      [q_goal](const ArmModel& arm, const JointVector& q) { return motion::ptp_leg(arm, q, q_goal); }, parameters));
+}
+
+Activity PtpInterface::ptp(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {
+  return make(motion_activity(
+      "PTP", actuator(), [X_BT](const ArmModel& arm, const JointVector& q) { return ptp_to_pose(arm, q, X_BT); },
+      parameters));
+}
+
+Activity PtpInterface::spline(const std::vector<JointVector>& points, const MotionParameters& parameters) const {
+  return make(motion_activity(
+      "spline", actuator(),
+      [points](const ArmModel& arm, const JointVector& q) { return motion::spline_leg(arm, q, points); }, parameters));
+}
+
+Activity LinInterface::lin(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {
+  return make(motion_activity(
+      "LIN", actuator(), [X_BT](const ArmModel& arm, const JointVector& q) { return motion::lin_leg(arm, q, X_BT); },
+      parameters));
+}
+
+Activity LinInterface::lin_by(const Eigen::Vector3d& way_B, const MotionParameters& parameters) const {
+  return make(motion_activity(
+      "LIN", actuator(),
+      [way_B](const ArmModel& arm, const JointVector& q) {
+        Eigen::Isometry3d X = arm.chain.forward(q) * arm.X_FM;
+        X.translation() += way_B;
+        return motion::lin_leg(arm, q, X);
+      },
+      parameters));
+}
+
+Activity LinInterface::circ(const motion::ArcThrough& arc, const MotionParameters& parameters) const {
+  return make(motion_activity(
+      "CIRC", actuator(), [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); },
+      parameters));
+}
+
+Activity LinInterface::circ(const motion::ArcAbout& arc, const MotionParameters& parameters) const {
+  return make(motion_activity(
+      "CIRC", actuator(), [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); },
+      parameters));
+}
+
+Activity LinInterface::spline(const std::vector<Eigen::Isometry3d>& poses_BT,
+                              const MotionParameters& parameters) const {
+  return make(motion_activity(
+      "spline", actuator(),
+      [poses_BT](const ArmModel& arm, const JointVector& q) { return motion::spline_leg(arm, q, poses_BT); },
+      parameters));
+}
+
+Activity HoldInterface::hold(std::optional<double> seconds) const {
+  const auto make_command = [name = actuator(), seconds](const Situation& situation) -> command::Command {
+    command::RuntimeCommand held("hold", command::arm(situation.cell, name), command::hold());
+    if (seconds) held.on_entered(held.started().held_for(*seconds), cancel(held));
+    return held;
+  };
+  return make(command_activity("hold " + actuator(), {actuator()}, make_command, ArmAfter::kStays));
+}
+
+Activity GrippingInterface::close(const command::GripWish& wish) const {
+  return make(device_activity("close", actuator(), &command::gripper, &command::grip, wish));
+}
+Activity GrippingInterface::open(const command::GripWish& wish) const {
+  return make(device_activity("open", actuator(), &command::gripper, &command::release, wish));
+}
+
+Activity OutputInterface::set(bool value) const { return make(set_activity(actuator(), value)); }
+Activity OutputInterface::set(double value) const { return make(set_activity(actuator(), value)); }
+
+Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), name_(std::move(name)) {
+  if (!interfaces().empty()) return;
+  const Cell& cell = runtime.cell();
+  std::vector<std::string> names;
+  const auto add = [&names](const auto& map) {
+    for (const auto& [one, device] : map) names.push_back(one);
+  };
+  add(cell.arms);
+  add(cell.grippers);
+  add(cell.digital_outputs);
+  add(cell.analog_outputs);
+  throw_finding(fmt::format("the cell has no actuator '{}'", name_), nearest_choice(name_, names));
+}
+
+std::vector<std::string> Actuator::interfaces() const {
+  std::vector<std::string> names;
+  for (const Offer& one : kOffers)
+    if (one.by(runtime_->cell(), name_)) names.emplace_back(one.name);
+  return names;
+}
+
+void Actuator::refuse(std::string_view interface) const {
+  throw_finding(fmt::format("'{}' has no {}", name_, interface),
+                fmt::format("it offers {}", fmt::join(interfaces(), ", ")));
+}
+
+const command::MountedArm& Actuator::arm() const {
+  const auto found = runtime_->cell().arms.find(name_);
+  if (found == runtime_->cell().arms.end()) throw_finding(fmt::format("'{}' is no arm", name_), "an arm of the cell");
+  return found->second;
+}
+
+JointVector Actuator::q() const { return arm().device->set_point().q; }
+
+Eigen::Isometry3d Actuator::flange() const { return arm().device->description().chain->forward(q()); }
+
+Eigen::Isometry3d Actuator::above(const std::string& name, double height) const {
+  const Eigen::Isometry3d down(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitY()));
+  return frame(name) * Eigen::Translation3d(0.0, 0.0, height) * down;
+}
+
+void Actuator::carry(double mass) const {
+  device::Arm& device = *arm().device;
+  if (device.held())
+    throw_finding(fmt::format("'{}' runs: its load changes between activities", name_), "after their end");
+  device::ToolSetting tool = runtime_->empty_tool(name_, device.tool());
+  tool.payload = device::combine(tool.payload, {.mass = mass, .p_FC = arm().X_FT.translation()});
+  device.set_tool(tool);
+}
+
+Eigen::Isometry3d Actuator::frame(const std::string& name) const {
+  const auto X_WB = runtime_->cell().frames.pose(name_), X_WF = runtime_->cell().frames.pose(name);
+  if (!X_WB || !X_WF) throw_finding(fmt::format("the cell has no frame '{}'", name), "a frame, device or object");
+  return X_WB->inverse() * *X_WF;
+}
+
+}  // namespace takt::activity

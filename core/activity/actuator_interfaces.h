@@ -1,0 +1,153 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/activity/activity.h"
+#include "core/activity/motion_activity.h"
+#include "core/command/device_action.h"
+
+/// What the actuators of a cell offer to programs: groups of activities that belong together (docs/activity-layer.md).
+/// Poses are of the arm's tool centre point T in its base B, in m. Realtime: setup.
+namespace takt::activity {
+
+/// A group of activities of one actuator.
+class ActuatorInterface {
+ public:
+  ActuatorInterface(Runtime& runtime, std::string actuator) : runtime_(&runtime), actuator_(std::move(actuator)) {}
+  [[nodiscard]] const std::string& actuator() const { return actuator_; }
+
+ protected:
+  [[nodiscard]] Runtime& runtime() const { return *runtime_; }
+  [[nodiscard]] Activity make(ActivityPtr model) const { return {*runtime_, std::move(model)}; }
+
+ private:
+  Runtime* runtime_;
+  std::string actuator_;
+};
+
+/// Motions in joints, of arms.
+class PtpInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "PtpInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  [[nodiscard]] Activity ptp(const kinematics::JointVector& q_goal, const MotionParameters& parameters = {}) const;
+  /// To the nearest configuration that has this pose.
+  [[nodiscard]] Activity ptp(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] Activity spline(const std::vector<kinematics::JointVector>& points,
+                                const MotionParameters& parameters = {}) const;
+};
+
+/// Motions of the tool, of arms with inverse kinematics.
+class LinInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "LinInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  [[nodiscard]] Activity lin(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters = {}) const;
+  /// From wherever it will be, by this much in the axes of the base.
+  [[nodiscard]] Activity lin_by(const Eigen::Vector3d& way_B, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] Activity circ(const motion::ArcThrough& arc, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] Activity circ(const motion::ArcAbout& arc, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] Activity spline(const std::vector<Eigen::Isometry3d>& poses_BT,
+                                const MotionParameters& parameters = {}) const;
+};
+
+/// All motions of an arm.
+class MotionInterface final : public PtpInterface, public LinInterface {
+ public:
+  static constexpr std::string_view kName = "MotionInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  MotionInterface(Runtime& runtime, const std::string& actuator)
+      : PtpInterface(runtime, actuator), LinInterface(runtime, actuator) {}
+  using LinInterface::spline;
+  using PtpInterface::spline;
+};
+
+/// Standing still with a living command, of arms.
+class HoldInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "HoldInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// Until it is cancelled, or for so long (s).
+  [[nodiscard]] Activity hold(std::optional<double> seconds = {}) const;
+};
+
+/// Of grippers.
+class GrippingInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "GrippingInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  [[nodiscard]] Activity close(const command::GripWish& wish = {}) const;
+  [[nodiscard]] Activity open(const command::GripWish& wish = {}) const;
+};
+
+/// Of digital and analog outputs.
+class OutputInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "OutputInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  [[nodiscard]] Activity set(bool value) const;
+  [[nodiscard]] Activity set(double value) const;
+};
+
+/// Something of the cell that can be told what to do, as programs see it: arm.use<LinInterface>().lin(goal). A cheap
+/// value.
+class Actuator {
+ public:
+  /// Throws ActivityError if the cell has nothing of this name.
+  Actuator(Runtime& runtime, std::string name);
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] Runtime& runtime() const { return *runtime_; }
+  /// Throws ActivityError, with what it offers, if it has no such interface.
+  template <class Interface>
+  [[nodiscard]] Interface use() const {
+    if (!offers<Interface>()) refuse(Interface::kName);
+    return Interface(*runtime_, name_);
+  }
+  template <class Interface>
+  [[nodiscard]] bool offers() const {
+    return Interface::offered_by(runtime_->cell(), name_);
+  }
+  /// Names of the interfaces that it offers.
+  [[nodiscard]] std::vector<std::string> interfaces() const;
+
+  // Of arms.
+  /// The set point of now.
+  [[nodiscard]] kinematics::JointVector q() const;
+  /// Where flange and tool centre point are by the set point of now, in the base.
+  [[nodiscard]] Eigen::Isometry3d flange() const;
+  [[nodiscard]] Eigen::Isometry3d tool() const { return flange() * arm().X_FT; }
+  /// A frame of the cell in the base of the arm. Throws ActivityError if it is not there.
+  [[nodiscard]] Eigen::Isometry3d frame(const std::string& name) const;
+  /// A tool pose in the base that looks down the z axis of a frame, from this height (m) above it.
+  [[nodiscard]] Eigen::Isometry3d above(const std::string& name, double height) const;
+  /// Tells an arm that stands that it carries a point mass (kg) at its tool centre point more; and that it does not.
+  void carry(double mass) const;
+  void put_down() const { carry(0.0); }
+  /// Override, pause and resume (Runtime).
+  void set_speed(double rate) const { runtime_->set_speed(name_, rate); }
+  void pause() const { runtime_->pause(name_); }
+  void resume() const { runtime_->resume(name_); }
+
+ private:
+  [[noreturn]] void refuse(std::string_view interface) const;
+  [[nodiscard]] const command::MountedArm& arm() const;
+
+  Runtime* runtime_;
+  std::string name_;
+};
+
+}  // namespace takt::activity

@@ -1,0 +1,47 @@
+#include "core/activity/command_activity.h"
+
+#include <utility>
+
+#include "core/command/motion_action.h"
+
+namespace takt::activity {
+namespace {
+
+class CommandActivity final : public ActivityModel {
+ public:
+  CommandActivity(std::string name, std::vector<std::string> actuators, CommandMaker make, ArmAfter arms)
+      : ActivityModel(std::move(name)), actuators_(std::move(actuators)), make_(std::move(make)), arms_(arms) {}
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return actuators_; }
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    Prepared prepared;
+    prepared.command = make_(situation);
+    if (Findings wrong = command::plan(*prepared.command); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    for (const std::string& actuator : actuators_) {
+      Forecast& forecast = prepared.forecasts[actuator];
+      const auto before = situation.precedents.find(actuator);
+      if (before == situation.precedents.end() || !before->second.at_end.q) continue;
+      const ActuatorState& state = before->second.at_end;
+      if (arms_ == ArmAfter::kStays) forecast.after = state;
+      device::Seam seam;
+      seam.q = *state.q;
+      seam.dq = seam.ddq = kinematics::JointVector::Zero(state.q->size());
+      prepared.begins[actuator].push_back(seam);
+    }
+    return prepared;
+  }
+
+ private:
+  std::vector<std::string> actuators_;
+  CommandMaker make_;
+  ArmAfter arms_;
+};
+
+}  // namespace
+
+ActivityPtr command_activity(std::string name, std::vector<std::string> actuators, CommandMaker make, ArmAfter arms) {
+  return std::make_shared<const CommandActivity>(std::move(name), std::move(actuators), std::move(make), arms);
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/activity/activity_model.h"
+
+namespace takt::activity {
+
+/// Makes the command of an activity anew each time it is carried out.
+using CommandMaker = std::function<command::Command(const Situation&)>;
+
+/// What a command does to an arm that it drives.
+enum class ArmAfter : std::uint8_t {
+  kStays,   ///< it stands where it stood
+  kUnknown  ///< nobody knows where it will be
+};
+
+/// Any command as an activity that begins at rest: a gripper, an output, a hold, a transaction of one's own. Realtime:
+/// setup.
+[[nodiscard]] ActivityPtr command_activity(std::string name, std::vector<std::string> actuators, CommandMaker make,
+                                           ArmAfter arms = ArmAfter::kUnknown);
+
+}  // namespace takt::activity

@@ -1,0 +1,267 @@
+#include "core/activity/composition.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace takt::activity {
+namespace {
+
+using command::State;
+using command::TransactionCommand;
+
+State at_first(const State& state) {
+  const auto known = command::apply(net::ValueType::kBoolean, "DefaultToBoolean", {{"input", {.node = state.node()}}},
+                                    {{"fallback", false}});
+  return State(command::apply(net::ValueType::kBoolean, "SnapshotBoolean",
+                              {{"input", {.node = known}}, {"trigger", {.node = {}, .constant = true}}}));
+}
+
+std::string joined(const std::vector<ActivityPtr>& parts, const char* between) {
+  std::string name;
+  for (const ActivityPtr& part : parts) name += (name.empty() ? "" : between) + part->name();
+  constexpr std::size_t kLongest = 60;
+  return name.size() <= kLongest ? name : fmt::format("{} parts{}", parts.size(), between);
+}
+
+/// Parts that are prepared one by one against what the ones before leave behind.
+class CompositeActivity : public ActivityModel {
+ public:
+  CompositeActivity(std::string name, std::vector<ActivityPtr> parts)
+      : ActivityModel(std::move(name)), parts_(std::move(parts)) {}
+
+  [[nodiscard]] std::vector<std::string> actuators() const override {
+    std::vector<std::string> all;
+    for (const ActivityPtr& part : parts_)
+      for (const std::string& name : part->actuators())
+        if (std::ranges::find(all, name) == all.end()) all.push_back(name);
+    return all;
+  }
+
+ protected:
+  /// What is known before part `i` when those before it are done.
+  [[nodiscard]] Situation before(std::size_t i, const Situation& situation, const Prepared& so_far,
+                                 bool may_leave) const {
+    Situation own{.cell = situation.cell, .period = situation.period, .precedents = {}};
+    for (const std::string& name : parts_[i]->actuators()) {
+      Precedent& precedent = own.precedents[name];
+      const auto done = so_far.forecasts.find(name);
+      if (done != so_far.forecasts.end()) {
+        precedent.at_end = done->second.after;
+        continue;
+      }
+      const auto given = situation.precedents.find(name);
+      if (given == situation.precedents.end()) continue;
+      precedent.at_end = given->second.at_end;
+      if (may_leave) precedent.leaving = given->second.leaving;
+    }
+    return own;
+  }
+
+  [[nodiscard]] Result<Prepared> prepare_part(std::size_t i, const Situation& own) const {
+    auto prepared = parts_[i]->prepare(own);
+    if (prepared) {
+      // Commands of one transaction have names of their own.
+      prepared->command->node()->name = fmt::format("{} {}", i + 1, prepared->command->name());
+      return prepared;
+    }
+    Findings findings;
+    findings.append(prepared.error(), fmt::format("/{}", i));
+    return std::unexpected(std::move(findings));
+  }
+
+  /// Takes over how part begins its actuators, where no other one had them before.
+  static void add_begins(Prepared& whole, const Prepared& part) {
+    for (const auto& [name, ways] : part.begins)
+      if (!whole.forecasts.contains(name)) whole.begins[name] = ways;
+    for (const std::string& name : part.taken_over)
+      if (!whole.forecasts.contains(name)) whole.taken_over.insert(name);
+  }
+  static void add_forecasts(Prepared& whole, const Prepared& part) {
+    for (const auto& [name, forecast] : part.forecasts) whole.forecasts[name] = forecast;
+  }
+
+  std::vector<ActivityPtr> parts_;
+};
+
+class SequenceActivity final : public CompositeActivity {
+ public:
+  explicit SequenceActivity(const std::vector<ActivityPtr>& parts) : CompositeActivity(joined(parts, ", "), parts) {}
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    Prepared whole;
+    TransactionCommand all(name());
+    std::optional<command::Command> last;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      auto part = prepare_part(i, before(i, situation, whole, i == 0));
+      if (!part) return part;
+      if (!last) {
+        all.add_started(*part->command);
+      } else {
+        all.add(*part->command);
+        all.on_entered(last->completed(), start(*part->command));
+      }
+      last = part->command;
+      add_begins(whole, *part);
+      add_forecasts(whole, *part);
+    }
+    whole.command = all;
+    return whole;
+  }
+};
+
+class ParallelActivity final : public CompositeActivity {
+ public:
+  explicit ParallelActivity(const std::vector<ActivityPtr>& parts) : CompositeActivity(joined(parts, " | "), parts) {}
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    Prepared whole;
+    TransactionCommand all(name());
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      auto part = prepare_part(i, before(i, situation, {}, true));
+      if (!part) return part;
+      all.add_started(*part->command);
+      add_begins(whole, *part);
+      add_forecasts(whole, *part);
+    }
+    whole.command = all;
+    return whole;
+  }
+};
+
+class ConditionalActivity final : public CompositeActivity {
+ public:
+  ConditionalActivity(State condition, const std::vector<ActivityPtr>& parts)
+      : CompositeActivity(joined(parts, " or "), parts), condition_(std::move(condition)) {}
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    Prepared whole;
+    TransactionCommand both(name());
+    const State decided = at_first(condition_);
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      auto part = prepare_part(i, before(i, situation, {}, false));
+      if (!part) return part;
+      both.add(*part->command);
+      both.on_entered(i == 0 ? decided : !decided, start(*part->command));
+      for (const auto& [name, ways] : part->begins)
+        whole.begins[name].insert(whole.begins[name].end(), ways.begin(), ways.end());
+      agree(whole, *part, situation);
+    }
+    // What only one of them moves may also stay where it is.
+    for (auto& [name, forecast] : whole.forecasts) {
+      const bool in_both = std::ranges::all_of(
+          parts_, [&name](const ActivityPtr& part) { return std::ranges::count(part->actuators(), name) > 0; });
+      const auto given = situation.precedents.find(name);
+      if (!in_both && given != situation.precedents.end())
+        forecast.after = common(forecast.after, given->second.at_end);
+    }
+    whole.command = both;
+    return whole;
+  }
+
+ private:
+  static void agree(Prepared& whole, const Prepared& part, const Situation&) {
+    for (const auto& [name, forecast] : part.forecasts) {
+      const auto known = whole.forecasts.find(name);
+      whole.forecasts[name] = {
+          .after = known == whole.forecasts.end() ? forecast.after : common(known->second.after, forecast.after),
+          .last = {}};
+    }
+  }
+
+  State condition_;
+};
+
+class MainTaskActivity final : public CompositeActivity {
+ public:
+  MainTaskActivity(const std::vector<ActivityPtr>& parts, std::vector<Subtask> subtasks)
+      : CompositeActivity(parts.front()->name() + " with subtasks", parts), subtasks_(std::move(subtasks)) {}
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    auto main = prepare_part(0, before(0, situation, {}, true));
+    if (!main) return main;
+    Prepared whole;
+    TransactionCommand all(name());
+    all.add_started(*main->command);
+    add_begins(whole, *main);
+    add_forecasts(whole, *main);
+    for (std::size_t i = 0; i < subtasks_.size(); ++i) {
+      const auto when = occasion(i, *main);
+      if (!when) return std::unexpected(when.error());
+      auto part = prepare_part(i + 1, before(i + 1, situation, {}, false));
+      if (!part) return part;
+      all.add(*part->command);
+      all.on_entered(*when, start(*part->command), {.first_only = true});
+      add_begins(whole, *part);
+      add_forecasts(whole, *part);
+    }
+    for (auto& [name, forecast] : whole.forecasts) forecast.last.clear();
+    whole.command = all;
+    return whole;
+  }
+
+ private:
+  [[nodiscard]] Result<State> occasion(std::size_t i, const Prepared& main) const {
+    const Subtask& subtask = subtasks_[i];
+    const std::string pointer = fmt::format("/subtasks/{}", i);
+    if (subtask.when) return *subtask.when;
+    if (!subtask.at_share) return failure(pointer, "it never begins", "`at_share` or `when`");
+    if (!main.at_share)
+      return failure(pointer, fmt::format("'{}' is no motion, so it has no share of a way", parts_[0]->name()),
+                     "`when`");
+    if (!(*subtask.at_share >= 0.0 && *subtask.at_share <= 1.0))
+      return failure(pointer, fmt::format("share {}", *subtask.at_share), "from 0 to 1");
+    return main.at_share(*subtask.at_share);
+  }
+
+  std::vector<Subtask> subtasks_;
+};
+
+std::vector<ActivityPtr> models_of(const std::vector<Activity>& parts) {
+  std::vector<ActivityPtr> models;
+  for (const Activity& part : parts) models.push_back(part.model());
+  return models;
+}
+
+/// Throws what an empty composition is.
+Runtime& runtime_of(const std::vector<Activity>& parts) {
+  if (!parts.empty()) return parts.front().runtime();
+  Findings why;
+  why.error("", "a composition without parts", "at least one");
+  throw ActivityError(std::move(why));
+}
+
+}  // namespace
+
+Activity sequence(const std::vector<Activity>& parts) {
+  Runtime& runtime = runtime_of(parts);
+  std::vector<ActivityPtr> models;
+  for (ActivityPtr& model : models_of(parts)) {
+    ActivityPtr one = models.empty() ? nullptr : models.back()->blended_into(*model);
+    if (one) {
+      models.back() = std::move(one);
+    } else {
+      models.push_back(std::move(model));
+    }
+  }
+  if (models.size() == 1) return {runtime, models.front()};
+  return {runtime, std::make_shared<const SequenceActivity>(models)};
+}
+
+Activity parallel(const std::vector<Activity>& parts) {
+  return {runtime_of(parts), std::make_shared<const ParallelActivity>(models_of(parts))};
+}
+
+Activity conditional(const State& condition, const Activity& then, const Activity& otherwise) {
+  return {then.runtime(),
+          std::make_shared<const ConditionalActivity>(condition, std::vector{then.model(), otherwise.model()})};
+}
+
+Activity with_subtasks(const Activity& main, const std::vector<Subtask>& subtasks) {
+  std::vector<ActivityPtr> models{main.model()};
+  for (const Subtask& subtask : subtasks) models.push_back(subtask.activity.model());
+  return {main.runtime(), std::make_shared<const MainTaskActivity>(models, subtasks)};
+}
+
+}  // namespace takt::activity

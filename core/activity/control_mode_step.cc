@@ -1,0 +1,86 @@
+#include "core/activity/control_mode_step.h"
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/object_reader.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct ModeRequest {
+  std::string arm;
+  device::ControlMode mode = device::ControlMode::kPosition;
+};
+
+/// Asks the core, and waits for its answer.
+class ControlModeRun final : public StepRun {
+ public:
+  explicit ControlModeRun(const ModeRequest& request) : request_(request) {}
+
+  Progress advance(Context& context, Findings& findings) override {
+    if (start_cycle_ < 0) start_cycle_ = context.core.cycle() + context.program_latency_cycles;
+    if (context.core.cycle() < start_cycle_) return Progress::kRunning;
+    if (id_ == 0) {
+      id_ = context.core.change_mode(request_.arm, request_.mode);
+      return Progress::kRunning;
+    }
+    for (const rcc::Event& event : context.core.events()) {
+      if (event.request != id_) continue;
+      if (event.kind == rcc::Event::Kind::kDone) return Progress::kDone;
+      findings.error("/mode", fmt::format("the mode was not changed: {}", event.cause.text.view()));
+      return Progress::kFailed;
+    }
+    return Progress::kRunning;
+  }
+
+ private:
+  const ModeRequest& request_;
+  std::int64_t start_cycle_ = -1;
+  rcc::RequestId id_ = 0;
+};
+
+class ControlModeStep final : public Step {
+ public:
+  explicit ControlModeStep(ModeRequest request) : request_(std::move(request)) {}
+
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+    const device::Arm* arm = rehearsal.cell.arms.at(request_.arm).device;
+    if (arm == nullptr) return;  // only names are known
+    const auto& modes = arm->description().modes;
+    if (!modes.has(request_.mode))
+      findings.error(pointer + "/mode", fmt::format("'{}' has no mode '{}'", request_.arm, name_of(request_.mode)),
+                     modes.list());
+  }
+
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<ControlModeRun>(request_); }
+
+ private:
+  ModeRequest request_;
+};
+
+}  // namespace
+
+std::unique_ptr<Step> parse_control_mode(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                         Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  (void)reader.text("do");
+  (void)reader.text("name", "");
+  std::vector<std::string> arms, modes;
+  for (const auto& [name, arm] : cell.arms) arms.push_back(name);
+  for (const device::ControlMode mode : device::all_control_modes()) modes.emplace_back(name_of(mode));
+  ModeRequest request;
+  request.arm = reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms.front()) : std::nullopt);
+  const auto mode = device::control_mode_of(reader.choice("mode", modes));
+  reader.finish();
+  request.mode = mode.value_or(device::ControlMode::kPosition);  // with a finding: such a program is never run
+  return std::make_unique<ControlModeStep>(std::move(request));
+}
+
+}  // namespace takt::activity

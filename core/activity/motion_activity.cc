@@ -1,0 +1,172 @@
+#include "core/activity/motion_activity.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "core/activity/two_ways.h"
+#include "core/motion/motion_state.h"
+
+namespace takt::activity {
+namespace {
+
+using command::Cell;
+using kinematics::JointVector;
+
+/// One or several motions, blended into each other. The last one's wish is that of the whole: what ends it, and how it
+/// may be left.
+class MotionActivity final : public ActivityModel {
+ public:
+  struct Part {
+    std::string kind;
+    LegOf leg;
+    MotionParameters wish;
+  };
+
+  MotionActivity(std::string arm, std::vector<Part> parts)
+      : ActivityModel(name_of(arm, parts)), arm_(std::move(arm)), parts_(std::move(parts)), wish_(parts_.back().wish) {}
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return {arm_}; }
+
+  [[nodiscard]] ActivityPtr blended_into(const ActivityModel& next) const override {
+    const auto* other = dynamic_cast<const MotionActivity*>(&next);
+    if (other == nullptr || other->arm_ != arm_ || !wish_.blend.wanted() || wish_.until) return nullptr;
+    std::vector<Part> parts = parts_;
+    parts.insert(parts.end(), other->parts_.begin(), other->parts_.end());
+    return std::make_shared<const MotionActivity>(arm_, std::move(parts));
+  }
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    if (Findings wrong = check(situation.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    const command::MountedArm& arm = situation.cell.arms.find(arm_)->second;
+    const Precedent& before = situation.precedents.find(arm_)->second;
+    if (!before.at_end.rests())
+      return failure("", fmt::format("'{}': nobody knows where it will be at rest", name()),
+                     "a motion after the end of what runs");
+    const motion::ArmModel model = model_of(arm);
+    auto from_rest = motion::plan_sequence(model, *before.at_end.q, makers(model));
+    if (!from_rest) return std::unexpected(std::move(from_rest.error()));
+    auto blended = blended_plan(model, before);
+    return assemble(situation, model, std::move(*from_rest), std::move(blended));
+  }
+
+ private:
+  [[nodiscard]] Findings check(const Cell& cell) const {
+    Findings findings;
+    if (!cell.arms.contains(arm_)) findings.error("/arm", fmt::format("there is no arm '{}'", arm_));
+    for (const Part& part : parts_) check_blend(part.wish, findings);
+    return findings;
+  }
+
+  static void check_blend(const MotionParameters& wish, Findings& findings) {
+    const BlendingCondition& blend = wish.blend;
+    if (blend.wanted() && wish.until)
+      findings.error("/blend", "a guarded motion ends nobody knows where", "no blend, or no condition");
+    if (blend.time_share && !(*blend.time_share >= 0.5 && *blend.time_share < 1.0))
+      findings.error("/blend", fmt::format("{}", *blend.time_share), "a share of the time, at least 0.5 and below 1");
+    if (blend.distance && !(*blend.distance > 0.0))
+      findings.error("/blend", fmt::format("{} m", *blend.distance), "above 0 m");
+  }
+
+  [[nodiscard]] motion::ArmModel model_of(const command::MountedArm& arm) const {
+    const device::ArmDescription& d = arm.device->description();
+    return {.chain = *d.chain,
+            .inverse = d.inverse.get(),
+            .limits = d.limits,
+            .cartesian = d.cartesian,
+            .X_FM = wish_.X_FM.value_or(arm.X_FT)};
+  }
+
+  [[nodiscard]] std::vector<motion::LegMaker> makers(const motion::ArmModel& model) const {
+    std::vector<motion::LegMaker> all;
+    for (const Part& part : parts_) {
+      const bool last = &part == &parts_.back();
+      all.push_back([&part, &model, last](const JointVector& q) -> Result<motion::Leg> {
+        auto leg = part.leg(model, q);
+        if (!leg) return leg;
+        leg->velocity = part.wish.velocity;
+        leg->acceleration = part.wish.acceleration;
+        leg->linear_velocity = part.wish.linear_velocity;
+        if (!last) leg->blend = inner_blend(part.wish.blend);
+        return leg;
+      });
+    }
+    return all;
+  }
+
+  /// Inside of one plan there is no time yet: a share of the time is taken as one of the way.
+  static motion::Blend inner_blend(const BlendingCondition& blend) {
+    if (blend.distance) return {motion::Blend::Kind::kDistance, *blend.distance};
+    return {motion::Blend::Kind::kFraction, 1.0 - blend.time_share.value_or(0.5)};
+  }
+
+  static std::string name_of(const std::string& arm, const std::vector<Part>& parts) {
+    constexpr std::size_t kFew = 4;
+    std::string name = arm;
+    if (parts.size() > kFew) return fmt::format("{} {} motions", arm, parts.size());
+    for (const Part& part : parts) name += " " + part.kind;
+    return name;
+  }
+
+  /// Nothing where the arm has to come to rest first.
+  [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const motion::ArmModel& model,
+                                                                 const Precedent& before) const {
+    if (!before.leaving || !before.leaving->motion.X_FM.isApprox(model.X_FM, 1e-12)) return std::nullopt;
+    const auto& leaving = *before.leaving;
+    auto plan = motion::plan_take_over(
+        model,
+        {.motion = *leaving.motion.motion, .tau = leaving.tau, .lead = leaving.lead, .blend = leaving.motion.blend},
+        makers(model));
+    return plan ? std::optional(std::move(*plan)) : std::nullopt;
+  }
+
+  [[nodiscard]] command::PlannedMotion planned(const motion::ArmModel& model, motion::SequencePlan plan) const {
+    return {.motion = std::make_shared<const motion::Motion>(std::move(plan.motion)),
+            .X_FM = model.X_FM,
+            .handed_over = std::move(plan.handed_over),
+            .clock = {},
+            .name = name()};
+  }
+
+  [[nodiscard]] Prepared assemble(const Situation& situation, const motion::ArmModel& model,
+                                  motion::SequencePlan from_rest, std::optional<motion::SequencePlan> blended) const {
+    TwoWays ways{.name = name(),
+                 .actuator = command::arm(situation.cell, arm_),
+                 .clock = arm_,
+                 .from_rest = planned(model, std::move(from_rest))};
+    ways.begins[arm_].rest = seam_at_rest(ways.from_rest.motion->q_start);
+    const auto begin = blended ? motion::joints_at(model, blended->motion, 0.0) : std::nullopt;
+    if (begin) {
+      ways.from_blend = planned(model, std::move(*blended));
+      const Precedent::Leaving& leaving = *situation.precedents.find(arm_)->second.leaving;
+      ways.tau = leaving.tau;
+      ways.begins[arm_].blend = seam_in_motion(leaving, *begin);
+    }
+    return prepare_two_ways(situation, std::move(ways), wish_);
+  }
+
+  std::string arm_;
+  std::vector<Part> parts_;
+  MotionParameters wish_;
+};
+
+}  // namespace
+
+BlendingCondition BlendingCondition::at_distance(double metres) {
+  BlendingCondition condition;
+  condition.distance = metres;
+  return condition;
+}
+
+ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionParameters parameters) {
+  return std::make_shared<const MotionActivity>(
+      std::move(arm), std::vector{MotionActivity::Part{std::move(kind), std::move(leg), std::move(parameters)}});
+}
+
+std::string path_time_channel(const std::string& arm) { return arm + ".path_time"; }
+std::string path_rate_channel(const std::string& arm) { return arm + ".path_rate"; }
+std::string speed_channel(const std::string& arm) { return arm + ".speed"; }
+
+}  // namespace takt::activity

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "core/activity/activity_model.h"
+#include "core/command/motion_action.h"
+
+/// Motions of one arm as activities. Realtime: setup.
+namespace takt::activity {
+
+/// Where a motion may be left for the next one: at a share of its time, or at a distance from its goal.
+struct BlendingCondition {
+  std::optional<double> time_share = {};  ///< 0.7: when 70 % of its time have passed; [0.5, 1)
+  std::optional<double> distance = {};    ///< m of the way of the tool centre point, > 0
+
+  BlendingCondition() = default;
+  BlendingCondition(double share) : time_share(share) {}  // NOLINT: reads as in the paper: {.blend = 0.7}
+  [[nodiscard]] static BlendingCondition at_distance(double metres);
+  [[nodiscard]] bool wanted() const { return time_share.has_value() || distance.has_value(); }
+};
+
+/// What a motion may be asked for. Shares are of the limits of the arm.
+struct MotionParameters {
+  double velocity = 1.0;                       ///< (0, 1]
+  double acceleration = 1.0;                   ///< (0, 1]
+  std::optional<double> linear_velocity = {};  ///< of the tool centre point, m/s
+  BlendingCondition blend = {};                ///< into the motion after it; not with `until`
+  /// The arm brakes on its path when this holds (or nobody knows, row N3): a guarded motion.
+  std::optional<command::State> until = {};
+  std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves, in the flange; default: the arm's tool
+};
+
+/// Geometry from where the arm will be.
+using LegOf = std::function<Result<motion::Leg>(const motion::ArmModel&, const kinematics::JointVector& q)>;
+
+/// A motion of one arm. @param kind  for people: "LIN"
+[[nodiscard]] ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionParameters parameters);
+
+/// The channels in which the motions of an arm tell their successors where their clock is, and by which people set
+/// their speed.
+[[nodiscard]] std::string path_time_channel(const std::string& arm);  ///< s
+[[nodiscard]] std::string path_rate_channel(const std::string& arm);  ///< 1
+[[nodiscard]] std::string speed_channel(const std::string& arm);      ///< 1; the rate that is aimed at, [0, 1]
+
+}  // namespace takt::activity

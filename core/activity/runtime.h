@@ -1,0 +1,109 @@
+#pragma once
+
+#include <coroutine>
+#include <deque>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/activity/scheduler.h"
+#include "core/activity/task.h"
+
+namespace takt::activity {
+
+/// Why a program cannot go on as it wanted to. Thrown by execute(), begin_execute(), use() and their awaitable forms;
+/// never in a cycle.
+class ActivityError : public std::runtime_error {
+ public:
+  explicit ActivityError(Findings findings)
+      : std::runtime_error(findings.to_string()), findings_(std::move(findings)) {}
+  [[nodiscard]] const Findings& findings() const { return findings_; }
+
+ private:
+  Findings findings_;
+};
+
+/// The loop of a program: it resumes coroutines until all wait, lets the scheduler look, and runs one cycle. In
+/// lock-step nothing else happens, so a program repeats to the bit. Owned by the program; one thread. Realtime: setup.
+class Runtime {
+ public:
+  struct Options {
+    Scheduler::Options scheduler = {};
+    std::int64_t most_cycles = 100'000'000;  ///< that a blocking call waits; then it throws
+  };
+  /// @param cell       devices and frames; see declare_channels()
+  /// @param run_cycle  runs one cycle of the core, and of the simulation around it
+  Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void()> run_cycle, const Options& options);
+  Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void()> run_cycle)
+      : Runtime(core, cell, std::move(run_cycle), Options{}) {}
+  Runtime(const Runtime&) = delete;
+  Runtime& operator=(const Runtime&) = delete;
+
+  [[nodiscard]] rcc::ControlCore& core() { return core_; }
+  [[nodiscard]] command::Cell& cell() { return cell_; }
+  [[nodiscard]] const command::Cell& cell() const { return cell_; }
+
+  RunPtr schedule(ActivityPtr model) { return scheduler_.schedule(std::move(model)); }
+  /// One step of the loop.
+  void step();
+  /// Steps until it holds. Throws ActivityError after most_cycles, and inside of a coroutine, which has to wait by
+  /// co_await.
+  void run_until(const std::function<bool()>& holds);
+  /// Runs a coroutine to its end; what it throws comes out here.
+  void run(Task task);
+  /// Begins a coroutine that runs beside; what it throws comes out of the next step.
+  void spawn(Task task);
+
+  /// Awaitable: goes on in the first step in which it holds.
+  class When {
+   public:
+    When(Runtime& runtime, std::function<bool()> holds) : runtime_(runtime), holds_(std::move(holds)) {}
+    [[nodiscard]] bool await_ready() const { return holds_(); }
+    void await_suspend(std::coroutine_handle<> handle) { runtime_.waiting_.push_back({std::move(holds_), handle}); }
+    void await_resume() const {}
+
+   private:
+    Runtime& runtime_;
+    std::function<bool()> holds_;
+  };
+  [[nodiscard]] When when(std::function<bool()> holds) { return {*this, std::move(holds)}; }
+  /// Awaitable: so many cycles.
+  [[nodiscard]] When cycles(std::int64_t count);
+
+  /// What an arm had on it when it was asked for first.
+  const device::ToolSetting& empty_tool(const std::string& arm, const device::ToolSetting& now) {
+    return tools_.try_emplace(arm, now).first->second;
+  }
+
+  /// The rate at which the motions of an arm aim, [0, 1]: override, pause and resume, without a plan (row P2).
+  void set_speed(const std::string& arm, double rate);
+  void pause(const std::string& arm) { write_speed(arm, 0.0); }
+  void resume(const std::string& arm) { write_speed(arm, speeds_.contains(arm) ? speeds_.at(arm) : 1.0); }
+
+ private:
+  struct Waiting {
+    std::function<bool()> holds;
+    std::coroutine_handle<> handle;
+  };
+  void write_speed(const std::string& arm, double rate);
+  void resume_coroutines();
+  void look_at_spawned();
+
+  rcc::ControlCore& core_;
+  command::Cell& cell_;
+  std::function<void()> run_cycle_;
+  Options options_;
+  Scheduler scheduler_;
+  std::map<std::string, double> speeds_;
+  std::map<std::string, device::ToolSetting> tools_;
+  std::vector<Waiting> waiting_;
+  std::deque<Task> spawned_;  ///< a coroutine may spawn another one while this is walked
+  bool resuming_ = false;
+};
+
+/// Declares the channels that the motions of a cell's arms use (docs/activity-layer.md). Before the first cycle.
+[[nodiscard]] Findings declare_channels(rcc::ControlCore& core, command::Cell& cell);
+
+}  // namespace takt::activity

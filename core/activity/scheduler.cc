@@ -1,0 +1,297 @@
+#include "core/activity/scheduler.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "core/command/command_tree.h"
+
+namespace takt::activity {
+namespace {
+
+using rcc::NetState;
+
+/// Path time that a clock needs at most until its rate is steady: half the time from rest to full rate.
+double way_to_steady(const motion::Motion& motion) {
+  constexpr double kShare = 0.6;
+  return kShare * motion::PathClock(motion.clock, motion.duration(), false).stop_time_bound();
+}
+
+bool is_waiting(RunState state) { return state == RunState::kQueued || state == RunState::kLoaded; }
+
+}  // namespace
+
+std::string_view name_of(RunState state) {
+  static constexpr std::array<std::string_view, 6> kNames = {"queued",    "loaded",    "running",
+                                                             "completed", "cancelled", "failed"};
+  return kNames.at(static_cast<std::size_t>(state));
+}
+
+ActivityRun::~ActivityRun() {
+  if (net_ != 0) (void)core_.unload(net_);
+}
+
+template <class T>
+std::optional<T> ActivityRun::value(const std::string& observation) const {
+  const auto found = observed_.find(observation);
+  const net::CompiledNet* net = net_ != 0 ? core_.net(net_) : nullptr;
+  if (found == observed_.end() || net == nullptr) return std::nullopt;
+  const auto* slot = net->find<T>(found->second);
+  return slot != nullptr && slot->null == 0 ? std::optional<T>(slot->value) : std::nullopt;
+}
+template std::optional<net::Boolean> ActivityRun::value(const std::string&) const;
+template std::optional<net::Integer> ActivityRun::value(const std::string&) const;
+template std::optional<net::Real> ActivityRun::value(const std::string&) const;
+template std::optional<net::Vector> ActivityRun::value(const std::string&) const;
+template std::optional<net::Frame> ActivityRun::value(const std::string&) const;
+template std::optional<net::Wrench> ActivityRun::value(const std::string&) const;
+
+void ActivityRun::cancel() { wants_cancel_ = true; }
+
+void ActivityRun::abort() {
+  wants_cancel_ = true;
+  if (state_ == RunState::kRunning) core_.abort(net_);
+}
+
+bool ActivityRun::shares_actuator(const ActivityRun& other) const {
+  const auto own = model_->actuators(), others = other.model_->actuators();
+  return std::ranges::find_first_of(own, others) != own.end();
+}
+
+const net::Slot<net::Real>* ActivityRun::clock_port(const command::SubjectPtr& command, const char* port) const {
+  const auto fragment = fragments_.find(command.get());
+  const net::CompiledNet* net = core_.net(net_);
+  return fragment == fragments_.end() || net == nullptr ? nullptr
+                                                        : net->find<net::Real>(fragment->second + "/clock." + port);
+}
+
+RunPtr Scheduler::schedule(ActivityPtr model) {
+  RunPtr run = std::make_shared<ActivityRun>(core_, std::move(model));
+  run->due_cycle_ = core_.cycle() + options_.latency_cycles;
+  runs_.push_back(run);
+  return run;
+}
+
+void Scheduler::poll() {
+  const std::vector<RunPtr> now = runs_;  // the list may change below
+  for (const RunPtr& run : now) update(*run);
+  for (const RunPtr& run : now)
+    if (run->state_ == RunState::kQueued) try_begin(*run);
+  for (const RunPtr& run : now) {
+    if (run->state_ != RunState::kLoaded || !run->rule_ || core_.cycle() < run->due_cycle_) continue;
+    run->request_ = core_.post(*run->rule_);
+    run->rule_.reset();
+  }
+  std::erase_if(runs_, [](const RunPtr& run) { return run->over(); });
+}
+
+void Scheduler::update(ActivityRun& run) {
+  // Its start may have been carried out in the last cycle.
+  const bool begun = run.net_ != 0 && core_.state(run.net_) > NetState::kReady;
+  if (run.state_ == RunState::kQueued || (run.state_ == RunState::kLoaded && run.wants_cancel_ && !begun)) {
+    if (!run.wants_cancel_) return;
+    run.state_ = RunState::kCancelled;
+    if (run.net_ != 0) (void)core_.unload(run.net_);
+    return give_up_followers(run);
+  }
+  if (run.state_ == RunState::kLoaded) {
+    for (const rcc::Event& event : core_.events()) {
+      if (event.request != run.request_ || run.request_ == 0 || event.kind == rcc::Event::Kind::kState) continue;
+      if (event.kind == rcc::Event::Kind::kRefused) {
+        Findings why;
+        why.error("", fmt::format("'{}' was not started: {}", run.name(), event.cause.text.view()));
+        return fail(run, std::move(why));
+      }
+      run.blended_ = !run.prepared_.taken_over.empty() && event.cause.text.size == 0;
+    }
+  }
+  const NetState state = core_.state(run.net_);
+  if (is_active(state) || state == NetState::kTerminated) run.state_ = RunState::kRunning;
+  if (run.wants_cancel_ && state == NetState::kRunning) core_.cancel(run.net_);
+  if (state == NetState::kTerminated) finish(run);
+}
+
+void Scheduler::finish(ActivityRun& run) {
+  const rcc::NetStatus status = core_.status(run.net_);
+  if (!status.cause.in_order()) {
+    Findings why;
+    why.error("", fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), status.last_cycle,
+                              net::name_of(status.cause.code), status.cause.text.view()));
+    return fail(run, std::move(why));
+  }
+  const bool cancelled = status.cause.code == net::Cause::Code::kCancelled;
+  run.state_ = cancelled ? RunState::kCancelled : RunState::kCompleted;
+  if (cancelled) give_up_followers(run);
+}
+
+void Scheduler::fail(ActivityRun& run, Findings findings) {
+  run.findings_.append(findings);
+  run.state_ = RunState::kFailed;
+  if (run.net_ != 0) (void)core_.unload(run.net_);
+  give_up_followers(run);
+}
+
+void Scheduler::give_up_followers(const ActivityRun& run) {
+  bool behind = false;
+  for (const RunPtr& other : runs_) {
+    if (other.get() == &run) behind = true;
+    if (!behind || other.get() == &run || !is_waiting(other->state_) || !other->shares_actuator(run)) continue;
+    Findings why;
+    why.error("",
+              fmt::format("'{}' was given up: '{}' before it {}", other->name(), run.name(),
+                          run.state_ == RunState::kCancelled ? "was cancelled" : "failed"),
+              "nothing starts by itself after a stop: ask for it again");
+    fail(*other, std::move(why));
+  }
+}
+
+Scheduler::Predecessors Scheduler::predecessors_of(const ActivityRun& run) const {
+  Predecessors before;
+  for (const RunPtr& other : runs_) {
+    if (other.get() == &run) break;
+    if (other->over() || !other->shares_actuator(run)) continue;
+    if (other->state_ == RunState::kRunning) before.running.push_back(other.get());
+    before.wait = before.wait || is_waiting(other->state_);
+  }
+  return before;
+}
+
+bool Scheduler::is_steady(const ActivityRun& run, const command::SubjectPtr& command) {
+  const auto* rate = run.clock_port(command, "rate");
+  const auto* change = run.clock_port(command, "rate_derivative");
+  return rate != nullptr && change != nullptr && rate->value > 0.0 && change->value == 0.0;
+}
+
+bool Scheduler::is_as_planned(const ActivityRun& run, const command::SubjectPtr& command, double period) {
+  constexpr double kRounding = 1e-6;  // of a cycle
+  const double cycles = run.clock_port(command, "time")->value / period;
+  return is_steady(run, command) && run.clock_port(command, "rate")->value == 1.0 &&
+         std::abs(cycles - std::round(cycles)) < kRounding;
+}
+
+std::optional<Precedent::Leaving> Scheduler::leaving(const ActivityRun& run, const Forecast& forecast) const {
+  const double period = to_seconds(core_.period());
+  for (const auto& [command, motion] : forecast.last) {
+    const auto* time = run.clock_port(command, "time");
+    if (time == nullptr || time->null != 0) continue;
+    double soonest = time->value / period + static_cast<double>(options_.latency_cycles + options_.margin_cycles);
+    if (!is_steady(run, command)) soonest += way_to_steady(*motion.motion) / period;
+    return Precedent::Leaving{.motion = motion,
+                              .tau = std::ceil(soonest) * period,
+                              .lead = static_cast<double>(options_.lead_cycles) * period,
+                              .exact = is_as_planned(run, command, period)};
+  }
+  return std::nullopt;
+}
+
+std::optional<Precedent> Scheduler::precedent(const std::string& actuator, const Predecessors& before,
+                                              bool& wait) const {
+  for (ActivityRun* run : before.running) {
+    const auto forecast = run->prepared_.forecasts.find(actuator);
+    if (forecast == run->prepared_.forecasts.end()) continue;
+    Precedent precedent{.at_end = forecast->second.after, .leaving = leaving(*run, forecast->second)};
+    // It may be left, but has not come to the motion that may.
+    wait = wait || (!forecast->second.last.empty() && !precedent.leaving);
+    return precedent;
+  }
+  const auto arm = cell_.arms.find(actuator);
+  if (arm == cell_.arms.end()) return Precedent{};
+  const device::Arm& device = *arm->second.device;
+  wait = wait || device.set_point().q.size() == 0 || !device.at_rest();  // no sample yet, or it brakes
+  if (wait) return std::nullopt;
+  return Precedent{.at_end = ActuatorState::at_rest(device.set_point().q), .leaving = std::nullopt};
+}
+
+std::optional<Situation> Scheduler::situation_of(const ActivityRun& run, const Predecessors& before) const {
+  Situation situation{.cell = cell_, .period = core_.period(), .precedents = {}};
+  bool wait = false, all_leave = true;
+  const auto own = run.model_->actuators();
+  for (const std::string& actuator : own) {
+    auto one = precedent(actuator, before, wait);
+    if (wait || !one) return std::nullopt;
+    // Where a predecessor leaves it nobody knows yet: it has to end first.
+    if (cell_.arms.contains(actuator) && !one->at_end.rests()) return std::nullopt;
+    situation.precedents[actuator] = std::move(*one);
+  }
+  for (const ActivityRun* other : before.running) {
+    for (const std::string& actuator : other->model_->actuators()) {
+      const auto found = situation.precedents.find(actuator);
+      all_leave = all_leave && found != situation.precedents.end() && found->second.leaving.has_value();
+    }
+  }
+  if (!all_leave) {
+    for (auto& [name, one] : situation.precedents) one.leaving.reset();
+  }
+  // Without a seam only the end itself tells that the next may begin.
+  const bool only_arms = std::ranges::all_of(own, [this](const auto& name) { return cell_.arms.contains(name); });
+  if (!before.running.empty() && !only_arms) return std::nullopt;
+  return situation;
+}
+
+void Scheduler::try_begin(ActivityRun& run) {
+  const Predecessors before = predecessors_of(run);
+  if (before.wait) return;
+  auto situation = situation_of(run, before);
+  if (!situation) return;
+  auto prepared = run.model_->prepare(*situation);
+  const auto leaves = [](const auto& one) { return one.second.leaving.has_value(); };
+  const auto wanted = static_cast<std::size_t>(std::ranges::count_if(situation->precedents, leaves));
+  if (prepared && wanted > 0 && prepared->taken_over.size() != wanted) {
+    // All or nothing: what cannot be taken over together is waited for.
+    for (auto& [name, one] : situation->precedents) one.leaving.reset();
+    prepared = run.model_->prepare(*situation);
+  }
+  if (!prepared) return fail(run, std::move(prepared.error()));
+  run.prepared_ = std::move(*prepared);
+  load(run, before, *situation);
+}
+
+void Scheduler::load(ActivityRun& run, const Predecessors& before, const Situation& situation) {
+  auto mapped = command::map(*run.prepared_.command, core_.period());
+  if (!mapped) return fail(run, std::move(mapped.error()));
+  mapped->options.begins.clear();
+  for (const auto& [device, ways] : run.prepared_.begins)
+    for (const device::Seam& way : ways) mapped->options.begins.push_back({device, way});
+  auto id = core_.load(mapped->net, mapped->options);
+  if (!id) return fail(run, std::move(id.error()));
+  run.net_ = *id;
+  run.observed_ = std::move(mapped->observed);
+  const command::CommandTree tree(*run.prepared_.command);
+  for (int i = 0; i < tree.size(); ++i)
+    run.fragments_[tree.at(i).node->subject.get()] = mapped->commands[static_cast<std::size_t>(i)].fragment;
+  run.rule_ = rule_for(run, before, situation);
+  run.state_ = RunState::kLoaded;
+}
+
+rcc::Rule Scheduler::rule_for(const ActivityRun& run, const Predecessors& before, const Situation& situation) const {
+  rcc::Rule rule;
+  rule.action.start.add(run.net_);
+  if (before.running.empty()) return rule;
+  rule.otherwise.start.add(run.net_);
+  const auto add = [&rule](const rcc::Term& term) {
+    if (rule.condition.size < rcc::Condition::kCapacity)
+      rule.condition.terms[static_cast<std::size_t>(rule.condition.size++)] = term;
+  };
+  for (const ActivityRun* other : before.running) {
+    if (run.prepared_.taken_over.empty()) {
+      add(rcc::Term::state(other->net_, {NetState::kTerminated}));
+      continue;
+    }
+    rule.action.end.add(other->net_);
+    for (const auto& [actuator, forecast] : other->prepared_.forecasts) {
+      const auto& leaving = situation.precedents.find(actuator)->second.leaving;
+      for (const auto& [command, motion] : forecast.last) {
+        if (!leaving || motion.motion != leaving->motion.motion) continue;
+        constexpr double kRounding = 1e-7;  // s
+        add(rcc::Term::in_range(other->net_, other->clock_port(command, "time"), leaving->tau - kRounding,
+                                leaving->tau + leaving->lead + kRounding));
+        add(rcc::Term::in_range(other->net_, other->clock_port(command, "rate_derivative"), 0.0, 0.0));
+      }
+    }
+  }
+  return rule;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+
+#include "core/activity/actuator_interfaces.h"
+
+namespace takt::activity {
+
+/// Two arms as one actuator that moves one frame C, the common motion centre: a part that both hold. One path, one law,
+/// one clock; both are started, paused, cancelled and stopped in the same cycle and on the path. The grasp is what it
+/// was when this was made. Poses are in the world, m. Thread: the program's. Realtime: setup.
+class TwoArms {
+ public:
+  /// @param X_WC  where C is now; both arms stand. Throws ActivityError if one of them cannot be told so.
+  TwoArms(const Actuator& leader, const Actuator& follower, const Eigen::Isometry3d& X_WC);
+
+  [[nodiscard]] Activity lin(const Eigen::Isometry3d& X_WC, const MotionParameters& parameters = {}) const;
+  /// From wherever C will be, by this much in the axes of the world.
+  [[nodiscard]] Activity lin_by(const Eigen::Vector3d& way_W, const MotionParameters& parameters = {}) const;
+  /// Through a point on the way; orientations as in motion::ArcThrough.
+  [[nodiscard]] Activity circ(const motion::ArcThrough& arc_W, const MotionParameters& parameters = {}) const;
+  /// C by the set points of now, as the leader and as the follower have it.
+  [[nodiscard]] Eigen::Isometry3d centre() const;
+  [[nodiscard]] Eigen::Isometry3d centre_by_follower() const;
+
+  struct Grasp {
+    std::string leader, follower;
+    Eigen::Isometry3d X_WL, X_WF;  ///< bases of leader and follower
+    Eigen::Isometry3d X_HL, X_HF;  ///< C in their flanges
+  };
+  [[nodiscard]] const Grasp& grasp() const { return grasp_; }
+
+ private:
+  [[nodiscard]] Activity motion(const char* kind, LegOf leg, const MotionParameters& parameters) const;
+
+  Runtime* runtime_;
+  Actuator leader_, follower_;
+  Grasp grasp_;
+};
+
+/// Half the difference of what two wrist sensors feel, as forces in the world (N): what the arms do to the part between
+/// them and not to its weight. For `until = is_greater(internal_force(...), limit)`.
+[[nodiscard]] command::RealSensor internal_force(const command::Cell& cell, const std::string& one_sensor,
+                                                 const std::string& other_sensor, const command::Biases& biases = {});
+
+}  // namespace takt::activity

@@ -1,0 +1,91 @@
+#include "scenario/faults.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace takt::scenario {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Kind = FaultEntry::Kind;
+
+constexpr const char* kLatchName = "emergency_stop";
+const std::vector<std::string> kWords = {"stop", "release", "emergency_stop", "reset"};  // in the order of Kind
+
+FaultEntry read_fault(const Json& json, const std::string& pointer, Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  FaultEntry fault;
+  fault.pointer = pointer;
+  fault.at = static_cast<Nanoseconds>(std::llround(1e9 * reader.number("at_s", {}, {.low = 0.0, .high = 3600.0})));
+  const auto word = std::ranges::find(kWords, reader.choice("do", kWords, "stop"));
+  if (word != kWords.end()) fault.kind = static_cast<Kind>(word - kWords.begin());
+  fault.arm = reader.text("arm", "");
+  fault.category = static_cast<device::StopCategory>(reader.integer("category", 1, {.low = 0, .high = 2}));
+  const bool of_the_cell = fault.kind == Kind::kEmergencyStop || fault.kind == Kind::kReset;
+  if (of_the_cell && !fault.arm.empty())
+    findings.error(pointer + "/arm", "an emergency stop concerns all arms", "no arm, or \"do\": \"stop\"");
+  reader.finish();
+  return fault;
+}
+
+}  // namespace
+
+void read_faults(ObjectReader& reader, std::vector<FaultEntry>& faults) {
+  const Json* list = reader.array("faults", /*required=*/false);
+  for (std::size_t i = 0; list != nullptr && i < list->size(); ++i)
+    faults.push_back(read_fault((*list)[i], reader.at("faults") + pointer_segment(i), reader.findings()));
+  std::ranges::stable_sort(faults, {}, &FaultEntry::at);
+}
+
+void add_emergency_stop(const Description& description, BuiltCell& built, Findings& findings) {
+  std::vector<std::string> arms;
+  for (const auto& [name, arm] : built.cell.arms) arms.push_back(name);
+  for (const FaultEntry& fault : description.faults) {
+    if (!fault.arm.empty() && std::ranges::find(arms, fault.arm) == arms.end())
+      findings.error(fault.pointer + "/arm", fmt::format("there is no arm '{}'", fault.arm),
+                     nearest_choice(fault.arm, arms));
+  }
+  const bool pressed = std::ranges::any_of(description.faults,
+                                           [](const FaultEntry& fault) { return fault.kind == Kind::kEmergencyStop; });
+  if (!pressed) return;
+  if (built.core->environment().find(kLatchName) != nullptr)
+    return findings.error("/faults", fmt::format("a device is called '{}'", kLatchName), "another name for it");
+  built.emergency_stop = &built.core->add(std::make_unique<device::EmergencyStop>(kLatchName));
+  built.emergency_stop->set_healthy(true);
+}
+
+bool Faults::latched() const { return built_.emergency_stop != nullptr && !opened_; }
+
+void Faults::apply(const Note& note) {
+  if (built_.emergency_stop != nullptr) {
+    opened_ = opened_ || !built_.emergency_stop->latched();
+    // A button gives an edge: up in one cycle, down in the next.
+    built_.emergency_stop->set_reset(reset_pending_ && built_.core->cycle() > 0);
+    if (built_.core->cycle() > 0) reset_pending_ = false;
+  }
+  const Nanoseconds now = built_.core->time();
+  for (; next_ < entries_.size() && entries_[next_].at <= now; ++next_) happen(entries_[next_], note);
+}
+
+void Faults::happen(const FaultEntry& fault, const Note& note) {
+  const auto category = static_cast<int>(fault.category);
+  const bool stops = fault.kind == Kind::kStop || fault.kind == Kind::kEmergencyStop;
+  note(kWords[static_cast<std::size_t>(fault.kind)],
+       stops ? fmt::format("{} category {}", fault.arm, category) : fault.arm);
+  for (const auto& [name, arm] : built_.cell.arms) {
+    if (!fault.arm.empty() && fault.arm != name) continue;
+    sim::SimArm& machine = *built_.world->arm(name);
+    stops ? machine.stop(fault.category) : machine.release_brakes();
+  }
+  if (built_.emergency_stop == nullptr) return;
+  if (fault.kind == Kind::kEmergencyStop) built_.emergency_stop->set_healthy(false);
+  if (fault.kind != Kind::kReset) return;
+  built_.emergency_stop->set_healthy(true);
+  reset_pending_ = true;
+}
+
+}  // namespace takt::scenario

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/object_reader.h"
+#include "scenario/cell_builder.h"
+#include "scenario/description.h"
+
+namespace takt::scenario {
+
+/// Reads the key "faults": findings for what is wrong, the entries in the order of their times. Realtime: setup.
+void read_faults(ObjectReader& reader, std::vector<FaultEntry>& faults);
+
+/// Gives a cell whose scenario presses a button the latch for it, and checks the arms that the faults name.
+/// Realtime: setup.
+void add_emergency_stop(const Description& description, BuiltCell& built, Findings& findings);
+
+/// Lets the faults of a scenario happen to its simulated machines. Thread: the session's.
+class Faults {
+ public:
+  using Note = std::function<void(std::string_view what, std::string_view text)>;
+
+  Faults(const std::vector<FaultEntry>& entries, BuiltCell& built) : entries_(entries), built_(built) {}
+
+  /// Before each cycle: what is due happens now. The latch is closed once before the first cycles: somebody resets it
+  /// in the morning.
+  void apply(const Note& note);
+  /// No net can start yet, or any more.
+  [[nodiscard]] bool latched() const;
+
+ private:
+  void happen(const FaultEntry& fault, const Note& note);
+
+  const std::vector<FaultEntry>& entries_;
+  BuiltCell& built_;
+  std::size_t next_ = 0;
+  bool opened_ = false;        ///< the latch has been open once
+  bool reset_pending_ = true;  ///< the reset button is pressed in this cycle
+};
+
+}  // namespace takt::scenario
