@@ -179,7 +179,7 @@ class EveryModel(unittest.TestCase):
                 joints = movable(robot, device)
                 for values in (device["home_rad"], device["armature_kg_m2"], device["limits"]["acceleration_rad_s2"],
                                device["limits"]["jerk_rad_s3"], *device["control"]["gains"].values(),
-                               *device["sensors"]["torque"].values()):
+                               *(v for v in device["sensors"]["torque"].values() if isinstance(v, list))):
                     self.assertEqual(len(values), len(joints))
                 for q, joint in zip(device["home_rad"], joints):
                     limit = joint.find("limit")

@@ -88,7 +88,7 @@ class TakeTurns : public testing::Test {
     EXPECT_LE(fake.worst_limit_share(), 1.0);
   }
 
-  test::FakeCell fake;
+  test::FakeCell fake = without_override();
   NetDescription net;
   std::string notes;
 
