@@ -330,7 +330,7 @@ Result<Motion> PathPlanner::plan_in_motion(const std::vector<PlannedPiece>& piec
 }
 
 Result<PathFit> PathPlanner::fit(const Motion& motion, const std::string& pointer) const {
-  constexpr int kSteps = 64;
+  constexpr int kSteps = 48;
   std::vector<PlannedPiece> pieces;
   for (PathPiece& piece : pieces_of(motion.path)) {
     const std::size_t k = pieces.size();
@@ -340,7 +340,8 @@ Result<PathFit> PathPlanner::fit(const Motion& motion, const std::string& pointe
   if (path.findings.has_errors()) return std::unexpected(std::move(path.findings));
   const PathShape shape = shape_of(pieces, path.walks);
   Loads loads = loads_of(shape, motion.law);
-  const JerkPeak peak = largest_jerk(motion);
+  // As in plan(): only where pieces meet can the joints do more than the nodes show.
+  const JerkPeak peak = pieces.size() == 1 ? JerkPeak{} : largest_jerk(motion);
   PathFit fit{.stretch = std::max(loads.largest_stretch, std::cbrt(peak.share / kMeasuredShareOfJerk)),
               .leaves_room = takt::motion::leaves_room(shape, loads) && peak.share <= kMostShareOfJerk,
               .clock = {},
