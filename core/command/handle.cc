@@ -48,7 +48,8 @@ struct CommandHandle::Impl {
   std::map<std::string, std::string> observed;
   std::vector<External> externals;
   std::vector<std::pair<std::string, std::shared_ptr<rcc::Watch>>> traced;
-  std::map<std::int64_t, TracedCycle> trace;  ///< by cycle, the newest
+  /// By cycle, the newest; text is made of them only when somebody asks.
+  std::map<std::int64_t, std::vector<std::pair<const std::string*, std::optional<device::ChannelValue>>>> trace;
   rcc::RequestId request = 0;
   std::optional<net::Cause> refused;
   bool begun = false, called_off = false;
@@ -114,9 +115,7 @@ void CommandHandle::Impl::note_trace() {
   for (auto& [name, watch] : traced) {
     const std::size_t taken = watch->take(values);
     for (std::size_t i = taken > kTracedCycles ? taken - kTracedCycles : 0; i < taken; ++i) {
-      TracedCycle& cycle = trace[values[i].cycle];
-      cycle.cycle = values[i].cycle;
-      cycle.values.emplace_back(name, text_of(values[i].value));
+      trace[values[i].cycle].emplace_back(&name, values[i].value);
     }
   }
   while (trace.size() > kTracedCycles) trace.erase(trace.begin());
@@ -206,7 +205,10 @@ CommandStatus CommandHandle::status() const {
     status.cause.code = net::Cause::Code::kCancelled;
   }
   if (status.ended() && !status.succeeded()) {
-    for (const auto& [cycle, values] : impl_->trace) status.last_cycles.push_back(values);
+    for (const auto& [cycle, values] : impl_->trace) {
+      TracedCycle& told = status.last_cycles.emplace_back(TracedCycle{.cycle = cycle, .values = {}});
+      for (const auto& [name, value] : values) told.values.emplace_back(*name, text_of(value));
+    }
   }
   return status;
 }
