@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -94,6 +95,7 @@ struct ControlCore::Impl {
   }
   [[nodiscard]] Findings bind(NetEntry& entry);
   void bind_states(NetEntry& entry, Findings& findings) const;
+  void bind_path_stop(NetEntry& entry) const;
   [[nodiscard]] std::vector<NetEntry::DeclaredSeam> bind_seams(const NetEntry& entry, const std::vector<NetSeam>& seams,
                                                                const std::string& pointer, Findings& findings);
 
@@ -103,6 +105,9 @@ struct ControlCore::Impl {
   void take_samples(std::int64_t k, Nanoseconds now);
   void note_latches(std::int64_t k);
   void sample_watches(std::int64_t k);
+  /// Of those that are latched the one with the lowest category; nullptr: none is.
+  [[nodiscard]] const device::EmergencyStop* strongest_stop() const;
+  void begin_stops(std::int64_t k);
   void look_at_stops(std::int64_t k);
   void take_requests();
   void take_watch(const Posted& posted);
@@ -152,6 +157,7 @@ Findings ControlCore::Impl::bind(NetEntry& entry) {
   const net::StopBound* bound = entry.net->stop_bound();
   entry.cancel_bound_cycles = entry.options.cancel_bound_cycles.value_or(
       bound != nullptr ? bound->in_cycles(options.period) : LoadOptions::kDefaultCancelBound);
+  bind_path_stop(entry);
   entry.cost_ns = entry.net->cost_ns() * machine_factor();
   const double load = executor.load_ns(), budget = static_cast<double>(options.budget);
   if (budget > 0.0 && load + entry.cost_ns > budget) {
@@ -162,6 +168,17 @@ Findings ControlCore::Impl::bind(NetEntry& entry) {
                    "a smaller net, or fewer at one time");
   }
   return findings;
+}
+
+void ControlCore::Impl::bind_path_stop(NetEntry& entry) const {
+  const net::PathStop& stop = entry.net->path_stop();
+  for (const net::Resource* device : stop.devices) {
+    const int place = resources.place_of(device);
+    const device::Actuator* actuator = place < 0 ? nullptr : resources.at(place).actuator;
+    const bool known = std::ranges::count(entry.on_path, place) > 0;
+    if (actuator != nullptr && actuator->follows_paths() && !known) entry.on_path.push_back(place);
+  }
+  entry.stop_bound_cycles = static_cast<std::int64_t>(std::ceil(stop.seconds / to_seconds(options.period))) + 2;
 }
 
 /// What all drivers of a device agree on is needed at the start. Where they differ, the net changes it by turns.
@@ -229,11 +246,31 @@ void ControlCore::Impl::sample_watches(std::int64_t k) {
   });
 }
 
+const device::EmergencyStop* ControlCore::Impl::strongest_stop() const {
+  const device::EmergencyStop* strongest = nullptr;
+  for (const device::EmergencyStop* stop : emergency_stops)
+    if (stop->latched() && (strongest == nullptr || stop->category() < strongest->category())) strongest = stop;
+  return strongest;
+}
+
+/// Row S1: in the cycle in which something is wrong, before the nets are evaluated.
+void ControlCore::Impl::begin_stops(std::int64_t k) {
+  executor.stop_where_lost(k);
+  const device::EmergencyStop* stop = strongest_stop();
+  if (stop != nullptr && stop->category() != device::StopCategory::kBrakes)
+    executor.stop_on_path({.code = net::Cause::Code::kDevice, .text = net::Text(stop->name()), .cycle = k}, k);
+}
+
 void ControlCore::Impl::look_at_stops(std::int64_t k) {
   executor.allow_starts();
-  for (const device::EmergencyStop* stop : emergency_stops)
-    if (stop->latched())
-      executor.stop_for_emergency({.code = net::Cause::Code::kDevice, .text = net::Text(stop->name()), .cycle = k}, k);
+  if (const device::EmergencyStop* stop = strongest_stop()) {
+    const bool at_once = stop->category() == device::StopCategory::kBrakes;
+    const net::Cause cause{.code = net::Cause::Code::kDevice, .text = net::Text(stop->name()), .cycle = k};
+    executor.stop_for_emergency(cause, /*those_on_path=*/at_once, k);
+    const bool closes = stop->pressed() && stop->category() != device::StopCategory::kStopAndHold;
+    for (device::Arm* arm : arms)
+      if (closes && !arm->lost() && (at_once || (!arm->held() && arm->at_rest()))) arm->brake();
+  }
   if (!stop_cause) return;
   stop_cause->cycle = k;
   executor.stop_all(*stop_cause, k);
@@ -533,6 +570,7 @@ void ControlCore::step() {
   Stopwatch watch(core.statistics, core.options.measure);
   core.take_samples(k, cycle.time);
   core.note_latches(k);
+  core.begin_stops(k);
   watch.lap(CyclePhase::kDevices);
   core.executor.evaluate(cycle);
   core.sample_watches(k);
