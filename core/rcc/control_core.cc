@@ -25,6 +25,7 @@
 #include "core/rcc/net_table.h"
 #include "core/rcc/resources.h"
 #include "core/rcc/rule_book.h"
+#include "core/rcc/stop_supervisor.h"
 #include "core/rcc/stopwatch.h"
 
 namespace takt::rcc {
@@ -80,6 +81,7 @@ struct ControlCore::Impl {
       : options(given),
         nets(given.net_capacity, devices, [this](NetEntry& entry) { return bind(entry); }),
         executor(nets, resources, events, given.net_capacity),
+        stops(executor),
         rules(executor, events) {
     executor.set_budget(static_cast<double>(options.budget));
     mode_requests.reserve(kQueueCapacity);
@@ -105,10 +107,6 @@ struct ControlCore::Impl {
   void take_samples(std::int64_t k, Nanoseconds now);
   void note_latches(std::int64_t k);
   void sample_watches(std::int64_t k);
-  /// Of those that are latched the one with the lowest category; nullptr: none is.
-  [[nodiscard]] const device::EmergencyStop* strongest_stop() const;
-  void begin_stops(std::int64_t k);
-  void look_at_stops(std::int64_t k);
   void take_requests();
   void take_watch(const Posted& posted);
   void take_mode_request(const ModeRequest& request);
@@ -125,12 +123,11 @@ struct ControlCore::Impl {
   std::vector<device::Actuator*> actuators;  // those that are driven, by name
   std::vector<device::Arm*> arms;            // those that are arms, by name
   std::vector<device::Channel*> channels;    // likewise
-  std::vector<device::EmergencyStop*> emergency_stops;
-  std::optional<net::Cause> stop_cause;  // of stop_all(), for the next step
   ResourceTable resources;
   NetTable nets;
   EventBuffer events;
   Executor executor;
+  StopSupervisor stops;
   RuleBook rules;
   Digest digest;
   Statistics statistics;
@@ -246,37 +243,6 @@ void ControlCore::Impl::sample_watches(std::int64_t k) {
   });
 }
 
-const device::EmergencyStop* ControlCore::Impl::strongest_stop() const {
-  const device::EmergencyStop* strongest = nullptr;
-  for (const device::EmergencyStop* stop : emergency_stops)
-    if (stop->latched() && (strongest == nullptr || stop->category() < strongest->category())) strongest = stop;
-  return strongest;
-}
-
-/// Row S1: in the cycle in which something is wrong, before the nets are evaluated.
-void ControlCore::Impl::begin_stops(std::int64_t k) {
-  executor.stop_where_lost(k);
-  const device::EmergencyStop* stop = strongest_stop();
-  if (stop != nullptr && stop->category() != device::StopCategory::kBrakes)
-    executor.stop_on_path({.code = net::Cause::Code::kDevice, .text = net::Text(stop->name()), .cycle = k}, k);
-}
-
-void ControlCore::Impl::look_at_stops(std::int64_t k) {
-  executor.allow_starts();
-  if (const device::EmergencyStop* stop = strongest_stop()) {
-    const bool at_once = stop->category() == device::StopCategory::kBrakes;
-    const net::Cause cause{.code = net::Cause::Code::kDevice, .text = net::Text(stop->name()), .cycle = k};
-    executor.stop_for_emergency(cause, /*those_on_path=*/at_once, k);
-    const bool closes = stop->pressed() && stop->category() != device::StopCategory::kStopAndHold;
-    for (device::Arm* arm : arms)
-      if (closes && !arm->lost() && (at_once || (!arm->held() && arm->at_rest()))) arm->brake();
-  }
-  if (!stop_cause) return;
-  stop_cause->cycle = k;
-  executor.stop_all(*stop_cause, k);
-  stop_cause.reset();
-}
-
 void ControlCore::Impl::take_requests() {
   Posted posted;
   while (queue.pop(posted)) {
@@ -385,7 +351,7 @@ void ControlCore::keep(std::unique_ptr<device::Device> device) {
   insert(core.actuators, dynamic_cast<device::Actuator*>(added));
   insert(core.arms, dynamic_cast<device::Arm*>(added));
   insert(core.channels, dynamic_cast<device::Channel*>(added));
-  insert(core.emergency_stops, dynamic_cast<device::EmergencyStop*>(added));
+  if (auto* stop = dynamic_cast<device::EmergencyStop*>(added)) core.stops.add(stop);
 }
 
 net::Resource& ControlCore::add(std::string name, std::unique_ptr<net::Resource> resource) {
@@ -570,7 +536,7 @@ void ControlCore::step() {
   Stopwatch watch(core.statistics, core.options.measure);
   core.take_samples(k, cycle.time);
   core.note_latches(k);
-  core.begin_stops(k);
+  core.stops.begin(k);
   watch.lap(CyclePhase::kDevices);
   core.executor.evaluate(cycle);
   core.sample_watches(k);
@@ -578,7 +544,7 @@ void ControlCore::step() {
   if (core.options.digest) core.digest_nets(k);
   watch.lap(CyclePhase::kDigest);
   core.executor.end_finished(k);
-  core.look_at_stops(k);
+  core.stops.finish(k, core.arms);
   core.look_at_mode_requests();
   core.take_requests();
   core.rules.apply(k);
@@ -597,9 +563,7 @@ void ControlCore::step() {
   core.cycle.store(k + 1, std::memory_order_relaxed);
 }
 
-void ControlCore::stop_all(net::Cause::Code code, std::string_view text) {
-  impl_->stop_cause = net::Cause{.code = code, .text = net::Text(text), .cycle = -1};
-}
+void ControlCore::stop_all(net::Cause::Code code, std::string_view text) { impl_->stops.stop_all(code, text); }
 
 void ControlCore::count_overruns(std::int64_t late_cycles) { impl_->statistics.overruns += late_cycles; }
 
