@@ -3,10 +3,7 @@
 // in milliseconds of CPU time.
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
-#include <functional>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include <fmt/format.h>
@@ -21,31 +18,6 @@ namespace takt {
 namespace {
 
 using activity::Activity;
-
-/// CPU time of this thread: the work, whoever else is on the machine.
-double now_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-/// An activity that takes the time of its planning.
-class Timed final : public activity::ActivityModel {
- public:
-  Timed(activity::ActivityPtr inner, double& planning_ms)
-      : ActivityModel(inner->name()), inner_(std::move(inner)), planning_ms_(planning_ms) {}
-  [[nodiscard]] std::vector<std::string> actuators() const override { return inner_->actuators(); }
-  [[nodiscard]] Result<activity::Prepared> prepare(const activity::Situation& situation) const override {
-    const double begin = now_ms();
-    auto prepared = inner_->prepare(situation);
-    planning_ms_ = now_ms() - begin;
-    return prepared;
-  }
-
- private:
-  activity::ActivityPtr inner_;
-  double& planning_ms_;
-};
 
 /// Two LWR 4+ that look at each other, always where they were sent.
 struct Cell {
@@ -84,16 +56,13 @@ struct Figures {
   double first_ms = 0.0;
 };
 
-/// Runs the activity to its end and takes the time until START was posted.
+/// Runs the activity to its end and takes what it took until it could be started.
 void measure(Cell& cell, const Activity& activity, Figures& figures) {
-  double planning = 0.0;
-  const auto timed = std::make_shared<const Timed>(activity.model(), planning);
   const std::int64_t called = cell.core.cycle();
-  const double begin = now_ms();
   activity::Scheduler scheduler(cell.core, cell.cell, {.latency_cycles = 0});
-  const auto run = scheduler.schedule(timed);
+  const auto run = scheduler.schedule(activity.model());
   scheduler.poll();
-  const double total = now_ms() - begin;
+  const double total = 1e3 * run->preparation().total;
   while (!run->over()) {
     cell.core.step();
     scheduler.poll();
@@ -104,7 +73,7 @@ void measure(Cell& cell, const Activity& activity, Figures& figures) {
     return;
   }
   figures.total_ms.push_back(total);
-  figures.planning_ms.push_back(planning);
+  figures.planning_ms.push_back(1e3 * run->preparation().planning);
   figures.most_cycles = std::max(figures.most_cycles, run->first_cycle() - called);
 }
 

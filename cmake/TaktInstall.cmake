@@ -8,7 +8,7 @@ include(CMakePackageConfigHelpers)
 set(TAKT_HOSTED takt_core_base takt_core_net takt_core_plugin takt_core_kinematics takt_core_motion takt_core_world
     takt_core_device takt_core_emulation takt_core_primitives takt_core_rcc takt_core_command takt_core_activity takt_record)
 if(TAKT_SIM)
-  list(APPEND TAKT_HOSTED takt_sim takt_scenario)
+  list(APPEND TAKT_HOSTED takt_sim takt_scenario takt_app)
 endif()
 function(takt_hosts_plugins target)
   takt_link_whole(${target} ${TAKT_HOSTED})
@@ -39,9 +39,13 @@ install(EXPORT taktTargets NAMESPACE takt:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/
 # Headers, by their paths in the tree.
 set(folders core record)
 if(TAKT_SIM)
-  list(APPEND folders sim scenario)
+  list(APPEND folders sim scenario app)
 endif()
 install(DIRECTORY ${folders} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt FILES_MATCHING PATTERN "*.h")
+if(TAKT_SIM)  # <takt/takt.h>: what programs of a cell include
+  install(FILES app/takt.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
+  target_include_directories(takt_app INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+endif()
 install(FILES ${CMAKE_BINARY_DIR}/generated/core/plugin/interface_hash.h
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/core/plugin)
 

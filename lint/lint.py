@@ -32,8 +32,9 @@ MAY_INCLUDE = {
     "record": ["core/base"],
     "sim": CORE,
     "scenario": CORE + ["core/emulation", "sim", "record"],
+    "app": CORE + ["core/emulation", "sim", "record", "scenario"],
     "tools/import": CORE,
-    "tools": CORE + ["core/emulation", "sim", "record", "scenario", "tools/import"],
+    "tools": CORE + ["core/emulation", "sim", "record", "scenario", "app", "tools/import"],
 }
 # GCC 12 destroys such a lambda twice.
 AWAITED_LAMBDA = re.compile(r"co_await\b[^;{}]*\[[&=\w][^\]]*\]\s*(\(|\{|mutable)")

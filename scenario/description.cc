@@ -210,7 +210,7 @@ void check_film(const Description& description, Findings& findings) {
   }
 }
 
-Description read_document(const Json& document, Findings& findings) {
+Description read_document(const Json& document, ReadFor purpose, Findings& findings) {
   Description description;
   ObjectReader reader(document, "", findings);
   description.title = reader.text("title", "");
@@ -243,7 +243,8 @@ Description read_document(const Json& document, Findings& findings) {
   });
   (void)reader.object("nets", false);  // read by read_nets()
   read_faults(reader, description.faults);
-  if (const Json* program = reader.object("program")) description.program = *program;
+  const bool required = purpose == ReadFor::kScenario;
+  if (const Json* program = reader.object("program", required)) description.program = *program;
   if (const Json* programs = reader.object("programs", false)) description.programs = *programs;
   if (const Json* script = reader.array("operator", false)) {
     description.operator_script = read_operator(*script, "/operator", findings);
@@ -278,7 +279,7 @@ namespace {
 /// @param folder  of the files that the text names; none are found below an empty one
 std::optional<Description> parse(std::string_view text, const std::filesystem::path& folder,
                                  const std::vector<Override>& overrides, std::optional<std::uint64_t> seed,
-                                 Findings& findings) {
+                                 ReadFor purpose, Findings& findings) {
   auto document = parse_json(text);
   if (!document) {
     findings.append(document.error());
@@ -286,7 +287,7 @@ std::optional<Description> parse(std::string_view text, const std::filesystem::p
   }
   for (const Override& change : overrides) apply(change, *document, findings);
   std::vector<NetEntry> nets = read_nets(*document, folder, findings);
-  Description description = read_document(*document, findings);
+  Description description = read_document(*document, purpose, findings);
   description.nets = std::move(nets);
   description.text = document->dump(2) + "\n";
   if (seed) description.seed = *seed;
@@ -298,19 +299,19 @@ std::optional<Description> parse(std::string_view text, const std::filesystem::p
 Result<Description> parse_description(std::string_view text, const std::vector<Override>& overrides,
                                       std::optional<std::uint64_t> seed) {
   Findings findings;
-  auto description = parse(text, {}, overrides, seed, findings);
+  auto description = parse(text, {}, overrides, seed, ReadFor::kScenario, findings);
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   return std::move(*description);
 }
 
 std::optional<Description> read_description(const std::filesystem::path& file, const std::vector<Override>& overrides,
-                                            std::optional<std::uint64_t> seed, Findings& findings) {
+                                            std::optional<std::uint64_t> seed, Findings& findings, ReadFor purpose) {
   const auto text = read_file(file, InputLimits{}.bytes);
   if (!text) {
     findings.append(text.error());
     return std::nullopt;
   }
-  auto description = parse(*text, file.parent_path(), overrides, seed, findings);
+  auto description = parse(*text, file.parent_path(), overrides, seed, purpose, findings);
   findings.set_file(file.string());
   if (!description) return std::nullopt;
   description->file = file;

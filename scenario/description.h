@@ -147,11 +147,15 @@ struct Override {
 [[nodiscard]] Result<Description> parse_description(std::string_view text, const std::vector<Override>& overrides = {},
                                                     std::optional<std::uint64_t> seed = {});
 
+/// What a file is read for: with its program, or as the cell of a program in C++, where "program" may be missing.
+enum class ReadFor { kScenario, kCell };
+
 /// As far as the file can be read: what is wrong goes to `findings`, with fallbacks in its place, so that more can be
 /// checked. @return nothing if it is no JSON at all.
 [[nodiscard]] std::optional<Description> read_description(const std::filesystem::path& file,
                                                           const std::vector<Override>& overrides,
-                                                          std::optional<std::uint64_t> seed, Findings& findings);
+                                                          std::optional<std::uint64_t> seed, Findings& findings,
+                                                          ReadFor purpose = ReadFor::kScenario);
 
 /// The pose of an object in its parent frame for a seed (row D5: same seed, same pose, whatever else is in the file).
 [[nodiscard]] Eigen::Isometry3d drawn_pose(const ObjectEntry& object, std::uint64_t seed);

@@ -256,8 +256,8 @@ class DurationExpectation final : public Expectation {
 
 class StepExpectation final : public Expectation {
  public:
-  StepExpectation(ObjectReader& reader, const activity::Program& program)
-      : step_(reader.choice("step", program.names())) {}
+  StepExpectation(ObjectReader& reader, const std::optional<std::vector<std::string>>& steps)
+      : step_(steps ? reader.choice("step", *steps) : reader.text("step")) {}
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
     ExpectationResult result;
     result.value = static_cast<double>(std::ranges::count(outcome.steps_begun, step_));
@@ -302,7 +302,7 @@ class Named final : public Expectation {
 };
 
 std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& reader, BuiltCell& built,
-                                      const activity::Program& program) {
+                                      const std::optional<std::vector<std::string>>& steps) {
   if (kind == "estimate") return std::make_unique<EstimateExpectation>(reader, built);
   if (kind == "object_pose") return std::make_unique<ObjectPoseExpectation>(reader, built);
   if (kind == "contact_force") return std::make_unique<ContactForceExpectation>(reader, built);
@@ -312,7 +312,7 @@ std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& rea
   if (kind == "signal") return signal_expectation(reader, built);
   if (kind == "limits") return std::make_unique<LimitsExpectation>(reader, built);
   if (kind == "duration") return std::make_unique<DurationExpectation>(reader);
-  if (kind == "step") return std::make_unique<StepExpectation>(reader, program);
+  if (kind == "step") return std::make_unique<StepExpectation>(reader, steps);
   if (kind == "repeats") return std::make_unique<RepeatsExpectation>();
   return nullptr;
 }
@@ -342,9 +342,9 @@ const std::vector<ExpectationKind>& expectation_kinds() {
   return kinds;
 }
 
-Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(const std::vector<ExpectationEntry>& entries,
-                                                                    BuiltCell& built,
-                                                                    const activity::Program& program) {
+Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(
+    const std::vector<ExpectationEntry>& entries, BuiltCell& built,
+    const std::optional<std::vector<std::string>>& steps) {
   std::vector<std::string> kinds;
   for (const ExpectationKind& kind : expectation_kinds()) kinds.emplace_back(kind.name);
   Findings findings;
@@ -353,7 +353,7 @@ Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(const std::v
     ObjectReader reader(entry.json, entry.pointer, findings);
     (void)reader.text("name", "");
     (void)reader.choice("kind", kinds);
-    auto expectation = make_one(entry.kind, reader, built, program);
+    auto expectation = make_one(entry.kind, reader, built, steps);
     if (!expectation) continue;
     reader.finish();
     expectations.push_back(std::make_unique<Named>(entry, std::move(expectation)));

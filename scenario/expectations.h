@@ -3,23 +3,17 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "core/activity/program.h"
+#include "core/activity/step.h"
 #include "scenario/cell_builder.h"
+#include "scenario/expectation_result.h"
 #include "scenario/limit_monitor.h"
 
 namespace takt::scenario {
-
-/// What came of one expectation.
-struct ExpectationResult {
-  std::string name = {}, kind = {};
-  bool passed = false;
-  std::string measured = {};  ///< for people: value, unit, bound
-  double value = 0.0;         ///< what was measured, in the unit of `measured`
-};
 
 /// What expectations may look at when a run has ended.
 struct Outcome {
@@ -50,7 +44,9 @@ struct ExpectationKind {
 
 /// Makes the expectations of a scenario. All findings at once: unknown kinds, keys, names. Contacts that they look at
 /// are watched in the simulated world from then on. Realtime: setup.
+/// @param steps  names of the program's steps; nothing: nobody knows them before the run (a program in C++)
 [[nodiscard]] Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(
-    const std::vector<ExpectationEntry>& entries, BuiltCell& built, const activity::Program& program);
+    const std::vector<ExpectationEntry>& entries, BuiltCell& built,
+    const std::optional<std::vector<std::string>>& steps);
 
 }  // namespace takt::scenario

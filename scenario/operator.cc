@@ -73,13 +73,12 @@ std::vector<OperatorAction> read_operator(const Json& list, const std::string& p
 }
 
 Findings check_operator(const std::vector<OperatorAction>& actions, rcc::ControlCore& core,
-                        const activity::Program& program) {
+                        const std::optional<std::vector<std::string>>& steps) {
   Findings findings;
-  const auto names = program.names();
   for (const OperatorAction& action : actions) {
-    if (!action.step.empty() && std::ranges::find(names, action.step) == names.end()) {
+    if (steps && !action.step.empty() && std::ranges::find(*steps, action.step) == steps->end()) {
       findings.error(action.pointer + "/at_step", fmt::format("there is no step '{}'", action.step),
-                     nearest_choice(action.step, names));
+                     nearest_choice(action.step, *steps));
     }
     if (action.kind != Kind::kWrite) continue;
     const device::Channel* channel = core.find_channel(action.channel);
@@ -96,9 +95,9 @@ Findings check_operator(const std::vector<OperatorAction>& actions, rcc::Control
   return findings;
 }
 
-Operator::Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core, activity::ProgramRunner& runner,
+Operator::Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core, OperatedProgram program,
                    Note note)
-    : core_(core), runner_(runner), note_(std::move(note)) {
+    : core_(core), program_(std::move(program)), note_(std::move(note)) {
   for (const OperatorAction& action : script) {
     due_.push_back({&action, action.step.empty() ? cycles(action.after_s) : -1});
   }
@@ -143,14 +142,14 @@ void Operator::act(const OperatorAction& action) {
 
 void Operator::pause() {
   paused_ = true;
-  runner_.hold(true);
+  program_.hold(true);
   send();
   note_("pause", "");
 }
 
 void Operator::resume() {
   paused_ = false;
-  runner_.hold(false);
+  program_.hold(false);
   send();
   note_("resume", "");
 }
@@ -167,8 +166,8 @@ void Operator::send() {
 
 void Operator::cancel() {
   cancelled_ = true;
-  runner_.hold(false);
-  runner_.cancel();
+  program_.hold(false);
+  program_.cancel();
   note_("cancel", "");
 }
 

@@ -2,13 +2,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/activity/program.h"
 #include "core/base/findings.h"
 #include "core/rcc/control_core.h"
 
@@ -31,8 +31,15 @@ struct OperatorAction {
                                                         Findings& findings);
 
 /// Channels that are not there or carry another type; steps that the program does not have.
+/// @param steps  names of the program's steps; nothing: nobody knows them before the run (a program in C++)
 [[nodiscard]] Findings check_operator(const std::vector<OperatorAction>& actions, rcc::ControlCore& core,
-                                      const activity::Program& program);
+                                      const std::optional<std::vector<std::string>>& steps);
+
+/// What an operator may ask of a running program, whatever it is written in.
+struct OperatedProgram {
+  std::function<void(bool held)> hold;  ///< no step begins while it is held
+  std::function<void()> cancel;         ///< ends in order
+};
 
 /// Acts on a running program: pause and resume, speed override, cancel, abort, values for channels. Whoever sits at a
 /// panel calls the same functions as a script does. Thread: the one that steps the core.
@@ -42,8 +49,7 @@ class Operator {
   static constexpr std::string_view kOverride = "operator/override";
   using Note = std::function<void(std::string_view name, std::string_view text)>;
 
-  Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core, activity::ProgramRunner& runner,
-           Note note);
+  Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core, OperatedProgram program, Note note);
 
   /// Does what is due; before each cycle.
   void before_cycle();
@@ -73,7 +79,7 @@ class Operator {
   void send();
 
   rcc::ControlCore& core_;
-  activity::ProgramRunner& runner_;
+  OperatedProgram program_;
   Note note_;
   std::vector<Due> due_;
   double override_ = 1.0;

@@ -5,7 +5,7 @@
 
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
-#include "scenario/session.h"
+#include "scenario/run_report.h"
 #include "sim/film.h"
 
 namespace takt::scenario {

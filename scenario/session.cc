@@ -1,45 +1,16 @@
 #include "scenario/session.h"
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
-#include <thread>
 
 #include <fmt/format.h>
 
-#include "scenario/faults.h"
+#include "scenario/cell_run.h"
 #include "scenario/operator.h"
-#include "scenario/run_film.h"
-#include "scenario/run_recorder.h"
 #include "sim/render_shapes.h"
 
 namespace takt::scenario {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-/// Adds the wall time of its scope to a sum, if asked to measure.
-class Stopwatch {
- public:
-  Stopwatch(bool on, double& sum) : sum_(on ? &sum : nullptr) {
-    if (sum_) start_ = Clock::now();
-  }
-  ~Stopwatch() {
-    if (sum_) *sum_ += seconds_since(start_);
-  }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double* sum_;
-  Clock::time_point start_;
-};
-
-/// Number of the digest's block for the simulation's state; the core's own blocks have small numbers.
-constexpr std::uint64_t kWorldBlock = 1u << 20;
-constexpr Nanoseconds kConnectTime = 5 * kSecond;  // devices of 100 ms with a lossy wire need a tenth of it
 
 /// Expectations about poses that no step of the program fits.
 void check_estimates(const Description& description, const std::set<std::string, std::less<>>& estimates,
@@ -62,21 +33,6 @@ Findings program_findings(const Description& description, const device::ModelLib
 }
 
 }  // namespace
-
-std::string_view name_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kPassed:
-      return "passed";
-    case Verdict::kFailed:
-      return "failed";
-    case Verdict::kRefused:
-    case Verdict::kError:
-      return "error";
-    case Verdict::kInterrupted:
-      return "interrupted";
-  }
-  return "error";
-}
 
 Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file, const device::ModelLibrary& models,
                                                const OpenOptions& options) {
@@ -107,11 +63,11 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   }
   auto program = activity::Program::parse(description.program, "/program", built->cell, &description.programs);
   if (!program) return refuse(std::move(program.error()));
-  auto expectations = make_expectations(description.expectations, *built, *program);
+  auto expectations = make_expectations(description.expectations, *built, program->names());
   activity::Rehearsed rehearsed = program->rehearse(built->cell, &built->core->environment());
   Findings& findings = rehearsed.findings;
   if (!expectations) findings.append(expectations.error());
-  findings.append(check_operator(description.operator_script, *built->core, *program));
+  findings.append(check_operator(description.operator_script, *built->core, program->names()));
   check_estimates(description, rehearsed.estimates, findings);
   const auto names = program->names();
   for (std::size_t i = 0; i < description.film.cuts.size(); ++i) {
@@ -138,114 +94,45 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
 
 Session::~Session() = default;
 
-/// One run: the loop, what watches it, and the report that grows with it.
+/// One run of the program tree: advances it between the cycles.
 class Session::Run {
  public:
   Run(Session& session, const RunOptions& options)
       : session_(session),
         options_(options),
-        context_{session.built_.cell, *session.built_.core, variables_, session.description_.program_latency_cycles,
+        run_(session.description_, session.built_, session.expectations_, options),
+        context_{session.built_.cell, *session.built_.core, run_.variables(),
+                 session.description_.program_latency_cycles,
                  [this](auto source, auto name, auto text) { note(source, name, text); }},
         runner_(session.program_, context_),
-        faults_(session.description_.faults, session.built_),
-        operator_(session.description_.operator_script, *session.built_.core, runner_,
-                  [this](auto name, auto text) { note("operator", name, text); }),
-        site_watch_(session.built_) {}
+        operator_(session.description_.operator_script, *session.built_.core,
+                  {.hold = [this](bool held) { runner_.hold(held); }, .cancel = [this] { runner_.cancel(); }},
+                  [this](auto name, auto text) { note("operator", name, text); }) {}
 
   RunReport execute() {
-    start_ = Clock::now();
-    session_.built_.world->set_profiling(options_.measure_times);
-    if (!open_products()) {
-      report_.verdict = Verdict::kRefused;
-      return std::move(report_);
+    if (!options_.from.empty()) run_.report().findings.append(runner_.enter(options_.from));
+    if (!run_.open()) {
+      run_.report().verdict = Verdict::kRefused;
+      return std::move(run_.report());
     }
     loop();
-    close_products();
-    finish();
-    return std::move(report_);
+    run_.report().findings.append(runner_.findings());
+    return run_.finish(cancelled_, options_.repeat && !session_.second_run_ ? [this] { return second_digest(); }
+                                                                            : std::function<std::string()>());
   }
 
  private:
-  /// Recording and film, and where the program begins.
-  bool open_products() {
-    constexpr std::size_t kMostBlocks = 4096;
-    if (options_.keep_blocks || options_.record_blocks) session_.built_.core->digest().keep_blocks(kMostBlocks);
-    if (!options_.from.empty()) report_.findings.append(runner_.enter(options_.from));
-    if (!options_.record.empty()) {
-      auto recorder =
-          RunRecorder::open(options_.record, session_.description_, session_.built_, options_.record_blocks);
-      if (recorder) {
-        recorder_ = std::move(*recorder);
-      } else {
-        report_.findings.append(recorder.error());
-      }
-    }
-    if (!options_.video.empty()) {
-      auto film = RunFilm::open(options_, session_.description_, session_.built_);
-      if (film) {
-        film_ = std::move(*film);
-      } else {
-        report_.findings.append(film.error());
-      }
-    }
-    return !report_.findings.has_errors();
-  }
-
   void loop() {
-    if (!connect()) return;
+    if (!run_.connect([this] { return stopped(); })) return;
     while (!stopped()) {
       {
-        const Stopwatch watch(options_.measure_times, report_.timing.program);
+        const Stopwatch watch(options_.measure_times, run_.report().timing.program);
         operator_.before_cycle();
         if (runner_.advance() != activity::Progress::kRunning) break;
       }
-      if (!step()) break;
-      pace();
+      if (!run_.step(runner_.current())) break;
+      run_.pace(session_.planned_duration_, runner_.current());
     }
-  }
-
-  /// Devices with a clock of their own take some cycles until their first samples are there.
-  bool connect() {
-    while (!stopped()) {
-      const std::string waits = session_.built_.site->waiting_for(session_.built_.cell);
-      if (waits.empty() && !faults_.latched()) return true;
-      if (session_.built_.core->time() >= kConnectTime) {
-        report_.findings.error({}, fmt::format("device '{}' does not become ready", waits));
-        return false;
-      }
-      if (!step()) return false;
-    }
-    return false;
-  }
-
-  /// One cycle of core and world, and what looks on. @return false if the run cannot go on.
-  bool step() {
-    BuiltCell& built = session_.built_;
-    faults_.apply([this](auto name, auto text) { note("fault", name, text); });
-    built.core->step();
-    if (!built.world->step()) {
-      report_.findings.error({}, fmt::format("the physics diverged at {:.3f} s", to_seconds(built.world->time())));
-      return false;
-    }
-    {
-      const Stopwatch watch(options_.measure_times, report_.timing.digest);
-      built.core->digest().take(kWorldBlock, built.world->state_bytes());
-    }
-    site_watch_.watch();
-    for (auto& expectation : session_.expectations_) expectation->watch(built);
-    if (!record_cycle()) return false;
-    return !options_.after_cycle || options_.after_cycle(built);
-  }
-
-  bool record_cycle() {
-    if (recorder_) {
-      const Stopwatch watch(options_.measure_times, report_.timing.recording);
-      recorder_->add_cycle();
-    }
-    if (!film_) return true;
-    const Stopwatch watch(options_.measure_times, report_.timing.rendering);
-    report_.findings.append(film_->add_cycle(runner_.current(), variables_.biases));
-    return !report_.findings.has_errors();
   }
 
   /// Interrupts, and the time limit.
@@ -255,102 +142,7 @@ class Session::Run {
       cancelled_ = true;
       runner_.cancel();
     }
-    if (interrupts >= 2) return true;
-    const double time = to_seconds(session_.built_.core->time());
-    if (time < session_.description_.time_limit_s) return false;
-    report_.findings.error(
-        "/time_limit_s", fmt::format("the program has not ended after {:g} s, in step '{}'", time, runner_.current()));
-    return true;
-  }
-
-  /// Waits for the wall clock. Whole cycles that it is ahead are overruns; they are not caught up, so that the cycles
-  /// that follow are not bunched. The simulated devices wait too, so nothing has to be stopped for it.
-  void keep_pace(double time) {
-    const auto due = start_ + std::chrono::duration<double>(time) + lost_;
-    const std::chrono::nanoseconds period(session_.built_.core->period());
-    const auto late = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - due) / period;
-    if (late <= 0) return std::this_thread::sleep_until(due);
-    session_.built_.core->count_overruns(late);
-    lost_ += late * period;
-  }
-
-  /// Once per 16 cycles: real time if asked for, and progress.
-  void pace() {
-    const std::int64_t cycle = session_.built_.core->cycle();
-    if (cycle % 16 != 0) return;
-    const double time = to_seconds(session_.built_.core->time());
-    if (options_.realtime) keep_pace(time);
-    if (options_.progress && seconds_since(last_progress_) > 0.1) {
-      last_progress_ = Clock::now();
-      options_.progress(time, session_.planned_duration_, runner_.current());
-    }
-  }
-
-  void close_products() {
-    if (recorder_) {
-      const record::RecorderStatus status = recorder_->close();
-      if (!status.error.empty()) report_.findings.error({}, "the recording stopped: " + status.error);
-      report_.products.push_back(options_.record.string());
-    }
-    if (!film_) return;
-    const auto film = film_->close();
-    if (!film) {
-      report_.findings.append(film.error());
-      return;
-    }
-    report_.frames = film->frames;
-    report_.timing.rendering += film->render_cpu_s;
-    report_.products.push_back(options_.video.string());
-  }
-
-  void finish() {
-    BuiltCell& built = session_.built_;
-    report_.wall_time = seconds_since(start_);
-    report_.cycles = built.core->cycle();
-    report_.sim_time = to_seconds(built.core->time());
-    report_.digest = rcc::to_string(built.core->digest().value());
-    report_.estimates = variables_.estimates;
-    report_.site = site_watch_.report();
-    measure_core();
-    report_.findings.append(runner_.findings());
-    const bool held = judge();
-    if (cancelled_) {
-      report_.verdict = Verdict::kInterrupted;
-    } else if (report_.findings.has_errors()) {
-      report_.verdict = Verdict::kError;
-    } else {
-      report_.verdict = held ? Verdict::kPassed : Verdict::kFailed;
-    }
-    report_.findings.set_file(session_.description_.file.string());
-  }
-
-  void measure_core() {
-    const rcc::Statistics& statistics = session_.built_.core->statistics();
-    const double digest =
-        1e-9 * static_cast<double>(statistics.phase_ns[static_cast<std::size_t>(rcc::CyclePhase::kDigest)]);
-    report_.timing.digest += digest;
-    report_.timing.core = 1e-9 * static_cast<double>(statistics.total_ns) - digest;
-    const sim::StepTimes times = session_.built_.world->times();
-    report_.core_ns_longest = static_cast<double>(statistics.max_ns);
-    report_.overruns = statistics.overruns;
-    report_.timing.physics = to_seconds(times.physics);
-    report_.timing.controller = to_seconds(times.devices);
-    if (statistics.measured_cycles > 0) {
-      report_.core_ns_per_cycle = 1e9 * report_.timing.core / static_cast<double>(statistics.measured_cycles);
-    }
-  }
-
-  /// Judges all expectations, also those of a run that broke off: they say how far it came.
-  bool judge() {
-    Outcome outcome{session_.built_, variables_, steps_begun_, report_.sim_time, report_.digest, {}};
-    const bool whole = !cancelled_ && !report_.findings.has_errors();
-    if (options_.repeat && !session_.second_run_ && whole) outcome.run_again = [this] { return second_digest(); };
-    bool all = true;
-    for (const auto& expectation : session_.expectations_) {
-      report_.expectations.push_back(expectation->judge(outcome));
-      all = all && report_.expectations.back().passed;
-    }
-    return all;
+    return interrupts >= 2 || run_.out_of_time(runner_.current());
   }
 
   std::string second_digest() const {
@@ -364,26 +156,18 @@ class Session::Run {
 
   void note(std::string_view source, std::string_view name, std::string_view text) {
     if (source == "program" && name == "begin") {
-      steps_begun_.emplace_back(text);
+      run_.step_begun(text);
       operator_.step_begun(text);
     }
-    if (recorder_) recorder_->add_event(source, name, text);
+    run_.note(source, name, text);
   }
 
   Session& session_;
   const RunOptions& options_;
-  activity::Variables variables_;
+  CellRun run_;
   activity::Context context_;
   activity::ProgramRunner runner_;
-  Faults faults_;
   Operator operator_;
-  SiteWatch site_watch_;
-  std::unique_ptr<RunRecorder> recorder_;
-  std::unique_ptr<RunFilm> film_;
-  std::vector<std::string> steps_begun_;
-  RunReport report_;
-  Clock::time_point start_, last_progress_;
-  std::chrono::nanoseconds lost_{0};  // that the run is behind the wall clock for good
   bool cancelled_ = false;
 };
 

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "app/run_arguments.h"
 #include "core/base/json.h"
 #include "core/kinematics/robot_model.h"
 #include "record/golden.h"
@@ -15,7 +16,6 @@
 #include "scenario/session.h"
 #include "tools/cli.h"
 #include "tools/net_file.h"
-#include "tools/run_verb.h"
 
 namespace takt::tools {
 namespace {
@@ -135,11 +135,11 @@ Verified verify_one(const std::filesystem::path& file, const Common& common) {
   const std::filesystem::path recording =
       std::filesystem::temp_directory_path() / fmt::format("takt-verify-{}-{}.mcap", file.stem().string(), getpid());
   scenario::RunOptions options;
-  options.interrupt = &catch_interrupts();
+  options.interrupt = &app::catch_interrupts();
   const bool has_golden = std::filesystem::exists(golden_of(file));
   if (has_golden) options.record = recording;
   verified.run = (*session)->run(options);
-  verified.status = exit_status(verified.run.verdict);
+  verified.status = scenario::exit_status(verified.run.verdict);
   if (has_golden && verified.status == kHeld) {
     auto comparison = record::verify(recording, golden_of(file));
     if (comparison) {

@@ -11,29 +11,13 @@
 
 #include "core/base/version.h"
 #include "core/plugin/load.h"
+#include "scenario/data_folder.h"
 
 namespace takt::tools {
 namespace {
 
 constexpr AddVerb kVerbs[] = {add_run, add_validate,   add_verify, add_compare, add_bless, add_render,
                               add_net, add_primitives, add_model,  add_new,     add_list};
-
-/// The project's folder: above the program (build/PRESET/tools/takt), or share/takt beside bin/, or TAKT_ROOT.
-std::filesystem::path find_root() {
-  if (const char* root = std::getenv("TAKT_ROOT")) return root;
-  std::error_code error;
-  std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  while (!folder.empty() && folder != folder.root_path()) {
-    for (const std::filesystem::path& root : {folder, folder / "share" / "takt"}) {
-      if (std::filesystem::is_directory(root / "models", error) &&
-          std::filesystem::is_directory(root / "scenarios", error)) {
-        return root;
-      }
-    }
-    folder = folder.parent_path();
-  }
-  return std::filesystem::current_path();
-}
 
 /// A usage error in the form of every other finding.
 int report_usage(const CLI::App& app, const CLI::ParseError& error, const Common& common) {
@@ -71,21 +55,6 @@ device::ModelLibrary Common::library() const {
   return device::ModelLibrary(std::move(paths));
 }
 
-nlohmann::ordered_json to_json(const Findings& findings) {
-  auto list = nlohmann::ordered_json::array();
-  for (const Finding& finding : findings.list()) {
-    const char* severity = finding.severity == Severity::kError     ? "error"
-                           : finding.severity == Severity::kWarning ? "warning"
-                                                                    : "note";
-    list.push_back({{"severity", severity},
-                    {"file", finding.file},
-                    {"pointer", finding.pointer},
-                    {"message", finding.message},
-                    {"hint", finding.hint}});
-  }
-  return list;
-}
-
 void print(const nlohmann::ordered_json& json) {
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
@@ -98,7 +67,7 @@ int report(const Findings& findings, const Common& common) {
 
 int run_command_line(int argc, char** argv) {
   Common common;
-  common.root = find_root();
+  common.root = scenario::data_folder();
   CLI::App app{
       "takt: robot control core and digital twin of the cell it controls.\n"
       "Exit status: 0 held; 1 an expectation or comparison failed; 2 bad input or usage; 3 device,\n"

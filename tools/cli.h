@@ -9,6 +9,7 @@
 
 #include "core/base/findings.h"
 #include "core/device/device_file.h"
+#include "scenario/run_report.h"
 
 namespace CLI {
 class App;
@@ -48,8 +49,7 @@ std::pair<CLI::App*, Verb> add_list(CLI::App& app, Common& common);
 /// Prints findings on stderr, a line each; with --json also {"result": "error", "findings": [...]} on stdout.
 /// @return kBadInput
 int report(const Findings& findings, const Common& common);
-/// The findings as JSON for a report of a verb.
-[[nodiscard]] nlohmann::ordered_json to_json(const Findings& findings);
+using scenario::to_json;
 /// One JSON object on stdout.
 void print(const nlohmann::ordered_json& json);
 

@@ -7,13 +7,13 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "app/run_arguments.h"
 #include "record/compare.h"
 #include "record/golden.h"
 #include "scenario/replay.h"
 #include "scenario/session.h"
 #include "scenario/state_dump.h"
 #include "tools/cli.h"
-#include "tools/run_verb.h"
 
 namespace takt::tools {
 namespace {
@@ -78,7 +78,7 @@ int bless(const BlessArguments& arguments, const Common& common) {
     Findings findings;
     findings.add({Severity::kError, arguments.scenario, {}, "this run does not hold, so it is not blessed", {}});
     (void)report(findings, common);
-    return exit_status(run.verdict);
+    return scenario::exit_status(run.verdict);
   }
   const auto golden_file = file.parent_path() / (file.stem().string() + ".golden.json");
   record::BlessOptions blessing;

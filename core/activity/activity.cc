@@ -22,6 +22,7 @@ RunPtr wait(Runtime& runtime, RunPtr run) {
 }
 
 RunPtr Activity::Awaiter::await_resume() const {
+  when_.await_resume();
   require(run_);
   return run_;
 }

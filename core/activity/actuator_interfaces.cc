@@ -38,9 +38,9 @@ template <class Interface>
 constexpr Offer offer() {
   return {Interface::kName, &Interface::offered_by};
 }
-constexpr std::array<Offer, 6> kOffers = {offer<MotionInterface>(),   offer<PtpInterface>(),
-                                          offer<LinInterface>(),      offer<HoldInterface>(),
-                                          offer<GrippingInterface>(), offer<OutputInterface>()};
+constexpr std::array<Offer, 7> kOffers = {offer<MotionInterface>(), offer<PtpInterface>(),   offer<LinInterface>(),
+                                          offer<HoldInterface>(),   offer<ForceInterface>(), offer<GrippingInterface>(),
+                                          offer<OutputInterface>()};
 
 bool is_output(const Cell& cell, const std::string& name) {
   return cell.digital_outputs.contains(name) || cell.analog_outputs.contains(name);
@@ -74,6 +74,7 @@ bool PtpInterface::offered_by(const Cell& cell, const std::string& actuator) { r
 bool LinInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool MotionInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool HoldInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
+bool ForceInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool GrippingInterface::offered_by(const Cell& cell, const std::string& actuator) {
   return cell.grippers.contains(actuator);
 }
@@ -134,6 +135,18 @@ Activity LinInterface::spline(const std::vector<Eigen::Isometry3d>& poses_BT,
       parameters));
 }
 
+Activity ForceInterface::press(const command::RealSensor& pressing, const Eigen::Vector3d& direction_B,
+                               const command::ForceWish& wish, const std::optional<command::State>& until) const {
+  const auto make_command = [=, name = actuator()](const Situation& situation) -> command::Command {
+    const net::Frame base(Eigen::Isometry3d::Identity());
+    command::RuntimeCommand pressed("press", command::arm(situation.cell, name),
+                                    command::hold_force(pressing, base, direction_B, wish));
+    if (until) pressed.on_entered(*until, cancel(pressed));
+    return pressed;
+  };
+  return make(command_activity(actuator() + " press", {actuator()}, make_command));
+}
+
 Activity HoldInterface::hold(std::optional<double> seconds) const {
   const auto make_command = [name = actuator(), seconds](const Situation& situation) -> command::Command {
     command::RuntimeCommand held("hold", command::arm(situation.cell, name), command::hold());
@@ -186,6 +199,8 @@ const command::MountedArm& Actuator::arm() const {
 }
 
 JointVector Actuator::q() const { return arm().device->set_point().q; }
+
+JointVector Actuator::home() const { return arm().device->description().home; }
 
 Eigen::Isometry3d Actuator::flange() const { return arm().device->description().chain->forward(q()); }
 

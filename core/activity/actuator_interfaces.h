@@ -8,6 +8,7 @@
 #include "core/activity/activity.h"
 #include "core/activity/motion_activity.h"
 #include "core/command/device_action.h"
+#include "core/command/online_action.h"
 
 /// What the actuators of a cell offer to programs: groups of activities that belong together (docs/activity-layer.md).
 /// Poses are of the arm's tool centre point T in its base B, in m. Realtime: setup.
@@ -80,6 +81,20 @@ class HoldInterface : public ActuatorInterface {
   [[nodiscard]] Activity hold(std::optional<double> seconds = {}) const;
 };
 
+/// Motions that a force leads, of arms with inverse kinematics.
+class ForceInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "ForceInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// Presses along a direction of the base with a force, from wherever the arm is, until this holds (or nobody knows,
+  /// row N3), or until it is cancelled; then the arm comes to rest. @param pressing  with how much it presses now, N
+  [[nodiscard]] Activity press(const command::RealSensor& pressing, const Eigen::Vector3d& direction_B,
+                               const command::ForceWish& wish = {},
+                               const std::optional<command::State>& until = {}) const;
+};
+
 /// Of grippers.
 class GrippingInterface : public ActuatorInterface {
  public:
@@ -106,7 +121,7 @@ class OutputInterface : public ActuatorInterface {
 /// value.
 class Actuator {
  public:
-  /// Throws ActivityError if the cell has nothing of this name.
+  /// Throws ActivityError, with the nearest name, if the cell has nothing of this name.
   Actuator(Runtime& runtime, std::string name);
 
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -127,6 +142,8 @@ class Actuator {
   // Of arms.
   /// The set point of now.
   [[nodiscard]] kinematics::JointVector q() const;
+  /// The posture of its model's device file.
+  [[nodiscard]] kinematics::JointVector home() const;
   /// Where flange and tool centre point are by the set point of now, in the base.
   [[nodiscard]] Eigen::Isometry3d flange() const;
   [[nodiscard]] Eigen::Isometry3d tool() const { return flange() * arm().X_FT; }

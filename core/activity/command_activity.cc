@@ -1,7 +1,9 @@
 #include "core/activity/command_activity.h"
 
+#include <algorithm>
 #include <utility>
 
+#include "core/command/command_tree.h"
 #include "core/command/motion_action.h"
 
 namespace takt::activity {
@@ -42,6 +44,17 @@ class CommandActivity final : public ActivityModel {
 
 ActivityPtr command_activity(std::string name, std::vector<std::string> actuators, CommandMaker make, ArmAfter arms) {
   return std::make_shared<const CommandActivity>(std::move(name), std::move(actuators), std::move(make), arms);
+}
+
+ActivityPtr command_activity(const command::Command& command) {
+  const command::CommandTree tree(command);
+  std::vector<std::string> devices;
+  for (int i = 0; i < tree.size(); ++i) {
+    if (!tree.at(i).node->is_runtime()) continue;
+    for (std::string& device : tree.at(i).node->actuator->model().devices())
+      if (std::ranges::find(devices, device) == devices.end()) devices.push_back(std::move(device));
+  }
+  return command_activity(command.name(), std::move(devices), [command](const Situation&) { return command; });
 }
 
 }  // namespace takt::activity

@@ -22,4 +22,8 @@ enum class ArmAfter : std::uint8_t {
 [[nodiscard]] ActivityPtr command_activity(std::string name, std::vector<std::string> actuators, CommandMaker make,
                                            ArmAfter arms = ArmAfter::kUnknown);
 
+/// A command that the program has built: planned and mapped anew each time it is carried out, never twice at one time.
+/// It drives what the command drives, and nobody knows where its arms are after it. Realtime: setup.
+[[nodiscard]] ActivityPtr command_activity(const command::Command& command);
+
 }  // namespace takt::activity

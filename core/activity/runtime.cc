@@ -15,6 +15,33 @@ Runtime::Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void
       options_(options),
       scheduler_(core, cell, options.scheduler) {}
 
+ProgramCancelled::ProgramCancelled()
+    : ActivityError([] {
+        Findings why;
+        why.error("", "the program was cancelled");
+        return why;
+      }()) {}
+
+RunPtr Runtime::schedule(ActivityPtr model) {
+  require_going();
+  return scheduler_.schedule(std::move(model));
+}
+
+void Runtime::cancel() {
+  cancelled_ = true;
+  scheduler_.hold(false);  // held ones would never be given up
+  scheduler_.cancel();
+}
+
+void Runtime::require_going() const {
+  if (cancelled_) throw ProgramCancelled();
+}
+
+void Runtime::drop_coroutines() {
+  waiting_.clear();
+  spawned_.clear();
+}
+
 void Runtime::step() {
   resume_coroutines();
   scheduler_.poll();
@@ -25,7 +52,8 @@ void Runtime::resume_coroutines() {
   // Those that can go on, one after the other, until all wait: in the order in which they began to.
   constexpr int kMostResumes = 10'000;  // in one step: more is a program that never waits (row D1)
   for (int resumed = 0;; ++resumed) {
-    const auto ready = std::ranges::find_if(waiting_, [](const Waiting& one) { return one.holds(); });
+    const bool ends = cancelled_ && scheduler_.idle();  // whatever they wait for: they hear that it is over
+    const auto ready = std::ranges::find_if(waiting_, [ends](const Waiting& one) { return ends || one.holds(); });
     if (ready == waiting_.end()) break;
     if (resumed == kMostResumes) {
       Findings why;
@@ -64,8 +92,12 @@ void Runtime::run_until(const std::function<bool()>& holds) {
       why.error("", fmt::format("nothing came of it within {} cycles", cycles));
       throw ActivityError(std::move(why));
     }
+    if (cancelled_ && scheduler_.idle() && waiting_.empty()) throw ProgramCancelled();
     step();
   }
+  if (!cancelled_) return;
+  while (!scheduler_.idle()) step();
+  throw ProgramCancelled();
 }
 
 void Runtime::run(Task task) {

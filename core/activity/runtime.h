@@ -25,6 +25,12 @@ class ActivityError : public std::runtime_error {
   Findings findings_;
 };
 
+/// The program was asked to end (Runtime::cancel): what ran has come to rest, and nothing begins any more.
+class ProgramCancelled final : public ActivityError {
+ public:
+  ProgramCancelled();
+};
+
 /// The loop of a program: it resumes coroutines until all wait, lets the scheduler look, and runs one cycle. In
 /// lock-step nothing else happens, so a program repeats to the bit. Owned by the program; one thread. Realtime: setup.
 class Runtime {
@@ -45,16 +51,31 @@ class Runtime {
   [[nodiscard]] command::Cell& cell() { return cell_; }
   [[nodiscard]] const command::Cell& cell() const { return cell_; }
 
-  RunPtr schedule(ActivityPtr model) { return scheduler_.schedule(std::move(model)); }
+  RunPtr schedule(ActivityPtr model);
   /// One step of the loop.
   void step();
   /// Steps until it holds. Throws ActivityError after most_cycles, and inside of a coroutine, which has to wait by
-  /// co_await.
+  /// co_await; ProgramCancelled when the program was cancelled meanwhile.
   void run_until(const std::function<bool()>& holds);
   /// Runs a coroutine to its end; what it throws comes out here.
   void run(Task task);
   /// Begins a coroutine that runs beside; what it throws comes out of the next step.
   void spawn(Task task);
+
+  /// Ends the program in order: what runs comes to rest on its path, what waits is given up. When all have, what the
+  /// program waits for throws ProgramCancelled, and so does whatever it asks for from now on.
+  void cancel();
+  [[nodiscard]] bool cancelled() const { return cancelled_; }
+  /// No activity begins while it is held; those that run go on.
+  void hold(bool held) { scheduler_.hold(held); }
+  /// No activity runs or waits, and no spawned coroutine goes on.
+  [[nodiscard]] bool idle() const { return scheduler_.idle() && spawned_.empty(); }
+  /// Forgets all coroutines: after an exception their owners are gone. Activities that run go on.
+  void drop_coroutines();
+  /// Names of the activities that run, joined by " + ".
+  [[nodiscard]] std::string current() const { return scheduler_.current(); }
+  /// What the events of activities did so far (Reaction), in the order in which their activities ended.
+  [[nodiscard]] const std::vector<Reaction>& reactions() const { return scheduler_.reactions(); }
 
   /// Awaitable: goes on in the first step in which it holds.
   class When {
@@ -62,7 +83,7 @@ class Runtime {
     When(Runtime& runtime, std::function<bool()> holds) : runtime_(runtime), holds_(std::move(holds)) {}
     [[nodiscard]] bool await_ready() const { return holds_(); }
     void await_suspend(std::coroutine_handle<> handle) { runtime_.waiting_.push_back({std::move(holds_), handle}); }
-    void await_resume() const {}
+    void await_resume() const { runtime_.require_going(); }
 
    private:
     Runtime& runtime_;
@@ -88,6 +109,8 @@ class Runtime {
     std::coroutine_handle<> handle;
   };
   void write_speed(const std::string& arm, double rate);
+  /// Throws when the program is to end.
+  void require_going() const;
   void resume_coroutines();
   void look_at_spawned();
 
@@ -100,7 +123,7 @@ class Runtime {
   std::map<std::string, device::ToolSetting> tools_;
   std::vector<Waiting> waiting_;
   std::deque<Task> spawned_;  ///< a coroutine may spawn another one while this is walked
-  bool resuming_ = false;
+  bool resuming_ = false, cancelled_ = false;
 };
 
 /// Declares the channels that the motions of a cell's arms use (docs/activity-layer.md). Before the first cycle.

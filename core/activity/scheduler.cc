@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ctime>
 
 #include <fmt/format.h>
 
@@ -17,6 +18,13 @@ using rcc::NetState;
 double way_to_steady(const motion::Motion& motion) {
   constexpr double kShare = 0.6;
   return kShare * motion::PathClock(motion.clock, motion.duration(), false).stop_time_bound();
+}
+
+/// CPU time of this thread: the work, whoever else is on the machine; for people, nothing is decided by it.
+double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 bool is_waiting(RunState state) { return state == RunState::kQueued || state == RunState::kLoaded; }
@@ -48,6 +56,43 @@ template std::optional<net::Vector> ActivityRun::value(const std::string&) const
 template std::optional<net::Frame> ActivityRun::value(const std::string&) const;
 template std::optional<net::Wrench> ActivityRun::value(const std::string&) const;
 
+void ActivityRun::watch_brakes(const std::vector<command::BrakePorts>& brakes) {
+  const net::CompiledNet& net = *core_.net(net_);
+  for (const command::BrakePorts& brake : brakes) {
+    const Watched watched{.event = net.find<net::Boolean>(brake.event),
+                          .rate = net.find<net::Real>(brake.clock + ".rate"),
+                          .derivative = net.find<net::Real>(brake.clock + ".rate_derivative")};
+    Reaction reaction{.activity = name(), .event = brake.name, .least = -1, .most = -1};
+    for (const auto& line : net.report().reactions) {
+      const bool from = std::ranges::find(brake.sources, line.source) != brake.sources.end();
+      if (!from || !line.sink.starts_with(brake.fragment + "/") || !line.sink.ends_with(".q")) continue;
+      reaction.least = reaction.least < 0 ? line.minimum_cycles : std::min(reaction.least, line.minimum_cycles);
+      reaction.most = std::max(reaction.most, line.maximum_cycles);
+    }
+    if (!watched.event || !watched.rate || !watched.derivative || reaction.least < 0) continue;
+    watched_.push_back(watched);
+    reactions_.push_back(std::move(reaction));
+  }
+}
+
+void ActivityRun::look_at_events() {
+  const std::int64_t cycle = core_.cycle() - 1;
+  for (std::size_t i = 0; i < watched_.size(); ++i) {
+    Watched& watched = watched_[i];
+    Reaction& reaction = reactions_[i];
+    if (watched.rate->null) continue;  // its motion does not run
+    const bool event = watched.event->null || watched.event->value;
+    if (reaction.event_cycle < 0 && event) {
+      reaction.event_cycle = cycle;
+      watched.compared = watched.steady_before;
+    }
+    if (watched.compared && reaction.braking_cycle < 0 && watched.rate->value < watched.rate_before)
+      reaction.braking_cycle = cycle;
+    watched.rate_before = watched.rate->value;
+    watched.steady_before = watched.rate->value > 0.0 && !watched.derivative->null && watched.derivative->value == 0.0;
+  }
+}
+
 void ActivityRun::cancel() { wants_cancel_ = true; }
 
 void ActivityRun::abort() {
@@ -69,6 +114,7 @@ const net::Slot<net::Real>* ActivityRun::clock_port(const command::SubjectPtr& c
 
 RunPtr Scheduler::schedule(ActivityPtr model) {
   RunPtr run = std::make_shared<ActivityRun>(core_, std::move(model));
+  run->asked_cycle_ = core_.cycle();
   run->due_cycle_ = core_.cycle() + options_.latency_cycles;
   runs_.push_back(run);
   return run;
@@ -78,13 +124,28 @@ void Scheduler::poll() {
   const std::vector<RunPtr> now = runs_;  // the list may change below
   for (const RunPtr& run : now) update(*run);
   for (const RunPtr& run : now)
-    if (run->state_ == RunState::kQueued) try_begin(*run);
+    if (run->state_ == RunState::kQueued && !held_) try_begin(*run);
   for (const RunPtr& run : now) {
-    if (run->state_ != RunState::kLoaded || !run->rule_ || core_.cycle() < run->due_cycle_) continue;
+    if (held_ || run->state_ != RunState::kLoaded || !run->rule_ || core_.cycle() < run->due_cycle_) continue;
     run->request_ = core_.post(*run->rule_);
     run->rule_.reset();
   }
+  for (const RunPtr& run : runs_) {
+    if (run->over()) reactions_.insert(reactions_.end(), run->reactions_.begin(), run->reactions_.end());
+  }
   std::erase_if(runs_, [](const RunPtr& run) { return run->over(); });
+}
+
+void Scheduler::cancel() {
+  for (const RunPtr& run : runs_) run->cancel();
+}
+
+std::string Scheduler::current() const {
+  std::string names;
+  for (const RunPtr& run : runs_) {
+    if (run->state() == RunState::kRunning) names += (names.empty() ? "" : " + ") + run->name();
+  }
+  return names;
 }
 
 void Scheduler::update(ActivityRun& run) {
@@ -108,7 +169,10 @@ void Scheduler::update(ActivityRun& run) {
     }
   }
   const NetState state = core_.state(run.net_);
-  if (is_active(state) || state == NetState::kTerminated) run.state_ = RunState::kRunning;
+  if (is_active(state) || state == NetState::kTerminated) {
+    run.state_ = RunState::kRunning;
+    run.look_at_events();
+  }
   if (run.wants_cancel_ && state == NetState::kRunning) core_.cancel(run.net_);
   if (state == NetState::kTerminated) finish(run);
 }
@@ -235,6 +299,7 @@ void Scheduler::try_begin(ActivityRun& run) {
   if (before.wait) return;
   auto situation = situation_of(run, before);
   if (!situation) return;
+  const double begin = cpu_seconds();
   auto prepared = run.model_->prepare(*situation);
   const auto leaves = [](const auto& one) { return one.second.leaving.has_value(); };
   const auto wanted = static_cast<std::size_t>(std::ranges::count_if(situation->precedents, leaves));
@@ -245,7 +310,9 @@ void Scheduler::try_begin(ActivityRun& run) {
   }
   if (!prepared) return fail(run, std::move(prepared.error()));
   run.prepared_ = std::move(*prepared);
+  run.preparation_.planning = cpu_seconds() - begin;
   load(run, before, *situation);
+  run.preparation_.total = cpu_seconds() - begin;
 }
 
 void Scheduler::load(ActivityRun& run, const Predecessors& before, const Situation& situation) {
@@ -261,6 +328,7 @@ void Scheduler::load(ActivityRun& run, const Predecessors& before, const Situati
   const command::CommandTree tree(*run.prepared_.command);
   for (int i = 0; i < tree.size(); ++i)
     run.fragments_[tree.at(i).node->subject.get()] = mapped->commands[static_cast<std::size_t>(i)].fragment;
+  run.watch_brakes(mapped->brakes);
   run.rule_ = rule_for(run, before, situation);
   run.state_ = RunState::kLoaded;
 }

@@ -25,6 +25,22 @@ enum class RunState : std::uint8_t {
 };
 [[nodiscard]] std::string_view name_of(RunState state);
 
+/// What an event did to a motion: as it was measured, beside what LOAD certified for the net (rows O6, O7).
+struct Reaction {
+  std::string activity;           ///< its name
+  std::string event;              ///< where its handler stands in the command, for people
+  std::int64_t event_cycle = -1;  ///< of the core, in which the event was there first; -1: it never was
+  std::int64_t braking_cycle =
+      -1;  ///< of the first set point that brakes; -1: none, or the clock's rate was not steady
+  std::int64_t least = 0, most = 0;  ///< certified cycles from a sensor of the event to the set point
+};
+
+/// What it took to make an activity ready to start, CPU time of the program's thread, s.
+struct Preparation {
+  double planning = 0.0;
+  double total = 0.0;  ///< planning, mapping to a net, LOAD
+};
+
 /// One execution of an activity. Shared by the scheduler and whoever asked for it. Thread: the program's.
 class ActivityRun {
  public:
@@ -43,6 +59,11 @@ class ActivityRun {
   /// Core cycles of its first and last evaluation; -1: not yet.
   [[nodiscard]] std::int64_t first_cycle() const { return net_ != 0 ? core_.status(net_).first_cycle : -1; }
   [[nodiscard]] std::int64_t last_cycle() const { return net_ != 0 ? core_.status(net_).last_cycle : -1; }
+  /// Core cycle in which it was asked for.
+  [[nodiscard]] std::int64_t asked_cycle() const { return asked_cycle_; }
+  [[nodiscard]] const Preparation& preparation() const { return preparation_; }
+  /// What its events did to its motions so far. Only of events that come from sensors.
+  [[nodiscard]] const std::vector<Reaction>& reactions() const { return reactions_; }
   /// The net; 0: none was loaded.
   [[nodiscard]] rcc::NetId net() const { return net_; }
   /// The newest value of an observation of the command (Command::observe, capture). T: any value type.
@@ -60,6 +81,17 @@ class ActivityRun {
   /// A port inside of the fragment of one of its commands; null: there is none.
   [[nodiscard]] const net::Slot<net::Real>* clock_port(const command::SubjectPtr& command, const char* port) const;
 
+  /// Where an event and the clock of the motion that it cancels stand in the net, and how the clock was a cycle ago.
+  struct Watched {
+    const net::Slot<net::Boolean>* event = nullptr;
+    const net::Slot<net::Real>*rate = nullptr, *derivative = nullptr;
+    double rate_before = 0.0;
+    bool steady_before = false;
+    bool compared = false;  ///< the clock ran steadily when the event came, so its first fall is the brake
+  };
+  void watch_brakes(const std::vector<command::BrakePorts>& brakes);
+  void look_at_events();
+
   rcc::ControlCore& core_;
   ActivityPtr model_;
   RunState state_ = RunState::kQueued;
@@ -68,7 +100,11 @@ class ActivityRun {
   Prepared prepared_;
   std::map<std::string, std::string> observed_;               ///< name, port
   std::map<const command::Subject*, std::string> fragments_;  ///< of its commands
-  std::int64_t due_cycle_ = 0;                                ///< its start takes effect from here on (row D2)
+  std::vector<Reaction> reactions_;
+  std::vector<Watched> watched_;  ///< one for each reaction
+  Preparation preparation_;
+  std::int64_t asked_cycle_ = -1;
+  std::int64_t due_cycle_ = 0;  ///< its start takes effect from here on (row D2)
   rcc::NetId net_ = 0;
   rcc::RequestId request_ = 0;
   std::optional<rcc::Rule> rule_;  ///< to be posted
@@ -93,6 +129,12 @@ class Scheduler {
   void poll();
   /// No run is on its way.
   [[nodiscard]] bool idle() const { return runs_.empty(); }
+  /// All that run come to rest, all that wait are given up.
+  void cancel();
+  /// None begins while it is held; those that run go on.
+  void hold(bool held) { held_ = held; }
+  [[nodiscard]] std::string current() const;
+  [[nodiscard]] const std::vector<Reaction>& reactions() const { return reactions_; }
 
  private:
   struct Predecessors {
@@ -121,7 +163,9 @@ class Scheduler {
   rcc::ControlCore& core_;
   const command::Cell& cell_;
   Options options_;
-  std::vector<RunPtr> runs_;  ///< in the order of schedule(), until they are over
+  std::vector<RunPtr> runs_;         ///< in the order of schedule(), until they are over
+  std::vector<Reaction> reactions_;  ///< of runs that are over
+  bool held_ = false;
 };
 
 }  // namespace takt::activity

@@ -25,11 +25,16 @@ State stands_at(const Cell& cell, const std::string& arm, const JointVector& q) 
          is_less(largest(command::commanded_velocities(cell, arm)), kStanding);
 }
 
-/// Speed from outside; and where the clock is, told to successors and heard from the predecessor.
+/// Speed from outside, that of the program and that of the operator; and where the clock is, told to successors and
+/// heard from the predecessor.
 void connect(const Cell& cell, const std::string& arm, std::optional<double> tau, command::PlannedMotion& motion) {
   const auto has = [&cell](const std::string& channel) { return cell.channels.contains(channel); };
   const std::string time = path_time_channel(arm), rate = path_rate_channel(arm);
   if (has(speed_channel(arm))) motion.clock.speed = command::channel<net::Real>(cell, speed_channel(arm));
+  if (!cell.override_channel.empty()) {
+    const auto by_operator = min(max(command::channel<net::Real>(cell, cell.override_channel), 0.0), 1.0);
+    motion.clock.speed = motion.clock.speed ? *motion.clock.speed * by_operator : by_operator;
+  }
   if (!has(time) || !has(rate)) return;
   motion.tells = {.time = time, .rate = rate};
   if (tau)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -445,6 +446,7 @@ class Mapper {
     const Effect& effect = h.handler->effect;
     if (effect.kind == Kind::kExternal) return write_external(h);
     Signal signal = delayed(h);
+    if (effect.kind == Kind::kCancel) note_brake(h);
     if (effect.kind == Kind::kStart) {
       signal = writer_.both(id(h.owner, "start"), signal, writer_.opposite(called_off(h)));
     } else if (acts_on_null(effect.kind)) {
@@ -454,6 +456,34 @@ class Mapper {
       (void)raised_signal(effect.target);
     }
     events_.push_back({effect.kind, effect.target.get(), signal});
+  }
+
+  /// What the handler looks at, and the clock that it brakes; nothing for events that come from no sensor, or later.
+  void note_brake(const CommandTree::Handler& h) {
+    const int target = tree_.find(h.handler->effect.target);
+    const Signal event = writer_.signal_of(h.handler->state.node());
+    if (!node(target).is_runtime() || at(target).contribution.path_clock.empty() || event.constant ||
+        !h.handler->entered || h.handler->occasion.delay > 0.0)
+      return;
+    BrakePorts brake{.name = h.path,
+                     .event = event.port,
+                     .fragment = at(target).id,
+                     .clock = fragment(target).outer(at(target).contribution.path_clock),
+                     .sources = {}};
+    std::set<const Expression*> seen;
+    add_sources(h.handler->state.node(), seen, brake.sources);
+    if (!brake.sources.empty()) mapped_.brakes.push_back(std::move(brake));
+  }
+
+  /// The primitives of a formula that read a device or a channel, each once.
+  void add_sources(const ExpressionPtr& node, std::set<const Expression*>& seen, std::vector<std::string>& sources) {
+    if (!seen.insert(node.get()).second) return;
+    if (node->resource != nullptr) {
+      std::string id = NetWriter::node_of(writer_.port_of(node));
+      if (std::ranges::find(sources, id) == sources.end()) sources.push_back(std::move(id));
+    }
+    for (const auto& [port, input] : node->inputs)
+      if (input) add_sources(input, seen, sources);
   }
 
   /// Counts in the net; the program's side looks at the count.

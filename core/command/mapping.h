@@ -29,6 +29,15 @@ struct TracedPort {
   std::string port;
 };
 
+/// An event of sensors that cancels a planned motion, and where to see when the motion begins to brake.
+struct BrakePorts {
+  std::string name;                  ///< of the handler, for people: "/screwing/insert/handlers/0"
+  std::string event;                 ///< Boolean: what the handler looks at
+  std::string fragment;              ///< of the command that is cancelled
+  std::string clock;                 ///< its path clock, with outputs `rate` and `rate_derivative`
+  std::vector<std::string> sources;  ///< primitives that read what the event depends on
+};
+
 /// A command as one net.
 struct MappedCommand {
   net::NetDescription net;
@@ -36,6 +45,7 @@ struct MappedCommand {
   std::map<std::string, std::string> observed;  ///< name of an observation, port
   std::vector<ExternalPort> externals;
   std::vector<TracedPort> traced;
+  std::vector<BrakePorts> brakes;
   std::vector<CommandPorts> commands;  ///< in the order of the tree
 };
 

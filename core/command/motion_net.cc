@@ -48,14 +48,18 @@ std::int64_t cancel_bound_cycles(const motion::Motion& motion, Nanoseconds perio
   return static_cast<std::int64_t>(std::ceil(stop_s / to_seconds(period))) + 2;
 }
 
-net::NetDescription tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell) {
+WaitCommand tare_command(const std::string& sensor, std::int64_t cycles, const Cell& cell) {
   const WrenchSensor wrench = compensated_wrench(cell, sensor);
   const State done(tare_of(net::ValueType::kBoolean, wrench, cycles, "done"));
   // Null readings are not averaged, so a dead sensor would keep the net for ever.
   const State silent = is_null(force(wrench)).held_for(kSilence_s);
   WaitCommand tared("taring", done || silent);
   tared.observe("bias", WrenchSensor(tare_of(net::ValueType::kWrench, wrench, cycles, "bias")));
-  return single_net(tared, "tare " + sensor).net;
+  return tared;
+}
+
+net::NetDescription tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell) {
+  return single_net(tare_command(sensor, cycles, cell), "tare " + sensor).net;
 }
 
 }  // namespace takt::command

@@ -7,6 +7,7 @@
 
 #include "core/base/time.h"
 #include "core/command/cell.h"
+#include "core/command/command.h"
 #include "core/command/condition.h"
 #include "core/motion/planner.h"
 #include "core/net/description.h"
@@ -46,8 +47,12 @@ inline constexpr std::string_view kPathTime = "motion/clock.time";
 /// Cycles from a request to cancel to the end of a motion's net, at most (row L6). Realtime: setup.
 [[nodiscard]] std::int64_t cancel_bound_cycles(const motion::Motion& motion, Nanoseconds period);
 
-/// The net that averages a sensor's reading, tool weight taken out, over `cycles` cycles while the arms stand still.
-/// Its result is on kBias; null if the sensor was silent for half a second, or the net was cancelled. Realtime: setup.
+/// Averages a sensor's reading, tool weight taken out, over `cycles` cycles while the arms stand still. Observes
+/// "bias", a wrench in the measuring frame; null if the sensor was silent for half a second, or the command was
+/// cancelled.
+[[nodiscard]] WaitCommand tare_command(const std::string& sensor, std::int64_t cycles, const Cell& cell);
+
+/// The net of tare_command(). Its result is on kBias. Realtime: setup.
 [[nodiscard]] net::NetDescription tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell);
 namespace tare_ports {
 inline constexpr std::string_view kBias = "tare.bias";  ///< Wrench in the measuring frame

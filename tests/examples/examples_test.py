@@ -2,7 +2,8 @@
 """Projects outside of takt, as their authors see it: an install, find_package(takt), a plug-in that is loaded, used and, if
 it was built for another takt, refused.
 
-Usage: examples_test.py BUILD_FOLDER COMPILER CCACHE SANITIZERS; the last two may be empty
+Usage: examples_test.py BUILD_FOLDER COMPILER CCACHE SANITIZERS [--full]; the last two may be empty. With --full the programs
+are cancelled, paused and stopped at every tenth cycle (hours); without it at a few cycles of each.
 """
 import json
 import os
@@ -16,6 +17,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(sys.argv[1]).resolve()
 COMPILER, CCACHE, SANITIZE = sys.argv[2:5]
+FULL = "--full" in sys.argv[5:]
 sys.argv[1:] = []
 # One place for each build folder, so that the compiler cache knows the files again.
 SCRATCH = BUILD / "tests/examples/scratch"
@@ -68,6 +70,108 @@ class Install(unittest.TestCase):
     def test_a_program_of_its_own_runs_a_net(self):
         folder = build(ROOT / "examples/library", "library")
         self.assertEqual(call(folder / "count").stdout, "3 seconds are 3000 cycles\n")
+
+
+class Activities(unittest.TestCase):
+    """The course examples/activities, built once, each program run as its reader runs it."""
+
+    SOURCE = ROOT / "examples/activities"
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = build(cls.SOURCE, "activities")
+        cls.reports = {}
+
+    @classmethod
+    def programs(cls):
+        return sorted(file.stem for file in cls.SOURCE.glob("0*.cc"))
+
+    def start(self, program, *arguments):
+        done = call(self.folder / program, "--json", *arguments, check=False)
+        self.assertTrue(done.stdout, f"{program} {arguments}: {done.stderr[-2000:]}")
+        return done.returncode, json.loads(done.stdout)
+
+    def report(self, program):
+        """Of the run as it stands; it must hold."""
+        if program not in self.reports:
+            status, report = self.start(program)
+            failed = [one for one in report["expectations"] if not one["passed"]]
+            self.assertEqual((status, report["result"]), (0, "passed"), f"{program}: {failed} {report['findings']}")
+            self.reports[program] = report
+        return self.reports[program]
+
+    def test_each_program_does_what_it_says(self):
+        self.assertGreaterEqual(len(self.programs()), 9)
+        for program in self.programs():
+            with self.subTest(program):
+                report = self.report(program)
+                self.assertGreaterEqual(len(report["expectations"]), 3)
+                self.assertEqual(report["findings"], [])
+
+    def test_pick_and_place_is_short(self):
+        text = (self.SOURCE / "02_pick_and_place.cc").read_text()
+        lines = [line for line in text.split("\n") if line.strip() and not line.strip().startswith("//")]
+        self.assertLess(len(lines), 25)
+
+    def test_o7_each_event_brakes_when_the_certificate_says(self):
+        events = {program: [one for one in self.report(program)["reactions"] if one["event_cycle"] >= 0]
+                  for program in self.programs()}
+        self.assertTrue({"03_screw", "08_screw_as_command"} <= {program for program in events if events[program]})
+        for program, reactions in events.items():
+            for one in reactions:
+                with self.subTest(program, reaction=one):
+                    cycles = one["braking_cycle"] - one["event_cycle"]
+                    self.assertGreaterEqual(cycles, one["certified_cycles"]["least"])
+                    self.assertLessEqual(cycles, one["certified_cycles"]["most"])
+
+    def test_wrong_use_is_said_with_what_would_be_right(self):
+        lines = "\n".join(self.report("09_wrong_use")["lines"])
+        for text in ("no arm 'amr' (did you mean 'arm'", "'gripper' has no LinInterface (it offers GrippingInterface)",
+                     "a goal: ", "a guarded motion ends nobody knows where", "a rule: /both"):
+            self.assertIn(text, lines)
+
+    def test_what_is_wrong_with_the_cell_is_refused(self):
+        status, report = self.start("01_first_motion", "--set", "/devices/arm/model=lwr4", "--set", "/devices/arm/colour=1")
+        self.assertEqual((status, report["result"]), (2, "error"))
+        pointers = {one["pointer"] for one in report["findings"]}
+        self.assertTrue({"/devices/arm/model", "/devices/arm/colour"} <= pointers, pointers)
+
+    def test_a_seed_a_film_and_a_recording(self):
+        video, recording = SCRATCH / "first.mp4", SCRATCH / "first.mcap"
+        status, report = self.start("01_first_motion", "--seed", "7", "--video", video, "--size", "320x240", "--record", recording)
+        self.assertEqual(status, 0, report["findings"])
+        self.assertEqual(report["products"], [str(recording), str(video)])
+        for product in (video, recording):
+            self.assertGreater(product.stat().st_size, 1000)
+
+    def interrupted(self, program, script, cycle):
+        """Whatever happens: no limit is broken, and the devices are at rest and free (the program says so else)."""
+        status, report = self.start(program, "--set", "/operator=" + json.dumps(script))
+        where = f"{program}, cycle {cycle}, {script}: {report['findings']}"
+        for one in report["expectations"]:
+            if one["kind"] == "limits":
+                self.assertTrue(one["passed"], f"{where} {one}")
+        texts = " ".join(one["message"] for one in report["findings"])
+        self.assertNotIn("when the program has ended", texts, where)
+        return status, report, where
+
+    def test_l6_p2_cancelled_paused_and_stopped_anywhere(self):
+        # Every tenth cycle with --full, else three cycles of each program, always multiples of ten.
+        for program in self.programs():
+            whole = self.report(program)
+            cycles = whole["cycles"]
+            stride = 10 if FULL else max(10, cycles // 30 * 10)
+            for cycle in range(stride, cycles - 10, stride):
+                at = cycle / 1000
+                status, report, where = self.interrupted(program, [{"at_s": at, "do": "cancel"}], cycle)
+                self.assertIn(status, (0, 1), where)  # in order; what was to come of it may be missing
+                self.assertLess(report["sim_time"], at + 6, where)
+                status, report, where = self.interrupted(program, [{"at_s": at, "do": "abort"}], cycle)
+                self.assertIn(status, (0, 1, 3), where)
+                self.assertLess(report["sim_time"], at + 6, where)
+                pause = [{"at_s": at, "do": "pause"}, {"at_s": at + 0.5, "do": "resume"}]
+                status, report, where = self.interrupted(program, pause, cycle)
+                self.assertIn(status, (0, 1), where)
 
 
 class Plugin(unittest.TestCase):

@@ -169,7 +169,7 @@ Findings findings_of(const Json& json) {
   if (!built) return built.error();
   const auto program = activity::Program::parse(description->program, "/program", built->cell, &description->programs);
   if (!program) return program.error();
-  const auto expectations = make_expectations(description->expectations, *built, *program);
+  const auto expectations = make_expectations(description->expectations, *built, program->names());
   return expectations ? Findings{} : expectations.error();
 }
 

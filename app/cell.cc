@@ -1,0 +1,312 @@
+#include "app/cell.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "app/cell_setup.h"
+#include "core/activity/command_activity.h"
+#include "core/command/motion_net.h"
+#include "core/command/online_action.h"
+#include "scenario/cell_run.h"
+#include "scenario/data_folder.h"
+#include "scenario/operator.h"
+
+namespace takt::app {
+namespace {
+
+using activity::ActivityError;
+
+[[noreturn]] void refuse(std::string message, std::string hint) {
+  Findings why;
+  why.error("", std::move(message), std::move(hint));
+  throw ActivityError(std::move(why));
+}
+
+/// The name, or that of the only one there is.
+template <class Map>
+std::string device_of(const Map& devices, const std::string& name, const char* kind) {
+  std::vector<std::string> names;
+  for (const auto& [one, device] : devices) names.push_back(one);
+  if (name.empty() && names.size() == 1) return names.front();
+  if (devices.contains(name)) return name;
+  if (name.empty() && !names.empty())
+    refuse(fmt::format("which {} of {}?", kind, names.size()), nearest_choice(name, names));
+  refuse(fmt::format("the cell has no {} '{}'", kind, name), nearest_choice(name, names));
+}
+
+std::filesystem::path find_file(const std::filesystem::path& file) {
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  for (const auto& place : {file, program / file, scenario::data_folder() / "scenarios" / file})
+    if (std::filesystem::exists(place, error)) return place;
+  return file;  // who reads it says that it is not there
+}
+
+Cell::Setup setup_of(const CellOptions& options) {
+  Cell::Setup setup;
+  for (const auto& [pointer, value] : options.set) setup.open.overrides.push_back({pointer, value});
+  setup.open.seed = options.seed;
+  setup.run.video = options.video;
+  setup.run.record = options.record;
+  setup.run.camera = options.camera;
+  setup.run.realtime = options.realtime;
+  return setup;
+}
+
+}  // namespace
+
+class Cell::Impl {
+ public:
+  Impl(const std::filesystem::path& file, const CellOptions& options, Setup setup)
+      : quiet_(options.quiet), setup_(std::move(setup)), models_(library(options)) {
+    read(find_file(file));
+    build();
+    run_.emplace(description_, built_, expectations_, setup_.run);
+    if (!run_->open()) throw OpenError(run_->report().findings);
+    runtime_.emplace(
+        *built_.core, built_.cell, [this] { cycle(); },
+        activity::Runtime::Options{.scheduler = {.latency_cycles = description_.program_latency_cycles}});
+    operator_.emplace(description_.operator_script, *built_.core,
+                      scenario::OperatedProgram{.hold = [this](bool held) { runtime_->hold(held); },
+                                                .cancel = [this] { runtime_->cancel(); }},
+                      [this](auto name, auto text) { run_->note("operator", name, text); });
+    power_on();
+  }
+
+  command::Cell& cell() { return built_.cell; }
+  rcc::ControlCore& core() { return *built_.core; }
+  activity::Runtime& runtime() { return *runtime_; }
+  command::Biases& biases() { return run_->variables().biases; }
+  const std::string& title() const { return description_.title; }
+  const Findings& warnings() const { return warnings_; }
+
+  void step(const std::string& name) {
+    step_ = name;
+    run_->step_begun(name);
+    operator_->step_begun(name);
+    run_->note("program", "begin", name);
+  }
+
+  void print(const std::string& line) {
+    run_->report().lines.push_back(line);
+    run_->note("program", "text", line);
+    if (quiet_) return;
+    fmt::print("{}\n", line);
+    std::fflush(stdout);
+  }
+
+  void expect(scenario::ExpectationResult result) { run_->report().expectations.push_back(std::move(result)); }
+
+  scenario::RunReport finish(const Findings& why, const std::function<std::string()>& run_again) {
+    scenario::RunReport& report = run_->report();
+    if (!broken_) report.findings.append(why);  // else the report knows it already
+    runtime_->drop_coroutines();
+    if (why.has_errors()) runtime_->cancel();
+    if (!broken_) settle();
+    report.reactions = runtime_->reactions();
+    return run_->finish(interrupted_, run_again);
+  }
+
+  bool broken() const { return broken_; }
+
+ private:
+  static device::ModelLibrary library(const CellOptions& options) {
+    std::vector<std::filesystem::path> folders = options.models;
+    folders.push_back(scenario::data_folder() / "models");
+    return device::ModelLibrary(std::move(folders));
+  }
+
+  void read(const std::filesystem::path& file) {
+    Findings findings;
+    auto description =
+        read_description(file, setup_.open.overrides, setup_.open.seed, findings, scenario::ReadFor::kCell);
+    if (findings.has_errors() && description) findings.append(check_cell_names(*description, models_));
+    findings.set_file(file.string());
+    if (findings.has_errors() || !description) throw OpenError(std::move(findings));
+    description_ = std::move(*description);
+    description_.site = setup_.open.site;
+  }
+
+  void build() {
+    Findings findings;
+    auto built = build_cell(description_, models_, setup_.open.measure_times, warnings_);
+    if (built) {
+      built_ = std::move(*built);
+      findings.append(activity::declare_channels(*built_.core, built_.cell));
+      // Nobody knows the steps of a program in C++ before it runs.
+      auto expectations = make_expectations(description_.expectations, built_, std::nullopt);
+      if (expectations) {
+        expectations_ = std::move(*expectations);
+      } else {
+        findings.append(expectations.error());
+      }
+      findings.append(check_operator(description_.operator_script, *built_.core, std::nullopt));
+    } else {
+      findings.append(built.error());
+    }
+    findings.set_file(description_.file.string());
+    warnings_.set_file(description_.file.string());
+    if (findings.has_errors()) throw OpenError(std::move(findings));
+  }
+
+  /// Until every device is there and every arm has a set point to begin from.
+  void power_on() {
+    const auto stopped = [this] { return interrupts() > 0 || run_->out_of_time(step_); };
+    bool going = run_->connect(stopped);
+    const auto lacks = [](const auto& one) { return one.second.device->set_point().q.size() == 0; };
+    while (going && std::ranges::any_of(built_.cell.arms, lacks)) going = !stopped() && run_->step({});
+    if (!going) throw OpenError(run_->report().findings);
+    operator_->before_cycle();
+  }
+
+  int interrupts() const { return setup_.run.interrupt != nullptr ? setup_.run.interrupt->load() : 0; }
+  std::string current() const { return step_.empty() ? runtime_->current() : step_; }
+
+  void cycle() {
+    if (broken_) throw ActivityError(run_->report().findings);
+    const bool going = run_->step(current()) && !run_->out_of_time(current());
+    broken_ = !going;
+    if (!going) throw ActivityError(run_->report().findings);
+    run_->pace(0.0, current());
+    look_at_interrupts();
+    operator_->before_cycle();
+  }
+
+  void look_at_interrupts() {
+    const int count = interrupts();
+    if (count >= 1 && !interrupted_) {
+      interrupted_ = true;
+      runtime_->cancel();
+    }
+    if (count >= 2) core().stop_all(net::Cause::Code::kAborted, "interrupted a second time");
+  }
+
+  /// Nothing runs and nothing moves without its program: what a run leaves behind is at rest and free.
+  void settle() {
+    constexpr Nanoseconds kLongest = 5 * kSecond;  // any arm comes to rest in less
+    const Nanoseconds until = core().time() + kLongest;
+    const auto clear = [](const auto& one) { return one.second.device->at_rest() && !one.second.device->held(); };
+    try {
+      while (core().time() < until && !(runtime_->idle() && std::ranges::all_of(built_.cell.arms, clear)))
+        runtime_->step();
+    } catch (const ActivityError& error) {
+      if (!broken_) run_->report().findings.append(error.findings());
+      return;
+    }
+    for (const auto& [name, arm] : built_.cell.arms) {
+      if (clear(std::pair(name, arm))) continue;
+      run_->report().findings.error(
+          "", fmt::format("'{}' is {} when the program has ended", name, arm.device->held() ? "held" : "in motion"));
+    }
+  }
+
+  bool quiet_;
+  Setup setup_;
+  device::ModelLibrary models_;
+  scenario::Description description_;
+  scenario::BuiltCell built_;
+  std::vector<std::unique_ptr<scenario::Expectation>> expectations_;
+  Findings warnings_;
+  std::optional<scenario::CellRun> run_;
+  std::optional<activity::Runtime> runtime_;
+  std::optional<scenario::Operator> operator_;
+  std::string step_;
+  bool interrupted_ = false, broken_ = false;
+};
+
+Cell::Cell(const std::filesystem::path& file, const CellOptions& options) : Cell(file, options, setup_of(options)) {}
+Cell::Cell(const std::filesystem::path& file, const CellOptions& options, Setup setup)
+    : impl_(std::make_unique<Impl>(file, options, std::move(setup))) {}
+Cell::~Cell() = default;
+
+activity::Actuator Cell::arm(const std::string& name) { return {runtime(), device_of(model().arms, name, "arm")}; }
+activity::Actuator Cell::gripper(const std::string& name) {
+  return {runtime(), device_of(model().grippers, name, "gripper")};
+}
+activity::Actuator Cell::output(const std::string& name) {
+  std::map<std::string, bool, std::less<>> outputs;  // digital and analog ones share one name space
+  for (const auto& [one, device] : model().digital_outputs) outputs[one] = true;
+  for (const auto& [one, device] : model().analog_outputs) outputs[one] = true;
+  return {runtime(), device_of(outputs, name, "output")};
+}
+
+command::WrenchSensor Cell::wrench(const std::string& sensor) {
+  return contact_wrench(model(), device_of(model().sensors, sensor, "force/torque sensor"), impl_->biases());
+}
+command::RealSensor Cell::force(const std::string& sensor) { return norm(command::force(wrench(sensor))); }
+command::RealSensor Cell::pressing(const Eigen::Vector3d& direction_B, const std::string& sensor) {
+  const std::string name = device_of(model().sensors, sensor, "force/torque sensor");
+  return command::pressing_force(model(), name, direction_B, impl_->biases());
+}
+command::State Cell::input(const std::string& name) {
+  return command::digital_input(model(), device_of(model().digital_inputs, name, "digital input"));
+}
+command::RealSensor Cell::analog_input(const std::string& name) {
+  return command::analog_input(model(), device_of(model().analog_inputs, name, "analog input"));
+}
+command::State Cell::gripper_is(const std::string& state, const std::string& gripper) {
+  const std::vector<std::string> states = {"moving", "holding", "lost", "open", "closed"};
+  if (std::ranges::find(states, state) == states.end())
+    refuse(fmt::format("a gripper is never '{}'", state), nearest_choice(state, states));
+  return command::gripper_state(model(), device_of(model().grippers, gripper, "gripper"), state);
+}
+
+activity::Activity Cell::as_activity(const command::Command& command) {
+  return {runtime(), activity::command_activity(command)};
+}
+
+void Cell::tare(const std::string& sensor, std::int64_t cycles) {
+  const std::string name = device_of(model().sensors, sensor, "force/torque sensor");
+  const auto run = as_activity(command::tare_command(name, cycles, model())).execute();
+  const auto bias = run->value<net::Wrench>("bias");
+  if (!bias) refuse(fmt::format("'{}' did not answer, so it was not tared", name), "a sensor that is there");
+  impl_->biases()[name] = *bias;
+}
+
+void Cell::wait(double seconds) {
+  const auto cycles = static_cast<std::int64_t>(std::ceil(seconds / to_seconds(core().period()) - 1e-9));
+  const std::int64_t until = core().cycle() + cycles;
+  runtime().run_until([this, until] { return core().cycle() >= until; });
+}
+
+void Cell::wait_for_all() {
+  runtime().run_until([this] { return runtime().idle(); });
+}
+
+bool Cell::wait_until(const command::State& state, double timeout) {
+  command::WaitCommand waiting("wait", state, timeout);
+  waiting.observe("held", command::BooleanSensor(state.node()));
+  const auto run = as_activity(waiting).execute();
+  return run->value<net::Boolean>("held").value_or(false);
+}
+
+void Cell::step(const std::string& name) { impl_->step(name); }
+void Cell::print(const std::string& line) { impl_->print(line); }
+void Cell::expect(const std::string& name, bool passed, const std::string& measured) {
+  impl_->expect({.name = name, .kind = "program", .passed = passed, .measured = measured});
+}
+
+scenario::RunReport Cell::finish(const Findings& why, const std::function<std::string()>& run_again) {
+  Findings all = why;
+  try {
+    if (!why.has_errors() && !impl_->broken()) wait_for_all();
+  } catch (const activity::ProgramCancelled&) {
+    // It was asked for; what ran has come to rest.
+  } catch (const ActivityError& error) {
+    all.append(error.findings());
+  }
+  return impl_->finish(all, run_again);
+}
+
+activity::Runtime& Cell::runtime() { return impl_->runtime(); }
+const command::Cell& Cell::model() const { return impl_->cell(); }
+rcc::ControlCore& Cell::core() { return impl_->core(); }
+double Cell::time() { return to_seconds(core().time()); }
+const std::string& Cell::title() const { return impl_->title(); }
+const Findings& Cell::warnings() const { return impl_->warnings(); }
+
+}  // namespace takt::app

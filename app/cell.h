@@ -1,0 +1,110 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/activity/actuator_interfaces.h"
+#include "core/command/device_sensors.h"
+#include "scenario/run_report.h"
+
+namespace takt::app {
+
+/// What a run of a cell is to be, as the options of `takt run` say it.
+struct CellOptions {
+  std::vector<std::pair<std::string, std::string>> set = {};  ///< JSON pointer into the file, value: replaced before
+                                                              ///< anything is read
+  std::optional<std::uint64_t> seed = {};                     ///< in place of the file's
+  std::vector<std::filesystem::path> models = {};             ///< folders that are searched before those of the install
+  std::filesystem::path video = {}, record = {};              ///< MP4, MCAP; empty: none
+  std::string camera = {};                                    ///< of the film, in place of the file's cuts
+  bool realtime = false;                                      ///< at most as fast as the wall clock
+  bool quiet = false;                                         ///< print() says nothing
+};
+
+/// The cell could not be opened: nothing has moved.
+class OpenError final : public activity::ActivityError {
+ public:
+  using ActivityError::ActivityError;
+};
+
+/// A simulated cell that a program in C++ works with: what a scenario file says of devices, objects, frames, faults,
+/// what the operator does, what must come of it and what is filmed; its "program" is not looked at. Between two calls
+/// the time stands still, so a run repeats to the bit. Not copied; one thread; owned by the program. Realtime: setup.
+class Cell {
+ public:
+  /// Opens a scenario or cell file: as it is named, else beside the program, else among the installed scenarios. When
+  /// this returns, all devices are there. Throws OpenError with all that is wrong.
+  explicit Cell(const std::filesystem::path& file, const CellOptions& options = {});
+  ~Cell();
+  Cell(const Cell&) = delete;
+  Cell& operator=(const Cell&) = delete;
+
+  // -- Devices by name. No name: the only one of its kind. Throw ActivityError with the nearest name. -----------------
+  [[nodiscard]] activity::Actuator arm(const std::string& name = {});
+  [[nodiscard]] activity::Actuator gripper(const std::string& name = {});
+  [[nodiscard]] activity::Actuator output(const std::string& name = {});
+  /// What the surroundings exert on the tool side of a force/torque sensor, weight and tared bias taken out, in its
+  /// measuring frame. A later tare() counts for sensors that are asked for after it.
+  [[nodiscard]] command::WrenchSensor wrench(const std::string& sensor = {});
+  /// The size of its force, N.
+  [[nodiscard]] command::RealSensor force(const std::string& sensor = {});
+  /// With how much force the tool presses along a direction of its arm's base, N.
+  [[nodiscard]] command::RealSensor pressing(const Eigen::Vector3d& direction_B, const std::string& sensor = {});
+  [[nodiscard]] command::State input(const std::string& name = {});
+  [[nodiscard]] command::RealSensor analog_input(const std::string& name = {});  ///< in its own unit
+  /// "moving", "holding", "lost", "open" or "closed".
+  [[nodiscard]] command::State gripper_is(const std::string& state, const std::string& gripper = {});
+
+  // -- Doing ---------------------------------------------------------------------------------------------------------
+  /// A command of one's own as an activity (docs/command-layer.md). Each time it is carried out it is planned anew.
+  [[nodiscard]] activity::Activity as_activity(const command::Command& command);
+  /// Averages a sensor while the arms stand, and takes that out from then on. Throws if it does not answer.
+  void tare(const std::string& sensor = {}, std::int64_t cycles = 500);
+  /// Lets time pass, s, in whole cycles.
+  void wait(double seconds);
+  /// Until all activities and coroutines that were begun are over.
+  void wait_for_all();
+  /// Until it holds. @return false: it did not within `timeout`, s
+  bool wait_until(const command::State& state, double timeout = 60.0);
+  /// A coroutine to its end; beside others with runtime().spawn().
+  void run(activity::Task task) { runtime().run(std::move(task)); }
+
+  // -- What people see -----------------------------------------------------------------------------------------------
+  /// The part of the program that begins now: for the film, the recording, the operator, the expectation "step".
+  void step(const std::string& name);
+  /// A line for the user: on stdout, in the report and in the recording.
+  void print(const std::string& line);
+
+  /// What the program itself found out: an expectation like those of the file, for the verdict.
+  /// @param measured  for people: value, unit, bound
+  void expect(const std::string& name, bool passed, const std::string& measured);
+
+  /// Ends the run: waits for what was begun (or, if `why` says what went wrong, cancels it), closes film and recording,
+  /// and judges the expectations of the file. Once. @param run_again  digest of a second run, for "repeats"
+  [[nodiscard]] scenario::RunReport finish(const Findings& why = {},
+                                           const std::function<std::string()>& run_again = {});
+
+  // -- Below ---------------------------------------------------------------------------------------------------------
+  [[nodiscard]] activity::Runtime& runtime();
+  [[nodiscard]] const command::Cell& model()
+      const;  ///< devices and frames, for commands, sensors of frames and channels
+  [[nodiscard]] rcc::ControlCore& core();
+  [[nodiscard]] double time();  ///< s, simulated
+  [[nodiscard]] const std::string& title() const;
+  [[nodiscard]] const Findings& warnings() const;  ///< of the file
+
+  struct Setup;  ///< private to app/
+  Cell(const std::filesystem::path& file, const CellOptions& options, Setup setup);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace takt::app

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scenario/session.h"
+
+namespace CLI {
+class App;
+}
+
+namespace takt::app {
+
+/// What a command line may say of a run, of a scenario's program or of one in C++.
+struct RunArguments {
+  std::string video, camera, size = "1280x720", record;
+  int fps = 25;
+  bool realtime = false, record_blocks = false;
+  std::optional<std::uint64_t> seed;
+  std::vector<std::string> sets;
+  std::string site;
+  std::vector<std::string> backends;
+};
+
+/// Adds the options to a parser; `arguments` outlives it. Realtime: setup.
+void add_run_options(CLI::App& parser, RunArguments& arguments);
+
+/// The arguments as a run takes them; all that is wrong with them goes to `findings`, with the names of the options.
+/// Realtime: setup.
+struct ParsedRun {
+  scenario::OpenOptions open;
+  scenario::RunOptions run;
+};
+[[nodiscard]] ParsedRun parse(const RunArguments& arguments, Findings& findings);
+
+/// A bar on a terminal's stderr that is drawn over itself; nothing where stderr is no terminal.
+void show_progress_on_terminal(scenario::RunOptions& options);
+/// Takes the bar away.
+void clear_progress();
+
+/// Makes SIGINT and SIGTERM count instead of ending the process; the number of signals so far.
+[[nodiscard]] const std::atomic<int>& catch_interrupts();
+
+}  // namespace takt::app

@@ -1,0 +1,83 @@
+#pragma once
+
+/// All that a program of a cell needs, under one name space (docs/cpp-api.md):
+///   #include <takt/takt.h>
+///   using namespace takt::app;
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "app/cell.h"
+#include "app/run.h"
+#include "core/activity/actuator_interfaces.h"
+#include "core/activity/command_activity.h"
+#include "core/activity/composition.h"
+#include "core/activity/two_arms.h"
+#include "core/command/device_sensors.h"
+#include "core/command/frame_sensors.h"
+#include "core/command/online_action.h"
+#include "core/command/overlay_action.h"
+
+namespace takt::app {
+
+/// The layer below: actions on actuators, transactions, event handlers (docs/command-layer.md).
+namespace command = takt::command;
+
+// Activities: what is done, and how it went.
+using activity::Activity;
+using activity::ActivityError;
+using activity::ProgramCancelled;
+using activity::Reaction;
+using activity::RunPtr;
+using activity::RunState;
+
+// Who does it, and what it offers.
+using activity::Actuator;
+using activity::ForceInterface;
+using activity::GrippingInterface;
+using activity::HoldInterface;
+using activity::internal_force;
+using activity::LinInterface;
+using activity::MotionInterface;
+using activity::OutputInterface;
+using activity::PtpInterface;
+using activity::TwoArms;
+
+// How: parameters.
+using activity::BlendingCondition;
+using activity::MotionParameters;
+using command::ForceWish;
+using command::GripWish;
+
+// Several as one; several beside each other.
+using activity::conditional;
+using activity::ended;
+using activity::parallel;
+using activity::sequence;
+using activity::started;
+using activity::Subtask;
+using activity::Task;
+using activity::wait;
+using activity::with_subtasks;
+
+// Sensors and states. Operators and functions over them are found without a name space: norm(force), is_greater(a, b).
+using command::FrameSensor;
+using command::JointsSensor;
+using command::RealSensor;
+using command::State;
+using command::TwistSensor;
+using command::VectorSensor;
+using command::WrenchSensor;
+
+// Commands of one's own.
+using command::RuntimeCommand;
+using command::TransactionCommand;
+using command::WaitCommand;
+
+// How a run ended.
+using scenario::RunReport;
+using scenario::Verdict;
+
+}  // namespace takt::app

@@ -1,0 +1,194 @@
+#include "scenario/cell_run.h"
+
+#include <algorithm>
+#include <thread>
+
+#include <fmt/format.h>
+
+namespace takt::scenario {
+namespace {
+
+/// Number of the digest's block for the simulation's state; the core's own blocks have small numbers.
+constexpr std::uint64_t kWorldBlock = 1u << 20;
+constexpr Nanoseconds kConnectTime = 5 * kSecond;  // devices of 100 ms with a lossy wire need a tenth of it
+
+}  // namespace
+
+CellRun::CellRun(const Description& description, BuiltCell& built, Expectations expectations, const RunOptions& options)
+    : description_(description),
+      built_(built),
+      expectations_(expectations),
+      options_(options),
+      faults_(description.faults, built),
+      site_watch_(built),
+      start_(Clock::now()) {
+  built_.world->set_profiling(options_.measure_times);
+}
+
+bool CellRun::open() {
+  constexpr std::size_t kMostBlocks = 4096;
+  if (options_.keep_blocks || options_.record_blocks) built_.core->digest().keep_blocks(kMostBlocks);
+  if (!options_.record.empty()) {
+    auto recorder = RunRecorder::open(options_.record, description_, built_, options_.record_blocks);
+    if (recorder) {
+      recorder_ = std::move(*recorder);
+    } else {
+      report_.findings.append(recorder.error());
+    }
+  }
+  if (!options_.video.empty()) {
+    auto film = RunFilm::open(options_, description_, built_);
+    if (film) {
+      film_ = std::move(*film);
+    } else {
+      report_.findings.append(film.error());
+    }
+  }
+  return !report_.findings.has_errors();
+}
+
+std::string CellRun::waiting_for() const {
+  std::string waits = built_.site->waiting_for(built_.cell);
+  return waits.empty() && faults_.latched() ? "emergency_stop" : waits;
+}
+
+bool CellRun::connect(const std::function<bool()>& stopped) {
+  while (!stopped()) {
+    const std::string waits = waiting_for();
+    if (waits.empty()) return true;
+    if (built_.core->time() >= kConnectTime) {
+      report_.findings.error({}, fmt::format("device '{}' does not become ready", waits));
+      return false;
+    }
+    if (!step({})) return false;
+  }
+  return false;
+}
+
+bool CellRun::step(const std::string& current) {
+  faults_.apply([this](auto name, auto text) { note("fault", name, text); });
+  built_.core->step();
+  if (!built_.world->step()) {
+    report_.findings.error({}, fmt::format("the physics diverged at {:.3f} s", to_seconds(built_.world->time())));
+    return false;
+  }
+  {
+    const Stopwatch watch(options_.measure_times, report_.timing.digest);
+    built_.core->digest().take(kWorldBlock, built_.world->state_bytes());
+  }
+  site_watch_.watch();
+  for (const auto& expectation : expectations_) expectation->watch(built_);
+  if (!record_cycle(current)) return false;
+  return !options_.after_cycle || options_.after_cycle(built_);
+}
+
+bool CellRun::record_cycle(const std::string& current) {
+  if (recorder_) {
+    const Stopwatch watch(options_.measure_times, report_.timing.recording);
+    recorder_->add_cycle();
+  }
+  if (!film_) return true;
+  const Stopwatch watch(options_.measure_times, report_.timing.rendering);
+  report_.findings.append(film_->add_cycle(current, variables_.biases));
+  return !report_.findings.has_errors();
+}
+
+bool CellRun::out_of_time(const std::string& current) {
+  const double time = to_seconds(built_.core->time());
+  if (time < description_.time_limit_s) return false;
+  report_.findings.error("/time_limit_s",
+                         fmt::format("the program has not ended after {:g} s, in step '{}'", time, current));
+  return true;
+}
+
+/// Whole cycles that the wall clock is ahead are overruns; they are not caught up, so that the cycles that follow are
+/// not bunched. The simulated devices wait too, so nothing has to be stopped for it.
+void CellRun::keep_pace(double time) {
+  const auto due = start_ + std::chrono::duration<double>(time) + lost_;
+  const std::chrono::nanoseconds period(built_.core->period());
+  const auto late = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - due) / period;
+  if (late <= 0) return std::this_thread::sleep_until(due);
+  built_.core->count_overruns(late);
+  lost_ += late * period;
+}
+
+void CellRun::pace(double planned_duration, const std::string& current) {
+  constexpr std::int64_t kEvery = 16;  // cycles: the wall clock is not looked at in each
+  if (built_.core->cycle() % kEvery != 0) return;
+  const double time = to_seconds(built_.core->time());
+  if (options_.realtime) keep_pace(time);
+  constexpr double kProgressEvery = 0.1;  // s
+  if (!options_.progress || Stopwatch::seconds_since(last_progress_) <= kProgressEvery) return;
+  last_progress_ = Clock::now();
+  options_.progress(time, planned_duration, current);
+}
+
+void CellRun::note(std::string_view source, std::string_view name, std::string_view text) {
+  if (recorder_) recorder_->add_event(source, name, text);
+}
+
+void CellRun::step_begun(std::string_view name) { steps_begun_.emplace_back(name); }
+
+void CellRun::close_products() {
+  if (recorder_) {
+    const record::RecorderStatus status = recorder_->close();
+    if (!status.error.empty()) report_.findings.error({}, "the recording stopped: " + status.error);
+    report_.products.push_back(options_.record.string());
+  }
+  if (!film_) return;
+  const auto film = film_->close();
+  if (!film) {
+    report_.findings.append(film.error());
+    return;
+  }
+  report_.frames = film->frames;
+  report_.timing.rendering += film->render_cpu_s;
+  report_.products.push_back(options_.video.string());
+}
+
+RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& run_again) {
+  close_products();
+  report_.wall_time = Stopwatch::seconds_since(start_);
+  report_.cycles = built_.core->cycle();
+  report_.sim_time = to_seconds(built_.core->time());
+  report_.digest = rcc::to_string(built_.core->digest().value());
+  report_.estimates = variables_.estimates;
+  report_.site = site_watch_.report();
+  measure_core();
+  const bool whole = !interrupted && !report_.findings.has_errors();
+  const bool held = judge(whole ? run_again : std::function<std::string()>());
+  if (interrupted) {
+    report_.verdict = Verdict::kInterrupted;
+  } else if (report_.findings.has_errors()) {
+    report_.verdict = Verdict::kError;
+  } else {
+    report_.verdict = held ? Verdict::kPassed : Verdict::kFailed;
+  }
+  report_.findings.set_file(description_.file.string());
+  return std::move(report_);
+}
+
+void CellRun::measure_core() {
+  const rcc::Statistics& statistics = built_.core->statistics();
+  const double digest =
+      1e-9 * static_cast<double>(statistics.phase_ns[static_cast<std::size_t>(rcc::CyclePhase::kDigest)]);
+  report_.timing.digest += digest;
+  report_.timing.core = 1e-9 * static_cast<double>(statistics.total_ns) - digest;
+  const sim::StepTimes times = built_.world->times();
+  report_.core_ns_longest = static_cast<double>(statistics.max_ns);
+  report_.overruns = statistics.overruns;
+  report_.timing.physics = to_seconds(times.physics);
+  report_.timing.controller = to_seconds(times.devices);
+  if (statistics.measured_cycles > 0) {
+    report_.core_ns_per_cycle = 1e9 * report_.timing.core / static_cast<double>(statistics.measured_cycles);
+  }
+}
+
+/// Judges all expectations, also those of a run that broke off: they say how far it came.
+bool CellRun::judge(const std::function<std::string()>& run_again) {
+  const Outcome outcome{built_, variables_, steps_begun_, report_.sim_time, report_.digest, run_again};
+  for (const auto& expectation : expectations_) report_.expectations.push_back(expectation->judge(outcome));
+  return std::ranges::all_of(report_.expectations, &ExpectationResult::passed);
+}
+
+}  // namespace takt::scenario

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/activity/step.h"
+#include "scenario/expectations.h"
+#include "scenario/faults.h"
+#include "scenario/run_film.h"
+#include "scenario/run_recorder.h"
+#include "scenario/run_report.h"
+#include "scenario/stopwatch.h"
+
+namespace takt::scenario {
+
+/// One run of a built cell, whoever drives it: a program tree (Session) or a program in C++ (app::Cell). It steps core
+/// and world, lets the faults of the scenario happen, feeds what looks on (expectations, recording, film), keeps the
+/// pace of the wall clock, and makes the report. Thread: the one that steps the core. Realtime: setup.
+class CellRun {
+ public:
+  using Expectations = std::span<const std::unique_ptr<Expectation>>;
+
+  /// All of them outlive the run.
+  CellRun(const Description& description, BuiltCell& built, Expectations expectations, const RunOptions& options);
+
+  /// Opens recording and film. @return false: it cannot be, and the report says why.
+  [[nodiscard]] bool open();
+  /// One cycle of core and world, and what looks on. @param current  name of what runs, for the film
+  /// @return false if the run cannot go on; the report says why.
+  [[nodiscard]] bool step(const std::string& current);
+  /// A device that nobody hears yet; empty if all are there and nets may start.
+  [[nodiscard]] std::string waiting_for() const;
+  /// Steps until all devices are there. @return false: one does not come, or `stopped` says so
+  [[nodiscard]] bool connect(const std::function<bool()>& stopped);
+  /// The scenario's time limit is over; the report says so.
+  [[nodiscard]] bool out_of_time(const std::string& current);
+  /// After each step: the wall clock, if asked for, and progress.
+  void pace(double planned_duration, const std::string& current);
+  /// Something that happened, for the recording.
+  void note(std::string_view source, std::string_view name, std::string_view text);
+  /// A named step of the program has begun.
+  void step_begun(std::string_view name);
+
+  /// Closes recording and film, and judges. @param interrupted  somebody asked for an end from outside
+  /// @param run_again  digest of a second run of the same program; may be empty
+  [[nodiscard]] RunReport finish(bool interrupted, const std::function<std::string()>& run_again);
+
+  /// What the program knows: biases are shown in the film, estimates are judged.
+  [[nodiscard]] activity::Variables& variables() { return variables_; }
+  [[nodiscard]] RunReport& report() { return report_; }
+
+ private:
+  using Clock = Stopwatch::Clock;
+
+  bool record_cycle(const std::string& current);
+  void keep_pace(double time);
+  void close_products();
+  void measure_core();
+  [[nodiscard]] bool judge(const std::function<std::string()>& run_again);
+
+  const Description& description_;
+  BuiltCell& built_;
+  Expectations expectations_;
+  const RunOptions& options_;
+  activity::Variables variables_;
+  Faults faults_;
+  SiteWatch site_watch_;
+  std::unique_ptr<RunRecorder> recorder_;
+  std::unique_ptr<RunFilm> film_;
+  std::vector<std::string> steps_begun_;
+  RunReport report_;
+  Clock::time_point start_, last_progress_;
+  std::chrono::nanoseconds lost_{0};  ///< that the run is behind the wall clock for good
+};
+
+}  // namespace takt::scenario

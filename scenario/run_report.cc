@@ -1,0 +1,152 @@
+#include "scenario/run_report.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace takt::scenario {
+
+using Json = nlohmann::ordered_json;
+
+int exit_status(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kPassed:
+      return 0;
+    case Verdict::kFailed:
+      return 1;
+    case Verdict::kRefused:
+      return 2;
+    case Verdict::kError:
+      return 3;
+    case Verdict::kInterrupted:
+      return 130;
+  }
+  return 3;
+}
+
+std::string_view name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kPassed:
+      return "passed";
+    case Verdict::kFailed:
+      return "failed";
+    case Verdict::kRefused:
+    case Verdict::kError:
+      return "error";
+    case Verdict::kInterrupted:
+      return "interrupted";
+  }
+  return "error";
+}
+
+Json to_json(const Findings& findings) {
+  auto list = Json::array();
+  for (const Finding& finding : findings.list()) {
+    const char* severity = finding.severity == Severity::kError     ? "error"
+                           : finding.severity == Severity::kWarning ? "warning"
+                                                                    : "note";
+    list.push_back({{"severity", severity},
+                    {"file", finding.file},
+                    {"pointer", finding.pointer},
+                    {"message", finding.message},
+                    {"hint", finding.hint}});
+  }
+  return list;
+}
+
+namespace {
+
+Json site_json(const SiteReport& site) {
+  Json devices = Json::object();
+  for (const DeviceTiming& one : site.devices) {
+    Json& device = devices[one.device];
+    device = {{"backend", one.backend},
+              {"cycle_ns", one.declared.cycle},
+              {"sample_age_ns", {{"declared", one.declared.sample_age}, {"most", one.sample_age_most}}},
+              {"samples", {{"lost", one.lost}, {"repeated", one.repeated}, {"reordered", one.reordered}}},
+              {"drift_ppm", one.drift_ppm}};
+    if (!one.drives) continue;
+    device["driver_delay_ns"] = one.declared.driver_delay;
+    device["dead_time_ns"] = one.declared.dead_time;
+    device["delay_ns"] = {{"least", one.delay_least}, {"most", one.delay_most}};
+    device["missed_answers"] = one.missed_answers;
+    device["dry"] = one.dry;
+  }
+  Json reactions = Json::array();
+  for (const SiteReaction& one : site.reactions) {
+    reactions.push_back({{"sensor", one.sensor}, {"arm", one.arm}, {"most_ns", one.most}});
+  }
+  return {{"devices", std::move(devices)}, {"skew_ns", site.skew}, {"reactions", std::move(reactions)}};
+}
+
+}  // namespace
+
+Json to_json(const RunReport& report) {
+  Json expectations = Json::array();
+  for (const auto& result : report.expectations) {
+    expectations.push_back({{"name", result.name},
+                            {"kind", result.kind},
+                            {"passed", result.passed},
+                            {"value", result.value},
+                            {"measured", result.measured}});
+  }
+  Json estimates = Json::object();
+  for (const auto& [name, X] : report.estimates) {
+    const Eigen::Quaterniond q(X.linear());
+    estimates[name] = {{"position_m", {X.translation().x(), X.translation().y(), X.translation().z()}},
+                       {"quaternion", {q.w(), q.x(), q.y(), q.z()}}};
+  }
+  Json reactions = Json::array();
+  for (const activity::Reaction& one : report.reactions) {
+    reactions.push_back({{"activity", one.activity},
+                         {"event", one.event},
+                         {"event_cycle", one.event_cycle},
+                         {"braking_cycle", one.braking_cycle},
+                         {"certified_cycles", {{"least", one.least}, {"most", one.most}}}});
+  }
+  const Timing& t = report.timing;
+  return {{"result", name_of(report.verdict)},
+          {"sim_time", report.sim_time},
+          {"wall_time", report.wall_time},
+          {"cycles", report.cycles},
+          {"digest", report.digest},
+          {"expectations", std::move(expectations)},
+          {"estimates", std::move(estimates)},
+          {"timing",
+           {{"physics", t.physics},
+            {"controller", t.controller},
+            {"core", t.core},
+            {"program", t.program},
+            {"digest", t.digest},
+            {"rendering", t.rendering},
+            {"recording", t.recording},
+            {"core_ns_per_cycle", report.core_ns_per_cycle},
+            {"core_ns_longest", report.core_ns_longest},
+            {"overruns", report.overruns}}},
+          {"site", site_json(report.site)},
+          {"frames", report.frames},
+          {"reactions", std::move(reactions)},
+          {"lines", report.lines},
+          {"products", report.products},
+          {"findings", to_json(report.findings)}};
+}
+
+std::string to_text(const RunReport& report, const std::string& title) {
+  std::string text = fmt::format("{}: {}\n", title, name_of(report.verdict));
+  for (const auto& result : report.expectations) {
+    text += fmt::format("  {} {:<28} {}\n", result.passed ? "ok  " : "FAIL", result.name, result.measured);
+  }
+  text += fmt::format("  {:.3f} s simulated in {:.3f} s ({:.1f} times real time), {} cycles, digest {}\n",
+                      report.sim_time, report.wall_time,
+                      report.wall_time > 0 ? report.sim_time / report.wall_time : 0.0, report.cycles, report.digest);
+  for (const DeviceTiming& one : report.site.devices) {
+    if (!one.drives || one.declared.cycle == 0) continue;
+    text += fmt::format("  {} ({}): cycle {:g} ms, set points {:.3f} to {:.3f} ms late, samples up to {:.3f} ms old\n",
+                        one.device, one.backend, 1e-6 * static_cast<double>(one.declared.cycle),
+                        1e-6 * static_cast<double>(one.delay_least), 1e-6 * static_cast<double>(one.delay_most),
+                        1e-6 * static_cast<double>(one.sample_age_most));
+  }
+  for (const std::string& product : report.products) text += fmt::format("  wrote {}\n", product);
+  return text;
+}
+
+}  // namespace takt::scenario

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/activity/scheduler.h"
+#include "core/base/findings.h"
+#include "scenario/expectation_result.h"
+#include "scenario/site_report.h"
+
+namespace takt::scenario {
+
+struct BuiltCell;
+
+/// What a run produces beside its verdict.
+struct RunOptions {
+  std::filesystem::path video;  ///< MP4 file; empty = none
+  std::string camera;           ///< overrides the film's first camera and its cuts
+  int width = 1280, height = 720, fps = 25;
+  std::filesystem::path record;  ///< MCAP file; empty = none
+  bool measure_times = true;
+  bool realtime = false;  ///< at most as fast as the wall clock; what is late is counted, and not caught up
+  /// Set from outside (signal handler): 1 = cancel gracefully, 2 = stop now.
+  const std::atomic<int>* interrupt = nullptr;
+  std::string from;            ///< name of the step at which the program is entered; empty: its beginning
+  bool record_blocks = false;  ///< the recording gets the digest of each block too
+  bool repeat = true;          ///< the expectation "repeats" runs the scenario a second time
+  bool keep_blocks = false;    ///< the core keeps the digests of each cycle's blocks
+  /// Called after each cycle of core and world; false ends the run.
+  std::function<bool(BuiltCell& built)> after_cycle;
+  /// Called about ten times a second of wall time: simulated time, planned duration, current step.
+  std::function<void(double sim_time, double planned, const std::string& step)> progress;
+};
+
+/// kRefused: an option of the run was wrong and nothing has moved; kError: the run broke off.
+enum class Verdict { kPassed, kFailed, kRefused, kError, kInterrupted };
+[[nodiscard]] std::string_view name_of(Verdict verdict);
+
+/// Wall time of a run by part, s. What the parts do beside the run loop (drawing, encoding, writing) is CPU time.
+struct Timing {
+  double physics = 0, controller = 0, core = 0, program = 0, digest = 0, rendering = 0, recording = 0;
+};
+
+struct RunReport {
+  Verdict verdict = Verdict::kError;
+  Findings findings;                   ///< why it is an error
+  double sim_time = 0, wall_time = 0;  ///< s
+  std::int64_t cycles = 0;
+  std::string digest;
+  std::vector<ExpectationResult> expectations;
+  std::map<std::string, Eigen::Isometry3d, std::less<>> estimates;  ///< fitted poses, world
+  Timing timing;
+  double core_ns_per_cycle = 0;  ///< mean wall time of a core cycle
+  SiteReport site;               ///< how the devices were reached, and how late
+  double core_ns_longest = 0;    ///< the longest
+  std::int64_t overruns = 0;     ///< cycles that the wall clock was ahead of, in a run at its pace
+  std::int64_t frames = 0;
+  std::vector<activity::Reaction> reactions;  ///< of a program in C++: what events did to motions
+  std::vector<std::string> lines;             ///< of a program in C++: what it printed
+  std::vector<std::string> products;          ///< files written
+};
+
+/// Exit status of a program that ends with this verdict: 0 held, 1 did not hold, 2 refused, 3 broke off, 130
+/// interrupted.
+[[nodiscard]] int exit_status(Verdict verdict);
+/// The report of a run as JSON: result, sim_time, wall_time, cycles, digest, expectations, timing, findings.
+[[nodiscard]] nlohmann::ordered_json to_json(const RunReport& report);
+[[nodiscard]] nlohmann::ordered_json to_json(const Findings& findings);
+/// The report for a terminal: the verdict, a line per expectation, figures.
+[[nodiscard]] std::string to_text(const RunReport& report, const std::string& title);
+
+}  // namespace takt::scenario

@@ -1,0 +1,250 @@
+// A cell for programs in C++ (docs/cpp-api.md): how it is opened, refused, operated, interrupted and judged.
+#include "app/cell.h"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/takt.h"
+
+namespace takt::app {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+CellOptions with(const std::string& pointer, const std::string& value) { return {.set = {{pointer, value}}}; }
+
+std::string error_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const ActivityError& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+/// There and back on a line, 0.2 m.
+void there_and_back(Cell& cell) {
+  const auto motion = cell.arm().use<MotionInterface>();
+  motion.lin_by({0.0, 0.2, 0.0}, {.velocity = 0.5}).execute();
+  motion.lin_by({0.0, -0.2, 0.0}, {.velocity = 0.5}).execute();
+}
+
+/// Runs it as run() does, without a command line.
+RunReport report_of(Cell& cell, const Program& program) {
+  Findings why;
+  try {
+    program(cell);
+  } catch (const ProgramCancelled&) {
+    // It was asked for.
+  } catch (const ActivityError& error) {
+    why = error.findings();
+  }
+  return cell.finish(why);
+}
+
+/// The names of the expectations that do not hold.
+std::vector<std::string> failed(const RunReport& report) {
+  std::vector<std::string> names;
+  for (const auto& one : report.expectations)
+    if (!one.passed) names.push_back(one.name);
+  return names;
+}
+
+constexpr const char* kOnlyLimits = R"([{"name": "limits", "kind": "limits"}])";
+
+TEST(Cell, WhatIsWrongWithTheFileIsToldAtOnce) {
+  EXPECT_THAT(error_of([] { Cell cell("no such file.json"); }), HasSubstr("no such file.json"));
+  const std::string wrong = error_of([] {
+    Cell cell("wave.json", {.set = {{"/devices/arm/model", "lwr4"}, {"/cameras/overview/fovy", "3"}}});
+  });
+  EXPECT_THAT(wrong, HasSubstr("/devices/arm/model"));
+  EXPECT_THAT(wrong, HasSubstr("did you mean 'lwr4plus'"));
+  EXPECT_THAT(wrong, HasSubstr("/cameras/overview/fovy"));
+}
+
+TEST(Cell, AFileWithoutAProgramIsACell) {
+  const std::string file = testing::TempDir() + "cell_without_program.json";
+  std::ofstream(file) << R"({"devices": {"arm": {"model": "lwr4plus"}}})";
+  Cell cell(file);
+  EXPECT_EQ(cell.arm().name(), "arm");
+  EXPECT_EQ(cell.title(), "cell_without_program");
+}
+
+TEST(Cell, NamesThatAreNotThereAreToldWithTheNearest) {
+  Cell cell("pick.json");
+  EXPECT_EQ(cell.arm().name(), "arm") << "the only one";
+  EXPECT_EQ(cell.gripper("gripper").name(), "gripper");
+  EXPECT_EQ(cell.output("io/lamp").name(), "io/lamp");
+  EXPECT_THAT(error_of([&] { (void)cell.output(); }), HasSubstr("which output of 10?"));
+  EXPECT_THAT(error_of([&] { (void)cell.arm("amr"); }), HasSubstr("the cell has no arm 'amr' (did you mean 'arm'"));
+  EXPECT_THAT(error_of([&] { (void)cell.output("io/lmap"); }), HasSubstr("did you mean 'io/lamp'"));
+  EXPECT_THAT(error_of([&] { (void)cell.force(); }), HasSubstr("no force/torque sensor"));
+  EXPECT_THAT(error_of([&] { (void)cell.gripper_is("holdin"); }), HasSubstr("did you mean 'holding'"));
+  EXPECT_THAT(error_of([&] { (void)cell.gripper().use<LinInterface>(); }),
+              HasSubstr("'gripper' has no LinInterface (it offers GrippingInterface)"));
+}
+
+TEST(Cell, D1_TwoRunsHaveOneDigestAndASeedOfTheirOwn) {
+  const auto digest = [](std::uint64_t seed) {
+    Cell cell("touch.json", {.set = {{"/expectations", "[]"}}, .seed = seed});
+    cell.tare();
+    cell.wait(0.1);
+    return cell.finish().digest;
+  };
+  EXPECT_EQ(digest(1), digest(1));
+  EXPECT_NE(digest(1), digest(2));
+}
+
+TEST(Cell, StepsExpectationsAndLinesAreInTheReport) {
+  Cell cell("wave.json", {.quiet = true});
+  cell.step("home");
+  there_and_back(cell);
+  cell.print("done");
+  cell.expect("back again", true, "0 mm");
+  const RunReport report = cell.finish();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_THAT(report.lines, testing::ElementsAre("done"));
+  EXPECT_EQ(report.expectations.front().name, "back again");
+  EXPECT_GT(report.expectations.size(), 3u) << "those of the file too";
+}
+
+TEST(Cell, WhatTheProgramFindsWrongFailsTheRun) {
+  Cell cell("wave.json", with("/expectations", kOnlyLimits));
+  cell.expect("never", false, "1 of 0");
+  EXPECT_EQ(cell.finish().verdict, Verdict::kFailed);
+}
+
+TEST(Cell, WhatWasBegunIsWaitedFor) {
+  Cell cell("wave.json", with("/expectations", kOnlyLimits));
+  const auto home = cell.arm().tool();
+  const RunPtr run = cell.arm().use<LinInterface>().lin_by({0.0, 0.1, 0.0}).schedule();
+  const RunReport report = cell.finish();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(run->state(), RunState::kCompleted);
+  EXPECT_NEAR((cell.arm().tool().translation() - home.translation()).norm(), 0.1, 1e-6);
+}
+
+TEST(Cell, AnErrorOfTheProgramEndsWhatRunsInOrder) {
+  Cell cell("wave.json", with("/expectations", kOnlyLimits));
+  const RunReport report = report_of(cell, [](Cell& own) {
+    own.arm().use<LinInterface>().lin_by({0.0, 0.2, 0.0}).begin_execute();
+    own.wait(0.3);
+    (void)own.arm("hand");
+  });
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  EXPECT_THAT(report.findings.to_string(), HasSubstr("no arm 'hand'"));
+  EXPECT_THAT(report.findings.to_string(), Not(HasSubstr("when the program has ended")));
+  EXPECT_TRUE(failed(report).empty());
+  EXPECT_FALSE(cell.core().find_arm("arm")->held());
+}
+
+TEST(Cell, TheTimeLimitEndsAProgramThatWaitsForEver) {
+  Cell cell("wave.json", {.set = {{"/expectations", kOnlyLimits}, {"/time_limit_s", "0.5"}}});
+  const RunReport report = report_of(cell, [](Cell& own) { own.wait(1e6); });
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  EXPECT_THAT(report.findings.to_string(), HasSubstr("the program has not ended after 0.5 s"));
+}
+
+TEST(Cell, WaitUntilTellsWhetherItHeld) {
+  Cell cell("pick.json", with("/expectations", kOnlyLimits));
+  const State lit = digital_output(cell.model(), "io/lamp");
+  EXPECT_FALSE(cell.wait_until(lit, 0.05));
+  cell.output("io/lamp").use<OutputInterface>().set(true).execute();
+  EXPECT_TRUE(cell.wait_until(lit, 0.05));
+}
+
+TEST(Cell, ACommandOfOnesOwnMayBeCarriedOutAgain) {
+  Cell cell("pick.json", with("/expectations", kOnlyLimits));
+  RuntimeCommand on("on", command::output(cell.model(), "io/lamp"), command::set_value(true));
+  WaitCommand burning("burning", 0.05);
+  RuntimeCommand off("off", command::output(cell.model(), "io/lamp"), command::set_value(false));
+  TransactionCommand flash("flash");
+  flash.add_started(on).add(burning).add(off);
+  flash.on_entered(on.completed(), start(burning)).on_entered(burning.completed(), start(off));
+  const Activity flashing = cell.as_activity(flash);
+  EXPECT_THAT(flashing.model()->actuators(), testing::ElementsAre("io/lamp"));
+  for (int i = 0; i < 2; ++i) {
+    const RunPtr run = flashing.execute();
+    EXPECT_GE(run->last_cycle() - run->first_cycle(), 50);
+    EXPECT_FALSE(digital_output(cell.model(), "io/lamp").now().value());
+  }
+}
+
+// -- Reactions ------------------------------------------------------------------------------------------------------
+
+TEST(Cell, O7_AForceBrakesTheMotionWhenTheCertificateSays) {
+  Cell cell("touch.json", with("/expectations", kOnlyLimits));
+  const Actuator robot = cell.arm();
+  const auto motion = robot.use<MotionInterface>();
+  const auto down = robot.above("block", 0.05);
+  motion.ptp(down, {.velocity = 0.5}).execute();
+  cell.tare();
+  motion.lin_by({0.0, 0.0, -0.1}, {.linear_velocity = 0.01, .until = is_greater(cell.force(), 5.0)}).execute();
+  const double now = cell.force().now().value();
+  const RunReport report = cell.finish();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  ASSERT_EQ(report.reactions.size(), 1u);
+  const Reaction& reaction = report.reactions.front();
+  EXPECT_GT(reaction.event_cycle, 0);
+  EXPECT_EQ(reaction.least, 0);
+  EXPECT_EQ(reaction.most, 0) << "a sensor's event acts in the same cycle";
+  EXPECT_EQ(reaction.braking_cycle, reaction.event_cycle);
+  EXPECT_GT(now, 4.0) << "it still touches";
+  EXPECT_LT(now, 15.0);
+}
+
+// -- Operator ---------------------------------------------------------------------------------------------------------
+
+RunReport operated(const std::string& script, bool with_coroutines = false) {
+  Cell cell("wave.json", {.set = {{"/expectations", kOnlyLimits}, {"/operator", script}}});
+  return report_of(cell, [with_coroutines](Cell& own) {
+    if (!with_coroutines) return there_and_back(own);
+    const auto task = [](Cell& inner) -> Task {
+      const auto motion = inner.arm().use<MotionInterface>();
+      const Activity there = motion.lin_by({0.0, 0.2, 0.0}, {.velocity = 0.5});
+      const Activity back = motion.lin_by({0.0, -0.2, 0.0}, {.velocity = 0.5});
+      co_await there;
+      co_await inner.runtime().cycles(50);
+      co_await back;
+    };
+    own.runtime().spawn(task(own));
+    own.run(task(own));
+  });
+}
+
+TEST(Cell, P2_APauseOfTheOperatorStandsOnThePathAndGoesOn) {
+  const RunReport plain = operated("[]");
+  const RunReport paused = operated(R"([{"at_s": 0.3, "do": "pause"}, {"at_s": 1.3, "do": "resume"}])");
+  const RunReport slow = operated(R"([{"at_s": 0, "do": "override", "value": 0.5}])");
+  for (const RunReport* report : {&plain, &paused, &slow})
+    EXPECT_EQ(report->verdict, Verdict::kPassed) << report->findings.to_string();
+  EXPECT_GT(paused.sim_time, plain.sim_time + 0.8);
+  EXPECT_GT(slow.sim_time, 1.5 * plain.sim_time);
+}
+
+TEST(Cell, L6_ACancelOfTheOperatorEndsTheProgramInOrder) {
+  for (const bool coroutines : {false, true}) {
+    const RunReport cancelled = operated(R"([{"at_s": 0.4, "do": "cancel"}])", coroutines);
+    EXPECT_EQ(cancelled.verdict, Verdict::kPassed) << cancelled.findings.to_string();
+    EXPECT_LT(cancelled.sim_time, 1.2);
+  }
+  const RunReport in_pause = operated(R"([{"at_s": 0.3, "do": "pause"}, {"at_s": 1, "do": "cancel"}])");
+  EXPECT_EQ(in_pause.verdict, Verdict::kPassed) << in_pause.findings.to_string();
+  EXPECT_LT(in_pause.sim_time, 1.3);
+}
+
+TEST(Cell, L6_AnAbortStopsTheDevicesAndFailsTheProgram) {
+  for (const bool coroutines : {false, true}) {
+    const RunReport aborted = operated(R"([{"at_s": 0.4, "do": "abort"}])", coroutines);
+    EXPECT_EQ(aborted.verdict, Verdict::kError);
+    EXPECT_THAT(aborted.findings.to_string(), HasSubstr("the operator stopped everything"));
+    EXPECT_THAT(aborted.findings.to_string(), Not(HasSubstr("when the program has ended")));
+    EXPECT_TRUE(failed(aborted).empty()) << "within the limits";
+  }
+}
+
+}  // namespace
+}  // namespace takt::app
