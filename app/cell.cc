@@ -70,7 +70,7 @@ class Cell::Impl {
     runtime_.emplace(
         *built_.core, built_.cell, [this] { cycle(); },
         activity::Runtime::Options{.scheduler = {.latency_cycles = description_.program_latency_cycles}});
-    operator_.emplace(description_.operator_script, *built_.core,
+    operator_.emplace(description_.operator_script, *built_.core, built_.emergency_stop,
                       scenario::OperatedProgram{.hold = [this](bool held) { runtime_->hold(held); },
                                                 .cancel = [this] { runtime_->cancel(); }},
                       [this](auto name, auto text) { run_->note("operator", name, text); });
@@ -107,6 +107,8 @@ class Cell::Impl {
     runtime_->drop_coroutines();
     if (why.has_errors()) runtime_->cancel();
     if (!broken_) settle();
+    if (!operator_->broken_off().empty() && !report.findings.has_errors())
+      report.findings.error({}, operator_->broken_off());
     report.reactions = runtime_->reactions();
     return run_->finish(interrupted_, run_again);
   }
@@ -160,7 +162,12 @@ class Cell::Impl {
     const auto lacks = [](const auto& one) { return one.second.device->set_point().q.size() == 0; };
     while (going && std::ranges::any_of(built_.cell.arms, lacks)) going = !stopped() && run_->step({});
     if (!going) throw OpenError(run_->report().findings);
+    operate();
+  }
+
+  void operate() {
     operator_->before_cycle();
+    if (setup_.run.operate) setup_.run.operate(*operator_);
   }
 
   int interrupts() const { return setup_.run.interrupt != nullptr ? setup_.run.interrupt->load() : 0; }
@@ -173,7 +180,7 @@ class Cell::Impl {
     if (!going) throw ActivityError(run_->report().findings);
     run_->pace(0.0, current());
     look_at_interrupts();
-    operator_->before_cycle();
+    operate();
   }
 
   void look_at_interrupts() {

@@ -95,9 +95,9 @@ Findings check_operator(const std::vector<OperatorAction>& actions, rcc::Control
   return findings;
 }
 
-Operator::Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core, OperatedProgram program,
-                   Note note)
-    : core_(core), program_(std::move(program)), note_(std::move(note)) {
+Operator::Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core,
+                   const device::EmergencyStop* button, OperatedProgram program, Note note)
+    : core_(core), button_(button), program_(std::move(program)), note_(std::move(note)) {
   for (const OperatorAction& action : script) {
     due_.push_back({&action, action.step.empty() ? cycles(action.after_s) : -1});
   }
@@ -108,6 +108,8 @@ std::int64_t Operator::cycles(double seconds) const {
 }
 
 void Operator::before_cycle() {
+  if (button_ != nullptr && button_->pressed() && broken_off_.empty())
+    break_off(fmt::format("'{}' was pressed", button_->name()));
   const std::int64_t now = core_.cycle();
   // What is due in one cycle is done in the order of the file.
   for (Due& due : due_) {
@@ -171,9 +173,17 @@ void Operator::cancel() {
   note_("cancel", "");
 }
 
+/// The program is cancelled too: what it does about failures is not for this.
+void Operator::break_off(const std::string& why) {
+  broken_off_ = why;
+  program_.cancel();
+}
+
 void Operator::abort() {
-  core_.stop_all(net::Cause::Code::kAborted, "the operator stopped everything");
+  constexpr const char* kWhy = "the operator stopped everything";
+  core_.stop_all(net::Cause::Code::kAborted, kWhy);
   note_("abort", "");
+  break_off(kWhy);
 }
 
 void Operator::write(const OperatorAction& action) {

@@ -10,6 +10,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/base/findings.h"
+#include "core/device/emergency_stop.h"
 #include "core/rcc/control_core.h"
 
 namespace takt::scenario {
@@ -49,9 +50,12 @@ class Operator {
   static constexpr std::string_view kOverride = "operator/override";
   using Note = std::function<void(std::string_view name, std::string_view text)>;
 
-  Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core, OperatedProgram program, Note note);
+  /// @param button  the cell's emergency stop; null: it has none
+  Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core, const device::EmergencyStop* button,
+           OperatedProgram program, Note note);
 
-  /// Does what is due; before each cycle.
+  /// Does what is due; before each cycle. A program ends with an emergency stop: nothing of it goes on after the reset
+  /// (row S4).
   void before_cycle();
   /// A step has begun, for times that count from it.
   void step_begun(std::string_view step);
@@ -67,6 +71,8 @@ class Operator {
 
   [[nodiscard]] bool paused() const { return paused_; }
   [[nodiscard]] bool cancelled() const { return cancelled_; }
+  /// Why the program cannot have come to its end: an abort, an emergency stop; empty: nothing of that.
+  [[nodiscard]] const std::string& broken_off() const { return broken_off_; }
 
  private:
   struct Due {
@@ -74,16 +80,19 @@ class Operator {
     std::int64_t cycle;  ///< -1: not known yet, its step has not begun
   };
   [[nodiscard]] std::int64_t cycles(double seconds) const;
+  void break_off(const std::string& why);
   void act(const OperatorAction& action);
   void write(const OperatorAction& action);
   void send();
 
   rcc::ControlCore& core_;
+  const device::EmergencyStop* button_;
   OperatedProgram program_;
   Note note_;
   std::vector<Due> due_;
   double override_ = 1.0;
   bool paused_ = false, cancelled_ = false;
+  std::string broken_off_;
 };
 
 }  // namespace takt::scenario

@@ -20,6 +20,7 @@
 namespace takt::scenario {
 
 struct BuiltCell;
+class Operator;
 
 /// What a run produces beside its verdict.
 struct RunOptions {
@@ -37,6 +38,8 @@ struct RunOptions {
   bool keep_blocks = false;    ///< the core keeps the digests of each cycle's blocks
   /// Called after each cycle of core and world; false ends the run.
   std::function<bool(BuiltCell& built)> after_cycle;
+  /// Called before each cycle: somebody at the panel.
+  std::function<void(Operator& panel)> operate;
   /// Called about ten times a second of wall time: simulated time, planned duration, current step.
   std::function<void(double sim_time, double planned, const std::string& step)> progress;
 };

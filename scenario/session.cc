@@ -105,7 +105,7 @@ class Session::Run {
                  session.description_.program_latency_cycles,
                  [this](auto source, auto name, auto text) { note(source, name, text); }},
         runner_(session.program_, context_),
-        operator_(session.description_.operator_script, *session.built_.core,
+        operator_(session.description_.operator_script, *session.built_.core, session.built_.emergency_stop,
                   {.hold = [this](bool held) { runner_.hold(held); }, .cancel = [this] { runner_.cancel(); }},
                   [this](auto name, auto text) { note("operator", name, text); }) {}
 
@@ -116,7 +116,9 @@ class Session::Run {
       return std::move(run_.report());
     }
     loop();
-    run_.report().findings.append(runner_.findings());
+    Findings& findings = run_.report().findings;
+    findings.append(runner_.findings());
+    if (!operator_.broken_off().empty() && !findings.has_errors()) findings.error({}, operator_.broken_off());
     return run_.finish(cancelled_, options_.repeat && !session_.second_run_ ? [this] { return second_digest(); }
                                                                             : std::function<std::string()>());
   }
@@ -128,6 +130,7 @@ class Session::Run {
       {
         const Stopwatch watch(options_.measure_times, run_.report().timing.program);
         operator_.before_cycle();
+        if (options_.operate) options_.operate(operator_);
         if (runner_.advance() != activity::Progress::kRunning) break;
       }
       if (!run_.step(runner_.current())) break;

@@ -29,11 +29,10 @@ PressWish wish_of(const PressCommand& command, const Cell& cell) {
                            .velocity_max = kMostVelocity * command.approach,
                            .acceleration_max = kMostAcceleration},
                  .travel = command.travel,
-                 .sink = command.drop};
-  if (command.path == nullptr) return wish;
+                 .sink = command.drop,
+                 .clock = override_of(cell)};
   // The path is written into the net; nothing refers to it afterwards.
-  wish.path = {command.path, [](const motion::Motion*) {}};
-  wish.clock = override_of(cell);
+  if (command.path != nullptr) wish.path = {command.path, [](const motion::Motion*) {}};
   return wish;
 }
 

@@ -108,9 +108,25 @@ class Press final : public VelocityModel {
     fragment.add("linear", "AddVectors");
     fragment.link("split.across", "linear.a");
     fragment.link("push.value", "linear.b");
-    fragment.add("wanted", "AssembleTwist");
-    fragment.link("linear.value", "wanted.linear");
-    fragment.link("follow_parts.angular", "wanted.angular");
+    const std::string twist = wish_.clock.speed ? "moves" : "wanted";
+    fragment.add(twist, "AssembleTwist");
+    fragment.link("linear.value", twist + ".linear");
+    fragment.link("follow_parts.angular", twist + ".angular");
+    if (wish_.clock.speed) add_stand(fragment);
+  }
+
+  /// While the clock is to stand there is no approach; a force that has been brought up is held.
+  void add_stand(FragmentWriter& fragment) const {
+    fragment.add("speed_known", "DefaultToReal", {{"fallback", 0.0}});
+    fragment.feed(wish_.clock.speed->node(), "speed_known.input");
+    fragment.add("goes_on", "GreaterThan", {{"b", 0.0}});
+    fragment.link("speed_known.value", "goes_on.a");
+    fragment.add("may_move", "Or");
+    fragment.link("goes_on.value", "may_move.a");
+    fragment.link("touched.value", "may_move.b");
+    fragment.add("wanted", "GateTwist");
+    fragment.link("moves.value", "wanted.input");
+    fragment.link("may_move.value", "wanted.open");
   }
 
   std::string add_sunk(FragmentWriter& fragment) const {

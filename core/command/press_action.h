@@ -15,7 +15,7 @@ struct PressWish {
   /// Planned path of the tool centre point, Cartesian and in the base, begun with the touch; null: none. What it does
   /// along the direction does not count.
   std::shared_ptr<const motion::Motion> path = {};
-  ClockInputs clock = {};  ///< of the path
+  ClockInputs clock = {};  ///< of the path; at a speed of 0, or unknown, the approach stands too
 };
 
 /// Moves along a direction of the base until something is touched, then presses with a force and follows the path

@@ -352,6 +352,7 @@ void ControlCore::keep(std::unique_ptr<device::Device> device) {
   insert(core.arms, dynamic_cast<device::Arm*>(added));
   insert(core.channels, dynamic_cast<device::Channel*>(added));
   if (auto* stop = dynamic_cast<device::EmergencyStop*>(added)) core.stops.add(stop);
+  if (auto* arm = dynamic_cast<device::Arm*>(added)) core.stops.add(arm);
 }
 
 net::Resource& ControlCore::add(std::string name, std::unique_ptr<net::Resource> resource) {
@@ -544,7 +545,7 @@ void ControlCore::step() {
   if (core.options.digest) core.digest_nets(k);
   watch.lap(CyclePhase::kDigest);
   core.executor.end_finished(k);
-  core.stops.finish(k, core.arms);
+  core.stops.finish(k);
   core.look_at_mode_requests();
   core.take_requests();
   core.rules.apply(k);

@@ -18,14 +18,23 @@ void StopSupervisor::begin(std::int64_t cycle) {
     executor_.stop_on_path(cause_of(*stop, cycle), cycle);
 }
 
-void StopSupervisor::finish(std::int64_t cycle, const std::vector<device::Arm*>& arms) {
+void StopSupervisor::close_brakes(bool at_once) {
+  for (Braked& one : arms_) {
+    const bool due = !one.arm->lost() && (at_once || (!one.arm->held() && one.arm->at_rest()));
+    if (one.closed || !due) continue;
+    one.closed = true;
+    one.arm->brake();
+  }
+}
+
+void StopSupervisor::finish(std::int64_t cycle) {
   executor_.allow_starts();
   if (const device::EmergencyStop* stop = strongest()) {
     const bool at_once = stop->category() == StopCategory::kBrakes;
     executor_.stop_for_emergency(cause_of(*stop, cycle), /*those_on_path=*/at_once, cycle);
-    const bool closes = stop->pressed() && stop->category() != StopCategory::kStopAndHold;
-    for (device::Arm* arm : arms)
-      if (closes && !arm->lost() && (at_once || (!arm->held() && arm->at_rest()))) arm->brake();
+    if (stop->pressed() && stop->category() != StopCategory::kStopAndHold) close_brakes(at_once);
+  } else {
+    for (Braked& one : arms_) one.closed = false;
   }
   if (!everything_) return;
   everything_->cycle = cycle;

@@ -19,6 +19,7 @@ class StopSupervisor {
   explicit StopSupervisor(Executor& executor) : executor_(executor) {}
 
   void add(device::EmergencyStop* stop) { latches_.push_back(stop); }
+  void add(device::Arm* arm) { arms_.push_back({.arm = arm}); }
   /// Everything ends in the next cycle, with this cause.
   void stop_all(net::Cause::Code code, std::string_view text) {
     everything_ = net::Cause{.code = code, .text = net::Text(text), .cycle = -1};
@@ -27,9 +28,15 @@ class StopSupervisor {
   /// Before the nets are evaluated: what can come to rest on its path begins to.
   void begin(std::int64_t cycle);
   /// After it: the rest is aborted, and brakes are closed. Starts are allowed in this cycle if nothing stops.
-  void finish(std::int64_t cycle, const std::vector<device::Arm*>& arms);
+  void finish(std::int64_t cycle);
 
  private:
+  /// Brakes are closed once: somebody may open them again before the latch is reset.
+  struct Braked {
+    device::Arm* arm;
+    bool closed = false;
+  };
+  void close_brakes(bool at_once);
   /// Of those that are latched the one with the lowest category; nullptr: none is.
   [[nodiscard]] const device::EmergencyStop* strongest() const;
   [[nodiscard]] static net::Cause cause_of(const device::EmergencyStop& stop, std::int64_t cycle) {
@@ -38,6 +45,7 @@ class StopSupervisor {
 
   Executor& executor_;
   std::vector<device::EmergencyStop*> latches_;
+  std::vector<Braked> arms_;
   std::optional<net::Cause> everything_;  ///< of stop_all(), for the next cycle
 };
 
