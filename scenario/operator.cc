@@ -107,7 +107,19 @@ std::int64_t Operator::cycles(double seconds) const {
   return static_cast<std::int64_t>(std::llround(seconds / to_seconds(core_.period())));
 }
 
+void Operator::keep_stopping() {
+  if (!stopping_) return;
+  // A net that was ended by it tells the program. Between two nets nobody hears of it, so it holds until one does.
+  stopping_ = std::ranges::none_of(core_.events(), [](const rcc::Event& event) {
+    return event.kind == rcc::Event::Kind::kRefused || event.cause.code == net::Cause::Code::kAborted;
+  });
+  if (stopping_) stop();
+}
+
+void Operator::stop() { core_.stop_all(net::Cause::Code::kAborted, "the operator stopped everything"); }
+
 void Operator::before_cycle() {
+  keep_stopping();
   const std::int64_t now = core_.cycle();
   // What is due in one cycle is done in the order of the file.
   for (Due& due : due_) {
@@ -172,7 +184,8 @@ void Operator::cancel() {
 }
 
 void Operator::abort() {
-  core_.stop_all(net::Cause::Code::kAborted, "the operator stopped everything");
+  stopping_ = true;
+  stop();
   note_("abort", "");
 }
 

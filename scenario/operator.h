@@ -62,7 +62,7 @@ class Operator {
   /// From now on motions run at this share of their planned speed.
   void set_override(double share);
   void cancel();
-  /// Every net ends, devices stop; the program ends with it.
+  /// Every net ends, devices stop; the program ends with it. Where no net runs just then, the next one is ended.
   void abort();
 
   [[nodiscard]] bool paused() const { return paused_; }
@@ -77,13 +77,15 @@ class Operator {
   void act(const OperatorAction& action);
   void write(const OperatorAction& action);
   void send();
+  void stop();
+  void keep_stopping();
 
   rcc::ControlCore& core_;
   OperatedProgram program_;
   Note note_;
   std::vector<Due> due_;
   double override_ = 1.0;
-  bool paused_ = false, cancelled_ = false;
+  bool paused_ = false, cancelled_ = false, stopping_ = false;
 };
 
 }  // namespace takt::scenario
