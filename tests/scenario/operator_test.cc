@@ -118,6 +118,15 @@ TEST(Operator, AnAbortStopsTheDevicesAndFailsTheProgram) {
   EXPECT_TRUE(aborted.free);
 }
 
+TEST(Operator, AnAbortBetweenTwoNetsStopsTheNextOne) {
+  const Watched aborted = run(R"({"at_s": 0.05, "do": "abort"})",
+                              R"({"do": "wait", "seconds": 0.1}, {"do": "lin", "to": {"by_m": [0, 0, 0.1]}})");
+  EXPECT_EQ(aborted.report.verdict, Verdict::kError);
+  EXPECT_THAT(aborted.report.findings.to_string(), HasSubstr("the operator stopped everything"));
+  EXPECT_LT(aborted.report.sim_time, 0.3);
+  EXPECT_TRUE(aborted.free);
+}
+
 TEST(Operator, EverythingThatIsWrongIsToldAtOnce) {
   const auto findings = [](const std::string& script) {
     const auto session = open("\"operator\": [" + script + "],", kThereAndBack);
