@@ -123,7 +123,7 @@ class ArmReader {
       }
       held.push_back(static_cast<int>(found - arm_.joint_names.begin()));
     }
-    if (joint_count_ < 6) return;  // no inverse: only joint motions
+    if (joint_count_ < 3) return;  // no inverse: only joint motions
     auto inverse = given ? kinematics::InverseKinematics::create(*arm_.chain, held)
                          : kinematics::InverseKinematics::create(*arm_.chain);
     if (!inverse) return reader_.findings().append(inverse.error(), reader_.at("held_joints"));

@@ -204,7 +204,10 @@ void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, con
         pointer,
         fmt::format("the goal is out of reach: the arm follows to {:.1f} % of the {}, {:.1f} mm before the goal",
                     100 * walk.t_end, word, (1.0 - walk.t_end) * way * 1e3),
-        "a goal nearer to the base, or another orientation");
+        few ? fmt::format("an arm of {} joints cannot turn its tool freely: a {} on which it can keep the orientation, "
+                          "or PTP",
+                          chain_.joint_count(), word)
+            : "a goal nearer to the base, or another orientation");
     return;
   }
   switch (walk.end) {
@@ -220,6 +223,7 @@ void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, con
       break;
     default:
       findings.error(pointer, fmt::format("the arm cannot follow {} in the configuration of the start", place),
+    const bool few = chain_.joint_count() < 6;
                      "the goal is reachable in another configuration: PTP");
   }
 }
