@@ -132,11 +132,11 @@ Result<void> finish(const ImportOptions& options, Draft& draft, const fs::path& 
   if (!robot) return std::unexpected(robot.error());
   const auto chain = kinematics::Chain::create(*robot, draft.base, draft.flange);
   if (!chain) return std::unexpected(chain.error());
-  if (chain->joint_count() < 6) {
+  if (chain->joint_count() < 3) {
     return failure(
         "",
         fmt::format("the way from '{}' to '{}' has {} movable joints", draft.base, draft.flange, chain->joint_count()),
-        "6 to 12: takt moves a flange in all six directions");
+        "3 to 12: an arm moves its flange to places");
   }
   nlohmann::ordered_json device = guess_device(options.name, *robot, *chain, draft);
   if (!options.title.empty()) device["title"] = options.title;
