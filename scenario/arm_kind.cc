@@ -79,6 +79,8 @@ class ArmKind final : public DeviceKind {
     command::MountedArm mounted;
     mounted.device = &arm;
     mounted.start = start_of(device);
+    if (const auto X_WB = built.cell.frames.pose(name))
+      mounted.gravity_B = X_WB->linear().transpose() * built.cell.gravity_W;
     built.cell.arms[name] = mounted;
   }
 };

@@ -83,7 +83,7 @@ class Frames {
 sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) {
   if (!device.on) return {"", truth.pose(device.entry->name).value_or(Eigen::Isometry3d::Identity())};
   const auto place = device.on->kind->mount_place(*device.on->model).value_or(MountPlace{});
-  return {device.on->entry->name + "/" + place.link, place.X_LP};
+  return {device.on->entry->name + "/" + place.link, place.X_LP * device.entry->mount};
 }
 
 void simulate(const LoadedDevice& device, const world::FrameGraph& truth, sim::WorldDescription& world,
@@ -118,6 +118,7 @@ sim::ObjectDescription simulated_object(const ObjectEntry& entry, const Eigen::I
   object.free = !entry.fixed;
   object.mass = entry.mass_kg;
   object.contact.friction = entry.friction;
+  object.lit_by = entry.lit_by;
   for (const world::Object::Part& part : entry.parts) {
     object.shapes.push_back({.shape = simulated_shape(part.shape), .X_OG = part.X_OS, .rgba = entry.rgba});
   }
@@ -154,6 +155,7 @@ bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& mode
   robot.model = std::make_shared<const kinematics::RobotModel>(std::move(*model));
   robot.mount = {"", X_WO};
   robot.contact.friction = entry.friction;
+  robot.lit_by = entry.lit_by;
   world.robots.push_back(std::move(robot));
   return true;
 }
@@ -205,10 +207,15 @@ void add_composed(const Description& description, BuiltCell& built, Findings& fi
 }
 
 /// Tells each arm what it carries, as a technician would enter it: from the data sheets, not from the simulation.
-void set_tools(const sim::WorldDescription& simulated, BuiltCell& built) {
+void set_tools(const sim::WorldDescription& simulated, BuiltCell& built, Findings& findings) {
   for (auto& [name, arm] : built.cell.arms) {
     const device::ArmDescription& model = arm.device->description();
-    arm.device->set_tool({arm.X_FT, sim::nominal_payload(simulated, name, model.flange_link)});
+    const device::PayloadSetting carried = sim::nominal_payload(simulated, name, model.flange_link);
+    arm.device->set_tool({arm.X_FT, carried});
+    if (model.payload_max == 0.0 || carried.mass <= model.payload_max) continue;
+    findings.error("/devices" + pointer_segment(name),
+                   fmt::format("'{}' carries {:.2f} kg, tools and sensors together", name, carried.mass),
+                   fmt::format("at most {:g} kg: 'payload_max_kg' of '{}'", model.payload_max, model.model));
   }
 }
 
@@ -264,9 +271,9 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   for (const auto& device : devices) device->kind->add(*device, devices, built);
   add_composed(description, built, findings);
   add_emergency_stop(description, built, findings);
+  set_tools(simulated, built, findings);
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   built.site->add_to(built.core->digest());
-  set_tools(simulated, built);
   for (const NetEntry& net : description.nets) built.cell.nets[net.name] = net.net;
   warnings.append(findings);
   return built;

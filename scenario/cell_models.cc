@@ -82,10 +82,11 @@ const LoadedDevice* carrying_arm(const LoadedDevice& device) {
 }
 
 Eigen::Isometry3d pose_on_arm(const LoadedDevice& device) {
-  Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d X_FM = device.entry->mount;
   for (const LoadedDevice* carrier = device.on; carrier && !carrier->as<device::ArmDescription>();
        carrier = carrier->on) {
-    if (const auto place = carrier->kind->mount_place(*carrier->model)) X_FM = place->X_MP * X_FM;
+    const auto place = carrier->kind->mount_place(*carrier->model);
+    X_FM = carrier->entry->mount * place.value_or(MountPlace{}).X_MP * X_FM;
   }
   return X_FM;
 }

@@ -84,6 +84,12 @@ DeviceEntry read_device(const std::string& name, const Json& json, const std::st
   if (!device.on.empty() && device.at) {
     findings.error(pointer, "'on' and 'at' both stand here", "mounted on a device, or placed in a frame");
   }
+  if (const Json* mount = reader.object("mount", false)) {
+    if (device.on.empty()) findings.error(pointer + "/mount", "'mount' without 'on'", "\"on\": NAME, or \"at\"");
+    ObjectReader pose(*mount, pointer + "/mount", findings);
+    device.mount = pose.pose();
+    pose.finish();
+  }
   if (device.on.empty() && !device.at) device.at = Placement{};
   device.start_rad = reader.numbers("start_deg", 0, std::vector<double>{});
   for (double& q : device.start_rad) q *= kDegree;
@@ -112,6 +118,7 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
   const auto rgba = reader.numbers("rgba", 4, std::vector<double>{0.6, 0.6, 0.62, 1.0}, {.low = 0, .high = 1});
   object.rgba = Eigen::Vector4d(rgba.data());
   object.friction = reader.number("friction", 0.6, kNotNegative);
+  object.lit_by = reader.text("lit_by", "");
   reader.finish();
   return object;
 }

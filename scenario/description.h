@@ -44,8 +44,9 @@ struct DeviceEntry {
   std::string model;
   std::optional<Placement> at;
   std::string on;
-  std::vector<double> start_rad;  ///< joint positions at the start; empty = the model's home
-  double payload_error_kg = 0.0;  ///< how much the controller believes more than there is
+  Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();  ///< with `on`: its base in the place that carries it, m
+  std::vector<double> start_rad;                            ///< joint positions at the start; empty = the model's home
+  double payload_error_kg = 0.0;                            ///< how much the controller believes more than there is
   nlohmann::ordered_json settings = nlohmann::ordered_json::object();  ///< what the device's kind makes of it
 };
 
@@ -65,6 +66,7 @@ struct ObjectEntry {
   double mass_kg = 1.0;  ///< of a free object
   Eigen::Vector4d rgba{0.6, 0.6, 0.62, 1.0};
   double friction = 0.6;  ///< sliding, Coulomb
+  std::string lit_by;     ///< digital output or light barrier at which it burns; empty: it is no lamp
 };
 
 struct CameraEntry {

@@ -17,7 +17,7 @@ device::PayloadSetting measured_mass(const LoadedDevice& sensor, LoadedDevices a
   device::PayloadSetting sum = mass_below(*model->robot, model->measuring_link);
   for (const auto& device : all) {
     if (device->on != &sensor) continue;
-    const Eigen::Isometry3d X_SM = model->X_MS.inverse() * model->X_MT;
+    const Eigen::Isometry3d X_SM = model->X_MS.inverse() * model->X_MT * device->entry->mount;
     sum = device::combine(sum, device::transform(X_SM, device::rigid_payload(*device->model->robot)));
   }
   return sum;

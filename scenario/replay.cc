@@ -1,5 +1,7 @@
 #include "scenario/replay.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
@@ -16,8 +18,20 @@ std::unexpected<Findings> unusable(const std::filesystem::path& file, std::strin
   return std::unexpected(std::move(findings));
 }
 
+/// The recorded signals that light something, in the order of the world's lamps; empty columns for what is not there.
+std::vector<std::vector<double>> lamp_columns(const record::Recording& recording, const sim::World& world) {
+  std::vector<std::vector<double>> columns(world.lamps().size());
+  const auto signals = recording.table("/signals");
+  for (std::size_t i = 0; signals && i < columns.size(); ++i) {
+    const auto found = std::ranges::find(signals->columns, world.lamps()[i]);
+    if (found != signals->columns.end())
+      columns[i] = signals->values[static_cast<std::size_t>(found - signals->columns.begin())];
+  }
+  return columns;
+}
+
 /// The recorded positions, a picture apart; the overlay shows time and step.
-std::vector<sim::FilmState> states_for_film(const record::Table& table,
+std::vector<sim::FilmState> states_for_film(const record::Table& table, const std::vector<std::vector<double>>& lamps,
                                             const std::vector<record::RecordedEvent>& events, int fps) {
   std::vector<sim::FilmState> states;
   std::size_t event = 0;
@@ -33,6 +47,7 @@ std::vector<sim::FilmState> states_for_film(const record::Table& table,
     state.time = state.overlay.time = table.time[row];
     state.overlay.step = step;
     for (const auto& column : table.values) state.qpos.push_back(column[row]);
+    for (const auto& lamp : lamps) state.lamps.push_back(row < lamp.size() ? lamp[row] : 0.0);
     states.push_back(std::move(state));
   }
   return states;
@@ -91,7 +106,7 @@ Result<std::int64_t> render_recording(const std::filesystem::path& recording, co
   const auto events = recorded.value_or(std::vector<record::RecordedEvent>{});
   film.cuts = cuts_of(*description, events, options.camera);
   if (options.camera.empty()) film.inset_camera = description->film.inset;
-  const auto states = states_for_film(*table, events, options.fps);
+  const auto states = states_for_film(*table, lamp_columns(*opened, *built->world), events, options.fps);
   const auto report = sim::film_from_states(built->world->model(), states, film);
   if (!report) return std::unexpected(report.error());
   return report->frames;

@@ -237,6 +237,12 @@ class Checker {
                       input.analog ? "analog output or range finder" : "digital output or light barrier", input.source),
           nearest_choice(input.source, possible));
     }
+    const auto lamp = [&](const std::string& wire, const std::string& at) {
+      if (wire.empty() || std::ranges::find(wires[0], wire) != wires[0].end()) return;
+      error(at, fmt::format("there is no digital output or light barrier '{}'", wire), nearest_choice(wire, wires[0]));
+    };
+    for (const auto& robot : world_.robots) lamp(robot.lit_by, place(robot.pointer, "robots", robot.name));
+    for (const auto& object : world_.objects) lamp(object.lit_by, place(object.pointer, "objects", object.name));
   }
 
   /// Root names of what is mounted, up to the world; a name met twice is a loop.

@@ -27,13 +27,14 @@ constexpr const char* kOverviewName = "overview";
 
 // What a picture depends on; equal states in a row are drawn once.
 struct PoseState {
-  std::vector<double> qpos, mocap_pos, mocap_quat;
+  std::vector<double> qpos, mocap_pos, mocap_quat, lamps;
   std::string camera;
   CameraView view;
 };
 
 bool same_picture(const PoseState& a, const PoseState& b) {
-  return a.camera == b.camera && a.qpos == b.qpos && a.mocap_pos == b.mocap_pos && a.mocap_quat == b.mocap_quat;
+  return a.camera == b.camera && a.qpos == b.qpos && a.mocap_pos == b.mocap_pos && a.mocap_quat == b.mocap_quat &&
+         a.lamps == b.lamps;
 }
 
 // A frame on its way: pushed, drawn (or a repetition of the one before), written.
@@ -167,14 +168,17 @@ class Film::Impl {
     state.qpos.assign(data->qpos, data->qpos + model_->nq);
     state.mocap_pos.assign(data->mocap_pos, data->mocap_pos + 3 * model_->nmocap);
     state.mocap_quat.assign(data->mocap_quat, data->mocap_quat + 4 * model_->nmocap);
+    state.lamps.assign(data->userdata, data->userdata + model_->nuserdata);
     return push(std::move(state), overlay);
   }
 
-  Result<void> push(std::span<const double> qpos, const Overlay& overlay) {
+  Result<void> push(std::span<const double> qpos, std::span<const double> lamps, const Overlay& overlay) {
     if (static_cast<mjtSize>(qpos.size()) != model_->nq)
       return failure("", fmt::format("the state has {} positions, the model {}", qpos.size(), model_->nq));
     PoseState state;
     state.qpos.assign(qpos.begin(), qpos.end());
+    state.lamps.assign(static_cast<std::size_t>(model_->nuserdata), 0.0);
+    std::copy_n(lamps.begin(), std::min(lamps.size(), state.lamps.size()), state.lamps.begin());
     return push(std::move(state), overlay);
   }
 
@@ -296,6 +300,7 @@ class Film::Impl {
     std::ranges::copy(state.qpos, worker.data->qpos);
     std::ranges::copy(state.mocap_pos, worker.data->mocap_pos);
     std::ranges::copy(state.mocap_quat, worker.data->mocap_quat);
+    std::ranges::copy(state.lamps, worker.data->userdata);
     Result<void> done = mujoco_call("", [&] { pose_for_drawing(model_, worker.data.get()); });
     if (done) done = worker.renderer.set_state(worker.data.get());
     const int width = options_.render.width, height = options_.render.height;
@@ -385,7 +390,9 @@ Result<Film> Film::open(const mjModel_* model, const FilmOptions& options) {
 
 Result<void> Film::push(const mjData_* data, const Overlay& overlay) { return impl_->push(data, overlay); }
 
-Result<void> Film::push(std::span<const double> qpos, const Overlay& overlay) { return impl_->push(qpos, overlay); }
+Result<void> Film::push(std::span<const double> qpos, std::span<const double> lamps, const Overlay& overlay) {
+  return impl_->push(qpos, lamps, overlay);
+}
 
 Nanoseconds Film::next_time() const { return impl_->next_time(); }
 Result<void> Film::set_camera(std::string_view camera) { return impl_->set_camera(camera); }
@@ -402,7 +409,8 @@ Result<FilmReport> film_from_states(const mjModel_* model, std::span<const FilmS
     while (next + 1 < states.size() && states[next + 1].time <= now) ++next;
     Overlay overlay = states[next].overlay;
     overlay.time = now;
-    if (Result<void> pushed = film->push(states[next].qpos, overlay); !pushed) break;  // close() tells why
+    if (Result<void> pushed = film->push(states[next].qpos, states[next].lamps, overlay); !pushed)
+      break;  // close() tells why
   }
   return film->close();
 }

@@ -50,8 +50,8 @@ struct FilmReport {
 /// Turns states of a simulation into a video file while the simulation runs. The simulation pushes; workers, each with
 /// a Renderer and an mjData of its own, draw copies of the state; one thread puts them in order, adds the overlay and
 /// feeds ffmpeg. The film never touches the simulation's mjData outside push(), and no picture depends on timing.
-/// Thread: push() and close() from one thread at a time. Realtime: push() copies qpos and mocap poses and may wait
-/// while the queue is full, so it belongs outside a real-time cycle.
+/// Thread: push() and close() from one thread at a time. Realtime: push() copies qpos, mocap poses and lamps and may
+/// wait while the queue is full, so it belongs outside a real-time cycle.
 class Film {
  public:
   /// Checks everything first (sizes, cameras, folder, ffmpeg) and reports all findings at once; pointers are names of
@@ -73,8 +73,9 @@ class Film {
   /// `overlay.camera` are filled in by the film where they are empty.
   /// @return findings if drawing or encoding has failed meanwhile; the film is then at its end
   [[nodiscard]] Result<void> push(const mjData_* data, const Overlay& overlay);
-  /// The same from a recording: `qpos` as in the model, mocap poses at their defaults.
-  [[nodiscard]] Result<void> push(std::span<const double> qpos, const Overlay& overlay);
+  /// The same from a recording: `qpos` as in the model, mocap poses at their defaults, `lamps` in the order of
+  /// World::lamps() (those that are missing do not burn).
+  [[nodiscard]] Result<void> push(std::span<const double> qpos, std::span<const double> lamps, const Overlay& overlay);
 
   /// Waits for all frames and for ffmpeg, and checks that the file is there. Calling it twice gives the same report.
   [[nodiscard]] Result<FilmReport> close();
@@ -90,6 +91,7 @@ struct FilmState {
   Nanoseconds time = 0;
   std::vector<double> qpos;  ///< as in the model
   Overlay overlay;
+  std::vector<double> lamps = {};  ///< in the order of World::lamps()
 };
 
 /// A film from recorded states (sorted by time): each frame shows the newest state at or before its time.

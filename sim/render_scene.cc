@@ -156,6 +156,18 @@ const mjvLight* shadow_caster(const mjvScene& scene) {
   return nullptr;
 }
 
+/// What a lamp looks like: a cold lens, or one that burns (sim/world_description.h, lamp_wires). Other geoms as they
+/// are.
+void shine(const mjModel* model, const mjData* data, const mjvGeom& geom, Vector3f& colour, float& emission) {
+  if (model->nuser_geom == 0 || geom.objtype != mjOBJ_GEOM || geom.objid < 0) return;
+  const auto lamp = static_cast<int>(model->geom_user[geom.objid * model->nuser_geom]);
+  if (lamp < 1 || lamp > model->nuserdata) return;
+  constexpr float kCold = 0.35f, kWhite = 0.3f;  // share of the colour that an unlit lens has; what is overexposed
+  const bool burns = data->userdata[lamp - 1] > 0.5;
+  colour = burns ? Vector3f(colour + kWhite * (Vector3f::Ones() - colour)) : Vector3f(kCold * colour);
+  if (burns) emission = 1.0f;
+}
+
 }  // namespace
 
 void SceneTriangles::fill(const mjModel_* model, const mjData_* data, const mjvScene_& scene,
@@ -169,10 +181,12 @@ void SceneTriangles::fill(const mjModel_* model, const mjData_* data, const mjvS
     const bool endless = is_endless(model, geom);
     Vector3f colour = vec(geom.rgba);
     if (geom.texid >= 0) colour = colour.cwiseProduct(mean_colour(model, geom.texid));
+    float emission = geom.emission;
+    shine(model, data, geom, colour, emission);
     const SceneVertex look{{},
                            {},
                            {to_byte(colour[0]), to_byte(colour[1]), to_byte(colour[2]), to_byte(geom.rgba[3])},
-                           {to_byte(geom.specular), to_byte(geom.shininess), to_byte(geom.emission), 0}};
+                           {to_byte(geom.specular), to_byte(geom.shininess), to_byte(emission), 0}};
     geoms.push_back({.first_vertex = static_cast<std::uint32_t>(vertices.size()),
                      .shape = shape,
                      .centre = vec(geom.pos),

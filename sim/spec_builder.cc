@@ -24,6 +24,8 @@ using kinematics::Link;
 constexpr int kObjectGroup = 1;
 constexpr int kVisualGroup = 2;
 constexpr int kCollisionGroup = 3;
+/// The material of a URDF that burns in a robot that is a lamp.
+constexpr const char* kLightMaterial = "light";
 
 // Contact bits: objects have bit 0; each assembly (a robot on the world with all that is mounted on it) has a bit of
 // its own, so that it can be told not to touch itself. Past 30 assemblies share bits.
@@ -81,6 +83,7 @@ class Builder {
     for (std::size_t i = 0; i < world_.robots.size(); ++i) robots_on_[world_.robots[i].mount.parent].push_back(i);
     for (std::size_t i = 0; i < world_.objects.size(); ++i) objects_on_[world_.objects[i].mount.parent].push_back(i);
     for (const auto& arm : world_.arms) driven_.insert(arm.robot);
+    if (visuals_) lamps_ = lamp_wires(world_);
   }
 
   void build() {
@@ -121,6 +124,9 @@ class Builder {
     spec_.compiler.degree = 0;
     spec_.compiler.fusestatic = 0;
     spec_.compiler.inertiafromgeom = mjINERTIAFROMGEOM_AUTO;
+    if (lamps_.empty()) return;
+    spec_.nuserdata = static_cast<int>(lamps_.size());
+    spec_.nuser_geom = 1;
   }
 
   /// @param moving_root  whether the parent is the world itself: each robot on it begins a new assembly
@@ -240,12 +246,21 @@ class Builder {
                       geometry.shape);
   }
 
+  /// Marks a shape that burns while there is something on the wire.
+  void light(mjsGeom& geom, const std::string& wire) {
+    const auto lamp = std::ranges::find(lamps_, wire);
+    if (wire.empty() || lamp == lamps_.end()) return;
+    const double number = 1.0 + static_cast<double>(lamp - lamps_.begin());
+    mjs_setDouble(geom.userdata, &number, 1);
+  }
+
   void add_visual(const RobotDescription& robot, const Geometry& geometry, mjsBody* body) {
     mjsGeom* geom = add_geom(body, geometry);
     geom->group = kVisualGroup;
     geom->contype = geom->conaffinity = 0;
     set_rgba(geom->rgba, geometry.rgba);
     if (!geometry.material.empty()) mjs_setString(geom->material, material_name(robot, geometry).c_str());
+    if (geometry.material == kLightMaterial) light(*geom, robot.lit_by);
   }
 
   void add_collision(const RobotDescription& robot, const Geometry& geometry, mjsBody* body, const ContactBits& bits) {
@@ -291,6 +306,7 @@ class Builder {
       geom->group = part.visible ? kObjectGroup : kCollisionGroup;
       set_rgba(geom->rgba, part.rgba);
       if (!part.material.empty()) mjs_setString(geom->material, part.material.c_str());
+      light(*geom, object.lit_by);
       set_contact(*geom, object.contact, part.solid ? bits : ContactBits{0, 0});
     }
     mount_on(object.name, body, bits, false);
@@ -336,11 +352,22 @@ class Builder {
   mjSpec& spec_;
   std::map<std::string, std::vector<std::size_t>> robots_on_, objects_on_;  // by name of the parent body
   std::set<std::string> driven_, materials_;
+  std::vector<std::string> lamps_;  // wires; only in pictures
   std::map<std::tuple<std::string, double, double, double, bool>, std::string> meshes_;
   int assemblies_ = 0;
 };
 
 }  // namespace
+
+std::vector<std::string> lamp_wires(const WorldDescription& description) {
+  std::vector<std::string> wires;
+  const auto add = [&](const std::string& wire) {
+    if (!wire.empty() && std::ranges::find(wires, wire) == wires.end()) wires.push_back(wire);
+  };
+  for (const RobotDescription& robot : description.robots) add(robot.lit_by);
+  for (const ObjectDescription& object : description.objects) add(object.lit_by);
+  return wires;
+}
 
 void build_spec(const WorldDescription& description, bool visuals, mjSpec& spec) {
   Builder(description, visuals, spec).build();

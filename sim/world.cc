@@ -69,6 +69,8 @@ struct World::Impl {
   std::vector<NamedDevice> named;
   std::vector<SimDevice*> devices;  // the same
   std::vector<ContactWatch> watches;
+  std::vector<std::string> lamps;         // the wires that light something, by name
+  std::vector<const double*> lamp_wires;  // the same
   std::vector<double> plant_state;
   std::vector<std::uint64_t> words;  // the state as a digest sees it
   bool profiling = false;
@@ -187,6 +189,11 @@ void World::Impl::add_signals(const WorldDescription& description) {
     const SimBeam* beam = find<SimBeam>(input.source);
     const double* wire = output ? output->wire() : beam ? beam->wire() : nullptr;
     add(input.name, std::make_unique<SimInput>(input, wire, description.seed));
+  }
+  lamps = takt::sim::lamp_wires(description);
+  for (const std::string& lamp : lamps) {
+    const SimOutput* output = find<SimOutput>(lamp);
+    lamp_wires.push_back(output ? output->wire() : find<SimBeam>(lamp)->wire());
   }
 }
 
@@ -428,8 +435,11 @@ const mjData_* World::data() const {
   mjData* pictured = impl_->picture_data.get();
   pictured->time = impl_->data->time;
   std::copy_n(impl_->data->qpos, impl_->model->nq, pictured->qpos);
+  for (std::size_t i = 0; i < impl_->lamp_wires.size(); ++i) pictured->userdata[i] = *impl_->lamp_wires[i];
   return pictured;
 }
+
+const std::vector<std::string>& World::lamps() const { return impl_->lamps; }
 
 const mjModel_* World::physics_model() const { return impl_->model.get(); }
 const mjData_* World::physics_data() const { return impl_->data.get(); }

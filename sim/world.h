@@ -97,11 +97,14 @@ class World {
   [[nodiscard]] Result<std::size_t> watch_contact(const std::string& side_a, const std::string& side_b);
   [[nodiscard]] const ContactReading& contact(std::size_t watch) const;
 
-  /// What pictures are drawn from: the model with all visual geometry, and a state with the positions of time() and
-  /// nothing else; data() copies them. The physics runs on a model of its own without that geometry, which costs a
-  /// seventh of a step; positions, bodies and their numbers are the same in both. Thread: the one that steps.
+  /// What pictures are drawn from: the model with all visual geometry, and a state with the positions of time(), which
+  /// lamps burn, and nothing else; data() copies them. The physics runs on a model of its own without that geometry,
+  /// which costs a seventh of a step; positions, bodies and their numbers are the same in both. Thread: the one that
+  /// steps.
   [[nodiscard]] const mjModel_* model() const;
   [[nodiscard]] const mjData_* data() const;
+  /// The wires that light something in the pictures, in the order of their values in the userdata of data().
+  [[nodiscard]] const std::vector<std::string>& lamps() const;
   /// What the physics runs on.
   [[nodiscard]] const mjModel_* physics_model() const;
   [[nodiscard]] const mjData_* physics_data() const;

@@ -66,6 +66,7 @@ struct RobotDescription {
   std::vector<JointFigures> joints;
   std::vector<double> q;  ///< start position of the movable joints in the order of the URDF; empty: zeros
   ContactParameters contact;
+  std::string lit_by = {};      ///< digital wire at which its shapes of material "light" burn; empty: they never do
   bool self_collision = false;  ///< whether links of this robot (and of what is mounted on it) can touch each other
   double stop_margin = 0.035;   ///< rad or m: the mechanical stops lie this far beyond the limits of the URDF
 };
@@ -94,6 +95,7 @@ struct ObjectDescription {
   double mass = 0.0;  ///< kg, spread evenly over the shapes by volume; must be > 0 if the object is free
   bool free = false;  ///< moves freely (only without a parent); otherwise fixed to its parent
   ContactParameters contact;
+  std::string lit_by = {};  ///< digital wire at which it burns; empty: it is no lamp
 };
 
 /// A camera looks along its own -z, +y is up in the picture.
@@ -220,6 +222,11 @@ struct SimBeamDescription {
 
 class SimDevice;
 struct WorldDescription;
+
+/// The wires that light something, each once, in the order of the description. Their number in this list is that of
+/// their value in the userdata of a state that is drawn; a shape that burns with wire i has i + 1 as its userdata.
+/// Realtime: setup.
+[[nodiscard]] std::vector<std::string> lamp_wires(const WorldDescription& description);
 
 /// A simulated device of a kind of its own: whoever describes it also makes it.
 struct SimDeviceDescription {

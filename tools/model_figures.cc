@@ -65,6 +65,7 @@ Json arm_json(const device::ArmDescription& arm) {
             {"angular_acceleration", c.angular_acceleration},
             {"angular_jerk", c.angular_jerk}}},
           {"payload_max", arm.payload_max},
+          {"payload_rated", arm.payload_rated},
           {"cycle_ms", static_cast<double>(arm.cycle) / 1e6},
           {"reach", arm.chain->reach()},
           {"inverse_kinematics", way_to_solutions(arm)},
@@ -114,7 +115,7 @@ void print_arm(const device::ArmDescription& arm) {
   fmt::print("  frames              base '{}' to flange '{}', at most {:.3f} m from the first joint\n", arm.base_link,
              arm.flange_link, arm.chain->reach());
   fmt::print("  inverse kinematics  {}\n", way_to_solutions(arm));
-  fmt::print("  payload             {:g} kg at most\n", arm.payload_max);
+  fmt::print("  payload             {:g} kg rated, {:g} kg at most\n", arm.payload_rated, arm.payload_max);
   fmt::print("  cycle               {:g} ms\n", static_cast<double>(arm.cycle) / 1e6);
   fmt::print("  tool centre point   {:g} m/s, {:g} m/s2, {:g} m/s3; {:g} rad/s, {:g} rad/s2, {:g} rad/s3\n",
              c.linear_velocity, c.linear_acceleration, c.linear_jerk, c.angular_velocity, c.angular_acceleration,

@@ -203,7 +203,8 @@ std::string way_to_solutions(const device::ArmDescription& arm) {
   const int n = chain.joint_count();
   bool revolute = true;
   for (int i = 0; i < n; ++i) revolute = revolute && !chain.is_prismatic(i);
-  if (!revolute || n < 6 || n > 7) return "numeric search";
+  if (n < 6) return "place and the nearest turn, numeric";
+  if (!revolute || n > 7) return "numeric search";
   std::vector<int> held;
   std::string of_seven;
   if (n == 7) {

@@ -45,7 +45,7 @@ class MotionActivity final : public ActivityModel {
     if (!before.at_end.rests())
       return failure("", fmt::format("'{}': nobody knows where it will be at rest", name()),
                      "a motion after the end of what runs");
-    const motion::ArmModel model = model_of(arm);
+    const motion::ArmModel model = command::planning_model(arm, wish_.X_FM, before.at_end.tool);
     auto from_rest = motion::plan_sequence(model, *before.at_end.q, makers(model));
     if (!from_rest) return std::unexpected(std::move(from_rest.error()));
     auto blended = blended_plan(model, before);
@@ -68,15 +68,6 @@ class MotionActivity final : public ActivityModel {
       findings.error("/blend", fmt::format("{}", *blend.time_share), "a share of the time, at least 0.5 and below 1");
     if (blend.distance && !(*blend.distance > 0.0))
       findings.error("/blend", fmt::format("{} m", *blend.distance), "above 0 m");
-  }
-
-  [[nodiscard]] motion::ArmModel model_of(const command::MountedArm& arm) const {
-    const device::ArmDescription& d = arm.device->description();
-    return {.chain = *d.chain,
-            .inverse = d.inverse.get(),
-            .limits = d.limits,
-            .cartesian = d.cartesian,
-            .X_FM = wish_.X_FM.value_or(arm.X_FT)};
   }
 
   [[nodiscard]] std::vector<motion::LegMaker> makers(const motion::ArmModel& model) const {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/object_reader.h"
+#include "core/kinematics/nearest_place.h"
 #include "core/kinematics/solutions.h"
 #include "core/motion/planner.h"
 
@@ -93,13 +94,29 @@ void read_blend(ObjectReader& reader, MotionRequest& request) {
 
 // -- Planning ------------------------------------------------------------------------------------------------------
 
-motion::ArmModel model_of(const command::MountedArm& arm) {
-  const device::ArmDescription& description = arm.device->description();
-  return {*description.chain, description.inverse.get(), description.limits, description.cartesian, arm.X_FT};
+/// An arm with fewer than six joints goes to the place and turns the tool as near as it can; `notes` tells by how much
+/// it fails.
+std::optional<JointVector> nearest_place(const command::MountedArm& arm, const Eigen::Isometry3d& X_BT,
+                                         const JointVector& q, Findings& notes) {
+  const kinematics::Chain& chain = *arm.device->description().chain;
+  auto place = kinematics::nearest_place(chain, X_BT, arm.X_FT, q);
+  if (!place) return std::nullopt;
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  if (place->turn > 0.1 * kDegree) {
+    notes.note("/to",
+               fmt::format("an arm of {} joints cannot turn its tool like this: at the goal it is {:.1f} deg off",
+                           chain.joint_count(), place->turn / kDegree));
+  }
+  return std::move(place->q);
 }
 
-Result<JointVector> nearest_configuration(const device::ArmDescription& arm, const Eigen::Isometry3d& X_BF,
-                                          const JointVector& q) {
+Result<JointVector> nearest_configuration(const command::MountedArm& mounted, const Eigen::Isometry3d& X_BT,
+                                          const JointVector& q, Findings& notes) {
+  const device::ArmDescription& arm = mounted.device->description();
+  const Eigen::Isometry3d X_BF = X_BT * mounted.X_FT.inverse();
+  if (arm.chain->joint_count() < 6) {
+    if (auto near = nearest_place(mounted, X_BT, q, notes)) return *near;
+  }
   kinematics::SolutionOptions options;
   options.reference = q;
   options.most = 1;
@@ -148,16 +165,17 @@ Result<Eigen::Isometry3d> goal_pose(const Goal& goal, const command::Cell& cell,
   return joints ? tool_pose(cell.arms.find(name)->second, *joints) : std::get<Eigen::Isometry3d>(*resolved);
 }
 
-Result<JointVector> goal_joints(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
+Result<JointVector> goal_joints(const MotionRequest& request, const command::Cell& cell, const JointVector& q,
+                                Findings& notes) {
   const command::MountedArm& arm = cell.arms.find(request.arm)->second;
   const auto goal = resolve(request.goal, cell, request.arm, q);
   if (!goal) return at_place(goal.error(), "/to");
   if (const auto* joints = std::get_if<JointVector>(&*goal)) return *joints;
-  return nearest_configuration(arm.device->description(), std::get<Eigen::Isometry3d>(*goal) * arm.X_FT.inverse(), q);
+  return nearest_configuration(arm, std::get<Eigen::Isometry3d>(*goal), q, notes);
 }
 
 Result<motion::Leg> arc_leg(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
-  const motion::ArmModel arm = model_of(cell.arms.find(request.arm)->second);
+  const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   if (request.about) {
     const auto X_BI = cell.frames.pose(request.about->in, request.arm);
     if (!X_BI) return at_place(X_BI.error(), "/about/in");
@@ -177,7 +195,7 @@ Result<motion::Leg> arc_leg(const MotionRequest& request, const command::Cell& c
 }
 
 Result<motion::Leg> through_leg(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
-  const motion::ArmModel arm = model_of(cell.arms.find(request.arm)->second);
+  const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   std::vector<JointVector> joints;
   std::vector<Eigen::Isometry3d> poses;
   for (std::size_t i = 0; i < request.through.size(); ++i) {
@@ -190,10 +208,11 @@ Result<motion::Leg> through_leg(const MotionRequest& request, const command::Cel
 }
 
 Result<motion::Leg> geometry_of(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
-  const motion::ArmModel arm = model_of(cell.arms.find(request.arm)->second);
+  const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   switch (request.kind) {
     case PathKind::kPtp: {
-      const auto q_goal = goal_joints(request, cell, q);
+      Findings unheard;  // of a sequence only the way is told
+      const auto q_goal = goal_joints(request, cell, q, unheard);
       if (!q_goal) return std::unexpected(q_goal.error());
       return motion::ptp_leg(arm, q, *q_goal);
     }
@@ -220,19 +239,22 @@ Result<motion::Leg> leg_of(const MotionRequest& request, const command::Cell& ce
 }
 
 /// PTP and LIN alone have planners of their own: the shortest way from a goal to a motion.
-Result<motion::Motion> plan_single(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
-  const motion::ArmModel arm = model_of(cell.arms.find(request.arm)->second);
+Result<motion::Motion> plan_single(const MotionRequest& request, const command::Cell& cell, const JointVector& q,
+                                   Findings& notes) {
+  const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   const motion::MotionOptions options{.velocity = request.velocity,
                                       .acceleration = request.acceleration,
                                       .linear_velocity = request.linear_velocity,
-                                      .X_FM = arm.X_FM};
+                                      .X_FM = arm.X_FM,
+                                      .load = arm.load};
   if (request.kind == PathKind::kPtp) {
-    const auto q_goal = goal_joints(request, cell, q);
+    const auto q_goal = goal_joints(request, cell, q, notes);
     if (!q_goal) return std::unexpected(q_goal.error());
     return motion::plan_ptp(arm.chain, arm.limits, q, *q_goal, options);
   }
   const auto X_goal = goal_pose(request.goal, cell, request.arm, q);
   if (!X_goal) return at_place(X_goal.error(), "/to");
+  if (!arm.inverse) return failure("", "an arm of fewer than three joints follows no line", "PTP");
   return motion::plan_lin(arm.chain, *arm.inverse, arm.limits, arm.cartesian, q, *X_goal, {}, options);
 }
 
@@ -310,15 +332,17 @@ Result<motion::SequencePlan> plan_motions(const std::vector<MotionRequest>& requ
   const MotionRequest& first = requests.front();
   const bool single = requests.size() == 1 && (first.kind == PathKind::kPtp || first.kind == PathKind::kLin);
   if (single) {
-    auto motion = plan_single(first, cell, q);
+    Findings notes, placed;
+    auto motion = plan_single(first, cell, q, notes);
     if (!motion) return std::unexpected(as_seen_in_file(motion.error()));
-    return motion::SequencePlan{.motion = std::move(*motion), .notes = {}, .handed_over = {}};
+    placed.append(notes, first.pointer);
+    return motion::SequencePlan{.motion = std::move(*motion), .notes = std::move(placed), .handed_over = {}};
   }
   std::vector<motion::LegMaker> makers;
   for (const MotionRequest& request : requests) {
     makers.push_back([&](const JointVector& q_start) { return leg_of(request, cell, q_start); });
   }
-  const motion::ArmModel arm = model_of(cell.arms.find(first.arm)->second);
+  const motion::ArmModel arm = command::planning_model(cell.arms.find(first.arm)->second);
   auto plan = motion::plan_sequence(arm, q, makers);
   if (!plan) return std::unexpected(of_sequence(plan.error(), requests));
   plan->notes = as_notes(plan->notes, requests);

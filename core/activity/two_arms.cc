@@ -17,8 +17,7 @@ using kinematics::JointVector;
 using motion::ArmModel;
 
 ArmModel model_of(const Cell& cell, const std::string& arm, const Eigen::Isometry3d& X_FM) {
-  const device::ArmDescription& d = cell.arms.find(arm)->second.device->description();
-  return {.chain = *d.chain, .inverse = d.inverse.get(), .limits = d.limits, .cartesian = d.cartesian, .X_FM = X_FM};
+  return command::planning_model(cell.arms.find(arm)->second, X_FM);
 }
 
 class TwoArmActivity final : public ActivityModel {

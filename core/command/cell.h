@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <Eigen/Geometry>
@@ -11,6 +12,7 @@
 #include "core/device/force_torque_sensor.h"
 #include "core/device/gripper.h"
 #include "core/device/signal.h"
+#include "core/motion/leg.h"
 #include "core/net/value.h"
 #include "core/world/frame_graph.h"
 #include "core/world/shape.h"
@@ -25,9 +27,17 @@ namespace takt::command {
 struct MountedArm {
   device::Arm* device = nullptr;                           ///< owned by the control core
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< tool centre point in the flange, m
-  double ball_radius = 0.0;       ///< of a probing ball around the tool centre point, m; 0 = none
-  kinematics::JointVector start;  ///< where the arm stands before the program, rad or m
+  double ball_radius = 0.0;                    ///< of a probing ball around the tool centre point, m; 0 = none
+  kinematics::JointVector start;               ///< where the arm stands before the program, rad or m
+  Eigen::Vector3d gravity_B{0.0, 0.0, -9.81};  ///< m/s^2 in its base
 };
+
+/// What the planners of motions need to know of an arm. It refers to the arm's description.
+/// @param X_FM  the frame that Cartesian motions move, in the flange; default: the tool centre point
+/// @param tool  what it will carry then; default: what it carries now. Realtime: setup.
+[[nodiscard]] motion::ArmModel planning_model(const MountedArm& arm,
+                                              const std::optional<Eigen::Isometry3d>& X_FM = std::nullopt,
+                                              const std::optional<device::ToolSetting>& tool = std::nullopt);
 
 /// A force/torque sensor on the flange of an arm.
 struct MountedSensor {

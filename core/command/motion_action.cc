@@ -158,20 +158,12 @@ class MotionModel final : public ActionModel {
   Planner planner_;
 };
 
-motion::ArmModel model_of(const MountedArm& arm, const MotionWish& wish) {
-  const device::ArmDescription& d = arm.device->description();
-  return {.chain = *d.chain,
-          .inverse = d.inverse.get(),
-          .limits = d.limits,
-          .cartesian = d.cartesian,
-          .X_FM = wish.X_FM.value_or(arm.X_FT)};
-}
-
-motion::MotionOptions options_of(const MountedArm& arm, const MotionWish& wish) {
+motion::MotionOptions options_of(const motion::ArmModel& arm, const MotionWish& wish) {
   return {.velocity = wish.velocity,
           .acceleration = wish.acceleration,
           .linear_velocity = wish.linear_velocity,
-          .X_FM = wish.X_FM.value_or(arm.X_FT)};
+          .X_FM = arm.X_FM,
+          .load = arm.load};
 }
 
 /// The leg with what is wished for it.
@@ -202,7 +194,7 @@ Action motion_action(const char* name, const MotionWish& wish, Planner planner) 
 template <class Goal, class MakeLeg>
 Action one_leg(const char* name, const MotionWish& wish, const Goal& goal, MakeLeg make_leg) {
   return motion_action(name, wish, [wish, goal, make_leg](const MountedArm& arm, const JointVector& q_start) {
-    const motion::ArmModel model = model_of(arm, wish);
+    const motion::ArmModel model = planning_model(arm, wish.X_FM);
     const auto geometry = [&](const JointVector& q) { return make_leg(model, q, goal); };
     return motion::plan_sequence(model, q_start, {with_wish({.geometry = geometry, .wish = wish})});
   });
@@ -231,17 +223,17 @@ Action planned(PlannedMotion motion) { return Action(std::make_shared<const Plan
 
 Action ptp(const JointVector& q_goal, const MotionWish& wish) {
   return motion_action("PTP", wish, [wish, q_goal](const MountedArm& arm, const JointVector& q) {
-    const device::ArmDescription& d = arm.device->description();
-    return alone(motion::plan_ptp(*d.chain, d.limits, q, q_goal, options_of(arm, wish)));
+    const motion::ArmModel model = planning_model(arm, wish.X_FM);
+    return alone(motion::plan_ptp(model.chain, model.limits, q, q_goal, options_of(model, wish)));
   });
 }
 
 Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish) {
   return motion_action("LIN", wish, [wish, X_BM_goal](const MountedArm& arm, const JointVector& q) {
-    const device::ArmDescription& d = arm.device->description();
-    if (!d.inverse) return Result<motion::SequencePlan>(failure({}, "the arm has no inverse kinematics", "a PTP"));
-    return alone(
-        motion::plan_lin(*d.chain, *d.inverse, d.limits, d.cartesian, q, X_BM_goal, {}, options_of(arm, wish)));
+    const motion::ArmModel model = planning_model(arm, wish.X_FM);
+    if (!model.inverse) return Result<motion::SequencePlan>(failure({}, "the arm has no inverse kinematics", "a PTP"));
+    return alone(motion::plan_lin(model.chain, *model.inverse, model.limits, model.cartesian, q, X_BM_goal, {},
+                                  options_of(model, wish)));
   });
 }
 
@@ -270,7 +262,7 @@ Action sequence(std::vector<SequencePart> parts) {
           return Result<motion::SequencePlan>(failure({}, "a sequence without motions", "one at least"));
         std::vector<motion::LegMaker> makers;
         for (const SequencePart& part : parts) makers.push_back(with_wish(part));
-        return motion::plan_sequence(model_of(arm, first), q, makers);
+        return motion::plan_sequence(planning_model(arm, first.X_FM), q, makers);
       });
 }
 

@@ -57,7 +57,8 @@ struct ArmDescription : ModelDescription {
   bool torque_at_motor = false;       ///< known from the motors' currents, friction and rotors included; else of joints
   Nanoseconds measurement_delay = 0;  ///< from a measurement to when it can be read
   Nanoseconds measurement_period = 0;  ///< between measurements that can be read; 0: every cycle
-  double payload_max = 0.0;            ///< kg
+  double payload_max = 0.0;            ///< kg; 0: not told
+  double payload_rated = 0.0;          ///< kg: with it torque limits leave full accelerations nearly everywhere
   double start_tolerance = 0.01;       ///< rad or m: how far measured and assumed start may lie apart (row S5)
   Nanoseconds cycle = kMillisecond;    ///< of the device
   Nanoseconds sample_age_max = 20 * kMillisecond;  ///< older samples count as absent (row T2): 20 device cycles

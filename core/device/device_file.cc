@@ -53,6 +53,7 @@ class ArmReader {
     read_held_joints();
     arm_.start_tolerance = reader_.number("start_tolerance_rad", 0.01, kPositive);
     arm_.payload_max = reader_.number("payload_max_kg", 0.0, kNotNegative);
+    arm_.payload_rated = reader_.number("payload_rated_kg", arm_.payload_max, {.low = 0.0, .high = arm_.payload_max});
     arm_.cycle = read_cycle(reader_);
     arm_.sample_age_max = kSampleCyclesMax * arm_.cycle;
     read_limits();
@@ -123,7 +124,7 @@ class ArmReader {
       }
       held.push_back(static_cast<int>(found - arm_.joint_names.begin()));
     }
-    if (joint_count_ < 6) return;  // no inverse: only joint motions
+    if (joint_count_ < 3) return;  // no inverse: only joint motions
     auto inverse = given ? kinematics::InverseKinematics::create(*arm_.chain, held)
                          : kinematics::InverseKinematics::create(*arm_.chain);
     if (!inverse) return reader_.findings().append(inverse.error(), reader_.at("held_joints"));

@@ -23,6 +23,19 @@ constexpr double kMaxStep = 0.25;
 constexpr double kLastStep = 4e-7;
 /// The same where the Jacobian is used on: it changes by no more than the step itself.
 constexpr double kLastStepOfMotion = 1e-12;
+/// The same with fewer than six joints, where what cannot be met lets the steps shrink by a thousandth each.
+constexpr double kLastStepOfFewer = 1e-10;
+
+/// Of a turn against a place (in units of the reach), where six equations have fewer unknowns: a turn that is off by
+/// 1 mrad then takes the flange a billionth of the reach away from its place.
+constexpr double kTurnWeight = 1e-3;
+
+/// The normal equations of A x = y for the first columns; the others are zero and give zero.
+Matrix6 normal_of(const Matrix6& A) {
+  Matrix6 normal = A.transpose().lazyProduct(A);
+  normal.diagonal().array() += 1e-30;
+  return normal;
+}
 
 /// The step of Levenberg and Marquardt. The damping shrinks with the residual, so that convergence stays quadratic.
 /// Source: Yamashita, Fukushima 2001.
@@ -36,13 +49,14 @@ Vector6 damped_step(const Matrix6& A, const Vector6& error) {
 
 Findings check_held(int joint_count, const std::vector<int>& held) {
   Findings findings;
-  if (joint_count < 6) {
-    findings.error({}, fmt::format("the chain has {} joints", joint_count), "six or more, to reach any pose");
+  if (joint_count < 3) {
+    findings.error({}, fmt::format("the chain has {} joints", joint_count), "three or more, to reach any place");
     return findings;
   }
-  if (static_cast<int>(held.size()) != joint_count - 6)
+  const int wanted = std::max(0, joint_count - 6);
+  if (static_cast<int>(held.size()) != wanted)
     findings.error({}, fmt::format("{} held joints for a chain of {}", held.size(), joint_count),
-                   fmt::format("{}, so that six remain", joint_count - 6));
+                   wanted == 0 ? std::string("none") : fmt::format("{}, so that six remain", wanted));
   for (std::size_t i = 0; i < held.size(); ++i) {
     if (held[i] < 0 || held[i] >= joint_count)
       findings.error(pointer_segment(i), fmt::format("held joint {}", held[i]),
@@ -87,6 +101,7 @@ Result<InverseKinematics> InverseKinematics::create(const Chain& chain, std::vec
     const auto& held = inverse.held_joints_;
     if (std::find(held.begin(), held.end(), i) == held.end()) inverse.free_joints_[k++] = i;
   }
+  inverse.free_count_ = static_cast<int>(k);
   inverse.length_scale_ = std::max(chain.reach(), 1e-3);
   inverse.tolerance_ = 1e-12 * std::max(1.0, chain.reach());
   return inverse;
@@ -114,12 +129,34 @@ Vector6 InverseKinematics::weighted(const Vector6& v) const {
 
 void InverseKinematics::linearise(Linear& at) const {
   const double weight = 1.0 / length_scale_;
-  for (int k = 0; k < 6; ++k) {
+  for (int k = 0; k < free_count_; ++k) {
     at.A.col(k) = at.J.col(free_joints_[static_cast<std::size_t>(k)]);
     at.A.col(k).head<3>() *= weight;
   }
-  at.pivot = at.lu.factor(at.A);
   at.linearised = true;
+  if (!is_short()) {
+    at.pivot = at.lu.factor(at.A);
+    return;
+  }
+  for (int k = free_count_; k < 6; ++k) at.A.col(k).setZero();
+  const Matrix6 L = normal_of(at.A).llt().matrixL();
+  at.pivot = L.diagonal().head(free_count_).minCoeff();
+}
+
+Vector6 InverseKinematics::solve_free(const Linear& at, const Vector6& y) const {
+  if (!is_short()) return at.lu.solve(y);
+  Matrix6 A = at.A;
+  A.bottomRows<3>() *= kTurnWeight;
+  Vector6 right = y;
+  right.tail<3>() *= kTurnWeight;
+  right = (A.transpose().lazyProduct(right)).eval();
+  return normal_of(A).llt().solve(right);
+}
+
+bool InverseKinematics::is_met(const Vector6& error) const {
+  const double place = error.head<3>().cwiseAbs().maxCoeff(), turn = error.tail<3>().cwiseAbs().maxCoeff();
+  constexpr double kPlaceSlack = 1e-8;  // of the reach: what kTurnWeight leaves of kTurnSlack
+  return is_short() ? place <= kPlaceSlack * length_scale_ && turn <= kTurnSlack : place <= tolerance_ && turn <= 1e-12;
 }
 
 IkStatus InverseKinematics::converge(const Eigen::Isometry3d& X_BF, const JointVector& held, double last_step,
@@ -130,23 +167,23 @@ IkStatus InverseKinematics::converge(const Eigen::Isometry3d& X_BF, const JointV
     chain_.jacobian(q, at.X_BF, at.J);
     at.linearised = false;
     const Vector6 error = pose_error(at.X_BF, X_BF);
-    const double p_error = error.head<3>().cwiseAbs().maxCoeff();
-    const double r_error = error.tail<3>().cwiseAbs().maxCoeff();
-    if (p_error <= tolerance_ && r_error <= 1e-12) return IkStatus::kOk;
+    if (!is_short() && is_met(error)) return IkStatus::kOk;
 
     linearise(at);
     const Vector6 e = weighted(error);
     const bool damped = !(at.pivot > kDampedBelow);
-    Vector6 delta = damped ? damped_step(at.A, e) : at.lu.solve(e);
+    Vector6 delta = damped ? damped_step(at.A, e) : solve_free(at, e);
     const double longest = delta.cwiseAbs().maxCoeff();
     if (longest > kMaxStep) delta *= kMaxStep / longest;
     double travel = 0.0;
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < free_count_; ++k) {
       const int joint = free_joints_[static_cast<std::size_t>(k)];
       q[joint] += delta[k];
       travel = std::max(travel, std::abs(q[joint] - seed[joint]));
     }
-    if (!damped && delta.cwiseAbs().sum() <= last_step) return IkStatus::kOk;
+    // With fewer joints than equations a small step says where it ends, and the error whether that is near enough.
+    const bool ends = !damped && delta.cwiseAbs().sum() <= (is_short() ? kLastStepOfFewer : last_step);
+    if (ends) return !is_short() || is_met(error) ? IkStatus::kOk : IkStatus::kNotConverged;
     // Written so that NaN ends here too.
     if (!(longest < std::numeric_limits<double>::infinity()) || travel > kMaxTravel) break;
   }
@@ -169,8 +206,8 @@ JointVector InverseKinematics::solve_linear(const Linear& at, const Vector6& y, 
     x[held_joints_[i]] = value;
     rest -= at.J.col(held_joints_[i]) * value;
   }
-  const Vector6 free = at.lu.solve(weighted(rest));
-  for (int k = 0; k < 6; ++k) x[free_joints_[static_cast<std::size_t>(k)]] = free[k];
+  const Vector6 free = solve_free(at, weighted(rest));
+  for (int k = 0; k < free_count_; ++k) x[free_joints_[static_cast<std::size_t>(k)]] = free[k];
   return x;
 }
 
@@ -211,7 +248,7 @@ double InverseKinematics::singularity_measure(const JointVector& q) const {
   Linear at;
   chain_.jacobian(q, at.X_BF, at.J);
   linearise(at);
-  return Eigen::JacobiSVD<Matrix6>(at.A).singularValues()[5];
+  return Eigen::JacobiSVD<Matrix6>(at.A).singularValues()[free_count_ - 1];
 }
 
 double limit_distance(const Chain& chain, const JointVector& q) {

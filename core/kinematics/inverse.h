@@ -23,14 +23,17 @@ enum class IkStatus {
 /// Inverse kinematics in the cycle, on one branch: Newton's method from a seed near the solution.
 /// A chain of n > 6 joints keeps n-6 *held* joints at given values: the redundancy is a coordinate of the path like the
 /// pose itself, so the same point of a path always has the same q; pause, backwards and cancel stay exact.
+/// A chain of n < 6 joints cannot turn its flange freely. It is solved where it can do what is asked: the flange's
+/// place as exactly as with six, its turn to kTurnSlack; what is between is divided by least squares.
 /// Joint limits are not looked at: the planner and the guard do that (see limit_distance).
 /// Immutable after creation; thread: any. Holds its own copy of the chain.
 class InverseKinematics {
  public:
-  /// @param held_joints  n-6 different indices into the joints of the chain, in the order in which values are given
-  /// @return findings if the chain has fewer than six joints, or the indices do not fit. Realtime: setup.
+  /// @param held_joints  n-6 different indices into the joints of the chain, in the order in which values are given;
+  /// none for n <= 6   @return findings if the chain has fewer than three joints, or the indices do not fit. Realtime:
+  /// setup.
   [[nodiscard]] static Result<InverseKinematics> create(const Chain& chain, std::vector<int> held_joints);
-  /// The held joint that is right for most arms: none for n == 6, the third for n == 7; findings for any other n.
+  /// The held joint that is right for most arms: none for n <= 6, the third for n == 7; findings for any other n.
   [[nodiscard]] static Result<InverseKinematics> create(const Chain& chain);
 
   [[nodiscard]] const Chain& chain() const { return chain_; }
@@ -38,7 +41,7 @@ class InverseKinematics {
   /// The held joints' part of q.
   [[nodiscard]] JointVector held(const JointVector& q) const;
 
-  // All below: realtime: cyclic, bounded, no allocation. Sizes are preconditions: q, dq, ddq n; held* n-6.
+  // All below: realtime: cyclic, bounded, no allocation. Sizes are preconditions: q, dq, ddq n; held* n-6, or none.
 
   /// Joint positions for a flange pose F in B.
   /// Converges quadratically to a residual of 1e-12 m and rad (relative to the arm's size where that is above 1 m), in
@@ -47,7 +50,7 @@ class InverseKinematics {
   /// than kMaxTravel from the seed. @return kOk or kNotConverged.
   [[nodiscard]] IkStatus solve(const Eigen::Isometry3d& X_BF, const JointVector& held, JointVector& q) const;
 
-  /// Joint velocities for a flange twist at q; exact, not damped.
+  /// Joint velocities for a flange twist at q; exact, not damped; with fewer than six joints what comes nearest to it.
   /// @param V_BF_B  linear first, m/s and rad/s, expressed in B   @param held_dq  rad/s or m/s
   /// @param[out] dq untouched unless kOk. @return kOk or kSingular.
   [[nodiscard]] IkStatus rates(const JointVector& q, const Vector6& V_BF_B, const JointVector& held_dq,
@@ -68,7 +71,8 @@ class InverseKinematics {
   [[nodiscard]] IkStatus solve_motion(const Goal& goal, JointVector& q, JointVector& dq, JointVector& ddq) const;
 
   /// How far from singular: the smallest singular value of the 6 x 6 Jacobian of the free joints, its linear rows
-  /// divided by length_scale(). 0 = singular; the LWR in a good posture has about 0.3. Realtime: cyclic, O(1).
+  /// divided by length_scale(); with fewer than six joints that of all their columns. 0 = singular; the LWR in a good
+  /// posture has about 0.3. Realtime: cyclic, O(1).
   [[nodiscard]] double singularity_measure(const JointVector& q) const;
   /// What the linear rows are divided by: the sum of the link lengths, at least 1e-3 m.
   [[nodiscard]] double length_scale() const { return length_scale_; }
@@ -76,6 +80,9 @@ class InverseKinematics {
   /// No joint moves further than this from the seed in one solve, rad or m: beyond it another branch is near.
   static constexpr double kMaxTravel = 0.5;
   static constexpr int kMaxSteps = 32;
+  /// rad: by how much a flange on fewer than six joints may be turned away from what is asked. Files round their
+  /// angles to some 1e-4.
+  static constexpr double kTurnSlack = 1e-3;
   /// Below this pivot of the weighted Jacobian the steps are damped; see docs/kinematics.md.
   static constexpr double kDampedBelow = 1e-3;
   /// Below this pivot rates do not exist.
@@ -96,10 +103,15 @@ class InverseKinematics {
   [[nodiscard]] JointVector solve_linear(const Linear& at, const Vector6& y, const JointVector& held) const;
   /// Linear rows divided by the length scale.
   [[nodiscard]] Vector6 weighted(const Vector6& v) const;
+  [[nodiscard]] bool is_short() const { return free_count_ < 6; }
+  /// x of A x = y: exact with six free joints, with fewer the least squares in which places count far more than turns.
+  [[nodiscard]] Vector6 solve_free(const Linear& at, const Vector6& y) const;
+  [[nodiscard]] bool is_met(const Vector6& error) const;
 
   Chain chain_;
   std::vector<int> held_joints_;
   std::array<int, 6> free_joints_{};
+  int free_count_ = 6;
   double length_scale_ = 1.0;
   double tolerance_ = 1e-12;
 };

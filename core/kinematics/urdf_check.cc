@@ -1,8 +1,11 @@
 #include "core/kinematics/urdf_check.h"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
@@ -35,6 +38,9 @@ std::vector<std::string> split(std::string_view text) {
 /// What larger numbers mean is a slip of the unit or of the pen.
 constexpr double kLargest = 1e9;
 
+/// Of one mesh file: 200 000 triangles of a binary STL, as many as MuJoCo takes; no picture gets better by more.
+constexpr std::uintmax_t kMaxMeshBytes = 10'000'084;
+
 class Checker {
  public:
   Checker(const XmlTree& tree, const std::filesystem::path& folder) : tree_(tree), folder_(folder) {}
@@ -45,6 +51,7 @@ class Checker {
       findings_.error(place(robot), fmt::format("the root element is <{}>", robot.name), "<robot>");
       return std::move(findings_);
     }
+    if (Findings xacro = check_no_xacro(tree_); xacro.has_errors()) return xacro;
     check_words(robot);
     name_of(robot, "the robot");
     for (const XmlElement* material : tree_.children(robot, "material")) check_material(*material, true);
@@ -263,7 +270,24 @@ class Checker {
       findings_.append(path.error());
     } else if (std::error_code error; !std::filesystem::is_regular_file(*path, error)) {
       findings_.error(place(mesh), fmt::format("{}: there is no mesh file '{}'", who_, *name), hint);
+    } else {
+      check_mesh_file(mesh, *path, *name);
     }
+  }
+
+  void check_mesh_file(const XmlElement& mesh, const std::filesystem::path& path, const std::string& name) {
+    std::string kind = path.extension().string();
+    std::ranges::transform(kind, kind.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (kind != ".stl" && kind != ".obj") {
+      findings_.error(place(mesh), fmt::format("{}: mesh '{}' is of a kind that is not read", who_, name),
+                      ".stl or .obj: convert it (MeshLab, Blender); 'takt new robot' makes a model without it");
+      return;
+    }
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(path, error);
+    if (error || bytes <= kMaxMeshBytes) return;
+    findings_.error(place(mesh), fmt::format("{}: mesh '{}' has {} bytes", who_, name, bytes),
+                    fmt::format("at most {}: about {} triangles", kMaxMeshBytes, kMaxMeshBytes / 50));
   }
 
   // --- materials: defined by the robot or by their first use with a colour ---------------------------------------
@@ -448,6 +472,17 @@ class Checker {
 };
 
 }  // namespace
+
+Findings check_no_xacro(const XmlTree& tree) {
+  Findings findings;
+  for (const XmlElement& element : tree.elements) {
+    if (!element.name.starts_with("xacro:")) continue;
+    findings.error(place(element), fmt::format("<{}>: this is a xacro file, not a URDF", element.name),
+                   "expand it first, where ROS is installed: xacro FILE.urdf.xacro > FILE.urdf");
+    break;
+  }
+  return findings;
+}
 
 Findings check_urdf(const XmlTree& tree, const std::filesystem::path& folder) { return Checker(tree, folder).run(); }
 

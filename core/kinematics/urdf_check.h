@@ -15,4 +15,8 @@ inline constexpr std::size_t kMaxLinks = 1000;
 /// Mesh names are resolved below `folder`. Realtime: setup.
 [[nodiscard]] Findings check_urdf(const XmlTree& tree, const std::filesystem::path& folder);
 
+/// A finding if there is a word of xacro in the file. It is a language of its own: running it is ROS's job, and what
+/// its words stand for is not in the file. check_urdf() looks, too. Realtime: setup.
+[[nodiscard]] Findings check_no_xacro(const XmlTree& tree);
+
 }  // namespace takt::kinematics

@@ -15,6 +15,9 @@ struct ArmModel {
   const JointLimits& limits;
   const CartesianLimits& cartesian;
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();  ///< the frame that Cartesian motions move, in the flange
+  std::optional<DriveLoad> load = std::nullopt;            ///< nothing: torques are not looked at
+
+  [[nodiscard]] const DriveLoad* drive_load() const { return load ? &*load : nullptr; }
 };
 
 /// How far before its goal a motion may be left for the next one, and after its start the next one is joined.

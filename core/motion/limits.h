@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/kinematics/chain.h"
 #include "core/kinematics/types.h"
 
 namespace takt::motion {
@@ -28,6 +29,14 @@ struct CartesianLimits {
   double angular_velocity = 3.0;       ///< rad/s
   double angular_acceleration = 15.0;  ///< rad/s^2
   double angular_jerk = 150.0;         ///< rad/s^3
+};
+
+/// What the motors of an arm have to move beside the links of its chain. Torque limits, damping and friction are the
+/// chain's.
+struct DriveLoad {
+  JointVector armature;  ///< rotors seen at the joints, kg m^2 (kg); size 0: none
+  Eigen::Vector3d gravity_B = Eigen::Vector3d(0.0, 0.0, -9.81);  ///< m/s^2
+  kinematics::Payload payload = {};
 };
 
 }  // namespace takt::motion

@@ -161,6 +161,26 @@ constexpr double kMeasuredShareOfJerk = 0.75;
 constexpr int kRoundsOfMeasuring = 4;
 /// What is still let pass where nothing can be stretched: the clock gets what is left.
 constexpr double kMostShareOfJerk = 0.92;
+/// The same of what gravity and friction leave of the torques.
+constexpr double kMostShareOfTorque = 0.95;
+
+namespace {
+
+using Torques = std::optional<TorqueProfile>;
+
+Findings overloads(const Torques& torques, const std::string& pointer) {
+  return torques ? torques->overloads(pointer) : Findings{};
+}
+
+TorqueProfile::Need need_of(const Torques& torques, const TimeLaw& law, double share) {
+  return torques ? torques->need(law, share) : TorqueProfile::Need{};
+}
+
+ClockBounds within_torques(const ClockBounds& clock, const Torques& torques, const TimeLaw& law) {
+  return torques ? common(clock, torques->clock(law)) : clock;
+}
+
+}  // namespace
 
 ShapeLimits PathPlanner::limits_of(const PieceShares& shares) const {
   const int n = chain_.joint_count();
@@ -200,11 +220,15 @@ void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, con
   search.reference = walk.nodes.empty() ? JointVector() : walk.nodes.front().q;
   const Eigen::Isometry3d X_BF = sample(piece.geometry, {.s = piece.own_end}).frame.X_BM * X_FM_.inverse();
   if (inverse_solutions(chain_, X_BF, search).empty()) {
+    const bool few = chain_.joint_count() < 6;
     findings.error(
         pointer,
         fmt::format("the goal is out of reach: the arm follows to {:.1f} % of the {}, {:.1f} mm before the goal",
                     100 * walk.t_end, word, (1.0 - walk.t_end) * way * 1e3),
-        "a goal nearer to the base, or another orientation");
+        few ? fmt::format("an arm of {} joints cannot turn its tool freely: a {} on which it can keep the orientation, "
+                          "or PTP",
+                          chain_.joint_count(), word)
+            : "a goal nearer to the base, or another orientation");
     return;
   }
   switch (walk.end) {
@@ -267,6 +291,21 @@ PathShape PathPlanner::shape_of(const std::vector<PlannedPiece>& pieces, const s
   return shape;
 }
 
+std::optional<TorqueProfile> PathPlanner::torques_along(const std::vector<PlannedPiece>& pieces,
+                                                        const std::vector<PieceWalk>& walks) const {
+  if (load_ == nullptr) return std::nullopt;
+  TorqueProfile profile(chain_, *load_);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const PathPiece& piece = pieces[i].piece;
+    const double width = piece.s_end - piece.s_begin;
+    for (std::size_t k = 0; k < walks[i].nodes.size(); ++k) {
+      const PieceWalk::Node& node = walks[i].nodes[k];
+      profile.add(piece.s_begin + width * walks[i].t(k), node.q, node.dq / width, node.ddq / (width * width));
+    }
+  }
+  return profile;
+}
+
 PathPlanner::JerkPeak PathPlanner::largest_jerk(const Motion& motion) const {
   constexpr double kStep = 0.5e-3;  // s: half the shortest cycle that a device takes
   const Eigen::Isometry3d X_MF = X_FM_.inverse();
@@ -305,6 +344,8 @@ Result<Motion> PathPlanner::plan_in_motion(const std::vector<PlannedPiece>& piec
   const WalkedPath path = walk(pieces, q_start, steps, pointer);
   failed_piece = path.failed_piece;
   if (path.findings.has_errors()) return std::unexpected(path.findings);
+  const auto torques = torques_along(pieces, path.walks);
+  if (Findings heavy = overloads(torques, pointer); heavy.has_errors()) return std::unexpected(std::move(heavy));
   const PathShape shape = shape_of(pieces, path.walks);
   Motion motion{.path = as_path(pieces),
                 .law = {},
@@ -317,10 +358,15 @@ Result<Motion> PathPlanner::plan_in_motion(const std::vector<PlannedPiece>& piec
     auto best = time_optimal_in_motion(shape, start, slow);
     if (!best) break;
     motion.law = std::move(best->law);
+    const TorqueProfile::Need torque = need_of(torques, motion.law, kMostShareOfTorque);
+    if (torque.stretch > 1.0) {
+      slow_down_around(shape, torque.s, 1.05 * torque.stretch, slow);
+      continue;
+    }
     const JerkPeak peak = largest_jerk(motion);
     if (peak.share <= kMostShareOfJerk) {
       raise_jerk(shape, peak.s, peak.share, best->loads);
-      motion.clock = clock_for(shape, best->loads, 1.0);
+      motion.clock = within_torques(clock_for(shape, best->loads, 1.0), torques, motion.law);
       return motion;
     }
     slow_down_around(shape, peak.s, 1.05 * std::cbrt(peak.share / kMeasuredShareOfJerk), slow);
@@ -338,16 +384,20 @@ Result<PathFit> PathPlanner::fit(const Motion& motion, const std::string& pointe
   }
   WalkedPath path = walk(pieces, motion.q_start, std::vector<int>(pieces.size(), kSteps), pointer);
   if (path.findings.has_errors()) return std::unexpected(std::move(path.findings));
+  const auto torques = torques_along(pieces, path.walks);
+  if (Findings heavy = overloads(torques, pointer); heavy.has_errors()) return std::unexpected(std::move(heavy));
   const PathShape shape = shape_of(pieces, path.walks);
   Loads loads = loads_of(shape, motion.law);
   // As in plan(): only where pieces meet can the joints do more than the nodes show.
   const JerkPeak peak = pieces.size() == 1 ? JerkPeak{} : largest_jerk(motion);
-  PathFit fit{.stretch = std::max(loads.largest_stretch, std::cbrt(peak.share / kMeasuredShareOfJerk)),
-              .leaves_room = takt::motion::leaves_room(shape, loads) && peak.share <= kMostShareOfJerk,
+  PathFit fit{.stretch = std::max({loads.largest_stretch, std::cbrt(peak.share / kMeasuredShareOfJerk),
+                                   need_of(torques, motion.law, kLawShareOfAcceleration).stretch}),
+              .leaves_room = takt::motion::leaves_room(shape, loads) && peak.share <= kMostShareOfJerk &&
+                             need_of(torques, motion.law, kMostShareOfTorque).stretch <= 1.0,
               .clock = {},
               .q_goal = path.walks.back().nodes.back().q};
   raise_jerk(shape, peak.s, peak.share, loads);
-  fit.clock = clock_for(shape, loads, 1.0);
+  fit.clock = within_torques(clock_for(shape, loads, 1.0), torques, motion.law);
   return fit;
 }
 
@@ -386,12 +436,22 @@ Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const 
                   .q_start = q_start,
                   .q_goal = path.walks.back().nodes.back().q,
                   .shares = shares_of(pieces)};
+    const auto torques = torques_along(pieces, path.walks);
+    if (Findings heavy = overloads(torques, pointer); heavy.has_errors()) {
+      failed_piece = pieces.size() - 1;
+      return std::unexpected(std::move(heavy));
+    }
     double stretch = best.loads.largest_stretch;
     const auto stretch_law = [&] {
       motion.law = best.law.stretched(stretch);
       motion.clock = clock_for(shape, best.loads, stretch);
     };
     stretch_law();
+    const double heavy = need_of(torques, motion.law, kLawShareOfAcceleration).stretch;
+    if (heavy > 1.0) {
+      stretch *= heavy;
+      stretch_law();
+    }
     // Where pieces meet, the joints may do between two nodes what no interpolation shows; so it is measured.
     for (int round = 0; !single && round < kRoundsOfMeasuring; ++round) {
       const double share = largest_jerk(motion).share;
@@ -399,6 +459,7 @@ Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const 
       stretch *= std::cbrt(share / kMeasuredShareOfJerk);
       stretch_law();
     }
+    motion.clock = within_torques(motion.clock, torques, motion.law);
     return motion;
   }
 }

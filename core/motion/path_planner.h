@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,7 @@
 #include "core/motion/piece_walk.h"
 #include "core/motion/planner.h"
 #include "core/motion/time_optimal.h"
+#include "core/motion/torque_profile.h"
 
 namespace takt::motion {
 
@@ -36,9 +38,10 @@ struct PathFit {
 class PathPlanner {
  public:
   /// @param inverse  may be null if no piece is Cartesian   @param X_FM  the frame that Cartesian pieces move
+  /// @param load  what the motors move; null: torques are not looked at
   PathPlanner(const kinematics::Chain& chain, const kinematics::InverseKinematics* inverse, const JointLimits& limits,
-              const CartesianLimits& cartesian, const Eigen::Isometry3d& X_FM)
-      : chain_(chain), inverse_(inverse), limits_(limits), cartesian_(cartesian), X_FM_(X_FM) {}
+              const CartesianLimits& cartesian, const Eigen::Isometry3d& X_FM, const DriveLoad* load)
+      : chain_(chain), inverse_(inverse), limits_(limits), cartesian_(cartesian), X_FM_(X_FM), load_(load) {}
 
   /// Findings at `pointer`, in which a place is "% of the line" (the word for the piece).
   [[nodiscard]] WalkedPath walk(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
@@ -61,6 +64,9 @@ class PathPlanner {
                    Findings& findings) const;
   [[nodiscard]] PathShape shape_of(const std::vector<PlannedPiece>& pieces, const std::vector<PieceWalk>& walks) const;
   [[nodiscard]] ShapeLimits limits_of(const PieceShares& shares) const;
+  /// Nothing if torques are not looked at.
+  [[nodiscard]] std::optional<TorqueProfile> torques_along(const std::vector<PlannedPiece>& pieces,
+                                                           const std::vector<PieceWalk>& walks) const;
   struct JerkPeak {
     double share = 0.0;  ///< of the limit
     double s = 0.0;      ///< where
@@ -73,6 +79,7 @@ class PathPlanner {
   const JointLimits& limits_;
   const CartesianLimits& cartesian_;
   Eigen::Isometry3d X_FM_;
+  const DriveLoad* load_;
 };
 
 /// Findings for Cartesian limits that are not finite or not > 0.

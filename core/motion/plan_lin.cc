@@ -59,7 +59,9 @@ Result<Motion> plan_lin(const Chain& chain, const InverseKinematics& inverse, co
                                 .acceleration = options.acceleration,
                                 .linear_velocity = options.linear_velocity.value_or(kInfinity)}};
   std::size_t failed = 0;
-  return PathPlanner(chain, &inverse, limits, cartesian_limits, options.X_FM).plan({piece}, q_start, "/goal", failed);
+  const DriveLoad* load = options.load ? &*options.load : nullptr;
+  return PathPlanner(chain, &inverse, limits, cartesian_limits, options.X_FM, load)
+      .plan({piece}, q_start, "/goal", failed);
 }
 
 }  // namespace takt::motion

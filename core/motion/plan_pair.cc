@@ -11,7 +11,9 @@
 namespace takt::motion {
 namespace {
 
-PathPlanner planner_of(const ArmModel& arm) { return {arm.chain, arm.inverse, arm.limits, arm.cartesian, arm.X_FM}; }
+PathPlanner planner_of(const ArmModel& arm) {
+  return {arm.chain, arm.inverse, arm.limits, arm.cartesian, arm.X_FM, arm.drive_load()};
+}
 
 Result<PathFit> fit_of(const ArmModel& arm, const Motion& motion) { return planner_of(arm).fit(motion, "/goal"); }
 

@@ -5,6 +5,7 @@
 #include "core/motion/clock_bounds.h"
 #include "core/motion/plan_checks.h"
 #include "core/motion/planner.h"
+#include "core/motion/torque_profile.h"
 
 namespace takt::motion {
 namespace {
@@ -24,6 +25,19 @@ ClockBounds clock_for(const TimeLaw& law, double way_by_acceleration, double way
                 .third_by_jerk = way_by_jerk * std::abs(at.ddds)});
   }
   return search.bounds();
+}
+
+/// The torques along a joint line, at nodes between which no joint turns by more than 0.1 rad.
+TorqueProfile torques_on(const kinematics::Chain& chain, const DriveLoad& load, const JointVector& q_start,
+                         const JointVector& way) {
+  constexpr double kStep = 0.1, kMost = 128.0;
+  const int steps = static_cast<int>(std::clamp(std::ceil(way.cwiseAbs().maxCoeff() / kStep), 4.0, kMost));
+  TorqueProfile profile(chain, load);
+  for (int k = 0; k <= steps; ++k) {
+    const double s = static_cast<double>(k) / steps;
+    profile.add(s, q_start + s * way, way, JointVector::Zero(way.size()));
+  }
+  return profile;
 }
 
 }  // namespace
@@ -53,7 +67,16 @@ Result<Motion> plan_ptp(const kinematics::Chain& chain, const JointLimits& limit
   motion.law = TimeLaw::rest_to_rest({.velocity = kLawShareOfVelocity * options.velocity / by_velocity,
                                       .acceleration = kLawShareOfAcceleration * options.acceleration / by_acceleration,
                                       .jerk = kLawShareOfJerk * options.acceleration / by_jerk});
-  motion.clock = clock_for(motion.law, by_acceleration, by_jerk);
+  if (!options.load) {
+    motion.clock = clock_for(motion.law, by_acceleration, by_jerk);
+    return motion;
+  }
+  const TorqueProfile torques = torques_on(chain, *options.load, q_start, way);
+  findings = torques.overloads("/goal");
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  const double stretch = torques.need(motion.law, kLawShareOfAcceleration).stretch;
+  if (stretch > 1.0) motion.law = motion.law.stretched(stretch);
+  motion.clock = common(clock_for(motion.law, by_acceleration, by_jerk), torques.clock(motion.law));
   return motion;
 }
 

@@ -49,13 +49,16 @@ struct MotionOptions {
   std::optional<double> linear_velocity = std::nullopt;
   /// LIN: the frame that moves on the line, seen from the flange (a tool centre point).
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
+  /// What the motors move: then the motion keeps the torque limits of the chain, too.
+  std::optional<DriveLoad> load = std::nullopt;
 };
 
 /// Plans a motion from rest to rest in which all joints go in proportion: as fast as the limits and the share kept for
 /// the path clock allow. A goal equal to the start gives a motion of duration 0.
 /// @param q_start, q_goal  joint_count() entries
 /// @return the motion, or findings: wrong size, not finite, outside the range (joint, value, range) of start or goal,
-/// bad limits or options. Pointers: "/start/2", "/goal/2", "/options/velocity". Realtime: setup, deterministic.
+/// bad limits or options, a load that a joint cannot carry on the way. Pointers: "/start/2", "/goal/2", "/goal",
+/// "/options/velocity". Realtime: setup, deterministic.
 [[nodiscard]] Result<Motion> plan_ptp(const kinematics::Chain& chain, const JointLimits& limits,
                                       const JointVector& q_start, const JointVector& q_goal,
                                       const MotionOptions& options = {});

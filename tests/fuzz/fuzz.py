@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Runs one fuzz program for a while, from a fixed seed, on a copy of its corpus.
 
-    fuzz.py PROGRAM CORPUS SCRATCH [SECONDS]
+    fuzz.py PROGRAM CORPUS SCRATCH [SECONDS [PATTERN...]]
 
+Files that fit one of the patterns begin with those of the corpus: what a project has by the dozen is not kept twice.
 TAKT_FUZZ_SECONDS goes before SECONDS (3600 for an evening), TAKT_SEED before the seed 1. What crashes, hangs (more than
 20 s for one input, checks included) or takes more than 1 GiB lies in SCRATCH/found and is printed in Base64. Exit
 status 1 then. To see one again: PROGRAM FILE.
@@ -25,6 +26,10 @@ def main():
     shutil.rmtree(scratch, ignore_errors=True)
     (scratch / "corpus").mkdir(parents=True)
     (scratch / "found").mkdir()
+    (scratch / "begin").mkdir()
+    for pattern in sys.argv[5:]:
+        for path in sorted(pathlib.Path(".").glob(pattern)):
+            shutil.copy(path, scratch / "begin" / "-".join(path.parts))
     command = [program, f"-seed={seed}", f"-max_total_time={seconds}", f"-max_len={MOST_BYTES}",
                f"-rss_limit_mb={MOST_MEMORY_MIB}", f"-timeout={MOST_SECONDS_PER_INPUT}", "-print_final_stats=1",
                f"-artifact_prefix={scratch}/found/"]
@@ -33,7 +38,7 @@ def main():
         (scratch / "words.dict").write_text(words)
         command.append(f"-dict={scratch}/words.dict")
     # The first folder takes what is found on the way, the second is only read.
-    result = subprocess.run(command + [str(scratch / "corpus"), str(corpus)], capture_output=True, text=True,
+    result = subprocess.run(command + [str(scratch / "corpus"), str(scratch / "begin"), str(corpus)], capture_output=True, text=True,
                             errors="replace")
     lines = result.stderr.split("\n")
     shown = lines if result.returncode else [line for line in lines if line.startswith(("stat::", "Done"))]

@@ -1,7 +1,5 @@
 // Any bytes at LOAD of a net lead to Ready, or to Rejected with place and reason; what is Ready runs.
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string_view>
 
 #include "core/base/json.h"
@@ -9,22 +7,15 @@
 #include "core/net/registry.h"
 #include "tests/core/primitives/environment.h"
 #include "tests/fuzz/net_mutator.h"
+#include "tests/fuzz/promise.h"
 
 namespace takt {
 namespace {
 
+using test::demand;
+using test::expect_reasons;
+
 constexpr int kCycles = 5;
-
-void demand(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
-}
-
-void expect_reasons(const Findings& findings) {
-  demand(findings.has_errors(), "a rejected net has at least one error");
-  for (const Finding& finding : findings.list()) demand(!finding.message.empty(), "every finding says something");
-}
 
 void run(net::CompiledNet& net, test::DeviceEnvironment& devices) {
   for (int i = 0; i < kCycles; ++i) {
@@ -51,19 +42,12 @@ void load(std::string_view text) {
   run(**net, devices);
 }
 
-/// What a net file is made of, as a dictionary for libFuzzer: words of the form, types, ports, parameters.
-void print_dictionary() {
-  for (const std::string& word : test::net_words()) std::printf("\"\\\"%s\\\"\"\n", word.c_str());
-}
-
 }  // namespace
 }  // namespace takt
 
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
-  if (*argc > 1 && std::string_view((*argv)[1]) == "--dictionary") {
-    takt::print_dictionary();
-    std::exit(0);
-  }
+  // What a net file is made of: words of the form, types, ports, parameters.
+  takt::test::print_dictionary_if_asked(*argc, *argv, takt::test::net_words());
   return 0;
 }
 

@@ -186,6 +186,30 @@ class EveryModel(unittest.TestCase):
                     self.assertTrue(float(limit.get("lower")) < q < float(limit.get("upper")), joint.get("name"))
                 self.assertTrue(set(device.get("held_joints", [])) <= {j.get("name") for j in joints})
 
+    def test_figures_in_the_readme_of_an_arm_are_those_of_its_files(self):
+        """The README has the sources; a figure that was changed in one place only has none."""
+        for folder, device, robot in self.each():
+            if device["kind"] != "arm":
+                continue
+            with self.subTest(model=folder.name):
+                rows = {name: value for name, value in
+                        re.findall(r"^\| ([^|]+) \| ([^|]+) \|", (folder / "README.md").read_text(), re.MULTILINE)}
+                limits = [joint.find("limit") for joint in movable(robot, device)]
+
+                def figures(row):
+                    values = [float(x) for x in re.findall(r"(?<![\w.])[\d.]+(?![\w.])", rows[row].split("; ")[0])]
+                    return values * len(limits) if "all" in rows[row] else values
+
+                self.assertEqual(figures("accelerations"), device["limits"]["acceleration_rad_s2"])
+                self.assertEqual(figures("torques"), [float(limit.get("effort")) for limit in limits])
+                for given, limit in zip(figures("velocities"), limits, strict=True):
+                    self.assertAlmostEqual(math.radians(given), float(limit.get("velocity")), 9)
+                self.assertEqual(figures("start tolerance"), [device["start_tolerance_rad"]])
+                self.assertEqual(figures("control cycle"), [device["cycle_ms"]])
+                loads = figures("load")
+                self.assertEqual(loads[-1], device["payload_max_kg"])
+                self.assertEqual(loads[0], device.get("payload_rated_kg", device["payload_max_kg"]))
+
     def test_schema_knows_every_key(self):
         schema = json.loads((ROOT / "schemas/device.schema.json").read_text())
         for folder, device, _ in self.each():

@@ -129,12 +129,11 @@ TEST_F(CellTest, AStiffArmWithASensorAndAnAdmittanceGivesWayAlike) {
     const Eigen::Vector3d before = tip();
     push(force);
     cycles(3000);
-    // What the law commands, and what the stiff loops of the joints give way under the same force.
-    const double predicted = 0.010 + softness_of_the_loops(force.normalized()) * force.norm();
     const Eigen::Vector3d way = tip() - before;
-    EXPECT_NEAR(way.norm(), predicted, 0.0005) << way.transpose();
-    EXPECT_NEAR(way.dot(force.normalized()), predicted, 0.0005) << way.transpose();
-    EXPECT_LT(predicted, 0.012);
+    EXPECT_NEAR(way.norm(), 0.010, 0.0005) << way.transpose();
+    EXPECT_NEAR(way.dot(force.normalized()), 0.010, 0.0005) << way.transpose();
+    // The joints' own loops give way by more than that tolerance: the net has taken them into account.
+    EXPECT_GT(softness_of_the_loops(force.normalized()) * force.norm(), 0.0006);
     push(Eigen::Vector3d::Zero());
     cycles(3000);
     EXPECT_LT((tip() - before).norm(), 0.0005);

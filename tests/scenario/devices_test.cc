@@ -1,7 +1,16 @@
 // Grippers, signals and beams in whole scenarios.
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/kinematics/chain.h"
+#include "scenario/cell_builder.h"
 #include "scenario/session.h"
 
 namespace takt::scenario {
@@ -172,6 +181,137 @@ TEST(Beams, AMotionStopsWhereTheRangeFinderSays) {
     "expectations": [{"kind": "signal", "signal": "finder", "at_least": 0.59, "at_most": 0.601}]
   })"));
   expect_passed(report);
+}
+
+/// The same finder on the flange: face on face its beam leaves across the flange; turned by a quarter it looks along
+/// the flange and sees the plate below.
+std::string finder_on_flange(const std::string& mount, double at_least, double at_most) {
+  return R"({
+    "devices": {
+      "arm": {"model": "lwr4plus", "at": {"position_m": [0, 0, 0.75]}},
+      "finder": {"model": "range_finder", "on": "arm", "mount": )" +
+         mount + R"(}
+    },
+    "objects": {"plate": {"shape": "box", "size_m": [0.4, 0.4, 0.02], "at": {"position_m": [0.54, 0, 0.5]}}},
+    "program": {"do": "wait", "seconds": 0.1},
+    "expectations": [{"kind": "signal", "signal": "finder", "at_least": )" +
+         std::to_string(at_least) + R"(, "at_most": )" + std::to_string(at_most) + "}]}";
+}
+
+TEST(Mounting, ARangeFinderLooksWhereItIsTurnedTo) {
+  // Across the flange: away from the arm there is nothing, towards it the arm itself.
+  expect_passed(run(parsed(finder_on_flange(R"({"rpy_deg": [0, 0, 180]})", 4.9, 5.1))));
+  expect_passed(run(parsed(finder_on_flange("{}", 0.3, 0.6))));
+  // Flange at 1.134 m, plate at 0.51; the beam begins 27 mm in front of the base's origin.
+  expect_passed(run(parsed(finder_on_flange(R"({"rpy_deg": [0, -90, 0]})", 0.585, 0.605))));
+  expect_passed(run(parsed(finder_on_flange(R"({"position_m": [0, 0, 0.1], "rpy_deg": [0, -90, 0]})", 0.485, 0.505))));
+}
+
+/// What hangs on a turned sensor is turned with it, for the tool centre point, for the sensor's axes and for its
+/// weight.
+TEST(Mounting, WhatHangsOnWhatIsTurnedIsTurned) {
+  const auto built = [](const std::string& wrist, const std::string& probe) {
+    Findings warnings;
+    auto cell = build_cell(parsed(R"({"devices": {"arm": {"model": "lwr4plus"},
+        "wrist": {"model": "ft_gamma", "on": "arm", "mount": )" +
+                                  wrist + R"(}, "probe": {"model": "probe_ball", "on": "wrist", "mount": )" + probe +
+                                  R"(}}, "program": {"do": "wait", "seconds": 0}})"),
+                           models(), false, warnings);
+    EXPECT_TRUE(cell) << cell.error().to_string();
+    return std::move(*cell);
+  };
+  const BuiltCell straight = built("{}", "{}");
+  const BuiltCell turned =
+      built(R"({"rpy_deg": [0, 0, 90]})", R"({"position_m": [0.02, 0, 0], "rpy_deg": [0, 90, 0]})");
+  const Eigen::Isometry3d X_FT = straight.cell.arms.at("arm").X_FT, X_FT_turned = turned.cell.arms.at("arm").X_FT;
+  const auto quarter = Eigen::AngleAxisd(0.5 * std::numbers::pi, Eigen::Vector3d::UnitZ());
+  const auto tilt = Eigen::AngleAxisd(0.5 * std::numbers::pi, Eigen::Vector3d::UnitY());
+  EXPECT_TRUE(X_FT_turned.linear().isApprox((quarter * tilt).toRotationMatrix() * X_FT.linear(), 1e-9));
+  EXPECT_TRUE(turned.cell.sensors.at("wrist").X_FS.linear().isApprox(
+      quarter.toRotationMatrix() * straight.cell.sensors.at("wrist").X_FS.linear(), 1e-9));
+  EXPECT_EQ(turned.cell.sensors.at("wrist").tool_mass, straight.cell.sensors.at("wrist").tool_mass);
+  // The simulation agrees: its tool centre point is where the kinematics say.
+  for (const BuiltCell* cell : {&straight, &turned}) {
+    const auto& arm = *cell->cell.arms.at("arm").device;
+    const Eigen::Isometry3d X_WT =
+        arm.description().chain->forward(arm.description().home) * cell->cell.arms.at("arm").X_FT;
+    const Eigen::Isometry3d X_true = cell->world->body_pose(cell->world->body("probe/tcp"));
+    EXPECT_TRUE(X_WT.isApprox(X_true, 1e-6)) << X_WT.matrix() << "\n\n" << X_true.matrix();
+    EXPECT_NEAR(arm.tool().payload.mass, straight.cell.arms.at("arm").device->tool().payload.mass, 1e-12);
+  }
+  // The same weight, seen from the flange, in another place.
+  EXPECT_GT((turned.cell.arms.at("arm").device->tool().payload.p_FC -
+             straight.cell.arms.at("arm").device->tool().payload.p_FC)
+                .norm(),
+            1e-3);
+}
+
+TEST(Mounting, MistakesAreFindingsWithTheirPlace) {
+  const auto text = [](const std::string& finder) {
+    const auto description = parse_description(R"({"devices": {"arm": {"model": "lwr4plus"}, "finder": )" + finder +
+                                               R"(}, "program": {"do": "wait", "seconds": 0}})");
+    return description ? "" : description.error().to_string();
+  };
+  EXPECT_THAT(text(R"({"model": "range_finder", "mount": {}})"), HasSubstr("'mount' without 'on'"));
+  EXPECT_THAT(text(R"({"model": "range_finder", "on": "arm", "mount": {"rpy": [0, 0, 0]}})"),
+              HasSubstr("/devices/finder/mount/rpy"));
+  EXPECT_THAT(text(R"({"model": "range_finder", "on": "arm", "mount": {"quaternion": [1, 1, 0, 0]}})"),
+              HasSubstr("/devices/finder/mount/quaternion"));
+}
+
+/// A tool of that mass, made for the test.
+class Weight {
+ public:
+  explicit Weight(double kg)
+      : folder_(std::filesystem::temp_directory_path() / fmt::format("takt-weight-{}", getpid())) {
+    std::filesystem::create_directories(folder_ / "weight");
+    std::ofstream(folder_ / "weight/device.json") << R"({"kind": "tool", "name": "weight", "title": "Weight",
+        "urdf": "weight.urdf", "base": "base", "tcp": "tcp"})";
+    std::ofstream(folder_ / "weight/weight.urdf") << fmt::format(R"(<robot name="weight">
+        <link name="base"><inertial><origin xyz="0 0 0.08"/><mass value="{}"/>
+          <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <link name="tcp"/>
+        <joint name="end" type="fixed"><parent link="base"/><child link="tcp"/><origin xyz="0 0 0.16"/></joint>
+        </robot>)",
+                                                                 kg);
+  }
+  ~Weight() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  Weight(const Weight&) = delete;
+  Weight& operator=(const Weight&) = delete;
+
+  /// The session of an arm that carries it and goes from its home to a place, or why there is none.
+  [[nodiscard]] std::string refusal(const std::string& arm, const std::string& to) const {
+    const device::ModelLibrary library({"models", folder_});
+    const auto session = Session::create(parsed(R"({"devices": {"arm": {"model": ")" + arm +
+                                                R"("}, "load": {"model": "weight", "on": "arm"}},
+        "program": {"do": "ptp", "to": {"joints_deg": )" +
+                                                to + "}}}"),
+                                         library);
+    return session ? "" : session.error().to_string();
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+TEST(Payload, MoreThanTheArmCarriesIsRefused) {
+  const std::string level = "[0, -180, 0, -90, 90, 0]";
+  EXPECT_EQ(Weight(4.9).refusal("ur5", level), "");
+  const std::string text = Weight(5.1).refusal("ur5", level);
+  EXPECT_THAT(text, HasSubstr("/devices/arm: error: 'arm' carries 5.10 kg"));
+  EXPECT_THAT(text, HasSubstr("at most 5 kg: 'payload_max_kg' of 'ur5'"));
+}
+
+/// Twenty kilograms are within what a TX90 may carry, but not at arm's length: told before anything moves.
+TEST(Payload, ALoadThatTheMotorsCannotHoldOnTheWayIsFoundBeforeTheRun) {
+  const Weight weight(20.0);
+  EXPECT_EQ(weight.refusal("tx90", "[90, 30, 105, 0, 45, 0]"), "");
+  const std::string text = weight.refusal("tx90", "[0, 90, 0, 0, 0, 0]");
+  EXPECT_THAT(text, HasSubstr("/program/to"));
+  EXPECT_THAT(text, HasSubstr("cannot carry arm and load of 20.00 kg: at 100 % of the way"));
 }
 
 }  // namespace

@@ -3,12 +3,16 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <numbers>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
+#include "core/base/random.h"
 #include "core/device/device_file.h"
+#include "core/kinematics/inverse.h"
+#include "core/motion/motion_state.h"
 #include "sim/from_model.h"
 #include "tests/sim/cell.h"
 
@@ -75,9 +79,92 @@ class FiguresTest : public testing::TestWithParam<const char*> {
     return best;
   }
 
+  /// A cube of that mass, 80 mm before the face of the flange.
+  void hang(double mass) {
+    ObjectDescription load = box("load", {0.1, 0.1, 0.1}, {0.0, 0.0, 0.08});
+    load.mount.parent = "arm/" + model->flange_link;
+    load.mass = mass;
+    cell.objects.push_back(load);
+  }
+  [[nodiscard]] motion::ArmModel planning_model() const {
+    return {.chain = *model->chain,
+            .inverse = model->inverse.get(),
+            .limits = model->limits,
+            .cartesian = model->cartesian,
+            .X_FM = Pose::Identity(),
+            .load = std::nullopt};
+  }
+
+  /// Largest share of a motor's torque limit that a motion asks for, in the plant, not in the plan.
+  double share_of_torque(const motion::ArmModel& arm, const motion::Motion& motion) {
+    cell.robots[0].q.assign(motion.q_start.data(), motion.q_start.data() + motion.q_start.size());
+    World world = make(cell);
+    double share = 0.0;
+    for (double t = 0.0; t < motion.duration() + 0.1; t += 1e-3) {
+      const auto at = motion::joints_at(arm, motion, std::min(t, motion.duration()));
+      if (!at) {
+        ADD_FAILURE() << "the plan cannot be followed";
+        return 0.0;
+      }
+      world.arm("arm")->write(set_point(at->q, at->dq, at->ddq));
+      EXPECT_TRUE(world.step());
+      const auto used = world.arm("arm")->wanted_torque().cwiseAbs().cwiseQuotient(model->effort);
+      share = std::max(share, used.maxCoeff());
+    }
+    return share;
+  }
+
   std::shared_ptr<const device::ArmDescription> model;
   WorldDescription cell;
 };
+
+/// Anywhere in its range, for joints that turn more than once within one turn.
+JointVector random_q(Random& random, const motion::JointLimits& limits) {
+  JointVector q(limits.lower.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    q[i] = random.uniform(std::max(limits.lower[i], -std::numbers::pi), std::min(limits.upper[i], std::numbers::pi));
+  }
+  return q;
+}
+
+TEST_P(FiguresTest, WithItsRatedLoadAndAllItsSpeedNoMotorLacksTorque) {
+  hang(model->payload_rated);
+  motion::ArmModel aware = planning_model();
+  const motion::ArmModel unaware = aware;
+  const kinematics::Payload told = make(cell).arm("arm")->payload();
+  ASSERT_NEAR(told.mass, model->payload_rated, 1e-9);
+  aware.load = motion::DriveLoad{.armature = model->armature, .payload = told};
+
+  Random random(7);
+  double worst = 0.0, worst_unaware = 0.0;
+  int lin = 0;
+  for (int i = 0; i < 12; ++i) {
+    const JointVector q0 = random_q(random, model->limits), q1 = random_q(random, model->limits);
+    const auto motion = motion::plan_ptp(aware.chain, aware.limits, q0, q1, {.load = aware.load});
+    ASSERT_TRUE(motion) << motion.error().to_string();
+    const double share = share_of_torque(aware, *motion);
+    EXPECT_LE(share, 1.0) << "PTP " << i;
+    worst = std::max(worst, share);
+    if (i % 5 == 0) {
+      worst_unaware =
+          std::max(worst_unaware, share_of_torque(unaware, *motion::plan_ptp(aware.chain, aware.limits, q0, q1)));
+    }
+    Pose goal = aware.chain.forward(q0);
+    goal.translation() +=
+        0.4 * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)).normalized();
+    const auto line = motion::plan_lin(aware.chain, *aware.inverse, aware.limits, aware.cartesian, q0, goal, {},
+                                       {.load = aware.load});
+    if (!line) continue;  // out of reach, or on another branch
+    const double on_line = share_of_torque(aware, *line);
+    EXPECT_LE(on_line, 1.0) << "LIN " << i;
+    worst = std::max(worst, on_line);
+    ++lin;
+  }
+  RecordProperty("worst_percent", std::to_string(100.0 * worst));
+  RecordProperty("planned_without_the_load_percent", std::to_string(100.0 * worst_unaware));
+  EXPECT_GE(lin, 2);
+  EXPECT_GT(worst, 0.5) << "the motions are no trial";
+}
 
 TEST_P(FiguresTest, AStepOfTenMillimetresSettlesInAFifthOfASecond) {
   for (int axis = 0; axis < 3; ++axis) {

@@ -16,7 +16,7 @@ TAKT = pathlib.Path(sys.argv.pop(1)).resolve()
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOREIGN = ROOT / "tests/tools/foreign"
 FILES = {"press_six": "press_support/urdf/press_six.urdf", "cobot": "cobot.urdf", "seven": "seven.urdf",
-         "curved": "curved.urdf"}
+         "curved": "curved.urdf", "scara": "scara.urdf", "five": "five.urdf"}
 
 
 def takt(*arguments, cwd=ROOT, timeout=120):
@@ -45,7 +45,7 @@ class WithFolder(unittest.TestCase):
 class Foreign(WithFolder):
     def test_every_machine_becomes_a_model_that_waves(self):
         ways = {"press_six": "parallel elbow", "cobot": "three parallel axes", "seven": "seven_joint7 held",
-                "curved": "elimination"}
+                "curved": "elimination", "scara": "nearest turn", "five": "nearest turn"}
         for name in FILES:
             with self.subTest(machine=name):
                 report = self.made(name)
@@ -102,6 +102,20 @@ class Foreign(WithFolder):
         self.assertIn("beside the way", notes["joint 'left_finger_joint'"]["why"])
         self.assertEqual(len(report["joints"]), 6)
         self.assertIn("uniform box", notes["link 'base_link_inertia' inertia"]["value"])
+
+    def test_arms_of_few_joints_reach_places_and_say_how_the_tool_is_turned(self):
+        report = self.made("five")
+        self.assertEqual((report["flange"], len(report["joints"])), ("l5", 5), "the fingers are no part of the arm")
+        check = takt("run", "scenarios/wave.json", "--dry-run", "--models", self.models, "--set",
+                     "/devices/arm/model=five")
+        self.assertEqual(check.returncode, 0, check.stderr)
+        self.assertRegex(check.stderr, r"an arm of 5 joints cannot turn its tool like this: at the goal it is [0-9.]+ deg off")
+        self.made("scara")
+        tilted = takt("run", "scenarios/wave.json", "--models", self.models, "--set", "/devices/arm/model=scara", "--set",
+                      '/program/steps/0/to={"by_m": [0, 0, -0.02], "by_rpy_deg": [0, 20, 0]}')
+        self.assertEqual(tilted.returncode, 2)
+        self.assertIn("/program/steps/0/to: error: the goal is out of reach", tilted.stderr)
+        self.assertIn("an arm of 4 joints cannot turn its tool freely", tilted.stderr)
 
     def test_missing_limits_get_slow_ones(self):
         report = self.made("seven")
@@ -176,8 +190,10 @@ class Bad(WithFolder):
         self.refused(file, "-1.2", "nan")
 
     def test_too_few_joints(self):
-        self.refused(self.changed('<joint name="j3" type="revolute">', '<joint name="j3" type="fixed">'),
-                     "5 movable joints", "6 to 12")
+        text = (FOREIGN / FILES["scara"]).read_text()
+        for joint, kind in (("lift", "prismatic"), ("turn", "revolute")):
+            text = text.replace(f'<joint name="{joint}" type="{kind}">', f'<joint name="{joint}" type="fixed">')
+        self.refused(self.text(text), "2 movable joints", "3 to 12")
 
     def test_options(self):
         good = FOREIGN / FILES["curved"]

@@ -188,6 +188,33 @@ std::vector<double> guess_effort(const Chain& chain) {
   return effort;
 }
 
+namespace {
+
+/// Of an arm with fewer than six joints, which cannot choose how its flange is turned: of many postures the one that
+/// stands free, with the flange down and in front of the base where that can be, its x in the plane of the arm, and has
+/// the most room.
+JointVector home_of_few(const kinematics::RobotModel& robot, const Chain& chain, const InverseKinematics& inverse,
+                        JointVector best) {
+  Random random(1, "home");
+  double most = 0.0;
+  for (int k = 0; k < 4 * kPostures; ++k) {
+    const JointVector q = k == 0 ? best : random_posture(chain, random);
+    const Eigen::Isometry3d X_BF = chain.forward(q);
+    const double down = std::max(0.0, -X_BF.linear()(2, 2));
+    const Eigen::Vector2d across = X_BF.translation().head<2>();
+    const double ahead = across.x() / std::max(across.norm(), 1e-3);
+    const double straight = std::abs(X_BF.linear()(0, 0));
+    const double free = stands_free(robot, chain, q) ? 100.0 : 0.0;
+    const double here = room(chain, inverse, q, 0.0) + 3.0 * down + 5.0 * ahead + 5.0 * straight + free;
+    if (here <= most * 1.001) continue;
+    most = here;
+    best = q;
+  }
+  return best;
+}
+
+}  // namespace
+
 JointVector guess_home(const kinematics::RobotModel& robot, const Chain& chain) {
   JointVector best(chain.joint_count());
   for (int i = 0; i < best.size(); ++i) {
@@ -195,6 +222,7 @@ JointVector guess_home(const kinematics::RobotModel& robot, const Chain& chain) 
   }
   const auto inverse = InverseKinematics::create(chain, held_joints(chain));
   if (!inverse) return best;
+  if (chain.joint_count() < 6) return home_of_few(robot, chain, *inverse, best);
   kinematics::SolutionOptions options;
   options.turns = false;
   options.reference = best;

@@ -12,6 +12,7 @@
 #include "core/device/device_file.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/robot_model.h"
+#include "core/kinematics/urdf_check.h"
 #include "core/kinematics/xml_scan.h"
 #include "tools/import/device_guess.h"
 
@@ -42,25 +43,12 @@ Findings check_options(const ImportOptions& options) {
   return findings;
 }
 
-/// xacro is a language of its own: running it is ROS's job.
-Findings check_plain(const kinematics::XmlTree& tree, const fs::path& file) {
-  Findings findings;
-  for (const kinematics::XmlElement& element : tree.elements) {
-    if (!element.name.starts_with("xacro:")) continue;
-    findings.error(
-        fmt::format("line {}", element.line), fmt::format("<{}>: this is a xacro file, not a URDF", element.name),
-        fmt::format("expand it first, where ROS is installed: xacro {} > robot.urdf", file.filename().string()));
-    break;
-  }
-  return findings;
-}
-
 Result<Draft> read_draft(const ImportOptions& options) {
   const auto text = read_file(options.urdf, kinematics::kMaxXmlBytes);
   if (!text) return std::unexpected(text.error());
   const auto tree = kinematics::scan_xml(*text);
   if (!tree) return std::unexpected(tree.error());
-  if (Findings findings = check_plain(*tree, options.urdf); findings.has_errors()) {
+  if (Findings findings = kinematics::check_no_xacro(*tree); findings.has_errors()) {
     return std::unexpected(std::move(findings));
   }
   if (tree->elements.front().name != "robot") {
@@ -144,11 +132,11 @@ Result<void> finish(const ImportOptions& options, Draft& draft, const fs::path& 
   if (!robot) return std::unexpected(robot.error());
   const auto chain = kinematics::Chain::create(*robot, draft.base, draft.flange);
   if (!chain) return std::unexpected(chain.error());
-  if (chain->joint_count() < 6) {
+  if (chain->joint_count() < 3) {
     return failure(
         "",
         fmt::format("the way from '{}' to '{}' has {} movable joints", draft.base, draft.flange, chain->joint_count()),
-        "6 to 12: takt moves a flange in all six directions");
+        "3 to 12: an arm moves its flange to places");
   }
   nlohmann::ordered_json device = guess_device(options.name, *robot, *chain, draft);
   if (!options.title.empty()) device["title"] = options.title;

@@ -102,13 +102,16 @@ bool moves_below(Draft& draft, const Node& joint) {
   return false;
 }
 
-/// Fingers move too: they hang, several of them, on one link behind the arm's six joints.
+/// Joints of the smallest arms that are named for what they carry.
+constexpr int kSmallArm = 4;
+
+/// Fingers move too: they hang, several of them, on one link behind the arm's joints.
 bool behind_fingers(Draft& draft, std::string link) {
   std::set<std::string> seen;
   while (const Node* joint = draft.joint_above(link)) {
     if (!seen.insert(link).second) return false;
     link = parent_of(*joint);
-    if (joints_to(draft, link) < 6) return false;
+    if (joints_to(draft, link) < kSmallArm) return false;
     const auto below = draft.joints_below(link);
     if (std::ranges::count_if(below, [&](const Node* one) { return moves_below(draft, *one); }) > 1) return true;
   }
@@ -120,7 +123,8 @@ struct Tip {
   std::string link;
   int rank = -1, joints = 0;
   [[nodiscard]] bool better_than(const Tip& other) const {
-    const bool named = joints >= 6 && rank > kNamed, other_named = other.joints >= 6 && other.rank > kNamed;
+    const bool named = joints >= kSmallArm && rank > kNamed,
+               other_named = other.joints >= kSmallArm && other.rank > kNamed;
     if (named != other_named) return named;
     if (named) return rank > other.rank;
     return joints != other.joints ? joints > other.joints : rank > other.rank;

@@ -241,7 +241,10 @@ TEST(InverseKinematics, FindingsNameWhatIsWrong) {
   ASSERT_FALSE(nameless);
   EXPECT_NE(nameless.error().to_string().find("name 2"), std::string::npos);
   const auto five = Chain::create(test::random_model(random, 5), "l0", "flange");
-  EXPECT_FALSE(InverseKinematics::create(*five));
+  EXPECT_TRUE(InverseKinematics::create(*five));
+  EXPECT_FALSE(InverseKinematics::create(*five, {2})) << "none is left over";
+  const auto two = Chain::create(test::random_model(random, 2), "l0", "flange");
+  EXPECT_FALSE(InverseKinematics::create(*two));
 }
 
 }  // namespace

@@ -1,0 +1,120 @@
+// Any bytes as a device file lead to a description, or to findings with reasons. The URDFs beside it are those of
+// models/.
+#include <unistd.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/json.h"
+#include "core/device/device_file.h"
+#include "tests/fuzz/promise.h"
+#include "tests/support/json_mutator.h"
+
+namespace takt {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// Copies of the models in a folder of their own, in memory where there is such a thing; gone when the process ends.
+class Models {
+ public:
+  Models() {
+    const fs::path memory = "/dev/shm";
+    root_ = (fs::exists(memory) ? memory : fs::temp_directory_path()) / ("takt-fuzz-" + std::to_string(getpid()));
+    for (const auto& entry : fs::directory_iterator("models")) {
+      if (!fs::exists(entry.path() / "device.json")) continue;
+      fs::create_directories(root_ / entry.path().filename());
+      fs::copy(entry.path(), root_ / entry.path().filename(), fs::copy_options::recursive);
+      const auto json = read_json(entry.path() / "device.json");
+      if (!json) continue;
+      for (std::string& word : test::words_of(*json)) words_.push_back(std::move(word));
+    }
+  }
+  ~Models() {
+    std::error_code ignored;
+    fs::remove_all(root_, ignored);
+  }
+  Models(const Models&) = delete;
+  Models& operator=(const Models&) = delete;
+
+  /// The folder in which a file of that name would stand; that of an arm for names that nobody has.
+  [[nodiscard]] fs::path folder_of(std::string_view text) const {
+    const auto json = parse_json(text);
+    if (json && json->is_object() && json->contains("name") && (*json)["name"].is_string()) {
+      const auto name = (*json)["name"].get<std::string>();
+      std::error_code ignored;
+      const bool plain = !name.empty() && name.find('/') == std::string::npos && name[0] != '.';
+      if (plain && fs::is_directory(root_ / name, ignored)) return root_ / name;
+    }
+    return root_ / "lwr4plus";
+  }
+  [[nodiscard]] const std::vector<std::string>& words() const { return words_; }
+
+ private:
+  fs::path root_;
+  std::vector<std::string> words_;
+};
+
+const Models& models() {
+  static const Models all;
+  return all;
+}
+
+template <class Description>
+void expect_read(const Result<Description>& description) {
+  if (!description) return test::expect_reasons(description.error());
+  test::demand((*description)->robot != nullptr, "what is read has its URDF");
+}
+
+void load(std::string_view text) {
+  const fs::path folder = models().folder_of(text);
+  std::ofstream(folder / "device.json", std::ios::binary).write(text.data(), static_cast<std::streamsize>(text.size()));
+  const auto kind = device::read_device_kind(folder);
+  if (!kind) return test::expect_reasons(kind.error());
+  if (*kind == "arm") return expect_read(device::read_arm(folder));
+  if (*kind == "force_torque_sensor") return expect_read(device::read_force_torque_sensor(folder));
+  if (*kind == "tool") return expect_read(device::read_tool(folder));
+  if (*kind == "gripper") return expect_read(device::read_gripper(folder));
+  if (*kind == "io") return expect_read(device::read_io(folder));
+  if (*kind == "light_barrier") return expect_read(device::read_light_barrier(folder));
+  if (*kind == "range_finder") return expect_read(device::read_range_finder(folder));
+}
+
+}  // namespace
+}  // namespace takt
+
+extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
+  takt::test::print_dictionary_if_asked(*argc, *argv, takt::models().words());
+  return 0;
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  takt::load({reinterpret_cast<const char*>(data), size});
+  return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t capacity);
+
+/// A fifth of the time bytes, else values and keys.
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t capacity,
+                                               unsigned int seed) {
+  takt::Random random(seed, "mutator");
+  if (random.unit() < 0.8) {
+    const auto document = takt::parse_json({reinterpret_cast<const char*>(data), size});
+    if (document) {
+      const std::string text = takt::test::mutated_json(*document, takt::models().words(), random);
+      if (text.size() <= capacity) {
+        std::copy(text.begin(), text.end(), data);
+        return text.size();
+      }
+    }
+  }
+  return LLVMFuzzerMutate(data, size, capacity);
+}
