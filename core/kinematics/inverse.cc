@@ -34,15 +34,36 @@ Vector6 damped_step(const Matrix6& A, const Vector6& error) {
   return normal.llt().solve(right);
 }
 
+/// Fills the columns from `count` on with unit vectors, square to each other, in directions that the columns before do
+/// not span: what the joints of a short chain cannot do. Gram and Schmidt, on the axis that is left over most.
+void fill_up(Matrix6& A, int count) {
+  Matrix6 basis = Matrix6::Zero();
+  const auto remainder = [&](Vector6 v, int columns) {
+    for (int k = 0; k < columns; ++k) v -= basis.col(k).dot(v) * basis.col(k);
+    return v;
+  };
+  for (int k = 0; k < count; ++k) {
+    const Vector6 own = remainder(A.col(k), k);
+    const double length = own.norm();
+    if (length > 1e-12 * A.col(k).norm()) basis.col(k) = own / length;  // else singular: the pivots tell
+  }
+  for (int k = count; k < 6; ++k) {
+    Vector6 most = Vector6::Zero();
+    for (int axis = 0; axis < 6; ++axis) {
+      const Vector6 left = remainder(Vector6::Unit(axis), k);
+      if (left.squaredNorm() > most.squaredNorm()) most = left;
+    }
+    basis.col(k) = most.normalized();
+    A.col(k) = basis.col(k);
+  }
+}
+
 Findings check_held(int joint_count, const std::vector<int>& held) {
   Findings findings;
-  if (joint_count < 6) {
-    findings.error({}, fmt::format("the chain has {} joints", joint_count), "six or more, to reach any pose");
-    return findings;
-  }
-  if (static_cast<int>(held.size()) != joint_count - 6)
+  const int wanted = std::max(0, joint_count - 6);
+  if (static_cast<int>(held.size()) != wanted)
     findings.error({}, fmt::format("{} held joints for a chain of {}", held.size(), joint_count),
-                   fmt::format("{}, so that six remain", joint_count - 6));
+                   wanted > 0 ? fmt::format("{}, so that six remain", wanted) : "none");
   for (std::size_t i = 0; i < held.size(); ++i) {
     if (held[i] < 0 || held[i] >= joint_count)
       findings.error(pointer_segment(i), fmt::format("held joint {}", held[i]),
@@ -87,6 +108,7 @@ Result<InverseKinematics> InverseKinematics::create(const Chain& chain, std::vec
     const auto& held = inverse.held_joints_;
     if (std::find(held.begin(), held.end(), i) == held.end()) inverse.free_joints_[k++] = i;
   }
+  inverse.free_count_ = static_cast<int>(k);
   inverse.length_scale_ = std::max(chain.reach(), 1e-3);
   inverse.tolerance_ = 1e-12 * std::max(1.0, chain.reach());
   return inverse;
@@ -114,10 +136,11 @@ Vector6 InverseKinematics::weighted(const Vector6& v) const {
 
 void InverseKinematics::linearise(Linear& at) const {
   const double weight = 1.0 / length_scale_;
-  for (int k = 0; k < 6; ++k) {
+  for (int k = 0; k < free_count_; ++k) {
     at.A.col(k) = at.J.col(free_joints_[static_cast<std::size_t>(k)]);
     at.A.col(k).head<3>() *= weight;
   }
+  if (free_count_ < 6) fill_up(at.A, free_count_);
   at.pivot = at.lu.factor(at.A);
   at.linearised = true;
 }
@@ -141,7 +164,7 @@ IkStatus InverseKinematics::converge(const Eigen::Isometry3d& X_BF, const JointV
     const double longest = delta.cwiseAbs().maxCoeff();
     if (longest > kMaxStep) delta *= kMaxStep / longest;
     double travel = 0.0;
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < free_count_; ++k) {
       const int joint = free_joints_[static_cast<std::size_t>(k)];
       q[joint] += delta[k];
       travel = std::max(travel, std::abs(q[joint] - seed[joint]));
@@ -170,7 +193,7 @@ JointVector InverseKinematics::solve_linear(const Linear& at, const Vector6& y, 
     rest -= at.J.col(held_joints_[i]) * value;
   }
   const Vector6 free = at.lu.solve(weighted(rest));
-  for (int k = 0; k < 6; ++k) x[free_joints_[static_cast<std::size_t>(k)]] = free[k];
+  for (int k = 0; k < free_count_; ++k) x[free_joints_[static_cast<std::size_t>(k)]] = free[k];
   return x;
 }
 
@@ -205,6 +228,18 @@ IkStatus InverseKinematics::solve_motion(const Goal& goal, JointVector& q, Joint
   dq = solve_linear(at, goal.V_BF_B, goal.held_dq);
   ddq = solve_linear(at, goal.A_BF_B - chain_.bias(at.J, dq), goal.held_ddq);
   return IkStatus::kOk;
+}
+
+Vector6 InverseKinematics::beyond_joints(const JointVector& q, const Eigen::Isometry3d& X_BF) const {
+  Linear at;
+  chain_.jacobian(q, at.X_BF, at.J);
+  linearise(at);
+  Vector6 beyond = Vector6::Zero();
+  if (!(at.pivot > kSingularBelow)) return beyond;
+  const Vector6 free = at.lu.solve(weighted(pose_error(at.X_BF, X_BF)));
+  for (int k = free_count_; k < 6; ++k) beyond += free[k] * at.A.col(k);
+  beyond.head<3>() *= length_scale_;
+  return beyond;
 }
 
 double InverseKinematics::singularity_measure(const JointVector& q) const {

@@ -23,14 +23,17 @@ enum class IkStatus {
 /// Inverse kinematics in the cycle, on one branch: Newton's method from a seed near the solution.
 /// A chain of n > 6 joints keeps n-6 *held* joints at given values: the redundancy is a coordinate of the path like the
 /// pose itself, so the same point of a path always has the same q; pause, backwards and cancel stay exact.
+/// A chain of n < 6 joints (a base in its plane: three) reaches some poses only: solve() says kNotConverged for the
+/// others, beyond_joints() says what is missing.
 /// Joint limits are not looked at: the planner and the guard do that (see limit_distance).
 /// Immutable after creation; thread: any. Holds its own copy of the chain.
 class InverseKinematics {
  public:
-  /// @param held_joints  n-6 different indices into the joints of the chain, in the order in which values are given
-  /// @return findings if the chain has fewer than six joints, or the indices do not fit. Realtime: setup.
+  /// @param held_joints  n-6 different indices into the joints of the chain, in the order in which values are given;
+  /// none for up to six joints
+  /// @return findings if the indices do not fit. Realtime: setup.
   [[nodiscard]] static Result<InverseKinematics> create(const Chain& chain, std::vector<int> held_joints);
-  /// The held joint that is right for most arms: none for n == 6, the third for n == 7; findings for any other n.
+  /// The held joint that is right for most arms: none for n <= 6, the third for n == 7; findings for more.
   [[nodiscard]] static Result<InverseKinematics> create(const Chain& chain);
 
   [[nodiscard]] const Chain& chain() const { return chain_; }
@@ -38,7 +41,7 @@ class InverseKinematics {
   /// The held joints' part of q.
   [[nodiscard]] JointVector held(const JointVector& q) const;
 
-  // All below: realtime: cyclic, bounded, no allocation. Sizes are preconditions: q, dq, ddq n; held* n-6.
+  // All below: realtime: cyclic, bounded, no allocation. Sizes are preconditions: q, dq, ddq n; held* n-6, or 0.
 
   /// Joint positions for a flange pose F in B.
   /// Converges quadratically to a residual of 1e-12 m and rad (relative to the arm's size where that is above 1 m), in
@@ -47,7 +50,8 @@ class InverseKinematics {
   /// than kMaxTravel from the seed. @return kOk or kNotConverged.
   [[nodiscard]] IkStatus solve(const Eigen::Isometry3d& X_BF, const JointVector& held, JointVector& q) const;
 
-  /// Joint velocities for a flange twist at q; exact, not damped.
+  /// Joint velocities for a flange twist at q; exact, not damped. With fewer than six joints: for the part of the twist
+  /// that they can do.
   /// @param V_BF_B  linear first, m/s and rad/s, expressed in B   @param held_dq  rad/s or m/s
   /// @param[out] dq untouched unless kOk. @return kOk or kSingular.
   [[nodiscard]] IkStatus rates(const JointVector& q, const Vector6& V_BF_B, const JointVector& held_dq,
@@ -67,8 +71,13 @@ class InverseKinematics {
   /// cycle's q extrapolated by its dq and ddq.
   [[nodiscard]] IkStatus solve_motion(const Goal& goal, JointVector& q, JointVector& dq, JointVector& ddq) const;
 
-  /// How far from singular: the smallest singular value of the 6 x 6 Jacobian of the free joints, its linear rows
-  /// divided by length_scale(). 0 = singular; the LWR in a good posture has about 0.3. Realtime: cyclic, O(1).
+  /// Of the way from the flange at q to X_BF what the joints cannot do at q: translation, m, and rotation vector, rad,
+  /// in the axes of B. Zero for chains of six joints and more that are not singular.
+  [[nodiscard]] Vector6 beyond_joints(const JointVector& q, const Eigen::Isometry3d& X_BF) const;
+
+  /// How far from singular: the smallest singular value of the 6 x 6 Jacobian of the free joints (of fewer than six
+  /// filled up by unit columns), its linear rows divided by length_scale(). 0 = singular; the LWR in a good posture has
+  /// about 0.3. Realtime: cyclic, O(1).
   [[nodiscard]] double singularity_measure(const JointVector& q) const;
   /// What the linear rows are divided by: the sum of the link lengths, at least 1e-3 m.
   [[nodiscard]] double length_scale() const { return length_scale_; }
@@ -100,6 +109,7 @@ class InverseKinematics {
   Chain chain_;
   std::vector<int> held_joints_;
   std::array<int, 6> free_joints_{};
+  int free_count_ = 6;
   double length_scale_ = 1.0;
   double tolerance_ = 1e-12;
 };
