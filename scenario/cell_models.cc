@@ -83,9 +83,9 @@ const LoadedDevice* carrying_arm(const LoadedDevice& device) {
 
 Eigen::Isometry3d pose_on_arm(const LoadedDevice& device) {
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
-  for (const LoadedDevice* carrier = device.on; carrier && !carrier->as<device::ArmDescription>();
-       carrier = carrier->on) {
+  for (const LoadedDevice* carrier = device.on; carrier; carrier = carrier->on) {
     if (const auto place = carrier->kind->mount_place(*carrier->model)) X_FM = place->X_MP * X_FM;
+    if (carrier->as<device::ArmDescription>()) break;
   }
   return X_FM;
 }

@@ -7,6 +7,7 @@
 
 #include "core/base/object_reader.h"
 #include "core/kinematics/solutions.h"
+#include "core/motion/plan_checks.h"
 #include "core/motion/planner.h"
 
 namespace takt::activity {
@@ -105,8 +106,11 @@ Result<JointVector> nearest_configuration(const device::ArmDescription& arm, con
   options.most = 1;
   const auto solutions = kinematics::inverse_solutions(*arm.chain, X_BF, options);
   if (!solutions.empty()) return solutions.front();
+  Findings short_of;
+  if (arm.inverse) motion::check_directions(*arm.inverse, q, X_BF, "", short_of);
+  if (short_of.has_errors()) return std::unexpected(std::move(short_of));
   const Eigen::Vector3d p = X_BF.translation();
-  return failure("/to",
+  return failure("",
                  fmt::format("the goal is out of reach: flange at ({:.3f}, {:.3f}, {:.3f}) m in the arm's base", p.x(),
                              p.y(), p.z()),
                  "a pose that some joint configuration inside the limits reaches");
@@ -148,12 +152,9 @@ Result<Eigen::Isometry3d> goal_pose(const Goal& goal, const command::Cell& cell,
   return joints ? tool_pose(cell.arms.find(name)->second, *joints) : std::get<Eigen::Isometry3d>(*resolved);
 }
 
-Result<JointVector> goal_joints(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
-  const command::MountedArm& arm = cell.arms.find(request.arm)->second;
-  const auto goal = resolve(request.goal, cell, request.arm, q);
-  if (!goal) return at_place(goal.error(), "/to");
-  if (const auto* joints = std::get_if<JointVector>(&*goal)) return *joints;
-  return nearest_configuration(arm.device->description(), std::get<Eigen::Isometry3d>(*goal) * arm.X_FT.inverse(), q);
+Result<JointVector> joints_of(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
+  auto joints = goal_joints(request.goal, cell, request.arm, q);
+  return joints ? joints : Result<JointVector>(at_place(joints.error(), "/to"));
 }
 
 Result<motion::Leg> arc_leg(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
@@ -193,7 +194,7 @@ Result<motion::Leg> geometry_of(const MotionRequest& request, const command::Cel
   const motion::ArmModel arm = model_of(cell.arms.find(request.arm)->second);
   switch (request.kind) {
     case PathKind::kPtp: {
-      const auto q_goal = goal_joints(request, cell, q);
+      const auto q_goal = joints_of(request, cell, q);
       if (!q_goal) return std::unexpected(q_goal.error());
       return motion::ptp_leg(arm, q, *q_goal);
     }
@@ -227,7 +228,7 @@ Result<motion::Motion> plan_single(const MotionRequest& request, const command::
                                       .linear_velocity = request.linear_velocity,
                                       .X_FM = arm.X_FM};
   if (request.kind == PathKind::kPtp) {
-    const auto q_goal = goal_joints(request, cell, q);
+    const auto q_goal = joints_of(request, cell, q);
     if (!q_goal) return std::unexpected(q_goal.error());
     return motion::plan_ptp(arm.chain, arm.limits, q, *q_goal, options);
   }
@@ -268,6 +269,16 @@ Findings as_notes(const Findings& notes, const std::vector<MotionRequest>& reque
 }
 
 }  // namespace
+
+Result<JointVector> goal_joints(const Goal& goal, const command::Cell& cell, const std::string& name,
+                                const JointVector& q) {
+  const command::MountedArm& arm = cell.arms.find(name)->second;
+  const auto resolved = resolve(goal, cell, name, q);
+  if (!resolved) return std::unexpected(resolved.error());
+  if (const auto* joints = std::get_if<JointVector>(&*resolved)) return *joints;
+  return nearest_configuration(arm.device->description(), std::get<Eigen::Isometry3d>(*resolved) * arm.X_FT.inverse(),
+                               q);
+}
 
 MotionRequest read_motion(PathKind kind, const Json& json, const std::string& pointer, const command::Cell& cell,
                           Findings& findings) {
