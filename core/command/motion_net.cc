@@ -24,13 +24,12 @@ ExpressionPtr tare_of(net::ValueType type, const WrenchSensor& wrench, std::int6
       "tare");
 }
 
-/// The operator's override; where the channel says nothing the motion stands.
+}  // namespace
+
 ClockInputs clock_inputs(const Cell& cell) {
   if (cell.override_channel.empty()) return {};
   return {.speed = min(max(channel<net::Real>(cell, cell.override_channel), 0.0), 1.0)};
 }
-
-}  // namespace
 
 net::NetDescription motion_net(const MotionCommand& command, const Cell& cell, const Biases& biases) {
   // The plan is written into the net; nothing refers to it afterwards.

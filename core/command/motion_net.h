@@ -8,6 +8,7 @@
 #include "core/base/time.h"
 #include "core/command/cell.h"
 #include "core/command/condition.h"
+#include "core/command/motion_action.h"
 #include "core/motion/planner.h"
 #include "core/net/description.h"
 
@@ -42,6 +43,9 @@ inline constexpr std::string_view kPathTime = "motion/clock.time";
 /// @param command  names an arm, and sensors, that the cell has
 /// @param biases   of the sensors in the condition; a sensor that was never tared has none. Realtime: setup.
 [[nodiscard]] net::NetDescription motion_net(const MotionCommand& command, const Cell& cell, const Biases& biases);
+
+/// What acts on the clocks of all planned motions of a cell: its override channel; where that says nothing they stand.
+[[nodiscard]] ClockInputs clock_inputs(const Cell& cell);
 
 /// Cycles from a request to cancel to the end of a motion's net, at most (row L6). Realtime: setup.
 [[nodiscard]] std::int64_t cancel_bound_cycles(const motion::Motion& motion, Nanoseconds period);
