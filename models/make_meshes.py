@@ -184,8 +184,14 @@ def place(solid, spec):
 
 
 def copies(solid, spec):
-    """`around`: {count, radius, start_deg}: copies on a circle about z, the first at start_deg."""
+    """`tilt_deg` turns the solid about x; `around`: {count, radius, start_deg}: copies on a circle about z, the first at
+    start_deg."""
     around = spec.get("around")
+    if "tilt_deg" in spec:
+        c, s = math.cos(math.radians(spec["tilt_deg"])), math.sin(math.radians(spec["tilt_deg"]))
+        tilted = Solid()
+        tilted.vertices = [(x, c * y - s * z, s * y + c * z) for x, y, z in solid.vertices]
+        tilted.triangles, solid = solid.triangles, tilted
     if around is None:
         return [solid]
     result = []

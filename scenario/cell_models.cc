@@ -83,10 +83,11 @@ const LoadedDevice* carrying_arm(const LoadedDevice& device) {
 
 Eigen::Isometry3d pose_on_arm(const LoadedDevice& device) {
   Eigen::Isometry3d X_FM = device.entry->mount;
-  for (const LoadedDevice* carrier = device.on; carrier && !carrier->as<device::ArmDescription>();
-       carrier = carrier->on) {
+  for (const LoadedDevice* carrier = device.on; carrier; carrier = carrier->on) {
     const auto place = carrier->kind->mount_place(*carrier->model);
-    X_FM = carrier->entry->mount * place.value_or(MountPlace{}).X_MP * X_FM;
+    X_FM = place.value_or(MountPlace{}).X_MP * X_FM;
+    if (carrier->as<device::ArmDescription>()) break;
+    X_FM = carrier->entry->mount * X_FM;
   }
   return X_FM;
 }

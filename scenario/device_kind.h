@@ -43,8 +43,8 @@ using LoadedDevices = std::span<const std::unique_ptr<LoadedDevice>>;
 struct MountPlace {
   std::string link;                                        ///< that carries it
   Eigen::Isometry3d X_LP = Eigen::Isometry3d::Identity();  ///< the place in that link, m
-  Eigen::Isometry3d X_MP = Eigen::Isometry3d::Identity();  ///< the place in the device's own mount frame, m; an arm's
-                                                           ///< chain ends at its flange, so there it is the identity
+  Eigen::Isometry3d X_MP = Eigen::Isometry3d::Identity();  ///< the place in the device's own mount frame, m; of what
+                                                           ///< moves (arm, base) in its flange, where its chain ends
 };
 
 /// A kind of device: what the builder of a cell asks for, from the model's file to the canonical device in the core.

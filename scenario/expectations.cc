@@ -72,31 +72,64 @@ class EstimateExpectation final : public Expectation {
   double within_m_, within_rad_;
 };
 
-class ObjectPoseExpectation final : public Expectation {
+/// Key "arm": with a single one there is nothing to choose.
+std::string read_arm_name(ObjectReader& reader, const BuiltCell& built) {
+  const auto arms = keys_of(built.cell.arms);
+  return reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms.front()) : std::nullopt);
+}
+
+/// Where something has to end, from the keys that say a pose and how near.
+class WantedPose {
  public:
-  ObjectPoseExpectation(ObjectReader& reader, const BuiltCell& built)
-      : object_(reader.choice("object", keys_of(built.cell.objects))),
-        in_(reader.text("in", "world")),
-        wanted_(reader.pose()),
+  WantedPose(ObjectReader& reader, const BuiltCell& built)
+      : in_(reader.text("in", "world")),
+        X_W_(reader.pose()),
         within_m_(reader.number("position_within_m", {}, kPositive)),
         within_rad_(kDegree * reader.number("angle_within_deg", 180.0, kPositive)) {
     const auto X_WI = built.cell.frames.pose(in_);
     if (X_WI) {
-      wanted_ = *X_WI * wanted_;
+      X_W_ = *X_WI * X_W_;
     } else {
       reader.findings().append(X_WI.error(), reader.at("in"));
     }
   }
 
-  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
-    return pose_result(fmt::format("'{}'", object_), true_pose(outcome.built, object_), wanted_, within_m_,
-                       within_rad_);
+  [[nodiscard]] ExpectationResult judge(const std::string& name, const Eigen::Isometry3d& X_W) const {
+    return pose_result(fmt::format("'{}'", name), X_W, X_W_, within_m_, within_rad_);
   }
 
  private:
-  std::string object_, in_;
-  Eigen::Isometry3d wanted_;
+  std::string in_;
+  Eigen::Isometry3d X_W_;
   double within_m_, within_rad_;
+};
+
+class ObjectPoseExpectation final : public Expectation {
+ public:
+  ObjectPoseExpectation(ObjectReader& reader, const BuiltCell& built)
+      : object_(reader.choice("object", keys_of(built.cell.objects))), wanted_(reader, built) {}
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    return wanted_.judge(object_, true_pose(outcome.built, object_));
+  }
+
+ private:
+  std::string object_;
+  WantedPose wanted_;
+};
+
+/// Where the tool of an arm, or a base, really is: not where its own measurements say.
+class ToolPoseExpectation final : public Expectation {
+ public:
+  ToolPoseExpectation(ObjectReader& reader, const BuiltCell& built)
+      : arm_(read_arm_name(reader, built)), wanted_(reader, built) {}
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    const command::MountedArm& arm = outcome.built.cell.arms.find(arm_)->second;
+    return wanted_.judge(arm_, true_pose(outcome.built, arm_ + "/" + arm.device->description().flange_link) * arm.X_FT);
+  }
+
+ private:
+  std::string arm_;
+  WantedPose wanted_;
 };
 
 class ContactForceExpectation final : public Expectation {
@@ -158,9 +191,7 @@ class PeakForceExpectation final : public Expectation {
 
 class LimitsExpectation final : public Expectation {
  public:
-  LimitsExpectation(ObjectReader& reader, const BuiltCell& built) {
-    const auto arms = keys_of(built.cell.arms);
-    arm_ = reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms.front()) : std::nullopt);
+  LimitsExpectation(ObjectReader& reader, const BuiltCell& built) : arm_(read_arm_name(reader, built)) {
     const auto found = built.cell.arms.find(arm_);
     if (found == built.cell.arms.end()) return;
     const device::ArmDescription& description = found->second.device->description();
@@ -305,6 +336,7 @@ std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& rea
                                       const std::optional<std::vector<std::string>>& steps) {
   if (kind == "estimate") return std::make_unique<EstimateExpectation>(reader, built);
   if (kind == "object_pose") return std::make_unique<ObjectPoseExpectation>(reader, built);
+  if (kind == "tool_pose") return std::make_unique<ToolPoseExpectation>(reader, built);
   if (kind == "contact_force") return std::make_unique<ContactForceExpectation>(reader, built);
   if (kind == "peak_force") return std::make_unique<PeakForceExpectation>(reader, built);
   if (kind == "monitor") return std::make_unique<MonitorExpectation>(reader, built);
@@ -338,6 +370,9 @@ const std::vector<ExpectationKind>& expectation_kinds() {
       {"signal",
        "What an input or output is at the end, and how often it rose. Keys: signal; is, rises; or at_least, at_most."},
       {"step", "A named step has run. Keys: step."},
+      {"tool_pose",
+       "The tool of an arm, or a base, truly ends near a pose. Keys: arm, in, position_m, rpy_deg or quaternion, "
+       "position_within_m, angle_within_deg."},
   };
   return kinds;
 }

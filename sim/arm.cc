@@ -142,6 +142,8 @@ void SimArm::set_tool(const device::ToolSetting& tool) {
 }
 
 void SimArm::start(const mjData_& data) {
+  read_plant(data);
+  if (plant_.drive) plant_.drive->start(q_true_);
   gather(data);
   release_brakes();
 }
@@ -225,13 +227,18 @@ std::string SimArm::fault_text(std::uint32_t fault) const {
   return "unknown fault " + std::to_string(fault);
 }
 
-void SimArm::gather(const mjData_& data) {
+void SimArm::read_plant(const mjData_& data) {
   for (Eigen::Index i = 0; i < q_true_.size(); ++i) {
     q_true_[i] = data.qpos[plant_.position_address[static_cast<std::size_t>(i)]];
     dq_true_[i] = data.qvel[plant_.velocity_address[static_cast<std::size_t>(i)]];
   }
+}
+
+void SimArm::gather(const mjData_& data) {
+  read_plant(data);
   q_ = q_true_;
   dq_ = dq_true_;
+  if (plant_.drive) plant_.drive->count(q_true_, dq_true_, q_, dq_);
   const double step = measurement_.position_resolution;
   if (step > 0.0) {
     for (Eigen::Index i = 0; i < q_.size(); ++i) q_[i] = std::round(q_[i] / step) * step;
@@ -300,8 +307,9 @@ void SimArm::actuate(mjData_& data, int substep) {
     torque = held - torque;
   } else {
     compute_torque(substep * plant_.timestep);
-    torque = motor_torque_ - torque;
+    torque = (plant_.drive ? plant_.drive->on_plant(motor_torque_) : motor_torque_) - torque;
   }
+  if (plant_.drive) plant_.drive->turn_wheels(data, q_true_, dq_true_);
   joint_torque_ = torque;
   for (Eigen::Index i = 0; i < torque.size(); ++i) {
     data.qfrc_applied[plant_.velocity_address[static_cast<std::size_t>(i)]] = torque[i];
@@ -351,6 +359,7 @@ void SimArm::stream(StateStream& state) {
   state(random);
   noise_ = Random(random);
   drives_.stream(state);
+  if (plant_.drive) plant_.drive->stream(state);
   observer_.stream(state);
   for (JointVector* values : {&q_, &dq_, &q_true_, &dq_true_, &motor_torque_, &joint_torque_, &set_point_.q,
                               &set_point_.dq, &set_point_.ddq, &wanted_torque_, &fading_}) {

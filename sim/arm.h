@@ -73,6 +73,7 @@ class SimArm final : public device::ArmBackend, public SimDevice {
   void stream(StateStream& state) override;
 
  private:
+  void read_plant(const mjData_& data);
   void gather(const mjData_& data);
   void compute_torque(double time_in_cycle);
   void supervise();

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "core/device/backend.h"
 #include "core/kinematics/chain.h"
+#include "sim/base_drive.h"
 #include "sim/device.h"
 #include "sim/joint_drive.h"
 #include "sim/world_description.h"
@@ -22,6 +24,7 @@ struct ArmPlant {
   double timestep = 0.001;              ///< s
   double period = 0.001;                ///< of the world's cycle, s
   device::PayloadSetting payload = {};  ///< told to the controller
+  std::optional<BaseDrive> drive = {};  ///< of a mobile base
 };
 
 /// What the law of an arm knows when it computes: what the drives measure and what they are told.

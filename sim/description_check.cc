@@ -172,6 +172,21 @@ class Checker {
     } else if (const auto [other, fresh] = drivers_.emplace(arm.robot, arm.name); !fresh) {
       error(at, fmt::format("the robot '{}' is driven by '{}' already", arm.robot, other->second));
     }
+    if (arm.drive) check(at, arm, *arm.drive);
+  }
+
+  void check(const std::string& at, const SimArmDescription& arm, const SimDriveDescription& drive) {
+    const OdometryError& e = drive.error;
+    require(e.linear_scale > 0.0, at, "the odometry's linear scale", e.linear_scale, "> 0");
+    require(e.angular_scale > 0.0, at, "the odometry's angular scale", e.angular_scale, "> 0");
+    require(std::isfinite(e.heading_drift), at, "the odometry's heading drift", e.heading_drift, "a number");
+    require(e.random_walk >= 0.0, at, "the odometry's random walk", e.random_walk, ">= 0");
+    const auto robot = std::ranges::find(world_.robots, arm.robot, &RobotDescription::name);
+    if (robot == world_.robots.end() || !robot->model) return;
+    for (const std::string& wheel : drive.wheels) {
+      const Joint* joint = robot->model->joint(wheel);
+      if (!joint || joint->type != JointType::kContinuous) error(at, fmt::format("'{}' is no wheel", wheel));
+    }
   }
 
   void check(const SimForceTorqueDescription& sensor) {

@@ -53,6 +53,12 @@ SimArmDescription simulated_arm(std::string name, std::string robot, const devic
   return arm;
 }
 
+SimArmDescription simulated_base(std::string name, std::string robot, const device::BaseDescription& model) {
+  SimArmDescription base = simulated_arm(std::move(name), std::move(robot), model);
+  base.drive = SimDriveDescription{.drive = model.drive, .wheels = model.wheels, .X_FD = model.X_FD};
+  return base;
+}
+
 SimForceTorqueDescription simulated_force_torque(std::string name, const std::string& robot,
                                                  const device::ForceTorqueDescription& model) {
   SimForceTorqueDescription sensor;

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "core/device/base_description.h"
 #include "core/device/description.h"
 #include "core/device/gripper.h"
 #include "sim/world_description.h"
@@ -13,6 +14,10 @@ namespace takt::sim {
 [[nodiscard]] RobotDescription arm_body(std::string name, const device::ArmDescription& model, Mount mount);
 /// The simulated arm that drives the robot of that name.
 [[nodiscard]] SimArmDescription simulated_arm(std::string name, std::string robot, const device::ArmDescription& model);
+
+/// The simulated base that drives the robot of that name; its body is that of an arm. The odometry counts right.
+[[nodiscard]] SimArmDescription simulated_base(std::string name, std::string robot,
+                                               const device::BaseDescription& model);
 
 /// The body of a force/torque sensor or of a tool: a robot without figures of its own.
 [[nodiscard]] RobotDescription plain_body(std::string name, std::shared_ptr<const kinematics::RobotModel> model,

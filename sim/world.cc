@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -105,7 +106,9 @@ struct World::Impl {
 Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, const SimArmDescription& arm) {
   const auto& robot = *std::ranges::find(description.robots, arm.robot, &RobotDescription::name);
   const std::string at = place(arm.pointer, "arms", arm.name);
-  auto chain = kinematics::Chain::create(*robot.model, arm.base_link, arm.flange_link);
+  std::span<const std::string> wheels;
+  if (arm.drive) wheels = arm.drive->wheels;
+  auto chain = kinematics::Chain::create(*robot.model, arm.base_link, arm.flange_link, wheels);
   if (!chain) {
     Findings found;
     found.append(chain.error(), at);
@@ -139,6 +142,15 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
   plant.gravity_B = R_WB.transpose() * description.physics.gravity;
   plant.timestep = to_seconds(description.physics.timestep);
   plant.period = to_seconds(description.physics.period);
+  if (arm.drive) {
+    BaseDrive::Wheels turning;
+    for (std::size_t i = 0; i < turning.size(); ++i) {
+      const int id = mj_name2id(model.get(), mjOBJ_JOINT, (robot.name + "/" + wheels[i]).c_str());
+      turning[i].velocity_address = model->jnt_dofadr[id];
+      turning[i].inertia = model->dof_M0[turning[i].velocity_address];
+    }
+    plant.drive.emplace(*arm.drive, turning, plant.timestep, description.seed, arm.name);
+  }
   plant.payload = arm.payload ? *arm.payload : nominal_payload(description, arm.robot, arm.flange_link);
   return plant;
 }

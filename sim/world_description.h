@@ -15,6 +15,7 @@
 #include "core/device/control_mode.h"
 #include "core/kinematics/robot_model.h"
 #include "core/kinematics/types.h"
+#include "core/kinematics/wheel_drive.h"
 #include "core/motion/limits.h"
 
 struct mjSpec_;
@@ -137,6 +138,25 @@ struct ArmMeasurement {
   JointVector torque_bias;       ///< sigma of the constant offset that the seed draws, Nm or N; size 0: none
 };
 
+/// By how much the odometry of a base counts wrong. The default is right.
+struct OdometryError {
+  double linear_scale = 1.0;   ///< counted way over true way
+  double angular_scale = 1.0;  ///< counted turn over true turn
+  double heading_drift = 0.0;  ///< turn that is counted and not there, rad per metre of way
+  double random_walk = 0.0;    ///< sigma of the counted way along x and y, m per square root of a metre
+
+  bool operator==(const OdometryError&) const = default;
+};
+
+/// What makes an arm of the joints x, y, yaw a base on wheels.
+struct SimDriveDescription {
+  kinematics::MecanumDrive drive;
+  std::array<std::string, kinematics::MecanumDrive::kWheels>
+      wheels;                    ///< joints of the robot; they turn with the motion
+  Pose X_FD = Pose::Identity();  ///< middle of the wheels in the flange
+  OdometryError error = {};
+};
+
 struct SimArmDescription {
   std::string name;  ///< of the device
   std::string pointer;
@@ -147,7 +167,8 @@ struct SimArmDescription {
   ArmMeasurement measurement;
   /// What the controller is told to carry at the start; absent: what the URDFs of all that is fixed to the flange say.
   std::optional<device::PayloadSetting> payload;
-  double payload_mass_error = 0.0;  ///< kg added to the controller's belief, never to the plant
+  double payload_mass_error = 0.0;                ///< kg added to the controller's belief, never to the plant
+  std::optional<SimDriveDescription> drive = {};  ///< of a mobile base
 };
 
 /// A six-axis sensor between the tool-side body and that body's parent.

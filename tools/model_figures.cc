@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/device/base_description.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/inverse.h"
 #include "core/kinematics/robot_model.h"
@@ -73,6 +74,11 @@ Json arm_json(const device::ArmDescription& arm) {
           {"modes", mode_names(arm)}};
 }
 
+/// What the worst way within a base's limits asks of a wheel, rad/s.
+double fastest_wheel(const device::BaseDescription& base) {
+  return base.drive.fastest_wheel(base.cartesian.linear_velocity, base.cartesian.angular_velocity);
+}
+
 /// A column of the table of joints: a heading, and how a number of the joint is shown there.
 struct Column {
   const char* heading;  ///< of a turning joint; a sliding one shows m for deg and N for Nm
@@ -110,16 +116,44 @@ void print_links(const kinematics::RobotModel& robot) {
   }
 }
 
-void print_arm(const device::ArmDescription& arm) {
-  const auto& c = arm.cartesian;
+Json drive_json(const device::BaseDescription& base) {
+  return {{"kind", "mecanum"},
+          {"wheel_radius", base.drive.wheel_radius},
+          {"wheelbase", base.drive.wheelbase},
+          {"track", base.drive.track},
+          {"wheels", base.wheels},
+          {"wheel_speed", base.wheel_speed},
+          {"fastest_wheel", fastest_wheel(base)}};
+}
+
+void print_arm_frames(const device::ArmDescription& arm) {
   fmt::print("  frames              base '{}' to flange '{}', at most {:.3f} m from the first joint\n", arm.base_link,
              arm.flange_link, arm.chain->reach());
   fmt::print("  inverse kinematics  {}\n", way_to_solutions(arm));
+}
+
+void print_base_frames(const device::BaseDescription& base) {
+  fmt::print("  frames              from '{}', where the odometry counts from, to the body '{}'", base.base_link,
+             base.flange_link);
+  if (!base.mount_link.empty()) {
+    const Eigen::Vector3d p = base.X_FM.translation();
+    fmt::print("; an arm stands on '{}' at ({:g}, {:g}, {:g}) m", base.mount_link, p.x(), p.y(), p.z());
+  }
+  fmt::print("\n  drive               four mecanum wheels of {:g} m, axles {:g} m apart, track {:g} m\n",
+             base.drive.wheel_radius, base.drive.wheelbase, base.drive.track);
+  fmt::print("  wheels              {:.4g} rad/s at most within the limits below, of {:g}\n", fastest_wheel(base),
+             base.wheel_speed);
+}
+
+void print_arm(const device::ArmDescription& arm) {
+  const auto& c = arm.cartesian;
+  const auto* base = dynamic_cast<const device::BaseDescription*>(&arm);
+  base != nullptr ? print_base_frames(*base) : print_arm_frames(arm);
   fmt::print("  payload             {:g} kg rated, {:g} kg at most\n", arm.payload_rated, arm.payload_max);
   fmt::print("  cycle               {:g} ms\n", static_cast<double>(arm.cycle) / 1e6);
-  fmt::print("  tool centre point   {:g} m/s, {:g} m/s2, {:g} m/s3; {:g} rad/s, {:g} rad/s2, {:g} rad/s3\n",
-             c.linear_velocity, c.linear_acceleration, c.linear_jerk, c.angular_velocity, c.angular_acceleration,
-             c.angular_jerk);
+  fmt::print("  {} {:g} m/s, {:g} m/s2, {:g} m/s3; {:g} rad/s, {:g} rad/s2, {:g} rad/s3\n",
+             base != nullptr ? "in any direction   " : "tool centre point  ", c.linear_velocity, c.linear_acceleration,
+             c.linear_jerk, c.angular_velocity, c.angular_acceleration, c.angular_jerk);
   fmt::print("  control modes       {}\n", arm.modes.list());
   print_joints(arm);
 }
@@ -131,6 +165,7 @@ int print_figures(const std::string& name, const std::string& kind, const kinema
   if (common.json) {
     Json json = {{"model", name}, {"kind", kind}, {"mass", robot.total_mass()}, {"links", links_json(robot)}};
     if (arm != nullptr) json.update(arm_json(*arm));
+    if (const auto* base = dynamic_cast<const device::BaseDescription*>(arm)) json["drive"] = drive_json(*base);
     print(json);
     return kHeld;
   }

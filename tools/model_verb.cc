@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "core/device/base_description.h"
 #include "core/device/device_file.h"
 #include "core/kinematics/robot_model.h"
 #include "tools/cli.h"
@@ -30,8 +31,15 @@ struct ModelArguments {
 struct LoadedModel {
   std::string kind;
   std::shared_ptr<const kinematics::RobotModel> robot;
-  std::shared_ptr<const device::ArmDescription> arm;  ///< null for any other kind
+  std::shared_ptr<const device::ArmDescription> arm;  ///< or base; null for any other kind
 };
+
+/// An arm, or a base, which is one of three joints.
+Result<std::shared_ptr<const device::ArmDescription>> read_driven(const std::filesystem::path& folder,
+                                                                  const std::string& kind) {
+  if (kind == "arm") return device::read_arm(folder);
+  return device::read_base(folder);
+}
 
 Result<LoadedModel> load(const std::string& name, const Common& common) {
   const auto folder = common.library().find(name);
@@ -40,8 +48,8 @@ Result<LoadedModel> load(const std::string& name, const Common& common) {
   const auto kind = device::read_device_kind(*folder);
   if (!kind) return std::unexpected(kind.error());
   model.kind = *kind;
-  if (model.kind == "arm") {
-    const auto arm = device::read_arm(*folder);
+  if (model.kind == "arm" || model.kind == "base") {
+    const auto arm = read_driven(*folder, model.kind);
     if (!arm) return std::unexpected(arm.error());
     model.arm = *arm;
     model.robot = (*arm)->robot;
@@ -53,13 +61,14 @@ Result<LoadedModel> load(const std::string& name, const Common& common) {
   return model;
 }
 
-/// What only an arm can answer.
+/// What only an arm or a base can answer.
 Findings check_kind(const ModelArguments& arguments, const LoadedModel& model) {
   Findings findings;
   const std::pair<const char*, bool> asked[] = {
       {"--fk", !arguments.fk.empty()}, {"--ik", !arguments.ik.pose.empty()}, {"--reach", !arguments.reach.empty()}};
   for (const auto& [option, given] : asked) {
-    if (given && !model.arm) findings.error(option, fmt::format("'{}' is no arm but: {}", arguments.name, model.kind));
+    if (given && !model.arm)
+      findings.error(option, fmt::format("'{}' is no arm and no base but: {}", arguments.name, model.kind));
   }
   return findings;
 }

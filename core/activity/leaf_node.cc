@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/moving_frames.h"
 #include "core/activity/node.h"
 #include "core/base/object_reader.h"
 
@@ -169,6 +170,8 @@ std::unique_ptr<NodeRun> LeafNode::begin(Scope& scope) const { return std::make_
 
 void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const {
   if (!spend_rehearsal(rehearsal, *this, findings)) return;
+  const auto planned = [&](const std::string& arm) { return rehearsal.q[arm]; };
+  see_flanges(rehearsal.cell, planned);
   Findings own;
   std::vector<std::string> unknown;
   const auto made = instances(sight_of(rehearsal, scope), rehearsal.cell, own, unknown);
@@ -182,6 +185,7 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) 
   for (const Instance& instance : made) {
     rehearsal.step = instance.name;
     instance.step->rehearse(rehearsal, instance.pointer, findings);
+    see_flanges(rehearsal.cell, planned);
   }
 }
 

@@ -6,8 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/object_reader.h"
+#include "core/device/base_description.h"
 #include "core/kinematics/nearest_place.h"
 #include "core/kinematics/solutions.h"
+#include "core/motion/plan_checks.h"
 #include "core/motion/planner.h"
 
 namespace takt::activity {
@@ -103,7 +105,7 @@ std::optional<JointVector> nearest_place(const command::MountedArm& arm, const E
   if (!place) return std::nullopt;
   constexpr double kDegree = std::numbers::pi / 180.0;
   if (place->turn > 0.1 * kDegree) {
-    notes.note("/to",
+    notes.note("",
                fmt::format("an arm of {} joints cannot turn its tool like this: at the goal it is {:.1f} deg off",
                            chain.joint_count(), place->turn / kDegree));
   }
@@ -114,7 +116,9 @@ Result<JointVector> nearest_configuration(const command::MountedArm& mounted, co
                                           const JointVector& q, Findings& notes) {
   const device::ArmDescription& arm = mounted.device->description();
   const Eigen::Isometry3d X_BF = X_BT * mounted.X_FT.inverse();
-  if (arm.chain->joint_count() < 6) {
+  // A base that should tilt is told so; an arm of few joints turns its tool as far as it can.
+  const bool may_turn_less = dynamic_cast<const device::BaseDescription*>(&arm) == nullptr;
+  if (arm.chain->joint_count() < 6 && may_turn_less) {
     if (auto near = nearest_place(mounted, X_BT, q, notes)) return *near;
   }
   kinematics::SolutionOptions options;
@@ -122,8 +126,11 @@ Result<JointVector> nearest_configuration(const command::MountedArm& mounted, co
   options.most = 1;
   const auto solutions = kinematics::inverse_solutions(*arm.chain, X_BF, options);
   if (!solutions.empty()) return solutions.front();
+  Findings short_of;
+  if (arm.inverse) motion::check_directions(*arm.inverse, q, X_BF, "", short_of);
+  if (short_of.has_errors()) return std::unexpected(std::move(short_of));
   const Eigen::Vector3d p = X_BF.translation();
-  return failure("/to",
+  return failure("",
                  fmt::format("the goal is out of reach: flange at ({:.3f}, {:.3f}, {:.3f}) m in the arm's base", p.x(),
                              p.y(), p.z()),
                  "a pose that some joint configuration inside the limits reaches");
@@ -165,13 +172,12 @@ Result<Eigen::Isometry3d> goal_pose(const Goal& goal, const command::Cell& cell,
   return joints ? tool_pose(cell.arms.find(name)->second, *joints) : std::get<Eigen::Isometry3d>(*resolved);
 }
 
-Result<JointVector> goal_joints(const MotionRequest& request, const command::Cell& cell, const JointVector& q,
-                                Findings& notes) {
-  const command::MountedArm& arm = cell.arms.find(request.arm)->second;
-  const auto goal = resolve(request.goal, cell, request.arm, q);
-  if (!goal) return at_place(goal.error(), "/to");
-  if (const auto* joints = std::get_if<JointVector>(&*goal)) return *joints;
-  return nearest_configuration(arm, std::get<Eigen::Isometry3d>(*goal), q, notes);
+Result<JointVector> joints_of(const MotionRequest& request, const command::Cell& cell, const JointVector& q,
+                              Findings& notes) {
+  Findings own;
+  auto joints = goal_joints(request.goal, cell, request.arm, q, own);
+  notes.append(own, "/to");
+  return joints ? joints : Result<JointVector>(at_place(joints.error(), "/to"));
 }
 
 Result<motion::Leg> arc_leg(const MotionRequest& request, const command::Cell& cell, const JointVector& q) {
@@ -212,7 +218,7 @@ Result<motion::Leg> geometry_of(const MotionRequest& request, const command::Cel
   switch (request.kind) {
     case PathKind::kPtp: {
       Findings unheard;  // of a sequence only the way is told
-      const auto q_goal = goal_joints(request, cell, q, unheard);
+      const auto q_goal = joints_of(request, cell, q, unheard);
       if (!q_goal) return std::unexpected(q_goal.error());
       return motion::ptp_leg(arm, q, *q_goal);
     }
@@ -248,7 +254,7 @@ Result<motion::Motion> plan_single(const MotionRequest& request, const command::
                                       .X_FM = arm.X_FM,
                                       .load = arm.load};
   if (request.kind == PathKind::kPtp) {
-    const auto q_goal = goal_joints(request, cell, q, notes);
+    const auto q_goal = joints_of(request, cell, q, notes);
     if (!q_goal) return std::unexpected(q_goal.error());
     return motion::plan_ptp(arm.chain, arm.limits, q, *q_goal, options);
   }
@@ -290,6 +296,15 @@ Findings as_notes(const Findings& notes, const std::vector<MotionRequest>& reque
 }
 
 }  // namespace
+
+Result<JointVector> goal_joints(const Goal& goal, const command::Cell& cell, const std::string& name,
+                                const JointVector& q, Findings& notes) {
+  const command::MountedArm& arm = cell.arms.find(name)->second;
+  const auto resolved = resolve(goal, cell, name, q);
+  if (!resolved) return std::unexpected(resolved.error());
+  if (const auto* joints = std::get_if<JointVector>(&*resolved)) return *joints;
+  return nearest_configuration(arm, std::get<Eigen::Isometry3d>(*resolved), q, notes);
+}
 
 MotionRequest read_motion(PathKind kind, const Json& json, const std::string& pointer, const command::Cell& cell,
                           Findings& findings) {

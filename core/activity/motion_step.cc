@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/carried_step.h"
 #include "core/activity/motion_request.h"
 #include "core/activity/net_run.h"
 #include "core/command/motion_net.h"
@@ -168,6 +169,7 @@ std::unique_ptr<Step> parse_ptp(const Json& json, const std::string& pointer, co
 
 std::unique_ptr<Step> parse_lin(const Json& json, const std::string& pointer, const command::Cell& cell,
                                 Findings& findings) {
+  if (json.contains("base_to")) return parse_carried_lin(json, pointer, cell, findings);
   return parse<PathKind::kLin>(json, pointer, cell, findings);
 }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/measured_json.h"
+#include "core/activity/moving_frames.h"
 
 namespace takt::activity {
 namespace {
@@ -64,6 +65,7 @@ ProgramRunner::ProgramRunner(const Program& program, Context& context)
 
 Progress ProgramRunner::advance() {
   if (progress_ != Progress::kRunning) return progress_;
+  see_flanges(execution_.context.cell);
   const Outcome outcome = run_->advance(execution_, findings_);
   tell_current();
   if (outcome == Outcome::kRunning) return progress_;

@@ -26,7 +26,7 @@ const std::vector<StepKind>& step_kinds() {
        parse_grip},
       {"lin",
        "Moves the tool centre point on a straight line. Keys: arm, to, speed, acceleration, velocity_m_s, blend_m, "
-       "blend_fraction, until, on_end.",
+       "blend_fraction, until, on_end; base_to: where the base that carries the arm drives meanwhile.",
        parse_lin},
       {"net", "Runs a net of the cell to its end. Keys: net, cancel_after_s, within_s.", parse_net_step},
       {"press",

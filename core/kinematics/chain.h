@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,10 +36,12 @@ struct SpatialInertia {
 class Chain {
  public:
   /// What lies above the base link is left out; all below it belongs to the chain.
-  /// @return the chain, or all findings: unknown link, no path, no movable joint, more than kMaxJoints, a movable joint
-  /// on a branch beside the path (its bodies could not be merged). Realtime: setup.
+  /// @param rolling  joints beside the path whose bodies turn without changing where mass lies (the wheels of a base):
+  /// they are merged as they stand at zero
+  /// @return the chain, or all findings: unknown link, no path, no movable joint, more than kMaxJoints, any other
+  /// movable joint on a branch beside the path (its bodies could not be merged). Realtime: setup.
   [[nodiscard]] static Result<Chain> create(const RobotModel& model, const std::string& base_link,
-                                            const std::string& flange_link);
+                                            const std::string& flange_link, std::span<const std::string> rolling = {});
 
   [[nodiscard]] int joint_count() const { return count_; }
   [[nodiscard]] const std::vector<std::string>& joint_names() const { return names_; }

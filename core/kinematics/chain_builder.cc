@@ -31,6 +31,7 @@ struct ChainBuilder {
   const RobotModel& model;
   const std::string& base;
   const std::string& flange;
+  std::span<const std::string> rolling;
   Findings findings;
   std::vector<const Joint*> path;  ///< from the base to the flange, fixed ones included
 
@@ -106,15 +107,15 @@ struct ChainBuilder {
       const auto parent = places.find(joint.parent);
       if (parent == places.end() || joint.child == base) continue;
       Place place{parent->second.segment, parent->second.X * joint.X_PJ};
-      if (joint.type != JointType::kFixed) {
-        if (std::find(path.begin(), path.end(), &joint) == path.end()) {
-          findings.error(
-              {},
-              fmt::format("joint '{}' moves beside or beyond the chain from '{}' to '{}'", joint.name, base, flange),
-              "fix it, or choose a base link below which there is one chain");
-          continue;
-        }
+      const bool on_path = std::ranges::find(path, &joint) != path.end();
+      const bool rolls = std::ranges::find(rolling, joint.name) != rolling.end();
+      if (joint.type != JointType::kFixed && on_path) {
         place = add_segment(chain, joint, place.X);
+      } else if (joint.type != JointType::kFixed && !rolls) {
+        findings.error(
+            {}, fmt::format("joint '{}' moves beside or beyond the chain from '{}' to '{}'", joint.name, base, flange),
+            "fix it, or choose a base link below which there is one chain");
+        continue;
       }
       places[joint.child] = place;
       add_body(chain, model.links[i + 1], place);
@@ -142,8 +143,9 @@ struct ChainBuilder {
   }
 };
 
-Result<Chain> Chain::create(const RobotModel& model, const std::string& base_link, const std::string& flange_link) {
-  ChainBuilder builder{model, base_link, flange_link, {}, {}};
+Result<Chain> Chain::create(const RobotModel& model, const std::string& base_link, const std::string& flange_link,
+                            std::span<const std::string> rolling) {
+  ChainBuilder builder{model, base_link, flange_link, rolling, {}, {}};
   if (!builder.find_path()) return std::unexpected(std::move(builder.findings));
   Chain chain;
   builder.fill(chain);

@@ -244,6 +244,18 @@ IkStatus InverseKinematics::solve_motion(const Goal& goal, JointVector& q, Joint
   return IkStatus::kOk;
 }
 
+Vector6 InverseKinematics::beyond_joints(const JointVector& q, const Eigen::Isometry3d& X_BF) const {
+  Linear at;
+  chain_.jacobian(q, at.X_BF, at.J);
+  linearise(at);
+  if (!is_short() || !(at.pivot > kSingularBelow)) return Vector6::Zero();
+  const Vector6 way = weighted(pose_error(at.X_BF, X_BF));
+  const Vector6 free = normal_of(at.A).llt().solve(at.A.transpose().lazyProduct(way).eval());
+  Vector6 beyond = way - at.A * free;
+  beyond.head<3>() *= length_scale_;
+  return beyond;
+}
+
 double InverseKinematics::singularity_measure(const JointVector& q) const {
   Linear at;
   chain_.jacobian(q, at.X_BF, at.J);

@@ -70,6 +70,10 @@ class InverseKinematics {
   /// cycle's q extrapolated by its dq and ddq.
   [[nodiscard]] IkStatus solve_motion(const Goal& goal, JointVector& q, JointVector& dq, JointVector& ddq) const;
 
+  /// Of the way from the flange at q to X_BF what the joints cannot do at q: translation, m, and rotation vector, rad,
+  /// in the axes of B. Zero for chains of six joints and more, and where they are singular.
+  [[nodiscard]] Vector6 beyond_joints(const JointVector& q, const Eigen::Isometry3d& X_BF) const;
+
   /// How far from singular: the smallest singular value of the 6 x 6 Jacobian of the free joints, its linear rows
   /// divided by length_scale(); with fewer than six joints that of all their columns. 0 = singular; the LWR in a good
   /// posture has about 0.3. Realtime: cyclic, O(1).

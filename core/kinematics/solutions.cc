@@ -256,6 +256,10 @@ class Search {
     if (i == n_) return add(q);
     const bool more = turns(i) && std::isfinite(chain_.lower()[i]);
     JointVector turned = q;
+    if (turns(i) && !more) {  // without limits all turns fit: the nearest stands for them
+      turned[i] += 2.0 * kPi * std::round((reference_[i] - q[i]) / (2.0 * kPi));
+      return add_turns(turned, i + 1);
+    }
     for (int k = more ? -2 : 0; k <= (more ? 2 : 0); ++k) {
       turned[i] = q[i] + k * 2.0 * kPi;
       if (inside(i, turned[i])) add_turns(turned, i + 1);
@@ -314,9 +318,20 @@ class Search {
   [[nodiscard]] JointVector step(Jacobian J, const Vector6& error, double damping) const {
     J.topRows<3>() *= 1.0 / length_;
     if (held_ >= 0) J.col(held_).setZero();
+    if (n_ < 6) return short_step(J, error, damping);
     Eigen::Matrix<double, 6, 6> square = J.lazyProduct(J.transpose());
     square.diagonal().array() += damping + 1e-30;
     JointVector delta = J.transpose().lazyProduct(Vector6(square.ldlt().solve(error)));
+    const double longest = delta.cwiseAbs().maxCoeff();
+    if (longest > kMaxStep) delta *= kMaxStep / longest;
+    return delta;
+  }
+
+  /// Fewer than six joints: the step that comes nearest, by the normal equations of the joints.
+  [[nodiscard]] JointVector short_step(const Jacobian& J, const Vector6& error, double damping) const {
+    JointMatrix square = J.transpose().lazyProduct(J);
+    square.diagonal().array() += damping + 1e-30;
+    JointVector delta = square.ldlt().solve(JointVector(J.transpose().lazyProduct(error)));
     const double longest = delta.cwiseAbs().maxCoeff();
     if (longest > kMaxStep) delta *= kMaxStep / longest;
     return delta;

@@ -98,6 +98,8 @@ Result<Leg> ptp_leg(const ArmModel& arm, const JointVector& q_start, const Joint
 Result<Leg> lin_leg(const ArmModel& arm, const JointVector& q_start, const Eigen::Isometry3d& X_BM_goal) {
   Findings findings = check_start(arm, q_start, true);
   check_pose(X_BM_goal, "/goal", findings);
+  if (!findings.has_errors())
+    check_directions(*arm.inverse, q_start, X_BM_goal * arm.X_FM.inverse(), "/goal", findings);
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   const JointVector held = arm.inverse->held(q_start);
   return leg_of(CartesianLine::between(arm.chain.forward(q_start) * arm.X_FM, X_BM_goal, held, held));

@@ -46,6 +46,22 @@ struct CartesianLine {
   [[nodiscard]] JointSample held(const PathPoint& at) const;
 };
 
+/// A line of a frame M in the room, as an arm sees it whose own base A is carried along meanwhile: by a carrier that
+/// drives in the plane, x, y and yaw in proportion. What the arm on a mobile base follows so that its tool goes
+/// straight. Samples are of M in A; held joints are those of the line.
+/// As JSON: {"kind": "carried_line", "line": a cartesian_line in B, "carrier_start": [x, y, yaw], "carrier_goal":
+/// [x, y, yaw], "mount": [x, y, z, qw, qx, qy, qz]}.
+struct CarriedLine {
+  CartesianLine line;                                       ///< in the frame B in which the carrier moves
+  Eigen::Vector3d carrier_start = Eigen::Vector3d::Zero();  ///< x, y in m, yaw in rad, of the carrier's body F in B
+  Eigen::Vector3d carrier_goal = Eigen::Vector3d::Zero();   ///< likewise
+  Eigen::Isometry3d X_FA = Eigen::Isometry3d::Identity();   ///< the arm's base on the carrier's body, m
+
+  /// Realtime: cyclic, no allocation.
+  [[nodiscard]] FrameSample sample(const PathPoint& at) const;
+  [[nodiscard]] JointSample held(const PathPoint& at) const { return line.held(at); }
+};
+
 /// The origin of a frame M on a circle while M turns about one axis that is fixed in B (CIRC); held joints as in
 /// CartesianLine. As JSON: {"kind": "cartesian_arc", "start": [x, y, z, qw, qx, qy, qz], "centre": [x, y, z],
 /// "normal": [x, y, z], "arc_rad": rad, "axis": [x, y, z], "angle_rad": rad, "held_start": [...], "held_goal": [...]}.
@@ -73,7 +89,7 @@ struct FixedAxisTurn {
 [[nodiscard]] FixedAxisTurn short_turn(const Eigen::Quaterniond& R_start, const Eigen::Quaterniond& R_goal);
 
 /// What a piece of a path may be: geometry over a parameter of its own in [0, 1].
-using Geometry = std::variant<JointLine, CartesianLine, CartesianArc, JointCurve, CartesianCurve>;
+using Geometry = std::variant<JointLine, CartesianLine, CartesianArc, JointCurve, CartesianCurve, CarriedLine>;
 
 /// One point of any path: joints on a joint path, a frame and held joints on a Cartesian one.
 struct PathSample {

@@ -61,7 +61,7 @@ void read_start(ObjectReader& reader, Eigen::Vector3d& p, Eigen::Quaterniond& R)
   check_unit(reader, "start", R.norm());
 }
 
-Geometry read_cartesian_line(ObjectReader& reader) {
+CartesianLine read_line(ObjectReader& reader) {
   CartesianLine line;
   read_start(reader, line.p_start, line.R_start);
   line.direction = reader.vector("direction", line.direction);
@@ -72,6 +72,26 @@ Geometry read_cartesian_line(ObjectReader& reader) {
   line.angle = reader.number("angle_rad", 0.0, kNotNegative);
   read_held(reader, line.held_start, line.held_goal);
   return line;
+}
+
+Geometry read_cartesian_line(ObjectReader& reader) { return read_line(reader); }
+
+Geometry read_carried_line(ObjectReader& reader) {
+  CarriedLine carried;
+  if (const Json* json = reader.object("line")) {
+    ObjectReader line(*json, reader.at("line"), reader.findings());
+    line.choice("kind", {"cartesian_line"});
+    carried.line = read_line(line);
+    line.finish();
+  }
+  carried.carrier_start = reader.vector("carrier_start");
+  carried.carrier_goal = reader.vector("carrier_goal");
+  const std::vector<double> mount = reader.numbers("mount", 7, std::vector<double>{0, 0, 0, 1, 0, 0, 0});
+  const Eigen::Quaterniond R(mount[3], mount[4], mount[5], mount[6]);
+  check_unit(reader, "mount", R.norm());
+  carried.X_FA.translation() << mount[0], mount[1], mount[2];
+  carried.X_FA.linear() = R.normalized().toRotationMatrix();
+  return carried;
 }
 
 Geometry read_cartesian_arc(ObjectReader& reader) {
@@ -145,11 +165,9 @@ struct Kind {
   Geometry (*read)(ObjectReader&);
 };
 
-const Kind kKinds[] = {{"joint_line", read_joint_line},
-                       {"cartesian_line", read_cartesian_line},
-                       {"cartesian_arc", read_cartesian_arc},
-                       {"joint_curve", read_joint_curve},
-                       {"cartesian_curve", read_cartesian_curve}};
+const Kind kKinds[] = {{"joint_line", read_joint_line},       {"cartesian_line", read_cartesian_line},
+                       {"cartesian_arc", read_cartesian_arc}, {"carried_line", read_carried_line},
+                       {"joint_curve", read_joint_curve},     {"cartesian_curve", read_cartesian_curve}};
 
 std::vector<std::string> kind_names() {
   std::vector<std::string> names;
@@ -203,6 +221,14 @@ Json write(const CartesianArc& arc) {
           {"angle_rad", arc.angle},
           {"held_start", numbers(arc.held_start)},
           {"held_goal", numbers(arc.held_goal)}};
+}
+
+Json write(const CarriedLine& carried) {
+  return {{"kind", "carried_line"},
+          {"line", write(carried.line)},
+          {"carrier_start", numbers(carried.carrier_start)},
+          {"carrier_goal", numbers(carried.carrier_goal)},
+          {"mount", pose_numbers(carried.X_FA.translation(), Eigen::Quaterniond(carried.X_FA.linear()))}};
 }
 
 Json write(const JointCurve& curve) { return {{"kind", "joint_curve"}, {"coefficients", write(curve.q)}}; }

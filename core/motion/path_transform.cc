@@ -12,6 +12,7 @@ struct View {
 
   std::optional<Geometry> operator()(const JointLine&) const { return std::nullopt; }
   std::optional<Geometry> operator()(const JointCurve&) const { return std::nullopt; }
+  std::optional<Geometry> operator()(const CarriedLine&) const { return std::nullopt; }
   std::optional<Geometry> operator()(CartesianLine line) const {
     line.p_start = X_AB * line.p_start;
     line.R_start = R_AB * line.R_start;

@@ -1,8 +1,11 @@
 #include "core/motion/plan_checks.h"
 
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
+
+#include "core/kinematics/inverse.h"
 
 namespace takt::motion {
 namespace {
@@ -39,6 +42,26 @@ void check_range(const kinematics::Chain& chain, const JointLimits& limits, Find
 }
 
 }  // namespace
+
+void check_directions(const kinematics::InverseKinematics& inverse, const JointVector& q, const Eigen::Isometry3d& X_BF,
+                      const std::string& pointer, Findings& findings) {
+  if (inverse.chain().joint_count() >= 6) return;
+  constexpr double kNothing = 1e-9;  // m and rad: rounding
+  constexpr const char* kAxes[] = {"x", "y", "z"};
+  const kinematics::Vector6 beyond = inverse.beyond_joints(q, X_BF);
+  std::string missing;
+  for (int i = 0; i < 6; ++i) {
+    if (std::abs(beyond[i]) <= kNothing) continue;
+    const bool turn = i >= 3;
+    missing += fmt::format("{}{:.4g} {} {} {}", missing.empty() ? "" : ", ",
+                           turn ? beyond[i] * 180.0 / std::numbers::pi : beyond[i], turn ? "deg about" : "m along",
+                           kAxes[i % 3], "of its base");
+  }
+  if (missing.empty()) return;
+  findings.error(pointer,
+                 fmt::format("the goal is where the {} joints cannot go: {}", inverse.chain().joint_count(), missing),
+                 "a goal in the plane, or the space, in which they move");
+}
 
 std::vector<LawPoint> instants(const TimeLaw& law, int parts) {
   std::vector<LawPoint> points;

@@ -46,6 +46,7 @@ Result<Motion> plan_lin(const Chain& chain, const InverseKinematics& inverse, co
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   check_configuration(chain, limits, q_start, "/start", findings);
   if (held_goal) check_held(inverse, limits, *held_goal, findings);
+  check_directions(inverse, q_start, X_BM_goal * options.X_FM.inverse(), "/goal", findings);
   if (findings.has_errors()) return std::unexpected(std::move(findings));
 
   const JointVector held_start = inverse.held(q_start);

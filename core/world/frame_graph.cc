@@ -31,6 +31,19 @@ Findings FrameGraph::set(const std::string& name, const Relation& relation) {
   return findings;
 }
 
+void FrameGraph::see(std::string_view name, const Eigen::Isometry3d& X_PF) {
+  const auto found = relations_.find(name);
+  if (found != relations_.end() && found->second.moves()) found->second.X_seen = X_PF;
+}
+
+std::vector<std::string> FrameGraph::moving() const {
+  std::vector<std::string> names;
+  for (const auto& [name, relation] : relations_) {
+    if (relation.moves()) names.push_back(name);
+  }
+  return names;
+}
+
 bool FrameGraph::contains(std::string_view name) const { return name == kWorld || relations_.contains(name); }
 
 bool FrameGraph::is_below(std::string_view name, std::string_view ancestor) const {
@@ -60,11 +73,11 @@ Result<Eigen::Isometry3d> FrameGraph::along(const std::vector<std::string_view>&
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < count; ++i) {
     const Relation& relation = *this->relation(way[i]);
-    if (relation.moves()) {
+    if (relation.moves() && !relation.X_seen) {
       return failure({}, fmt::format("frame '{}' moves with '{}'", way[i], relation.source),
                      "a frame that does not, or a sensor");
     }
-    X = relation.X_PF * X;
+    X = (relation.moves() ? *relation.X_seen : relation.X_PF) * X;
   }
   return X;
 }

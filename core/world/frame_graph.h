@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +25,8 @@ struct Relation {
   std::string parent;
   Eigen::Isometry3d X_PF = Eigen::Isometry3d::Identity();  ///< m
   std::string source = {};
+  /// Of one that moves: the frame in its parent when it was looked at last (FrameGraph::see); none: not yet.
+  std::optional<Eigen::Isometry3d> X_seen = {};
 
   /// It changes while nets run.
   [[nodiscard]] bool moves() const { return kind == Kind::kFlange || kind == Kind::kChannel; }
@@ -43,14 +46,18 @@ class FrameGraph {
     return set(name, Relation{.kind = Relation::Kind::kFixed, .parent = parent, .X_PF = X_PF});
   }
   [[nodiscard]] Findings set(const std::string& name, const Relation& relation);
+  /// Where a frame that moves is now, in its parent: what pose() answers until it is seen again. Others do not change.
+  void see(std::string_view name, const Eigen::Isometry3d& X_PF);
 
   [[nodiscard]] bool contains(std::string_view name) const;
   /// How a frame hangs on its parent; null for the world and for frames that are not there.
   [[nodiscard]] const Relation* relation(std::string_view name) const;
   /// Pose of frame `of` in frame `in`; findings name the unknown frame and the nearest one, or the frame between them
-  /// that moves: where that is only sensors tell (core/command/frame_sensors.h).
+  /// that moves and has not been seen: where that is only sensors tell (core/command/frame_sensors.h).
   [[nodiscard]] Result<Eigen::Isometry3d> pose(std::string_view of, std::string_view in = kWorld) const;
   [[nodiscard]] std::vector<std::string> names() const;
+  /// Names of the frames that move.
+  [[nodiscard]] std::vector<std::string> moving() const;
 
  private:
   [[nodiscard]] std::vector<std::string_view> way_to_world(std::string_view name) const;

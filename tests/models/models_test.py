@@ -256,8 +256,8 @@ class Meshes(unittest.TestCase):
             geometry = json.loads((folder / "geometry.json").read_text())
             count = sum(len(s.triangles) for parts in geometry["meshes"].values()
                         for s in make_meshes.solids_of(parts, geometry.get("curves", {})))
-            is_arm = (folder / "device.json").exists() and device_of(folder)["kind"] == "arm"
-            budget = 7000 if is_arm else 1500
+            moves = (folder / "device.json").exists() and device_of(folder)["kind"] in ("arm", "base")
+            budget = 7000 if moves else 1500
             self.assertLessEqual(count, budget, folder.name)
 
     def test_moments_of_known_bodies(self):
@@ -475,6 +475,38 @@ class Stack(unittest.TestCase):
     def test_texts_name_no_place_of_one_machine(self):
         for path in [p for folder in FOLDERS for p in folder.glob("*.*")]:
             self.assertIsNone(re.search(r"/(home|tmp|work|usr)/", path.read_text()), path.name)
+
+
+class YoubotBase(unittest.TestCase):
+    FOLDER = MODELS / "youbot_base"
+
+    def setUp(self):
+        self.device, self.robot = device_of(self.FOLDER), urdf_of(self.FOLDER)
+
+    def test_mass_is_that_of_the_source(self):
+        total = sum(float(m.get("value")) for m in self.robot.iterfind("link/inertial/mass"))
+        self.assertAlmostEqual(total, 22 + 2.4 + 4 * 1.4, places=9)
+
+    def test_wheels_stand_on_the_floor_where_the_drive_says(self):
+        drive = self.device["drive"]
+        joints = {j.get("name"): j for j in self.robot.iterfind("joint")}
+        for name, ahead, left in zip(drive["wheels"], (1, 1, -1, -1), (1, -1, 1, -1)):
+            x, y, z = numbers(joints[name].find("origin"), "xyz", "0 0 0")
+            self.assertAlmostEqual(x, ahead * drive["wheelbase_m"] / 2)
+            self.assertAlmostEqual(y, left * drive["track_m"] / 2)
+            self.assertAlmostEqual(z, drive["wheel_radius_m"])
+
+    def test_rollers_are_as_high_as_the_wheel_and_cross_as_an_x_from_above(self):
+        geometry = json.loads((self.FOLDER / "geometry.json").read_text())
+        for mesh, sign in (("rollers_left", 1), ("rollers_right", -1)):
+            solids = make_meshes.solids_of(geometry["meshes"][mesh], geometry["curves"])
+            for solid in solids:
+                highest = max(math.hypot(x, z) for x, _, z in solid.vertices)
+                self.assertAlmostEqual(highest, self.device["drive"]["wheel_radius_m"], delta=0.0005)
+            top = max(solids, key=lambda s: sum(p[2] for p in s.vertices) / len(s.vertices))
+            middle = [sum(c) / len(top.vertices) for c in zip(*top.vertices)]
+            cross = sum((p[0] - middle[0]) * (p[1] - middle[1]) for p in top.vertices)
+            self.assertGreater(sign * cross, 0, "on the left in front the upper rollers point ahead and to the left")
 
 
 if __name__ == "__main__":

@@ -139,7 +139,8 @@ constexpr const char* kEverything = R"({
     {"do": "press", "arm": "arm", "sensor": "wrist", "direction": [0, 0, -1], "in": "world", "force_N": 5,
      "approach_m_s": 0.01, "travel_m": 0.02, "seconds": 1, "until": {"sensor": "wrist", "above_N": 5}},
     {"do": "search", "pattern": "zigzag", "radius_m": 0.01, "pitch_m": 0.002, "velocity_m_s": 0.02, "drop_m": 0.001,
-     "on_end": "continue", "force_N": "$n"}
+     "on_end": "continue", "force_N": "$n"},
+    {"do": "lin", "arm": "arm", "to": {"by_m": [0.1, 0, 0]}, "base_to": {"by_m": [0.2, 0, 0]}, "speed": 0.5}
   ]},
   "operator": [{"at_s": 1, "do": "pause"}, {"at_step": "touch", "after_s": 0.5, "do": "resume"},
                {"at_s": 2, "do": "override", "value": 0.5}, {"at_s": 3, "do": "write", "channel": "go", "value": true},
@@ -148,6 +149,8 @@ constexpr const char* kEverything = R"({
     {"name": "n", "kind": "estimate", "estimate": "found", "of": "block", "position_within_m": 1,
      "angle_within_deg": 1},
     {"kind": "object_pose", "object": "block", "in": "world", "position_m": [0, 0, 0], "rpy_deg": [0, 0, 0],
+     "position_within_m": 5, "angle_within_deg": 5},
+    {"kind": "tool_pose", "arm": "arm", "in": "world", "position_m": [0, 0, 0], "quaternion": [1, 0, 0, 0],
      "position_within_m": 5, "angle_within_deg": 5},
     {"kind": "contact_force", "between": ["probe", "block"], "below_N": 15, "at_least_N": 0},
     {"kind": "peak_force", "sensor": "wrist", "below_N": 100},

@@ -1,8 +1,9 @@
-// The MuJoCo arm of each model, direct and slow, under the suite that every arm must pass.
+// The MuJoCo arm, or base, of each model, direct and slow, under the suite that every arm must pass.
 #include "tests/support/arm_conformance.h"
 
 #include <algorithm>
 
+#include "core/device/base_description.h"
 #include "core/device/device_file.h"
 #include "sim/from_model.h"
 #include "sim/world.h"
@@ -16,15 +17,9 @@ using emulation::SlowOptions;
 class SimArmRig final : public ArmRig {
  public:
   explicit SimArmRig(const std::string& model, device::ControlMode mode = device::ControlMode::kPosition) {
-    auto read = device::read_arm("models/" + model);
-    if (!read) {
-      ADD_FAILURE() << read.error().to_string();
-      return;
-    }
-    description = *read;
     sim::WorldDescription world_description;
+    if (!read(model, world_description)) return;
     world_description.robots.push_back(sim::arm_body("arm", *description, {}));
-    world_description.arms.push_back(sim::simulated_arm("arm", "arm", *description));
     // The first mode is the one after power-on. Springs lag behind what moves them, by friction and more.
     auto& modes = world_description.arms.back().control.modes.modes;
     std::ranges::rotate(modes, std::ranges::find(modes, mode));
@@ -47,6 +42,28 @@ class SimArmRig final : public ArmRig {
   void release() override { world->arm("arm")->release_brakes(); }
 
  private:
+  /// An arm, or a base, which has to pass as one.
+  bool read(const std::string& model, sim::WorldDescription& into) {
+    const std::string folder = "models/" + model;
+    if (device::read_device_kind(folder).value_or("") == "base") {
+      const auto base = device::read_base(folder);
+      if (!base) return fail(base.error());
+      into.arms.push_back(sim::simulated_base("arm", "arm", **base));
+      description = *base;
+      weight_pulls = false;
+    } else {
+      const auto arm = device::read_arm(folder);
+      if (!arm) return fail(arm.error());
+      into.arms.push_back(sim::simulated_arm("arm", "arm", **arm));
+      description = *arm;
+    }
+    return true;
+  }
+  static bool fail(const Findings& findings) {
+    ADD_FAILURE() << findings.to_string();
+    return false;
+  }
+
   std::shared_ptr<sim::World> world;
 };
 
@@ -77,11 +94,12 @@ const SlowOptions k4ms{.cycle = 4 * kMillisecond,
 const SlowOptions k1ms{.cycle = kMillisecond, .drift = 100e-6, .wire = {.transport = 50'000, .jitter = 300'000}};
 
 INSTANTIATE_TEST_SUITE_P(MuJoCo, ArmConformance,
-                         testing::Values(direct("lwr4plus"), direct("ur5"), direct("tx90"),
+                         testing::Values(direct("lwr4plus"), direct("ur5"), direct("tx90"), direct("youbot_base"),
                                          compliant("lwr4plus", device::ControlMode::kJointImpedance),
                                          compliant("lwr4plus", device::ControlMode::kCartesianImpedance),
                                          slow("lwr4plus", "Slow1ms", k1ms), slow("lwr4plus", "Slow8ms", k8ms),
-                                         slow("ur5", "Slow8ms", k8ms), slow("tx90", "Slow4msWithLosses", k4ms)),
+                                         slow("ur5", "Slow8ms", k8ms), slow("youbot_base", "Slow8ms", k8ms),
+                                         slow("tx90", "Slow4msWithLosses", k4ms)),
                          name_of_case);
 
 }  // namespace

@@ -314,10 +314,10 @@ TEST_P(ArmConformance, PayloadIsBelieved) {
   rig->backend->set_payload({.mass = 1.0, .p_FC = Eigen::Vector3d(0.0, 0.0, 0.05)});
   cycles(500);
   const double moved = (arm->sample().q - q).cwiseAbs().maxCoeff();
-  if (rig->has_mass) {
+  if (rig->has_mass && rig->weight_pulls) {
     EXPECT_GT(moved, 1e-4) << "a load that is not there lifts the arm";
   } else {
-    EXPECT_EQ(moved, 0.0);
+    EXPECT_LE(moved, rig->has_mass ? 1e-5 : 0.0) << "only what its own measurements are uncertain by";
   }
 }
 

@@ -51,8 +51,9 @@ struct ArmRig {
   double tracking = 1e-9;     ///< rad: how far measured and told may lie apart
   double speed_noise = 1e-9;  ///< rad/s: of the measured velocity
   double smoothness =
-      1.001;              ///< share of the acceleration limit that the drives may be told, faults of a wire included
-  bool has_mass = false;  ///< a wrong payload moves it
+      1.001;                 ///< share of the acceleration limit that the drives may be told, faults of a wire included
+  bool has_mass = false;     ///< it has a body: set points act in the cycle after them
+  bool weight_pulls = true;  ///< a wrong payload moves one with a body; false: a base, which does not carry upwards
 };
 
 /// A name for the tests, and how the arm is made: a hardware driver is one more line of these.

@@ -1,10 +1,13 @@
 #include "core/kinematics/inverse.h"
 
+#include <cmath>
 #include <limits>
 #include <tuple>
 
 #include <gtest/gtest.h>
+#include <Eigen/Dense>
 
+#include "core/kinematics/solutions.h"
 #include "tests/core/kinematics/robots.h"
 #include "tests/support/allocation_guard.h"
 
@@ -221,6 +224,78 @@ TEST(InverseKinematics, CyclicFunctionsNeverAllocate) {
     EXPECT_EQ(unreachable, IkStatus::kNotConverged);
     EXPECT_TRUE(std::isfinite(tau.sum() + M.sum() + measures));
   });
+}
+
+// --- fewer than six joints -------------------------------------------------------------------------------------------
+
+/// What a chain of few joints can reach it comes back to; what it cannot is refused, and named.
+TEST(ShortChain, ReachesWhatItsJointsCanDoAndNamesTheRest) {
+  Random random(31);
+  for (const int n : {3, 4, 5}) {
+    const auto chain = Chain::create(test::random_model(random, n), "l0", "flange");
+    const auto inverse = InverseKinematics::create(*chain);
+    ASSERT_TRUE(inverse) << inverse.error().to_string();
+    for (int done = 0; done < 100;) {
+      const JointVector q = random_q(random, *chain), dq = random_vector(random, n, 1.0);
+      if (inverse->singularity_measure(q) < 0.02) continue;
+      ++done;
+      const Eigen::Isometry3d X_BF = chain->forward(q);
+      JointVector found = q + random_vector(random, n, 0.004);
+      ASSERT_EQ(inverse->solve(X_BF, {}, found), IkStatus::kOk) << n;
+      EXPECT_LT((found - q).cwiseAbs().maxCoeff(), 1e-9);
+      EXPECT_LT(inverse->beyond_joints(q, X_BF).norm(), 1e-12);
+
+      Eigen::Isometry3d X;
+      Jacobian J;
+      chain->jacobian(q, X, J);
+      JointVector rates;
+      ASSERT_EQ(inverse->rates(q, J * dq, {}, rates), IkStatus::kOk);
+      EXPECT_LT((rates - dq).cwiseAbs().maxCoeff(), 1e-9);
+
+      // A step across all that the joints can do.
+      const Eigen::FullPivLU<Eigen::MatrixXd> lu(J.transpose());
+      const Vector6 across = lu.kernel().col(0).normalized();
+      Eigen::Isometry3d beyond = X_BF;
+      beyond.translation() += 1e-3 * across.head<3>();
+      const Eigen::Vector3d turn = 1e-3 * across.tail<3>();
+      if (turn.norm() > 0)
+        beyond.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix() * beyond.linear();
+      found = q;
+      EXPECT_EQ(inverse->solve(beyond, {}, found), IkStatus::kNotConverged);
+      EXPECT_EQ(found, q) << "untouched";
+      EXPECT_GT(inverse->beyond_joints(q, beyond).norm(), 1e-5);
+    }
+  }
+}
+
+TEST(ShortChain, ABaseGoesInItsPlaneOnly) {
+  const auto model = RobotModel::load("models/youbot_base/youbot_base.urdf");
+  ASSERT_TRUE(model) << model.error().to_string();
+  const std::vector<std::string> wheels{"front_left", "front_right", "rear_left", "rear_right"};
+  EXPECT_FALSE(Chain::create(*model, "odometry", "body")) << "wheels move beside the chain";
+  const auto chain = Chain::create(*model, "odometry", "body", wheels);
+  ASSERT_TRUE(chain) << chain.error().to_string();
+  EXPECT_NEAR(chain->total_mass(), 30.0, 1e-9);
+  const auto inverse = InverseKinematics::create(*chain);
+  ASSERT_TRUE(inverse);
+  JointVector q(3), start = JointVector::Zero(3);
+  q << 3.2, -1.7, 7.0;
+  Eigen::Isometry3d X_BF = chain->forward(q);
+  SolutionOptions options;
+  options.reference = q;
+  auto solutions = inverse_solutions(*chain, X_BF, options);
+  ASSERT_EQ(solutions.size(), 1u);
+  EXPECT_LT((solutions[0] - q).cwiseAbs().maxCoeff(), 1e-9) << "in the turn in which it stands";
+  options.reference = start;
+  solutions = inverse_solutions(*chain, X_BF, options);
+  ASSERT_EQ(solutions.size(), 1u);
+  EXPECT_NEAR(solutions[0][2], 7.0 - 2.0 * M_PI, 1e-9);
+
+  X_BF.translation().z() = 0.02;
+  const Vector6 beyond = inverse->beyond_joints(start, X_BF);
+  EXPECT_NEAR(beyond[2], 0.02, 1e-12);
+  EXPECT_LT(beyond.head<2>().norm() + beyond.tail<3>().norm(), 1e-12);
+  EXPECT_TRUE(inverse_solutions(*chain, X_BF, options).empty());
 }
 
 // --- what is refused -------------------------------------------------------------------------------------------------

@@ -1,0 +1,58 @@
+#include "core/command/carried_motion.h"
+
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/motion/plan_carried.h"
+
+namespace takt::command {
+namespace {
+
+motion::ArmModel model_of(const MountedArm& arm, const Eigen::Isometry3d& X_FM) {
+  const device::ArmDescription& d = arm.device->description();
+  return {.chain = *d.chain, .inverse = d.inverse.get(), .limits = d.limits, .cartesian = d.cartesian, .X_FM = X_FM};
+}
+
+}  // namespace
+
+Result<std::string> carrier_of(const Cell& cell, const std::string& arm) {
+  const world::Relation* relation = cell.frames.relation(arm);
+  if (relation != nullptr && relation->kind == world::Relation::Kind::kFlange) {
+    const auto carrier = cell.arms.find(relation->source);
+    if (carrier != cell.arms.end() && carrier->second.device->joint_count() == 3) return relation->source;
+  }
+  return failure("/arm", fmt::format("'{}' stands on no base", arm), "an arm that is mounted \"on\" a base");
+}
+
+Actuator arm_on_base(const Cell& cell, const std::string& arm) {
+  return arm_pair(cell, carrier_of(cell, arm).value_or("the base of " + arm), arm);
+}
+
+Result<PlannedMotion> carried_lin(const Cell& cell, const std::string& arm, const CarriedGoal& goal,
+                                  const MotionWish& wish) {
+  const auto base = carrier_of(cell, arm);
+  if (!base) return std::unexpected(base.error());
+  const MountedArm& rider = cell.arms.find(arm)->second;
+  const Eigen::Isometry3d X_FM = wish.X_FM.value_or(rider.X_FT);
+  const motion::CarriedArm both{.carrier = model_of(cell.arms.find(*base)->second, Eigen::Isometry3d::Identity()),
+                                .rider = model_of(rider, X_FM),
+                                .X_FA = cell.frames.relation(arm)->X_PF};
+  const motion::PieceShares shares{
+      .velocity = wish.velocity,
+      .acceleration = wish.acceleration,
+      .linear_velocity = wish.linear_velocity.value_or(std::numeric_limits<double>::infinity())};
+  auto plan = motion::plan_carried_lin(both, goal.q_base, goal.q_arm, goal.q_base_goal, goal.X_BM_goal, shares);
+  if (!plan) return std::unexpected(std::move(plan.error()));
+  return PlannedMotion{
+      .motion = std::make_shared<const motion::Motion>(std::move(plan->leader)),
+      .X_FM = Eigen::Isometry3d::Identity(),
+      .handed_over = {},
+      .clock = wish.clock,
+      .name = *base + "+" + arm + " LIN",
+      .partner = PlannedPartner{std::make_shared<const motion::Motion>(std::move(plan->follower)), X_FM}};
+}
+
+}  // namespace takt::command

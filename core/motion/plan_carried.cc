@@ -1,0 +1,94 @@
+#include "core/motion/plan_carried.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/kinematics/inverse.h"
+#include "core/motion/path_planner.h"
+#include "core/motion/plan_checks.h"
+
+namespace takt::motion {
+namespace {
+
+PathPlanner planner_of(const ArmModel& arm) { return {arm.chain, arm.inverse, arm.limits, arm.cartesian, arm.X_FM}; }
+
+Findings at(const char* place, const Findings& findings) {
+  Findings all;
+  all.append(findings, place);
+  return all;
+}
+
+Findings check(const CarriedArm& both, const JointVector& q_carrier, const JointVector& q_rider,
+               const JointVector& q_carrier_goal, const Eigen::Isometry3d& X_BM_goal) {
+  Findings findings, of_carrier;
+  if (both.carrier.chain.joint_count() != 3)
+    findings.error("/carrier", fmt::format("{} joints", both.carrier.chain.joint_count()), "three: x, y, yaw");
+  if (both.rider.inverse == nullptr) findings.error("/goal", "the arm has no inverse kinematics");
+  if (findings.has_errors()) return findings;
+  check_configuration(both.carrier.chain, both.carrier.limits, q_carrier, "/start", of_carrier);
+  check_configuration(both.carrier.chain, both.carrier.limits, q_carrier_goal, "/goal", of_carrier);
+  findings.append(of_carrier, "/carrier");
+  check_configuration(both.rider.chain, both.rider.limits, q_rider, "/start", findings);
+  check_pose(X_BM_goal, "/goal", findings);
+  return findings;
+}
+
+/// By how much a law must be stretched so that M goes no faster on its line.
+double stretch_for_speed(const TimeLaw& law, double length, double speed) {
+  double fastest = 0.0;
+  for (const LawPoint& at : instants(law, kPartsPerSegment)) fastest = std::max(fastest, std::abs(at.ds));
+  return length * fastest / (kLawShareOfVelocity * speed);
+}
+
+}  // namespace
+
+Result<PairPlan> plan_carried_lin(const CarriedArm& both, const JointVector& q_carrier, const JointVector& q_rider,
+                                  const JointVector& q_carrier_goal, const Eigen::Isometry3d& X_BM_goal,
+                                  const PieceShares& shares) {
+  Findings findings = check(both, q_carrier, q_rider, q_carrier_goal, X_BM_goal);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  const Eigen::Isometry3d X_BM =
+      both.carrier.chain.forward(q_carrier) * both.X_FA * both.rider.chain.forward(q_rider) * both.rider.X_FM;
+  const JointVector held = both.rider.inverse->held(q_rider);
+  const CarriedLine line{.line = CartesianLine::between(X_BM, X_BM_goal, held, held),
+                         .carrier_start = q_carrier,
+                         .carrier_goal = q_carrier_goal,
+                         .X_FA = both.X_FA};
+  Motion carrier{.path = JointLine{.q_start = q_carrier, .q_goal = q_carrier_goal},
+                 .law = {},
+                 .clock = {},
+                 .q_start = q_carrier,
+                 .q_goal = q_carrier_goal,
+                 .shares = {{.velocity = shares.velocity, .acceleration = shares.acceleration}}};
+  const bool stands = line.line.length == 0.0 && line.line.angle == 0.0 && q_carrier == q_carrier_goal;
+  if (stands) {
+    Motion rider = carrier;
+    rider.path = CompositePath{{{.geometry = line}}};
+    rider.q_start = rider.q_goal = q_rider;
+    return PairPlan{std::move(carrier), std::move(rider), {}};
+  }
+  // The arm has the harder part: its law first, then as slow as the base needs.
+  std::size_t failed = 0;
+  PieceShares of_joints = shares;  // the frame's speed is that in the room, not that past the arm's own base
+  of_joints.linear_velocity = std::numeric_limits<double>::infinity();
+  auto rider =
+      planner_of(both.rider).plan({{.piece = {.geometry = line}, .shares = of_joints}}, q_rider, "/goal", failed);
+  if (!rider) return std::unexpected(std::move(rider.error()));
+  carrier.law = rider->law;
+  const auto first = planner_of(both.carrier).fit(carrier, "/goal");
+  if (!first) return std::unexpected(at("/carrier", first.error()));
+  const double slow = stretch_for_speed(rider->law, line.line.length, shares.linear_velocity);
+  carrier.law = rider->law = rider->law.stretched(std::max({1.0, first->stretch, slow}));
+  const auto base = planner_of(both.carrier).fit(carrier, "/goal");
+  const auto arm = planner_of(both.rider).fit(*rider, "/goal");
+  if (!base) return std::unexpected(at("/carrier", base.error()));
+  if (!arm) return std::unexpected(std::move(arm.error()));
+  carrier.clock = rider->clock = common(base->clock, arm->clock);
+  return PairPlan{std::move(carrier), std::move(*rider), {}};
+}
+
+}  // namespace takt::motion

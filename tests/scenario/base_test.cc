@@ -1,0 +1,242 @@
+// A mobile base in whole scenarios: alone, with wrong odometry, and with an arm on top.
+#include <algorithm>
+#include <cstdio>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/command/carried_motion.h"
+#include "core/command/single_net.h"
+#include "core/kinematics/chain.h"
+#include "scenario/cell_builder.h"
+#include "scenario/session.h"
+
+namespace takt::scenario {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+const device::ModelLibrary& models() {
+  static const device::ModelLibrary library({"models"});
+  return library;
+}
+
+Description parsed(const std::string& text) {
+  auto description = parse_description(text);
+  if (!description) {
+    ADD_FAILURE() << description.error().to_string();
+    return {};
+  }
+  return std::move(*description);
+}
+
+Description alone(const std::string& program, const std::string& more = "", const std::string& base = "") {
+  return parsed(
+      R"({"devices": {"base": {"model": "youbot_base", "at": {"position_m": [1, 2, 0], "rpy_deg": [0, 0, 90]})" + base +
+      R"(}}, "frames": {"bay": {"position_m": [1, 3, 0], "rpy_deg": [0, 0, 180]}},
+                "program": {"do": "sequence", "steps": [)" +
+      program + "]}" + more + "}");
+}
+
+std::string refusal(Description description) {
+  const auto session = Session::create(std::move(description), models());
+  return session ? "" : session.error().to_string();
+}
+
+RunReport run(Description description) {
+  auto session = Session::create(std::move(description), models());
+  if (!session) {
+    ADD_FAILURE() << session.error().to_string();
+    return {};
+  }
+  return (*session)->run({});
+}
+
+void expect_passed(const RunReport& report) {
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  for (const auto& one : report.expectations) EXPECT_TRUE(one.passed) << one.name << ": " << one.measured;
+}
+
+TEST(Base, LinAndPtpGoToPosesInTheRoom) {
+  for (const char* how : {"lin", "ptp"}) {
+    SCOPED_TRACE(how);
+    expect_passed(run(alone(R"({"do": ")" + std::string(how) +
+                                R"(", "to": {"in": "bay", "position_m": [-0.4, 0.2, 0], "rpy_deg": [0, 0, -45]}})",
+                            R"(, "expectations": [{"kind": "limits"}, {"kind": "tool_pose", "in": "bay",
+        "position_m": [-0.4, 0.2, 0], "rpy_deg": [0, 0, -45], "position_within_m": 1e-3, "angle_within_deg": 0.1}])")));
+  }
+}
+
+TEST(Base, AGoalOutOfThePlaneIsAnErrorThatSaysSo) {
+  for (const char* how : {"lin", "ptp"}) {
+    SCOPED_TRACE(how);
+    const std::string step = R"({"do": ")" + std::string(how) + R"(", "to": )";
+    EXPECT_THAT(refusal(alone(step + R"({"by_m": [0.1, 0, 0.02]}})")),
+                HasSubstr("where the 3 joints cannot go: 0.02 m along z of its base"));
+    const std::string tilted =
+        refusal(alone(step + R"({"in": "bay", "position_m": [0, 0, 0], "rpy_deg": [5, 0, 0]}})"));
+    EXPECT_THAT(tilted, HasSubstr("where the 3 joints cannot go"));
+    EXPECT_THAT(tilted, HasSubstr("deg about"));
+    EXPECT_THAT(tilted, Not(HasSubstr("m along"))) << "only what is missing is named";
+  }
+}
+
+TEST(Base, AWayOutOfItsRangeIsRefused) {
+  EXPECT_THAT(refusal(alone(R"({"do": "lin", "to": {"by_m": [0, 60, 0]}})")), HasSubstr("joint 'x'"));
+  EXPECT_NE(refusal(alone(R"({"do": "ptp", "to": {"by_m": [0, 60, 0]}})")), "");
+}
+
+TEST(Base, ItsSettingsAreChecked) {
+  const std::pair<const char*, const char*> mistakes[] = {
+      {R"(, "settings": {"odometry": {"linear_scale": 3}})", "/devices/base/settings/odometry/linear_scale"},
+      {R"(, "settings": {"odometry": {"drift": 3}})", "allowed: linear_scale, angular_scale"},
+      {R"(, "settings": {"odometri": {}})", "did you mean 'odometry'?"},
+      {R"(, "start_deg": [0, 0, 0])", "a base starts where it is placed"}};
+  for (const auto& [base, found] : mistakes) {
+    EXPECT_THAT(refusal(alone(R"({"do": "wait", "seconds": 0.1})", "", base)), HasSubstr(found));
+  }
+}
+
+/// It ends where it believes; where it is shows in the truth alone.
+TEST(Base, WrongOdometryMissesTheGoalByAsMuchAsItIsWrong) {
+  const std::string wrong = R"(, "settings": {"odometry": {"linear_scale": 1.05}})";
+  const auto report = run(alone(R"({"do": "lin", "to": {"by_m": [0, 1, 0]}})",
+                                R"(, "expectations": [
+      {"name": "where it wanted to be", "kind": "tool_pose", "position_m": [1, 3, 0], "position_within_m": 0.02},
+      {"name": "where it is", "kind": "tool_pose", "position_m": [1, 2.95238, 0], "position_within_m": 0.002}])",
+                                wrong));
+  ASSERT_EQ(report.expectations.size(), 2u) << report.findings.to_string();
+  EXPECT_FALSE(report.expectations[0].passed) << report.expectations[0].measured;
+  EXPECT_TRUE(report.expectations[1].passed) << report.expectations[1].measured;
+}
+
+// -- With an arm on top
+// ------------------------------------------------------------------------------------------------
+
+Description mounted(const std::string& program, const std::string& more = "") {
+  return parsed(R"({"devices": {"base": {"model": "youbot_base"}, "arm": {"model": "lwr4plus", "on": "base"},
+                "probe": {"model": "probe_ball", "on": "arm"}}, "composed": {"robot": ["base", "arm"]},
+                "program": {"do": "sequence", "steps": [)" +
+                program + "]}" + more + "}");
+}
+
+/// The same place in the room from two places of the base, which turns in between.
+TEST(ArmOnBase, GoalsInTheRoomAreReachedFromWhereverTheBaseStands) {
+  const std::string pose = R"("position_m": [0.75, 0.15, 0.55], "rpy_deg": [0, 180, 0])";
+  expect_passed(run(mounted(R"({"do": "ptp", "arm": "arm", "to": {"in": "world", )" + pose + R"(}},
+      {"do": "ptp", "arm": "arm", "to": "home"},
+      {"do": "lin", "arm": "base", "to": {"in": "world", "position_m": [0.15, 0.5, 0], "rpy_deg": [0, 0, -40]}},
+      {"do": "lin", "arm": "arm", "to": {"by_m": [0, 0, 0.1]}},
+      {"do": "ptp", "arm": "arm", "to": {"in": "world", )" +
+                                pose + R"(}})",
+                            R"(, "expectations": [{"kind": "tool_pose", "arm": "arm", )" + pose +
+                                R"(, "position_within_m": 0.002, "angle_within_deg": 0.3},
+      {"kind": "tool_pose", "arm": "base", "position_m": [0.15, 0.5, 0], "rpy_deg": [0, 0, -40],
+       "position_within_m": 0.002, "angle_within_deg": 0.2}, {"kind": "limits", "arm": "arm"}])")));
+}
+
+/// Out of reach from where the base will stand: found before anything moves.
+TEST(ArmOnBase, TheRehearsalKnowsWhereTheBaseWillStand) {
+  const std::string reach = R"({"do": "ptp", "arm": "arm", "to": {"in": "world", "position_m": [0.75, 0, 0.55],
+                                "rpy_deg": [0, 180, 0]}})";
+  EXPECT_EQ(refusal(mounted(reach)), "");
+  EXPECT_THAT(refusal(mounted(R"({"do": "lin", "arm": "base", "to": {"by_m": [-1, 0, 0]}}, )" + reach)),
+              HasSubstr("out of reach"));
+}
+
+TEST(ArmOnBase, PartAndWholeAtOnceAreAConflictAtLoad) {
+  const auto nets = [](const char* second) {
+    return mounted(R"({"do": "net", "net": "both"})", R"(, "nets": {"both": {"primitives": [
+      {"id": "whole", "type": "Reservation", "parameters": {"device": "robot"}},
+      {"id": "base", "type": "ArmCommand", "parameters": {"device": ")" +
+                                                          std::string(second) + R"("}}],
+      "links": []}})");
+  };
+  EXPECT_THAT(refusal(nets("base")),
+              HasSubstr("'whole' drives 'robot', which shares a part with 'base' that 'base' drives"));
+}
+
+/// How far a point is from the line between two others, m.
+double off_line(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  const Eigen::Vector3d along = (b - a).normalized();
+  return (p - a - along.dot(p - a) * along).norm();
+}
+
+/// In set points and with physics: the probe of an arm goes a metre straight ahead while the base below drives another
+/// way and turns. Figures: docs/benchmarks.md.
+TEST(ArmOnBase, TheToolGoesStraightInTheRoomWhileTheBaseDrivesAndTurns) {
+  const Description description = mounted(R"({"do": "wait", "seconds": 1})");
+  Findings warnings;
+  auto built = build_cell(description, models(), false, warnings);
+  ASSERT_TRUE(built) << built.error().to_string();
+  const auto cycle = [&] {
+    built->core->step();
+    ASSERT_TRUE(built->world->step());
+  };
+  for (int k = 0; k < 100; ++k) cycle();
+
+  command::Cell& cell = built->cell;
+  const command::MountedArm &base = cell.arms.at("base"), &arm = cell.arms.at("arm");
+  const Eigen::Isometry3d X_FA = cell.frames.relation("arm")->X_PF;
+  const auto set_point = [&] {
+    return Eigen::Isometry3d(base.device->description().chain->forward(base.device->set_point().q) * X_FA *
+                             arm.device->description().chain->forward(arm.device->set_point().q) * arm.X_FT);
+  };
+  const Eigen::Isometry3d X_start = set_point();
+  Eigen::Isometry3d X_goal = X_start;
+  X_goal.translation() += Eigen::Vector3d(0.9, 0.4, 0.1);
+  kinematics::JointVector q_goal(3);
+  q_goal << 0.8, 0.6, -0.5;
+  const auto motion =
+      command::carried_lin(cell, "arm", {base.device->set_point().q, arm.device->set_point().q, q_goal, X_goal});
+  ASSERT_TRUE(motion) << motion.error().to_string();
+  const command::RuntimeCommand moved("straight", command::arm_on_base(cell, "arm"), command::planned(*motion));
+  const auto id = built->core->load(command::single_net(moved, "straight").net);
+  ASSERT_TRUE(id) << id.error().to_string();
+  built->core->start(*id);
+  cycle();
+  double told = 0.0, tracked = 0.0;
+  int cycles = 0;
+  const int probe = built->world->body("probe/tcp");
+  for (; built->core->state(*id) != rcc::NetState::kTerminated && cycles < 20'000; ++cycles) {
+    cycle();
+    told = std::max(told, off_line(set_point().translation(), X_start.translation(), X_goal.translation()));
+    tracked = std::max(
+        tracked, off_line(built->world->body_pose(probe).translation(), X_start.translation(), X_goal.translation()));
+  }
+  RecordProperty("told_nm", static_cast<int>(told * 1e9));
+  RecordProperty("tracked_um", static_cast<int>(tracked * 1e6));
+  std::printf("off its line: told %.3g m, tracked %.3g m, %d cycles\n", told, tracked, cycles);
+  EXPECT_LT((set_point().translation() - X_goal.translation()).norm(), 1e-9);
+  EXPECT_NEAR(base.device->set_point().q[2], -0.5, 1e-12);
+  EXPECT_LT(told, 1e-6);
+  EXPECT_LT(tracked, 2e-3);
+}
+
+TEST(ArmOnBase, MistakesOfAMotionWithTheBaseAreFindings) {
+  const std::string to = R"("to": {"by_m": [0.1, 0, 0]})";
+  const std::pair<std::string, const char*> mistakes[] = {
+      {R"("base_to": {"by_m": [0, 0, 0.1]})",
+       "/program/steps/0/base_to: error: the goal is where the 3 joints cannot go"},
+      {R"("base_to": {"by_m": [3, 0, 0]})", "/program/steps/0/to"},
+      {R"("base_to": {"by_m": [0.1, 0, 0]}, "blend_m": 0.1)", "/program/steps/0/blend_m"},
+      {R"("base_to": {"in": "nowhere", "position_m": [0, 0, 0]})", "/program/steps/0/base_to"}};
+  for (const auto& [base, found] : mistakes)
+    EXPECT_THAT(refusal(mounted(R"({"do": "lin", "arm": "arm", )" + to + ", " + base + "}")), HasSubstr(found));
+  EXPECT_THAT(refusal(mounted(R"({"do": "lin", "arm": "base", )" + to + R"(, "base_to": {"by_m": [0.1, 0, 0]}})")),
+              HasSubstr("'base' stands on no base"));
+}
+
+/// Both move at once, each by its own step.
+TEST(ArmOnBase, BaseAndArmMoveAtTheSameTimeByPart) {
+  expect_passed(run(mounted(R"({"do": "parallel", "branches": [
+      {"do": "lin", "arm": "base", "to": {"by_m": [0.4, 0.2, 0]}},
+      {"do": "ptp", "arm": "arm", "to": {"in": "arm", "position_m": [0.4, 0.1, 0.6], "rpy_deg": [0, 150, 0]}}]})",
+                            R"(, "expectations": [{"kind": "limits", "arm": "arm"}, {"kind": "limits", "arm": "base"},
+      {"kind": "tool_pose", "arm": "arm", "position_m": [0.943, 0.3, 0.7275], "rpy_deg": [0, 150, 0],
+       "position_within_m": 0.002, "angle_within_deg": 0.3}])")));
+}
+
+}  // namespace
+}  // namespace takt::scenario

@@ -1,0 +1,230 @@
+// A mobile base in MuJoCo: where it goes, what its odometry says, how its wheels turn, what rides on it.
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include "core/device/base_description.h"
+#include "core/device/device_file.h"
+#include "sim/from_model.h"
+#include "tests/sim/cell.h"
+#include "tests/support/allocation_guard.h"
+
+namespace takt::sim::test {
+namespace {
+
+constexpr double kRadius = 0.0475, kLever = 0.385;
+
+const device::BaseDescription& youbot() {
+  static const auto base = device::read_base("models/youbot_base");
+  if (!base) ADD_FAILURE() << base.error().to_string();
+  return **base;
+}
+
+WorldDescription base_alone(const OdometryError& error = {}) {
+  WorldDescription world;
+  world.robots.push_back(arm_body("base", youbot(), {}));
+  world.arms.push_back(simulated_base("base", "base", youbot()));
+  world.arms.back().drive->error = error;
+  return world;
+}
+
+WorldDescription with_arm() {
+  const auto arm = device::read_arm("models/lwr4plus");
+  EXPECT_TRUE(arm);
+  WorldDescription world = base_alone();
+  world.robots.push_back(arm_body("arm", **arm, {.parent = "base/" + youbot().mount_link}));
+  world.arms.push_back(simulated_arm("arm", "arm", **arm));
+  return world;
+}
+
+JointVector place(double x, double y, double yaw) {
+  JointVector q(3);
+  q << x, y, yaw;
+  return q;
+}
+
+JointVector measured(World& world, const char* name = "base") {
+  device::ArmSample sample;
+  EXPECT_TRUE(world.arm(name)->read(sample));
+  EXPECT_EQ(sample.fault, 0u) << world.arm(name)->fault_text(sample.fault);
+  return sample.q;
+}
+
+/// Where the body really is.
+JointVector truth(World& world) {
+  const Pose X_WF = world.body_pose(world.body("base/body"));
+  return place(X_WF.translation().x(), X_WF.translation().y(), std::atan2(X_WF.linear()(1, 0), X_WF.linear()(0, 0)));
+}
+
+/// Tells the base to go to `goal` in that time on a polynomial, then to stand for half a second; all other arms hold.
+void drive(World& world, const JointVector& goal, double seconds) {
+  device::ArmSample sample;
+  ASSERT_TRUE(world.arm("base")->read(sample));
+  const JointVector start = sample.q, way = goal - start;
+  const int cycles = static_cast<int>(seconds * 1000);
+  for (int k = 1; k <= cycles + 500; ++k) {
+    const double t = std::min(1.0, static_cast<double>(k) / cycles);
+    const double s = t * t * t * (10 - 15 * t + 6 * t * t), ds = 30 * t * t * (1 - t) * (1 - t) / seconds;
+    const double dds = 60 * t * (1 - t) * (1 - 2 * t) / (seconds * seconds);
+    device::ArmSetPoint set_point;
+    set_point.cycle = k;
+    set_point.q = start + s * way;
+    set_point.dq = ds * way;
+    set_point.ddq = dds * way;
+    world.arm("base")->write(set_point);
+    ASSERT_TRUE(world.step());
+  }
+}
+
+double wheel_angle(const World& world, const std::string& wheel) {
+  const mjModel* m = world.physics_model();
+  return world.physics_data()->qpos[m->jnt_qposadr[mj_name2id(m, mjOBJ_JOINT, ("base/" + wheel).c_str())]];
+}
+
+TEST(SimBase, GoesWhereItIsToldAndItsOdometryIsRight) {
+  World world = make(base_alone());
+  for (const JointVector& goal : {place(0.8, 0, 0), place(0.8, -0.5, 1.2), place(-0.2, 0.3, 4.0)}) {
+    drive(world, goal, 10.0);
+    EXPECT_LT((measured(world) - goal).cwiseAbs().maxCoeff(), 1e-3);
+    JointVector error = truth(world) - goal;
+    error[2] = std::remainder(error[2], 2.0 * M_PI);
+    EXPECT_LT(error.cwiseAbs().maxCoeff(), 1e-3);
+    const Pose X_WF = world.body_pose(world.body("base/body"));
+    EXPECT_EQ(X_WF.translation().z(), 0.0) << "it slides on the floor";
+  }
+}
+
+TEST(SimBase, WheelsRollAsTheBodyMoves) {
+  World world = make(base_alone());
+  const char* const wheels[] = {"front_left", "front_right", "rear_left", "rear_right"};
+  const double ways[3][5] = {{1, 1, 1, 1, 1.0}, {-1, 1, 1, -1, 1.0}, {-1, 1, -1, 1, kLever}};  // per m, m, rad
+  for (int axis = 0; axis < 3; ++axis) {
+    double before[4];
+    for (int i = 0; i < 4; ++i) before[i] = wheel_angle(world, wheels[i]);
+    const JointVector from = truth(world);
+    // Along the body's own axes: its heading is 0 until the last of them.
+    JointVector goal = from;
+    goal[axis] += 0.7;
+    drive(world, goal, 4.0);
+    const double way = truth(world)[axis] - from[axis];
+    EXPECT_NEAR(way, 0.7, 1e-3);
+    for (int i = 0; i < 4; ++i) {
+      EXPECT_NEAR(wheel_angle(world, wheels[i]) - before[i], ways[axis][i] * ways[axis][4] * way / kRadius, 0.02)
+          << "axis " << axis << ", " << wheels[i];
+    }
+  }
+}
+
+TEST(SimBase, AWrongScaleOfTheOdometryIsSeenInTheTruthOnly) {
+  World world = make(base_alone({.linear_scale = 1.02, .angular_scale = 0.98}));
+  drive(world, place(1.0, 0, 0), 5.0);
+  EXPECT_NEAR(measured(world)[0], 1.0, 1e-3);
+  EXPECT_NEAR(truth(world)[0], 1.0 / 1.02, 1e-3);
+  drive(world, place(1.0, 0, 1.0), 4.0);
+  EXPECT_NEAR(measured(world)[2], 1.0, 1e-3);
+  EXPECT_NEAR(truth(world)[2], 1.0 / 0.98, 1e-3);
+  // It now points 1.02 rad to the left and believes 1 rad: the way ahead is turned by the difference.
+  drive(world, place(1.0 + 0.5 * std::cos(1.0), 0.5 * std::sin(1.0), 1.0), 4.0);
+  const double believed = 1.0 / 0.98;
+  EXPECT_NEAR(truth(world)[0], 1.0 / 1.02 * (1.0 + 0.5 * std::cos(believed)), 2e-3);
+  EXPECT_NEAR(truth(world)[1], 1.0 / 1.02 * 0.5 * std::sin(believed), 2e-3);
+}
+
+TEST(SimBase, ADriftOfTheHeadingBendsTheWay) {
+  constexpr double kDrift = 0.05;  // rad/m
+  World world = make(base_alone({.heading_drift = kDrift}));
+  drive(world, place(2.0, 0, 0), 9.0);
+  EXPECT_LT((measured(world) - place(2.0, 0, 0)).cwiseAbs().maxCoeff(), 1e-3);
+  // It counts a turn to the left that is not there, and steers against it: an arc of curvature -kDrift.
+  EXPECT_NEAR(truth(world)[2], -2.0 * kDrift, 1e-3);
+  EXPECT_NEAR(truth(world)[1], -(1.0 - std::cos(2.0 * kDrift)) / kDrift, 2e-3);
+}
+
+TEST(SimBase, RandomErrorsGrowWithTheRootOfTheWayAndAreDrawnFromTheSeed) {
+  const auto off = [](std::uint64_t seed) {
+    WorldDescription description = base_alone({.random_walk = 0.01});
+    description.seed = seed;
+    World world = make(description);
+    drive(world, place(1.0, 0, 0), 5.0);
+    return Eigen::Vector2d((truth(world) - place(1.0, 0, 0)).head<2>());
+  };
+  double square = 0.0;
+  constexpr int kRuns = 12;
+  for (int seed = 1; seed <= kRuns; ++seed) square += off(static_cast<std::uint64_t>(seed)).squaredNorm();
+  const double sigma = std::sqrt(square / (2 * kRuns));
+  EXPECT_GT(sigma, 0.006) << "m after a metre; 0.01 is meant";
+  EXPECT_LT(sigma, 0.015);
+  EXPECT_EQ(off(3), off(3));
+}
+
+TEST(SimBase, ASnapshotHoldsTheOdometry) {
+  WorldDescription description = base_alone({.linear_scale = 1.02, .random_walk = 0.01});
+  World world = make(description);
+  drive(world, place(0.3, 0.2, 0.4), 3.0);
+  const Snapshot middle = world.save();
+  drive(world, place(0.6, 0.0, 0.0), 3.0);
+  const JointVector first = truth(world), counted = measured(world);
+  ASSERT_TRUE(world.restore(middle));
+  drive(world, place(0.6, 0.0, 0.0), 3.0);
+  EXPECT_EQ(truth(world), first);
+  EXPECT_EQ(measured(world), counted);
+}
+
+TEST(SimBase, AnArmOnTopMovesWithItAndFeelsIt) {
+  World world = make(with_arm());
+  const double arm_mass = model("lwr4plus")->total_mass();
+  EXPECT_NEAR(world.arm("base")->payload().mass, arm_mass, 1e-9) << "the base is told what it carries";
+  const JointVector home = measured(world, "arm");
+  const auto tool = [&] { return world.body_pose(world.body("arm/flange")); };
+  const Pose X_BT = world.body_pose(world.body("base/body")).inverse() * tool();
+  double most = 0.0;
+  // Quick enough to be felt: 0.25 m/s after half a second.
+  device::ArmSample sample;
+  for (int k = 1; k <= 1000; ++k) {
+    const double v = std::min(0.25, 0.5e-3 * k);
+    device::ArmSetPoint set_point;
+    set_point.cycle = k;
+    set_point.q = place(k <= 500 ? 0.25e-6 * k * k : 0.0625 + 0.25e-3 * (k - 500), 0, 0);
+    set_point.dq = place(v, 0, 0);
+    set_point.ddq = place(k <= 500 ? 0.5 : 0.0, 0, 0);
+    world.arm("base")->write(set_point);
+    ASSERT_TRUE(world.step());
+    ASSERT_TRUE(world.arm("arm")->read(sample));
+    if (k > 50) most = std::max(most, (sample.q - home).cwiseAbs().maxCoeff());
+  }
+  EXPECT_GT(most, 1e-5) << "rad: it is pushed";
+  EXPECT_LT(most, 5e-3) << "and holds against it";
+  drive(world, place(0.5, 0.3, 1.0), 4.0);
+  const Pose now = world.body_pose(world.body("base/body")).inverse() * tool();
+  EXPECT_LT((now.translation() - X_BT.translation()).norm(), 1e-3);
+}
+
+TEST(SimBase, CycleDoesNotAllocate) {
+  World world = make(base_alone({.heading_drift = 0.01, .random_walk = 0.01}));
+  drive(world, place(0.1, 0, 0), 1.0);
+  device::ArmSample sample;
+  device::ArmSetPoint set_point;
+  set_point.q = place(0.1, 0, 0);
+  set_point.dq = set_point.ddq = place(0, 0, 0);
+  takt::test::AllocationGuard guard;
+  for (int k = 0; k < 100; ++k) {
+    world.arm("base")->write(set_point);
+    ASSERT_TRUE(world.step());
+    ASSERT_TRUE(world.arm("base")->read(sample));
+  }
+  EXPECT_EQ(guard.count(), 0u);
+}
+
+TEST(SimBase, WrongFiguresAreFindings) {
+  WorldDescription description = base_alone({.linear_scale = 0.0, .random_walk = -1.0});
+  description.arms.back().drive->wheels[1] = "yaww";
+  const auto world = World::create(description);
+  ASSERT_FALSE(world);
+  const std::string text = world.error().to_string();
+  for (const char* found : {"linear scale", "random walk", "'yaww' is no wheel"})
+    EXPECT_NE(text.find(found), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace takt::sim::test
