@@ -82,17 +82,12 @@ rcc::LoadOptions load_options(const command::PlannedMotion& motion, const Carrie
           .ends = {at_rest(base, of_base.q_goal), at_rest(request.tool.arm, of_arm.q_goal)}};
 }
 
-class CarriedRun final : public StepRun {
+class CarriedRun final : public OneNetRun {
  public:
   explicit CarriedRun(const CarriedRequest& request) : request_(request) {}
 
-  Progress advance(Context& context, Findings& findings) override {
-    return net_.begun() ? net_.advance(context, findings) : begin(context, findings);
-  }
-  void cancel(Context&) override { net_.cancel(); }
-
  private:
-  Progress begin(Context& context, Findings& findings) {
+  Progress begin(Context& context, Findings& findings) override {
     const auto sent = [&](const std::string& name) -> const JointVector& {
       return context.cell.arms.find(name)->second.device->set_point().q;
     };
@@ -103,7 +98,7 @@ class CarriedRun final : public StepRun {
     const auto motion = plan(request_, context.cell, *base, sent(*base), sent(request_.tool.arm));
     if (!motion) return fail(motion.error(), findings);
     const rcc::LoadOptions options = load_options(*motion, request_, *base, context.core.period());
-    return net_.begin(context, net_of(request_, context.cell, *motion), options, findings);
+    return load(context, net_of(request_, context.cell, *motion), findings, options);
   }
 
   static Progress fail(const Findings& why, Findings& findings) {
@@ -112,7 +107,6 @@ class CarriedRun final : public StepRun {
   }
 
   const CarriedRequest& request_;
-  NetRun net_;
 };
 
 class CarriedStep final : public Step {

@@ -9,15 +9,6 @@
 #include "core/motion/plan_carried.h"
 
 namespace takt::command {
-namespace {
-
-motion::ArmModel model_of(const MountedArm& arm, const Eigen::Isometry3d& X_FM) {
-  const device::ArmDescription& d = arm.device->description();
-  return {.chain = *d.chain, .inverse = d.inverse.get(), .limits = d.limits, .cartesian = d.cartesian, .X_FM = X_FM};
-}
-
-}  // namespace
-
 Result<std::string> carrier_of(const Cell& cell, const std::string& arm) {
   const world::Relation* relation = cell.frames.relation(arm);
   if (relation != nullptr && relation->kind == world::Relation::Kind::kFlange) {
@@ -37,8 +28,8 @@ Result<PlannedMotion> carried_lin(const Cell& cell, const std::string& arm, cons
   if (!base) return std::unexpected(base.error());
   const MountedArm& rider = cell.arms.find(arm)->second;
   const Eigen::Isometry3d X_FM = wish.X_FM.value_or(rider.X_FT);
-  const motion::CarriedArm both{.carrier = model_of(cell.arms.find(*base)->second, Eigen::Isometry3d::Identity()),
-                                .rider = model_of(rider, X_FM),
+  const motion::CarriedArm both{.carrier = planning_model(cell.arms.find(*base)->second, Eigen::Isometry3d::Identity()),
+                                .rider = planning_model(rider, X_FM),
                                 .X_FA = cell.frames.relation(arm)->X_PF};
   const motion::PieceShares shares{
       .velocity = wish.velocity,

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/motion/leg.h"
 #include "core/motion/path_shape.h"
 #include "core/motion/piece_walk.h"
 #include "core/motion/planner.h"
@@ -42,6 +43,9 @@ class PathPlanner {
   PathPlanner(const kinematics::Chain& chain, const kinematics::InverseKinematics* inverse, const JointLimits& limits,
               const CartesianLimits& cartesian, const Eigen::Isometry3d& X_FM, const DriveLoad* load)
       : chain_(chain), inverse_(inverse), limits_(limits), cartesian_(cartesian), X_FM_(X_FM), load_(load) {}
+  /// Keeps references into the model.
+  explicit PathPlanner(const ArmModel& arm)
+      : PathPlanner(arm.chain, arm.inverse, arm.limits, arm.cartesian, arm.X_FM, arm.drive_load()) {}
 
   /// Findings at `pointer`, in which a place is "% of the line" (the word for the piece).
   [[nodiscard]] WalkedPath walk(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,

@@ -14,8 +14,6 @@
 namespace takt::motion {
 namespace {
 
-PathPlanner planner_of(const ArmModel& arm) { return {arm.chain, arm.inverse, arm.limits, arm.cartesian, arm.X_FM}; }
-
 Findings at(const char* place, const Findings& findings) {
   Findings all;
   all.append(findings, place);
@@ -76,15 +74,15 @@ Result<PairPlan> plan_carried_lin(const CarriedArm& both, const JointVector& q_c
   PieceShares of_joints = shares;  // the frame's speed is that in the room, not that past the arm's own base
   of_joints.linear_velocity = std::numeric_limits<double>::infinity();
   auto rider =
-      planner_of(both.rider).plan({{.piece = {.geometry = line}, .shares = of_joints}}, q_rider, "/goal", failed);
+      PathPlanner(both.rider).plan({{.piece = {.geometry = line}, .shares = of_joints}}, q_rider, "/goal", failed);
   if (!rider) return std::unexpected(std::move(rider.error()));
   carrier.law = rider->law;
-  const auto first = planner_of(both.carrier).fit(carrier, "/goal");
+  const auto first = PathPlanner(both.carrier).fit(carrier, "/goal");
   if (!first) return std::unexpected(at("/carrier", first.error()));
   const double slow = stretch_for_speed(rider->law, line.line.length, shares.linear_velocity);
   carrier.law = rider->law = rider->law.stretched(std::max({1.0, first->stretch, slow}));
-  const auto base = planner_of(both.carrier).fit(carrier, "/goal");
-  const auto arm = planner_of(both.rider).fit(*rider, "/goal");
+  const auto base = PathPlanner(both.carrier).fit(carrier, "/goal");
+  const auto arm = PathPlanner(both.rider).fit(*rider, "/goal");
   if (!base) return std::unexpected(at("/carrier", base.error()));
   if (!arm) return std::unexpected(std::move(arm.error()));
   carrier.clock = rider->clock = common(base->clock, arm->clock);

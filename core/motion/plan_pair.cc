@@ -11,11 +11,7 @@
 namespace takt::motion {
 namespace {
 
-PathPlanner planner_of(const ArmModel& arm) {
-  return {arm.chain, arm.inverse, arm.limits, arm.cartesian, arm.X_FM, arm.drive_load()};
-}
-
-Result<PathFit> fit_of(const ArmModel& arm, const Motion& motion) { return planner_of(arm).fit(motion, "/goal"); }
+Result<PathFit> fit_of(const ArmModel& arm, const Motion& motion) { return PathPlanner(arm).fit(motion, "/goal"); }
 
 Findings of_follower(const Findings& findings) {
   Findings all;

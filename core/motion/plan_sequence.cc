@@ -45,7 +45,7 @@ struct Place {
 class SequencePlanner {
  public:
   explicit SequencePlanner(const ArmModel& arm)
-      : arm_(arm), planner_(arm.chain, arm.inverse, arm.limits, arm.cartesian, arm.X_FM, arm.drive_load()) {}
+      : arm_(arm), planner_(arm) {}
 
   Result<SequencePlan> plan(const JointVector& q_start, const std::vector<LegMaker>& makers) {
     Findings findings = make_parts(q_start, makers);
