@@ -123,6 +123,10 @@ int main() {
   WorldDescription touching = touch_cell(0.0005);
   measure("free", apart);
   measure("touching", touching);
+  // What the observer of external torques and the noise of the torque sensors cost.
+  apart.arms[0].measurement.torque_sensors = false;
+  measure("free, no torque sensors", apart);
+  apart.arms[0].measurement.torque_sensors = true;
   apart.robots[0].self_collision = true;
   measure("free, may touch itself", apart);
   apart.robots[0].self_collision = false;

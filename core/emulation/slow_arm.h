@@ -42,6 +42,7 @@ class SlowArm final : public device::ArmBackend {
   void write(const device::ArmSetPoint& set_point) override { agent_.write(set_point); }
   /// Settings do not travel with the set points: the controller has it at once.
   void set_payload(const device::PayloadSetting& payload) override { inner_->set_payload(payload); }
+  void set_tool(const device::ToolSetting& tool) override { inner_->set_tool(tool); }
   void brake() override { agent_.brake(); }
   [[nodiscard]] std::string fault_text(std::uint32_t fault) const override;
   [[nodiscard]] device::BackendTiming timing() const override;

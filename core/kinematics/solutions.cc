@@ -30,6 +30,7 @@ constexpr int kHeldGrid = 16;
 constexpr int kFineGrid = 720;
 constexpr int kMaxIterations = 60;
 constexpr double kMaxStep = 0.6;    // rad: a damped step further than this trusts the linear picture too far
+constexpr int kThird = 2;           // the joint of seven that a human elbow is moved by
 constexpr double kDistinct = 1e-5;  // rad or m: two results nearer than this are one solution
 
 class Search {
@@ -71,8 +72,11 @@ class Search {
   }
 
   void run_seven() {
-    redundant_ = options_.held_joint >= 0 ? options_.held_joint : redundant_joint(chain_);
+    // Most arms are those of the third joint, and then what is recognised here is what the first value is solved with.
+    redundant_ = options_.held_joint >= 0 ? options_.held_joint : kThird;
     bool closed = options_.closed_form;
+    const bool chosen = options_.held_joint >= 0 || (closed && recognise_at(held_values().front()));
+    if (!chosen) redundant_ = redundant_joint(chain_);
     for (const double value : held_values()) {
       if (enough() || value < chain_.lower()[redundant_] || value > chain_.upper()[redundant_]) continue;
       closed = closed && solve_six_at(value);
@@ -83,6 +87,15 @@ class Search {
     const bool quick = closed && closed_form_;
     for (int k = 0; quick && found_.empty() && k < kFineGrid; ++k) solve_six_at(grid_value(k, kFineGrid));
     if (found_.empty()) search_free(quick ? kLastSeeds : kFreeSeeds);
+  }
+
+  /// Whether six have a closed form with the redundant joint there; the form is kept for who solves there next.
+  bool recognise_at(double value) {
+    JointVector q = reference_;
+    q[redundant_] = value;
+    form_ = ClosedForm::recognise(chain_, q, {redundant_});
+    form_at_ = value;
+    return form_.has_value();
   }
 
   bool solve_six_at(double value) {
@@ -108,11 +121,15 @@ class Search {
   }
 
   bool solve_candidates(const JointVector& q_held, const std::vector<int>& held) {
-    if (const auto form = ClosedForm::recognise(chain_, q_held, held)) {
+    const bool known = form_ && n_ == 7 && held.front() == redundant_ && q_held[redundant_] == form_at_;
+    if (!known) form_ = ClosedForm::recognise(chain_, q_held, held);
+    if (form_) {
       closed_form_ = true;
+      if (n_ == 7) form_at_ = q_held[held.front()];
       ClosedForm::Candidates candidates;
-      form->solve(target_, candidates);
-      for (int i = 0; i < candidates.count; ++i) try_seed(form->joints(candidates.angles[static_cast<std::size_t>(i)]));
+      form_->solve(target_, candidates);
+      for (int i = 0; i < candidates.count; ++i)
+        try_seed(form_->joints(candidates.angles[static_cast<std::size_t>(i)]));
       return true;
     }
     return solve_any_six(q_held, held);
@@ -218,8 +235,8 @@ class Search {
     for (int i = 0; i < n_; ++i) {
       if (turns(i) && std::abs(q[i]) > kPi) q[i] = std::remainder(q[i], 2.0 * kPi);
     }
-    const bool known = std::any_of(branches_.begin(), branches_.end(),
-                                   [&](const JointVector& other) { return angular_distance(other, q) < kDistinct; });
+    const bool known =
+        std::any_of(branches_.begin(), branches_.end(), [&](const JointVector& other) { return are_same(other, q); });
     if (known) return;
     branches_.push_back(q);
     if (options_.turns) {
@@ -237,14 +254,14 @@ class Search {
 
   [[nodiscard]] bool turns(int i) const { return !chain_.is_prismatic(i) && i != held_; }
 
-  [[nodiscard]] double angular_distance(const JointVector& a, const JointVector& b) const {
-    double largest = 0.0;
+  /// But for turns. Two branches mostly differ in the first joints already.
+  [[nodiscard]] bool are_same(const JointVector& a, const JointVector& b) const {
     for (int i = 0; i < n_; ++i) {
       double apart = std::abs(a[i] - b[i]);
       if (turns(i) && apart > kPi) apart = std::abs(apart - 2.0 * kPi);
-      largest = std::max(largest, apart);
+      if (!(apart < kDistinct)) return false;
     }
-    return largest;
+    return true;
   }
 
   [[nodiscard]] bool inside(int i, double value) const {
@@ -349,11 +366,32 @@ class Search {
     return error;
   }
 
+  /// As many as a closed form gives.
+  static constexpr std::size_t kFew = 16;
+  [[nodiscard]] std::vector<JointVector>::iterator at(std::size_t i) {
+    return found_.begin() + static_cast<std::ptrdiff_t>(i);
+  }
+
   void sort_and_cut() {
     if (found_.size() < 2) return;
-    std::stable_sort(found_.begin(), found_.end(), [&](const JointVector& a, const JointVector& b) {
-      return (a - reference_).squaredNorm() < (b - reference_).squaredNorm();
-    });
+    const auto distance = [&](const JointVector& q) { return (q - reference_).squaredNorm(); };
+    if (found_.size() <= kFew) {
+      // Insertion keeps the order of equals, and each distance is computed once.
+      std::array<double, kFew> key;
+      for (std::size_t i = 0; i < found_.size(); ++i) {
+        const double own = distance(found_[i]);
+        std::size_t to = i;
+        while (to > 0 && own < key[to - 1]) {
+          key[to] = key[to - 1];
+          --to;
+        }
+        key[to] = own;
+        if (to < i) std::rotate(at(to), at(i), at(i + 1));
+      }
+    } else {
+      std::stable_sort(found_.begin(), found_.end(),
+                       [&](const JointVector& a, const JointVector& b) { return distance(a) < distance(b); });
+    }
     if (static_cast<int>(found_.size()) > options_.most) found_.resize(static_cast<std::size_t>(options_.most));
   }
 
@@ -364,6 +402,8 @@ class Search {
   int held_ = -1;      ///< the joint that Newton's method may not move, or -1
   int redundant_ = 2;  ///< the joint of seven that is held
   bool closed_form_ = false;
+  std::optional<ClosedForm> form_;     ///< as it was recognised last, ...
+  double form_at_ = 0.0;               ///< ... of seven axes with the redundant joint there
   std::vector<JointVector> branches_;  ///< found at the present value of the redundancy, turns apart
   double tolerance_ = 1e-12;
   double length_ = 1.0;

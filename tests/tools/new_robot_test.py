@@ -54,8 +54,9 @@ class Foreign(WithFolder):
                 figures = json.loads(takt("model", name, "--models", self.models, "--json").stdout)
                 self.assertIn(ways[name], figures["inverse_kinematics"])
                 self.assertEqual(figures["joints"], [j for j in report["joints"] if j in figures["joints"]])
+                # Arms of few joints take long ways to turn the tool as near as they can.
                 wave = takt("run", "scenarios/wave.json", "--models", self.models, "--set",
-                            f"/devices/arm/model={name}", "--json")
+                            f"/devices/arm/model={name}", "--set", "/expectations/2/below_s=40", "--json")
                 self.assertEqual(wave.returncode, 0, wave.stdout + wave.stderr)
                 self.assertEqual(json.loads(wave.stdout)["result"], "passed")
 
