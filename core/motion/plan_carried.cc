@@ -69,18 +69,23 @@ Result<PairPlan> plan_carried_lin(const CarriedArm& both, const JointVector& q_c
     rider.q_start = rider.q_goal = q_rider;
     return PairPlan{std::move(carrier), std::move(rider), {}};
   }
-  // The arm has the harder part: its law first, then as slow as the base needs.
-  std::size_t failed = 0;
+  // The law of whoever needs longer alone, stretched to what the other can: an arm that is only carried needs none.
+  auto alone = plan_ptp(both.carrier.chain, both.carrier.limits, q_carrier, q_carrier_goal,
+                        {.velocity = shares.velocity, .acceleration = shares.acceleration});
+  if (!alone) return std::unexpected(at("/carrier", alone.error()));
   PieceShares of_joints = shares;  // the frame's speed is that in the room, not that past the arm's own base
   of_joints.linear_velocity = std::numeric_limits<double>::infinity();
+  std::size_t failed = 0;
   auto rider =
       PathPlanner(both.rider).plan({{.piece = {.geometry = line}, .shares = of_joints}}, q_rider, "/goal", failed);
   if (!rider) return std::unexpected(std::move(rider.error()));
+  if (alone->duration() > rider->duration()) rider->law = alone->law;
   carrier.law = rider->law;
-  const auto first = PathPlanner(both.carrier).fit(carrier, "/goal");
-  if (!first) return std::unexpected(at("/carrier", first.error()));
-  const double slow = stretch_for_speed(rider->law, line.line.length, shares.linear_velocity);
-  carrier.law = rider->law = rider->law.stretched(std::max({1.0, first->stretch, slow}));
+  double stretch = stretch_for_speed(rider->law, line.line.length, shares.linear_velocity);
+  for (const auto& fit :
+       {PathPlanner(both.carrier).fit(carrier, "/goal"), PathPlanner(both.rider).fit(*rider, "/goal")})
+    stretch = std::max(stretch, fit ? fit->stretch : 1.0);  // what cannot be followed is told below
+  carrier.law = rider->law = rider->law.stretched(std::max(1.0, stretch));
   const auto base = PathPlanner(both.carrier).fit(carrier, "/goal");
   const auto arm = PathPlanner(both.rider).fit(*rider, "/goal");
   if (!base) return std::unexpected(at("/carrier", base.error()));

@@ -150,8 +150,6 @@ constexpr const char* kEverything = R"({
      "angle_within_deg": 1},
     {"kind": "object_pose", "object": "block", "in": "world", "position_m": [0, 0, 0], "rpy_deg": [0, 0, 0],
      "position_within_m": 5, "angle_within_deg": 5},
-    {"kind": "tool_pose", "arm": "arm", "in": "world", "position_m": [0, 0, 0], "quaternion": [1, 0, 0, 0],
-     "position_within_m": 5, "angle_within_deg": 5},
     {"kind": "contact_force", "between": ["probe", "block"], "below_N": 15, "at_least_N": 0},
     {"kind": "peak_force", "sensor": "wrist", "below_N": 100},
     {"kind": "limits", "arm": "arm"}, {"kind": "duration", "below_s": 60}, {"kind": "step", "step": "touch"},
@@ -159,7 +157,9 @@ constexpr const char* kEverything = R"({
     {"kind": "repeats"},
     {"kind": "gripper", "gripper": "gripper", "is": "idle"},
     {"kind": "signal", "signal": "io/lamp", "is": true, "rises": 1},
-    {"kind": "signal", "signal": "finder", "at_least": 0, "at_most": 5}
+    {"kind": "signal", "signal": "finder", "at_least": 0, "at_most": 5},
+    {"kind": "tool_pose", "arm": "arm", "in": "world", "position_m": [0, 0, 0], "quaternion": [1, 0, 0, 0],
+     "position_within_m": 5, "angle_within_deg": 5}
   ]
 })";
 
