@@ -91,13 +91,15 @@ struct FaultEntry {
   enum class Kind {
     kStop,           ///< the arm stops by itself, as by a fault of its own
     kRelease,        ///< an operator forgets the fault and opens the brakes
-    kEmergencyStop,  ///< the button is pressed: the core's latch, and every arm by its own circuit
+    kEmergencyStop,  ///< the button is pressed: the core's latch, and the brakes of every arm by a circuit of their own
     kReset           ///< the button is pulled, the latch reset, every arm released
   };
   Kind kind = Kind::kStop;
   Nanoseconds at = 0;
   std::string arm;  ///< empty: all
   device::StopCategory category = device::StopCategory::kStopThenBrakes;
+  /// Of an emergency stop of category 1: so long after it the circuit closes the brakes, whatever the core does.
+  Nanoseconds brakes_after = kSecond;
   std::string pointer;
 };
 

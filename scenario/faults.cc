@@ -25,6 +25,12 @@ FaultEntry read_fault(const Json& json, const std::string& pointer, Findings& fi
   if (word != kWords.end()) fault.kind = static_cast<Kind>(word - kWords.begin());
   fault.arm = reader.text("arm", "");
   fault.category = static_cast<device::StopCategory>(reader.integer("category", 1, {.low = 0, .high = 2}));
+  const double brakes_after = reader.number("brakes_after_s", 1.0, {.low = 0.0, .high = 60.0});
+  fault.brakes_after = static_cast<Nanoseconds>(std::llround(1e9 * brakes_after));
+  const bool delays = fault.kind == Kind::kEmergencyStop && fault.category == device::StopCategory::kStopThenBrakes;
+  if (reader.has("brakes_after_s") && !delays)
+    findings.error(pointer + "/brakes_after_s", "nothing waits here",
+                   "only with \"do\": \"emergency_stop\" of category 1");
   const bool of_the_cell = fault.kind == Kind::kEmergencyStop || fault.kind == Kind::kReset;
   if (of_the_cell && !fault.arm.empty())
     findings.error(pointer + "/arm", "an emergency stop concerns all arms", "no arm, or \"do\": \"stop\"");
@@ -68,24 +74,35 @@ void Faults::apply(const Note& note) {
     if (built_.core->cycle() > 0) reset_pending_ = false;
   }
   const Nanoseconds now = built_.core->time();
-  for (; next_ < entries_.size() && entries_[next_].at <= now; ++next_) happen(entries_[next_], note);
+  for (; next_ < entries_.size() && entries_[next_].at <= now; ++next_) happen(entries_[next_], now, note);
+  if (!brakes_at_ || *brakes_at_ > now) return;
+  brakes_at_.reset();
+  for (const auto& [name, arm] : built_.cell.arms) built_.world->arm(name)->stop(device::StopCategory::kBrakes);
 }
 
-void Faults::happen(const FaultEntry& fault, const Note& note) {
+void Faults::happen(const FaultEntry& fault, Nanoseconds now, const Note& note) {
   const auto category = static_cast<int>(fault.category);
   const bool stops = fault.kind == Kind::kStop || fault.kind == Kind::kEmergencyStop;
   note(kWords[static_cast<std::size_t>(fault.kind)],
        stops ? fmt::format("{} category {}", fault.arm, category) : fault.arm);
+  if (fault.kind == Kind::kEmergencyStop) return press(fault, now);
   for (const auto& [name, arm] : built_.cell.arms) {
     if (!fault.arm.empty() && fault.arm != name) continue;
     sim::SimArm& machine = *built_.world->arm(name);
     stops ? machine.stop(fault.category) : machine.release_brakes();
   }
-  if (built_.emergency_stop == nullptr) return;
-  if (fault.kind == Kind::kEmergencyStop) built_.emergency_stop->set_healthy(false);
-  if (fault.kind != Kind::kReset) return;
+  if (fault.kind != Kind::kReset || built_.emergency_stop == nullptr) return;
+  brakes_at_.reset();
   built_.emergency_stop->set_healthy(true);
   reset_pending_ = true;
+}
+
+/// The core leads the arms to rest; a circuit beside it sees to their brakes.
+void Faults::press(const FaultEntry& fault, Nanoseconds now) {
+  built_.emergency_stop->set_category(fault.category);
+  built_.emergency_stop->set_healthy(false);
+  if (fault.category == device::StopCategory::kBrakes) brakes_at_ = now;
+  if (fault.category == device::StopCategory::kStopThenBrakes) brakes_at_ = now + fault.brakes_after;
 }
 
 }  // namespace takt::scenario

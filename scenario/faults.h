@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,13 +34,15 @@ class Faults {
   [[nodiscard]] bool latched() const;
 
  private:
-  void happen(const FaultEntry& fault, const Note& note);
+  void happen(const FaultEntry& fault, Nanoseconds now, const Note& note);
+  void press(const FaultEntry& fault, Nanoseconds now);
 
   const std::vector<FaultEntry>& entries_;
   BuiltCell& built_;
   std::size_t next_ = 0;
-  bool opened_ = false;        ///< the latch has been open once
-  bool reset_pending_ = true;  ///< the reset button is pressed in this cycle
+  std::optional<Nanoseconds> brakes_at_;  ///< when the circuit of the button closes all brakes
+  bool opened_ = false;                   ///< the latch has been open once
+  bool reset_pending_ = true;             ///< the reset button is pressed in this cycle
 };
 
 }  // namespace takt::scenario

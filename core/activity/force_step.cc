@@ -99,23 +99,12 @@ net::NetDescription net_of(const Prepared& prepared, const command::Cell& cell, 
   return command::press_net(command, cell, biases);
 }
 
-class ForceRun final : public StepRun {
+class ForceRun final : public OneNetRun {
  public:
   explicit ForceRun(const ForceRequest& request) : request_(request) {}
 
-  Progress advance(Context& context, Findings& findings) override {
-    if (!net_.begun()) return begin(context, findings);
-    const Progress progress = net_.advance(context, findings);
-    if (progress != Progress::kDone || cancelled_) return progress;
-    return finish(context, findings);
-  }
-  void cancel(Context&) override {
-    cancelled_ = true;
-    net_.cancel();
-  }
-
  private:
-  Progress begin(Context& context, Findings& findings) {
+  Progress begin(Context& context, Findings& findings) override {
     const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
     const JointVector& q = arm.device->set_point().q;
     if (q.size() == 0) return Progress::kRunning;
@@ -124,15 +113,10 @@ class ForceRun final : public StepRun {
       findings.append(prepared.error());
       return Progress::kFailed;
     }
-    return net_.begin(context, net_of(*prepared, context.cell, context.variables.biases), {}, findings);
+    return load(context, net_of(*prepared, context.cell, context.variables.biases), findings);
   }
 
-  [[nodiscard]] bool was_true(std::string_view port) const {
-    const auto* slot = net_.net()->find<net::Boolean>(port);
-    return slot && !slot->null && slot->value;
-  }
-
-  Progress finish(Context& context, Findings& findings) {
+  Progress finish(Context& context, Findings& findings) override {
     using namespace command::press_ports;
     const bool found = was_true(kHeld) || was_true(kFound) || was_true(kUntil);
     if (found || was_true(kTouched)) note_touch(context);
@@ -160,8 +144,6 @@ class ForceRun final : public StepRun {
   }
 
   const ForceRequest& request_;
-  NetRun net_;
-  bool cancelled_ = false;
 };
 
 class ForceStep final : public Step {

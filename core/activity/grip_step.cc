@@ -57,44 +57,35 @@ void tell_payload(device::Arm& arm, const CarriedPart& part, double mass) {
   arm.set_tool(tool);
 }
 
-class GripRun final : public StepRun {
+class GripRun final : public OneNetRun {
  public:
   explicit GripRun(const GripRequest& request) : request_(request) {}
 
-  Progress advance(Context& context, Findings& findings) override {
-    if (!net_.begun()) {
-      const auto& gripper = context.cell.grippers.find(request_.gripper)->second.device->description();
-      return net_.begin(context, command::grip_net(command_of(request_, gripper), context.cell), {}, findings);
-    }
-    const Progress progress = net_.advance(context, findings);
-    if (progress != Progress::kDone || cancelled_) return progress;
-    return finish(context, findings);
-  }
-  void cancel(Context&) override {
-    cancelled_ = true;
-    net_.cancel();
+ private:
+  Progress begin(Context& context, Findings& findings) override {
+    const auto& gripper = context.cell.grippers.find(request_.gripper)->second.device->description();
+    return load(context, command::grip_net(command_of(request_, gripper), context.cell), findings);
   }
 
- private:
-  Progress finish(Context& context, Findings& findings) {
-    const auto* holding = net_.net()->find<net::Boolean>(command::grip_ports::kHolding);
-    const auto* width = net_.net()->find<net::Real>(command::grip_ports::kWidth);
-    if (!holding || holding->null || !width || width->null) {
+  Progress finish(Context& context, Findings& findings) override {
+    const auto holding = value_of<net::Boolean>(command::grip_ports::kHolding);
+    const auto width = value_of<net::Real>(command::grip_ports::kWidth);
+    if (!holding || !width) {
       findings.error({}, fmt::format("'{}' did not answer", request_.gripper));
       return Progress::kFailed;
     }
-    context.event(request_.gripper, holding->value ? "holding" : "standing", fmt::format("{:.5f} m", width->value));
-    if (request_.expect == GripRequest::Expect::kPart && !holding->value) {
-      findings.error({}, fmt::format("no part was found; the fingers stand {:.1f} mm apart", 1e3 * width->value),
+    context.event(request_.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));
+    if (request_.expect == GripRequest::Expect::kPart && !*holding) {
+      findings.error({}, fmt::format("no part was found; the fingers stand {:.1f} mm apart", 1e3 * *width),
                      "\"expect\": \"any\", where that is no fault");
       return Progress::kFailed;
     }
-    if (request_.expect == GripRequest::Expect::kNothing && holding->value) {
-      findings.error({}, fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * width->value));
+    if (request_.expect == GripRequest::Expect::kNothing && *holding) {
+      findings.error({}, fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width));
       return Progress::kFailed;
     }
     leave_former(context, findings);
-    if (holding->value && !request_.opens) take(context);
+    if (*holding && !request_.opens) take(context);
     return Progress::kDone;
   }
 
@@ -121,8 +112,6 @@ class GripRun final : public StepRun {
   }
 
   const GripRequest& request_;
-  NetRun net_;
-  bool cancelled_ = false;
 };
 
 class GripStep final : public Step {

@@ -38,33 +38,27 @@ class ImmediateRun final : public StepRun {
 
 // -- tare ----------------------------------------------------------------------------------------------------------
 
-class TareRun final : public StepRun {
+class TareRun final : public OneNetRun {
  public:
   TareRun(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
 
-  Progress advance(Context& context, Findings& findings) override {
-    if (!net_.begun()) return net_.begin(context, command::tare_net(sensor_, cycles_, context.cell), {}, findings);
-    const Progress progress = net_.advance(context, findings);
-    if (progress != Progress::kDone || cancelled_) return progress;
-    const auto* bias = net_.net()->find<net::Wrench>(command::tare_ports::kBias);
-    if (!bias || bias->null) {
+ private:
+  Progress begin(Context& context, Findings& findings) override {
+    return load(context, command::tare_net(sensor_, cycles_, context.cell), findings);
+  }
+
+  Progress finish(Context& context, Findings& findings) override {
+    const auto bias = value_of<net::Wrench>(command::tare_ports::kBias);
+    if (!bias) {
       findings.error("/sensor", fmt::format("'{}' did not answer while it was tared", sensor_));
       return Progress::kFailed;
     }
-    context.variables.biases[sensor_] = bias->value;
+    context.variables.biases[sensor_] = *bias;
     return Progress::kDone;
   }
 
-  void cancel(Context&) override {
-    cancelled_ = true;
-    net_.cancel();
-  }
-
- private:
   std::string sensor_;
   std::int64_t cycles_;
-  NetRun net_;
-  bool cancelled_ = false;
 };
 
 class TareStep final : public Step {

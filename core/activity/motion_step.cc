@@ -44,31 +44,19 @@ command::MotionCommand command_of(const std::vector<MotionRequest>& requests, co
 
 /// Plans when it begins, loads and starts the net, and takes note of a touch when the net has ended. Several motions
 /// are one net: they are blended into each other.
-class MotionRun final : public StepRun {
+class MotionRun final : public OneNetRun {
  public:
   explicit MotionRun(const std::vector<MotionRequest>& requests) : requests_(requests), request_(requests.back()) {}
 
-  Progress advance(Context& context, Findings& findings) override {
-    if (!net_.begun()) return begin(context, findings);
-    const Progress progress = net_.advance(context, findings);
-    if (progress == Progress::kDone) return finish(context, findings);
-    return progress;
-  }
-
-  void cancel(Context&) override {
-    cancelled_ = true;
-    net_.cancel();
-  }
-
   [[nodiscard]] std::size_t part() const override {
-    const auto* time = net_.begun() ? net_.net()->find<net::Real>(command::motion_ports::kPathTime) : nullptr;
-    if (!time || time->null) return 0;
-    const auto passed = std::ranges::upper_bound(handed_over_, time->value);
+    const auto time = loaded() ? value_of<net::Real>(command::motion_ports::kPathTime) : std::nullopt;
+    if (!time) return 0;
+    const auto passed = std::ranges::upper_bound(handed_over_, *time);
     return static_cast<std::size_t>(passed - handed_over_.begin());
   }
 
  private:
-  Progress begin(Context& context, Findings& findings) {
+  Progress begin(Context& context, Findings& findings) override {
     const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
     // The first step of a program may come before the first sample.
     if (arm.device->set_point().q.size() == 0) return Progress::kRunning;
@@ -81,14 +69,17 @@ class MotionRun final : public StepRun {
     const motion::Motion& motion = plan->motion;
     const command::MotionCommand command = command_of(requests_, motion, arm, handed_over_);
     const rcc::LoadOptions options = load_options(motion, request_, context.core.period());
-    return net_.begin(context, command::motion_net(command, context.cell, context.variables.biases), options, findings);
+    return load(context, command::motion_net(command, context.cell, context.variables.biases), findings, options);
   }
 
-  Progress finish(Context& context, Findings& findings) {
+  Progress finish_cancelled(Context& context, Findings& findings) override {
     context.variables.touches.erase(request_.arm);
-    if (!request_.until) return Progress::kDone;
-    if (was_true(command::motion_ports::kTouched)) return note_touch(context, findings);
-    if (cancelled_) return Progress::kDone;
+    return touched() ? note_touch(context, findings) : Progress::kDone;
+  }
+
+  Progress finish(Context& context, Findings& findings) override {
+    if (touched() || !request_.until) return finish_cancelled(context, findings);
+    context.variables.touches.erase(request_.arm);
     if (was_true(command::motion_ports::kStopped)) {
       findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path");
       return Progress::kFailed;
@@ -99,20 +90,17 @@ class MotionRun final : public StepRun {
     return Progress::kFailed;
   }
 
-  [[nodiscard]] bool was_true(std::string_view port) const {
-    const auto* slot = net_.net()->find<net::Boolean>(port);
-    return slot && !slot->null && slot->value;
-  }
+  [[nodiscard]] bool touched() const { return request_.until && was_true(command::motion_ports::kTouched); }
 
   Progress note_touch(Context& context, Findings& findings) {
     const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
-    const auto* X_BT = net_.net()->find<net::Frame>(command::motion_ports::kTouchFrame);
+    const auto X_BT = value_of<net::Frame>(command::motion_ports::kTouchFrame);
     const auto X_WB = context.cell.frames.pose(request_.arm);
-    if (!X_BT || X_BT->null || !X_WB) {
+    if (!X_BT || !X_WB) {
       findings.error("/until", "the condition held, but the arm's position was not known in that cycle");
       return Progress::kFailed;
     }
-    const Eigen::Vector3d p_W = *X_WB * X_BT->value.translation();
+    const Eigen::Vector3d p_W = *X_WB * X_BT->translation();
     context.variables.touches[request_.arm] = {p_W, arm.ball_radius, context.core.cycle()};
     context.event(request_.arm, "touch", fmt::format("({:.5f}, {:.5f}, {:.5f}) m", p_W.x(), p_W.y(), p_W.z()));
     return Progress::kDone;
@@ -121,8 +109,6 @@ class MotionRun final : public StepRun {
   const std::vector<MotionRequest>& requests_;
   const MotionRequest& request_;  ///< the last: only a motion alone may be guarded
   std::vector<double> handed_over_;
-  NetRun net_;
-  bool cancelled_ = false;
 };
 
 class MotionStep final : public Step {

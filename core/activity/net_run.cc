@@ -66,4 +66,11 @@ Progress NetRun::advance(Context& context, Findings& findings) {
   return Progress::kFailed;
 }
 
+Progress OneNetRun::advance(Context& context, Findings& findings) {
+  if (!net_.begun()) return begin(context, findings);
+  const Progress progress = net_.advance(context, findings);
+  if (progress != Progress::kDone) return progress;
+  return net_.cancelled() ? finish_cancelled(context, findings) : finish(context, findings);
+}
+
 }  // namespace takt::activity

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string_view>
 
 #include "core/activity/step.h"
 #include "core/net/description.h"
@@ -29,6 +31,7 @@ class NetRun {
   Progress advance(Context& context, Findings& findings);
   /// Asks for the end, which advance() brings about: at once before the start, by CANCEL while the net runs (row L6).
   void cancel() { cancelled_ = true; }
+  [[nodiscard]] bool cancelled() const { return cancelled_; }
   /// Ends it at once; its devices stop (row L6).
   void abort() {
     if (core_ != nullptr) core_->abort(id_);
@@ -42,6 +45,37 @@ class NetRun {
   std::int64_t start_cycle_ = 0;
   rcc::RequestId start_request_ = 0;
   bool cancelled_ = false;
+};
+
+/// The execution of a step that is one net: made when the step begins, followed to its end.
+class OneNetRun : public StepRun {
+ public:
+  Progress advance(Context& context, Findings& findings) final;
+  void cancel(Context&) final { net_.cancel(); }
+
+ protected:
+  /// Makes the net and gives it to load(). Called again as long as it answers kRunning without having loaded.
+  virtual Progress begin(Context& context, Findings& findings) = 0;
+  /// The net ended in order, by itself.
+  virtual Progress finish(Context&, Findings&) { return Progress::kDone; }
+  /// The net ended in order, and somebody had cancelled it.
+  virtual Progress finish_cancelled(Context&, Findings&) { return Progress::kDone; }
+
+  Progress load(Context& context, const net::NetDescription& description, Findings& findings,
+                const rcc::LoadOptions& options = {}) {
+    return net_.begin(context, description, options, findings);
+  }
+  [[nodiscard]] bool loaded() const { return net_.begun(); }
+  /// Last value of a port of the loaded net; nothing if it is null or the net has no such port.
+  template <class T>
+  [[nodiscard]] std::optional<T> value_of(std::string_view port) const {
+    const auto* slot = net_.net()->find<T>(port);
+    return slot && !slot->null ? std::optional(slot->value) : std::nullopt;
+  }
+  [[nodiscard]] bool was_true(std::string_view port) const { return value_of<net::Boolean>(port).value_or(false); }
+
+ private:
+  NetRun net_;
 };
 
 }  // namespace takt::activity

@@ -22,19 +22,17 @@ struct SetRequest {
   command::SignalValue value = false;
 };
 
-class SetRun final : public StepRun {
+class SetRun final : public OneNetRun {
  public:
   explicit SetRun(const SetRequest& request) : request_(request) {}
-  Progress advance(Context& context, Findings& findings) override {
-    if (net_.begun()) return net_.advance(context, findings);
-    const double period = to_seconds(context.core.period());
-    return net_.begin(context, command::set_net(request_.output, request_.value, context.cell, period), {}, findings);
-  }
-  void cancel(Context&) override { net_.cancel(); }
 
  private:
+  Progress begin(Context& context, Findings& findings) override {
+    const double period = to_seconds(context.core.period());
+    return load(context, command::set_net(request_.output, request_.value, context.cell, period), findings);
+  }
+
   const SetRequest& request_;
-  NetRun net_;
 };
 
 class SetStep final : public Step {
@@ -94,37 +92,30 @@ struct WaitRequest {
   std::optional<double> timeout;
 };
 
-class WaitRun final : public StepRun {
+class WaitRun final : public OneNetRun {
  public:
   explicit WaitRun(const WaitRequest& request) : request_(request) {}
 
-  Progress advance(Context& context, Findings& findings) override {
-    if (!net_.begun()) {
-      const auto wait = command::wait_net(request_.until, request_.timeout, context.cell, context.variables.biases);
-      condition_port_ = wait.condition_port;
-      return net_.begin(context, wait.net, {}, findings);
-    }
-    const Progress progress = net_.advance(context, findings);
-    if (progress != Progress::kDone || cancelled_) return progress;
-    const auto* held = net_.net()->find<net::Boolean>(condition_port_);
-    if (held && !held->null && held->value) return Progress::kDone;
-    if (!held || held->null) {
+ private:
+  Progress begin(Context& context, Findings& findings) override {
+    const auto wait = command::wait_net(request_.until, request_.timeout, context.cell, context.variables.biases);
+    condition_port_ = wait.condition_port;
+    return load(context, wait.net, findings);
+  }
+
+  Progress finish(Context&, Findings& findings) override {
+    const auto held = value_of<net::Boolean>(condition_port_);
+    if (held && *held) return Progress::kDone;
+    if (!held) {
       findings.error("/until", "a sensor of the condition did not answer");
     } else {
       findings.error("/until", fmt::format("the condition did not hold within {:g} s", request_.timeout.value_or(0.0)));
     }
     return Progress::kFailed;
   }
-  void cancel(Context&) override {
-    cancelled_ = true;
-    net_.cancel();
-  }
 
- private:
   const WaitRequest& request_;
   std::string condition_port_;
-  NetRun net_;
-  bool cancelled_ = false;
 };
 
 class WaitStep final : public Step {

@@ -6,41 +6,14 @@
 #include <nlohmann/json.hpp>
 
 #include "core/command/command_tree.h"
+#include "core/command/planned_path.h"
 #include "core/device/description.h"
-#include "core/motion/path.h"
 
 namespace takt::command {
 namespace {
 
 using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
-
-struct PathKind {
-  const char* primitive;
-  SetPointKind kind;
-};
-
-PathKind kind_of(const motion::Path& path) {
-  if (std::holds_alternative<motion::JointLine>(path)) return {"JointLine", SetPointKind::kJoints};
-  if (std::holds_alternative<motion::CartesianLine>(path)) return {"CartesianLine", SetPointKind::kPose};
-  if (std::holds_alternative<motion::CartesianArc>(path)) return {"CartesianArc", SetPointKind::kPose};
-  const auto& composite = std::get<motion::CompositePath>(path);
-  if (!composite.has_cartesian_pieces()) return {"CompositePath", SetPointKind::kJoints};
-  return {"CompositePath", composite.has_joint_pieces() ? SetPointKind::kPath : SetPointKind::kPose};
-}
-
-SetPoint set_point_of(const PathKind& kind, const Eigen::Isometry3d& X_FM, const std::string& path) {
-  SetPoint set_point{.kind = kind.kind, .ports = {}, .constants = {}, .X_FM = X_FM};
-  const auto add = [&](std::initializer_list<const char*> names) {
-    for (const char* name : names) set_point.ports[name] = fmt::format("{}.{}", path, name);
-  };
-  if (kind.kind != SetPointKind::kPose) add({"q", "dq", "ddq"});
-  if (kind.kind != SetPointKind::kJoints) {
-    add({"frame", "twist", "acceleration", "held", "held_velocity", "held_acceleration"});
-  }
-  if (kind.kind == SetPointKind::kPath) add({"cartesian"});
-  return set_point;
-}
 
 /// Path clock, time law, path: a request to cancel and a pause are target rates of the clock.
 class PlannedModel final : public ActionModel {
@@ -49,12 +22,10 @@ class PlannedModel final : public ActionModel {
 
   [[nodiscard]] std::string_view name() const override { return motion_.name; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override {
-    return motion_.partner ? SetPointKind::kPair : kind_of(motion_.motion->path).kind;
+    return motion_.partner ? SetPointKind::kPair : kind_of(motion_.motion->path);
   }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
-    std::vector<ExpressionPtr> formulas;
-    if (motion_.clock.speed) formulas.push_back(motion_.clock.speed->node());
-    if (motion_.clock.pause) formulas.push_back(motion_.clock.pause->node());
+    std::vector<ExpressionPtr> formulas = motion_.clock.formulas();
     for (const auto* begin : {&motion_.begins.time, &motion_.begins.rate})
       if (*begin) formulas.push_back((*begin)->node());
     return formulas;
@@ -62,13 +33,8 @@ class PlannedModel final : public ActionModel {
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel&) const override {
     const motion::Motion& motion = *motion_.motion;
-    fragment.add("target_rate", "SelectReal", {{"if_true", 0.0}});
-    fragment.feed(fragment.cancel(), "target_rate.condition");
-    fragment.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
+    add_clock(fragment, motion, motion_.clock);
     add_hand_over(fragment);
-    add_inputs(fragment);
-    fragment.add("law", "TimeLaw", {{"law", motion::to_json(motion.law)}});
-    fragment.link_all("clock", "law", {"time", "rate", "rate_derivative"});
     SetPoint set_point = add_path(fragment, "path", motion.path, motion_.X_FM);
     if (motion_.partner) {
       const PlannedPartner& partner = *motion_.partner;
@@ -115,14 +81,6 @@ class PlannedModel final : public ActionModel {
   }
 
  private:
-  static SetPoint add_path(FragmentWriter& fragment, const std::string& id, const motion::Path& path,
-                           const Eigen::Isometry3d& X_FM) {
-    const PathKind kind = kind_of(path);
-    fragment.add(id, kind.primitive, {{"path", motion::to_json(path)}});
-    fragment.link_all("law", id, {"s", "ds", "dds"});
-    return set_point_of(kind, X_FM, id);
-  }
-
   static device::Seam at_rest(const JointVector& q) {
     const JointVector zero = JointVector::Zero(q.size());
     return {.q = q, .dq = zero, .ddq = zero};
@@ -141,24 +99,6 @@ class PlannedModel final : public ActionModel {
     }
   }
 
-  void add_inputs(FragmentWriter& fragment) const {
-    std::string rate = "target_rate.value";
-    if (motion_.clock.speed) {
-      fragment.feed(motion_.clock.speed->node(), "target_rate.if_false");
-    } else {
-      fragment.set_parameter("target_rate", "if_false", 1.0);
-    }
-    if (motion_.clock.pause) {
-      fragment.add("paused", "DefaultToBoolean", {{"fallback", true}});
-      fragment.feed(motion_.clock.pause->node(), "paused.input");
-      fragment.add("rate", "SelectReal", {{"if_true", 0.0}});
-      fragment.link("paused.value", "rate.condition");
-      fragment.link(rate, "rate.if_false");
-      rate = "rate.value";
-    }
-    fragment.link(rate, "clock.target_rate");
-  }
-
   /// @return a Boolean that holds at and past a value.
   static std::string add_threshold(FragmentWriter& fragment, const std::string& port, double value, const char* what) {
     std::string id = fmt::format("{}_{:g}", what, value);
@@ -171,7 +111,7 @@ class PlannedModel final : public ActionModel {
 
   /// There are no joints for this cycle: what the arm is fed with, in the same fragment, is null.
   std::string add_error(FragmentWriter& fragment) const {
-    const SetPointKind kind = kind_of(motion_.motion->path).kind;
+    const SetPointKind kind = kind_of(motion_.motion->path);
     fragment.add("no_joints", "IsNullJoints");
     fragment.link(kind == SetPointKind::kJoints ? "path.q"
                   : kind == SetPointKind::kPose ? "inverse.q"

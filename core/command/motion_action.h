@@ -6,17 +6,12 @@
 
 #include "core/command/action.h"
 #include "core/command/command.h"
+#include "core/command/planned_path.h"
 #include "core/motion/leg.h"
 #include "core/motion/planner.h"
 
 /// Motions that are planned before they are carried out (docs/motion.md). Realtime: setup.
 namespace takt::command {
-
-/// What acts on a planned motion while it runs, through its path clock (rows P1, P2).
-struct ClockInputs {
-  std::optional<RealSensor> speed = {};  ///< rate of path time, 0 to 1; null: it stands
-  std::optional<State> pause = {};       ///< while it holds the motion stands on its path; null counts as true
-};
 
 /// A second arm on the same law and clock.
 struct PlannedPartner {

@@ -24,19 +24,13 @@ ExpressionPtr tare_of(net::ValueType type, const WrenchSensor& wrench, std::int6
       "tare");
 }
 
-/// The operator's override; where the channel says nothing the motion stands.
-ClockInputs clock_inputs(const Cell& cell) {
-  if (cell.override_channel.empty()) return {};
-  return {.speed = min(max(channel<net::Real>(cell, cell.override_channel), 0.0), 1.0)};
-}
-
 }  // namespace
 
 net::NetDescription motion_net(const MotionCommand& command, const Cell& cell, const Biases& biases) {
   // The plan is written into the net; nothing refers to it afterwards.
   const std::shared_ptr<const motion::Motion> motion(command.motion, [](const motion::Motion*) {});
   const Action action = planned(
-      {.motion = motion, .X_FM = command.X_FM, .handed_over = {command.until_from}, .clock = clock_inputs(cell)});
+      {.motion = motion, .X_FM = command.X_FM, .handed_over = {command.until_from}, .clock = override_of(cell)});
   RuntimeCommand moved("motion", arm(cell, command.arm), action);
   if (command.until) {
     State until = state_of(*command.until, cell, biases);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/command/device_sensors.h"
+#include "core/command/velocity_action.h"
 #include "core/device/description.h"
 #include "core/net/value_json.h"
 
@@ -14,69 +15,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
 
-/// Joints that are slower and change their velocity less than this stand, rad/s and rad/s^2.
-constexpr double kStanding = 1e-9;
-
 Json joints_json(const JointVector& q) { return net::value_to_json(net::JointArray(q)); }
 
-/// From any state that the limits allow to rest, with room for a generator that swings back, s.
-double time_to_rest(const ActuatorModel& actuator, double acceleration) {
-  const auto& limits = actuator.arm()->device->description().limits;
-  double longest = 0.0;
-  for (Eigen::Index i = 0; i < limits.velocity.size(); ++i) {
-    const double ramp = limits.acceleration[i] / limits.jerk[i];
-    longest = std::max(longest, limits.velocity[i] / (acceleration * limits.acceleration[i]) + 2.0 * ramp);
-  }
-  return 4.0 * longest;
+void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWish& wish) {
+  fragment.add("wanted", "LimitTwist", {{"linear_max", wish.linear_max}, {"angular_max", wish.angular_max}});
+  fragment.link(from, "wanted.input");
 }
-
-/// An action that moves an arm by a wanted velocity of its tool: in "wanted.value", and null to come to rest.
-class VelocityModel : public ActionModel {
- public:
-  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return time_to_rest(actuator, 1.0); }
-  [[nodiscard]] bool net_knows_stop_time() const override { return false; }
-  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kTwist; }
-
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
-    add_velocity(fragment, actuator);
-    fragment.add("go", "Not");
-    fragment.feed(fragment.cancel(), "go.input");
-    fragment.add("twist", "GateTwist");
-    fragment.link("wanted.value", "twist.input");
-    fragment.link("go.value", "twist.open");
-    return {.set_point = {.kind = SetPointKind::kTwist,
-                          .ports = {{"twist", "twist.value"}},
-                          .constants = {},
-                          .sensors = {},
-                          .X_FM = actuator.arm()->X_FT},
-            .done = Signal::at(add_rest(fragment))};
-  }
-
- protected:
-  /// Adds what gives "wanted.value", a twist of the tool centre point in the axes of the base.
-  virtual void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const = 0;
-
-  static void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWish& wish) {
-    fragment.add("wanted", "LimitTwist", {{"linear_max", wish.linear_max}, {"angular_max", wish.angular_max}});
-    fragment.link(from, "wanted.input");
-  }
-
-  /// It was cancelled, and the joints stand. @return the port.
-  static std::string add_rest(FragmentWriter& fragment) {
-    std::string standing;
-    for (const char* port : {"dq", "ddq"}) {
-      const std::string id = std::string("largest_") + port;
-      fragment.add(id, "LargestJoint");
-      fragment.link(std::string("inverse.") + port, id + ".input");
-      fragment.add(id + "_none", "LessThan", {{"b", kStanding}});
-      fragment.link(id + ".value", id + "_none.a");
-    }
-    fragment.add("standing", "And");
-    fragment.link("largest_dq_none.value", "standing.a");
-    fragment.link("largest_ddq_none.value", "standing.b");
-    return fragment.gate_with_cancel("done", "And", "standing.value");
-  }
-};
 
 class Jog final : public VelocityModel {
  public:
@@ -119,10 +63,7 @@ class FollowPose final : public VelocityModel {
  private:
   /// From where the tool was sent last to the target, with a gain.
   void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
-    fragment.add("state", "ArmState", {{"device", actuator.name()}});
-    fragment.add("now", "ForwardKinematics",
-                 {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
-    fragment.link("state.set_point_q", "now.q");
+    add_tool(fragment, actuator, "now", "set_point_q");
     fragment.add("difference", "FrameDifference");
     fragment.link("now.frame", "difference.from");
     fragment.feed(target_, "difference.to");
@@ -149,7 +90,7 @@ class HoldForce final : public VelocityModel {
   [[nodiscard]] std::vector<std::string> states() const override { return {"in_contact", "error"}; }
 
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
-    if (name == "in_contact") return "law.contact";
+    if (name == "in_contact") return "force_law.contact";
     fragment.add("no_force", "IsNullReal");
     fragment.feed(pressing_, "no_force.input");
     return "no_force.value";
@@ -157,20 +98,10 @@ class HoldForce final : public VelocityModel {
 
  private:
   void add_velocity(FragmentWriter& fragment, const ActuatorModel&) const override {
-    fragment.add("law", "ForceController",
-                 {{"wanted", wish_.force},
-                  {"approach_velocity", wish_.approach_velocity},
-                  {"contact_force", wish_.contact_force},
-                  {"release_force", 0.5 * wish_.contact_force},
-                  {"release_time", 0.05},
-                  {"gain", wish_.gain},
-                  {"integral_time", wish_.integral_time},
-                  {"velocity_max", wish_.velocity_max},
-                  {"acceleration_max", wish_.acceleration_max}});
-    fragment.feed(pressing_, "law.force");
+    add_force_law(fragment, pressing_, wish_);
     fragment.add("along", "ScaleVector");
     fragment.feed(direction_, "along.vector");
-    fragment.link("law.velocity", "along.factor");
+    fragment.link("force_law.velocity", "along.factor");
     fragment.add("wanted", "AssembleTwist", {{"angular", net::value_to_json(net::Vector(net::Vector::Zero()))}});
     fragment.link("along.value", "wanted.linear");
   }

@@ -32,6 +32,8 @@ struct ForceWish {
   double force = 10.0;              ///< with which the tool shall press, N
   double approach_velocity = 0.01;  ///< while nothing is touched, m/s
   double contact_force = 1.0;       ///< from here on there is contact, N
+  double release_share = 0.5;       ///< of contact_force: below it there is none any more
+  double release_time = 0.05;       ///< for so long at least, s
   double gain = 5e-4;               ///< velocity for a lack of force, m/s/N
   double integral_time = 1.0;       ///< s
   double velocity_max = 0.02;       ///< m/s

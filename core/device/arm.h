@@ -91,8 +91,8 @@ class Arm final : public Actuator {
   [[nodiscard]] std::string fault_text() const;
   /// Declared times of its back end.
   [[nodiscard]] BackendTiming timing() const { return backend_->timing(); }
-  /// Category 0 (row S3): the device's own brakes.
-  void brake();
+  [[nodiscard]] bool follows_paths() const override { return true; }
+  void brake() override;
 
   /// Why the mode cannot be changed now by somebody who is no net, or nothing; the classes of change decide (row L4).
   [[nodiscard]] std::optional<net::Text> refuse_change(ControlMode mode) const;

@@ -89,6 +89,10 @@ class Actuator : public Device {
   [[nodiscard]] virtual bool at_rest() const = 0;
   /// True if what was proposed in this cycle leaves it at rest, should the guard let it pass: a net may let go of it.
   [[nodiscard]] virtual bool will_rest() const { return at_rest(); }
+  /// True if it moves along what a net plans, and should come to rest on it: the net may stop it (row S1).
+  [[nodiscard]] virtual bool follows_paths() const { return false; }
+  /// Category 0 (row S3): the device's own brakes, if it has any.
+  virtual void brake() {}
   /// True if an emergency stop ends the nets that hold it. A gripper may say no: it keeps its grip.
   [[nodiscard]] virtual bool stops_in_emergency() const { return true; }
 };

@@ -36,6 +36,7 @@ std::string_view name_of(GripperState state) {
 }
 
 void Gripper::propose(double width, double speed, double force) {
+  if (!held_) return;
   proposal_.width = width;
   proposal_.speed = speed;
   proposal_.force = force;

@@ -95,7 +95,8 @@ class Gripper final : public Actuator {
   [[nodiscard]] const GripperSetPoint& set_point() const { return sent_; }
   /// The newest sample speaks of the last command, not of one before.
   [[nodiscard]] bool answered() const { return has_sample_ && sample_.command == sent_.sequence; }
-  /// The command of this cycle; the last one given counts. Without one the command before stays in force.
+  /// The command of this cycle; the last one given counts. Without one the command before stays in force. Of no effect
+  /// while no net holds it: one that is coming to rest may have been taken the gripper away already (row S1).
   void propose(double width, double speed, double force);
 
   // -- For the control core ------------------------------------------------------------------------------------------

@@ -115,8 +115,10 @@ class SignalOutput final : public Actuator {
   /// What was sent last.
   [[nodiscard]] T value() const { return sent_; }
   [[nodiscard]] bool ready() const { return ready_; }
-  /// The value of this cycle; the last one given counts. Without one the output keeps its value.
+  /// The value of this cycle; the last one given counts. Without one the output keeps its value. Of no effect while no
+  /// net holds it.
   void propose(T value) {
+    if (!held_) return;
     proposal_ = value;
     proposed_ = true;
   }

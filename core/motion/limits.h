@@ -16,6 +16,10 @@ struct JointLimits {
   JointVector jerk;          ///< rad/s^3 or m/s^3
 };
 
+/// Longest time (s) that a joint may need to rest, from any state that the limits allow: v/a, and what it takes to turn
+/// an acceleration that is the wrong way. Realtime: cyclic.
+[[nodiscard]] double longest_stop(const JointLimits& limits);
+
 /// What the frame that moves on a Cartesian path may do (norms of the linear and of the angular vector), all > 0.
 struct CartesianLimits {
   double linear_velocity = 1.5;        ///< m/s

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/motion/limits.h"
+
 namespace takt::motion {
 namespace {
 
@@ -17,6 +19,13 @@ struct Axis {
 };
 
 }  // namespace
+
+double longest_stop(const JointLimits& limits) {
+  // With ddq = a at the speed v the joint gains a^2/2j until the acceleration is gone, and loses it again.
+  return (limits.velocity.array() / limits.acceleration.array() +
+          2.5 * limits.acceleration.array() / limits.jerk.array())
+      .maxCoeff();
+}
 
 StopRange stop_range(double q, double dq, double ddq, double acceleration, double jerk) {
   // What would remain once the acceleration is gone tells the direction in which to brake. Mirrored, it is forwards.

@@ -155,6 +155,16 @@ std::vector<double> ReachabilityPlanner::reachable(const std::vector<double>& sl
   return most;
 }
 
+bool ReachabilityPlanner::append(AccelerationLaw& law, const Piece& piece, double x, double y) {
+  const double rates = std::sqrt(x) + std::sqrt(y);
+  if (!(rates > 0.0)) return false;
+  law.dds.push_back((y - x) / (2.0 * piece.width));
+  law.time.push_back(law.time.back() + 2.0 * piece.width / rates);
+  law.s.push_back(piece.s_begin);
+  law.cell.push_back(piece.cell);
+  return true;
+}
+
 std::optional<AccelerationLaw> ReachabilityPlanner::plan(const std::vector<double>& slow) const {
   const std::size_t n = pieces_.size();
   const auto scale = [&](const Piece& piece) { return scale_of(piece, slow); };
@@ -170,12 +180,7 @@ std::optional<AccelerationLaw> ReachabilityPlanner::plan(const std::vector<doubl
   for (std::size_t i = 0; i < n; ++i) {
     const Piece& piece = pieces_[i];
     const double y = std::clamp(interval(piece, x, scale(piece)).high, 0.0, most[i + 1]);
-    const double rates = std::sqrt(x) + std::sqrt(y);
-    if (!(rates > 0.0)) return std::nullopt;
-    law.dds.push_back((y - x) / (2.0 * piece.width));
-    law.time.push_back(law.time.back() + 2.0 * piece.width / rates);
-    law.s.push_back(piece.s_begin);
-    law.cell.push_back(piece.cell);
+    if (!append(law, piece, x, y)) return std::nullopt;
     x = y;
   }
   law.s.push_back(1.0);
@@ -205,12 +210,7 @@ std::optional<AccelerationLaw> ReachabilityPlanner::plan_from(const LawPoint& st
     const Interval y_may = interval(piece, x, too_fast ? 1.0 : scale_of(piece, slow));
     const double slowest = y_may.low <= y_may.high ? y_may.low : 0.5 * (y_may.low + y_may.high);
     const double y = std::max(0.0, std::max(std::min(y_may.high, most[i + 1]), slowest));
-    const double rates = std::sqrt(x) + std::sqrt(y);
-    if (!(rates > 0.0)) return std::nullopt;
-    law.dds.push_back((y - x) / (2.0 * piece.width));
-    law.time.push_back(law.time.back() + 2.0 * piece.width / rates);
-    law.s.push_back(piece.s_begin);
-    law.cell.push_back(piece.cell);
+    if (!append(law, piece, x, y)) return std::nullopt;
     x = y;
   }
   law.s.push_back(1.0);

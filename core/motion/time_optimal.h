@@ -64,6 +64,8 @@ class ReachabilityPlanner {
   void add_row(double a, double b, double limit, Piece& piece);
   [[nodiscard]] Interval interval(const Piece& piece, double x, double scale) const;
   [[nodiscard]] static double scale_of(const Piece& piece, const std::vector<double>& slow);
+  /// Goes on with a law through a piece, from ds^2 = x to ds^2 = y. @return false if it would stand in there
+  [[nodiscard]] static bool append(AccelerationLaw& law, const Piece& piece, double x, double y);
   /// The largest ds^2 at the begin of each piece, and at the end, from which the end can be reached at rest. Empty if
   /// the shape stands still somewhere. Not looked at before `first`.
   [[nodiscard]] std::vector<double> reachable(const std::vector<double>& slow, std::size_t first) const;

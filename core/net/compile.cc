@@ -154,6 +154,7 @@ void Builder::make_primitive(int number, std::byte* place) {
     Primitive* made = primitive.maker->construct(place, setup);
     net_.primitives.push_back(made);
     net_.ids.push_back(primitive.id);
+    net_.numbers.push_back(number);
     if (!impl.findings.has_errors()) impl.findings.append(made->prepare());
   } catch (const std::exception& error) {
     impl.findings.error({}, fmt::format("{} cannot be made: {}", primitive.info->type, error.what()));
@@ -171,6 +172,7 @@ void Builder::take_claims(int number, const std::vector<Resource*>& claims) {
     std::vector<Resource*> leaves;
     collect_leaves(named, leaves);
     for (Resource* leaf : leaves) {
+      net_.drivers.emplace_back(leaf, number);
       const auto [claim, fresh] = claimed_.try_emplace(leaf, std::pair{static_cast<const Resource*>(named), number});
       if (fresh) net_.claims.push_back(leaf);
       if (fresh || claim->second.first == named) continue;
@@ -300,6 +302,10 @@ Result<std::unique_ptr<CompiledNet>> CompiledNet::compile(const NetDescription& 
   certify_reactions(flat, impl.report, report);
   impl.report.notes = report.take();
   impl.stop_bound = find_stop_bound(flat, impl.primitives, impl.report);
+  std::vector<Primitive*> by_number(flat.primitives.size(), nullptr);
+  for (std::size_t i = 0; i < impl.numbers.size(); ++i)
+    by_number[static_cast<std::size_t>(impl.numbers[i])] = impl.primitives[i];
+  impl.path_stop = find_path_stop(flat, by_number, impl.drivers);
   for (const FlatPrimitive& primitive : flat.primitives) impl.cost_ns += primitive.info->cost_ns;
   return net;
 }

@@ -112,6 +112,7 @@ const std::vector<CompiledNet::Monitor>& CompiledNet::monitors() const { return 
 const std::vector<Resource*>& CompiledNet::claims() const { return impl_->claims; }
 const std::vector<ClaimState>& CompiledNet::claim_states() const { return impl_->claim_states; }
 const NetReport& CompiledNet::report() const { return impl_->report; }
+const PathStop& CompiledNet::path_stop() const { return impl_->path_stop; }
 const StopBound* CompiledNet::stop_bound() const { return impl_->stop_bound ? &*impl_->stop_bound : nullptr; }
 double CompiledNet::cost_ns() const { return impl_->cost_ns; }
 const std::string& CompiledNet::name() const { return impl_->name; }

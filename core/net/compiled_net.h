@@ -13,6 +13,7 @@ namespace takt::net {
 
 struct FlatNet;
 struct NetPlan;
+struct PathStop;
 struct StopBound;
 class LoadReport;
 
@@ -70,6 +71,8 @@ class CompiledNet {
   [[nodiscard]] const NetReport& report() const;
   /// How long the net takes at most from a cancel to its end, if it says so or its structure does (row L6).
   [[nodiscard]] const StopBound* stop_bound() const;
+  /// What of its devices comes to rest by itself, and when, once Cycle::stop_requested is set (row S1).
+  [[nodiscard]] const PathStop& path_stop() const;
   /// What a cycle costs on the reference machine, ns: the sum of what its primitives declare (row T5).
   [[nodiscard]] double cost_ns() const;
   /// Id of the primitive whose update was begun last; the net must not be destroyed meanwhile. Any thread, wait-free.

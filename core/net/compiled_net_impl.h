@@ -89,6 +89,9 @@ struct CompiledNet::Impl {
   std::vector<ClaimState> claim_states;
   NetReport report;
   std::optional<StopBound> stop_bound;
+  PathStop path_stop;
+  std::vector<int> numbers;                        ///< of the primitives in the flat net; likewise
+  std::vector<std::pair<Resource*, int>> drivers;  ///< devices, each with the number of a primitive that drives it
   double cost_ns = 0.0;
   NetSignals signals;
   std::int64_t cycles = 0;

@@ -95,6 +95,8 @@ struct Cycle {
   double dt = 1e-3;   ///< period in s
   bool first = true;  ///< index_in_net == 0
   bool cancel_requested = false;
+  /// What moves comes to rest now, whatever its inputs say (row S1). Heeded by who has a Primitive::stop_time_bound().
+  bool stop_requested = false;
   NetSignals* signals = nullptr;  ///< never null in update()
 };
 
@@ -209,8 +211,9 @@ class Primitive {
   virtual Findings prepare() { return {}; }
   /// One cycle: reads inputs, writes every output. Realtime: cyclic, no allocation, no lock, no throw.
   virtual void update(const Cycle& cycle) = 0;
-  /// Longest time (s) from the cycle in which it is asked to stop until it rests; 0: it has nothing to stop. Known
-  /// after prepare(). The net's own bound is made of these (row L6). Realtime: setup.
+  /// Longest time (s) from the cycle in which it is asked to stop, by its inputs or by Cycle::stop_requested, until it
+  /// rests; 0: it has nothing to stop. Known after prepare(). The net's own bounds are made of these (rows L6, S1).
+  /// Realtime: setup.
   [[nodiscard]] virtual double stop_time_bound() const { return 0.0; }
 
  protected:

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/net/digraph.h"
 #include "core/net/flat_net.h"
 
 namespace takt::net {
@@ -57,6 +58,38 @@ std::optional<StopBound> find_stop_bound(const FlatNet& flat, const std::vector<
   // One may wait for the other, so the times add up.
   for (const Primitive* primitive : primitives) bound.seconds += primitive->stop_time_bound();
   return bound;
+}
+
+PathStop find_path_stop(const FlatNet& flat, std::span<Primitive* const> primitives,
+                        std::span<const std::pair<Resource*, int>> drivers) {
+  std::vector<std::pair<int, int>> from_to;
+  from_to.reserve(flat.links.size());
+  for (const FlatLink& link : flat.links) from_to.emplace_back(link.from, link.to);
+  const Digraph links(flat.node_count(), from_to);
+  PathStop stop;
+  std::vector<bool> fed(static_cast<std::size_t>(flat.node_count()), false);
+  std::vector<int> open;
+  const auto reach = [&](int node) {
+    if (fed[static_cast<std::size_t>(node)]) return;
+    fed[static_cast<std::size_t>(node)] = true;
+    open.push_back(node);
+  };
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    const double seconds = primitives[i] == nullptr ? 0.0 : primitives[i]->stop_time_bound();
+    stop.seconds += seconds;
+    if (seconds > 0.0) reach(static_cast<int>(i));
+  }
+  while (!open.empty()) {
+    const int node = open.back();
+    open.pop_back();
+    for (const Digraph::Edge& edge : links.from(node)) reach(edge.to);
+  }
+  std::set<const Resource*> others;
+  for (const auto& [device, driver] : drivers)
+    if (!fed[static_cast<std::size_t>(driver)]) others.insert(device);
+  for (const auto& [device, driver] : drivers)
+    if (!others.contains(device)) stop.devices.push_back(device);
+  return stop;
 }
 
 }  // namespace takt::net

@@ -2,6 +2,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "core/base/time.h"
 #include "core/net/compiled_net.h"
@@ -23,5 +26,16 @@ struct StopBound {
 /// Nothing: the net has no such way. Realtime: setup.
 [[nodiscard]] std::optional<StopBound> find_stop_bound(const FlatNet& flat, const std::vector<Primitive*>& primitives,
                                                        const NetReport& report);
+
+/// What comes to rest by itself when a net is asked to stop (Cycle::stop_requested, row S1).
+struct PathStop {
+  double seconds = 0.0;  ///< at most: the times of all that brakes, one after the other
+  /// Devices all of whose drivers are fed, maybe through others, by something that brakes.
+  std::vector<const Resource*> devices;
+};
+/// @param primitives  by their number in the flat net; null where there is none
+/// @param drivers     devices with the number of who drives them. Realtime: setup.
+[[nodiscard]] PathStop find_path_stop(const FlatNet& flat, std::span<Primitive* const> primitives,
+                                      std::span<const std::pair<Resource*, int>> drivers);
 
 }  // namespace takt::net

@@ -4,6 +4,7 @@
 #include "core/device/arm.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/differential.h"
+#include "core/motion/limits.h"
 #include "core/motion/online_generator.h"
 #include "core/motion/stop_range.h"
 #include "core/net/registry.h"
@@ -130,14 +131,17 @@ class DifferentialInverseKinematics final : public Primitive {
     if (seed_.size != 0 && seed_.size != n)
       findings.error("/seed", "wrong number of joints", "one number per joint of the arm");
     generator_.emplace(n, OnlineGenerator::Synchronization::kNone);
+    stop_time_ = motion::longest_stop(kinematics_.arm->description().limits);
     return findings;
   }
+
+  [[nodiscard]] double stop_time_bound() const override { return stop_time_; }
 
   void update(const Cycle& cycle) override {
     if (cycle.first) start();
     const JointVector& q = generator_->state().q;
     if (!known_ || !kinematics_.look(q)) return give_up();
-    const JointVector target = wanted(q, cycle.dt);
+    const JointVector target = cycle.stop_requested ? JointVector(JointVector::Zero(q.size())) : wanted(q, cycle.dt);
     if (!advance(target, cycle.dt)) return give_up();
     const OnlineGenerator::State& state = generator_->state();
     q_.set(JointArray(state.q));
@@ -212,6 +216,7 @@ class DifferentialInverseKinematics final : public Primitive {
   JointArray seed_;
   std::optional<OnlineGenerator> generator_;
   bool known_ = false;
+  double stop_time_ = 0.0;
 };
 
 TAKT_PRIMITIVE(
@@ -229,7 +234,8 @@ TAKT_PRIMITIVE(
     DifferentialInverseKinematics, "kinematics",
     "Joint motion for a wanted twist, from where the arm is: damped near singularities, and never beyond the "
     "limits of any joint in position, velocity, acceleration and jerk. Where these forbid the twist, the "
-    "motion is the nearest that they allow; `achieved` tells. A twist of null counts as 0: the joints come to "
+    "motion is the nearest that they allow; `achieved` tells. A twist of null counts as 0, and so does any once the "
+    "net is to stop: the joints come to "
     "rest. In the first cycle it has already run for one period. Null if the arm has no set point yet.");
 
 }  // namespace

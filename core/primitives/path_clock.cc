@@ -51,7 +51,7 @@ class PathClock final : public Primitive {
 
   void update(const Cycle& cycle) override {
     if (cycle.first) begin();
-    const auto& state = clock_->update(target_rate_.value_or(0.0), cycle.dt);
+    const auto& state = clock_->update(cycle.stop_requested ? 0.0 : target_rate_.value_or(0.0), cycle.dt);
     time_.set(state.tau);
     rate_.set(state.rate);
     rate_derivative_.set(state.rate_change);
@@ -125,7 +125,8 @@ class TimeLaw final : public Primitive {
 TAKT_PRIMITIVE(
     PathClock, "path",
     "Path time with a rate that follows its target in the shortest time within bounds on its first and "
-    "second derivative, without overshoot. A target of null counts as 0: the motion stops on its path. In "
+    "second derivative, without overshoot. A target of null counts as 0, and so does any target once the net is to "
+    "stop: the motion stops on its path. In "
     "the first cycle the clock has already run for one period from where it begins: time 0, or the state of another "
     "clock, whose motion it goes on with.");
 TAKT_PRIMITIVE(TimeLaw, "path",

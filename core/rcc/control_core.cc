@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -24,6 +25,7 @@
 #include "core/rcc/net_table.h"
 #include "core/rcc/resources.h"
 #include "core/rcc/rule_book.h"
+#include "core/rcc/stop_supervisor.h"
 #include "core/rcc/stopwatch.h"
 
 namespace takt::rcc {
@@ -79,6 +81,7 @@ struct ControlCore::Impl {
       : options(given),
         nets(given.net_capacity, devices, [this](NetEntry& entry) { return bind(entry); }),
         executor(nets, resources, events, given.net_capacity),
+        stops(executor),
         rules(executor, events) {
     executor.set_budget(static_cast<double>(options.budget));
     mode_requests.reserve(kQueueCapacity);
@@ -94,6 +97,7 @@ struct ControlCore::Impl {
   }
   [[nodiscard]] Findings bind(NetEntry& entry);
   void bind_states(NetEntry& entry, Findings& findings) const;
+  void bind_path_stop(NetEntry& entry) const;
   [[nodiscard]] std::vector<NetEntry::DeclaredSeam> bind_seams(const NetEntry& entry, const std::vector<NetSeam>& seams,
                                                                const std::string& pointer, Findings& findings);
 
@@ -103,7 +107,6 @@ struct ControlCore::Impl {
   void take_samples(std::int64_t k, Nanoseconds now);
   void note_latches(std::int64_t k);
   void sample_watches(std::int64_t k);
-  void look_at_stops(std::int64_t k);
   void take_requests();
   void take_watch(const Posted& posted);
   void take_mode_request(const ModeRequest& request);
@@ -120,12 +123,11 @@ struct ControlCore::Impl {
   std::vector<device::Actuator*> actuators;  // those that are driven, by name
   std::vector<device::Arm*> arms;            // those that are arms, by name
   std::vector<device::Channel*> channels;    // likewise
-  std::vector<device::EmergencyStop*> emergency_stops;
-  std::optional<net::Cause> stop_cause;  // of stop_all(), for the next step
   ResourceTable resources;
   NetTable nets;
   EventBuffer events;
   Executor executor;
+  StopSupervisor stops;
   RuleBook rules;
   Digest digest;
   Statistics statistics;
@@ -152,6 +154,7 @@ Findings ControlCore::Impl::bind(NetEntry& entry) {
   const net::StopBound* bound = entry.net->stop_bound();
   entry.cancel_bound_cycles = entry.options.cancel_bound_cycles.value_or(
       bound != nullptr ? bound->in_cycles(options.period) : LoadOptions::kDefaultCancelBound);
+  bind_path_stop(entry);
   entry.cost_ns = entry.net->cost_ns() * machine_factor();
   const double load = executor.load_ns(), budget = static_cast<double>(options.budget);
   if (budget > 0.0 && load + entry.cost_ns > budget) {
@@ -162,6 +165,17 @@ Findings ControlCore::Impl::bind(NetEntry& entry) {
                    "a smaller net, or fewer at one time");
   }
   return findings;
+}
+
+void ControlCore::Impl::bind_path_stop(NetEntry& entry) const {
+  const net::PathStop& stop = entry.net->path_stop();
+  for (const net::Resource* device : stop.devices) {
+    const int place = resources.place_of(device);
+    const device::Actuator* actuator = place < 0 ? nullptr : resources.at(place).actuator;
+    const bool known = std::ranges::count(entry.on_path, place) > 0;
+    if (actuator != nullptr && actuator->follows_paths() && !known) entry.on_path.push_back(place);
+  }
+  entry.stop_bound_cycles = static_cast<std::int64_t>(std::ceil(stop.seconds / to_seconds(options.period))) + 2;
 }
 
 /// What all drivers of a device agree on is needed at the start. Where they differ, the net changes it by turns.
@@ -227,17 +241,6 @@ void ControlCore::Impl::sample_watches(std::int64_t k) {
     const NetEntry* entry = nets.find(id);
     return entry != nullptr && is_active(entry->state.load(std::memory_order_relaxed));
   });
-}
-
-void ControlCore::Impl::look_at_stops(std::int64_t k) {
-  executor.allow_starts();
-  for (const device::EmergencyStop* stop : emergency_stops)
-    if (stop->latched())
-      executor.stop_for_emergency({.code = net::Cause::Code::kDevice, .text = net::Text(stop->name()), .cycle = k}, k);
-  if (!stop_cause) return;
-  stop_cause->cycle = k;
-  executor.stop_all(*stop_cause, k);
-  stop_cause.reset();
 }
 
 void ControlCore::Impl::take_requests() {
@@ -348,7 +351,7 @@ void ControlCore::keep(std::unique_ptr<device::Device> device) {
   insert(core.actuators, dynamic_cast<device::Actuator*>(added));
   insert(core.arms, dynamic_cast<device::Arm*>(added));
   insert(core.channels, dynamic_cast<device::Channel*>(added));
-  insert(core.emergency_stops, dynamic_cast<device::EmergencyStop*>(added));
+  if (auto* stop = dynamic_cast<device::EmergencyStop*>(added)) core.stops.add(stop);
 }
 
 net::Resource& ControlCore::add(std::string name, std::unique_ptr<net::Resource> resource) {
@@ -533,6 +536,7 @@ void ControlCore::step() {
   Stopwatch watch(core.statistics, core.options.measure);
   core.take_samples(k, cycle.time);
   core.note_latches(k);
+  core.stops.begin(k);
   watch.lap(CyclePhase::kDevices);
   core.executor.evaluate(cycle);
   core.sample_watches(k);
@@ -540,7 +544,7 @@ void ControlCore::step() {
   if (core.options.digest) core.digest_nets(k);
   watch.lap(CyclePhase::kDigest);
   core.executor.end_finished(k);
-  core.look_at_stops(k);
+  core.stops.finish(k, core.arms);
   core.look_at_mode_requests();
   core.take_requests();
   core.rules.apply(k);
@@ -559,9 +563,7 @@ void ControlCore::step() {
   core.cycle.store(k + 1, std::memory_order_relaxed);
 }
 
-void ControlCore::stop_all(net::Cause::Code code, std::string_view text) {
-  impl_->stop_cause = net::Cause{.code = code, .text = net::Text(text), .cycle = -1};
-}
+void ControlCore::stop_all(net::Cause::Code code, std::string_view text) { impl_->stops.stop_all(code, text); }
 
 void ControlCore::count_overruns(std::int64_t late_cycles) { impl_->statistics.overruns += late_cycles; }
 

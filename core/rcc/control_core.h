@@ -85,7 +85,7 @@ class ControlCore {
 
   // -- Devices: before the first step. Realtime: setup. --------------------------------------------------------------
   /// A name that is taken is a programming error (abort).
-  /// While an EmergencyStop is latched, no net starts and nets that hold what stops in an emergency are aborted (S4).
+  /// While an EmergencyStop is latched, no net starts and nets that hold what stops in an emergency end (rows S1, S4).
   template <std::derived_from<device::Device> D>
   D& add(std::unique_ptr<D> device) {
     D& added = *device;

@@ -25,7 +25,8 @@ Executor::Executor(NetTable& nets, ResourceTable& resources, EventBuffer& events
 void Executor::evaluate(const net::Cycle& cycle) {
   for (NetEntry* entry : active_) {
     net::Cycle own = cycle;
-    own.cancel_requested = entry->state.load(std::memory_order_relaxed) == NetState::kCanceling;
+    own.cancel_requested = entry->cancel_cycle >= 0;
+    own.stop_requested = entry->stop_cycle >= 0;
     current_.store(entry->id, std::memory_order_relaxed);
     entry->net->evaluate(own);
   }
@@ -36,7 +37,9 @@ void Executor::end_finished(std::int64_t cycle) {
   for (NetEntry* entry : active_) {
     const net::NetSignals& signals = entry->net->signals();
     const bool canceling = entry->state.load(std::memory_order_relaxed) == NetState::kCanceling;
-    if (signals.fail) {
+    if (entry->stop_cycle >= 0) {
+      go_on_stopping(*entry, cycle);
+    } else if (signals.fail) {
       abort(*entry, signals.cause, cycle);
     } else if (const device::Actuator* lost = lost_actuator(*entry)) {
       abort(*entry, cause_of(net::Cause::Code::kDevice, lost->fault(), cycle), cycle);
@@ -91,15 +94,57 @@ void Executor::abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycl
   end(entry, cause, cycle);
 }
 
-void Executor::stop_for_emergency(const net::Cause& cause, std::int64_t cycle) {
-  stopped_by_ = cause.text;
+bool Executor::stops_in_emergency(const NetEntry& entry) const {
+  return std::ranges::any_of(entry.claims, [this](int place) {
+    const device::Actuator* actuator = resources_[place].actuator;
+    return actuator != nullptr && actuator->stops_in_emergency();
+  });
+}
+
+void Executor::stop_where_lost(std::int64_t cycle) {
   for (NetEntry* entry : active_) {
-    const bool concerned = std::ranges::any_of(entry->claims, [this](int place) {
-      const device::Actuator* actuator = resources_[place].actuator;
-      return actuator != nullptr && actuator->stops_in_emergency();
-    });
-    if (concerned) abort(*entry, cause, cycle);
+    const device::Actuator* lost = lost_actuator(*entry);
+    if (lost != nullptr) begin_stop(*entry, cause_of(net::Cause::Code::kDevice, lost->fault(), cycle), cycle);
   }
+}
+
+void Executor::stop_on_path(const net::Cause& cause, std::int64_t cycle) {
+  for (NetEntry* entry : active_)
+    if (stops_in_emergency(*entry)) begin_stop(*entry, cause, cycle);
+}
+
+void Executor::begin_stop(NetEntry& entry, const net::Cause& cause, std::int64_t cycle) {
+  const bool can =
+      std::ranges::any_of(entry.on_path, [this](int place) { return !resources_[place].actuator->lost(); });
+  if (!can || entry.stop_cycle >= 0) return;
+  entry.stop_cycle = cycle;
+  entry.stop_cause = cause;
+  if (entry.state.load(std::memory_order_relaxed) == NetState::kCanceling) return;
+  entry.state.store(NetState::kCanceling, std::memory_order_release);
+  events_.state(entry.id, NetState::kCanceling, cause);
+}
+
+/// What is not on a path stops at once; what is follows the net until it rests.
+void Executor::go_on_stopping(NetEntry& entry, std::int64_t cycle) {
+  bool rests = true;
+  for (const int place : entry.claims) {
+    device::Actuator* actuator = resources_[place].actuator;
+    if (actuator == nullptr) continue;
+    const bool follows = !actuator->lost() && std::ranges::count(entry.on_path, place) > 0;
+    if (!follows && actuator->held()) actuator->stop();
+    rests = rests && (!follows || actuator->will_rest());
+  }
+  if (entry.net->signals().fail || cycle - entry.stop_cycle >= entry.stop_bound_cycles) {
+    abort(entry, entry.stop_cause, cycle);
+  } else if (rests || entry.net->signals().terminate) {
+    end(entry, entry.stop_cause, cycle);
+  }
+}
+
+void Executor::stop_for_emergency(const net::Cause& cause, bool those_on_path, std::int64_t cycle) {
+  stopped_by_ = cause.text;
+  for (NetEntry* entry : active_)
+    if (stops_in_emergency(*entry) && (those_on_path || entry->stop_cycle < 0)) abort(*entry, cause, cycle);
   forget_ended();
 }
 
@@ -134,6 +179,7 @@ std::optional<net::Text> Executor::refuse_end(const NetEntry& entry, const Trans
       return successor != nullptr && std::ranges::count(successor->claims, place) > 0;
     });
   };
+  if (entry.stop_cycle >= 0) return format_text("net {} is stopping", entry.id);
   for (const int place : entry.claims) {
     const device::Actuator* actuator = resources_[place].actuator;
     if (actuator != nullptr && !actuator->will_rest() && !is_taken(place))

@@ -51,9 +51,14 @@ class Executor {
   /// Ends a net in which something went wrong: its devices stop (rows S2, L6).
   void abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
 
+  /// Row S1, before evaluate(): nets that lost a device, or all that hold what stops in an emergency, are asked to
+  /// bring what moves on paths to rest on them, from this cycle on; they end when it rests, or are aborted at their
+  /// bound. Nets that cannot do that are left as they are. Realtime: cyclic.
+  void stop_where_lost(std::int64_t cycle);
+  void stop_on_path(const net::Cause& cause, std::int64_t cycle);
   /// Aborts all nets that hold what stops in an emergency, or all nets, and refuses every start of this cycle.
-  /// Realtime: cyclic.
-  void stop_for_emergency(const net::Cause& cause, std::int64_t cycle);
+  /// @param those_on_path  also those that are coming to rest on their paths. Realtime: cyclic.
+  void stop_for_emergency(const net::Cause& cause, bool those_on_path, std::int64_t cycle);
   void stop_all(const net::Cause& cause, std::int64_t cycle);
   /// A new cycle: starts are allowed until something stops.
   void allow_starts() { stopped_by_ = {}; }
@@ -75,6 +80,9 @@ class Executor {
                                                      int place);
   [[nodiscard]] std::optional<net::Text> refuse_seam(const NetEntry& entry) const;
   [[nodiscard]] const device::Actuator* lost_actuator(const NetEntry& entry) const;
+  [[nodiscard]] bool stops_in_emergency(const NetEntry& entry) const;
+  void begin_stop(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
+  void go_on_stopping(NetEntry& entry, std::int64_t cycle);
 
   NetTable& nets_;
   ResourceTable& resources_;

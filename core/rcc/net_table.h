@@ -39,11 +39,15 @@ struct NetEntry {
   };
   std::vector<NeededState> needs;
   std::int64_t cancel_bound_cycles = 0;
-  double cost_ns = 0.0;  ///< of a cycle, on this machine
+  std::vector<int> on_path;            ///< of the claims: what comes to rest by itself when the net is asked to stop
+  std::int64_t stop_bound_cycles = 0;  ///< and how long that takes at most
+  double cost_ns = 0.0;                ///< of a cycle, on this machine
 
   net::Cause cause;
   std::atomic<std::int64_t> first_cycle = -1, last_cycle = -1;
   std::int64_t cancel_cycle = -1;
+  std::int64_t stop_cycle = -1;  ///< in which it was asked to stop (row S1)
+  net::Cause stop_cause;
 };
 
 /// All nets by number. Loading and forgetting happens on any thread under a lock that the cycle never takes; the cycle

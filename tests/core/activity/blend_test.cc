@@ -84,6 +84,7 @@ TEST_F(BlendTest, WithoutBlendsTheSameTourStopsAndTakesLonger) {
   EXPECT_GE(standing_cycles(), 5);
   const int stopped = cycles;
   EXPECT_EQ(run(sequence(kTour)), Progress::kDone);
+  // A tenth at least: five stops less. How much more depends on which of several postures the goals are planned with.
   EXPECT_LT(cycles, 0.9 * stopped);
 }
 

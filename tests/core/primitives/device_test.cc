@@ -49,6 +49,8 @@ TEST_F(DevicePrimitives, AnalogInputIsNullWhereThereIsNothingToMeasure) {
 }
 
 TEST_F(DevicePrimitives, OutputsProposeAndFailOnNull) {
+  devices.digital_output->hold();
+  devices.analog_output->hold();
   auto digital = make("DigitalOutput", {{"device", "digital_output"}});
   digital.set<Boolean>("value", true).step();
   devices.digital_output->hand_over();
@@ -86,6 +88,7 @@ TEST_F(DevicePrimitives, U1_UnitOfTheDeviceIsThatOfThePorts) {
 }
 
 TEST_F(DevicePrimitives, GripperCommandProposesAndFailsOnNull) {
+  devices.gripper->hold();
   auto command = make("GripperCommand", {{"device", "gripper"}});
   command.set<Real>("width", 0.02).set<Real>("speed", 0.1).set<Real>("force", 30.0).step();
   devices.gripper->hand_over();
@@ -96,6 +99,7 @@ TEST_F(DevicePrimitives, GripperCommandProposesAndFailsOnNull) {
 }
 
 TEST_F(DevicePrimitives, GripperStateSpeaksOfTheNewestCommandOnly) {
+  devices.gripper->hold();
   auto state = make("GripperState", {{"device", "gripper"}});
   const auto cycle = [&](GripperState is, double width, bool answered) {
     devices.gripper_backend->answer(is, width);

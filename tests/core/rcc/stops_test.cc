@@ -56,10 +56,141 @@ TEST_F(StopsTest, S4_WhileLatchedNothingStartsAndArmsStop) {
   steps(300);
   stop.set_healthy(false);
   guarded_step(*core);
-  EXPECT_EQ(core->state(ptp), NetState::kTerminated);
+  EXPECT_EQ(core->state(ptp), NetState::kCanceling);
+  EXPECT_TRUE(run_to_end(ptp, 1000));
   EXPECT_EQ(core->status(ptp).cause.code, Cause::Code::kDevice);
+  EXPECT_EQ(core->status(ptp).cause.text.view(), "e-stop");
+  EXPECT_TRUE(core->find_arm("left")->at_rest());
+  expect_limits_kept(*left_backend);
+}
+
+/// Both arms on one clock: left goes to `goal`, right to minus that, so their set points are opposite in every cycle.
+class GroupStopTest : public StopsTest {
+ protected:
+  GroupStopTest() { arm_the_latch(); }
+
+  void arm_the_latch() {
+    stop = &core->add(std::make_unique<device::EmergencyStop>("e-stop"));
+    stop->set_healthy(true);
+    guarded_step(*core);
+    stop->set_reset(true);
+    guarded_step(*core);
+  }
+
+  rcc::NetId start_pair() {
+    const JointVector zero = JointVector::Zero(3);
+    NetDescription net = ptp_net("pair", "left", {zero, goal});
+    net.add("line_2", "JointLine", {{"path", motion::to_json(motion::Path(motion::JointLine{zero, -goal}))}});
+    net.add("arm_2", "ArmCommand", {{"device", "right"}});
+    for (const char* port : {"s", "ds", "dds"}) net.link(std::string("law.") + port, std::string("line_2.") + port);
+    for (const char* port : {"q", "dq", "ddq"}) net.link(std::string("line_2.") + port, std::string("arm_2.") + port);
+    const rcc::NetId id = load(net);
+    core->start(id);
+    steps(300);
+    EXPECT_GT(speed(*left_backend), 0.1);
+    return id;
+  }
+  static double speed(const FakeArm& arm) { return arm.sent.back().dq.cwiseAbs().maxCoeff(); }
+
+  device::EmergencyStop* stop;
+};
+
+TEST_F(GroupStopTest, S1_AnEmergencyStopBrakesAGroupOnItsPath) {
+  for (const auto category : {device::StopCategory::kStopThenBrakes, device::StopCategory::kStopAndHold}) {
+    SCOPED_TRACE(static_cast<int>(category));
+    stop->set_category(category);
+    const rcc::NetId pair = start_pair();
+    const double before = left_backend->sent.back().ddq[0];
+    stop->set_healthy(false);
+    guarded_step(*core);
+    EXPECT_LT(left_backend->sent.back().ddq[0], before) << "the first braking set point is that of the same cycle";
+    EXPECT_TRUE(run_to_end(pair, 1000));
+    EXPECT_EQ(core->status(pair).cause.code, Cause::Code::kDevice);
+    steps(10);
+    const JointVector left = left_backend->sent.back().q, right = right_backend->sent.back().q;
+    EXPECT_LT((left + right).cwiseAbs().maxCoeff(), 1e-15) << "together";
+    EXPECT_LT((left / left[0] * goal[0] - goal).cwiseAbs().maxCoeff(), 1e-12) << "on the line";
+    EXPECT_LT(left[0], goal[0]);
+    for (std::size_t i = 1; i <= 500; ++i) {
+      const auto& a = left_backend->sent[left_backend->sent.size() - i].q;
+      const auto& b = right_backend->sent[right_backend->sent.size() - i].q;
+      ASSERT_LT((a + b).cwiseAbs().maxCoeff(), 1e-15) << i << " cycles before the end";
+    }
+    const int brakes = category == device::StopCategory::kStopThenBrakes ? 1 : 0;
+    EXPECT_EQ(left_backend->brakes, brakes);
+    EXPECT_EQ(right_backend->brakes, brakes);
+    expect_limits_kept(*left_backend);
+    build({});
+    arm_the_latch();
+  }
+}
+
+TEST_F(GroupStopTest, S3_Category0ClosesTheBrakesAtOnce) {
+  stop->set_category(device::StopCategory::kBrakes);
+  const rcc::NetId pair = start_pair();
+  stop->set_healthy(false);
+  guarded_step(*core);
+  EXPECT_EQ(core->state(pair), NetState::kTerminated);
+  EXPECT_EQ(left_backend->brakes, 1);
+  EXPECT_EQ(right_backend->brakes, 1);
+}
+
+TEST_F(GroupStopTest, S1_AFaultOfOneStopsTheOtherOnItsPath) {
+  const rcc::NetId pair = start_pair();
+  right_backend->state().ready = false;
+  right_backend->state().fault = 3;
+  guarded_step(*core);
+  EXPECT_EQ(core->state(pair), NetState::kCanceling);
+  EXPECT_TRUE(run_to_end(pair, 1000));
+  EXPECT_EQ(core->status(pair).cause.text.view(), "right: not ready, fault 3");
+  const JointVector left = left_backend->sent.back().q;
+  EXPECT_LT((left / left[0] * goal[0] - goal).cwiseAbs().maxCoeff(), 1e-12) << "on the line";
+  EXPECT_TRUE(core->find_arm("left")->at_rest());
+  expect_limits_kept(*left_backend);
+}
+
+TEST_F(GroupStopTest, S1_AFaultDuringAnEmergencyStopAndItsReturnMoveNothing) {
+  const rcc::NetId pair = start_pair();
+  stop->set_healthy(false);
+  steps(20);
+  right_backend->state().ready = false;
+  steps(5);
+  const JointVector right = right_backend->sent.back().q;
+  right_backend->state().ready = true;
+  EXPECT_TRUE(run_to_end(pair, 1000));
+  EXPECT_EQ(right_backend->sent.back().q, right) << "it is taken over where it stands";
+  EXPECT_EQ(core->status(pair).cause.text.view(), "e-stop") << "the first cause";
+  expect_limits_kept(*left_backend);
+}
+
+/// A net whose set points come from no clock cannot be told to stop: its devices are.
+TEST_F(GroupStopTest, S2_WhatHasNoPathIsStoppedByTheGuard) {
+  NetDescription net;
+  net.name = "generator";
+  net.add("wish", "ConstantJoints", {{"value", {0.8, 0.0, 0.0}}});
+  net.add("generator", "JerkLimitedJointPosition",
+          {{"joints", 3},
+           {"start", {0.0, 0.0, 0.0}},
+           {"velocity_max", {0.5, 0.5, 0.5}},
+           {"acceleration_max", {1.0, 1.0, 1.0}},
+           {"jerk_max", {10.0, 10.0, 10.0}}});
+  net.add("arm", "ArmCommand", {{"device", "left"}});
+  net.add("end", "Termination", {{"condition", false}});
+  net.link("wish.value", "generator.target");
+  net.link("generator.position", "arm.q")
+      .link("generator.velocity", "arm.dq")
+      .link("generator.acceleration", "arm.ddq");
+  const rcc::NetId id = load(net);
+  core->start(id);
+  steps(300);
+  ASSERT_GT(speed(*left_backend), 0.1);
+  stop->set_category(device::StopCategory::kStopAndHold);
+  stop->set_healthy(false);
+  guarded_step(*core);
+  EXPECT_EQ(core->state(id), NetState::kTerminated);
   EXPECT_EQ(core->find_arm("left")->phase(), device::Arm::Phase::kBraking);
   steps(2000);
+  EXPECT_TRUE(core->find_arm("left")->at_rest());
   expect_limits_kept(*left_backend);
 }
 

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "core/device/arm.h"
+#include "core/device/emergency_stop.h"
+#include "core/rcc/executor.h"
+
+namespace takt::rcc {
+
+/// What stops nets from outside: emergency-stop latches, lost devices, somebody who wants everything to end (rows S1,
+/// S3, S4). Owned by the core; the cycle thread calls begin() and finish() in each cycle. Realtime: cyclic but for
+/// add().
+class StopSupervisor {
+ public:
+  explicit StopSupervisor(Executor& executor) : executor_(executor) {}
+
+  void add(device::EmergencyStop* stop) { latches_.push_back(stop); }
+  /// Everything ends in the next cycle, with this cause.
+  void stop_all(net::Cause::Code code, std::string_view text) {
+    everything_ = net::Cause{.code = code, .text = net::Text(text), .cycle = -1};
+  }
+
+  /// Before the nets are evaluated: what can come to rest on its path begins to.
+  void begin(std::int64_t cycle);
+  /// After it: the rest is aborted, and brakes are closed. Starts are allowed in this cycle if nothing stops.
+  void finish(std::int64_t cycle, const std::vector<device::Arm*>& arms);
+
+ private:
+  /// Of those that are latched the one with the lowest category; nullptr: none is.
+  [[nodiscard]] const device::EmergencyStop* strongest() const;
+  [[nodiscard]] static net::Cause cause_of(const device::EmergencyStop& stop, std::int64_t cycle) {
+    return {.code = net::Cause::Code::kDevice, .text = net::Text(stop.name()), .cycle = cycle};
+  }
+
+  Executor& executor_;
+  std::vector<device::EmergencyStop*> latches_;
+  std::optional<net::Cause> everything_;  ///< of stop_all(), for the next cycle
+};
+
+}  // namespace takt::rcc
