@@ -38,12 +38,26 @@ std::string device_of(const Map& devices, const std::string& name, const char* k
   refuse(fmt::format("the cell has no {} '{}'", kind, name), nearest_choice(name, names));
 }
 
+/// As it is named, beside the program, among the installed scenarios.
 std::filesystem::path find_file(const std::filesystem::path& file) {
   std::error_code error;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  for (const auto& place : {file, program / file, scenario::data_folder() / "scenarios" / file})
+  const auto beside = std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / file;
+  const auto installed = scenario::data_folder() / "scenarios" / file;
+  for (const auto& place : {file, beside, installed})
     if (std::filesystem::exists(place, error)) return place;
-  return file;  // who reads it says that it is not there
+  Findings why;
+  why.error("", "there is no such file", fmt::format("nor '{}', nor '{}'", beside.string(), installed.string()));
+  why.set_file(file.string());
+  throw OpenError(std::move(why));
+}
+
+/// Models that are not there at all are told as that, not one by one only.
+void explain_missing_data(Findings& findings) {
+  const auto models = scenario::data_folder() / "models";
+  std::error_code error;
+  if (std::filesystem::is_directory(models, error)) return;
+  findings.error("", fmt::format("this install has no models: there is no folder '{}'", models.string()),
+                 "TAKT_ROOT: the folder of models/ and scenarios/");
 }
 
 Cell::Setup setup_of(const CellOptions& options) {
@@ -128,7 +142,7 @@ class Cell::Impl {
         read_description(file, setup_.open.overrides, setup_.open.seed, findings, scenario::ReadFor::kCell);
     if (findings.has_errors() && description) findings.append(check_cell_names(*description, models_));
     findings.set_file(file.string());
-    if (findings.has_errors() || !description) throw OpenError(std::move(findings));
+    if (findings.has_errors() || !description) refuse_cell(std::move(findings));
     description_ = std::move(*description);
     description_.site = setup_.open.site;
   }
@@ -152,7 +166,12 @@ class Cell::Impl {
     }
     findings.set_file(description_.file.string());
     warnings_.set_file(description_.file.string());
-    if (findings.has_errors()) throw OpenError(std::move(findings));
+    if (findings.has_errors()) refuse_cell(std::move(findings));
+  }
+
+  [[noreturn]] static void refuse_cell(Findings findings) {
+    explain_missing_data(findings);
+    throw OpenError(std::move(findings));
   }
 
   /// Until every device is there and every arm has a set point to begin from.

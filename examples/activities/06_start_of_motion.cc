@@ -28,8 +28,10 @@ int main(int argc, char** argv) {
     constexpr int kRuns = 5;
     const Actuator left = cell.arm("left"), right = cell.arm("right");
     const auto motion = left.use<MotionInterface>();
-    const State too_near =
-        is_less(distance(position(tool_pose(cell.model(), "left")), Eigen::Vector3d(0.9, 0.2, 0.6)), 0.2);
+    // As in the paper: by the measured joints the tool is too near to where an obstacle is known to be.
+    const Eigen::Vector3d p_BO = left.tool().translation() + Eigen::Vector3d(0.0, 0.25, 0.0);
+    const State too_near = is_less(distance(position(tool_pose(cell.model(), "left")), p_BO), 0.2);
+    double nearest = 1.0;
     std::vector<takt::activity::Preparation> ptp, lin, guarded, together;
     for (int i = 0; i < kRuns; ++i) {
       auto q_goal = left.home();
@@ -38,7 +40,9 @@ int main(int argc, char** argv) {
       motion.ptp(left.home()).execute();
       measure(motion.lin_by({0.0, 0.02 * (i + 1), 0.0}), lin);
       motion.ptp(left.home()).execute();
+      q_goal[0] = left.home()[0] + 0.3;
       measure(motion.ptp(q_goal, {.until = too_near}), guarded);
+      nearest = std::min(nearest, (left.tool().translation() - p_BO).norm());
       motion.ptp(left.home()).execute();
     }
     const TwoArms pair(left, right, left.frame("world").inverse() * left.flange());
@@ -46,6 +50,8 @@ int main(int argc, char** argv) {
       measure(pair.lin_by({0.0, 0.0, 0.02}), together);
       measure(pair.lin_by({0.0, 0.0, -0.02}), together);
     }
+    cell.expect("the guard stops before the obstacle", nearest > 0.05 && nearest < 0.2,
+                fmt::format("{:.3f} m", nearest));
     print(cell, "PTP", ptp);
     print(cell, "LIN", lin);
     print(cell, "PTP with a guard", guarded);

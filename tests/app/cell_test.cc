@@ -56,7 +56,8 @@ std::vector<std::string> failed(const RunReport& report) {
 constexpr const char* kOnlyLimits = R"([{"name": "limits", "kind": "limits"}])";
 
 TEST(Cell, WhatIsWrongWithTheFileIsToldAtOnce) {
-  EXPECT_THAT(error_of([] { Cell cell("no such file.json"); }), HasSubstr("no such file.json"));
+  EXPECT_THAT(error_of([] { Cell cell("nothing.json"); }),
+              HasSubstr("nothing.json: error: there is no such file (nor '"));
   const std::string wrong = error_of([] {
     Cell cell("wave.json", {.set = {{"/devices/arm/model", "lwr4"}, {"/cameras/overview/fovy", "3"}}});
   });
@@ -244,6 +245,17 @@ TEST(Cell, L6_AnAbortStopsTheDevicesAndFailsTheProgram) {
     EXPECT_THAT(aborted.findings.to_string(), Not(HasSubstr("when the program has ended")));
     EXPECT_TRUE(failed(aborted).empty()) << "within the limits";
   }
+}
+
+TEST(Cell, L6_AnAbortBetweenTwoNetsStopsTheNextOne) {
+  Cell cell("wave.json", {.set = {{"/expectations", kOnlyLimits}, {"/operator", R"([{"at_s": 0.1, "do": "abort"}])"}}});
+  const RunReport aborted = report_of(cell, [](Cell& own) {
+    own.wait(0.3);
+    there_and_back(own);
+  });
+  EXPECT_EQ(aborted.verdict, Verdict::kError);
+  EXPECT_THAT(aborted.findings.to_string(), HasSubstr("the operator stopped everything"));
+  EXPECT_LT(aborted.sim_time, 0.5);
 }
 
 }  // namespace

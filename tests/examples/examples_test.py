@@ -2,8 +2,8 @@
 """Projects outside of takt, as their authors see it: an install, find_package(takt), a plug-in that is loaded, used and, if
 it was built for another takt, refused.
 
-Usage: examples_test.py BUILD_FOLDER COMPILER CCACHE SANITIZERS [--full]; the last two may be empty. With --full the programs
-are cancelled, paused and stopped at every tenth cycle (hours); without it at a few cycles of each.
+Usage: examples_test.py BUILD_FOLDER COMPILER CCACHE SANITIZERS [EVERY [TESTS]]; the last two may be empty. The programs of the
+course are cancelled, paused and stopped at every so many cycles (10 takes about an hour); without EVERY three times each.
 """
 import json
 import os
@@ -17,8 +17,8 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(sys.argv[1]).resolve()
 COMPILER, CCACHE, SANITIZE = sys.argv[2:5]
-FULL = "--full" in sys.argv[5:]
-sys.argv[1:] = []
+EVERY = int(sys.argv[5]) if len(sys.argv) > 5 else None
+sys.argv[1:] = sys.argv[6:]
 # One place for each build folder, so that the compiler cache knows the files again.
 SCRATCH = BUILD / "tests/examples/scratch"
 PREFIX = SCRATCH / "prefix"
@@ -116,7 +116,7 @@ class Activities(unittest.TestCase):
     def test_o7_each_event_brakes_when_the_certificate_says(self):
         events = {program: [one for one in self.report(program)["reactions"] if one["event_cycle"] >= 0]
                   for program in self.programs()}
-        self.assertTrue({"03_screw", "08_screw_as_command"} <= {program for program in events if events[program]})
+        self.assertTrue({"03_screw", "06_start_of_motion", "08_screw_as_command"} <= {program for program in events if events[program]})
         for program, reactions in events.items():
             for one in reactions:
                 with self.subTest(program, reaction=one):
@@ -136,6 +136,15 @@ class Activities(unittest.TestCase):
         pointers = {one["pointer"] for one in report["findings"]}
         self.assertTrue({"/devices/arm/model", "/devices/arm/colour"} <= pointers, pointers)
 
+    def test_an_install_without_its_data_says_so(self):
+        program = self.folder / "01_first_motion"
+        done = subprocess.run([str(program)], capture_output=True, text=True, env={**os.environ, "TAKT_ROOT": "/nowhere"})
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("this install has no models: there is no folder '/nowhere/models' (TAKT_ROOT", done.stderr)
+        done = call(program, "nothing.json", check=False)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("nothing.json: error: there is no such file (nor '", done.stderr)
+
     def test_a_seed_a_film_and_a_recording(self):
         video, recording = SCRATCH / "first.mp4", SCRATCH / "first.mcap"
         status, report = self.start("01_first_motion", "--seed", "7", "--video", video, "--size", "320x240", "--record", recording)
@@ -144,9 +153,18 @@ class Activities(unittest.TestCase):
         for product in (video, recording):
             self.assertGreater(product.stat().st_size, 1000)
 
+    def limits_of(self, program):
+        """The expectations of its cell that hold however it ends."""
+        name = re.search(r'"(\w+\.json)"', (self.SOURCE / f"{program}.cc").read_text()).group(1)
+        file = next(folder / name for folder in (self.SOURCE / "cells", PREFIX / "share/takt/scenarios") if (folder / name).exists())
+        return [one for one in json.loads(file.read_text())["expectations"] if one["kind"] == "limits"]
+
     def interrupted(self, program, script, cycle):
         """Whatever happens: no limit is broken, and the devices are at rest and free (the program says so else)."""
-        status, report = self.start(program, "--set", "/operator=" + json.dumps(script))
+        limits = self.limits_of(program)
+        status, report = self.start(program, "--set", "/operator=" + json.dumps(script), "--set",
+                                    "/expectations=" + json.dumps(limits))
+        self.assertGreaterEqual(len(report["expectations"]), len(limits))
         where = f"{program}, cycle {cycle}, {script}: {report['findings']}"
         for one in report["expectations"]:
             if one["kind"] == "limits":
@@ -156,11 +174,10 @@ class Activities(unittest.TestCase):
         return status, report, where
 
     def test_l6_p2_cancelled_paused_and_stopped_anywhere(self):
-        # Every tenth cycle with --full, else three cycles of each program, always multiples of ten.
         for program in self.programs():
             whole = self.report(program)
             cycles = whole["cycles"]
-            stride = 10 if FULL else max(10, cycles // 30 * 10)
+            stride = EVERY or max(10, cycles // 30 * 10)
             for cycle in range(stride, cycles - 10, stride):
                 at = cycle / 1000
                 status, report, where = self.interrupted(program, [{"at_s": at, "do": "cancel"}], cycle)
