@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/object_reader.h"
-#include "core/device/base_description.h"
 #include "core/kinematics/nearest_place.h"
+#include "core/kinematics/plane.h"
 #include "core/kinematics/solutions.h"
 #include "core/motion/plan_checks.h"
 #include "core/motion/planner.h"
@@ -105,9 +105,8 @@ std::optional<JointVector> nearest_place(const command::MountedArm& arm, const E
   if (!place) return std::nullopt;
   constexpr double kDegree = std::numbers::pi / 180.0;
   if (place->turn > 0.1 * kDegree) {
-    notes.note("",
-               fmt::format("an arm of {} joints cannot turn its tool like this: at the goal it is {:.1f} deg off",
-                           chain.joint_count(), place->turn / kDegree));
+    notes.note("", fmt::format("an arm of {} joints cannot turn its tool like this: at the goal it is {:.1f} deg off",
+                               chain.joint_count(), place->turn / kDegree));
   }
   return std::move(place->q);
 }
@@ -117,8 +116,7 @@ Result<JointVector> nearest_configuration(const command::MountedArm& mounted, co
   const device::ArmDescription& arm = mounted.device->description();
   const Eigen::Isometry3d X_BF = X_BT * mounted.X_FT.inverse();
   // A base that should tilt is told so; an arm of few joints turns its tool as far as it can.
-  const bool may_turn_less = dynamic_cast<const device::BaseDescription*>(&arm) == nullptr;
-  if (arm.chain->joint_count() < 6 && may_turn_less) {
+  if (arm.chain->joint_count() < 6 && !kinematics::moves_in_plane(*arm.chain)) {
     if (auto near = nearest_place(mounted, X_BT, q, notes)) return *near;
   }
   kinematics::SolutionOptions options;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "core/kinematics/plane.h"
 #include "core/motion/plan_carried.h"
 
 namespace takt::command {
@@ -13,7 +14,9 @@ Result<std::string> carrier_of(const Cell& cell, const std::string& arm) {
   const world::Relation* relation = cell.frames.relation(arm);
   if (relation != nullptr && relation->kind == world::Relation::Kind::kFlange) {
     const auto carrier = cell.arms.find(relation->source);
-    if (carrier != cell.arms.end() && carrier->second.device->joint_count() == 3) return relation->source;
+    const bool drives =
+        carrier != cell.arms.end() && kinematics::moves_in_plane(*carrier->second.device->description().chain);
+    if (drives) return relation->source;
   }
   return failure("/arm", fmt::format("'{}' stands on no base", arm), "an arm that is mounted \"on\" a base");
 }

@@ -8,8 +8,7 @@
 /// An arm on a base as one actuator (docs/command-layer.md). Realtime: setup.
 namespace takt::command {
 
-/// Name of the base that carries the arm: what the arm's frame rides on. @return a finding where none of three joints
-/// does.
+/// Name of the base that carries the arm: what the arm's frame rides on. @return a finding where none does.
 [[nodiscard]] Result<std::string> carrier_of(const Cell& cell, const std::string& arm);
 
 /// The base and the arm as one: "base+arm". A name that is not there gives one that every check refuses.

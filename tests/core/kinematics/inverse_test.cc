@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
+#include "core/kinematics/plane.h"
 #include "core/kinematics/solutions.h"
 #include "tests/core/kinematics/robots.h"
 #include "tests/support/allocation_guard.h"
@@ -276,6 +277,9 @@ TEST(ShortChain, ABaseGoesInItsPlaneOnly) {
   const auto chain = Chain::create(*model, "odometry", "body", wheels);
   ASSERT_TRUE(chain) << chain.error().to_string();
   EXPECT_NEAR(chain->total_mass(), 30.0, 1e-9);
+  EXPECT_TRUE(moves_in_plane(*chain));
+  Random random(5);
+  EXPECT_FALSE(moves_in_plane(*Chain::create(test::random_model(random, 3), "l0", "flange")));
   const auto inverse = InverseKinematics::create(*chain);
   ASSERT_TRUE(inverse);
   JointVector q(3), start = JointVector::Zero(3);
