@@ -149,8 +149,12 @@ Vector6 InverseKinematics::solve_free(const Linear& at, const Vector6& y) const 
   A.bottomRows<3>() *= kTurnWeight;
   Vector6 right = y;
   right.tail<3>() *= kTurnWeight;
-  right = (A.transpose().lazyProduct(right)).eval();
-  return normal_of(A).llt().solve(right);
+  const Eigen::LLT<Matrix6> normal = normal_of(A).llt();
+  Vector6 x = normal.solve(A.transpose().lazyProduct(right).eval());
+  // Normal equations square the condition; a second step on what is left gives the lost digits back.
+  right -= A.lazyProduct(x);
+  x += normal.solve(A.transpose().lazyProduct(right).eval());
+  return x;
 }
 
 bool InverseKinematics::is_met(const Vector6& error) const {

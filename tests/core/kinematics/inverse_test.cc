@@ -253,12 +253,12 @@ TEST(ShortChain, ReachesWhatItsJointsCanDoAndNamesTheRest) {
       ASSERT_EQ(inverse->rates(q, J * dq, {}, rates), IkStatus::kOk);
       EXPECT_LT((rates - dq).cwiseAbs().maxCoeff(), 1e-9);
 
-      // A step across all that the joints can do.
+      // A step across all that the joints can do, by more than kTurnSlack.
       const Eigen::FullPivLU<Eigen::MatrixXd> lu(J.transpose());
       const Vector6 across = lu.kernel().col(0).normalized();
       Eigen::Isometry3d beyond = X_BF;
-      beyond.translation() += 1e-3 * across.head<3>();
-      const Eigen::Vector3d turn = 1e-3 * across.tail<3>();
+      beyond.translation() += 2e-2 * across.head<3>();
+      const Eigen::Vector3d turn = 2e-2 * across.tail<3>();
       if (turn.norm() > 0)
         beyond.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix() * beyond.linear();
       found = q;
