@@ -167,6 +167,7 @@ IkStatus InverseKinematics::converge(const Eigen::Isometry3d& X_BF, const JointV
                                      JointVector& q, Linear& at) const {
   for (std::size_t i = 0; i < held_joints_.size(); ++i) q[held_joints_[i]] = held[static_cast<Eigen::Index>(i)];
   const JointVector seed = q;
+  bool settled = false;
   for (int step = 0; step < kMaxSteps; ++step) {
     chain_.jacobian(q, at.X_BF, at.J);
     at.linearised = false;
@@ -187,7 +188,9 @@ IkStatus InverseKinematics::converge(const Eigen::Isometry3d& X_BF, const JointV
     }
     // With fewer joints than equations a small step says where it ends, and the error whether that is near enough.
     const bool ends = !damped && delta.cwiseAbs().sum() <= (is_short() ? kLastStepOfFewer : last_step);
-    if (ends) return !is_short() || is_met(error) ? IkStatus::kOk : IkStatus::kNotConverged;
+    if (ends && (!is_short() || is_met(error))) return IkStatus::kOk;
+    if (ends && settled) break;
+    settled = ends;  // the error was that before the step: it is looked at once more
     // Written so that NaN ends here too.
     if (!(longest < std::numeric_limits<double>::infinity()) || travel > kMaxTravel) break;
   }

@@ -245,6 +245,9 @@ TEST(ShortChain, ReachesWhatItsJointsCanDoAndNamesTheRest) {
       ASSERT_EQ(inverse->solve(X_BF, {}, found), IkStatus::kOk) << n;
       EXPECT_LT((found - q).cwiseAbs().maxCoeff(), 1e-9);
       EXPECT_LT(inverse->beyond_joints(q, X_BF).norm(), 1e-12);
+      // From a seed that is almost there, as in the last cycles of a motion.
+      found = q + random_vector(random, n, 2e-11);
+      ASSERT_EQ(inverse->solve(X_BF, {}, found), IkStatus::kOk) << n;
 
       Eigen::Isometry3d X;
       Jacobian J;
