@@ -45,8 +45,9 @@ struct MotionRequest {
 [[nodiscard]] MotionRequest read_motion(PathKind kind, const nlohmann::ordered_json& json, const std::string& pointer,
                                         const command::Cell& cell, Findings& findings);
 
-/// Where a goal of an arm or a base lies in its joints: of a pose the solution next to q. `notes` tells how much an arm of
-/// few joints is turned away from it. @return findings without a place: unknown frame, out of reach. Realtime: setup.
+/// Where a goal of an arm or a base lies in its joints: of a pose the solution next to q. `notes` tells how much an arm
+/// of few joints is turned away from it. @return findings without a place: unknown frame, out of reach. Realtime:
+/// setup.
 [[nodiscard]] Result<kinematics::JointVector> goal_joints(const Goal& goal, const command::Cell& cell,
                                                           const std::string& arm, const kinematics::JointVector& q,
                                                           Findings& notes);

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/kinematics/inverse.h"
+#include "core/kinematics/plane.h"
 
 namespace takt::motion {
 namespace {
@@ -45,8 +46,8 @@ void check_range(const kinematics::Chain& chain, const JointLimits& limits, Find
 
 void check_directions(const kinematics::InverseKinematics& inverse, const JointVector& q, const Eigen::Isometry3d& X_BF,
                       const std::string& pointer, Findings& findings) {
-  if (inverse.chain().joint_count() >= 6) return;
-  constexpr double kNothing = 1e-9;  // m and rad: rounding
+  if (!kinematics::moves_in_plane(inverse.chain())) return;  // elsewhere what is near q does not hold far from it
+  constexpr double kNothing = 1e-9;                          // m and rad: rounding
   constexpr const char* kAxes[] = {"x", "y", "z"};
   const kinematics::Vector6 beyond = inverse.beyond_joints(q, X_BF);
   std::string missing;

@@ -33,8 +33,8 @@ void check_configuration(const kinematics::Chain& chain, const JointLimits& limi
                          const std::string& pointer, Findings& findings);
 /// A finding unless X is a rotation and a translation of finite numbers.
 void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Findings& findings);
-/// A finding if a chain of fewer than six joints cannot reach X_BF because of what its joints cannot do: "0.020 m along
-/// z". @param q  where it stands. Realtime: setup.
+/// A finding if what drives in a plane (kinematics::moves_in_plane) cannot reach X_BF because of what its joints cannot
+/// do: "0.02 m along z". Nothing for other chains. @param q  where it stands. Realtime: setup.
 void check_directions(const kinematics::InverseKinematics& inverse, const JointVector& q, const Eigen::Isometry3d& X_BF,
                       const std::string& pointer, Findings& findings);
 /// "joint 'a2': 2.5 is outside its range" and the range as hint.

@@ -44,8 +44,7 @@ struct Place {
 
 class SequencePlanner {
  public:
-  explicit SequencePlanner(const ArmModel& arm)
-      : arm_(arm), planner_(arm) {}
+  explicit SequencePlanner(const ArmModel& arm) : arm_(arm), planner_(arm) {}
 
   Result<SequencePlan> plan(const JointVector& q_start, const std::vector<LegMaker>& makers) {
     Findings findings = make_parts(q_start, makers);

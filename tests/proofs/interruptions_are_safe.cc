@@ -29,8 +29,8 @@ constexpr std::array kActs = {Act::kCancel, Act::kPause, Act::kAbort, Act::kStop
 constexpr std::array kNames = {
     "cancel", "pause", "abort", "stop of category 0", "stop of category 1", "stop of category 2"};
 
-constexpr int kPauseCycles = 600, kAfterPause = 100;  ///< it stands so long, goes on so long, and is cancelled then
-constexpr int kRestCycles = 1'500;                    ///< within which everything must be at rest after the end
+constexpr int kAfterPause = 100;    ///< a paused run goes on for so long, and is cancelled then
+constexpr int kRestCycles = 1'500;  ///< within which everything must be at rest after the end, beside its braking
 
 const device::ModelLibrary& models() {
   static const device::ModelLibrary library({"models"});
@@ -115,11 +115,11 @@ class Interrupted {
         return;
       case Act::kPause:
         if (since == 0) panel.pause();
-        if (since == kPauseCycles) {
+        if (since == pause_cycles()) {
           expect_slow();
           panel.resume();
         }
-        if (since == kPauseCycles + kAfterPause) panel.cancel();
+        if (since == pause_cycles() + kAfterPause) panel.cancel();
         return;
       case Act::kAbort:
         if (since == 0) panel.abort();
@@ -130,6 +130,14 @@ class Interrupted {
             static_cast<device::StopCategory>(static_cast<int>(act_) - static_cast<int>(Act::kStop0)));
         built_->emergency_stop->set_healthy(false);
     }
+  }
+
+  /// So long that everything stands: on its path a machine brakes with a part of its acceleration.
+  [[nodiscard]] int pause_cycles() const {
+    double longest = 0.0;
+    for (const auto& [name, arm] : built_->cell.arms)
+      longest = std::max(longest, motion::longest_stop(arm.device->description().limits));
+    return 300 + static_cast<int>(2.0 * longest / to_seconds(built_->core->period()));
   }
 
   bool after_cycle(BuiltCell& built) {
@@ -187,7 +195,7 @@ class Interrupted {
   [[noreturn]] void finish_child(const RunReport& report) {
     if (report.findings.to_string().find("did not end within") != std::string::npos)
       complain(report.findings.to_string());
-    step(kRestCycles);
+    step(pause_cycles() + kRestCycles);
     expect_rest("after the end", /*free=*/true);
     release();
     move_again();
