@@ -200,9 +200,10 @@ class LimitsExpectation final : public Expectation {
 
   void watch(const BuiltCell& built) override {
     const device::Arm& arm = *built.cell.arms.find(arm_)->second.device;
-    // Out of a mode of impedance an arm goes on where it is, which need not be where its springs rest.
-    if (arm.mode() != std::exchange(mode_, arm.mode())) monitor_->restart();
-    if (arm.set_point().q.size() > 0) monitor_->add(arm.set_point().q);
+    // Out of a mode of impedance an arm goes on where it is, which need not be where its springs rest. One that has
+    // fallen out is sent nothing, and is taken over where it stands.
+    if (arm.lost() || arm.mode() != std::exchange(mode_, arm.mode())) monitor_->restart();
+    if (!arm.lost() && arm.set_point().q.size() > 0) monitor_->add(arm.set_point().q);
     if (const sim::SimArm* machine = built.world->arm(arm_)) monitor_->add_torque(machine->wanted_torque());
   }
   [[nodiscard]] ExpectationResult judge(const Outcome&) const override {

@@ -2,7 +2,6 @@
 // models/.
 #include <unistd.h>
 
-#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -13,6 +12,7 @@
 
 #include "core/base/json.h"
 #include "core/device/device_file.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/promise.h"
 #include "tests/support/json_mutator.h"
 
@@ -90,31 +90,18 @@ void load(std::string_view text) {
 }  // namespace
 }  // namespace takt
 
-extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
-  takt::test::print_dictionary_if_asked(*argc, *argv, takt::models().words());
-  return 0;
+namespace takt::test {
+
+const FuzzTarget& fuzz_target() {
+  static const FuzzTarget target{.words = models().words(),
+                                 .load = load,
+                                 .share = 0.8,
+                                 .mutate = [](std::string_view input, Random& random) -> std::optional<std::string> {
+                                   const auto document = parse_json(input);
+                                   if (!document) return std::nullopt;
+                                   return mutated_json(*document, models().words(), random);
+                                 }};
+  return target;
 }
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  takt::load({reinterpret_cast<const char*>(data), size});
-  return 0;
-}
-
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t capacity);
-
-/// A fifth of the time bytes, else values and keys.
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t capacity,
-                                               unsigned int seed) {
-  takt::Random random(seed, "mutator");
-  if (random.unit() < 0.8) {
-    const auto document = takt::parse_json({reinterpret_cast<const char*>(data), size});
-    if (document) {
-      const std::string text = takt::test::mutated_json(*document, takt::models().words(), random);
-      if (text.size() <= capacity) {
-        std::copy(text.begin(), text.end(), data);
-        return text.size();
-      }
-    }
-  }
-  return LLVMFuzzerMutate(data, size, capacity);
-}
+}  // namespace takt::test

@@ -1,11 +1,11 @@
 // Any bytes at LOAD of a net lead to Ready, or to Rejected with place and reason; what is Ready runs.
-#include <cstdint>
 #include <string_view>
 
 #include "core/base/json.h"
 #include "core/net/compiled_net.h"
 #include "core/net/registry.h"
 #include "tests/core/primitives/environment.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/net_mutator.h"
 #include "tests/fuzz/promise.h"
 
@@ -45,32 +45,18 @@ void load(std::string_view text) {
 }  // namespace
 }  // namespace takt
 
-extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
-  // What a net file is made of: words of the form, types, ports, parameters.
-  takt::test::print_dictionary_if_asked(*argc, *argv, takt::test::net_words());
-  return 0;
+namespace takt::test {
+
+/// Half of the inputs change as nets, so that what comes behind the JSON is reached as well.
+const FuzzTarget& fuzz_target() {
+  static const FuzzTarget target{.words = net_words(),
+                                 .load = load,
+                                 .share = 0.5,
+                                 .mutate = [](std::string_view input, Random& random) -> std::optional<std::string> {
+                                   const auto document = parse_json(input);
+                                   return document ? std::optional(mutated_net(*document, random)) : std::nullopt;
+                                 }};
+  return target;
 }
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  takt::load({reinterpret_cast<const char*>(data), size});
-  return 0;
-}
-
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t capacity);
-
-/// Half of the time bytes, half of the time the net as such, so that what comes behind the JSON is reached as well.
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t capacity,
-                                               unsigned int seed) {
-  takt::Random random(seed, "mutator");
-  if (random.unit() < 0.5) {
-    const auto document = takt::parse_json({reinterpret_cast<const char*>(data), size});
-    if (document) {
-      const std::string text = takt::test::mutated_net(*document, random);
-      if (text.size() <= capacity) {
-        std::copy(text.begin(), text.end(), data);
-        return text.size();
-      }
-    }
-  }
-  return LLVMFuzzerMutate(data, size, capacity);
-}
+}  // namespace takt::test

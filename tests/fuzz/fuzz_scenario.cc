@@ -1,5 +1,4 @@
 // Any bytes as a scenario lead to a cell that is ready to run, or to findings with reasons.
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -9,6 +8,7 @@
 
 #include "core/base/json.h"
 #include "scenario/session.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/promise.h"
 #include "tests/support/json_mutator.h"
 
@@ -42,31 +42,18 @@ void load(std::string_view text) {
 }  // namespace
 }  // namespace takt
 
-extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
-  takt::test::print_dictionary_if_asked(*argc, *argv, takt::words());
-  return 0;
+namespace takt::test {
+
+const FuzzTarget& fuzz_target() {
+  static const FuzzTarget target{.words = words(),
+                                 .load = load,
+                                 .share = 0.9,
+                                 .mutate = [](std::string_view input, Random& random) -> std::optional<std::string> {
+                                   const auto document = parse_json(input);
+                                   if (!document) return std::nullopt;
+                                   return mutated_json(*document, words(), random);
+                                 }};
+  return target;
 }
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  takt::load({reinterpret_cast<const char*>(data), size});
-  return 0;
-}
-
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t capacity);
-
-/// A tenth of the time bytes, else values and keys.
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t capacity,
-                                               unsigned int seed) {
-  takt::Random random(seed, "mutator");
-  if (random.unit() < 0.9) {
-    const auto document = takt::parse_json({reinterpret_cast<const char*>(data), size});
-    if (document) {
-      const std::string text = takt::test::mutated_json(*document, takt::words(), random);
-      if (text.size() <= capacity) {
-        std::copy(text.begin(), text.end(), data);
-        return text.size();
-      }
-    }
-  }
-  return LLVMFuzzerMutate(data, size, capacity);
-}
+}  // namespace takt::test

@@ -1,6 +1,5 @@
 // Any bytes as a URDF lead to a robot, or to findings with reasons; a robot has kinematics and dynamics of finite
 // numbers.
-#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "core/kinematics/robot_model.h"
 #include "core/kinematics/solutions.h"
 #include "core/kinematics/urdf_words.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/promise.h"
 
 namespace takt {
@@ -121,39 +121,33 @@ class XmlMutator {
   Random& random_;
 };
 
-}  // namespace
-}  // namespace takt
-
-extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
+std::vector<std::string> words() {
   std::vector<std::string> words = {"nan",        "inf",       "1e308", "package://", "../",     "revolute",
                                     "continuous", "prismatic", "fixed", "planar",     "floating"};
   for (const char* element : {"robot", "link", "joint", "inertial", "inertia", "visual", "collision", "geometry",
                               "mesh", "material", "origin", "limit", "dynamics", "mimic", "axis"}) {
-    const takt::kinematics::UrdfWord* word = takt::kinematics::urdf_word(element);
+    const kinematics::UrdfWord* word = kinematics::urdf_word(element);
     words.emplace_back(element);
     if (word != nullptr) words.insert(words.end(), word->attributes.begin(), word->attributes.end());
   }
-  takt::test::print_dictionary_if_asked(*argc, *argv, words);
-  return 0;
+  return words;
 }
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  takt::load({reinterpret_cast<const char*>(data), size});
-  return 0;
+}  // namespace
+}  // namespace takt
+
+namespace takt::test {
+
+/// Half of the inputs change as elements and values.
+const FuzzTarget& fuzz_target() {
+  static const FuzzTarget target{.words = words(),
+                                 .load = load,
+                                 .share = 0.5,
+                                 .mutate = [](std::string_view input, Random& random) -> std::optional<std::string> {
+                                   if (input.size() <= 20) return std::nullopt;  // no element fits in there
+                                   return XmlMutator(input, random).changed();
+                                 }};
+  return target;
 }
 
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t capacity);
-
-/// Half of the time bytes, half of the time elements and values.
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t capacity,
-                                               unsigned int seed) {
-  takt::Random random(seed, "mutator");
-  if (size > 20 && random.unit() < 0.5) {
-    const std::string text = takt::XmlMutator({reinterpret_cast<const char*>(data), size}, random).changed();
-    if (text.size() <= capacity) {
-      std::copy(text.begin(), text.end(), data);
-      return text.size();
-    }
-  }
-  return LLVMFuzzerMutate(data, size, capacity);
-}
+}  // namespace takt::test

@@ -2,8 +2,6 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <string_view>
-#include <vector>
 
 #include "core/base/findings.h"
 
@@ -20,13 +18,6 @@ inline void demand(bool holds, const char* what) {
 inline void expect_reasons(const Findings& findings) {
   demand(findings.has_errors(), "what is refused has at least one error");
   for (const Finding& finding : findings.list()) demand(!finding.message.empty(), "every finding says something");
-}
-
-/// As `--dictionary`, the first argument of a fuzz program, asks for it: words in the format of libFuzzer.
-inline void print_dictionary_if_asked(int argc, char** argv, const std::vector<std::string>& words) {
-  if (argc < 2 || std::string_view(argv[1]) != "--dictionary") return;
-  for (const std::string& word : words) std::printf("\"\\\"%s\\\"\"\n", word.c_str());
-  std::exit(0);
 }
 
 }  // namespace takt::test

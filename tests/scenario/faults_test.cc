@@ -40,6 +40,21 @@ TEST(Faults, S3_AnArmThatStopsByItselfEndsItsNetWithTheCause) {
   }
 }
 
+TEST(Faults, LimitsAreThoseOfWhatIsSent) {
+  const auto description = parse_description(R"({"devices": {"arm": {"model": "lwr4plus"}},
+        "program": {"do": "ptp", "to": {"joints_deg": [60, -30, 0, 90, 0, -60, 0]}, "speed": 0.5},
+        "faults": [{"at_s": 1, "do": "stop", "category": 0}],
+        "expectations": [{"kind": "limits", "name": "inside"}]})");
+  ASSERT_TRUE(description) << description.error().to_string();
+  static const device::ModelLibrary models({"models"});
+  auto session = Session::create(*description, models);
+  ASSERT_TRUE(session) << session.error().to_string();
+  const RunReport report = (*session)->run({});
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  ASSERT_EQ(report.expectations.size(), 1u);
+  EXPECT_TRUE(report.expectations[0].passed) << report.expectations[0].measured << ": an arm that falls out gets none";
+}
+
 TEST(Faults, S4_AnEmergencyStopEndsTheNetAndNothingResumes) {
   const RunReport report = run(R"([{"at_s": 1, "do": "emergency_stop", "category": 1},
                                    {"at_s": 1.5, "do": "reset"}])");
