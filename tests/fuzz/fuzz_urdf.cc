@@ -145,7 +145,7 @@ const FuzzTarget& fuzz_target() {
                                  .share = 0.5,
                                  .mutate = [](std::string_view input, Random& random) -> std::optional<std::string> {
                                    if (input.size() <= 20) return std::nullopt;  // no element fits in there
-                                   return XmlMutator(input, random).changed();
+                                   return XmlMutator(std::string(input), random).changed();
                                  }};
   return target;
 }
