@@ -20,6 +20,7 @@
 #include "scenario/operator.h"
 #include "scenario/session.h"
 #include "tests/support/random_runs.h"
+#include "tests/support/scenario_names.h"
 
 namespace takt::scenario {
 namespace {
@@ -276,17 +277,7 @@ TEST_P(InterruptionsTest, RowsL6S1S4_LeaveNothingBehind) {
   for (const std::string& failure : interrupted.failures) ADD_FAILURE() << failure;
 }
 
-std::vector<std::string> scenarios() {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator("scenarios")) {
-    const std::string name = entry.path().filename().string();
-    if (name.ends_with(".json") && !name.ends_with(".golden.json")) names.push_back(entry.path().stem().string());
-  }
-  std::ranges::sort(names);
-  return names;
-}
-
-INSTANTIATE_TEST_SUITE_P(Scenarios, InterruptionsTest, testing::ValuesIn(scenarios()),
+INSTANTIATE_TEST_SUITE_P(Scenarios, InterruptionsTest, testing::ValuesIn(test::scenario_names()),
                          [](const auto& one) { return one.param; });
 
 }  // namespace
