@@ -40,6 +40,18 @@ class EveryArm(unittest.TestCase):
                 self.assertEqual(arm["cycle_ns"], 1e6 * cycle_ms if cycle_ms > 1 else 0)
                 self.assertEqual(arm["delay_ns"]["most"], 1e6 * (2 * cycle_ms + 1) if cycle_ms > 1 else 0)
 
+    def test_works_on_the_base_if_the_base_can_carry_it(self):
+        passed = 0
+        for folder in ARMS:
+            with self.subTest(arm=folder.name):
+                run = takt("run", "scenarios/mobile.json", "--json", "--set", f"/devices/arm/model={folder.name}")
+                if run.returncode == 2:
+                    self.assertIn("'payload_max_kg' of 'youbot_base'", run.stderr)
+                    continue
+                self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+                passed += 1
+        self.assertGreaterEqual(passed, 2)
+
     def test_waves_through_a_wire_with_faults(self):
         for backend in ("arm=slow:8ms", "arm=slow:4ms,drift=-100ppm,loss=1%,repeat=1%,reorder=1%", "arm=slow:100ms"):
             with self.subTest(backend=backend):
