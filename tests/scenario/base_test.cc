@@ -10,26 +10,15 @@
 #include "core/kinematics/chain.h"
 #include "scenario/cell_builder.h"
 #include "scenario/session.h"
+#include "tests/scenario/described.h"
 
 namespace takt::scenario {
 namespace {
 
+using test::models;
+using test::parsed;
 using testing::HasSubstr;
 using testing::Not;
-
-const device::ModelLibrary& models() {
-  static const device::ModelLibrary library({"models"});
-  return library;
-}
-
-Description parsed(const std::string& text) {
-  auto description = parse_description(text);
-  if (!description) {
-    ADD_FAILURE() << description.error().to_string();
-    return {};
-  }
-  return std::move(*description);
-}
 
 Description alone(const std::string& program, const std::string& more = "", const std::string& base = "") {
   return parsed(

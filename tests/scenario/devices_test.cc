@@ -12,25 +12,14 @@
 #include "core/kinematics/chain.h"
 #include "scenario/cell_builder.h"
 #include "scenario/session.h"
+#include "tests/scenario/described.h"
 
 namespace takt::scenario {
 namespace {
 
+using test::models;
+using test::parsed;
 using testing::HasSubstr;
-
-const device::ModelLibrary& models() {
-  static const device::ModelLibrary library({"models"});
-  return library;
-}
-
-Description parsed(const std::string& text) {
-  auto description = parse_description(text);
-  if (!description) {
-    ADD_FAILURE() << description.error().to_string();
-    return {};
-  }
-  return std::move(*description);
-}
 
 RunReport run(Description description) {
   auto session = Session::create(std::move(description), models());
