@@ -152,7 +152,6 @@ class Cell::Impl {
     auto built = build_cell(description_, models_, setup_.open.measure_times, warnings_);
     if (built) {
       built_ = std::move(*built);
-      findings.append(activity::declare_channels(*built_.core, built_.cell));
       // Nobody knows the steps of a program in C++ before it runs.
       auto expectations = make_expectations(description_.expectations, built_, std::nullopt);
       if (expectations) {

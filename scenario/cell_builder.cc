@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/activity/runtime.h"
 #include "core/device/composed_device.h"
 #include "core/kinematics/chain.h"
 #include "scenario/cell_models.h"
@@ -269,6 +270,7 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.cell.override_channel = speed.name;
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
+  findings.append(activity::declare_channels(*built.core, built.cell));
   add_composed(description, built, findings);
   add_emergency_stop(description, built, findings);
   set_tools(simulated, built, findings);

@@ -58,12 +58,20 @@ struct Forecast {
   std::vector<Last> last;
 };
 
+/// A planned motion inside of an activity: how people see where it has come to.
+struct PlannedPart {
+  command::SubjectPtr command;      ///< whose clock tells where it is
+  std::vector<double> handed_over;  ///< path time at which each of its motions but the last hands over, s
+  double begin = 0.0;               ///< path time at which it goes on with its predecessor's blend behind it, s
+};
+
 /// An activity that can be mapped to a net.
 struct Prepared {
   std::optional<command::Command> command;
   std::map<std::string, Forecast, std::less<>> forecasts;                ///< of each of its actuators
   std::map<std::string, std::vector<device::Seam>, std::less<>> begins;  ///< ways in which it may take an arm over
   std::set<std::string, std::less<>> taken_over;                         ///< actuators that it can go on with in motion
+  std::vector<PlannedPart> motions = {};                                 ///< of one motion: its ways; of others: none
   std::function<command::State(double)> at_share;  ///< of one motion: at or past this share of its way; else empty
 };
 

@@ -36,6 +36,12 @@ class CallNode final : public Node {
   [[nodiscard]] std::int64_t count() const override { return program->count; }
   [[nodiscard]] bool constant() const override { return false; }
 
+  /// What it is begun with depends on where machines are.
+  [[nodiscard]] bool looks(const command::Cell& cell) const {
+    const auto looks = [&](const Declaration& one) { return one.initial && one.initial->changes(cell); };
+    return std::ranges::any_of(arguments, [&](const auto& one) { return one.second.changes(cell); }) ||
+           std::ranges::any_of(program->parameters, looks) || std::ranges::any_of(program->variables, looks);
+  }
   /// The parameters, from what the caller gives, and the variables.
   void enter(const Sight& outside, const Sight& inside, Scope& scope, Findings& findings) const {
     declare(program->parameters, inside, scope, findings);
@@ -57,10 +63,20 @@ class CallRun final : public NodeRun {
   Outcome advance(Execution& execution, Findings& findings) override {
     if (!run_) {
       if (cancelled_) return Outcome::kDone;
+      if (const Outcome ready = node_.looks(execution.context.cell) ? execution.settle(findings) : Outcome::kDone;
+          ready != Outcome::kDone)
+        return ready;
       if (!execution.spend(node_.pointer, findings) || !begin(execution, findings)) return Outcome::kFailed;
     }
-    const Outcome outcome = run_->advance(execution, findings);
-    if (outcome != Outcome::kDone || cancelled_) return outcome;
+    if (!ended_) {
+      const Outcome outcome = run_->advance(execution, findings);
+      if (outcome != Outcome::kDone || cancelled_) return outcome;
+      ended_ = true;
+    }
+    const bool tells = node_.program->result && !node_.as.empty();
+    if (const Outcome ready = tells ? execution.settle_for(*node_.program->result, findings) : Outcome::kDone;
+        ready != Outcome::kDone || cancelled_)
+      return ready;
     Findings own;
     node_.leave(execution.sight(scope_), around_, own);
     findings.append(own);
@@ -96,7 +112,7 @@ class CallRun final : public NodeRun {
   Scope& around_;
   Scope scope_;  ///< a program sees nothing of its caller
   std::unique_ptr<NodeRun> run_;
-  bool cancelled_ = false;
+  bool cancelled_ = false, ended_ = false;
 };
 
 std::unique_ptr<NodeRun> CallNode::begin(Scope& scope) const { return std::make_unique<CallRun>(*this, scope); }

@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "core/activity/moving_frames.h"
+
 namespace takt::activity {
 namespace {
 
@@ -302,6 +304,28 @@ class Evaluator {
 };
 
 }  // namespace
+
+namespace {
+
+/// A frame that an argument names moves, or nobody knows before which one it will name.
+bool names_what_moves(const Node& argument, const command::Cell& cell) {
+  const bool named = argument.kind == Node::Kind::kConstant && argument.value.type.kind == Kind::kText;
+  return !named || moves(cell.frames, argument.value.text(), world::FrameGraph::kWorld);
+}
+
+bool changes(const Node& node, const command::Cell& cell) {
+  const auto inside = [&](const Node& child) { return changes(child, cell); };
+  if (std::ranges::any_of(node.children, inside)) return true;
+  if (node.kind != Node::Kind::kCall) return false;
+  const auto function = std::ranges::find(functions(), node.name, &Function::name);
+  if (function == functions().end()) return false;
+  if (function->changes != Function::Changes::kFrames) return function->changes == Function::Changes::kAlways;
+  return std::ranges::any_of(node.children, [&](const Node& child) { return names_what_moves(child, cell); });
+}
+
+}  // namespace
+
+bool Expression::changes(const command::Cell& cell) const { return activity::changes(*root_, cell); }
 
 Value Expression::evaluate(const Sight& sight, Findings& findings) const {
   return Evaluator(text_, sight, findings).at(*root_);

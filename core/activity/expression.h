@@ -53,6 +53,8 @@ class Expression {
   /// Findings, without a pointer: all that is wrong. Realtime: setup.
   [[nodiscard]] Value evaluate(const Sight& sight, Findings& findings) const;
   [[nodiscard]] const std::string& text() const { return text_; }
+  /// What it is worth changes while machines move: it asks where they are, for an input, the time.
+  [[nodiscard]] bool changes(const command::Cell& cell) const;
 
  private:
   std::string text_;
@@ -76,6 +78,9 @@ struct Function {
     bool all_known;                    ///< no argument is null
   };
   Value (*call)(Call& call);
+  /// Whether its answer changes while machines move: of kFrames only if one of the frames that it is asked for does.
+  enum class Changes { kNever, kFrames, kAlways };
+  Changes changes = Changes::kNever;
 };
 
 /// All functions, by name.

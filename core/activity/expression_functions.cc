@@ -16,6 +16,7 @@ namespace {
 
 using Call = Function::Call;
 using Kind = Type::Kind;
+using Changes = Function::Changes;
 
 /// A number computed from numbers; its unit is given.
 template <class F>
@@ -334,8 +335,8 @@ const std::vector<Function>& functions() {
       {"distance", "pp", "distance(pose, pose): between their origins", distance},
       {"floor", "d", "floor(x): whole number below", ratio<rounded_down>},
       {"greatest", "L", "greatest(list): of numbers", of_list<greatest_of>},
-      {"holding", "t", "holding('gripper'): it holds a part", holding},
-      {"input", "t", "input('name'): level or value of an input now", input},
+      {"holding", "t", "holding('gripper'): it holds a part", holding, Changes::kAlways},
+      {"input", "t", "input('name'): level or value of an input now", input, Changes::kAlways},
       {"inverse", "p", "inverse(pose)", inverted},
       {"known", "*", "known(x): x is not null", known},
       {"least", "L", "least(list): of numbers", of_list<least_of>},
@@ -345,8 +346,10 @@ const std::vector<Function>& functions() {
       {"mean", "L", "mean(list): of numbers", of_list<mean_of>},
       {"min", "nn", "min(x, y)", of_two<lesser>},
       {"monitor", "tt", "monitor('net', 'id'): last value that a monitor showed", monitor},
-      {"pose", "t?t", "pose('frame') in the world, or pose('frame', 'frame') of the first in the second", frame},
-      {"position", "t", "position('arm'): pose of the tool centre point in the world, as sent", position},
+      {"pose", "t?t", "pose('frame') in the world, or pose('frame', 'frame') of the first in the second", frame,
+       Changes::kFrames},
+      {"position", "t", "position('arm'): pose of the tool centre point in the world, as sent", position,
+       Changes::kAlways},
       {"residual", "t", "residual('estimate'): rms of a fit", residual},
       {"round", "d", "round(x): nearest whole number", ratio<rounded>},
       {"rpy", "aaa", "rpy(roll, pitch, yaw): a pose that only turns", turn},
@@ -356,9 +359,9 @@ const std::vector<Function>& functions() {
       {"sum", "L", "sum(list): of numbers", of_list<sum_of>},
       {"tan", "a", "tan(angle)", ratio<tangent>},
       {"text", "*", "text(x): for people", as_text},
-      {"time", "", "time(): simulated time since the start", time},
+      {"time", "", "time(): simulated time since the start", time, Changes::kAlways},
       {"touch", "t", "touch('arm'): where its last guarded motion touched, in the world", touch},
-      {"width", "t", "width('gripper'): between its fingers now", width},
+      {"width", "t", "width('gripper'): between its fingers now", width, Changes::kAlways},
       {"x", "p", "x(pose)", component<0>},
       {"y", "p", "y(pose)", component<1>},
       {"yaw", "p", "yaw(pose): turn about z", yaw},

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/moving_frames.h"
 #include "core/kinematics/chain.h"
 
 namespace takt::activity {
@@ -64,6 +65,13 @@ Goal read_goal(const Json& json, const std::string& pointer, const command::Moun
   }
   reader.finish();
   return goal;
+}
+
+bool hangs_on_motion(const Goal& goal, const command::Cell& cell, const std::string& arm) {
+  const auto* pose = std::get_if<Goal::Pose>(&goal.value);
+  const auto* step = std::get_if<Goal::Step>(&goal.value);
+  return (pose != nullptr && moves(cell.frames, pose->in, arm)) ||
+         (step != nullptr && moves(cell.frames, step->in, arm));
 }
 
 Eigen::Isometry3d tool_pose(const command::MountedArm& arm, const kinematics::JointVector& q) {

@@ -58,6 +58,10 @@ using ResolvedGoal = std::variant<kinematics::JointVector, Eigen::Isometry3d>;
 [[nodiscard]] Result<ResolvedGoal> resolve(const Goal& goal, const command::Cell& cell, const std::string& arm,
                                            const kinematics::JointVector& q);
 
+/// Where the goal lies changes while machines move: it is given in a frame that does. Not of the arm's own tool, from
+/// which steps are counted.
+[[nodiscard]] bool hangs_on_motion(const Goal& goal, const command::Cell& cell, const std::string& arm);
+
 /// Pose X_BT of the tool centre point of an arm in its base at q. Realtime: setup.
 [[nodiscard]] Eigen::Isometry3d tool_pose(const command::MountedArm& arm, const kinematics::JointVector& q);
 

@@ -6,6 +6,7 @@
 
 #include "core/activity/moving_frames.h"
 #include "core/activity/node.h"
+#include "core/activity/strand.h"
 #include "core/base/object_reader.h"
 
 namespace takt::activity {
@@ -27,6 +28,7 @@ struct Instance {
   const Step* step = nullptr;
   std::string name, pointer;
   std::vector<std::string> absorbed;
+  Json steps = Json::array();  ///< with what their expressions are worth; only of one that others may go on with
 };
 
 bool is_motion(const Part& part) {
@@ -47,29 +49,41 @@ class LeafNode final : public Node {
     for (const Part& part : parts) names.push_back(part.name);
   }
   [[nodiscard]] bool constant() const override { return step != nullptr; }
+  /// It has to wait for the end of whatever was left open before.
+  [[nodiscard]] bool looks(const command::Cell& cell) const {
+    return !is_motion(parts.front()) ||
+           std::ranges::any_of(parts, [&](const Part& part) { return part.piece.changes(cell); });
+  }
 
   /// The steps with what their expressions are worth now. `unknown` gets expressions that are not known.
   [[nodiscard]] std::vector<Instance> instances(const Sight& sight, command::Cell& cell, Findings& findings,
                                                 std::vector<std::string>& unknown) const {
     std::vector<Instance> result;
-    if (step) {
-      result.push_back({nullptr, step.get(), name, pointer, absorbed});
-      return result;
-    }
+    if (step) result.push_back({nullptr, step.get(), name, pointer, absorbed});
     for (const Part& part : parts) {
+      if (step && !is_motion(part)) break;  // nothing is to be put in, and nobody goes on with it
       const auto resolved = part.piece.resolve(sight, cell, findings);
       unknown.insert(unknown.end(), resolved.unknown.begin(), resolved.unknown.end());
       if (findings.has_errors() || !unknown.empty()) return {};
-      auto made = part.kind->parse(*resolved.json, part.pointer, cell, findings);
-      if (findings.has_errors()) return {};
-      if (!result.empty() && result.back().made->absorb(*made)) {
-        result.back().absorbed.push_back(part.name);
-        continue;
-      }
-      const Step* const raw = made.get();
-      result.push_back({std::move(made), raw, part.name, part.pointer, {}});
+      if (!step && !add(part, *resolved.json, cell, result, findings)) return {};
+      result.back().steps.push_back(*resolved.json);
     }
     return result;
+  }
+
+ private:
+  /// Makes a part that has no expressions any more; the one before may take it into itself.
+  static bool add(const Part& part, const Json& json, command::Cell& cell, std::vector<Instance>& instances,
+                  Findings& findings) {
+    auto made = part.kind->parse(json, part.pointer, cell, findings);
+    if (findings.has_errors()) return false;
+    if (!instances.empty() && instances.back().made->absorb(*made)) {
+      instances.back().absorbed.push_back(part.name);
+      return true;
+    }
+    const Step* const raw = made.get();
+    instances.push_back({std::move(made), raw, part.name, part.pointer, {}});
+    return true;
   }
 };
 
@@ -80,6 +94,9 @@ class LeafRun final : public NodeRun {
   Outcome advance(Execution& execution, Findings& findings) override {
     if (!begun_) {
       if (cancelled_) return Outcome::kDone;
+      const bool looks = node_.looks(execution.context.cell);
+      if (const Outcome ready = looks ? execution.settle(findings) : Outcome::kDone; ready != Outcome::kDone)
+        return ready;
       if (!execution.may_begin()) return Outcome::kRunning;
       if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
       if (!begin(execution, findings)) return Outcome::kFailed;
@@ -113,21 +130,28 @@ class LeafRun final : public NodeRun {
   }
 
   Outcome advance_step(Execution& execution, Findings& findings) {
-    const Instance& instance = instances_[index_];
+    Instance& instance = instances_[index_];
     if (!run_) {
       if (cancelled_) return finish();
+      const Step& step = *instance.step;
+      const bool goes_on = step.moved_arm() == execution.strand->open_arm() && step.may_go_on(execution.context.cell);
+      if (const Outcome ready = goes_on ? Outcome::kDone : execution.settle(findings); ready != Outcome::kDone)
+        return ready;
       run_ = instance.step->begin();
       part_ = 0;
-      enter(execution, instance.name);
+      entered_ = execution.strand->open_arm().empty();
+      if (entered_) enter(execution, instance.name);
     }
     Findings own;
     const Progress progress = run_->advance(execution.context, own);
+    if (!entered_ && !enter_after_open(execution, instance, findings)) return fail();
     follow_part(execution, instance);
-    if (progress == Progress::kRunning) return Outcome::kRunning;
+    if (progress == Progress::kRunning) return cancelled_ ? Outcome::kRunning : leave_open(execution, instance);
     run_.reset();
-    execution.steps_done += 1 + static_cast<std::int64_t>(instance.absorbed.size());
-    leave(execution, progress == Progress::kDone ? "end" : "failed");
     ++index_;
+    if (!entered_) enter(execution, instance.name);  // it fails before its turn, or was cancelled
+    execution.steps_done += 1 + static_cast<std::int64_t>(instance.absorbed.size());
+    execution.leave(current_, progress == Progress::kDone ? "end" : "failed");
     if (progress == Progress::kDone) return Outcome::kDone;
     findings.append(own, instance.pointer);
     return Outcome::kFailed;
@@ -138,27 +162,64 @@ class LeafRun final : public NodeRun {
     return Outcome::kDone;
   }
 
+  /// What the step goes on with has failed, and with it this one.
+  Outcome fail() {
+    run_.reset();
+    ++index_;
+    return Outcome::kFailed;
+  }
+
+  /// The step is the one that is being done as soon as what it goes on with is behind it, or over. @return false if
+  /// that has failed
+  bool enter_after_open(Execution& execution, const Instance& instance, Findings& findings) {
+    Strand& strand = *execution.strand;
+    if (!strand.open_arm().empty()) {
+      if (run_->begun()) {
+        strand.hand_over(execution);
+      } else if (run_->has_taken_over()) {
+        return true;
+      } else if (const Progress before = strand.advance(execution, findings); before != Progress::kDone) {
+        return before == Progress::kRunning;
+      } else {
+        execution.context.event("program", "no blend", fmt::format("'{}' begins at rest", instance.name));
+      }
+    }
+    entered_ = true;
+    enter(execution, instance.name);
+    return true;
+  }
+
+  /// Where the next step may go on with this one, the program looks for that. @return kRunning: not yet
+  Outcome leave_open(Execution& execution, Instance& instance) {
+    if (!entered_ || !run_->may_be_left()) return Outcome::kRunning;
+    execution.strand->leave_open({.step = std::move(instance.made),
+                                  .run = std::move(run_),
+                                  .arm = instance.step->moved_arm(),
+                                  .name = current_,
+                                  .pointer = instance.pointer,
+                                  .parts = 1 + static_cast<std::int64_t>(instance.absorbed.size()),
+                                  .steps = std::make_shared<Json>(std::move(instance.steps))});
+    ++index_;
+    return Outcome::kDone;
+  }
+
   /// Tells where a step with absorbed ones has come to. Forwards only: a path may be run back.
   void follow_part(Execution& execution, const Instance& instance) {
+    if (!entered_) return;
     for (const std::size_t part = std::min(run_->part(), instance.absorbed.size()); part_ < part; ++part_) {
-      leave(execution, "end");
+      execution.leave(current_, "end");
       enter(execution, instance.absorbed[part_]);
     }
   }
 
   void enter(Execution& execution, const std::string& name) {
     current_ = name;
-    execution.current.push_back(name);
-    execution.context.event("program", "begin", name);
-  }
-  void leave(Execution& execution, std::string_view how) {
-    execution.current.erase(std::ranges::find(execution.current, current_));
-    execution.context.event("program", how, current_);
+    execution.enter(name);
   }
 
   const LeafNode& node_;
   Scope& scope_;
-  bool begun_ = false, cancelled_ = false;
+  bool begun_ = false, cancelled_ = false, entered_ = false;
   std::vector<Instance> instances_;
   std::size_t index_ = 0;
   std::unique_ptr<StepRun> run_;
@@ -183,6 +244,7 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) 
     return;
   }
   for (const Instance& instance : made) {
+    if (instance.step->moved_arm().empty()) settle_rehearsal(rehearsal, findings);
     rehearsal.step = instance.name;
     instance.step->rehearse(rehearsal, instance.pointer, findings);
     see_flanges(rehearsal.cell, planned);

@@ -146,7 +146,11 @@ class RepeatRun final : public NodeRun {
   Outcome prepare(Execution& execution, Findings& findings) {
     if (cancelled_) return Outcome::kDone;
     if (node_.kind == RepeatNode::Kind::kTimes) {
-      if (!total_ && !find_total(execution, findings)) return Outcome::kFailed;
+      if (!total_) {
+        const Outcome ready = execution.settle_for(node_.times, findings);
+        if (ready != Outcome::kDone) return ready;
+        if (!find_total(execution, findings)) return Outcome::kFailed;
+      }
       if (round_ >= *total_) return Outcome::kDone;
     } else if (!asked_ && (node_.kind == RepeatNode::Kind::kWhile || round_ > 0)) {
       const Outcome answer = ask(execution, findings);
@@ -249,6 +253,8 @@ class ForEachNode final : public Node {
     return inside ? std::optional(Json{{"at", 0}, {"run", std::move(*inside)}}) : std::nullopt;
   }
 
+  /// What the elements are made from.
+  [[nodiscard]] const ValueTemplate& elements() const { return grid ? grid->place : list; }
   /// The elements; nothing if they are not known.
   [[nodiscard]] std::optional<std::vector<Value>> values(const Sight& sight, Findings& findings) const {
     if (!grid) {
@@ -290,7 +296,11 @@ class ForEachRun final : public NodeRun {
   ForEachRun(const ForEachNode& node, Scope& around) : node_(node), around_(around), scope_(&around) {}
 
   Outcome advance(Execution& execution, Findings& findings) override {
-    if (!values_ && !find_values(execution, findings)) return Outcome::kFailed;
+    if (!values_) {
+      const Outcome ready = execution.settle_for(node_.elements(), findings);
+      if (ready != Outcome::kDone) return ready;
+      if (!find_values(execution, findings)) return Outcome::kFailed;
+    }
     for (;;) {
       if (!run_) {
         if (cancelled_ || at_ >= values_->size()) return Outcome::kDone;

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "core/activity/two_ways.h"
-#include "core/motion/motion_state.h"
 
 namespace takt::activity {
 namespace {
@@ -48,8 +47,8 @@ class MotionActivity final : public ActivityModel {
     const motion::ArmModel model = command::planning_model(arm, wish_.X_FM, before.at_end.tool);
     auto from_rest = motion::plan_sequence(model, *before.at_end.q, makers(model));
     if (!from_rest) return std::unexpected(std::move(from_rest.error()));
-    auto blended = blended_plan(model, before);
-    return assemble(situation, model, std::move(*from_rest), std::move(blended));
+    return prepare_two_ways(situation, {name(), arm_, model, std::move(*from_rest), blended_plan(model, before)},
+                            wish_);
   }
 
  private:
@@ -66,8 +65,8 @@ class MotionActivity final : public ActivityModel {
       findings.error("/blend", "a guarded motion ends nobody knows where", "no blend, or no condition");
     if (blend.time_share && !(*blend.time_share >= 0.5 && *blend.time_share < 1.0))
       findings.error("/blend", fmt::format("{}", *blend.time_share), "a share of the time, at least 0.5 and below 1");
-    if (blend.distance && !(*blend.distance > 0.0))
-      findings.error("/blend", fmt::format("{} m", *blend.distance), "above 0 m");
+    if (blend.way.kind == motion::Blend::Kind::kDistance && !(blend.way.value > 0.0))
+      findings.error("/blend", fmt::format("{} m", blend.way.value), "above 0 m");
   }
 
   [[nodiscard]] std::vector<motion::LegMaker> makers(const motion::ArmModel& model) const {
@@ -89,8 +88,8 @@ class MotionActivity final : public ActivityModel {
 
   /// Inside of one plan there is no time yet: a share of the time is taken as one of the way.
   static motion::Blend inner_blend(const BlendingCondition& blend) {
-    if (blend.distance) return {motion::Blend::Kind::kDistance, *blend.distance};
-    return {motion::Blend::Kind::kFraction, 1.0 - blend.time_share.value_or(0.5)};
+    if (!blend.time_share) return blend.way;
+    return {motion::Blend::Kind::kFraction, 1.0 - *blend.time_share};
   }
 
   static std::string name_of(const std::string& arm, const std::vector<Part>& parts) {
@@ -104,38 +103,10 @@ class MotionActivity final : public ActivityModel {
   /// Nothing where the arm has to come to rest first.
   [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const motion::ArmModel& model,
                                                                  const Precedent& before) const {
-    if (!before.leaving || !before.leaving->motion.X_FM.isApprox(model.X_FM, 1e-12)) return std::nullopt;
-    const auto& leaving = *before.leaving;
-    auto plan = motion::plan_take_over(
-        model,
-        {.motion = *leaving.motion.motion, .tau = leaving.tau, .lead = leaving.lead, .blend = leaving.motion.blend},
-        makers(model));
+    const auto from = departure_of(before, model.X_FM);
+    if (!from) return std::nullopt;
+    auto plan = motion::plan_take_over(model, *from, makers(model));
     return plan ? std::optional(std::move(*plan)) : std::nullopt;
-  }
-
-  [[nodiscard]] command::PlannedMotion planned(const motion::ArmModel& model, motion::SequencePlan plan) const {
-    return {.motion = std::make_shared<const motion::Motion>(std::move(plan.motion)),
-            .X_FM = model.X_FM,
-            .handed_over = std::move(plan.handed_over),
-            .clock = {},
-            .name = name()};
-  }
-
-  [[nodiscard]] Prepared assemble(const Situation& situation, const motion::ArmModel& model,
-                                  motion::SequencePlan from_rest, std::optional<motion::SequencePlan> blended) const {
-    TwoWays ways{.name = name(),
-                 .actuator = command::arm(situation.cell, arm_),
-                 .clock = arm_,
-                 .from_rest = planned(model, std::move(from_rest))};
-    ways.begins[arm_].rest = seam_at_rest(ways.from_rest.motion->q_start);
-    const auto begin = blended ? motion::joints_at(model, blended->motion, 0.0) : std::nullopt;
-    if (begin) {
-      ways.from_blend = planned(model, std::move(*blended));
-      const Precedent::Leaving& leaving = *situation.precedents.find(arm_)->second.leaving;
-      ways.tau = leaving.tau;
-      ways.begins[arm_].blend = seam_in_motion(leaving, *begin);
-    }
-    return prepare_two_ways(situation, std::move(ways), wish_);
   }
 
   std::string arm_;
@@ -146,9 +117,7 @@ class MotionActivity final : public ActivityModel {
 }  // namespace
 
 BlendingCondition BlendingCondition::at_distance(double metres) {
-  BlendingCondition condition;
-  condition.distance = metres;
-  return condition;
+  return BlendingCondition(motion::Blend{motion::Blend::Kind::kDistance, metres});
 }
 
 ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionParameters parameters) {

@@ -11,15 +11,16 @@
 /// Motions of one arm as activities. Realtime: setup.
 namespace takt::activity {
 
-/// Where a motion may be left for the next one: at a share of its time, or at a distance from its goal.
+/// Where a motion may be left for the next one: at a share of its time, or by the way that is left.
 struct BlendingCondition {
   std::optional<double> time_share = {};  ///< 0.7: when 70 % of its time have passed; [0.5, 1)
-  std::optional<double> distance = {};    ///< m of the way of the tool centre point, > 0
+  motion::Blend way = {};                 ///< a distance from its goal, or a share of its way
 
   BlendingCondition() = default;
   BlendingCondition(double share) : time_share(share) {}  // NOLINT: reads as in the paper: {.blend = 0.7}
+  explicit BlendingCondition(const motion::Blend& by_way) : way(by_way) {}
   [[nodiscard]] static BlendingCondition at_distance(double metres);
-  [[nodiscard]] bool wanted() const { return time_share.has_value() || distance.has_value(); }
+  [[nodiscard]] bool wanted() const { return time_share || way.kind != motion::Blend::Kind::kNone; }
 };
 
 /// What a motion may be asked for. Shares are of the limits of the arm.

@@ -1,10 +1,12 @@
 #include "core/activity/motion_request.h"
 
+#include <algorithm>
 #include <numbers>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/moving_frames.h"
 #include "core/base/object_reader.h"
 #include "core/kinematics/nearest_place.h"
 #include "core/kinematics/plane.h"
@@ -242,6 +244,15 @@ Result<motion::Leg> leg_of(const MotionRequest& request, const command::Cell& ce
   return leg;
 }
 
+/// They refer to both.
+std::vector<motion::LegMaker> leg_makers(const std::vector<MotionRequest>& requests, const command::Cell& cell) {
+  std::vector<motion::LegMaker> makers;
+  for (const MotionRequest& request : requests) {
+    makers.push_back([&](const JointVector& q_start) { return leg_of(request, cell, q_start); });
+  }
+  return makers;
+}
+
 /// PTP and LIN alone have planners of their own: the shortest way from a goal to a motion.
 Result<motion::Motion> plan_single(const MotionRequest& request, const command::Cell& cell, const JointVector& q,
                                    Findings& notes) {
@@ -294,6 +305,12 @@ Findings as_notes(const Findings& notes, const std::vector<MotionRequest>& reque
 }
 
 }  // namespace
+
+bool hangs_on_motion(const MotionRequest& request, const command::Cell& cell) {
+  const auto hangs = [&](const Goal& goal) { return hangs_on_motion(goal, cell, request.arm); };
+  return hangs(request.goal) || (request.via && hangs(*request.via)) || std::ranges::any_of(request.through, hangs) ||
+         (request.about && moves(cell.frames, request.about->in, request.arm));
+}
 
 Result<JointVector> goal_joints(const Goal& goal, const command::Cell& cell, const std::string& name,
                                 const JointVector& q, Findings& notes) {
@@ -351,15 +368,17 @@ Result<motion::SequencePlan> plan_motions(const std::vector<MotionRequest>& requ
     placed.append(notes, first.pointer);
     return motion::SequencePlan{.motion = std::move(*motion), .notes = std::move(placed), .handed_over = {}};
   }
-  std::vector<motion::LegMaker> makers;
-  for (const MotionRequest& request : requests) {
-    makers.push_back([&](const JointVector& q_start) { return leg_of(request, cell, q_start); });
-  }
   const motion::ArmModel arm = command::planning_model(cell.arms.find(first.arm)->second);
-  auto plan = motion::plan_sequence(arm, q, makers);
+  auto plan = motion::plan_sequence(arm, q, leg_makers(requests, cell));
   if (!plan) return std::unexpected(of_sequence(plan.error(), requests));
   plan->notes = as_notes(plan->notes, requests);
   return plan;
+}
+
+Result<motion::SequencePlan> plan_motions_from(const motion::Departure& from,
+                                               const std::vector<MotionRequest>& requests, const command::Cell& cell) {
+  const motion::ArmModel arm = command::planning_model(cell.arms.find(requests.front().arm)->second);
+  return motion::plan_take_over(arm, from, leg_makers(requests, cell));
 }
 
 }  // namespace takt::activity

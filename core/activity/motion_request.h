@@ -45,6 +45,9 @@ struct MotionRequest {
 [[nodiscard]] MotionRequest read_motion(PathKind kind, const nlohmann::ordered_json& json, const std::string& pointer,
                                         const command::Cell& cell, Findings& findings);
 
+/// Where it leads to, or how, changes while machines move: a goal in a frame that does.
+[[nodiscard]] bool hangs_on_motion(const MotionRequest& request, const command::Cell& cell);
+
 /// Where a goal of an arm or a base lies in its joints: of a pose the solution next to q. `notes` tells how much an arm
 /// of few joints is turned away from it. @return findings without a place: unknown frame, out of reach. Realtime:
 /// setup.
@@ -57,5 +60,11 @@ struct MotionRequest {
 /// the text. Notes of the plan have the pointers of the file. Realtime: setup.
 [[nodiscard]] Result<motion::SequencePlan> plan_motions(const std::vector<MotionRequest>& requests,
                                                         const command::Cell& cell, const kinematics::JointVector& q);
+
+/// Plans the same from a motion of this arm that is being carried out (motion::plan_take_over). @return the plan, or
+/// why it has to wait for the end of that one; pointers are the planner's. Realtime: setup.
+[[nodiscard]] Result<motion::SequencePlan> plan_motions_from(const motion::Departure& from,
+                                                             const std::vector<MotionRequest>& requests,
+                                                             const command::Cell& cell);
 
 }  // namespace takt::activity

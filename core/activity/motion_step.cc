@@ -8,9 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/carried_step.h"
-#include "core/activity/motion_request.h"
 #include "core/activity/net_run.h"
-#include "core/command/motion_net.h"
+#include "core/activity/requested_motion.h"
+#include "core/activity/scheduler.h"
+#include "core/activity/two_ways.h"
+#include "core/command/single_net.h"
 
 namespace takt::activity {
 namespace {
@@ -18,70 +20,43 @@ namespace {
 using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
 
-/// Where the net of a motion takes its arm over and leaves it: at rest at both ends of the plan (row L3). A condition
-/// may end it before, then nobody knows where.
-rcc::LoadOptions load_options(const motion::Motion& motion, const MotionRequest& request, Nanoseconds period) {
-  const auto at_rest = [&request](const device::JointVector& q) {
-    const device::JointVector zero = device::JointVector::Zero(q.size());
-    return rcc::NetSeam{request.arm, {.q = q, .dq = zero, .ddq = zero}};
-  };
-  rcc::LoadOptions options{.cancel_bound_cycles = command::cancel_bound_cycles(motion, period),
-                           .begins = {at_rest(motion.q_start)}};
-  if (!request.until) options.ends.push_back(at_rest(motion.q_goal));
-  return options;
-}
-
-/// The condition of a guarded motion that others are blended into counts from when it is the one that is done.
-command::MotionCommand command_of(const std::vector<MotionRequest>& requests, const motion::Motion& motion,
-                                  const command::MountedArm& arm, const std::vector<double>& handed_over) {
-  const MotionRequest& last = requests.back();
-  return {.name = requests.front().name,
-          .arm = last.arm,
-          .motion = &motion,
-          .X_FM = arm.X_FT,
-          .until = last.until,
-          .until_from = last.until && !handed_over.empty() ? handed_over.back() : 0.0};
-}
-
-/// Plans when it begins, loads and starts the net, and takes note of a touch when the net has ended. Several motions
-/// are one net: they are blended into each other.
-class MotionRun final : public OneNetRun {
+/// An activity from the moment in which it is asked for to its end; takes note of a touch then. Several motions are
+/// one: they are blended into each other.
+class MotionRun final : public StepRun {
  public:
   explicit MotionRun(const std::vector<MotionRequest>& requests) : requests_(requests), request_(requests.back()) {}
 
-  [[nodiscard]] std::size_t part() const override {
-    const auto time = loaded() ? value_of<net::Real>(command::motion_ports::kPathTime) : std::nullopt;
-    if (!time) return 0;
-    const auto passed = std::ranges::upper_bound(handed_over_, *time);
-    return static_cast<std::size_t>(passed - handed_over_.begin());
+  Progress advance(Context& context, Findings& findings) override {
+    if (!run_) {
+      auto motion = std::make_shared<const RequestedMotion>(requests_, context.variables.biases);
+      run_ = context.scheduler->schedule(std::move(motion));
+    }
+    if (!run_->over()) return Progress::kRunning;
+    if (run_->state() != RunState::kFailed) return finish(context, findings);
+    findings.append(run_->findings());
+    return Progress::kFailed;
+  }
+
+  void cancel(Context&) override {
+    cancelled_ = true;
+    if (run_) run_->cancel();
+  }
+
+  [[nodiscard]] std::size_t part() const override { return run_ ? run_->part().value_or(0) : 0; }
+  [[nodiscard]] bool begun() const override { return run_ && run_->part().has_value(); }
+  [[nodiscard]] bool has_taken_over() const override { return run_ && run_->blended(); }
+  [[nodiscard]] bool may_be_left() const override {
+    return request_.blend.kind != motion::Blend::Kind::kNone && begun() && part() + 1 == requests_.size();
   }
 
  private:
-  Progress begin(Context& context, Findings& findings) override {
-    const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
-    // The first step of a program may come before the first sample.
-    if (arm.device->set_point().q.size() == 0) return Progress::kRunning;
-    auto plan = plan_motions(requests_, context.cell, arm.device->set_point().q);
-    if (!plan) {
-      findings.append(plan.error());
-      return Progress::kFailed;
-    }
-    handed_over_ = std::move(plan->handed_over);
-    const motion::Motion& motion = plan->motion;
-    const command::MotionCommand command = command_of(requests_, motion, arm, handed_over_);
-    const rcc::LoadOptions options = load_options(motion, request_, context.core.period());
-    return load(context, command::motion_net(command, context.cell, context.variables.biases), findings, options);
-  }
-
-  Progress finish_cancelled(Context& context, Findings& findings) override {
+  Progress finish(Context& context, Findings& findings) {
     context.variables.touches.erase(request_.arm);
-    return touched() ? note_touch(context, findings) : Progress::kDone;
-  }
-
-  Progress finish(Context& context, Findings& findings) override {
-    if (touched() || !request_.until) return finish_cancelled(context, findings);
-    context.variables.touches.erase(request_.arm);
-    if (was_true(command::motion_ports::kStopped)) {
+    if (!request_.until) return Progress::kDone;
+    const GuardedEnd end = guarded_end(*run_);
+    if (end.touch) return note_touch(*end.touch, context, findings);
+    if (cancelled_) return Progress::kDone;
+    if (!end.at_goal) {
       findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path");
       return Progress::kFailed;
     }
@@ -91,17 +66,14 @@ class MotionRun final : public OneNetRun {
     return Progress::kFailed;
   }
 
-  [[nodiscard]] bool touched() const { return request_.until && was_true(command::motion_ports::kTouched); }
-
-  Progress note_touch(Context& context, Findings& findings) {
+  Progress note_touch(const net::Frame& X_BT, Context& context, Findings& findings) {
     const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
-    const auto X_BT = value_of<net::Frame>(command::motion_ports::kTouchFrame);
     const auto X_WB = context.cell.frames.pose(request_.arm);
-    if (!X_BT || !X_WB) {
-      findings.error("/until", "the condition held, but the arm's position was not known in that cycle");
+    if (!X_WB) {
+      findings.append(X_WB.error(), "/until");
       return Progress::kFailed;
     }
-    const Eigen::Vector3d p_W = *X_WB * X_BT->translation();
+    const Eigen::Vector3d p_W = *X_WB * X_BT.translation();
     context.variables.touches[request_.arm] = {p_W, arm.ball_radius, context.core.cycle()};
     context.event(request_.arm, "touch", fmt::format("({:.5f}, {:.5f}, {:.5f}) m", p_W.x(), p_W.y(), p_W.z()));
     return Progress::kDone;
@@ -109,7 +81,8 @@ class MotionRun final : public OneNetRun {
 
   const std::vector<MotionRequest>& requests_;
   const MotionRequest& request_;  ///< the last: only a motion alone may be guarded
-  std::vector<double> handed_over_;
+  RunPtr run_;
+  bool cancelled_ = false;
 };
 
 class MotionStep final : public Step {
@@ -128,6 +101,10 @@ class MotionStep final : public Step {
 
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     const MotionRequest& last = requests_.back();
+    const bool goes_on = rehearsal.open && rehearsal.open->arm == last.arm && may_go_on(rehearsal.cell);
+    if (!goes_on) settle_rehearsal(rehearsal, findings);
+    rehearsal.open.reset();
+    if (last.blend.kind != motion::Blend::Kind::kNone) rehearsal.open = {last.arm, last.pointer};
     rehearsal.touched[last.arm] = last.until.has_value();
     JointVector& q = rehearsal.q[last.arm];
     const auto plan = plan_motions(requests_, rehearsal.cell, q);
@@ -136,19 +113,19 @@ class MotionStep final : public Step {
       return;
     }
     findings.append(plan->notes);
-    if (last.blend.kind != motion::Blend::Kind::kNone) {
-      findings.note(last.pointer, "there is no motion to blend into: the arm stops at the goal",
-                    "a motion of the same arm as the next step");
-    }
-    const motion::Motion& motion = plan->motion;
-    q = motion.q_goal;
-    rehearsal.duration += motion.duration();
-    const command::MountedArm& arm = rehearsal.cell.arms.find(last.arm)->second;
-    const command::MotionCommand command = command_of(requests_, motion, arm, plan->handed_over);
-    rehearse_net(command::motion_net(command, rehearsal.cell, {}), rehearsal, pointer, findings);
+    q = plan->motion.q_goal;
+    rehearsal.duration += plan->motion.duration();
+    const Situation nothing_before{.cell = rehearsal.cell, .period = kMillisecond, .precedents = {}};
+    const Prepared prepared = RequestedMotion(requests_, {}).prepare(nothing_before, std::move(*plan));
+    rehearse_net(command::single_net(*prepared.command, requests_.front().name).net, rehearsal, pointer, findings);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<MotionRun>(requests_); }
+
+  [[nodiscard]] std::string moved_arm() const override { return requests_.front().arm; }
+  [[nodiscard]] bool may_go_on(const command::Cell& cell) const override {
+    return std::ranges::none_of(requests_, [&](const auto& request) { return hangs_on_motion(request, cell); });
+  }
 
  private:
   std::vector<MotionRequest> requests_;  ///< one, or several that are blended

@@ -1,10 +1,27 @@
 #include "core/activity/moving_frames.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "core/kinematics/chain.h"
 
 namespace takt::activity {
 
 using kinematics::JointVector;
+
+namespace {
+
+/// The frame and all that it hangs on.
+std::vector<std::string_view> way_to_world(const world::FrameGraph& frames, std::string_view name) {
+  std::vector<std::string_view> way;
+  for (const world::Relation* at = frames.relation(name); at != nullptr; at = frames.relation(name)) {
+    way.push_back(name);
+    name = at->parent;
+  }
+  return way;
+}
+
+}  // namespace
 
 void see_flanges(command::Cell& cell, const std::function<JointVector(const std::string&)>& q_of) {
   for (const std::string& name : cell.frames.moving()) {
@@ -24,6 +41,17 @@ void see_flanges(command::Cell& cell) {
     const JointVector& sent = arm.device->set_point().q;
     return sent.size() > 0 ? sent : arm.start;
   });
+}
+
+bool moves(const world::FrameGraph& frames, std::string_view of, std::string_view in) {
+  auto from = way_to_world(frames, of), to = way_to_world(frames, in);
+  // What both hang on does not matter.
+  while (!from.empty() && !to.empty() && from.back() == to.back()) {
+    from.pop_back();
+    to.pop_back();
+  }
+  from.insert(from.end(), to.begin(), to.end());
+  return std::ranges::any_of(from, [&](std::string_view name) { return frames.relation(name)->moves(); });
 }
 
 }  // namespace takt::activity

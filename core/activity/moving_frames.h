@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include "core/command/cell.h"
 
@@ -14,5 +15,8 @@ void see_flanges(command::Cell& cell, const std::function<kinematics::JointVecto
 
 /// At the set points that were sent last, or where the arms start.
 void see_flanges(command::Cell& cell);
+
+/// Where frame `of` is in frame `in` changes while nets run. False if one of them is not there.
+[[nodiscard]] bool moves(const world::FrameGraph& frames, std::string_view of, std::string_view in);
 
 }  // namespace takt::activity

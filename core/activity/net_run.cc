@@ -1,16 +1,29 @@
 #include "core/activity/net_run.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
+
+#include "core/activity/motion_activity.h"
 
 namespace takt::activity {
 
 namespace {
 
+/// An arm's own channels, in which its motions tell where they are: they go with the arm.
+bool goes_with_an_arm(const std::string& name, const command::Cell& cell) {
+  return std::ranges::any_of(cell.arms, [&](const auto& arm) {
+    return name == path_time_channel(arm.first) || name == path_rate_channel(arm.first);
+  });
+}
+
 /// Names of the devices that a net drives; wholes count by their parts.
 void note_claims(const net::CompiledNet& net, const Rehearsal& rehearsal) {
   if (!rehearsal.claimed) return;
   for (const net::Resource* claim : net.claims()) {
-    if (const auto* device = dynamic_cast<const device::Device*>(claim)) rehearsal.claimed->insert(device->name());
+    const auto* device = dynamic_cast<const device::Device*>(claim);
+    if (device != nullptr && !goes_with_an_arm(device->name(), rehearsal.cell))
+      rehearsal.claimed->insert(device->name());
   }
 }
 

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/strand.h"
+
 namespace takt::activity {
 namespace {
 
@@ -37,6 +39,23 @@ bool Execution::may_begin() {
   return true;
 }
 
+void Execution::enter(const std::string& name) {
+  current.push_back(name);
+  context.event("program", "begin", name);
+}
+
+void Execution::leave(const std::string& name, std::string_view how) {
+  current.erase(std::ranges::find(current, name));
+  context.event("program", how, name);
+}
+
+Outcome Execution::settle(Findings& findings) { return strand->settle(Outcome::kDone, *this, findings); }
+
+Outcome Execution::settle_for(const std::vector<Declaration>& declarations, Findings& findings) {
+  const auto changes = [&](const Declaration& one) { return one.initial && one.initial->changes(context.cell); };
+  return std::ranges::any_of(declarations, changes) ? settle(findings) : Outcome::kDone;
+}
+
 Sight Execution::sight(const Scope& scope) const {
   return {.mode = Sight::Mode::kRun,
           .scope = &scope,
@@ -62,6 +81,13 @@ bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Findings& findings)
                   "fewer repetitions");
   }
   return rehearsal.effort < kMostEffort;
+}
+
+void settle_rehearsal(Rehearsal& rehearsal, Findings& findings) {
+  if (!rehearsal.open) return;
+  findings.note(rehearsal.open->pointer, "what comes next is no motion of this arm: it stops at the goal",
+                "a motion of the same arm next, or no blend");
+  rehearsal.open.reset();
 }
 
 Findings as_warnings(const Findings& findings, std::string_view why) {

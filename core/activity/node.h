@@ -23,14 +23,18 @@ namespace takt::activity {
 /// How far a node has come. kStopped: a step "stop" ends the program.
 enum class Outcome { kRunning, kDone, kFailed, kStopped };
 
+class Strand;
+struct Declaration;
+
 /// What all nodes of a running program share.
 struct Execution {
   explicit Execution(Context& of) : context(of) {}
 
   Context& context;
-  bool cancelled = false;  ///< the whole program: nothing follows
-  bool held = false;       ///< no step begins
-  bool single = false;     ///< a step begins only by permission
+  Strand* strand = nullptr;  ///< the line of control that is being advanced
+  bool cancelled = false;    ///< the whole program: nothing follows
+  bool held = false;         ///< no step begins
+  bool single = false;       ///< a step begins only by permission
   int permits = 0;
   std::int64_t steps_done = 0;
   std::vector<std::string> current;  ///< names of the steps that run, in the order of the file
@@ -47,6 +51,15 @@ struct Execution {
   }
   /// May a step begin now? Uses up a permission.
   bool may_begin();
+  /// A step begins, or has come to an end: for people.
+  void enter(const std::string& name);
+  void leave(const std::string& name, std::string_view how);
+  /// What asks the machines waits until the motion that was left open is over. @return kDone: go on
+  Outcome settle(Findings& findings);
+  Outcome settle_for(const ValueTemplate& piece, Findings& findings) {
+    return piece.changes(context.cell) ? settle(findings) : Outcome::kDone;
+  }
+  Outcome settle_for(const std::vector<Declaration>& declarations, Findings& findings);
   [[nodiscard]] Sight sight(const Scope& scope) const;
 };
 

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/node.h"
+#include "core/activity/strand.h"
 
 namespace takt::activity {
 namespace {
@@ -21,6 +21,7 @@ class ParallelNode final : public Node {
 
   /// One after the other, from the same beginning. What two of them drive is a conflict.
   void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
+    settle_rehearsal(rehearsal, findings);
     const double begin = rehearsal.duration;
     std::vector<double> durations;
     std::map<std::string, std::size_t, std::less<>> owner;
@@ -29,6 +30,7 @@ class ParallelNode final : public Node {
       auto* const outer = std::exchange(rehearsal.claimed, &claimed);
       rehearsal.duration = begin;
       branches[i]->rehearse(rehearsal, scope, findings);
+      settle_rehearsal(rehearsal, findings);
       rehearsal.claimed = outer;
       durations.push_back(rehearsal.duration);
       for (const std::string& device : claimed) {
@@ -64,14 +66,22 @@ class ParallelNode final : public Node {
 class ParallelRun final : public NodeRun {
  public:
   ParallelRun(const ParallelNode& node, Scope& scope) : node_(node) {
-    for (const auto& branch : node.branches) branches_.push_back({branch->begin(scope), Outcome::kRunning});
+    for (const auto& branch : node.branches) {
+      branches_.push_back({std::make_unique<SettledRun>(branch->begin(scope)), Outcome::kRunning, {}});
+    }
   }
 
   /// Each branch once, in their order. One that fails or stops the program ends the others, as the first that is done
   /// does if it is to.
   Outcome advance(Execution& execution, Findings& findings) override {
+    if (!begun_) {
+      const Outcome ready = execution.settle(findings);
+      if (ready != Outcome::kDone) return ready;
+      begun_ = true;
+    }
     for (Branch& branch : branches_) {
       if (branch.outcome != Outcome::kRunning) continue;
+      const OnStrand line(execution, branch.strand);
       branch.outcome = branch.run->advance(execution, findings);
       if (branch.outcome == Outcome::kRunning) continue;
       branch.run.reset();
@@ -89,20 +99,26 @@ class ParallelRun final : public NodeRun {
   void cancel(Execution& execution) override { cancel_all(execution); }
 
   [[nodiscard]] Json state() const override {
-    Json list = Json::array();
-    for (const Branch& branch : branches_) list.push_back(branch.run ? branch.run->state() : Json());
-    return {{"branches", std::move(list)}, {"ends", ends_}};
+    Json list = Json::array(), open = Json::array();
+    for (const Branch& branch : branches_) {
+      list.push_back(branch.run ? branch.run->state() : Json());
+      open.push_back(branch.strand.state());
+    }
+    return {{"branches", std::move(list)}, {"open", std::move(open)}, {"ends", ends_}, {"begun", begun_}};
   }
   void restore(const Json& state, Execution& execution, Findings& findings) override {
     if (!state.contains("branches")) return;
     for (std::size_t i = 0; i < branches_.size(); ++i) {
       const Json& branch = state.at("branches").at(i);
       if (branch.is_null()) {
-        branches_[i] = {nullptr, Outcome::kDone};
-      } else {
-        branches_[i].run->restore(branch, execution, findings);
+        branches_[i] = {nullptr, Outcome::kDone, {}};
+        continue;
       }
+      const OnStrand line(execution, branches_[i].strand);
+      branches_[i].run->restore(branch, execution, findings);
+      branches_[i].strand.restore(state.at("open").at(i), execution, findings);
     }
+    begun_ = state.at("begun").get<bool>();
     ends_ = state.at("ends").get<bool>();
   }
 
@@ -110,6 +126,7 @@ class ParallelRun final : public NodeRun {
   struct Branch {
     std::unique_ptr<NodeRun> run;
     Outcome outcome = Outcome::kRunning;
+    Strand strand;
   };
 
   void note_end(Outcome outcome) {
@@ -118,6 +135,7 @@ class ParallelRun final : public NodeRun {
   }
   void cancel_all(Execution& execution) {
     for (Branch& branch : branches_) {
+      const OnStrand line(execution, branch.strand);
       if (branch.run) branch.run->cancel(execution);
     }
   }
@@ -125,7 +143,7 @@ class ParallelRun final : public NodeRun {
   const ParallelNode& node_;
   std::vector<Branch> branches_;
   Outcome result_ = Outcome::kDone;
-  bool ends_ = false, asked_ = false;
+  bool begun_ = false, ends_ = false, asked_ = false;
 };
 
 std::unique_ptr<NodeRun> ParallelNode::begin(Scope& scope) const { return std::make_unique<ParallelRun>(*this, scope); }

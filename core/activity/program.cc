@@ -50,6 +50,7 @@ Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices
   Findings findings;
   Scope scope;
   root_->rehearse(rehearsal, scope, findings);
+  settle_rehearsal(rehearsal, findings);
   return {each_once(findings), rehearsal.duration, std::move(rehearsal.estimates)};
 }
 
@@ -61,12 +62,22 @@ std::vector<std::string> Program::names() const {
 }
 
 ProgramRunner::ProgramRunner(const Program& program, Context& context)
-    : program_(program), execution_(context), run_(program.root().begin(scope_)) {}
+    : program_(program),
+      scheduler_(context.core, context.cell, {.latency_cycles = context.program_latency_cycles}),
+      execution_(context),
+      run_(std::make_unique<SettledRun>(program.root().begin(scope_))) {
+  context.scheduler = &scheduler_;
+  execution_.strand = &strand_;
+}
+
+ProgramRunner::~ProgramRunner() { execution_.context.scheduler = nullptr; }
 
 Progress ProgramRunner::advance() {
   if (progress_ != Progress::kRunning) return progress_;
   see_flanges(execution_.context.cell);
+  scheduler_.poll();
   const Outcome outcome = run_->advance(execution_, findings_);
+  scheduler_.poll();  // what was asked for just now
   tell_current();
   if (outcome == Outcome::kRunning) return progress_;
   progress_ = outcome == Outcome::kFailed ? Progress::kFailed : Progress::kDone;
@@ -90,6 +101,7 @@ Json ProgramRunner::snapshot() const {
   Json snapshot{{"cycle", execution_.context.core.cycle()}, {"steps_done", execution_.steps_done}};
   snapshot["measured"] = measured_to_json(execution_.context.variables, execution_.context.cell);
   snapshot["position"] = run_->state();
+  if (Json open = strand_.state(); !open.is_null()) snapshot["open"] = std::move(open);
   return snapshot;
 }
 
@@ -100,6 +112,7 @@ Findings ProgramRunner::restore(const Json& snapshot) {
                     "/measured");
     execution_.steps_done = snapshot.at("steps_done").get<std::int64_t>();
     findings.append(put_back(snapshot.at("position")), "/position");
+    strand_.restore(snapshot.value("open", Json()), execution_, findings);
   } catch (const std::exception& error) {
     findings.error({}, fmt::format("this is no state of this program: {}", error.what()),
                    "what snapshot() gave for the same file");
@@ -118,7 +131,7 @@ Findings ProgramRunner::enter(std::string_view name) {
 Findings ProgramRunner::put_back(const Json& state) {
   Findings findings;
   try {
-    run_ = program_.root().begin(scope_);
+    run_ = std::make_unique<SettledRun>(program_.root().begin(scope_));
     run_->restore(state, execution_, findings);
   } catch (const std::exception& error) {
     findings.error({}, fmt::format("this is no state of this program: {}", error.what()));

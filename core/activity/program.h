@@ -10,6 +10,8 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/activity/node.h"
+#include "core/activity/scheduler.h"
+#include "core/activity/strand.h"
 
 namespace takt::activity {
 
@@ -55,6 +57,9 @@ class ProgramRunner {
  public:
   /// `program` and `context` must outlive the runner.
   ProgramRunner(const Program& program, Context& context);
+  ~ProgramRunner();
+  ProgramRunner(const ProgramRunner&) = delete;
+  ProgramRunner& operator=(const ProgramRunner&) = delete;
 
   /// Runs until it has to wait for the next cycle. A program that makes more than 10 000 steps without waiting is
   /// stopped with a finding (row D1). @return where it is.
@@ -90,7 +95,9 @@ class ProgramRunner {
   void tell_current();
 
   const Program& program_;
+  Scheduler scheduler_;  ///< of the motions
   Execution execution_;
+  Strand strand_;
   Scope scope_;
   std::unique_ptr<NodeRun> run_;
   Progress progress_ = Progress::kRunning;

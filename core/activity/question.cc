@@ -61,6 +61,9 @@ std::optional<bool> Question::rehearse(Rehearsal& rehearsal, const Scope& scope,
 }
 
 Progress QuestionRun::advance(Execution& execution, Findings& findings) {
+  const Outcome ready =
+      question_.immediate_ ? execution.settle_for(question_.piece_, findings) : execution.settle(findings);
+  if (ready != Outcome::kDone) return ready == Outcome::kRunning ? Progress::kRunning : Progress::kFailed;
   if (question_.immediate_) {
     Findings own;
     const Value value = question_.piece_.value(execution.sight(scope_), own);

@@ -112,6 +112,17 @@ const net::Slot<net::Real>* ActivityRun::clock_port(const command::SubjectPtr& c
                                                         : net->find<net::Real>(fragment->second + "/clock." + port);
 }
 
+std::optional<std::size_t> ActivityRun::part() const {
+  for (const PlannedPart& motion : prepared_.motions) {
+    const auto* time = clock_port(motion.command, "time");
+    if (time == nullptr || time->null != 0) continue;
+    if (time->value < motion.begin) return std::nullopt;
+    const auto passed = std::ranges::upper_bound(motion.handed_over, time->value);
+    return static_cast<std::size_t>(passed - motion.handed_over.begin());
+  }
+  return std::nullopt;
+}
+
 RunPtr Scheduler::schedule(ActivityPtr model) {
   RunPtr run = std::make_shared<ActivityRun>(core_, std::move(model));
   run->asked_cycle_ = core_.cycle();

@@ -64,6 +64,9 @@ class ActivityRun {
   [[nodiscard]] const Preparation& preparation() const { return preparation_; }
   /// What its events did to its motions so far. Only of events that come from sensors.
   [[nodiscard]] const std::vector<Reaction>& reactions() const { return reactions_; }
+  /// Of one motion, while it runs: how many of the motions that it is made of are behind it; nothing while what it goes
+  /// on with is not left.
+  [[nodiscard]] std::optional<std::size_t> part() const;
   /// The net; 0: none was loaded.
   [[nodiscard]] rcc::NetId net() const { return net_; }
   /// The newest value of an observation of the command (Command::observe, capture). T: any value type.

@@ -84,7 +84,8 @@ class SequenceRun final : public NodeRun {
   Outcome advance(Execution& execution, Findings& findings) override {
     for (;;) {
       if (!run_) {
-        if (cancelled_ || !find_next(execution, findings)) return failed_ ? Outcome::kFailed : Outcome::kDone;
+        const Outcome next = cancelled_ ? Outcome::kDone : find_next(execution, findings);
+        if (next != Outcome::kDone || cancelled_ || ended_) return next;
         run_ = node_.children[child_]->begin(scope_);
       }
       const Outcome outcome = run_->advance(execution, findings);
@@ -120,17 +121,21 @@ class SequenceRun final : public NodeRun {
   }
 
  private:
-  /// @return false at the end
-  bool find_next(Execution& execution, Findings& findings) {
+  /// Finds the child that is next, or that the sequence has ended. @return kRunning: not yet
+  Outcome find_next(Execution& execution, Findings& findings) {
     for (;;) {
-      if (round_ >= node_.times || node_.children.empty()) return false;
-      if (!declared_ && !declare_variables(execution, findings)) return false;
-      if (child_ < node_.children.size()) return true;
+      ended_ = round_ >= node_.times || node_.children.empty();
+      if (ended_) return Outcome::kDone;
+      if (!declared_) {
+        const Outcome ready = execution.settle_for(node_.variables, findings);
+        if (ready != Outcome::kDone) return ready;
+        if (!declare_variables(execution, findings)) return Outcome::kFailed;
+      }
+      if (child_ < node_.children.size()) return Outcome::kDone;
       child_ = 0;
       ++round_;
       declared_ = false;
-      failed_ = !execution.spend_round(mark_, node_.pointer, findings);
-      if (failed_) return false;
+      if (!execution.spend_round(mark_, node_.pointer, findings)) return Outcome::kFailed;
     }
   }
 
@@ -138,15 +143,14 @@ class SequenceRun final : public NodeRun {
   bool declare_variables(Execution& execution, Findings& findings) {
     declared_ = true;
     mark_ = execution.begun;
-    failed_ = !declare(node_.variables, execution.sight(scope_), scope_, findings);
-    return !failed_;
+    return declare(node_.variables, execution.sight(scope_), scope_, findings);
   }
 
   const SequenceNode& node_;
   Scope scope_;
   std::int64_t round_ = 0;
   std::size_t child_ = 0;
-  bool declared_ = false, cancelled_ = false, failed_ = false;
+  bool declared_ = false, cancelled_ = false, ended_ = false;
   std::int64_t mark_ = 0;  ///< steps of the program when the round began
   std::unique_ptr<NodeRun> run_;
 };

@@ -19,6 +19,8 @@ class ImmediateNode : public Node {
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
   [[nodiscard]] std::int64_t count() const override { return 1; }
   virtual Outcome act(Execution& execution, Scope& scope, Findings& findings) const = 0;
+  /// It looks at machines, or ends something: a motion that was left open has to be over.
+  [[nodiscard]] virtual bool looks(const command::Cell& cell) const = 0;
 };
 
 class ImmediateRun final : public NodeRun {
@@ -26,6 +28,9 @@ class ImmediateRun final : public NodeRun {
   ImmediateRun(const ImmediateNode& node, Scope& scope) : node_(node), scope_(scope) {}
   Outcome advance(Execution& execution, Findings& findings) override {
     if (cancelled_) return Outcome::kDone;
+    const bool looks = node_.looks(execution.context.cell);
+    if (const Outcome ready = looks ? execution.settle(findings) : Outcome::kDone; ready != Outcome::kDone)
+      return ready;
     if (!execution.may_begin()) return Outcome::kRunning;
     if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
     ++execution.steps_done;
@@ -67,6 +72,9 @@ class LetNode final : public ImmediateNode {
     return assign(execution.sight(scope), scope, findings, tell) ? Outcome::kDone : Outcome::kFailed;
   }
   [[nodiscard]] bool constant() const override { return false; }
+  [[nodiscard]] bool looks(const command::Cell& cell) const override {
+    return std::ranges::any_of(values, [&](const auto& value) { return value.second.changes(cell); });
+  }
 
  private:
   /// One after the other: a later one sees the earlier.
@@ -112,6 +120,7 @@ class TextNode final : public ImmediateNode {
     return Outcome::kFailed;
   }
   [[nodiscard]] bool constant() const override { return text.constant(); }
+  [[nodiscard]] bool looks(const command::Cell& cell) const override { return fails || text.changes(cell); }
 };
 
 class StopNode final : public ImmediateNode {
@@ -122,6 +131,7 @@ class StopNode final : public ImmediateNode {
     return Outcome::kStopped;
   }
   [[nodiscard]] bool constant() const override { return true; }
+  [[nodiscard]] bool looks(const command::Cell&) const override { return true; }
 };
 
 // -- wait for an expression ----------------------------------------------------------------------------------------
@@ -133,6 +143,7 @@ class UntilNode final : public Node {
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
   void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
+    settle_rehearsal(rehearsal, findings);
     if (spend_rehearsal(rehearsal, *this, findings)) (void)until.value(sight_of(rehearsal, scope), findings);
   }
   [[nodiscard]] std::int64_t count() const override { return 1; }
@@ -147,17 +158,16 @@ class UntilRun final : public NodeRun {
   Outcome advance(Execution& execution, Findings& findings) override {
     if (begun_ < 0) {
       if (cancelled_) return Outcome::kDone;
+      if (const Outcome ready = execution.settle(findings); ready != Outcome::kDone) return ready;
       if (!execution.may_begin()) return Outcome::kRunning;
       if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
       begun_ = execution.context.core.cycle();
-      execution.current.push_back(node_.name);
-      execution.context.event("program", "begin", node_.name);
+      execution.enter(node_.name);
     }
     const Outcome outcome = look(execution, findings);
     if (outcome == Outcome::kRunning) return outcome;
     ++execution.steps_done;
-    execution.current.erase(std::ranges::find(execution.current, node_.name));
-    execution.context.event("program", outcome == Outcome::kDone ? "end" : "failed", node_.name);
+    execution.leave(node_.name, outcome == Outcome::kDone ? "end" : "failed");
     return outcome;
   }
   void cancel(Execution&) override { cancelled_ = true; }

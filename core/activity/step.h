@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -49,6 +50,8 @@ struct Variables {
 /// What happened, for logs and recordings.
 using EventSink = std::function<void(std::string_view source, std::string_view name, std::string_view text)>;
 
+class Scheduler;
+
 /// All that a running step may use. Owned by the session.
 struct Context {
   command::Cell& cell;
@@ -56,6 +59,7 @@ struct Context {
   Variables& variables;
   std::int64_t program_latency_cycles = 2;  ///< from a command to its effect (row D2)
   EventSink event;
+  Scheduler* scheduler = nullptr;  ///< of the activities of the program that runs; its runner sets it
 };
 
 /// A net as a step of a program would load it.
@@ -79,8 +83,16 @@ struct Rehearsal {
   std::set<std::string, std::less<>>* claimed = nullptr;          ///< gets the devices that nets drive; null: nobody
   net::Environment* devices = nullptr;                            ///< nets are verified with them; null: they are not
   std::string step;                                               ///< name of the step that is played
-  std::vector<RehearsedNet>* nets = nullptr;                      ///< who wants to see the nets; null: nobody
+  /// The last motion may be left for another one of its arm. Nobody has gone on with it so far.
+  struct Open {
+    std::string arm, pointer;
+  };
+  std::optional<Open> open = {};
+  std::vector<RehearsedNet>* nets = nullptr;  ///< who wants to see the nets; null: nobody
 };
+
+/// What comes next does not go on with the motion that may be left: a note says that the arm stops.
+void settle_rehearsal(Rehearsal& rehearsal, Findings& findings);
 
 enum class Progress { kRunning, kDone, kFailed };
 
@@ -95,6 +107,12 @@ class StepRun {
   virtual void cancel(Context& context) { (void)context; }
   /// Of a step that has absorbed others: which of them is being done, from 0.
   [[nodiscard]] virtual std::size_t part() const { return 0; }
+  /// It is the one that is being done: nothing that it goes on with is before it any more.
+  [[nodiscard]] virtual bool begun() const { return true; }
+  /// It has taken over what it goes on with, in motion.
+  [[nodiscard]] virtual bool has_taken_over() const { return false; }
+  /// The program may look for what comes next while it runs on: a motion that another one can go on with.
+  [[nodiscard]] virtual bool may_be_left() const { return false; }
 };
 
 /// A leaf of a program tree: immutable after parsing.
@@ -110,6 +128,13 @@ class Step {
   /// while a program is made. @return false if they stay two; then `next` is untouched.
   virtual bool absorb(Step& next) {
     (void)next;
+    return false;
+  }
+  /// Of a planned motion: the arm that it moves. Empty: everything before it has to be over when it begins.
+  [[nodiscard]] virtual std::string moved_arm() const { return {}; }
+  /// A planned motion can be planned before the one that it goes on with has ended.
+  [[nodiscard]] virtual bool may_go_on(const command::Cell& cell) const {
+    (void)cell;
     return false;
   }
 };

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/node.h"
+#include "core/activity/strand.h"
 
 namespace takt::activity {
 namespace {
@@ -26,9 +26,11 @@ class TryNode final : public Node {
 
   /// The body, and each other part from where the body began: nobody knows where it fails.
   void rehearse(Rehearsal& rehearsal, Scope& around, Findings& findings) const override {
-    const Rehearsal before = rehearsal;
+    Rehearsal before = rehearsal;
+    before.open.reset();
     const Scope::Saved values = around.save();
     body->rehearse(rehearsal, around, findings);
+    settle_rehearsal(rehearsal, findings);
     const Scope::Saved values_after = around.save();
     for (const Node* part : {recover.get(), handler.get()}) {
       Rehearsal own = before;
@@ -38,6 +40,7 @@ class TryNode final : public Node {
       declare_error(scope, "an error");
       Findings inside;
       part->rehearse(own, scope, inside);
+      settle_rehearsal(own, inside);
       findings.append(as_warnings(inside, "where a failure leaves the arm is not known"));
       rehearsal.effort = own.effort;
       rehearsal.contacts.insert(own.contacts.begin(), own.contacts.end());
@@ -79,7 +82,7 @@ class TryRun final : public NodeRun {
       if (!run_) {
         if (cancelled_ && phase_ != Phase::kCleanup) enter(Phase::kCleanup);
         if (phase_ == Phase::kCleanup && execution.cancelled) return end(findings);
-        run_ = part().begin(scope_);
+        run_ = std::make_unique<SettledRun>(part().begin(scope_));
       }
       Findings own;
       const Outcome outcome = run_->advance(execution, own);
@@ -118,7 +121,7 @@ class TryRun final : public NodeRun {
       scope_.from_json(state.at("variables"));
     }
     if (!state.contains("run")) return;
-    run_ = part().begin(scope_);
+    run_ = std::make_unique<SettledRun>(part().begin(scope_));
     run_->restore(state.at("run"), execution, findings);
   }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/command/device_sensors.h"
+#include "core/motion/motion_state.h"
 
 namespace takt::activity {
 namespace {
@@ -44,16 +45,33 @@ void connect(const Cell& cell, const std::string& arm, std::optional<double> tau
 
 /// @param duration  of the motion from rest: shares of time are its
 motion::Blend blend_of(const BlendingCondition& wish, const motion::Motion& motion, double duration) {
-  if (wish.distance) return {motion::Blend::Kind::kDistance, *wish.distance};
+  if (!wish.time_share) return wish.way;
   const double left = (1.0 - *wish.time_share) * duration;
   const double share = 1.0 - motion.law.at(motion.duration() - left).s;
   return {motion::Blend::Kind::kFraction, std::clamp(share, 1e-3, 0.5)};
 }
 
-command::RuntimeCommand command_of(const TwoWays& ways, const std::string& name, const command::PlannedMotion& motion,
-                                   const MotionParameters& wish) {
-  command::RuntimeCommand command(name, ways.actuator, command::planned(motion));
-  if (wish.until) command.on_entered(*wish.until, cancel(command));
+/// Names of what a guarded motion shows: each way has its own.
+struct EndNames {
+  const char *touch, *progress;
+};
+constexpr EndNames kFromRest{"touch", "progress"};
+constexpr EndNames kFromBlend{"touch after a blend", "progress after a blend"};
+
+/// A condition counts from where the motion that it stands at begins: others may be blended into it.
+command::RuntimeCommand command_of(const Cell& cell, const TwoWays& ways, const std::string& name,
+                                   const command::PlannedMotion& motion, const MotionParameters& wish,
+                                   const EndNames& names) {
+  const command::Action action = command::planned(motion);
+  command::RuntimeCommand command(name, ways.actuator, action);
+  if (!wish.until) return command;
+  State until = *wish.until;
+  if (!motion.handed_over.empty()) until = until && action.via_passed(static_cast<int>(motion.handed_over.size()) - 1);
+  command.on_entered(until, cancel(command));
+  if (!ways.tells_end) return command;
+  // A sensor that is silent stops the arm, but it has not felt anything.
+  command.capture(names.touch, command::tool_pose(cell, ways.clock), until);
+  command.observe(names.progress, action.progress());
   return command;
 }
 
@@ -104,14 +122,21 @@ Prepared prepare_two_ways(const Situation& situation, TwoWays ways, const Motion
   Prepared prepared;
   connect(cell, ways.clock, std::nullopt, ways.from_rest);
   add_forecasts(ways, wish, prepared);
-  const auto rest = command_of(ways, ways.from_blend ? "from rest" : ways.name, ways.from_rest, wish);
+  // Without channels nobody could tell it where the clock of the one before is.
+  if (!cell.channels.contains(path_time_channel(ways.clock))) ways.from_blend.reset();
+  const auto rest = command_of(cell, ways, ways.from_blend ? "from rest" : ways.name, ways.from_rest, wish, kFromRest);
+  prepared.motions.push_back({rest.subject(), ways.from_rest.handed_over, 0.0});
   if (leavable_later) add_last(rest.subject(), leavable(ways.from_rest, wish, duration), prepared);
   prepared.command = rest;
   prepared.at_share = [action = rest.action()](double share) { return action.at_path(share); };
   if (!ways.from_blend) return prepared;
 
   connect(cell, ways.clock, ways.tau, *ways.from_blend);
-  const auto going_on = command_of(ways, "from a blend", *ways.from_blend, wish);
+  const auto going_on = command_of(cell, ways, "from a blend", *ways.from_blend, wish, kFromBlend);
+  std::vector<double> handed_over = ways.from_blend->handed_over;
+  const double own_begin = handed_over.empty() ? 0.0 : handed_over.front();
+  if (!handed_over.empty()) handed_over.erase(handed_over.begin());
+  prepared.motions.push_back({going_on.subject(), std::move(handed_over), own_begin});
   if (leavable_later) add_last(going_on.subject(), leavable(*ways.from_blend, wish, duration), prepared);
   for (const auto& [arm, begin] : ways.begins) {
     if (begin.blend) prepared.begins[arm].push_back(*begin.blend);
@@ -127,6 +152,48 @@ Prepared prepare_two_ways(const Situation& situation, TwoWays ways, const Motion
     return one.at_path(share) || other.at_path(share);
   };
   return prepared;
+}
+
+Prepared prepare_two_ways(const Situation& situation, ArmPlans plans, const MotionParameters& wish) {
+  const auto planned = [&](motion::SequencePlan plan) {
+    return command::PlannedMotion{.motion = std::make_shared<const motion::Motion>(std::move(plan.motion)),
+                                  .X_FM = plans.model.X_FM,
+                                  .handed_over = std::move(plan.handed_over),
+                                  .clock = {},
+                                  .name = plans.name};
+  };
+  TwoWays ways{.name = plans.name,
+               .actuator = command::arm(situation.cell, plans.arm),
+               .clock = plans.arm,
+               .from_rest = planned(std::move(plans.from_rest)),
+               .tells_end = plans.tells_end};
+  ways.begins[plans.arm].rest = seam_at_rest(ways.from_rest.motion->q_start);
+  const auto begin = plans.from_blend ? motion::joints_at(plans.model, plans.from_blend->motion, 0.0) : std::nullopt;
+  if (begin) {
+    ways.from_blend = planned(std::move(*plans.from_blend));
+    const Precedent::Leaving& leaving = *situation.precedents.find(plans.arm)->second.leaving;
+    ways.tau = leaving.tau;
+    ways.begins[plans.arm].blend = seam_in_motion(leaving, *begin);
+  }
+  return prepare_two_ways(situation, std::move(ways), wish);
+}
+
+std::optional<motion::Departure> departure_of(const Precedent& before, const Eigen::Isometry3d& X_FM) {
+  constexpr double kSame = 1e-12;
+  if (!before.leaving || !before.leaving->motion.X_FM.isApprox(X_FM, kSame)) return std::nullopt;
+  const Precedent::Leaving& leaving = *before.leaving;
+  return motion::Departure{
+      .motion = *leaving.motion.motion, .tau = leaving.tau, .lead = leaving.lead, .blend = leaving.motion.blend};
+}
+
+GuardedEnd guarded_end(const ActivityRun& run) {
+  constexpr double kRounding = 1e-9;
+  GuardedEnd end;
+  for (const EndNames& names : {kFromRest, kFromBlend}) {
+    if (const auto touch = run.value<net::Frame>(names.touch)) end.touch = touch;
+    end.at_goal = end.at_goal || run.value<net::Real>(names.progress).value_or(0.0) > 1.0 - kRounding;
+  }
+  return end;
 }
 
 }  // namespace takt::activity

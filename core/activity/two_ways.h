@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/activity/motion_activity.h"
+#include "core/activity/scheduler.h"
 
 namespace takt::activity {
 
@@ -23,11 +24,35 @@ struct TwoWays {
     std::optional<device::Seam> blend;
   };
   std::map<std::string, Begin> begins = {};
+  bool tells_end = false;  ///< a guarded motion tells how it ended (guarded_end)
+};
+
+/// The plans of a motion of one arm.
+struct ArmPlans {
+  std::string name, arm;
+  const motion::ArmModel& model;
+  motion::SequencePlan from_rest;
+  std::optional<motion::SequencePlan> from_blend;
+  bool tells_end = false;
 };
 
 /// One command with both ways, of which the first cycle takes one by where the clock's arm is told to be (docs/
 /// activity-layer.md), and what is known of its arms. Realtime: setup.
 [[nodiscard]] Prepared prepare_two_ways(const Situation& situation, TwoWays ways, const MotionParameters& wish);
+
+/// The same for one arm.
+[[nodiscard]] Prepared prepare_two_ways(const Situation& situation, ArmPlans plans, const MotionParameters& wish);
+/// What may be left, as planners have it; nothing where the arm has to come to rest first. It refers to `before`.
+/// @param X_FM  the frame that is to move on
+[[nodiscard]] std::optional<motion::Departure> departure_of(const Precedent& before, const Eigen::Isometry3d& X_FM);
+
+/// How a guarded motion ended that tells it (TwoWays::tells_end).
+struct GuardedEnd {
+  /// Where the tool was, in the arm's base, measured, in the cycle in which `until` first held; nothing: it never did.
+  std::optional<net::Frame> touch;
+  bool at_goal = false;  ///< it came to the end of its path
+};
+[[nodiscard]] GuardedEnd guarded_end(const ActivityRun& run);
 
 /// The seam of a motion that runs at rate 1.
 [[nodiscard]] device::Seam seam_of(const motion::JointSample& state);

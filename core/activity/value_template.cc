@@ -1,5 +1,6 @@
 #include "core/activity/value_template.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -8,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/moving_frames.h"
 #include "core/base/object_reader.h"
 
 namespace takt::activity {
@@ -178,6 +180,24 @@ ValueTemplate ValueTemplate::parse(const Json& json, const std::string& pointer,
     }
   });
   return result;
+}
+
+namespace {
+
+bool is_place_that_moves(const Json& json, const command::Cell& cell) {
+  if (json.is_array())
+    return std::ranges::any_of(json, [&](const Json& one) { return is_place_that_moves(one, cell); });
+  if (!json.is_object()) return false;
+  const auto in = json.find("in");
+  return in != json.end() && in->is_string() &&
+         moves(cell.frames, in->get_ref<const std::string&>(), world::FrameGraph::kWorld);
+}
+
+}  // namespace
+
+bool ValueTemplate::changes(const command::Cell& cell) const {
+  if (json_ && is_place_that_moves(*json_, cell)) return true;
+  return std::ranges::any_of(expressions_, [&](const auto& entry) { return entry.second.changes(cell); });
 }
 
 bool ValueTemplate::depends(std::string_view pointer) const {

@@ -23,6 +23,9 @@ class ValueTemplate {
   /// No expression stands in it.
   [[nodiscard]] bool constant() const { return expressions_.empty(); }
   [[nodiscard]] const std::string& pointer() const { return pointer_; }
+  /// It is worth something else while machines move: an expression looks at them (Expression::changes), or it is a
+  /// place, or a list of places, in a frame that moves.
+  [[nodiscard]] bool changes(const command::Cell& cell) const;
   /// A place at or below an expression, or one that holds it: what is wrong there shows only with its value.
   [[nodiscard]] bool depends(std::string_view pointer) const;
   /// Is there an expression below this key?

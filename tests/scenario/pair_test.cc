@@ -38,8 +38,6 @@ class PairTest : public testing::TestWithParam<Kind> {
     auto cell = build_cell(*description, device::ModelLibrary({"models"}), false, warnings);
     EXPECT_TRUE(cell) << cell.error().to_string();
     built = std::make_unique<BuiltCell>(std::move(*cell));
-    const Findings findings = activity::declare_channels(*built->core, built->cell);
-    EXPECT_FALSE(findings.has_errors()) << findings.to_string();
     program = std::make_unique<activity::Runtime>(*built->core, built->cell, [this] { cycle(); });
     for (int i = 0; i < 5; ++i) cycle();
     built->emergency_stop->set_reset(true);

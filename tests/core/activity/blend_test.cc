@@ -12,41 +12,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-class BlendTest : public test::ActivityTest {
- protected:
-  static std::string sequence(const std::string& steps) { return R"({"do": "sequence", "steps": [)" + steps + "]}"; }
-  Findings rehearsed(const std::string& text) {
-    return good(text).rehearse(fake.cell, &fake.core.environment()).findings;
-  }
-  /// Ends whatever runs by its stop reaction.
-  void abort_all() {
-    for (rcc::NetId net = 1; net < 1000; ++net) {
-      if (fake.core.knows(net) && fake.core.state(net) == rcc::NetState::kRunning) (void)fake.core.abort(net);
-    }
-  }
-
-  /// Names of the steps in the order in which they began.
-  std::vector<std::string> begun() const {
-    std::vector<std::string> names;
-    for (const std::string& line : log) {
-      if (line.starts_with("program: begin ")) names.push_back(line.substr(15));
-    }
-    return names;
-  }
-  /// Cycles in which the arm stood, between its first and its last motion.
-  int standing_cycles() const {
-    const auto& sent = fake.backend->sent;
-    std::size_t first = 0;
-    std::size_t last = sent.size() - 1;
-    while (first < last && sent[first].dq.isZero(0.0)) ++first;
-    while (last > first && sent[last].dq.isZero(0.0)) --last;
-    // Its very first and last cycles are slow too.
-    constexpr std::size_t kRamp = 20;
-    int count = 0;
-    for (std::size_t i = first + kRamp; i + kRamp <= last; ++i) count += sent[i].dq.cwiseAbs().maxCoeff() < 1e-4;
-    return count;
-  }
-};
+class BlendTest : public test::ActivityTest {};
 
 /// Every kind into every other: PTP, LIN, arc through a point, spline of joints, arc about an axis, spline of poses.
 constexpr const char* kTour = R"(

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/program.h"
+#include "core/activity/runtime.h"
 #include "tests/support/fake_cell.h"
 
 namespace takt::test {
@@ -36,6 +37,39 @@ class ActivityTest : public testing::Test {
     return program ? std::vector<std::string>() : pointers(program.error());
   }
 
+  static std::string sequence(const std::string& steps) { return R"({"do": "sequence", "steps": [)" + steps + "]}"; }
+  Findings rehearsed(const std::string& text) {
+    return good(text).rehearse(fake.cell, &fake.core.environment()).findings;
+  }
+  /// Ends whatever runs by its stop reaction.
+  void abort_all() {
+    for (rcc::NetId net = 1; net < 1000; ++net) {
+      if (fake.core.knows(net) && fake.core.state(net) == rcc::NetState::kRunning) (void)fake.core.abort(net);
+    }
+  }
+
+  /// Names of the steps in the order in which they began.
+  std::vector<std::string> begun() const {
+    std::vector<std::string> names;
+    for (const std::string& line : log) {
+      if (line.starts_with("program: begin ")) names.push_back(line.substr(15));
+    }
+    return names;
+  }
+  /// Cycles in which the arm stood, between its first and its last motion.
+  int standing_cycles() const {
+    const auto& sent = fake.backend->sent;
+    std::size_t first = 0;
+    std::size_t last = sent.size() - 1;
+    while (first < last && sent[first].dq.isZero(0.0)) ++first;
+    while (last > first && sent[last].dq.isZero(0.0)) --last;
+    // Its very first and last cycles are slow too.
+    constexpr std::size_t kRamp = 20;
+    int count = 0;
+    for (std::size_t i = first + kRamp; i + kRamp <= last; ++i) count += sent[i].dq.cwiseAbs().maxCoeff() < 1e-4;
+    return count;
+  }
+
   /// Runs a program to its end. `at_cycle` is called before each cycle with its number, from 0.
   activity::Progress run(const activity::Program& program,
                          const std::function<void(int, activity::ProgramRunner&)>& at_cycle = {}, int most = 100'000) {
@@ -55,7 +89,10 @@ class ActivityTest : public testing::Test {
   }
   activity::Progress run(const std::string& text) { return run(good(text)); }
 
-  FakeCell fake;
+  FakeCell fake{[this] {
+    const Findings wrong = activity::declare_channels(fake.core, fake.cell);
+    EXPECT_FALSE(wrong.has_errors()) << wrong.to_string();
+  }};
   activity::Variables variables;
   std::int64_t latency = 2;
   std::vector<std::string> log;

@@ -167,7 +167,7 @@ TEST_F(ProgramTest, AFaultOfTheArmIsTheFailureOfItsStep) {
   EXPECT_EQ(run(program, [this](int cycle, ProgramRunner&) { fake.backend->silent = cycle >= 200; }),
             Progress::kFailed);
   EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/0"));
-  EXPECT_THAT(findings.to_string(), HasSubstr("the net was stopped in cycle"));
+  EXPECT_THAT(findings.to_string(), HasSubstr("was stopped in cycle"));
 }
 
 TEST_F(ProgramTest, N3_ASensorThatFallsSilentIsNoTouch) {
