@@ -1,5 +1,6 @@
 #include "app/run.h"
 
+#include <algorithm>
 #include <exception>
 
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 
 #include "app/cell_setup.h"
 #include "app/run_arguments.h"
+#include "scenario/interruptions.h"
 
 namespace takt::app {
 namespace {
@@ -18,6 +20,7 @@ struct Arguments : RunArguments {
   std::string file;
   std::vector<std::string> models;
   bool json = false;
+  std::int64_t try_every = 0;  // cycles; 0: the run is not tried
 };
 
 /// What stopped the program; empty if nothing did.
@@ -49,6 +52,43 @@ std::string digest_of_second_run(const std::filesystem::path& file, const CellOp
   }
 }
 
+/// What `--try-interruptions` cannot be had with: a fork has one thread and no clock.
+Findings check(const Arguments& arguments) {
+  Findings findings;
+  if (arguments.try_every == 0) return findings;
+  const std::pair<const char*, bool> others[] = {{"--video", !arguments.video.empty()},
+                                                 {"--record", !arguments.record.empty()},
+                                                 {"--realtime", arguments.realtime}};
+  for (const auto& [name, given] : others)
+    if (given) findings.error("--try-interruptions", fmt::format("cannot be together with {}", name), "one of both");
+  return findings;
+}
+
+/// In a child: the program has ended after it was interrupted.
+[[noreturn]] void answer(Cell& cell, const scenario::RunReport& report, scenario::Interruptions& tries) {
+  constexpr double kSoon = 6.0;  // s; what is cancelled brakes, and its program may say something yet
+  const double period = to_seconds(cell.core().period());
+  const double told = period * static_cast<double>(tries.cycle_of_interruption() + tries.paused_cycles());
+  const bool goes_on = tries.way() == scenario::Interruptions::Way::kPause && tries.long_watch();
+  if (!goes_on && report.sim_time > told + kSoon)
+    tries.complain(fmt::format("the program ends only at {:.3f} s", report.sim_time));
+  for (const auto& [name, arm] : cell.model().arms) {
+    if (!arm.device->at_rest()) tries.complain(fmt::format("'{}' moves after the end", name));
+    if (arm.device->held()) tries.complain(fmt::format("'{}' is held after the end", name));
+  }
+  tries.answer();
+}
+
+/// What came of the children, as an expectation of the run.
+void tell(const scenario::Interruptions& tries, scenario::RunReport& report) {
+  const auto& failures = tries.failures();
+  std::string measured = fmt::format("{} tried", tries.tried());
+  for (const std::string& failure : failures) measured += "; " + failure;
+  const bool held = failures.empty() && tries.tried() > 0;
+  report.expectations.push_back({.name = "interruptions", .kind = "program", .passed = held, .measured = measured});
+  if (!held && report.verdict == scenario::Verdict::kPassed) report.verdict = scenario::Verdict::kFailed;
+}
+
 void print(const nlohmann::ordered_json& json) {
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
@@ -62,12 +102,16 @@ int refuse(const Findings& findings, bool json) {
 int run(const Arguments& arguments, const Program& program) {
   Findings findings;
   auto [open, options] = parse(arguments, findings);
+  findings.append(check(arguments));
   if (findings.has_errors()) return refuse(findings, arguments.json);
   CellOptions cell_options{.quiet = arguments.json};
   cell_options.models.assign(arguments.models.begin(), arguments.models.end());
   Cell::Setup setup{.open = open, .run = options};
   setup.run.interrupt = &catch_interrupts();
   if (!arguments.json) show_progress_on_terminal(setup.run);
+  scenario::Interruptions tries(
+      {.every = std::max<std::int64_t>(1, arguments.try_every), .ways = scenario::Interruptions::by_program});
+  if (arguments.try_every > 0) tries.attach(setup.run);
   std::optional<Cell> cell;
   try {
     cell.emplace(arguments.file, cell_options, setup);
@@ -76,8 +120,11 @@ int run(const Arguments& arguments, const Program& program) {
   }
   fmt::print(stderr, "{}", cell->warnings().to_string());
   const Findings why = carry_out(*cell, program);
-  const scenario::RunReport report =
-      cell->finish(why, [&] { return digest_of_second_run(arguments.file, cell_options, open, program); });
+  scenario::RunReport report = cell->finish(why, [&]() -> std::string {
+    return tries.in_child() ? "" : digest_of_second_run(arguments.file, cell_options, open, program);
+  });
+  if (tries.in_child()) answer(*cell, report, tries);
+  if (arguments.try_every > 0) tell(tries, report);
   if (!arguments.json) clear_progress();
   fmt::print(stderr, "{}", report.findings.to_string());
   if (arguments.json) {
@@ -98,6 +145,11 @@ int run(int argc, char** argv, const std::filesystem::path& file, const Program&
   add_run_options(parser, arguments);
   parser.add_option("--models", arguments.models, "Folder of models that is searched first")->type_name("DIR");
   parser.add_flag("--json", arguments.json, "The report as JSON on stdout");
+  parser
+      .add_option("--try-interruptions", arguments.try_every,
+                  "Fork at every N-th cycle, and cancel, pause and abort the program there")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
   try {
     parser.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -59,6 +59,7 @@ SimArm::SimArm(const SimArmDescription& description, ArmPlant plant, std::uint64
       plant_(std::move(plant)),
       drives_(make_drives(plant_, control_.brake_factor)),
       law_(control_, plant_, drives_),
+      friction_(filled(control_.friction_observer, plant_.chain.joint_count(), 0.0), control_.friction_uncertainty),
       observer_(plant_.chain.joint_count()),
       noise_(seed, description.name),
       line_(cycles_of(measurement_.delay, plant_.period),
@@ -154,6 +155,7 @@ void SimArm::brake() {
   own_stop_.reset();
   change_.reset();
   fade_ = 0.0;
+  friction_.reset();
   drives_.close(q_true_, joint_torque_, joint_inertia(plant_, q_true_));
 }
 
@@ -259,6 +261,23 @@ void SimArm::supervise() {
   }
 }
 
+/// What the integral part of the position law adds. A spring gives way to friction as to anything else, so springs have
+/// none.
+JointVector SimArm::unknown_friction() {
+  if (compliance_.mode != ControlMode::kPosition) {
+    friction_.reset();
+    return zeros(q_.size());
+  }
+  const double h = plant_.timestep;
+  const JointVector acceleration = friction_.acceleration(dq_, h);
+  JointVector modelled = q_;
+  drives_.friction(dq_, modelled);
+  const JointVector needed = plant_.chain.inverse_dynamics(q_, dq_, acceleration, plant_.gravity_B, payload_) +
+                             plant_.armature.cwiseProduct(acceleration) + control_.friction_compensation * modelled;
+  friction_.update(needed, motor_torque_, h);
+  return friction_.compensation(modelled, dq_);
+}
+
 void SimArm::compute_torque(double time_in_cycle) {
   const double h = time_in_cycle;
   const ArmTask task{.q = q_,
@@ -270,6 +289,7 @@ void SimArm::compute_torque(double time_in_cycle) {
                      .payload = payload_,
                      .X_FT = X_FT_};
   JointVector torque = law_.torque(task);
+  if (friction_.active()) torque += unknown_friction();
   if (fade_ > 0.0) {
     if (fade_ == 1.0) fading_ = wanted_torque_ - torque;
     torque += fade_ * fading_;
@@ -328,7 +348,7 @@ void SimArm::estimate_external(const device::ArmSample& sample) {
     torque -= control_.friction_compensation * friction;
     inertial += plant_.armature.cwiseProduct(acceleration);
   }
-  observer_.update(inertial, torque, measurement_.observer_gain, plant_.period);
+  observer_.update(inertial, torque, JointVector::Constant(q_.size(), measurement_.observer_gain), plant_.period);
 }
 
 void SimArm::measure(const mjData_& data, Nanoseconds now) {
@@ -360,6 +380,7 @@ void SimArm::stream(StateStream& state) {
   noise_ = Random(random);
   drives_.stream(state);
   if (plant_.drive) plant_.drive->stream(state);
+  friction_.stream(state);
   observer_.stream(state);
   for (JointVector* values : {&q_, &dq_, &q_true_, &dq_true_, &motor_torque_, &joint_torque_, &set_point_.q,
                               &set_point_.dq, &set_point_.ddq, &wanted_torque_, &fading_}) {

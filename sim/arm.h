@@ -11,6 +11,7 @@
 #include "core/kinematics/chain.h"
 #include "sim/arm_law.h"
 #include "sim/device.h"
+#include "sim/friction_observer.h"
 #include "sim/joint_drive.h"
 #include "sim/sample_line.h"
 #include "sim/world_description.h"
@@ -76,6 +77,7 @@ class SimArm final : public device::ArmBackend, public SimDevice {
   void read_plant(const mjData_& data);
   void gather(const mjData_& data);
   void compute_torque(double time_in_cycle);
+  [[nodiscard]] JointVector unknown_friction();
   void supervise();
   void trip(ArmFault fault);
   void take_set_point();
@@ -97,6 +99,7 @@ class SimArm final : public device::ArmBackend, public SimDevice {
   Eigen::Isometry3d X_FT_ = Eigen::Isometry3d::Identity();
   JointDrives drives_;
   ArmLaw law_;
+  FrictionObserver friction_;
   ExternalTorqueObserver observer_;
   Random noise_;
 

@@ -143,8 +143,9 @@ JointVector ArmLaw::cartesian_impedance(const ArmTask& task) const {
 ExternalTorqueObserver::ExternalTorqueObserver(int joint_count)
     : estimate_(JointVector::Zero(joint_count)), last_dq_(JointVector::Zero(joint_count)) {}
 
-void ExternalTorqueObserver::update(const JointVector& inertial, const JointVector& torque, double gain, double h) {
-  estimate_ += std::min(1.0, gain * h) * (inertial - torque - estimate_);
+void ExternalTorqueObserver::update(const JointVector& inertial, const JointVector& torque, const JointVector& gain,
+                                    double h) {
+  estimate_ += (gain * h).cwiseMin(1.0).cwiseProduct(inertial - torque - estimate_);
 }
 
 JointVector ExternalTorqueObserver::acceleration(const JointVector& dq, double h) {

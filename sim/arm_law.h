@@ -68,7 +68,8 @@ class ExternalTorqueObserver {
  public:
   explicit ExternalTorqueObserver(int joint_count);
   /// @param inertial  M a + C dq + g for a = acceleration(); @param torque  measured, without friction and rotors
-  void update(const JointVector& inertial, const JointVector& torque, double gain, double h);
+  /// @param gain      (n) 1/s
+  void update(const JointVector& inertial, const JointVector& torque, const JointVector& gain, double h);
   /// Of the step from the last velocity to this one, rad/s^2; 0 in the first step after a reset.
   [[nodiscard]] JointVector acceleration(const JointVector& dq, double h);
   void reset();

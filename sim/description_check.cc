@@ -165,6 +165,9 @@ class Checker {
     for (const double d : c.damping_ratio) require(d > 0.0, at, "damping_ratio", d, "> 0");
     require(c.friction_compensation >= 0.0 && c.friction_compensation <= 1.0, at, "friction_compensation",
             c.friction_compensation, "0 to 1");
+    for (const double rate : c.friction_observer) require(rate >= 0.0, at, "friction_observer", rate, ">= 0 1/s");
+    require(c.friction_uncertainty >= 0.0 && c.friction_uncertainty <= 1.0, at, "friction_uncertainty",
+            c.friction_uncertainty, "0 to 1");
     std::vector<std::string> robots;
     for (const auto& robot : world_.robots) robots.push_back(robot.name);
     if (std::ranges::find(robots, arm.robot) == robots.end()) {

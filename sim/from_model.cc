@@ -39,6 +39,7 @@ SimArmDescription simulated_arm(std::string name, std::string robot, const devic
   arm.flange_link = model.flange_link;
   arm.control.natural_frequency = model.natural_frequency;
   arm.control.damping_ratio = model.damping_ratio;
+  arm.control.friction_observer = model.friction_observer;
   arm.control.modes = model.modes;
   arm.control.impedance = model.impedance;
   arm.control.limits = model.limits;

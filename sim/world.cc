@@ -116,8 +116,9 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
   }
   const int n = chain->joint_count();
   Findings wrong_sizes;
-  for (const JointVector* given : {&arm.control.natural_frequency, &arm.control.damping_ratio,
-                                   &arm.measurement.torque_noise, &arm.measurement.torque_bias}) {
+  for (const JointVector* given :
+       {&arm.control.natural_frequency, &arm.control.damping_ratio, &arm.control.friction_observer,
+        &arm.measurement.torque_noise, &arm.measurement.torque_bias}) {
     if (given->size() == 0 || given->size() == n) continue;
     wrong_sizes.error(at, fmt::format("{} figures for {} joints", given->size(), n), "one for each joint, or none");
   }

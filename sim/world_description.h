@@ -117,6 +117,8 @@ struct ArmControlParameters {
   JointVector natural_frequency;       ///< rad/s of the position loop; default 60
   JointVector damping_ratio;           ///< default 1
   double friction_compensation = 0.8;  ///< share of the joint friction that the controller feeds forward, 0..1
+  JointVector friction_observer;       ///< 1/s: how fast it learns the friction that it does not know; default 0: not
+  double friction_uncertainty = 0.25;  ///< share of the joint friction that this can be at most, 0..1
   double following_error_limit = 0.1;  ///< rad or m between set point and joint; beyond it the brakes close
   double overspeed_factor = 1.3;       ///< times the velocity limit; beyond it the brakes close
   double brake_factor = 1.5;           ///< holding torque of the brakes over the effort limit

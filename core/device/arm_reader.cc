@@ -161,6 +161,7 @@ void ArmReader::read_control() {
     ObjectReader gains(*inner, control.at("gains"), reader_.findings());
     arm_.natural_frequency = joints(gains, "natural_frequency_rad_s", kPositive);
     arm_.damping_ratio = joints(gains, "damping_ratio", kPositive);
+    arm_.friction_observer = joints(gains, "friction_observer_per_s", kNotNegative, /*required=*/false);
     gains.finish();
   }
   control.finish();

@@ -48,6 +48,7 @@ struct ArmDescription : ModelDescription {
   JointVector friction;               ///< Coulomb friction, Nm (N), from the URDF
   JointVector natural_frequency;      ///< of the position controller, rad/s
   JointVector damping_ratio;          ///< of the position controller, 1
+  JointVector friction_observer;      ///< of the position controller, 1/s: its integral part; 0: none
   ControlModes modes;                 ///< what its controller can do
   ImpedanceDescription impedance;     ///< of the modes of impedance that it has
   double position_resolution = 0.0;   ///< rad or m

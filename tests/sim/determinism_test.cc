@@ -15,6 +15,7 @@ WorldDescription noisy_cell() {
   world.robots.push_back(lwr());
   add_probe(world);
   world.arms.push_back(lwr_controller());
+  world.arms[0].control.friction_observer = JointVector::Constant(7, 60.0);
   world.arms[0].measurement.torque_noise = JointVector::Constant(7, 0.1);
   world.arms[0].measurement.velocity_noise = 1e-4;
   world.force_torque_sensors[0].force_noise.setConstant(0.05);

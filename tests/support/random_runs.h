@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -23,6 +24,37 @@ struct RandomRuns {
     std::printf("%ld random cases from seed %llu on (TAKT_SEED, TAKT_RUNS change that)\n", count,
                 static_cast<unsigned long long>(first_seed));
   }
+};
+
+/// Which cases of a long test this process tries, so that several can run side by side.
+///   TAKT_SHARE=k/n  the k-th of n shares, k from 1 on; else all of them
+struct Share {
+  long which = 1, of = 1;
+
+  Share() {
+    const char* share = std::getenv("TAKT_SHARE");
+    if (share == nullptr) return;
+    if (std::sscanf(share, "%ld/%ld", &which, &of) == 2 && which >= 1 && which <= of) return;
+    std::fprintf(stderr, "TAKT_SHARE is '%s', must be k/n with 1 <= k <= n\n", share);
+    std::exit(2);
+  }
+  [[nodiscard]] bool has(std::int64_t number) const { return number % of == which - 1; }
+};
+
+/// Says on stderr now and then how far a long test has come.
+class Progress {
+ public:
+  /// @param text  called only if it is time to say something again
+  template <typename Text>
+  void tell(const Text& text) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < std::chrono::seconds(20)) return;
+    last_ = now;
+    std::fprintf(stderr, "  %s\n", std::string(text()).c_str());
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace takt::test

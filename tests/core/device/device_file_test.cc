@@ -28,6 +28,8 @@ TEST(DeviceFile, ReadsTheLwr) {
         &lwr.effort, &lwr.home, &lwr.armature, &lwr.natural_frequency, &lwr.torque_noise})
     EXPECT_EQ(list->size(), 7);
   EXPECT_EQ(lwr.limits.jerk[0], 160.0);
+  EXPECT_TRUE(lwr.friction_observer.isZero(0.0)) << "not in its file";
+  EXPECT_EQ(lwr.friction_observer.size(), 7);
   EXPECT_EQ(lwr.cycle, kMillisecond);
   EXPECT_EQ(lwr.sample_age_max, 20 * kMillisecond);
 }

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scenario/cell_builder.h"
+#include "scenario/limit_monitor.h"
+#include "scenario/operator.h"
+#include "scenario/run_report.h"
+
+namespace takt::scenario {
+
+/// Tries a run at many of its cycles: at each of them the process is forked, the child is interrupted in one way and
+/// answers what is wrong after it, the parent goes on as if nothing had been. So a thousand cases cost one run and what
+/// comes after each interruption. Lock-step runs without film and recording only: a fork has one thread.
+/// Whoever runs the program asks in_child() after it, judges there, and calls answer(), which ends the child.
+/// Thread: the one that steps the core. Realtime: setup.
+class Interruptions {
+ public:
+  enum class Way { kCancel, kPause, kAbort, kStop0, kStop1, kStop2 };
+  static constexpr int kWays = 6;
+  [[nodiscard]] static std::string_view name_of(Way way);
+
+  struct Plan {
+    std::int64_t first = 0, every = 10;  ///< cycles at which the run is tried
+    /// What is tried at the n-th of them, from 0 on; nothing: nobody asks there.
+    std::function<std::vector<Way>(std::int64_t point)> ways = {};
+    std::function<void(std::int64_t cycle)> progress = {};  ///< after each of them
+  };
+  /// Cancel, pause and abort.
+  [[nodiscard]] static std::vector<Way> by_program(std::int64_t point);
+
+  explicit Interruptions(Plan plan) : plan_(std::move(plan)) {}
+  [[nodiscard]] Plan& plan() { return plan_; }
+
+  /// Takes the panel of the run, and looks at each cycle.
+  void attach(RunOptions& options);
+
+  [[nodiscard]] bool in_child() const { return child_; }
+  /// In a child: which way, and whether it is one of the few that are watched for long.
+  [[nodiscard]] Way way() const { return way_; }
+  [[nodiscard]] bool long_watch() const { return long_watch_; }
+  [[nodiscard]] std::int64_t cycle_of_interruption() const { return at_; }
+  /// In a child: how long the pause was, in cycles; 0: there was none, or it has not ended.
+  [[nodiscard]] std::int64_t paused_cycles() const { return resumed_ < 0 ? 0 : resumed_ - at_; }
+  /// In a child: something is wrong.
+  void complain(const std::string& what);
+  /// In a child: looks at the set points of this cycle; attach() does that for the cycles of the run.
+  void watch(BuiltCell& built);
+  /// Ends the child, with what is wrong: complaints, and limits that were broken in any cycle since the run began.
+  [[noreturn]] void answer();
+
+  /// Within which everything stands, whatever it did, in cycles: on its path a machine brakes with a part of its
+  /// acceleration.
+  [[nodiscard]] static int braking_cycles(const BuiltCell& built);
+
+  [[nodiscard]] int tried() const { return tried_; }
+  /// "pause in cycle 1200: ...". After twenty nothing more is tried.
+  [[nodiscard]] const std::vector<std::string>& failures() const { return failures_; }
+
+ private:
+  void before_cycle(Operator& panel);
+  void fork_child(Way way, std::int64_t cycle);
+  void hear(int from, int pid);
+  void act(Operator& panel, std::int64_t cycle);
+  void pause(Operator& panel, std::int64_t cycle);
+  [[nodiscard]] std::string faster_than(double most) const;
+
+  Plan plan_;
+  std::int64_t points_ = 0;
+  int tried_ = 0;
+  std::vector<std::string> failures_;
+  BuiltCell* built_ = nullptr;
+  std::map<std::string, std::unique_ptr<LimitMonitor>> monitors_;
+
+  bool child_ = false, long_watch_ = false;
+  Way way_ = Way::kCancel;
+  std::int64_t at_ = 0, resumed_ = -1;
+  int still_ = 0;
+  int answer_ = -1;
+  std::string complaints_;
+};
+
+}  // namespace takt::scenario
