@@ -58,6 +58,9 @@ struct Forecast {
   std::vector<Last> last;
 };
 
+/// Control modes of arms, by name.
+using ControlModes = std::map<std::string, device::ControlMode, std::less<>>;
+
 /// An activity that can be mapped to a net.
 struct Prepared {
   std::optional<command::Command> command;
@@ -65,6 +68,10 @@ struct Prepared {
   std::map<std::string, std::vector<device::Seam>, std::less<>> begins;  ///< ways in which it may take an arm over
   std::set<std::string, std::less<>> taken_over;                         ///< actuators that it can go on with in motion
   std::function<command::State(double)> at_share;  ///< of one motion: at or past this share of its way; else empty
+  /// Control modes that arms are brought into before the command begins; without a command that is all. Only of
+  /// activities that begin alone.
+  ControlModes modes;
+  bool returns = false;  ///< after the command they go back into the modes that they were in
 };
 
 /// An operation in real time that knows what comes before it. Immutable: it may be carried out any number of times,
@@ -79,6 +86,9 @@ class ActivityModel {
   [[nodiscard]] const std::string& name() const { return name_; }
   /// The devices that it drives.
   [[nodiscard]] virtual std::vector<std::string> actuators() const = 0;
+  /// It begins only when nothing holds its actuators any more, and what follows waits for its end: it changes control
+  /// modes.
+  [[nodiscard]] virtual bool begins_alone() const { return false; }
   /// Plans it, from rest where the precedent ends, and from the precedent in motion where that may be left.
   /// @return findings: why it cannot be done.
   [[nodiscard]] virtual Result<Prepared> prepare(const Situation& situation) const = 0;

@@ -52,7 +52,9 @@ motion::Blend blend_of(const BlendingCondition& wish, const motion::Motion& moti
 
 command::RuntimeCommand command_of(const TwoWays& ways, const std::string& name, const command::PlannedMotion& motion,
                                    const MotionParameters& wish) {
-  command::RuntimeCommand command(name, ways.actuator, command::planned(motion));
+  command::Action action = command::planned(motion);
+  if (wish.compliance) action = with_compliance(action, *wish.compliance);
+  command::RuntimeCommand command(name, ways.actuator, action);
   if (wish.until) command.on_entered(*wish.until, cancel(command));
   return command;
 }
