@@ -21,15 +21,23 @@ struct Needs {
   bool any = false;  ///< one of them takes it as it is
 };
 
+bool takes(const command::ActuatorModel& actuator, ControlMode mode) {
+  const auto modes = actuator.modes();
+  return std::ranges::find(modes, mode) != modes.end();
+}
+
 std::map<std::string, Needs, std::less<>> needs_of(const command::Command& command) {
   std::map<std::string, Needs, std::less<>> needs;
   const command::CommandTree tree(command);
   for (int i = 0; i < tree.size(); ++i) {
     const command::CommandNode& node = *tree.at(i).node;
     if (!node.is_runtime()) continue;
-    for (const std::string& device : node.actuator->model().devices()) {
+    const command::ActuatorModel& actuator = node.actuator->model();
+    const auto mode = node.model().mode();
+    if (mode && !takes(actuator, *mode)) continue;  // rule C8 tells
+    for (const std::string& device : actuator.devices()) {
       Needs& own = needs[device];
-      if (const auto mode = node.model().mode()) {
+      if (mode) {
         own.modes.insert(*mode);
       } else {
         own.any = true;

@@ -197,5 +197,58 @@ TEST(FreedriveRefusal, AnArmThatFeelsNothingSaysWhatWould) {
                              testing::HasSubstr("joint_impedance"), testing::HasSubstr("force/torque sensor")));
 }
 
+class FreedriveStepTest : public testing::TestWithParam<std::string> {
+ protected:
+  static std::string cell_with(const std::string& program, const std::string& more = {}) {
+    return R"({"devices": {"arm": {"model": ")" + GetParam() + R"("}, "wrist": {"model": "ft_gamma", "on": "arm"}},
+        "channels": {"button": {"type": "boolean", "initial": true}}, )" +
+           more + R"("program": )" + program + R"(, "expectations": [{"kind": "limits"}]})";
+  }
+  static RunReport run(const std::string& text) {
+    auto session = Session::create(test::parsed(text), test::models());
+    if (session) return (*session)->run({});
+    RunReport report;
+    report.findings = session.error();
+    return report;
+  }
+};
+
+TEST_P(FreedriveStepTest, StandsBetweenMotionsAndThePlaceIsKnownAfterIt) {
+  const RunReport report = run(cell_with(R"({"do": "sequence", "variables": {"taught": {"in": "world"}}, "steps": [
+      {"do": "ptp", "to": {"by_m": [0, 0, 0.02]}},
+      {"do": "freedrive", "seconds": 1.5, "velocity_m_s": 0.1, "turn_deg_s": 20},
+      {"do": "let", "values": {"taught": "$position('arm')"
+}
+},
+      {"do": "lin", "to": {"by_m": [0, 0, 0.03]}},
+      {"do": "ptp", "to": "$taught"},
+      {"do": "branch", "cases": [{"when": "$distance(position('arm'), taught) > 0.1[mm]", "steps": [{"do": "fail", "text": "not there"}]}]}
+    ]
+})"));
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+EXPECT_GT(report.sim_time, 1.5);
+}
+
+TEST_P(FreedriveStepTest, IsCancelledInOrderWhereverItIs) {
+  for (const char* at : {"0.05", "0.3", "0.9"}) {
+    const RunReport report = run(cell_with(R"({"do": "freedrive", "seconds": 30})",
+                                           R"("operator": [{"at_s": )" + std::string(at) + R"(, "do": "cancel"}], )"));
+    EXPECT_LT(report.sim_time, 5.0) << at << report.findings.to_string();
+    EXPECT_FALSE(report.findings.to_string().find("guard") != std::string::npos) << report.findings.to_string();
+  }
+}
+
+TEST_P(FreedriveStepTest, WhatIsMissingOrWrongIsToldAllAtOnce) {
+  const auto session = Session::create(
+      test::parsed(cell_with(R"({"do": "freedrive", "velocity_m_s": 3, "enabled": {"input": "knob"}, "speed": 1})")),
+      test::models());
+  ASSERT_FALSE(session);
+  const std::string why = session.error().to_string();
+  for (const char* part : {"'until' or 'seconds'", "/program/velocity_m_s", "/program/enabled", "/program/speed"})
+    EXPECT_THAT(why, testing::HasSubstr(part));
+}
+
+INSTANTIATE_TEST_SUITE_P(Arms, FreedriveStepTest, testing::Values("lwr4plus", "ur5"));
+
 }  // namespace
 }  // namespace takt::scenario
