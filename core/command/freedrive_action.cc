@@ -47,11 +47,11 @@ void add_guided(FragmentWriter& fragment, const std::optional<State>& enabled) {
   } else {
     fragment.set_parameter("held", "input", true);
   }
-  fragment.add("go", "Not");
-  fragment.feed(fragment.cancel(), "go.input");
+  fragment.add("goes_on", "Not");
+  fragment.feed(fragment.cancel(), "goes_on.input");
   fragment.add("guided", "And");
   fragment.link("held.value", "guided.a");
-  fragment.link("go.value", "guided.b");
+  fragment.link("goes_on.value", "guided.b");
 }
 
 /// The springs' rest goes after the measured joints: velocity = gain * (what they are bent by, less a band).
@@ -77,6 +77,7 @@ class BySprings final : public ActionModel {
     check_positive(findings, "/springs/stiffness", wish_.springs.stiffness, "Nm/rad");
     check_from_zero(findings, "/springs/torque", wish_.springs.torque, "Nm");
     check_positive(findings, "/springs/gain", wish_.springs.gain, "1/s");
+    check_from_zero(findings, "/springs/margin", wish_.springs.margin, "rad");
     return findings;
   }
 
@@ -91,7 +92,8 @@ class BySprings final : public ActionModel {
                  {{"device", actuator.name()},
                   {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))},
                   {"linear_max", wish_.linear_max},
-                  {"angular_max", wish_.angular_max}});
+                  {"angular_max", wish_.angular_max},
+                  {"margin", wish_.springs.margin}});
     fragment.link("led.value", "motion.rates");
     fragment.add("springs", "SelectJoints",
                  {{"if_true", joints_json(soft)}, {"if_false", joints_json(range.upper.stiffness)}});
@@ -215,8 +217,25 @@ class ByBody final : public VelocityModel {
     fragment.add("led", "GateTwist");
     fragment.link("in_base.value", "led.input");
     fragment.link("guided.value", "led.open");
-    fragment.add("wanted", "LimitTwist", {{"linear_max", wish_.linear_max}, {"angular_max", wish_.angular_max}});
-    fragment.link("led.value", "wanted.input");
+    fragment.add("bounded", "LimitTwist", {{"linear_max", wish_.linear_max}, {"angular_max", wish_.angular_max}});
+    fragment.link("led.value", "bounded.input");
+    add_caution(fragment, actuator);
+    fragment.add("wanted", "ScaleTwist");
+    fragment.link("bounded.value", "wanted.twist");
+    fragment.link("caution.value", "wanted.factor");
+  }
+
+  /// Near singular postures joints would have to change their rates faster than they can, and the tool would go astray:
+  /// there it goes slower, but still out again. "caution.value", in [kSlowest, 1].
+  static void add_caution(FragmentWriter& fragment, const ActuatorModel& actuator) {
+    constexpr double kNear = 0.15, kSlowest = 0.1;  // smallest singular value; share of the velocity
+    fragment.add("posture", "Manipulability",
+                 {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
+    fragment.link("state.set_point_q", "posture.q");
+    fragment.add("room", "Multiply", {{"b", 1.0 / kNear}});
+    fragment.link("posture.smallest", "room.a");
+    fragment.add("caution", "Saturation", {{"lower", kSlowest}, {"upper", 1.0}});
+    fragment.link("room.value", "caution.input");
   }
 
   /// What the hand exerts; nothing is known until an untared sensor has been tared.

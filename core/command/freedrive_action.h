@@ -20,6 +20,9 @@ struct FreedriveWish {
     double stiffness = 100.0;  ///< of each joint, Nm/rad (sliding joints: N/m); brought into what the device allows
     double torque = 1.5;  ///< a joint that is bent by less stays where it is, Nm or N: what weights are not exact by
     double gain = 8.0;    ///< velocity for the rest of the bend, 1/s
+    /// The springs' rest stays so far inside of each joint's range (rad, m), so that an arm that is bent at its end is
+    /// inside when it becomes stiff.
+    double margin = 0.02;
   } springs = {};
 
   /// Stiff arms with a force/torque sensor: the tool gives way as a body in oil does.

@@ -31,6 +31,8 @@ class JointJog final : public Primitive {
             setup.parameter<Real>("linear_max", {.unit = "m/s", .doc = "of T", .range = "(0,inf)", .example = "0.25"})),
         angular_max_(setup.parameter<Real>("angular_max",
                                            {.unit = "rad/s", .doc = "of T", .range = "(0,inf)", .example = "1.0"})) {
+    margin_ = setup.parameter<Real>(
+        "margin", 0.0, {.unit = "rad", .doc = "kept to the ends of the joints' ranges", .range = "[0,inf)"});
     setup.latency("rates", "dq", {.cycles = 0, .data_dependent = true});
     setup.costs(2500.0);
   }
@@ -65,7 +67,7 @@ class JointJog final : public Primitive {
   void start() {
     const JointVector& q = kinematics_.arm->set_point().q;
     known_ = q.size() == kinematics_.arm->joint_count();
-    if (known_) follower_->start(q);
+    if (known_) follower_->start(q, margin_);
   }
 
   /// Inside the joints' bounds first, then all by one factor, so that the tool keeps its direction.
@@ -89,7 +91,7 @@ class JointJog final : public Primitive {
   Out<JointArray> q_, dq_, ddq_;
   Out<Twist> achieved_;
   ArmKinematics kinematics_;
-  double linear_max_, angular_max_;
+  double linear_max_, angular_max_, margin_ = 0.0;
   std::optional<RateFollower> follower_;
   bool known_ = false;
   double stop_time_ = 0.0;

@@ -19,9 +19,12 @@ class RateFollower {
       : limits_(limits),
         generator_(static_cast<int>(limits.velocity.size()), motion::OnlineGenerator::Synchronization::kNone) {}
 
-  /// At rest at q.
-  void start(const kinematics::JointVector& q) {
+  /// At rest at q. @param margin  inside of the ranges that it keeps away from their ends; a joint that is nearer to
+  /// one does not come nearer
+  void start(const kinematics::JointVector& q, double margin = 0.0) {
     const kinematics::JointVector rest = kinematics::JointVector::Zero(q.size());
+    lower_ = (limits_.lower.array() + margin).matrix().cwiseMin(q).cwiseMax(limits_.lower);
+    upper_ = (limits_.upper.array() - margin).matrix().cwiseMax(q).cwiseMin(limits_.upper);
     generator_.start({.q = q, .dq = rest, .ddq = rest});
   }
   [[nodiscard]] const State& state() const { return generator_.state(); }
@@ -29,8 +32,7 @@ class RateFollower {
   /// Rates from which every joint can brake in good time: half of the acceleration, since it takes time to build up.
   /// What is wanted outside of them is refused later and less gently.
   [[nodiscard]] kinematics::RateBounds bounds(double dt) const {
-    return kinematics::rate_bounds(state().q, limits_.lower, limits_.upper, limits_.velocity,
-                                   0.5 * limits_.acceleration, dt);
+    return kinematics::rate_bounds(state().q, lower_, upper_, limits_.velocity, 0.5 * limits_.acceleration, dt);
   }
 
   /// One period on. @return false: no number, or the generator knows no way
@@ -42,7 +44,7 @@ class RateFollower {
     for (Eigen::Index i = 0; i < target.size(); ++i) {
       const auto range =
           motion::stop_range(after.q[i], after.dq[i], after.ddq[i], limits_.acceleration[i], limits_.jerk[i]);
-      if (range.lowest >= limits_.lower[i] && range.highest <= limits_.upper[i]) continue;
+      if (range.lowest >= lower_[i] && range.highest <= upper_[i]) continue;
       target[i] = 0.0;
       refused = true;
     }
@@ -60,6 +62,7 @@ class RateFollower {
   }
 
   const motion::JointLimits& limits_;  ///< of the arm's description, which outlives every primitive
+  kinematics::JointVector lower_, upper_;
   motion::OnlineGenerator generator_;
 };
 

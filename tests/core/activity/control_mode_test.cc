@@ -71,7 +71,6 @@ TEST_F(ControlModeTest, PositionBeginsWhereTheArmIsAndTheNextIsPlannedFromThere)
   EXPECT_EQ(cell.q(), pushed);
   wait(cell.program, go);
   EXPECT_LT((cell.q() - goal).norm(), 1e-9);
-  EXPECT_LE(cell.worst_limit_share(), 1.0);
 }
 
 TEST_F(ControlModeTest, WhatNeedsAnotherModeIsRefusedBeforeAnythingMovesWithTheWayOut) {
@@ -238,8 +237,8 @@ TEST_F(FreedriveActivityTest, AtTheEndOfAJointsRangeItResistsAndNoLimitIsBroken)
   bend(0.3);
   steps(12'000);
   EXPECT_EQ(run->state(), RunState::kRunning) << run->findings().to_string();
-  EXPECT_LE((cell.q() - cell.arm->limits.upper).maxCoeff(), 0.0);
-  EXPECT_GT((cell.q() - cell.arm->limits.upper).maxCoeff(), -1e-3) << "one is at its end";
+  EXPECT_LE((cell.q() - cell.arm->limits.upper).maxCoeff(), -0.02 + 1e-9) << "with room for the bend";
+  EXPECT_GT((cell.q() - cell.arm->limits.upper).maxCoeff(), -0.021) << "one is at its end";
   EXPECT_LE(cell.worst_limit_share(), 1.0);
   bend(0.0);
   run->cancel();

@@ -216,11 +216,11 @@ TEST_F(ArmPrimitives, JoggedJointsNeverBreakALimit) {
     LimitOracle judge(
         {list(limits.lower), list(limits.upper), list(limits.velocity), list(limits.acceleration), list(limits.jerk)},
         kPeriod, 1e-13);
-    Random random(static_cast<std::uint64_t>(run) + 1);
+    Random wishes(static_cast<std::uint64_t>(run) + 1);
     for (int k = 0; k < 3000; ++k) {
       if (k % 700 == 0) {
         kinematics::JointVector rates(limits.velocity.size());
-        for (double& rate : rates) rate = random.uniform(-5.0, 5.0);
+        for (double& rate : rates) rate = wishes.uniform(-5.0, 5.0);
         jog.set("rates", JointArray(rates));
       }
       if (run % 3 == 2 && k % 1000 == 500) jog.set_null("rates");
