@@ -228,7 +228,7 @@ class ByBody final : public VelocityModel {
   /// Near singular postures joints would have to change their rates faster than they can, and the tool would go astray:
   /// there it goes slower, but still out again. "caution.value", in [kSlowest, 1].
   static void add_caution(FragmentWriter& fragment, const ActuatorModel& actuator) {
-    constexpr double kNear = 0.15, kSlowest = 0.1;  // smallest singular value; share of the velocity
+    constexpr double kNear = 0.25, kSlowest = 0.1;  // smallest singular value; share of the velocity
     fragment.add("posture", "Manipulability",
                  {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
     fragment.link("state.set_point_q", "posture.q");
