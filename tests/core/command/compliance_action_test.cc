@@ -126,8 +126,7 @@ TEST_F(ComplianceTest, AWrenchInTheToolsAxesFadesWhenItIsCancelled) {
   enter(ControlMode::kCartesianImpedance);
   RuntimeCommand held(
       "hold", cell.arm_actuator(),
-      with_compliance(
-          hold(), CartesianCompliance{.wrench = net::Wrench{.force = {0, 0, 15}}, .in_tool_axes = true}));
+      with_compliance(hold(), CartesianCompliance{.wrench = net::Wrench{.force = {0, 0, 15}}, .in_tool_axes = true}));
   CommandHandle handle = begin(held);
   cycles(700);
   EXPECT_TRUE(given().in_tool_axes);
