@@ -35,7 +35,9 @@ using activity::RunState;
 
 // Who does it, and what it offers.
 using activity::Actuator;
+using activity::ControlModeInterface;
 using activity::ForceInterface;
+using activity::FreedriveInterface;
 using activity::GrippingInterface;
 using activity::HoldInterface;
 using activity::internal_force;
@@ -47,9 +49,15 @@ using activity::TwoArms;
 
 // How: parameters.
 using activity::BlendingCondition;
+using activity::FreedriveEnd;
+using activity::HoldParameters;
 using activity::MotionParameters;
+using command::CartesianCompliance;
 using command::ForceWish;
+using command::FreedriveWish;
 using command::GripWish;
+using command::JointCompliance;
+using command::Stiff;
 
 // Several as one; several beside each other.
 using activity::conditional;

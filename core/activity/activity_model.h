@@ -65,6 +65,9 @@ struct PlannedPart {
   double begin = 0.0;               ///< path time at which it goes on with its predecessor's blend behind it, s
 };
 
+/// Control modes of arms, by name.
+using ControlModes = std::map<std::string, device::ControlMode, std::less<>>;
+
 /// An activity that can be mapped to a net.
 struct Prepared {
   std::optional<command::Command> command;
@@ -73,6 +76,10 @@ struct Prepared {
   std::set<std::string, std::less<>> taken_over;                         ///< actuators that it can go on with in motion
   std::vector<PlannedPart> motions = {};                                 ///< of one motion: its ways; of others: none
   std::function<command::State(double)> at_share;  ///< of one motion: at or past this share of its way; else empty
+  /// Control modes that arms are brought into before the command begins; without a command that is all. Only of
+  /// activities that begin alone.
+  ControlModes modes;
+  bool returns = false;  ///< after the command they go back into the modes that they were in
 };
 
 /// An operation in real time that knows what comes before it. Immutable: it may be carried out any number of times,
@@ -87,6 +94,9 @@ class ActivityModel {
   [[nodiscard]] const std::string& name() const { return name_; }
   /// The devices that it drives.
   [[nodiscard]] virtual std::vector<std::string> actuators() const = 0;
+  /// It begins only when nothing holds its actuators any more, and what follows waits for its end: it changes control
+  /// modes.
+  [[nodiscard]] virtual bool begins_alone() const { return false; }
   /// Plans it, from rest where the precedent ends, and from the precedent in motion where that may be left.
   /// @return findings: why it cannot be done.
   [[nodiscard]] virtual Result<Prepared> prepare(const Situation& situation) const = 0;

@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "core/activity/command_activity.h"
+#include "core/activity/mode_change.h"
 #include "core/motion/goal_choice.h"
 
 namespace takt::activity {
@@ -38,9 +39,10 @@ template <class Interface>
 constexpr Offer offer() {
   return {Interface::kName, &Interface::offered_by};
 }
-constexpr std::array<Offer, 7> kOffers = {offer<MotionInterface>(), offer<PtpInterface>(),   offer<LinInterface>(),
-                                          offer<HoldInterface>(),   offer<ForceInterface>(), offer<GrippingInterface>(),
-                                          offer<OutputInterface>()};
+constexpr std::array<Offer, 9> kOffers = {
+    offer<MotionInterface>(),    offer<PtpInterface>(),      offer<LinInterface>(),
+    offer<HoldInterface>(),      offer<ForceInterface>(),    offer<ControlModeInterface>(),
+    offer<FreedriveInterface>(), offer<GrippingInterface>(), offer<OutputInterface>()};
 
 bool is_output(const Cell& cell, const std::string& name) {
   return cell.digital_outputs.contains(name) || cell.analog_outputs.contains(name);
@@ -61,6 +63,34 @@ ActivityPtr device_activity(const std::string& what, const std::string& name, Ma
   });
 }
 
+/// No net: only the control mode changes.
+class SwitchMode final : public ActivityModel {
+ public:
+  SwitchMode(const std::string& arm, device::ControlMode mode)
+      : ActivityModel(fmt::format("{} {}", arm, name_of(mode))), arm_(arm), mode_(mode) {}
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return {arm_}; }
+  [[nodiscard]] bool begins_alone() const override { return true; }
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    const device::Arm& arm = *situation.cell.arms.find(arm_)->second.device;
+    Findings findings = check_mode_change(arm, arm.mode(), mode_);
+    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    Prepared prepared;
+    prepared.modes[arm_] = mode_;
+    Forecast& forecast = prepared.forecasts[arm_];
+    // Position begins where the arm is measured to be; the springs keep the set point.
+    const bool stays = mode_ != device::ControlMode::kPosition || arm.mode() == mode_;
+    if (stays) forecast.after = situation.precedents.find(arm_)->second.at_end;
+    forecast.after.mode = name_of(mode_);
+    return prepared;
+  }
+
+ private:
+  std::string arm_;
+  device::ControlMode mode_;
+};
+
 template <class Value>
 ActivityPtr set_activity(const std::string& name, Value value) {
   return command_activity("set " + name, {name}, [name, value](const Situation& situation) -> command::Command {
@@ -75,6 +105,13 @@ bool LinInterface::offered_by(const Cell& cell, const std::string& actuator) { r
 bool MotionInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool HoldInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
 bool ForceInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
+bool ControlModeInterface::offered_by(const Cell& cell, const std::string& actuator) {
+  const auto arm = cell.arms.find(actuator);
+  return arm != cell.arms.end() && arm->second.device->description().modes.modes.size() > 1;
+}
+bool FreedriveInterface::offered_by(const Cell& cell, const std::string& actuator) {
+  return command::freedrive_kind(cell, actuator) != command::FreedriveKind::kNone;
+}
 bool GrippingInterface::offered_by(const Cell& cell, const std::string& actuator) {
   return cell.grippers.contains(actuator);
 }
@@ -147,13 +184,35 @@ Activity ForceInterface::press(const command::RealSensor& pressing, const Eigen:
   return make(command_activity(actuator() + " press", {actuator()}, make_command));
 }
 
-Activity HoldInterface::hold(std::optional<double> seconds) const {
-  const auto make_command = [name = actuator(), seconds](const Situation& situation) -> command::Command {
-    command::RuntimeCommand held("hold", command::arm(situation.cell, name), command::hold());
-    if (seconds) held.on_entered(held.started().held_for(*seconds), cancel(held));
+Activity HoldInterface::hold(const HoldParameters& parameters) const {
+  const auto make_command = [name = actuator(), parameters](const Situation& situation) -> command::Command {
+    command::Action action = command::hold();
+    if (parameters.compliance) action = with_compliance(action, *parameters.compliance);
+    command::RuntimeCommand held("hold", command::arm(situation.cell, name), action);
+    if (parameters.seconds) held.on_entered(held.started().held_for(*parameters.seconds), cancel(held));
     return held;
   };
   return make(command_activity("hold " + actuator(), {actuator()}, make_command, ArmAfter::kStays));
+}
+
+Activity ControlModeInterface::switch_to(device::ControlMode mode) const {
+  return make(std::make_shared<const SwitchMode>(actuator(), mode));
+}
+
+Activity ControlModeInterface::switch_to(std::string_view mode) const {
+  if (const auto known = device::control_mode_of(mode)) return switch_to(*known);
+  std::vector<std::string> names;
+  for (const device::ControlMode one : modes()) names.emplace_back(name_of(one));
+  throw_finding(fmt::format("there is no control mode '{}'", mode), nearest_choice(mode, names));
+}
+
+const device::Arm& ControlModeInterface::arm() const { return *runtime().cell().arms.at(actuator()).device; }
+device::ControlMode ControlModeInterface::mode() const { return arm().mode(); }
+std::vector<device::ControlMode> ControlModeInterface::modes() const { return arm().description().modes.modes; }
+
+Activity FreedriveInterface::freedrive(const command::FreedriveWish& wish, const FreedriveEnd& end,
+                                       const command::Biases& biases) const {
+  return make(freedrive_activity(runtime().cell(), actuator(), wish, end, biases));
 }
 
 Activity GrippingInterface::close(const command::GripWish& wish) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/activity/activity.h"
+#include "core/activity/freedrive_activity.h"
 #include "core/activity/motion_activity.h"
 #include "core/command/device_action.h"
 #include "core/command/online_action.h"
@@ -70,6 +71,12 @@ class MotionInterface final : public PtpInterface, public LinInterface {
   using PtpInterface::spline;
 };
 
+struct HoldParameters {
+  std::optional<double> seconds = {};  ///< default: until it is cancelled
+  /// How the arm gives way meanwhile; it has to be in that control mode. Default: as it is.
+  std::optional<command::ComplianceWish> compliance = {};
+};
+
 /// Standing still with a living command, of arms.
 class HoldInterface : public ActuatorInterface {
  public:
@@ -78,7 +85,28 @@ class HoldInterface : public ActuatorInterface {
   using ActuatorInterface::ActuatorInterface;
 
   /// Until it is cancelled, or for so long (s).
-  [[nodiscard]] Activity hold(std::optional<double> seconds = {}) const;
+  [[nodiscard]] Activity hold(std::optional<double> seconds = {}) const { return hold({.seconds = seconds}); }
+  [[nodiscard]] Activity hold(const HoldParameters& parameters) const;
+};
+
+/// How an arm follows its set points (docs/control-modes.md), of arms that can do so in more than one way.
+class ControlModeInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "ControlModeInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// Waits until the arm stands and nothing holds it, and brings it into the mode; what follows is planned from there.
+  /// Out of impedance, `position` begins where the arm is. A mode that it has not, or cannot go into from the one it is
+  /// in, is refused with those that are allowed.
+  [[nodiscard]] Activity switch_to(device::ControlMode mode) const;
+  [[nodiscard]] Activity switch_to(std::string_view mode) const;
+  /// In which it is now.
+  [[nodiscard]] device::ControlMode mode() const;
+  [[nodiscard]] std::vector<device::ControlMode> modes() const;
+
+ private:
+  [[nodiscard]] const device::Arm& arm() const;
 };
 
 /// Motions that a force leads, of arms with inverse kinematics.
@@ -93,6 +121,20 @@ class ForceInterface : public ActuatorInterface {
   [[nodiscard]] Activity press(const command::RealSensor& pressing, const Eigen::Vector3d& direction_B,
                                const command::ForceWish& wish = {},
                                const std::optional<command::State>& until = {}) const;
+};
+
+/// Guiding by hand, of arms that have joint impedance, or a force/torque sensor and inverse kinematics.
+class FreedriveInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "FreedriveInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// A person leads the arm until the end, or until it is cancelled; then it rests where it is, in the control mode
+  /// that it had before (command::freedrive). @param biases  of force/torque sensors; without one it tares at the
+  /// beginning
+  [[nodiscard]] Activity freedrive(const command::FreedriveWish& wish = {}, const FreedriveEnd& end = {},
+                                   const command::Biases& biases = {}) const;
 };
 
 /// Of grippers.

@@ -60,6 +60,10 @@ class CompositeActivity : public ActivityModel {
   }
 
   [[nodiscard]] Result<Prepared> prepare_part(std::size_t i, const Situation& own) const {
+    if (parts_[i]->begins_alone())
+      return failure(fmt::format("/{}", i),
+                     fmt::format("'{}' changes a control mode, which no part of a net can", parts_[i]->name()),
+                     "an activity of its own, before or after the others");
     auto prepared = parts_[i]->prepare(own);
     if (prepared) {
       // Commands of one transaction have names of their own.

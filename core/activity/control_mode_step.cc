@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/mode_change.h"
 #include "core/base/object_reader.h"
 
 namespace takt::activity {
@@ -27,15 +28,11 @@ class ControlModeRun final : public StepRun {
   Progress advance(Context& context, Findings& findings) override {
     if (start_cycle_ < 0) start_cycle_ = context.core.cycle() + context.program_latency_cycles;
     if (context.core.cycle() < start_cycle_) return Progress::kRunning;
-    if (id_ == 0) {
-      id_ = context.core.change_mode(request_.arm, request_.mode);
-      return Progress::kRunning;
-    }
-    for (const rcc::Event& event : context.core.events()) {
-      if (event.request != id_) continue;
-      if (event.kind == rcc::Event::Kind::kDone) return Progress::kDone;
-      findings.error("/mode", fmt::format("the mode was not changed: {}", event.cause.text.view()));
-      return Progress::kFailed;
+    if (!change_) {
+      change_.emplace(context.core, ControlModes{{request_.arm, request_.mode}});
+    } else if (change_->poll(context.core)) {
+      findings.append(change_->findings());
+      return change_->findings().has_errors() ? Progress::kFailed : Progress::kDone;
     }
     return Progress::kRunning;
   }
@@ -43,7 +40,7 @@ class ControlModeRun final : public StepRun {
  private:
   const ModeRequest& request_;
   std::int64_t start_cycle_ = -1;
-  rcc::RequestId id_ = 0;
+  std::optional<ModeChange> change_;
 };
 
 class ControlModeStep final : public Step {

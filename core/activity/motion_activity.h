@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "core/activity/activity_model.h"
+#include "core/command/compliance_action.h"
 #include "core/command/motion_action.h"
 
 /// Motions of one arm as activities. Realtime: setup.
@@ -32,6 +33,8 @@ struct MotionParameters {
   /// The arm brakes on its path when this holds (or nobody knows, row N3): a guarded motion.
   std::optional<command::State> until = {};
   std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves, in the flange; default: the arm's tool
+  /// How the arm gives way meanwhile; it has to be in that control mode. Default: as the arm is.
+  std::optional<command::ComplianceWish> compliance = {};
 };
 
 /// Geometry from where the arm will be.

@@ -137,7 +137,12 @@ void Scheduler::poll() {
   for (const RunPtr& run : now)
     if (run->state_ == RunState::kQueued && !held_) try_begin(*run);
   for (const RunPtr& run : now) {
-    if (held_ || run->state_ != RunState::kLoaded || !run->rule_ || core_.cycle() < run->due_cycle_) continue;
+    if (held_ || run->state_ != RunState::kLoaded || run->change_ || core_.cycle() < run->due_cycle_) continue;
+    if (!run->prepared_.modes.empty() && run->modes_before_.empty()) {
+      begin_change(*run);
+      continue;
+    }
+    if (!run->rule_) continue;
     run->request_ = core_.post(*run->rule_);
     run->rule_.reset();
   }
@@ -159,7 +164,40 @@ std::string Scheduler::current() const {
   return names;
 }
 
+void Scheduler::begin_change(ActivityRun& run) {
+  run.change_.emplace(core_, run.prepared_.modes);
+  run.modes_before_ = run.change_->before();
+  if (!run.prepared_.command) run.state_ = RunState::kRunning;
+}
+
+void Scheduler::go_back(ActivityRun& run) {
+  run.state_ = RunState::kRunning;
+  run.goes_back_ = true;
+  run.change_.emplace(core_, run.modes_before_);
+}
+
+/// A change that has begun comes to its end, whoever cancels meanwhile.
+void Scheduler::follow_change(ActivityRun& run) {
+  if (!run.change_->poll(core_)) return;
+  Findings findings = run.change_->findings();
+  run.change_.reset();
+  if (findings.has_errors()) return fail(run, std::move(findings));
+  if (run.goes_back_ || !run.prepared_.command) return complete(run);
+  if (!run.wants_cancel_) return;  // its net is started now
+  run.rule_.reset();
+  if (run.prepared_.returns) return go_back(run);
+  complete(run);
+}
+
+void Scheduler::complete(ActivityRun& run) {
+  const bool ran = run.net_ != 0 && core_.state(run.net_) == NetState::kTerminated;
+  const bool cancelled = ran ? core_.status(run.net_).cause.code == net::Cause::Code::kCancelled : run.wants_cancel_;
+  run.state_ = cancelled ? RunState::kCancelled : RunState::kCompleted;
+  if (cancelled) give_up_followers(run);
+}
+
 void Scheduler::update(ActivityRun& run) {
+  if (run.change_) return follow_change(run);
   // Its start may have been carried out in the last cycle.
   const bool begun = run.net_ != 0 && core_.state(run.net_) > NetState::kReady;
   if (run.state_ == RunState::kQueued || (run.state_ == RunState::kLoaded && run.wants_cancel_ && !begun)) {
@@ -179,6 +217,7 @@ void Scheduler::update(ActivityRun& run) {
       run.blended_ = !run.prepared_.taken_over.empty() && event.cause.text.size == 0;
     }
   }
+  if (run.net_ == 0) return;
   const NetState state = core_.state(run.net_);
   if (is_active(state) || state == NetState::kTerminated) {
     run.state_ = RunState::kRunning;
@@ -196,9 +235,8 @@ void Scheduler::finish(ActivityRun& run) {
                               net::name_of(status.cause.code), status.cause.text.view()));
     return fail(run, std::move(why));
   }
-  const bool cancelled = status.cause.code == net::Cause::Code::kCancelled;
-  run.state_ = cancelled ? RunState::kCancelled : RunState::kCompleted;
-  if (cancelled) give_up_followers(run);
+  if (run.prepared_.returns) return go_back(run);
+  complete(run);
 }
 
 void Scheduler::fail(ActivityRun& run, Findings findings) {
@@ -229,6 +267,9 @@ Scheduler::Predecessors Scheduler::predecessors_of(const ActivityRun& run) const
     if (other->over() || !other->shares_actuator(run)) continue;
     if (other->state_ == RunState::kRunning) before.running.push_back(other.get());
     before.wait = before.wait || is_waiting(other->state_);
+    // Who changes control modes begins when all before have ended; its own end no net tells.
+    if (other->state_ == RunState::kRunning)
+      before.wait = before.wait || run.model_->begins_alone() || other->model_->begins_alone();
   }
   return before;
 }
@@ -274,9 +315,12 @@ std::optional<Precedent> Scheduler::precedent(const std::string& actuator, const
   const auto arm = cell_.arms.find(actuator);
   if (arm == cell_.arms.end()) return Precedent{};
   const device::Arm& device = *arm->second.device;
-  wait = wait || device.set_point().q.size() == 0 || !device.at_rest();  // no sample yet, or it brakes
+  const bool busy = device.phase() == device::Arm::Phase::kBraking || device.phase() == device::Arm::Phase::kChanging;
+  wait = wait || device.set_point().q.size() == 0 || !device.at_rest() || busy;  // no sample yet, or it brakes
   if (wait) return std::nullopt;
-  return Precedent{.at_end = ActuatorState::at_rest(device.set_point().q), .leaving = std::nullopt};
+  Precedent precedent{.at_end = ActuatorState::at_rest(device.set_point().q), .leaving = std::nullopt};
+  precedent.at_end.mode = name_of(device.mode());
+  return precedent;
 }
 
 std::optional<Situation> Scheduler::situation_of(const ActivityRun& run, const Predecessors& before) const {
@@ -321,12 +365,16 @@ void Scheduler::try_begin(ActivityRun& run) {
   }
   if (!prepared) return fail(run, std::move(prepared.error()));
   run.prepared_ = std::move(*prepared);
+  if (Findings wrong = agree_on_modes(run.prepared_, *situation); wrong.has_errors())
+    return fail(run, std::move(wrong));
   run.preparation_.planning = cpu_seconds() - begin;
   load(run, before, *situation);
   run.preparation_.total = cpu_seconds() - begin;
 }
 
 void Scheduler::load(ActivityRun& run, const Predecessors& before, const Situation& situation) {
+  run.state_ = RunState::kLoaded;
+  if (!run.prepared_.command) return;  // nothing but a change of control modes
   auto mapped = command::map(*run.prepared_.command, core_.period());
   if (!mapped) return fail(run, std::move(mapped.error()));
   mapped->options.begins.clear();
@@ -341,7 +389,6 @@ void Scheduler::load(ActivityRun& run, const Predecessors& before, const Situati
     run.fragments_[tree.at(i).node->subject.get()] = mapped->commands[static_cast<std::size_t>(i)].fragment;
   run.watch_brakes(mapped->brakes);
   run.rule_ = rule_for(run, before, situation);
-  run.state_ = RunState::kLoaded;
 }
 
 rcc::Rule Scheduler::rule_for(const ActivityRun& run, const Predecessors& before, const Situation& situation) const {

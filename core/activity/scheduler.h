@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/activity/activity_model.h"
+#include "core/activity/mode_change.h"
 #include "core/command/mapping.h"
 #include "core/rcc/control_core.h"
 
@@ -110,7 +111,10 @@ class ActivityRun {
   std::int64_t due_cycle_ = 0;  ///< its start takes effect from here on (row D2)
   rcc::NetId net_ = 0;
   rcc::RequestId request_ = 0;
-  std::optional<rcc::Rule> rule_;  ///< to be posted
+  std::optional<rcc::Rule> rule_;     ///< to be posted
+  std::optional<ModeChange> change_;  ///< of control modes, before or after its net
+  ControlModes modes_before_;         ///< in which its arms were; empty: nothing was changed yet
+  bool goes_back_ = false;            ///< the change is the one after it
 };
 using RunPtr = std::shared_ptr<ActivityRun>;
 
@@ -146,6 +150,11 @@ class Scheduler {
   };
   void update(ActivityRun& run);
   void finish(ActivityRun& run);
+  /// It changes control modes: before its net (the run is loaded), without one (it runs), or after it.
+  void begin_change(ActivityRun& run);
+  void go_back(ActivityRun& run);
+  void follow_change(ActivityRun& run);
+  void complete(ActivityRun& run);
   void fail(ActivityRun& run, Findings findings);
   /// What waits behind it for the same actuators is given up.
   void give_up_followers(const ActivityRun& run);

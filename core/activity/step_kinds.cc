@@ -1,5 +1,6 @@
 #include "core/activity/control_mode_step.h"
 #include "core/activity/force_step.h"
+#include "core/activity/freedrive_step.h"
 #include "core/activity/grip_step.h"
 #include "core/activity/measure_step.h"
 #include "core/activity/motion_step.h"
@@ -20,6 +21,8 @@ const std::vector<StepKind>& step_kinds() {
       {"fit_pose",
        "Finds the pose of an object from recorded contacts. Keys: object, as, contacts, free, max_residual_m.",
        parse_fit_pose},
+      {"freedrive", "A person guides an arm by hand. Keys: arm, enabled, until, seconds, velocity_m_s, turn_deg_s.",
+       parse_freedrive},
       {"grip",
        "Closes a gripper until a part stops its fingers. Keys: gripper, force_N, width_m, speed_m_s, expect, part, "
        "part_mass_kg.",

@@ -62,7 +62,8 @@ constexpr EndNames kFromBlend{"touch after a blend", "progress after a blend"};
 command::RuntimeCommand command_of(const Cell& cell, const TwoWays& ways, const std::string& name,
                                    const command::PlannedMotion& motion, const MotionParameters& wish,
                                    const EndNames& names) {
-  const command::Action action = command::planned(motion);
+  command::Action action = command::planned(motion);
+  if (wish.compliance) action = with_compliance(action, *wish.compliance);
   command::RuntimeCommand command(name, ways.actuator, action);
   if (!wish.until) return command;
   State until = *wish.until;

@@ -35,6 +35,8 @@ class ActionModel {
   [[nodiscard]] virtual std::string_view name() const = 0;
   /// The kind of its set points on this actuator.
   [[nodiscard]] virtual SetPointKind gives(const ActuatorModel& actuator) const = 0;
+  /// The control mode that its set points are meant for; nothing: whichever the actuator is in.
+  [[nodiscard]] virtual std::optional<device::ControlMode> mode() const { return std::nullopt; }
   /// What is wrong with its figures for this actuator, which takes its kind of set points.
   [[nodiscard]] virtual Findings check(const ActuatorModel&) const { return {}; }
   /// The formulas that it follows, for checks.

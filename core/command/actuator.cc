@@ -17,7 +17,22 @@ constexpr std::initializer_list<const char*> kFramePorts = {"frame", "twist",   
                                                             "held",  "held_velocity", "held_acceleration"};
 constexpr std::initializer_list<const char*> kJointPorts = {"q", "dq", "ddq"};
 
-/// Primitive "arm" in the fragment; inverse kinematics before it where the set point is a pose.
+/// Which primitive drives an arm in a mode, and what it takes beside the set point.
+struct Driver {
+  const char* primitive;
+  std::vector<const char*> springs = {};
+};
+Driver driver_in(std::optional<device::ControlMode> mode) {
+  using enum device::ControlMode;
+  if (mode == kJointImpedance) return {"JointImpedanceCommand", {"stiffness", "damping_ratio", "torque"}};
+  if (mode == kCartesianImpedance)
+    return {"CartesianImpedanceCommand",
+            {"stiffness", "rotational_stiffness", "damping_ratio", "wrench", "nullspace_stiffness"}};
+  return {"ArmCommand"};
+}
+
+/// Primitive "arm" in the fragment, that of the control mode; inverse kinematics before it where the set point is a
+/// pose.
 class ArmActuator final : public ActuatorModel {
  public:
   ArmActuator(const Cell& cell, const std::string& name)
@@ -31,6 +46,9 @@ class ArmActuator final : public ActuatorModel {
   [[nodiscard]] std::vector<SetPointKind> takes() const override {
     return {SetPointKind::kJoints, SetPointKind::kPose, SetPointKind::kPath, SetPointKind::kTwist};
   }
+  [[nodiscard]] std::vector<device::ControlMode> modes() const override {
+    return arm_.device->description().modes.modes;
+  }
   [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
   [[nodiscard]] const MountedArm* arm() const override { return &arm_; }
   [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
@@ -38,7 +56,7 @@ class ArmActuator final : public ActuatorModel {
   }
 
   void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
-    fragment.add("arm", "ArmCommand", {{"device", name()}});
+    add_driver(fragment, set_point);
     switch (set_point.kind) {
       case SetPointKind::kJoints:
         for (const char* port : kJointPorts) set_point.feed(fragment, port, std::string("arm.") + port);
@@ -62,6 +80,15 @@ class ArmActuator final : public ActuatorModel {
   [[nodiscard]] double tolerance() const { return arm_.device->description().start_tolerance; }
   [[nodiscard]] Json kinematics_of(const SetPoint& set_point) const {
     return {{"device", name()}, {"tool", net::value_to_json(net::Frame(set_point.X_FM))}};
+  }
+
+  void add_driver(FragmentWriter& fragment, const SetPoint& set_point) const {
+    const Driver driver = driver_in(set_point.mode);
+    Json parameters = {{"device", name()}};
+    if (set_point.mode == device::ControlMode::kPosition) parameters["mode"] = std::string(name_of(*set_point.mode));
+    if (set_point.in_tool_axes) parameters["axes"] = "tool";
+    fragment.add("arm", driver.primitive, parameters);
+    for (const char* port : driver.springs) set_point.feed(fragment, port, std::string("arm.") + port);
   }
 
   /// Inverse kinematics that is active on Cartesian pieces only, so that it begins at the arm's set point whenever the

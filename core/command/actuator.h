@@ -10,6 +10,7 @@
 #include "core/command/cell.h"
 #include "core/command/net_writer.h"
 #include "core/command/state.h"
+#include "core/device/control_mode.h"
 
 namespace takt::command {
 
@@ -34,6 +35,11 @@ struct SetPoint {
   std::map<std::string, ExpressionPtr, std::less<>> sensors = {};        ///< name above, what it follows
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();                ///< of pose and twist: M in the flange
   std::vector<SetPoint> parts = {};                                      ///< of a pair: joints or pose of each
+  /// Of arms: the control mode that it is meant for; nothing: whichever the arm is in. For a mode of impedance there
+  /// may be beside the ports above what the arm is to be like as a spring: "stiffness", "damping_ratio", "torque"; or
+  /// "stiffness", "rotational_stiffness", "damping_ratio", "wrench", "nullspace_stiffness" (docs/control-modes.md).
+  std::optional<device::ControlMode> mode = {};
+  bool in_tool_axes = false;  ///< of Cartesian impedance: stiffness and wrench, else in those of the base
 
   /// Joins one of its ports with an input in the fragment.
   void feed(FragmentWriter& fragment, std::string_view name, const std::string& to) const;
@@ -50,7 +56,10 @@ class ActuatorModel {
   [[nodiscard]] virtual std::vector<std::string> devices() const { return {name_}; }
   /// The kinds of set points that it takes, as they are or by a conversion of its own.
   [[nodiscard]] virtual std::vector<SetPointKind> takes() const = 0;
-  /// Adds what takes the set point: conversion and driver. `set_point.kind` is one of takes().
+  /// The control modes in which it follows set points; nothing: it knows none.
+  [[nodiscard]] virtual std::vector<device::ControlMode> modes() const { return {}; }
+  /// Adds what takes the set point: conversion and driver. `set_point.kind` is one of takes(), its mode one
+  /// of modes().
   virtual void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const = 0;
   /// States of its own: "completed" (it has reached what it was told last), "emergency_stop" (it takes nothing).
   [[nodiscard]] virtual std::map<std::string, State> states() const = 0;

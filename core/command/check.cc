@@ -130,6 +130,17 @@ class Checker {
                    fmt::format("{} gives {}, which '{}' does not take", action.name(), name_of(gives), actuator.name()),
                    fmt::format("it takes {}", fmt::join(names, ", ")));
     }
+    const auto modes = actuator.modes();
+    const auto mode = action.mode();
+    if (mode && std::ranges::find(modes, *mode) == modes.end()) {
+      std::vector<std::string_view> names;
+      for (const device::ControlMode one : modes) names.push_back(device::name_of(one));
+      return error(path(i), "C8",
+                   fmt::format("{} gives {} for mode {}, which '{}' does not take", action.name(), name_of(gives),
+                               device::name_of(*mode), actuator.name()),
+                   names.empty() ? std::string("it takes them without a mode")
+                                 : fmt::format("it takes them for {}", fmt::join(names, ", ")));
+    }
     if (action.needs_plan()) {
       return findings_.error(path(i), fmt::format("{} is not planned", action.name()), "plan() before it is mapped");
     }

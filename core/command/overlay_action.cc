@@ -23,6 +23,7 @@ class Woven final : public ActionModel {
 
   [[nodiscard]] std::string_view name() const override { return motion_->name(); }
   [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return motion_->gives(actuator); }
+  [[nodiscard]] std::optional<device::ControlMode> mode() const override { return motion_->mode(); }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return motion_->formulas(); }
   [[nodiscard]] std::vector<std::string> states() const override { return motion_->states(); }
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,

@@ -4,12 +4,11 @@
 #include "core/device/arm.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/differential.h"
-#include "core/motion/limits.h"
-#include "core/motion/online_generator.h"
 #include "core/motion/stop_range.h"
 #include "core/net/registry.h"
 #include "core/net/setup.h"
 #include "core/primitives/arm_kinematics.h"
+#include "core/primitives/rate_follower.h"
 
 namespace takt::primitives {
 namespace {
@@ -18,7 +17,6 @@ using namespace net;
 using kinematics::Jacobian;
 using kinematics::JointVector;
 using kinematics::Vector6;
-using motion::OnlineGenerator;
 
 class JointTorques final : public Primitive {
  public:
@@ -100,8 +98,7 @@ class Manipulability final : public Primitive {
   double length_;
 };
 
-/// Each cycle the wanted rates become targets of a jerk-limited generator. A joint whose next state could no longer
-/// stop in front of its limit gets the target 0 instead, and that it can follow: the state before could stop.
+/// Each cycle the twist becomes rates of the joints, and they are followed (RateFollower).
 class DifferentialInverseKinematics final : public Primitive {
  public:
   explicit DifferentialInverseKinematics(Setup& setup)
@@ -130,7 +127,7 @@ class DifferentialInverseKinematics final : public Primitive {
     const int n = kinematics_.arm->joint_count();
     if (seed_.size != 0 && seed_.size != n)
       findings.error("/seed", "wrong number of joints", "one number per joint of the arm");
-    generator_.emplace(n, OnlineGenerator::Synchronization::kNone);
+    follower_.emplace(kinematics_.arm->description().limits);
     stop_time_ = motion::longest_stop(kinematics_.arm->description().limits);
     return findings;
   }
@@ -139,11 +136,11 @@ class DifferentialInverseKinematics final : public Primitive {
 
   void update(const Cycle& cycle) override {
     if (cycle.first) start();
-    const JointVector& q = generator_->state().q;
+    const JointVector& q = follower_->state().q;
     if (!known_ || !kinematics_.look(q)) return give_up();
     const JointVector target = cycle.stop_requested ? JointVector(JointVector::Zero(q.size())) : wanted(q, cycle.dt);
-    if (!advance(target, cycle.dt)) return give_up();
-    const OnlineGenerator::State& state = generator_->state();
+    if (!follower_->advance(target, cycle.dt)) return give_up();
+    const RateFollower::State& state = follower_->state();
     q_.set(JointArray(state.q));
     dq_.set(JointArray(state.dq));
     ddq_.set(JointArray(state.ddq));
@@ -157,45 +154,15 @@ class DifferentialInverseKinematics final : public Primitive {
   void start() {
     const JointVector q = seed_.size > 0 ? JointVector(seed_.map()) : kinematics_.arm->set_point().q;
     known_ = q.size() == kinematics_.arm->joint_count();
-    if (!known_) return;
-    const JointVector rest = JointVector::Zero(q.size());
-    generator_->start({.q = q, .dq = rest, .ddq = rest});
+    if (known_) follower_->start(q);
   }
 
   /// Null asks for standstill.
   [[nodiscard]] JointVector wanted(const JointVector& q, double dt) const {
     if (twist_.null()) return JointVector::Zero(q.size());
-    const motion::JointLimits& limits = kinematics_.arm->description().limits;
-    // Half of the acceleration, since it takes time to build up: braking in good time, the test below seldom speaks.
-    const auto bounds =
-        kinematics::rate_bounds(q, limits.lower, limits.upper, limits.velocity, 0.5 * limits.acceleration, dt);
     Vector6 V;
     V << twist_->linear, twist_->angular;
-    return kinematics::bounded_rates(kinematics_.J_BT, V, bounds, length_, damped_below_);
-  }
-
-  bool advance(JointVector target, double dt) {
-    using enum OnlineGenerator::Status;
-    const motion::JointLimits& limits = kinematics_.arm->description().limits;
-    const OnlineGenerator::Limits rates{limits.velocity, limits.acceleration, limits.jerk};
-    const OnlineGenerator::State before = generator_->state();
-    const auto step = [&] {
-      const auto status = generator_->follow_velocity(target, rates, dt);
-      return status == kMoving || status == kArrived;
-    };
-    if (!step()) return false;
-    bool refused = false;
-    const OnlineGenerator::State& after = generator_->state();
-    for (Eigen::Index i = 0; i < target.size(); ++i) {
-      const auto range =
-          motion::stop_range(after.q[i], after.dq[i], after.ddq[i], limits.acceleration[i], limits.jerk[i]);
-      if (range.lowest >= limits.lower[i] && range.highest <= limits.upper[i]) continue;
-      target[i] = 0.0;
-      refused = true;
-    }
-    if (!refused) return true;
-    generator_->start(before);
-    return step();
+    return kinematics::bounded_rates(kinematics_.J_BT, V, follower_->bounds(dt), length_, damped_below_);
   }
 
   void give_up() {
@@ -214,7 +181,7 @@ class DifferentialInverseKinematics final : public Primitive {
   ArmKinematics kinematics_;
   double length_, damped_below_;
   JointArray seed_;
-  std::optional<OnlineGenerator> generator_;
+  std::optional<RateFollower> follower_;
   bool known_ = false;
   double stop_time_ = 0.0;
 };

@@ -38,6 +38,10 @@ constexpr auto kJoin = [] {
                {{"value", "u", "all of them"}});
 };
 constexpr auto kFromReal = [] { return ports({{"input", "u", "a number"}}, {{"value", "u", "an array of this one"}}); };
+constexpr auto kDeadBand = [] {
+  return ports({{"input", "u", "an array"}, {"width", "u", "of each element's band, >= 0"}},
+               {{"value", "u", "what is left"}});
+};
 constexpr auto kNear = [] {
   return ports({{"a", "u", "left side"}, {"b", "u", "right side"}}, {{"value", "", "the answer"}},
                {{"tolerance", "u", "largest difference of an element", "[0,inf)", "0.01"}});
@@ -67,6 +71,16 @@ using InterpolateJoints = Function<kLine, [](const JointArray& a, const JointArr
 }>;
 using JointsNear = Function<kNear, [](const JointArray& a, const JointArray& b, double tolerance) {
   return same_shape(a, b) ? std::optional(largest(minus(a, b)) <= tolerance) : std::nullopt;
+}>;
+using DeadBandJoints = Function<kDeadBand, [](const JointArray& a, const JointArray& width) -> MaybeJoints {
+  if (!same_shape(a, width)) return std::nullopt;
+  JointArray rest = a;
+  for (std::size_t i = 0; i < rest.value.size(); ++i) {
+    if (width.value[i] < 0.0) return std::nullopt;
+    const double left = std::max(0.0, std::abs(a.value[i]) - width.value[i]);
+    rest.value[i] = left == 0.0 ? 0.0 : std::copysign(left, a.value[i]);
+  }
+  return rest;
 }>;
 using JointElement = Function<kElement, [](const JointArray& a, Integer index) -> std::optional<double> {
   if (!has(a, index)) return std::nullopt;
@@ -101,6 +115,10 @@ TAKT_PRIMITIVE(
     "On the line through a and b: a at share 0, b at share 1; also beyond. Null where the numbers of elements "
     "differ.");
 TAKT_PRIMITIVE(JointsNear, "joints", "No element differs by more than the tolerance. Null where their numbers differ.");
+TAKT_PRIMITIVE(
+    DeadBandJoints, "joints",
+    "Each element less the width of its band, and 0 inside of it. Null where the numbers of elements differ or "
+    "a width is below 0.");
 TAKT_PRIMITIVE(JointElement, "joints", "One element of an array. Null where there is none of that index.");
 TAKT_PRIMITIVE(ReplaceJoint, "joints", "The array with another element. Null where there is none of that index.");
 TAKT_PRIMITIVE(JoinJoints, "joints", "One array behind the other. Null where they are more than 12 together.");

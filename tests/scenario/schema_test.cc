@@ -140,6 +140,8 @@ constexpr const char* kEverything = R"({
      "approach_m_s": 0.01, "travel_m": 0.02, "seconds": 1, "until": {"sensor": "wrist", "above_N": 5}},
     {"do": "search", "pattern": "zigzag", "radius_m": 0.01, "pitch_m": 0.002, "velocity_m_s": 0.02, "drop_m": 0.001,
      "on_end": "continue", "force_N": "$n"},
+    {"do": "freedrive", "arm": "arm", "enabled": {"input": "io/di1"}, "until": {"sensor": "wrist", "above_N": 50},
+     "seconds": 5, "velocity_m_s": 0.1, "turn_deg_s": 30},
     {"do": "lin", "arm": "arm", "to": {"by_m": [0.1, 0, 0]}, "base_to": {"by_m": [0.2, 0, 0]}, "speed": 0.5}
   ]},
   "operator": [{"at_s": 1, "do": "pause"}, {"at_step": "touch", "after_s": 0.5, "do": "resume"},

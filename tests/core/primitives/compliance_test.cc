@@ -206,6 +206,54 @@ TEST_F(ArmPrimitives, DifferentialKinematicsReachesTheWantedTwist) {
       PrimitiveHarness("DifferentialInverseKinematics", {{"device", "arm"}, {"seed", {1, 2}}}, options).ready());
 }
 
+/// Rates that change at random and are far beyond what the arm can: no limit is broken, and the tool is not faster than
+/// allowed but for what the joints do while they change.
+TEST_F(ArmPrimitives, JoggedJointsNeverBreakALimit) {
+  const motion::JointLimits& limits = arm.limits;
+  const auto list = [](const kinematics::JointVector& v) { return std::vector<double>(v.begin(), v.end()); };
+  for (int run = 0; run < 8; ++run) {
+    PrimitiveHarness jog("JointJog", {{"device", "arm"}, {"linear_max", 0.5}, {"angular_max", 2.0}}, options);
+    LimitOracle judge(
+        {list(limits.lower), list(limits.upper), list(limits.velocity), list(limits.acceleration), list(limits.jerk)},
+        kPeriod, 1e-13);
+    Random wishes(static_cast<std::uint64_t>(run) + 1);
+    for (int k = 0; k < 3000; ++k) {
+      if (k % 700 == 0) {
+        kinematics::JointVector rates(limits.velocity.size());
+        for (double& rate : rates) rate = wishes.uniform(-5.0, 5.0);
+        jog.set("rates", JointArray(rates));
+      }
+      if (run % 3 == 2 && k % 1000 == 500) jog.set_null("rates");
+      jog.step();
+      ASSERT_FALSE(jog.is_null("q"));
+      judge.add(list(kinematics::JointVector(jog.get<JointArray>("q")->map())));
+      if (k % 700 < 400) continue;
+      EXPECT_LE(jog.get<Twist>("achieved")->linear.norm(), 0.5 * 1.02) << run << " " << k;
+      EXPECT_LE(jog.get<Twist>("achieved")->angular.norm(), 2.0 * 1.02) << run << " " << k;
+    }
+    EXPECT_LE(judge.range_excess, 1e-9) << run;
+    EXPECT_LE(judge.velocity.share, 1.0 + 1e-4) << run;
+    EXPECT_LE(judge.acceleration.share, 1.0 + 1e-4) << run;
+    EXPECT_LE(judge.jerk.share, 1.0 + 1e-3) << run;
+  }
+}
+
+TEST_F(ArmPrimitives, JoggedJointsKeepTheDirectionOfTheToolAndRestWithoutAWish) {
+  PrimitiveHarness jog("JointJog", {{"device", "arm"}, {"linear_max", 0.1}, {"angular_max", 10.0}}, options);
+  kinematics::JointVector rates = kinematics::JointVector::Zero(arm.home.size());
+  rates[0] = 0.8;
+  rates[3] = 0.4;
+  jog.set("rates", JointArray(rates)).step(400);
+  const Eigen::VectorXd dq = jog.get<JointArray>("dq")->map();
+  EXPECT_NEAR(dq[0], 2.0 * dq[3], 1e-6) << "all by one factor";
+  EXPECT_NEAR(jog.get<Twist>("achieved")->linear.norm(), 0.1, 2e-3);
+  jog.set("rates", JointArray(Eigen::Vector2d(1.0, 1.0))).step(600);
+  EXPECT_EQ(jog.get<JointArray>("dq")->map().norm(), 0.0) << "a wrong number of joints is no wish";
+  jog.set("rates", JointArray(rates)).step(100);
+  jog.set_null("rates").step(600);
+  EXPECT_EQ(jog.get<JointArray>("dq")->map().norm(), 0.0);
+}
+
 TEST(TablePrimitives, ACharacteristicAndATrajectory) {
   PrimitiveHarness table("Table", {{"points", {{0.0, 1.0}, {1.0, 3.0}}}});
   EXPECT_DOUBLE_EQ(*table.set("input", 0.25).step().get<Real>("value"), 1.5);

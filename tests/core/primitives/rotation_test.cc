@@ -243,6 +243,11 @@ TEST(JointPrimitives, ElementByElement) {
   EXPECT_TRUE(of("AddJoints", shorter).is_null("value"));
   EXPECT_EQ(of("JoinJoints", shorter).get<JointArray>("value")->value, joints({1, 2, 3, 1}).value);
   EXPECT_EQ(PrimitiveHarness("LargestJoint").set("input", joints({1, -5, 3})).step().get<Real>("value"), 5.0);
+  PrimitiveHarness band("DeadBandJoints");
+  EXPECT_EQ(band.set("input", b).set("width", joints({0.5, 0.5, 1})).step().get<JointArray>("value")->value,
+            joints({0, -1.5, 3}).value);
+  EXPECT_TRUE(band.set("width", joints({0.5, -0.5, 1})).step().is_null("value"));
+  EXPECT_TRUE(band.set("width", shorter).step().is_null("value"));
   EXPECT_EQ(PrimitiveHarness("JointElement").set("input", a).set("index", 2).step().get<Real>("value"), 3.0);
   EXPECT_TRUE(PrimitiveHarness("JointElement").set("input", a).set("index", 3).step().is_null("value"));
   EXPECT_TRUE(PrimitiveHarness("JointElement").set("input", a).set("index", -1).step().is_null("value"));

@@ -1,0 +1,133 @@
+#include "core/activity/mode_change.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "core/command/command_tree.h"
+
+namespace takt::activity {
+namespace {
+
+using device::ControlMode;
+
+/// What the commands of an activity need of one arm.
+struct Needs {
+  std::set<ControlMode> modes;
+  bool any = false;  ///< one of them takes it as it is
+};
+
+bool takes(const command::ActuatorModel& actuator, ControlMode mode) {
+  const auto modes = actuator.modes();
+  return std::ranges::find(modes, mode) != modes.end();
+}
+
+std::map<std::string, Needs, std::less<>> needs_of(const command::Command& command) {
+  std::map<std::string, Needs, std::less<>> needs;
+  const command::CommandTree tree(command);
+  for (int i = 0; i < tree.size(); ++i) {
+    const command::CommandNode& node = *tree.at(i).node;
+    if (!node.is_runtime()) continue;
+    const command::ActuatorModel& actuator = node.actuator->model();
+    const auto mode = node.model().mode();
+    if (mode && !takes(actuator, *mode)) continue;  // rule C8 tells
+    for (const std::string& device : actuator.devices()) {
+      Needs& own = needs[device];
+      if (mode) {
+        own.modes.insert(*mode);
+      } else {
+        own.any = true;
+      }
+    }
+  }
+  return needs;
+}
+
+/// START changes a mode seamlessly or waits for standstill; what only goes outside of nets somebody has to ask for.
+void check_start(const device::Arm& arm, ControlMode is, ControlMode needed, Findings& findings) {
+  const device::ControlModes& modes = arm.description().modes;
+  const device::ModeChange* change = modes.find(is, needed);
+  if (is == needed || !modes.has(needed) || (change != nullptr && change->change != device::ChangeClass::kOutsideNet))
+    return;
+  if (change == nullptr) return findings.append(check_mode_change(arm, is, needed));
+  findings.error("/compliance",
+                 fmt::format("'{}' will be in mode {}, and this needs {}; it goes there only while nothing holds it",
+                             arm.name(), name_of(is), name_of(needed)),
+                 fmt::format("use<ControlModeInterface>().switch_to(\"{}\") before", name_of(needed)));
+}
+
+/// In which mode the commands leave an arm.
+std::optional<ControlMode> mode_after(const Needs& needs, std::optional<ControlMode> begin) {
+  if (needs.modes.empty()) return begin;
+  const ControlMode last = *needs.modes.begin();
+  const bool known = needs.modes.size() == 1 && (!needs.any || begin == last);
+  return known ? std::optional(last) : std::nullopt;
+}
+
+}  // namespace
+
+ModeChange::ModeChange(rcc::ControlCore& core, const ControlModes& modes) {
+  for (const auto& [name, mode] : modes) {
+    const device::Arm* arm = core.find_arm(name);
+    if (arm != nullptr) before_[name] = arm->mode();
+    if (arm != nullptr && arm->mode() == mode) continue;
+    const rcc::RequestId request = core.change_mode(name, mode);
+    if (request != 0) {
+      open_.push_back(request);
+    } else {
+      findings_.error("/mode", fmt::format("'{}' cannot be asked for mode {} now", name, name_of(mode)));
+    }
+  }
+}
+
+bool ModeChange::poll(const rcc::ControlCore& core) {
+  for (const rcc::Event& event : core.events()) {
+    const auto answered = std::ranges::find(open_, event.request);
+    if (answered == open_.end() || event.kind == rcc::Event::Kind::kState) continue;
+    open_.erase(answered);
+    if (event.kind == rcc::Event::Kind::kRefused)
+      findings_.error("/mode", fmt::format("the mode was not changed: {}", event.cause.text.view()));
+  }
+  return open_.empty();
+}
+
+Findings check_mode_change(const device::Arm& arm, ControlMode from, ControlMode to) {
+  Findings findings;
+  const device::ControlModes& modes = arm.description().modes;
+  if (!modes.has(to)) {
+    findings.error("/mode", fmt::format("'{}' has no mode '{}'", arm.name(), name_of(to)), modes.list());
+  } else if (from != to && modes.find(from, to) == nullptr) {
+    std::string ways;
+    for (const device::ModeChange& change : modes.changes)
+      if (change.from == from) ways += fmt::format("{}{}", ways.empty() ? "" : ", ", name_of(change.to));
+    findings.error("/mode", fmt::format("'{}' cannot go from {} to {}", arm.name(), name_of(from), name_of(to)),
+                   ways.empty() ? std::string("no other mode") : fmt::format("from there to {}", ways));
+  }
+  return findings;
+}
+
+Findings agree_on_modes(Prepared& prepared, const Situation& situation) {
+  Findings findings;
+  const auto needs = prepared.command ? needs_of(*prepared.command) : std::map<std::string, Needs, std::less<>>();
+  for (auto& [name, forecast] : prepared.forecasts) {
+    const auto arm = situation.cell.arms.find(name);
+    const auto before = situation.precedents.find(name);
+    if (arm == situation.cell.arms.end() || before == situation.precedents.end()) continue;
+    const auto given = before->second.at_end.mode ? device::control_mode_of(*before->second.at_end.mode) : std::nullopt;
+    const auto entered = prepared.modes.find(name);
+    const auto begin = entered != prepared.modes.end() ? std::optional(entered->second) : given;
+    const auto own = needs.find(name);
+    if (begin && own != needs.end())
+      for (const ControlMode needed : own->second.modes) check_start(*arm->second.device, *begin, needed, findings);
+    if (forecast.after.mode) continue;
+    const auto after = prepared.returns ? given : own != needs.end() ? mode_after(own->second, begin) : begin;
+    if (after) forecast.after.mode = name_of(*after);
+  }
+  return findings;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "core/activity/activity_model.h"
+#include "core/rcc/control_core.h"
+
+namespace takt::activity {
+
+/// Brings arms into control modes while no net holds them, all at the same time (ControlCore::change_mode). Thread: the
+/// one that steps the core, between cycles. Realtime: setup.
+class ModeChange {
+ public:
+  /// Asks the core. An arm that is in its mode already is not asked.
+  ModeChange(rcc::ControlCore& core, const ControlModes& modes);
+
+  /// Looks at the answers of the last cycle; after each cycle. @return whether all have answered
+  bool poll(const rcc::ControlCore& core);
+  /// Why arms did not come into their modes.
+  [[nodiscard]] const Findings& findings() const { return findings_; }
+  /// The modes in which the arms were when it was asked for.
+  [[nodiscard]] const ControlModes& before() const { return before_; }
+
+ private:
+  ControlModes before_;
+  std::vector<rcc::RequestId> open_;
+  Findings findings_;
+};
+
+/// Whether an arm can be brought from one mode into another; a finding with what is allowed if not.
+[[nodiscard]] Findings check_mode_change(const device::Arm& arm, device::ControlMode from, device::ControlMode to);
+
+/// Looks at what the commands of an activity want of the control modes of their arms: whether START can give it, and in
+/// which mode each arm is after it, if the activity does not say so.
+/// @return for each arm that is in another mode then the way out
+[[nodiscard]] Findings agree_on_modes(Prepared& prepared, const Situation& situation);
+
+}  // namespace takt::activity

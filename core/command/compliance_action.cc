@@ -1,0 +1,191 @@
+#include "core/command/compliance_action.h"
+
+#include <algorithm>
+#include <functional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/device/description.h"
+
+namespace takt::command {
+namespace {
+
+using device::ControlMode;
+using Json = nlohmann::ordered_json;
+using kinematics::JointVector;
+
+/// A value that is wanted of the springs, and what the device says of it.
+struct SpringValue {
+  const char* port;  ///< of the set point
+  Operand wanted;
+  const char* unit;
+  std::function<JointVector(const device::Compliance&)> of;  ///< element by element, as `wanted` counts them
+};
+using SpringValues = std::vector<SpringValue>;
+
+template <class T>
+void add(SpringValues& values, const char* port, const std::optional<Term<T>>& wanted, const char* unit,
+         std::function<JointVector(const device::Compliance&)> of) {
+  if (wanted) values.push_back({port, wanted->operand(), unit, std::move(of)});
+}
+
+JointVector one(double value) { return JointVector::Constant(1, value); }
+
+SpringValues values_of(const Stiff&) { return {}; }
+
+SpringValues values_of(const JointCompliance& wish) {
+  SpringValues values;
+  add(values, "stiffness", wish.stiffness, "Nm/rad", [](const auto& c) { return c.stiffness; });
+  add(values, "damping_ratio", wish.damping_ratio, "1", [](const auto& c) { return c.damping_ratio; });
+  add(values, "torque", wish.torque, "Nm", [](const auto& c) { return c.feed_forward; });
+  return values;
+}
+
+SpringValues values_of(const CartesianCompliance& wish) {
+  SpringValues values;
+  add(values, "stiffness", wish.stiffness, "N/m", [](const auto& c) { return JointVector(c.stiffness.head(3)); });
+  add(values, "rotational_stiffness", wish.rotational_stiffness, "Nm/rad",
+      [](const auto& c) { return JointVector(c.stiffness.segment(3, 3)); });
+  add(values, "damping_ratio", wish.damping_ratio, "1", [](const auto& c) { return one(c.damping_ratio[0]); });
+  add(values, "wrench", wish.wrench, "N, Nm", [](const auto& c) { return c.feed_forward; });
+  add(values, "nullspace_stiffness", wish.nullspace_stiffness, "Nm/rad",
+      [](const auto& c) { return one(c.nullspace_stiffness); });
+  return values;
+}
+
+SpringValues values_of(const ComplianceWish& wish) {
+  return std::visit([](const auto& kind) { return values_of(kind); }, wish);
+}
+bool takes_tool_axes(const ComplianceWish& wish) {
+  const auto* cartesian = std::get_if<CartesianCompliance>(&wish);
+  return cartesian != nullptr && cartesian->in_tool_axes;
+}
+
+/// The numbers of a constant in order: a number, a list, or a wrench.
+void collect(const Json& constant, std::vector<double>& numbers) {
+  if (constant.is_number()) numbers.push_back(constant.get<double>());
+  if (!constant.is_structured()) return;
+  for (const Json& part : constant) collect(part, numbers);
+}
+
+void check_constant(const SpringValue& value, const device::ComplianceRange& range, const std::string& arm,
+                    Findings& findings) {
+  const JointVector lower = value.of(range.lower), upper = value.of(range.upper);
+  std::vector<double> numbers;
+  collect(value.wanted.constant, numbers);
+  const std::string pointer = std::string("/") + value.port;
+  if (numbers.size() != static_cast<std::size_t>(upper.size()))
+    return findings.error(pointer, fmt::format("{} values for '{}'", numbers.size(), arm),
+                          fmt::format("{}", upper.size()));
+  for (Eigen::Index i = 0; i < upper.size(); ++i) {
+    const double number = numbers[static_cast<std::size_t>(i)];
+    if (number >= lower[i] && number <= upper[i]) continue;  // false for NaN
+    findings.error(fmt::format("{}/{}", pointer, i), fmt::format("{:g} {} for '{}'", number, value.unit, arm),
+                   fmt::format("{:g} to {:g} {}", lower[i], upper[i], value.unit));
+  }
+}
+
+class Compliant final : public ActionModel {
+ public:
+  Compliant(std::shared_ptr<const ActionModel> action, const ComplianceWish& wish)
+      : action_(std::move(action)),
+        mode_(mode_of(wish)),
+        values_(values_of(wish)),
+        in_tool_axes_(takes_tool_axes(wish)) {}
+
+  [[nodiscard]] std::string_view name() const override { return action_->name(); }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return action_->gives(actuator); }
+  [[nodiscard]] std::optional<ControlMode> mode() const override { return mode_; }
+  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return action_->stop_time(actuator); }
+  [[nodiscard]] bool net_knows_stop_time() const override { return action_->net_knows_stop_time(); }
+  [[nodiscard]] bool needs_plan() const override { return action_->needs_plan(); }
+  [[nodiscard]] std::optional<device::Seam> begins() const override { return action_->begins(); }
+  [[nodiscard]] std::optional<device::Seam> ends() const override { return action_->ends(); }
+
+  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
+                                                                const JointVector& q_start) const override {
+    auto planned = action_->plan(actuator, q_start);
+    if (!planned) return planned;
+    auto own = std::make_shared<Compliant>(std::move(*planned), Stiff{});
+    own->mode_ = mode_;
+    own->values_ = values_;
+    own->in_tool_axes_ = in_tool_axes_;
+    return own;
+  }
+
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
+    std::vector<ExpressionPtr> formulas = action_->formulas();
+    for (const SpringValue& value : values_)
+      if (value.wanted.node) formulas.push_back(value.wanted.node);
+    return formulas;
+  }
+
+  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
+    Findings findings = action_->check(actuator);
+    if (const auto other = action_->mode(); other && *other != mode_)
+      findings.error({}, fmt::format("{} for mode {} is to be for mode {}", name(), name_of(*other), name_of(mode_)),
+                     "one compliance");
+    if (mode_ == ControlMode::kPosition || actuator.arm() == nullptr) return findings;
+    const auto& range = actuator.arm()->device->description().impedance.range(mode_);
+    for (const SpringValue& value : values_)
+      if (!value.wanted.node) check_constant(value, range, actuator.name(), findings);
+    return findings;
+  }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    Contribution contribution = action_->add_to(fragment, actuator);
+    SetPoint& set_point = contribution.set_point;
+    set_point.mode = mode_;
+    set_point.in_tool_axes = in_tool_axes_;
+    for (const SpringValue& value : values_) {
+      if (value.wanted.node) {
+        set_point.sensors[value.port] = value.wanted.node;
+      } else {
+        set_point.constants[value.port] = value.wanted.constant;
+      }
+    }
+    return contribution;
+  }
+
+  [[nodiscard]] std::vector<std::string> states() const override {
+    std::vector<std::string> states = action_->states();
+    if (mode_ != ControlMode::kPosition) states.emplace_back(kSettled);
+    return states;
+  }
+  /// The springs are those of what drives the arm, in the same fragment.
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
+                                      const Json& parameters) const override {
+    return name == kSettled ? "arm.settled" : action_->add_state(fragment, name, parameters);
+  }
+
+ private:
+  static constexpr const char* kSettled = "settled";
+
+  std::shared_ptr<const ActionModel> action_;
+  ControlMode mode_;
+  SpringValues values_;
+  bool in_tool_axes_;
+};
+
+}  // namespace
+
+ControlMode mode_of(const ComplianceWish& wish) {
+  if (std::holds_alternative<JointCompliance>(wish)) return ControlMode::kJointImpedance;
+  if (std::holds_alternative<CartesianCompliance>(wish)) return ControlMode::kCartesianImpedance;
+  return ControlMode::kPosition;
+}
+
+bool same(const ComplianceWish& a, const ComplianceWish& b) {
+  if (a.index() != b.index() || takes_tool_axes(a) != takes_tool_axes(b)) return false;
+  return std::ranges::equal(values_of(a), values_of(b), [](const SpringValue& x, const SpringValue& y) {
+    return std::string_view(x.port) == y.port && x.wanted.node == y.wanted.node &&
+           x.wanted.constant == y.wanted.constant;
+  });
+}
+
+Action with_compliance(const Action& action, const ComplianceWish& wish) {
+  return Action(std::make_shared<const Compliant>(action.shared_model(), wish));
+}
+
+}  // namespace takt::command

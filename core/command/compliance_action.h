@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <variant>
+
+#include "core/command/action.h"
+
+/// How an arm gives way while it does something else (docs/control-modes.md). Realtime: setup.
+namespace takt::command {
+
+/// As a stiff servo: control mode "position".
+struct Stiff {};
+
+/// As a spring and a damper in each joint. One entry per joint; what is not given is the device's standard.
+struct JointCompliance {
+  std::optional<Term<net::JointArray>> stiffness = {};      ///< Nm/rad, of a sliding joint N/m
+  std::optional<Term<net::JointArray>> damping_ratio = {};  ///< of critical damping
+  std::optional<Term<net::JointArray>> torque = {};         ///< added to the springs, Nm or N
+};
+
+/// As a spring and a damper at the tool centre point. What is not given is the device's standard.
+struct CartesianCompliance {
+  std::optional<VectorTerm> stiffness = {};             ///< along x, y, z, N/m
+  std::optional<VectorTerm> rotational_stiffness = {};  ///< about x, y, z, Nm/rad
+  std::optional<RealTerm> damping_ratio = {};           ///< of critical damping, of all axes
+  std::optional<Term<net::Wrench>> wrench = {};         ///< that the tool exerts beside the spring, N and Nm
+  std::optional<RealTerm> nullspace_stiffness = {};     ///< of the posture in what the tool does not feel, Nm/rad
+  bool in_tool_axes = false;                            ///< stiffness and wrench, else in the axes of the base
+};
+
+using ComplianceWish = std::variant<Stiff, JointCompliance, CartesianCompliance>;
+/// The control mode that it needs.
+[[nodiscard]] device::ControlMode mode_of(const ComplianceWish& wish);
+/// Both ask for the same: equal constants, the same formulas.
+[[nodiscard]] bool same(const ComplianceWish& a, const ComplianceWish& b);
+
+/// The action on an arm that gives way like this, whatever it is: a motion, a hold, a jog. What is wanted of the
+/// springs may be a formula; it is approached with the rates of the device, and null there ends the net (row N4).
+/// Constants that the device does not allow are refused, values of formulas are the guard's. Offers what the action
+/// offers, and `settled`: the springs are as they are wanted. An arm that has no such mode is refused (rule C8). In
+/// which mode the arm is, START looks at.
+[[nodiscard]] Action with_compliance(const Action& action, const ComplianceWish& wish);
+
+}  // namespace takt::command
