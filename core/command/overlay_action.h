@@ -21,7 +21,7 @@ struct WeaveWish {
 /// direction of the frame that moves, as far as the force wants it and the range allows.
 struct ForceOffsetWish {
   ForceWish force = {};                                    ///< with its bounds of velocity and acceleration
-  double jerk_max = 20.0;                                  ///< of the offset, m/s^3
+  double jerk_max = 10.0;                                  ///< of the offset, m/s^3
   Eigen::Vector3d direction_M = Eigen::Vector3d::UnitZ();  ///< of the force that the tool exerts; length 1
   double reach = 0.005;                                    ///< along the direction at most, m, >= 0
   double retreat = 0.005;                                  ///< against it at most, m, >= 0
