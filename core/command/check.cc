@@ -155,9 +155,20 @@ class Checker {
             "commands of this transaction");
     }
     if (startable(i).empty()) {
-      error(path(i), "C9", fmt::format("nothing starts in '{}', so it would never end", node(i).name),
-            "add_started(), or a handler that starts something by what is not inside of it");
+      return error(path(i), "C9", fmt::format("nothing starts in '{}', so it would never end", node(i).name),
+                   "add_started(), or a handler that starts something by what is not inside of it");
     }
+    for (const int child : tree_.at(i).children) {
+      if (!tree_.at(child).with_parent && !is_started_by_handler(child))
+        error(path(child), "C9", fmt::format("nothing ever starts '{}'", node(child).name),
+              "add_started(), or a handler that starts it");
+    }
+  }
+
+  bool is_started_by_handler(int i) const {
+    return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
+      return h.handler->effect.kind == Kind::kStart && tree_.find(h.handler->effect.target) == i;
+    });
   }
 
   /// The commands directly inside that can come to run.

@@ -106,6 +106,11 @@ TEST_F(TransactionRulesTest, C9_SomethingMustStart) {
                  "C9", "/program", "not inside of it");
 }
 
+TEST_F(TransactionRulesTest, C9_WhatNothingStartsIsTold) {
+  expect_refused(transaction("\"a\": " + on + ", \"b\": " + later), "C9: nothing ever starts 'b'",
+                 "/program/commands/b", "\"start\": true");
+}
+
 TEST_F(TransactionRulesTest, C10_ARaisedStateBelongsToATransaction) {
   expect_refused(
       transaction("\"a\": " + on, R"(, "raised": ["lost"], "on": [{"entered": {"completed": "a"}, "raise": "lots"}])"),
