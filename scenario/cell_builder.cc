@@ -301,6 +301,7 @@ command::Cell names_of_cell(const Description& description, const device::ModelL
   }
   for (const ObjectEntry& object : description.objects) cell.objects[object.name];
   for (const NetEntry& net : description.nets) cell.nets[net.name] = net.net;
+  for (const device::ChannelDescription& channel : description.channels) cell.channels[channel.name];
   return cell;
 }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/carried_step.h"
+#include "core/activity/command_step.h"
 #include "core/activity/net_run.h"
 #include "core/activity/requested_motion.h"
 #include "core/activity/scheduler.h"
@@ -134,6 +135,7 @@ class MotionStep final : public Step {
 template <PathKind kind>
 std::unique_ptr<Step> parse(const Json& json, const std::string& pointer, const command::Cell& cell,
                             Findings& findings) {
+  if (json.contains("weave") || json.contains("force_offset")) return parse_command_step(json, pointer, cell, findings);
   return std::make_unique<MotionStep>(read_motion(kind, json, pointer, cell, findings));
 }
 

@@ -81,6 +81,7 @@ Progress NetRun::advance(Context& context, Findings& findings) {
 
 Progress OneNetRun::advance(Context& context, Findings& findings) {
   if (!net_.begun()) return begin(context, findings);
+  after_cycle(context);
   const Progress progress = net_.advance(context, findings);
   if (progress != Progress::kDone) return progress;
   return net_.cancelled() ? finish_cancelled(context, findings) : finish(context, findings);

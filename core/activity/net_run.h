@@ -36,6 +36,7 @@ class NetRun {
   void abort() {
     if (core_ != nullptr) core_->abort(id_);
   }
+  [[nodiscard]] rcc::NetId id() const { return id_; }
   /// The net, to read ports after it has ended; null before begin().
   [[nodiscard]] const net::CompiledNet* net() const { return core_ ? core_->net(id_) : nullptr; }
 
@@ -56,6 +57,8 @@ class OneNetRun : public StepRun {
  protected:
   /// Makes the net and gives it to load(). Called again as long as it answers kRunning without having loaded.
   virtual Progress begin(Context& context, Findings& findings) = 0;
+  /// Called after each cycle since the net was loaded, before its end is looked at.
+  virtual void after_cycle(Context&) {}
   /// The net ended in order, by itself.
   virtual Progress finish(Context&, Findings&) { return Progress::kDone; }
   /// The net ended in order, and somebody had cancelled it.
@@ -66,6 +69,8 @@ class OneNetRun : public StepRun {
     return net_.begin(context, description, options, findings);
   }
   [[nodiscard]] bool loaded() const { return net_.begun(); }
+  [[nodiscard]] rcc::NetId net_id() const { return net_.id(); }
+  [[nodiscard]] const net::CompiledNet* net() const { return net_.net(); }
   /// Last value of a port of the loaded net; nothing if it is null or the net has no such port.
   template <class T>
   [[nodiscard]] std::optional<T> value_of(std::string_view port) const {

@@ -7,8 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/net_run.h"
-#include "core/base/object_reader.h"
-#include "core/command/device_net.h"
+#include "core/activity/signal_request.h"
 
 namespace takt::activity {
 namespace {
@@ -16,11 +15,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // -- set -----------------------------------------------------------------------------------------------------------
-
-struct SetRequest {
-  std::string output;
-  command::SignalValue value = false;
-};
 
 class SetRun final : public OneNetRun {
  public:
@@ -39,13 +33,7 @@ class SetStep final : public Step {
  public:
   explicit SetStep(SetRequest request) : request_(std::move(request)) {}
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
-    if (const double* value = std::get_if<double>(&request_.value)) {
-      const auto& output = rehearsal.cell.analog_outputs.find(request_.output)->second->description();
-      if (*value < output.lower || *value > output.upper) {
-        return findings.error(pointer + "/value", fmt::format("{:g} {}", *value, output.unit),
-                              fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
-      }
-    }
+    if (!check_range(request_, rehearsal.cell, pointer, findings)) return;
     // The form of the net does not depend on the period.
     rehearse_net(command::set_net(request_.output, request_.value, rehearsal.cell, to_seconds(kMillisecond)), rehearsal,
                  pointer, findings);
@@ -87,18 +75,13 @@ class PauseStep final : public Step {
   double seconds_;
 };
 
-struct WaitRequest {
-  command::Condition until;
-  std::optional<double> timeout;
-};
-
 class WaitRun final : public OneNetRun {
  public:
   explicit WaitRun(const WaitRequest& request) : request_(request) {}
 
  private:
   Progress begin(Context& context, Findings& findings) override {
-    const auto wait = command::wait_net(request_.until, request_.timeout, context.cell, context.variables.biases);
+    const auto wait = command::wait_net(*request_.until, request_.timeout, context.cell, context.variables.biases);
     condition_port_ = wait.condition_port;
     return load(context, wait.net, findings);
   }
@@ -122,7 +105,7 @@ class WaitStep final : public Step {
  public:
   explicit WaitStep(WaitRequest request) : request_(std::move(request)) {}
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
-    rehearse_net(command::wait_net(request_.until, request_.timeout, rehearsal.cell, {}).net, rehearsal, pointer,
+    rehearse_net(command::wait_net(*request_.until, request_.timeout, rehearsal.cell, {}).net, rehearsal, pointer,
                  findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<WaitRun>(request_); }
@@ -136,20 +119,7 @@ class WaitStep final : public Step {
 std::unique_ptr<Step> parse_set(const Json& json, const std::string& pointer, const command::Cell& cell,
                                 Findings& findings) {
   ObjectReader reader(json, pointer, findings);
-  (void)reader.text("do");
-  (void)reader.text("name", "");
-  std::vector<std::string> names;
-  for (const auto& [name, output] : cell.digital_outputs) names.push_back(name);
-  for (const auto& [name, output] : cell.analog_outputs) names.push_back(name);
-  SetRequest request;
-  request.output = reader.choice("output", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
-  if (cell.analog_outputs.contains(request.output)) {
-    request.value = reader.number("value");
-  } else if (cell.digital_outputs.contains(request.output)) {
-    request.value = reader.boolean("value");
-  } else {
-    (void)reader.child("value");
-  }
+  SetRequest request = read_set(reader, cell);
   reader.finish();
   return std::make_unique<SetStep>(std::move(request));
 }
@@ -157,24 +127,10 @@ std::unique_ptr<Step> parse_set(const Json& json, const std::string& pointer, co
 std::unique_ptr<Step> parse_wait(const Json& json, const std::string& pointer, const command::Cell& cell,
                                  Findings& findings) {
   ObjectReader reader(json, pointer, findings);
-  (void)reader.text("do");
-  (void)reader.text("name", "");
-  const Json* until = reader.object("until", false);
-  if (!until) {
-    const double seconds = reader.number("seconds", {}, {.low = 0, .high = 3600});
-    reader.finish();
-    return std::make_unique<PauseStep>(seconds);
-  }
-  WaitRequest request;
-  auto condition = command::parse_condition(*until, reader.at("until"), cell);
-  if (condition) {
-    request.until = std::move(*condition);
-  } else {
-    findings.append(condition.error());
-  }
-  if (reader.has("timeout_s")) request.timeout = reader.number("timeout_s", {}, {.low = 0, .high = 3600});
+  WaitRequest request = read_wait(reader, cell);
   reader.finish();
-  return std::make_unique<WaitStep>(std::move(request));
+  if (request.until) return std::make_unique<WaitStep>(std::move(request));
+  return std::make_unique<PauseStep>(request.seconds.value_or(0.0));
 }
 
 }  // namespace takt::activity

@@ -1,3 +1,4 @@
+#include "core/activity/command_step.h"
 #include "core/activity/control_mode_step.h"
 #include "core/activity/force_step.h"
 #include "core/activity/freedrive_step.h"
@@ -23,10 +24,19 @@ const std::vector<StepKind>& step_kinds() {
        parse_fit_pose},
       {"freedrive", "A person guides an arm by hand. Keys: arm, enabled, until, seconds, velocity_m_s, turn_deg_s.",
        parse_freedrive},
+      {"follow",
+       "The tool follows a frame that moves, or the pose that a channel says. Keys: arm, in, channel, linear_max_m_s, "
+       "angular_max_deg_s, seconds, until.",
+       parse_command_step},
       {"grip",
        "Closes a gripper until a part stops its fingers. Keys: gripper, force_N, width_m, speed_m_s, expect, part, "
        "part_mass_kg.",
        parse_grip},
+      {"hold", "Holds an arm where it is. Keys: arm, seconds, until.", parse_command_step},
+      {"jog",
+       "Manual control with a dead-man switch. Keys: arm, channel, or linear_m_s and angular_deg_s, in, while, "
+       "linear_max_m_s, angular_max_deg_s, seconds, until.",
+       parse_command_step},
       {"lin",
        "Moves the tool centre point on a straight line. Keys: arm, to, speed, acceleration, velocity_m_s, blend_m, "
        "blend_fraction, until, on_end; base_to: where the base that carries the arm drives meanwhile.",
@@ -54,6 +64,9 @@ const std::vector<StepKind>& step_kinds() {
        parse_spline},
       {"tare", "Averages a force/torque sensor at rest; its offset is then taken out. Keys: sensor, cycles.",
        parse_tare},
+      {"transaction",
+       "Commands in one real-time context, and what events do to them. Keys: commands, on, raised, capture, on_cancel.",
+       parse_command_step},
       {"wait", "Lets time pass, or waits until a condition holds. Keys: seconds; or until, timeout_s.", parse_wait},
   };
   return kinds;

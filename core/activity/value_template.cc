@@ -47,7 +47,8 @@ KeyUnit unit_of_key(std::string_view key) {
     double factor;
   };
   constexpr double kDegrees = 180.0 / std::numbers::pi;
-  static constexpr std::array<Suffix, 11> kSuffixes{{{"_deg_s", "rad/s", kDegrees},
+  static constexpr std::array<Suffix, 13> kSuffixes{{{"_m_s_per_N", "m/s/N", 1.0},
+                                                     {"_deg_s", "rad/s", kDegrees},
                                                      {"_m_s2", "m/s^2", 1.0},
                                                      {"_m_s", "m/s", 1.0},
                                                      {"_deg", "rad", kDegrees},
@@ -57,6 +58,7 @@ KeyUnit unit_of_key(std::string_view key) {
                                                      {"_m", "m", 1.0},
                                                      {"_s", "s", 1.0},
                                                      {"_V", "V", 1.0},
+                                                     {"_Hz", "Hz", 1.0},
                                                      {"seconds", "s", 1.0}}};
   for (const Suffix& suffix : kSuffixes) {
     if (key.ends_with(suffix.text)) return {unit_dimension(suffix.unit), suffix.factor, false};
@@ -65,8 +67,8 @@ KeyUnit unit_of_key(std::string_view key) {
   for (const std::string_view start : {"above_", "below_"}) {
     if (key.starts_with(start)) return {unit_dimension(key.substr(start.size())), 1.0, false};
   }
-  // The unit of an output stands in its model.
-  return {{}, 1.0, key == "value" || key == "is"};
+  // The unit of an output stands in its model, that of a channel where it is declared.
+  return {{}, 1.0, key == "value" || key == "is" || key == "above" || key == "below"};
 }
 
 Json number_json(double value) {

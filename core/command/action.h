@@ -10,6 +10,10 @@
 #include "core/command/actuator.h"
 #include "core/device/seam.h"
 
+namespace takt::motion {
+struct Motion;
+}
+
 namespace takt::command {
 
 /// What an action has put into its fragment.
@@ -57,6 +61,14 @@ class ActionModel {
   /// How it takes its actuator over and leaves it, as far as it knows (row L3).
   [[nodiscard]] virtual std::optional<device::Seam> begins() const { return std::nullopt; }
   [[nodiscard]] virtual std::optional<device::Seam> ends() const { return std::nullopt; }
+
+  /// Of a planned motion of one arm: the plan, and the frame that it moves, in the flange; null: there is none.
+  struct PlannedPath {
+    const motion::Motion* motion = nullptr;
+    Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
+    bool laid_over = false;  ///< its set points are not those of the plan: a weave
+  };
+  [[nodiscard]] virtual PlannedPath planned_path() const { return {}; }
 
   /// Whether it must be planned before it can be mapped.
   [[nodiscard]] virtual bool needs_plan() const { return false; }

@@ -25,7 +25,7 @@ std::string_view word_for(Kind kind) {
 
 class Checker {
  public:
-  explicit Checker(const CommandTree& tree) : tree_(tree) {}
+  Checker(const CommandTree& tree, bool planned) : tree_(tree), planned_(planned) {}
 
   Findings run() {
     for (const std::string& path : tree_.doubles()) {
@@ -142,6 +142,7 @@ class Checker {
                                  : fmt::format("it takes them for {}", fmt::join(names, ", ")));
     }
     if (action.needs_plan()) {
+      if (!planned_) return;
       return findings_.error(path(i), fmt::format("{} is not planned", action.name()), "plan() before it is mapped");
     }
     findings_.append(action.check(actuator), path(i));
@@ -165,9 +166,20 @@ class Checker {
             "commands of this transaction");
     }
     if (startable(i).empty()) {
-      error(path(i), "C9", fmt::format("nothing starts in '{}', so it would never end", node(i).name),
-            "add_started(), or a handler that starts something by what is not inside of it");
+      return error(path(i), "C9", fmt::format("nothing starts in '{}', so it would never end", node(i).name),
+                   "add_started(), or a handler that starts something by what is not inside of it");
     }
+    for (const int child : tree_.at(i).children) {
+      if (!tree_.at(child).with_parent && !is_started_by_handler(child))
+        error(path(child), "C9", fmt::format("nothing ever starts '{}'", node(child).name),
+              "add_started(), or a handler that starts it");
+    }
+  }
+
+  bool is_started_by_handler(int i) const {
+    return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
+      return h.handler->effect.kind == Kind::kStart && tree_.find(h.handler->effect.target) == i;
+    });
   }
 
   /// The commands directly inside that can come to run.
@@ -303,12 +315,13 @@ class Checker {
   }
 
   const CommandTree& tree_;
+  bool planned_;
   Findings findings_;
   std::set<std::string> observed_;
 };
 
 }  // namespace
 
-Findings check(const Command& command) { return Checker(CommandTree(command)).run(); }
+Findings check(const Command& command, bool planned) { return Checker(CommandTree(command), planned).run(); }
 
 }  // namespace takt::command

@@ -6,7 +6,8 @@
 namespace takt::command {
 
 /// The rules C1 to C10 of docs/command-layer.md and what else makes a command impossible, all at once. Each finding
-/// names the place in the tree ("/screwing/handlers/0"), the rule, the value and the way out. Realtime: setup.
-[[nodiscard]] Findings check(const Command& command);
+/// names the place in the tree ("/screwing/handlers/0"), the rule, the value and the way out.
+/// @param planned  false: actions that are not planned yet are no fault. Realtime: setup.
+[[nodiscard]] Findings check(const Command& command, bool planned = true);
 
 }  // namespace takt::command

@@ -33,10 +33,10 @@ std::vector<std::string> quantity_names() {
   return names;
 }
 
-/// @param unit  empty if it is not known: then any "above_..." will do
+/// @param unit  in the names of the keys; empty: they have none
 void read_threshold(ObjectReader& reader, const std::string& unit, Condition& condition) {
-  const std::string above = fmt::format("above_{}", unit);
-  const std::string below = fmt::format("below_{}", unit);
+  const std::string above = unit.empty() ? "above" : fmt::format("above_{}", unit);
+  const std::string below = unit.empty() ? "below" : fmt::format("below_{}", unit);
   const bool both_or_none = (reader.child(above) != nullptr) == (reader.child(below) != nullptr);
   if (both_or_none) {
     reader.findings().error(reader.pointer(), "exactly one threshold is needed",
@@ -73,10 +73,7 @@ Condition read_comparison(ObjectReader& reader, const Cell& cell) {
   if (!reader.json().is_object()) return condition;
   condition.device = reader.text("sensor");
   known_device(reader, "sensor", "force/torque sensor", cell.sensors, condition.device);
-  const std::string quantity = reader.choice("quantity", quantity_names(), "force");
-  const auto found =
-      std::ranges::find(kQuantities, quantity, [](const auto& entry) { return std::string(entry.name); });
-  if (found != kQuantities.end()) condition.quantity = found->quantity;
+  condition.quantity = read_quantity(reader);
   read_threshold(reader, is_torque(condition.quantity) ? "Nm" : "N", condition);
   return condition;
 }
@@ -119,6 +116,29 @@ Condition read_gripper(ObjectReader& reader, const Cell& cell) {
   return condition;
 }
 
+/// Its keys say of which type it is to be; what a channel carries stands where it is declared.
+Condition read_channel(ObjectReader& reader, const Cell& cell) {
+  Condition condition;
+  condition.device = reader.text("channel");
+  known_device(reader, "channel", "channel", cell.channels, condition.device);
+  const bool compared = reader.has("above") || reader.has("below");
+  condition.kind = compared ? Condition::Kind::kRealChannel : Condition::Kind::kBooleanChannel;
+  if (compared) {
+    read_threshold(reader, "", condition);
+  } else {
+    condition.level = reader.boolean("is", true);
+  }
+  const auto found = cell.channels.find(condition.device);
+  if (found == cell.channels.end() || found->second == nullptr) return condition;
+  const net::ValueType carries = found->second->description().type;
+  if (carries != (compared ? net::ValueType::kReal : net::ValueType::kBoolean)) {
+    reader.findings().error(reader.at("channel"),
+                            fmt::format("'{}' carries {}", condition.device, net::name_of(carries)),
+                            "a Boolean channel with 'is', a Real one with 'above' or 'below'");
+  }
+  return condition;
+}
+
 /// Recursion is bounded by the depth that JSON files may have.
 Condition read_condition(const Json& json, const std::string& pointer, const Cell& cell, Findings& findings) {
   ObjectReader reader(json, pointer, findings);
@@ -136,6 +156,8 @@ Condition read_condition(const Json& json, const std::string& pointer, const Cel
     condition = read_input(reader, cell);
   } else if (reader.has("gripper")) {
     condition = read_gripper(reader, cell);
+  } else if (reader.has("channel")) {
+    condition = read_channel(reader, cell);
   } else {
     condition = read_comparison(reader, cell);
   }
@@ -166,5 +188,12 @@ std::vector<std::string> sensors_of(const Condition& condition) {
 }
 
 bool is_torque(Quantity quantity) { return quantity >= Quantity::kTorque; }
+
+Quantity read_quantity(ObjectReader& reader) {
+  const std::string quantity = reader.choice("quantity", quantity_names(), "force");
+  const auto found =
+      std::ranges::find(kQuantities, quantity, [](const auto& entry) { return std::string(entry.name); });
+  return found == kQuantities.end() ? Quantity::kForce : found->quantity;
+}
 
 }  // namespace takt::command

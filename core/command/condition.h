@@ -8,6 +8,10 @@
 #include "core/base/findings.h"
 #include "core/command/cell.h"
 
+namespace takt {
+class ObjectReader;
+}
+
 namespace takt::command {
 
 /// What of a force/torque sensor is compared: the length of a vector or one component, in the measuring frame, with
@@ -19,17 +23,19 @@ enum class Quantity { kForce, kForceX, kForceY, kForceZ, kTorque, kTorqueX, kTor
 ///   {"input": "barrier", "is": true}                              a digital input
 ///   {"input": "distance", "below_m": 0.3}                         an analog input, in its own unit
 ///   {"gripper": "gripper", "is": "holding"}                       also lost, moving, open, closed
+///   {"channel": "enable", "is": true}                             a Boolean channel
+///   {"channel": "level", "above": 0.5}                            a Real channel, in its own unit; also below
 ///   {"all": [...]}, {"any": [...]}, {"not": {...}}
 /// A comparison with a sensor that does not answer is null; a condition that is null as a whole counts as true (rows
 /// N2, N3).
 struct Condition {
-  enum class Kind { kForce, kDigital, kAnalog, kGripper, kAll, kAny, kNot };
+  enum class Kind { kForce, kDigital, kAnalog, kGripper, kBooleanChannel, kRealChannel, kAll, kAny, kNot };
   Kind kind = Kind::kForce;
-  std::string device;                    ///< of the first four: what is looked at
+  std::string device;                    ///< of the first six: what is looked at
   Quantity quantity = Quantity::kForce;  ///< of kForce
-  bool above = true;                     ///< of kForce and kAnalog
-  double threshold = 0.0;                ///< N or Nm; or in the unit of the analog input
-  bool level = true;                     ///< of kDigital
+  bool above = true;                     ///< of what is compared
+  double threshold = 0.0;                ///< N or Nm; or in the unit of the analog input or channel
+  bool level = true;                     ///< of what is true or false
   std::string state;                     ///< of kGripper: a Boolean output of the primitive GripperState
   std::vector<Condition> operands;       ///< of kAll and kAny at least one, of kNot exactly one
 };
@@ -44,5 +50,8 @@ struct Condition {
 [[nodiscard]] std::vector<std::string> sensors_of(const Condition& condition);
 
 [[nodiscard]] bool is_torque(Quantity quantity);
+
+/// The key "quantity" of an object; default: force.
+[[nodiscard]] Quantity read_quantity(ObjectReader& reader);
 
 }  // namespace takt::command

@@ -4,7 +4,6 @@
 
 #include "core/command/condition_state.h"
 #include "core/command/device_sensors.h"
-#include "core/command/press_action.h"
 #include "core/command/single_net.h"
 
 namespace takt::command {
@@ -18,7 +17,9 @@ constexpr double kIntegralTime_s = 1.0;
 constexpr double kMostVelocity = 5.0;
 constexpr double kMostAcceleration = 0.5;  ///< m/s^2
 
-PressWish wish_of(const PressCommand& command, const Cell& cell) {
+}  // namespace
+
+PressWish press_wish(const PressCommand& command, const Cell& cell) {
   PressWish wish{.force = {.force = command.force,
                            .approach_velocity = command.approach,
                            .contact_force = kContactShare * command.force,
@@ -36,11 +37,9 @@ PressWish wish_of(const PressCommand& command, const Cell& cell) {
   return wish;
 }
 
-}  // namespace
-
 net::NetDescription press_net(const PressCommand& command, const Cell& cell, const Biases& biases) {
   const RealSensor pressing = pressing_force(cell, command.sensor, command.direction_B, biases);
-  const Action action = press(pressing, command.direction_B, wish_of(command, cell));
+  const Action action = press(pressing, command.direction_B, press_wish(command, cell));
   RuntimeCommand pressed("press", arm(cell, command.arm), action);
   pressed.capture("touched", pressing, action.state("touched"));
   /// What ends it is remembered under its name.

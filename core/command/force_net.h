@@ -6,6 +6,7 @@
 
 #include "core/command/cell.h"
 #include "core/command/condition.h"
+#include "core/command/press_action.h"
 #include "core/motion/planner.h"
 #include "core/net/description.h"
 
@@ -38,6 +39,8 @@ inline constexpr std::string_view kTooFar = "too-far-first.value";   ///< the tr
 inline constexpr std::string_view kSilent = "silent-first.value";    ///< the force sensor did not answer
 }  // namespace press_ports
 
+/// How the command presses, as a wish of press(); it refers to the command's path.
+[[nodiscard]] PressWish press_wish(const PressCommand& command, const Cell& cell);
 /// @param biases  of the sensors; without a tare the sensor's own offset counts as force
 [[nodiscard]] net::NetDescription press_net(const PressCommand& command, const Cell& cell, const Biases& biases);
 

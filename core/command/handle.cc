@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "core/command/external_watch.h"
 #include "core/command/mapping.h"
 #include "core/command/motion_action.h"
 #include "core/device/channel.h"
@@ -23,15 +24,6 @@ std::string text_of(const std::optional<device::ChannelValue>& value) {
   return value ? device::to_text(*value) : "null";
 }
 
-/// A counter of an external effect, as the program has seen it.
-struct External {
-  std::string name;
-  ExternalHandler handler;
-  std::shared_ptr<rcc::Watch> watch;
-  std::int64_t seen = 0;
-  std::int64_t dropped = 0;
-};
-
 }  // namespace
 
 struct Runtime::Impl {
@@ -46,14 +38,13 @@ struct CommandHandle::Impl {
   std::shared_ptr<Runtime::Impl> runtime;
   rcc::NetId id = 0;
   std::map<std::string, std::string> observed;
-  std::vector<External> externals;
+  ExternalWatch externals;
   std::vector<std::pair<std::string, std::shared_ptr<rcc::Watch>>> traced;
   /// By cycle, the newest; text is made of them only when somebody asks.
   std::map<std::int64_t, std::vector<std::pair<const std::string*, std::optional<device::ChannelValue>>>> trace;
   rcc::RequestId request = 0;
   std::optional<net::Cause> refused;
   bool begun = false, called_off = false;
-  std::int64_t times_lost = 0;
 
   Impl() = default;
   Impl(const Impl&) = delete;
@@ -63,51 +54,25 @@ struct CommandHandle::Impl {
   [[nodiscard]] rcc::ControlCore& core() const { return runtime->core; }
   void attach(const MappedCommand& mapped);
   void poll();
-  void poll(External& external);
-  void report(External& external, std::int64_t count, std::optional<std::int64_t> cycle);
   void note_trace();
 };
 
 CommandHandle::Impl::~Impl() {
   if (id == 0) return;
   for (auto& [name, watch] : traced) core().unwatch(watch);
-  for (External& external : externals) core().unwatch(external.watch);
+  externals.detach();
   (void)core().unload(id);
 }
 
 void CommandHandle::Impl::attach(const MappedCommand& mapped) {
   observed = mapped.observed;
+  // Where there is no room to watch, the effect still happens; nobody hears of it.
+  (void)externals.attach(core(), id, mapped.externals);
   const rcc::WatchOptions all{.every = 1, .capacity = kWatchCapacity};
-  for (const ExternalPort& port : mapped.externals) {
-    if (auto watch = core().watch(id, port.port, all)) {
-      externals.push_back({.name = port.name, .handler = port.handler, .watch = std::move(*watch)});
-    }
-  }
   for (const TracedPort& port : mapped.traced) {
     if (traced.size() == kMostTraced) break;
     if (auto watch = core().watch(id, port.port, all)) traced.emplace_back(port.name, std::move(*watch));
   }
-}
-
-void CommandHandle::Impl::report(External& external, std::int64_t count, std::optional<std::int64_t> cycle) {
-  while (external.seen < count) {
-    ++external.seen;
-    if (!cycle) ++times_lost;
-    if (external.handler) external.handler({.name = external.name, .count = external.seen, .cycle = cycle});
-  }
-}
-
-/// What the ring holds has its cycle; where it was full, only the number is known.
-void CommandHandle::Impl::poll(External& external) {
-  std::array<rcc::WatchedValue, kWatchCapacity> values;
-  const std::size_t taken = external.watch->take(values);
-  for (std::size_t i = 0; i < taken; ++i) {
-    if (values[i].value) report(external, std::get<net::Integer>(*values[i].value), values[i].cycle);
-  }
-  const std::int64_t dropped = external.watch->dropped();
-  if (std::exchange(external.dropped, dropped) == dropped) return;
-  const auto newest = external.watch->newest();
-  if (newest && newest->value) report(external, std::get<net::Integer>(*newest->value), std::nullopt);
 }
 
 void CommandHandle::Impl::note_trace() {
@@ -126,7 +91,7 @@ void CommandHandle::Impl::poll() {
     if (event.kind != rcc::Event::Kind::kRefused || request == 0 || event.request != request) continue;
     refused = net::Cause{net::Cause::Code::kError, event.cause.text, core().cycle() - 1};
   }
-  for (External& external : externals) poll(external);
+  externals.poll();
   note_trace();
 }
 
@@ -232,7 +197,7 @@ template std::optional<net::Wrench> CommandHandle::value(const std::string&) con
 template std::optional<net::JointArray> CommandHandle::value(const std::string&) const;
 
 rcc::NetId CommandHandle::net() const { return impl_->id; }
-std::int64_t CommandHandle::external_times_lost() const { return impl_->times_lost; }
+std::int64_t CommandHandle::external_times_lost() const { return impl_->externals.times_lost(); }
 void CommandHandle::poll() { impl_->poll(); }
 
 Runtime::Runtime(rcc::ControlCore& core, std::function<void()> step)

@@ -71,6 +71,10 @@ class PlannedModel final : public ActionModel {
     return add_threshold(fragment, "clock.time", time, "via_passed");
   }
 
+  [[nodiscard]] PlannedPath planned_path() const override {
+    if (motion_.partner) return {};
+    return {.motion = motion_.motion.get(), .X_FM = motion_.X_FM};
+  }
   [[nodiscard]] std::optional<device::Seam> begins() const override {
     // In motion it depends on when it takes over; of two arms each has its own.
     if (motion_.motion->law.begins_in_motion() || motion_.partner) return std::nullopt;
@@ -123,14 +127,11 @@ class PlannedModel final : public ActionModel {
   PlannedMotion motion_;
 };
 
-/// Plans a motion of an arm from where it will be.
-using Planner = std::function<Result<motion::SequencePlan>(const MountedArm& arm, const JointVector& q_start)>;
-
 /// Motions that are not planned yet.
 class MotionModel final : public ActionModel {
  public:
   /// @param wish  frame that moves and inputs of the clock; the rest is the planner's
-  MotionModel(std::string name, MotionWish wish, Planner planner)
+  MotionModel(std::string name, MotionWish wish, MotionPlanner planner)
       : name_(std::move(name)), wish_(std::move(wish)), planner_(std::move(planner)) {}
 
   [[nodiscard]] std::string_view name() const override { return name_; }
@@ -155,7 +156,7 @@ class MotionModel final : public ActionModel {
  private:
   std::string name_;
   MotionWish wish_;
-  Planner planner_;
+  MotionPlanner planner_;
 };
 
 motion::MotionOptions options_of(const motion::ArmModel& arm, const MotionWish& wish) {
@@ -186,8 +187,8 @@ Result<motion::SequencePlan> alone(Result<motion::Motion> motion) {
   return plan;
 }
 
-Action motion_action(const char* name, const MotionWish& wish, Planner planner) {
-  return Action(std::make_shared<const MotionModel>(name, wish, std::move(planner)));
+Action motion_action(const char* name, const MotionWish& wish, MotionPlanner planner) {
+  return planned_by(name, wish, std::move(planner));
 }
 
 /// A motion of one leg; `make_leg(model, q, goal)` is one of the functions of core/motion/leg.h.
@@ -200,25 +201,11 @@ Action one_leg(const char* name, const MotionWish& wish, const Goal& goal, MakeL
   });
 }
 
-/// The position of an arm at the natural end of what came before on it.
-class Whereabouts {
- public:
-  /// Unknown before the first sample: empty.
-  [[nodiscard]] JointVector of(const ActuatorModel& actuator) const {
-    const auto found = known_.find(actuator.name());
-    return found != known_.end() ? found->second : actuator.arm()->device->set_point().q;
-  }
-  void note(const ActuatorModel& actuator, const ActionModel& action) {
-    const auto end = action.ends();
-    if (end && end->q.size() > 0) known_[actuator.name()] = end->q;
-  }
-
- private:
-  std::map<std::string, JointVector> known_;
-};
-
 }  // namespace
 
+Action planned_by(std::string name, const MotionWish& wish, MotionPlanner planner) {
+  return Action(std::make_shared<const MotionModel>(std::move(name), wish, std::move(planner)));
+}
 Action planned(PlannedMotion motion) { return Action(std::make_shared<const PlannedModel>(std::move(motion))); }
 
 Action ptp(const JointVector& q_goal, const MotionWish& wish) {
@@ -267,33 +254,43 @@ Action sequence(std::vector<SequencePart> parts) {
 }
 
 Findings plan(const Command& command) {
+  Places set_points;
+  return plan(command, set_points);
+}
+
+Findings plan(const Command& command, Places& places) {
   Findings findings;
   const CommandTree tree(command);
   if (!tree.cycle_of_starts().empty()) return findings;  // check() tells
   const std::vector<int> ranks = tree.ranks();
   std::vector<int> order(ranks.size());
   for (std::size_t i = 0; i < ranks.size(); ++i) order[static_cast<std::size_t>(ranks[i])] = static_cast<int>(i);
-  Whereabouts whereabouts;
+  Whereabouts whereabouts(tree, places);
   for (const int i : order) {
     CommandNode& node = *tree.at(i).node;
     if (!node.is_runtime() || node.actuator->model().arm() == nullptr) continue;
     const ActuatorModel& actuator = node.actuator->model();
     if (node.action->model().needs_plan()) {
-      const JointVector q = whereabouts.of(actuator);
-      if (q.size() == 0) {
+      const auto q = whereabouts.begin_of(i);
+      if (!q) {
+        findings.append(q.error(), tree.at(i).path);
+        continue;
+      }
+      if (q->size() == 0) {
         findings.error(tree.at(i).path, fmt::format("'{}' has not told yet where it is", actuator.name()),
                        "a cycle of the core before");
         continue;
       }
-      auto planned = node.action->model().plan(actuator, q);
+      auto planned = node.action->model().plan(actuator, *q);
       if (!planned) {
         findings.append(planned.error(), tree.at(i).path);
         continue;
       }
       node.planned = std::move(*planned);
     }
-    whereabouts.note(actuator, node.model());
+    whereabouts.note(i);
   }
+  places = whereabouts.nominal_ends();
   return findings;
 }
 

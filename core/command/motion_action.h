@@ -1,12 +1,15 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/command/action.h"
 #include "core/command/command.h"
 #include "core/command/planned_path.h"
+#include "core/command/whereabouts.h"
 #include "core/motion/leg.h"
 #include "core/motion/planner.h"
 
@@ -67,10 +70,21 @@ struct SequencePart {
 /// the inputs of the clock are those of the first.
 [[nodiscard]] Action sequence(std::vector<SequencePart> parts);
 
+/// Plans a motion of an arm from where it will be.
+using MotionPlanner =
+    std::function<Result<motion::SequencePlan>(const MountedArm& arm, const kinematics::JointVector& q_start)>;
+/// A motion that somebody else plans.
+/// @param name  for people
+/// @param wish  the frame that moves and the inputs of the clock count; the rest is the planner's
+[[nodiscard]] Action planned_by(std::string name, const MotionWish& wish, MotionPlanner planner);
+
 /// Plans every action of the tree that needs it: from where its arm will be when what starts before it on that arm has
-/// come to its natural end; the first one from the arm's set point. An action that is cancelled ends elsewhere: what is
-/// to follow it then must not depend on where.
+/// come to its natural end; the first one from the arm's set point. An action that is cancelled ends elsewhere: a
+/// planned motion that could follow it then is refused.
 /// @return findings with paths in the tree. Realtime: setup, deterministic.
 [[nodiscard]] Findings plan(const Command& command);
+/// The same from other places than the set points of now.
+/// @param[in,out] places  where arms are; then where they are when all has come to its natural end
+[[nodiscard]] Findings plan(const Command& command, Places& places);
 
 }  // namespace takt::command

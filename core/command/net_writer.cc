@@ -263,6 +263,14 @@ std::string FragmentWriter::add_null_test(const std::string& input, net::ValueTy
   return id + ".value";
 }
 
+std::string FragmentWriter::take_link(const std::string& to) {
+  auto& links = net().links;
+  const auto link = std::ranges::find(links, to, &net::LinkDescription::to);
+  std::string from = link->from;
+  links.erase(link);
+  return from;
+}
+
 void FragmentWriter::nest(net::FragmentDescription fragment) { net().fragments.push_back(std::move(fragment)); }
 
 bool FragmentWriter::has(const std::string& id) const {

@@ -118,6 +118,8 @@ class FragmentWriter {
   void set_parameter(const std::string& id, const std::string& name, nlohmann::ordered_json value);
   /// A Boolean that is true while what feeds an input in here is null; never, if that is a constant.
   [[nodiscard]] std::string add_null_test(const std::string& input, net::ValueType type);
+  /// Takes out the link inside of here that feeds an input, so that something can be put between. @return what fed it.
+  std::string take_link(const std::string& to);
   /// A fragment inside of this one.
   void nest(net::FragmentDescription fragment);
   /// The name of an inner port from the outside.

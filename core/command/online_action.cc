@@ -18,8 +18,19 @@ using kinematics::JointVector;
 Json joints_json(const JointVector& q) { return net::value_to_json(net::JointArray(q)); }
 
 void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWish& wish) {
-  fragment.add("wanted", "LimitTwist", {{"linear_max", wish.linear_max}, {"angular_max", wish.angular_max}});
-  fragment.link(from, "wanted.input");
+  const std::string limited = wish.speed ? "limited" : "wanted";
+  fragment.add(limited, "LimitTwist", {{"linear_max", wish.linear_max}, {"angular_max", wish.angular_max}});
+  fragment.link(from, limited + ".input");
+  if (!wish.speed) return;
+  fragment.add("wanted", "ScaleTwist");
+  fragment.link("limited.value", "wanted.twist");
+  fragment.feed(wish.speed->node(), "wanted.factor");
+}
+
+/// What it follows, and its speed.
+std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const FollowWish& wish) {
+  if (wish.speed) formulas.push_back(wish.speed->node());
+  return formulas;
 }
 
 class Jog final : public VelocityModel {
@@ -27,7 +38,9 @@ class Jog final : public VelocityModel {
   Jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds)
       : velocity_(velocity.node()), enabled_(enabled.node()), bounds_(bounds) {}
   [[nodiscard]] std::string_view name() const override { return "jog"; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {velocity_, enabled_}; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
+    return with_speed({velocity_, enabled_}, bounds_);
+  }
 
  private:
   void add_velocity(FragmentWriter& fragment, const ActuatorModel&) const override {
@@ -45,7 +58,7 @@ class FollowPose final : public VelocityModel {
  public:
   FollowPose(const FrameSensor& target, const FollowWish& wish) : target_(target.node()), wish_(wish) {}
   [[nodiscard]] std::string_view name() const override { return "follow"; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {target_}; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return with_speed({target_}, wish_); }
   [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
 
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {

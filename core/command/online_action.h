@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "core/command/action.h"
 
 /// Actions that find their set points in the cycle, from sensors; they need no plan and go on until they are cancelled,
@@ -13,6 +15,8 @@ struct FollowWish {
   double gain = 4.0;         ///< velocity for a difference, 1/s
   double distance = 1e-4;    ///< of `arrived`, m
   double angle = 1e-3;       ///< of `arrived`, rad
+  /// Share of the wanted velocity, 0 to 1, such as an operator's override; 0 or null: the arm stands.
+  std::optional<RealSensor> speed = {};
 };
 
 /// Manual control: the tool centre point moves with a velocity in the axes of the base while a dead-man switch is held.

@@ -1,12 +1,18 @@
 #include "core/command/overlay_action.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/device_sensors.h"
+#include "core/command/velocity_action.h"
 #include "core/device/description.h"
+#include "core/kinematics/inverse.h"
+#include "core/motion/motion_state.h"
 #include "core/net/value_json.h"
 
 namespace takt::command {
@@ -33,6 +39,11 @@ class Woven final : public ActionModel {
   [[nodiscard]] std::optional<device::Seam> begins() const override { return motion_->begins(); }
   [[nodiscard]] std::optional<device::Seam> ends() const override { return motion_->ends(); }
   [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return motion_->stop_time(actuator); }
+  [[nodiscard]] PlannedPath planned_path() const override {
+    PlannedPath path = motion_->planned_path();
+    path.laid_over = true;
+    return path;
+  }
   [[nodiscard]] bool needs_plan() const override { return motion_->needs_plan(); }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
                                                                 const kinematics::JointVector& q) const override {
@@ -86,7 +97,211 @@ class Woven final : public ActionModel {
   WeaveWish wish_;
 };
 
+/// What an offset along a direction of the moving frame may add to what the joints do on a path. The path's law and its
+/// clock keep the shares of the limits that the motion was planned with, whatever the clock does (docs/motion.md).
+class OffsetRoom {
+ public:
+  OffsetRoom(const MountedArm& arm, const ActionModel::PlannedPath& path, const ForceOffsetWish& wish)
+      : arm_(planning_model(arm, path.X_FM)), motion_(*path.motion), wish_(wish) {
+    for (const motion::PieceShares& shares : motion_.shares) share_ = std::max(share_, shares.acceleration);
+    if (motion_.shares.empty()) share_ = 1.0;
+  }
+
+  [[nodiscard]] Findings check() {
+    Findings findings;
+    const ForceWish& force = wish_.force;
+    check_use(findings, "acceleration", -1, 0.0, force.acceleration_max,
+              (1.0 - share_) * arm_.cartesian.linear_acceleration);
+    check_use(findings, "jerk", -1, 0.0, wish_.jerk_max, (1.0 - share_) * arm_.cartesian.linear_jerk);
+    constexpr int kPlaces = 100;
+    const double step = std::max(motion_.duration() / kPlaces, kLeastStep_s);
+    std::optional<JointVector> before, before_rate;
+    for (double at = 0.0; at <= motion_.duration() && findings.empty(); at += step) {
+      const auto sample = motion::joints_at(arm_, motion_, at);
+      const auto per_metre = sample ? joints_per_metre(sample->q) : std::nullopt;
+      if (!per_metre) break;  // no plan lets that happen
+      const JointVector rate =
+          before ? JointVector((*per_metre - *before) / step) : JointVector::Zero(per_metre->size());
+      const JointVector bend = before_rate ? JointVector((rate - *before_rate) / step) : JointVector::Zero(rate.size());
+      for (Eigen::Index i = 0; i < rate.size(); ++i) {
+        const double s = std::abs((*per_metre)[i]), ds = std::abs(rate[i]), dds = std::abs(bend[i]);
+        const double v = force.velocity_max, a = force.acceleration_max, j = wish_.jerk_max;
+        const double x = std::max(wish_.reach, wish_.retreat);
+        const int joint = static_cast<int>(i);
+        const double share = at / std::max(motion_.duration(), kLeastStep_s);
+        check_use(findings, "velocity", joint, share, kMargin * (s * v + ds * x),
+                  arm_.limits.velocity[i] - std::abs(sample->dq[i]));
+        check_use(findings, "acceleration", joint, share, kMargin * (s * a + 2.0 * ds * v + dds * x),
+                  (1.0 - share_) * arm_.limits.acceleration[i]);
+        check_use(findings, "jerk", joint, share, kMargin * (s * j + 3.0 * ds * a + 3.0 * dds * v),
+                  (1.0 - share_) * arm_.limits.jerk[i]);
+      }
+      before = per_metre;
+      before_rate = rate;
+    }
+    return findings;
+  }
+
+ private:
+  using JointVector = kinematics::JointVector;
+  static constexpr double kLeastStep_s = 1e-3;
+  /// What differs between places, and at the offset from on the path.
+  static constexpr double kMargin = 1.1;
+  static constexpr double kRounding = 1e-9;
+
+  /// How far the joints go for a metre along the direction.
+  [[nodiscard]] std::optional<JointVector> joints_per_metre(const JointVector& q) const {
+    if (arm_.inverse == nullptr) return std::nullopt;
+    kinematics::Vector6 V = kinematics::Vector6::Zero();
+    V.head<3>() = (arm_.chain.forward(q) * arm_.X_FM).linear() * wish_.direction_M;
+    const JointVector held = JointVector::Zero(static_cast<Eigen::Index>(arm_.inverse->held_joints().size()));
+    JointVector rates = q;
+    if (arm_.inverse->rates(q, V, held, rates) != kinematics::IkStatus::kOk) return std::nullopt;
+    return rates;
+  }
+
+  /// @param joint  -1: the frame that moves
+  static void check_use(Findings& findings, const char* what, int joint, double share, double value, double room) {
+    if (value <= room * (1.0 + kRounding)) return;
+    const std::string whose = joint < 0 ? "the tool" : fmt::format("joint {}", joint + 1);
+    findings.error(
+        {},
+        fmt::format("the offset may need {:.3g} of the {} of {}, where the motion leaves {:.3g} (at {:.0f} % "
+                    "of its time)",
+                    value, what, whose, std::max(room, 0.0), 100.0 * share),
+        "a slower motion, a smaller share of its acceleration, or smaller bounds of the offset");
+  }
+
+  motion::ArmModel arm_;
+  const motion::Motion& motion_;
+  const ForceOffsetWish& wish_;
+  double share_ = 0.0;  ///< of the limits of acceleration and jerk that the motion may use
+};
+
+class ForceOffset final : public ActionModel {
+ public:
+  ForceOffset(std::shared_ptr<const ActionModel> motion, ExpressionPtr pressing, const ForceOffsetWish& wish)
+      : motion_(std::move(motion)), pressing_(std::move(pressing)), wish_(wish) {}
+
+  [[nodiscard]] std::string_view name() const override { return motion_->name(); }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return motion_->gives(actuator); }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
+    std::vector<ExpressionPtr> formulas = motion_->formulas();
+    formulas.push_back(pressing_);
+    return formulas;
+  }
+  [[nodiscard]] std::vector<std::string> states() const override {
+    std::vector<std::string> states = motion_->states();
+    states.insert(states.end(), {"in_contact", "no_force"});
+    return states;
+  }
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
+                                      const Json& parameters) const override {
+    if (name == "in_contact") return "force_law.contact";
+    return name == "no_force" ? "no_force.value" : motion_->add_state(fragment, name, parameters);
+  }
+  [[nodiscard]] std::optional<device::Seam> begins() const override { return motion_->begins(); }
+  [[nodiscard]] PlannedPath planned_path() const override {
+    PlannedPath path = motion_->planned_path();
+    path.laid_over = true;
+    return path;
+  }
+  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return motion_->stop_time(actuator); }
+  [[nodiscard]] bool needs_plan() const override { return motion_->needs_plan(); }
+  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
+                                                                const kinematics::JointVector& q) const override {
+    auto planned = motion_->plan(actuator, q);
+    if (!planned) return planned;
+    return std::make_shared<const ForceOffset>(std::move(*planned), pressing_, wish_);
+  }
+
+  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
+    Findings findings = motion_->check(actuator);
+    if (motion_->gives(actuator) != SetPointKind::kPose) {
+      findings.error({}, fmt::format("C8: {} moves joints, so there is nothing to shift", name()),
+                     "a motion of a frame");
+      return findings;
+    }
+    if (!(wish_.reach >= 0.0 && wish_.retreat >= 0.0 && wish_.reach + wish_.retreat > 0.0)) {
+      findings.error({}, fmt::format("a force offset from {:g} to {:g} m", -wish_.retreat, wish_.reach),
+                     "a reach and a retreat from 0, not both 0");
+    }
+    const PlannedPath path = motion_->planned_path();
+    if (path.laid_over) findings.error({}, "something is laid over the motion already", "a force offset or a weave");
+    if (path.motion != nullptr && !path.laid_over && actuator.arm() != nullptr)
+      findings.append(OffsetRoom(*actuator.arm(), path, wish_).check());
+    return findings;
+  }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    Contribution contribution = motion_->add_to(fragment, actuator);
+    add_force_law(fragment, pressing_, wish_.force);
+    add_stand(fragment, contribution.path_clock);
+    add_offset(fragment, contribution);
+    contribution.done = Signal::at(add_done(fragment, contribution.done.port));
+    return contribution;
+  }
+
+ private:
+  /// While the force is not known the path stands.
+  void add_stand(FragmentWriter& fragment, const std::string& clock) const {
+    fragment.add("no_force", "IsNullReal");
+    fragment.feed(pressing_, "no_force.input");
+    const std::string rate = fragment.take_link(clock + ".target_rate");
+    fragment.add("rate_with_force", "SelectReal", {{"if_true", 0.0}});
+    fragment.link("no_force.value", "rate_with_force.condition");
+    fragment.link(rate, "rate_with_force.if_false");
+    fragment.link("rate_with_force.value", clock + ".target_rate");
+  }
+
+  void add_offset(FragmentWriter& fragment, Contribution& contribution) const {
+    fragment.add("ending", "Or");
+    fragment.link(contribution.path_clock + ".at_end", "ending.a");
+    fragment.feed(fragment.cancel(), "ending.b");
+    fragment.add("force_offset", "BoundedOffset",
+                 {{"lower", -wish_.retreat},
+                  {"upper", wish_.reach},
+                  {"velocity_max", wish_.force.velocity_max},
+                  {"acceleration_max", wish_.force.acceleration_max},
+                  {"jerk_max", wish_.jerk_max}});
+    fragment.link("force_law.velocity", "force_offset.velocity");
+    fragment.link("ending.value", "force_offset.rest");
+    fragment.add("pressed", "OffsetFrame", {{"direction", net::value_to_json(net::Vector(wish_.direction_M))}});
+    for (const char* port : {"frame", "twist", "acceleration"}) {
+      contribution.set_point.feed(fragment, port, std::string("pressed.") + port);
+      contribution.set_point.ports[port] = std::string("pressed.moved_") + port;
+    }
+    fragment.link("force_offset.value", "pressed.offset");
+    fragment.link("force_offset.rate", "pressed.offset_velocity");
+    fragment.link("force_offset.acceleration", "pressed.offset_acceleration");
+  }
+
+  static std::string add_done(FragmentWriter& fragment, const std::string& path_done) {
+    fragment.add("all_done", "And");
+    fragment.link(path_done, "all_done.a");
+    fragment.link("force_offset.standing", "all_done.b");
+    return "all_done.value";
+  }
+
+  std::shared_ptr<const ActionModel> motion_;
+  ExpressionPtr pressing_;
+  ForceOffsetWish wish_;
+};
+
 }  // namespace
+
+Action force_offset(const Action& motion, const RealSensor& pressing, const ForceOffsetWish& wish) {
+  return Action(std::make_shared<const ForceOffset>(motion.shared_model(), pressing.node(), wish));
+}
+
+RealSensor pressing_along(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_M,
+                          const Eigen::Isometry3d& X_FM, const Biases& biases) {
+  const VectorSensor felt = force(contact_wrench(cell, sensor, biases));
+  const auto mounted = cell.sensors.find(sensor);
+  if (mounted == cell.sensors.end()) return norm(felt);  // refused by every check: the sensor is not there
+  const Eigen::Matrix3d R_SM = mounted->second.X_FS.linear().transpose() * X_FM.linear();
+  return dot(felt, Eigen::Vector3d(-(R_SM * direction_M.normalized())));
+}
 
 Action weave(const Action& motion, const WeaveWish& wish) {
   return Action(std::make_shared<const Woven>(motion.shared_model(), wish));

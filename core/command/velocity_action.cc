@@ -63,7 +63,7 @@ void VelocityModel::add_tool(FragmentWriter& fragment, const ActuatorModel& actu
   fragment.link("state." + joints, id + ".q");
 }
 
-void VelocityModel::add_force_law(FragmentWriter& fragment, const ExpressionPtr& pressing, const ForceWish& wish) {
+void add_force_law(FragmentWriter& fragment, const ExpressionPtr& pressing, const ForceWish& wish) {
   fragment.add("force_law", "ForceController",
                {{"wanted", wish.force},
                 {"approach_velocity", wish.approach_velocity},

@@ -24,8 +24,9 @@ class VelocityModel : public ActionModel {
   /// The pose of the tool centre point in the base as "ID.frame"; `joints` is an output of ArmState.
   static void add_tool(FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& id,
                        const std::string& joints);
-  /// The velocity that brings a force up and holds it, as "force_law.velocity".
-  static void add_force_law(FragmentWriter& fragment, const ExpressionPtr& pressing, const ForceWish& wish);
 };
+
+/// Adds the velocity that brings a force up and holds it, as "force_law.velocity"; null while the force is.
+void add_force_law(FragmentWriter& fragment, const ExpressionPtr& pressing, const ForceWish& wish);
 
 }  // namespace takt::command

@@ -1,7 +1,12 @@
 // Family "overlay": what is laid over a planned motion of a frame.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
+#include "core/motion/limits.h"
+#include "core/motion/online_generator.h"
+#include "core/motion/stop_range.h"
 #include "core/net/registry.h"
 #include "core/net/setup.h"
 
@@ -9,6 +14,8 @@ namespace takt::primitives {
 namespace {
 
 using namespace net;
+using motion::JointVector;
+using motion::OnlineGenerator;
 
 /// A number and its first two derivatives.
 struct Jet {
@@ -120,6 +127,89 @@ class OffsetFrame final : public Primitive {
   Vector direction_;
 };
 
+/// Each cycle the wanted velocity is the target of a jerk-limited generator. Where the next state could no longer stop
+/// inside of the range the target is 0 instead, and that it can follow: the state before could stop.
+class BoundedOffset final : public Primitive {
+ public:
+  explicit BoundedOffset(Setup& setup)
+      : velocity_(setup.in<Real>("velocity", {.unit = "m/s", .doc = "wanted", .on_null = OnNull::kHandled})),
+        rest_(setup.in<Boolean>("rest", {.doc = "true: it comes to rest; so does null", .on_null = OnNull::kHandled})),
+        value_(setup.out<Real>("value", {.unit = "m", .doc = "offset"})),
+        rate_(setup.out<Real>("rate", {.unit = "m/s", .doc = "its first derivative"})),
+        acceleration_(setup.out<Real>("acceleration", {.unit = "m/s^2", .doc = "its second derivative"})),
+        standing_(setup.out<Boolean>("standing", {.doc = "it does not move"})),
+        lower_(setup.parameter<Real>("lower",
+                                     {.unit = "m", .doc = "never below", .range = "[-10,0]", .example = "-0.01"})),
+        upper_(
+            setup.parameter<Real>("upper", {.unit = "m", .doc = "never above", .range = "[0,10]", .example = "0.01"})),
+        velocity_max_(setup.parameter<Real>(
+            "velocity_max", {.unit = "m/s", .doc = "never faster", .range = "[1e-6,100]", .example = "0.02"})),
+        acceleration_max_(setup.parameter<Real>(
+            "acceleration_max", {.unit = "m/s^2", .doc = "of every change", .range = "[1e-6,1000]", .example = "0.5"})),
+        jerk_max_(setup.parameter<Real>(
+            "jerk_max", {.unit = "m/s^3", .doc = "of every change", .range = "[1e-6,1e6]", .example = "20.0"})) {}
+
+  Findings prepare() override {
+    generator_.emplace(1, OnlineGenerator::Synchronization::kNone);
+    const auto one = [](double value) { return JointVector(JointVector::Constant(1, value)); };
+    limits_ = {.velocity = one(velocity_max_), .acceleration = one(acceleration_max_), .jerk = one(jerk_max_)};
+    stop_time_ = motion::longest_stop({.lower = one(lower_),
+                                       .upper = one(upper_),
+                                       .velocity = limits_.velocity,
+                                       .acceleration = limits_.acceleration,
+                                       .jerk = limits_.jerk});
+    return {};
+  }
+
+  [[nodiscard]] double stop_time_bound() const override { return stop_time_; }
+
+  void update(const Cycle& cycle) override {
+    if (cycle.first) generator_->start({one_zero(), one_zero(), one_zero()});
+    const bool rest = cycle.stop_requested || velocity_.null() || rest_.value_or(true);
+    advance(rest ? 0.0 : bounded(*velocity_), cycle.dt);
+    const OnlineGenerator::State& now = generator_->state();
+    value_.set(now.q[0]);
+    rate_.set(now.dq[0]);
+    acceleration_.set(now.ddq[0]);
+    standing_.set(now.dq[0] == 0.0 && now.ddq[0] == 0.0);
+  }
+
+ private:
+  static JointVector one_zero() { return JointVector::Zero(1); }
+
+  /// With half of the acceleration, since it takes time to build up: so the range's end is seldom met at full braking.
+  [[nodiscard]] double bounded(double wanted) const {
+    const double at = generator_->state().q[0];
+    const double up = std::sqrt(acceleration_max_ * std::max(0.0, upper_ - at));
+    const double down = std::sqrt(acceleration_max_ * std::max(0.0, at - lower_));
+    return std::clamp(wanted, -std::min(velocity_max_, down), std::min(velocity_max_, up));
+  }
+
+  void advance(double target, double dt) {
+    const OnlineGenerator::State before = generator_->state();
+    (void)generator_->follow_velocity(JointVector::Constant(1, target), limits_, dt);
+    const OnlineGenerator::State& after = generator_->state();
+    const auto range = motion::stop_range(after.q[0], after.dq[0], after.ddq[0], acceleration_max_, jerk_max_);
+    if (range.lowest >= lower_ && range.highest <= upper_) return;
+    generator_->start(before);
+    (void)generator_->follow_velocity(one_zero(), limits_, dt);
+  }
+
+  In<Real> velocity_;
+  In<Boolean> rest_;
+  Out<Real> value_, rate_, acceleration_;
+  Out<Boolean> standing_;
+  double lower_, upper_, velocity_max_, acceleration_max_, jerk_max_;
+  std::optional<OnlineGenerator> generator_;
+  OnlineGenerator::Limits limits_;
+  double stop_time_ = 0.0;
+};
+
+TAKT_PRIMITIVE(BoundedOffset, "overlay",
+               "An offset that is moved with a wanted velocity, never out of its range and never beyond its bounds of "
+               "velocity, acceleration and jerk; it stops in front of the ends. A velocity of null counts as 0, and so "
+               "does any while `rest` holds or is null, and once the net is to stop. It begins at 0, at rest; in the "
+               "first cycle it has already run for one period.");
 TAKT_PRIMITIVE(Weave, "overlay",
                "A sine over the path time of a motion, which grows smoothly from its start and fades to its end. The "
                "first cycle is like any other.");

@@ -107,5 +107,25 @@ TEST(Condition, WhatIsMissingOrTooMuchIsSaid) {
   EXPECT_FALSE(parse(R"({"any": {}})").has_value());
 }
 
+TEST(Condition, ChannelsAreKnownByNameAndReadAsTheKeysSay) {
+  Cell cell;
+  cell.channels["enable"] = nullptr;  // only names are known
+  cell.channels["level"] = nullptr;
+  const auto read = [&](const char* text) { return parse_condition(Json::parse(text), "/until", cell); };
+  const auto level = read(R"({"channel": "enable", "is": false})");
+  ASSERT_TRUE(level.has_value());
+  EXPECT_EQ(level->kind, Condition::Kind::kBooleanChannel);
+  EXPECT_FALSE(level->level);
+  const auto number = read(R"({"channel": "level", "below": 2})");
+  ASSERT_TRUE(number.has_value());
+  EXPECT_EQ(number->kind, Condition::Kind::kRealChannel);
+  EXPECT_FALSE(number->above);
+  EXPECT_EQ(number->threshold, 2.0);
+  EXPECT_THAT(read(R"({"channel": "enabel"})").error().to_string(), HasSubstr("did you mean 'enable'"));
+  EXPECT_THAT(read(R"({"channel": "level", "above": 1, "below": 2})").error().to_string(),
+              HasSubstr("'above' or 'below'"));
+  EXPECT_THAT(read(R"({"channel": "level", "above": 1, "is": true})").error().to_string(), HasSubstr("/until/is"));
+}
+
 }  // namespace
 }  // namespace takt::command

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/random.h"
 #include "tests/support/primitive_harness.h"
 
 namespace takt {
@@ -80,6 +81,70 @@ TEST(OffsetFrame, TwistAndAccelerationAreTheDerivativesOfTheFrame) {
     EXPECT_LT((at(t).acceleration.linear - a).norm(), 1e-6);
     EXPECT_TRUE(at(t).twist.angular.isApprox(axis * t, 1e-12));
   }
+}
+
+constexpr double kPeriod = 1e-3;
+const nlohmann::ordered_json kBounds{
+    {"lower", -0.004}, {"upper", 0.003}, {"velocity_max", 0.02}, {"acceleration_max", 0.3}, {"jerk_max", 15.0}};
+
+TEST(BoundedOffset, KeepsRangeAndBoundsForAnyWish) {
+  for (int seed = 1; seed <= 20; ++seed) {
+    Random random(seed, "offset");
+    PrimitiveHarness offset("BoundedOffset", kBounds);
+    offset.set("rest", false);
+    double before = 0.0, rate_before = 0.0, acceleration_before = 0.0;
+    for (int i = 0; i < 3000; ++i) {
+      if (random.unit() < 0.01 || i == 0) offset.set("velocity", random.uniform(-0.05, 0.05));
+      offset.step();
+      const double value = *offset.get<double>("value"), rate = *offset.get<double>("rate"),
+                   acceleration = *offset.get<double>("acceleration");
+      ASSERT_GE(value, -0.004) << seed << " " << i;
+      ASSERT_LE(value, 0.003) << seed << " " << i;
+      ASSERT_LE(std::abs(rate), 0.02 * (1 + 1e-9));
+      ASSERT_LE(std::abs(acceleration), 0.3 * (1 + 1e-9));
+      ASSERT_LE(std::abs(acceleration - acceleration_before), 15.0 * kPeriod * (1 + 1e-6));
+      ASSERT_NEAR(value - before, 0.5 * (rate + rate_before) * kPeriod, 1e-8) << "a rate is the change of the value";
+      before = value;
+      rate_before = rate;
+      acceleration_before = acceleration;
+    }
+  }
+}
+
+TEST(BoundedOffset, GetsNearTheEndOfItsRangeAndStandsThere) {
+  PrimitiveHarness offset("BoundedOffset", kBounds);
+  offset.set("rest", false).set("velocity", 0.02);
+  for (int i = 0; i < 2000; ++i) offset.step();
+  EXPECT_NEAR(*offset.get<double>("value"), 0.003, 2e-5);
+  EXPECT_NEAR(*offset.get<double>("rate"), 0.0, 1e-3);
+}
+
+TEST(BoundedOffset, RestAndNullBringItToRestWhereItIs) {
+  for (const int way : {0, 1, 2}) {
+    PrimitiveHarness offset("BoundedOffset", kBounds);
+    offset.set("rest", false).set("velocity", 0.01);
+    for (int i = 0; i < 150; ++i) offset.step();
+    ASSERT_GT(*offset.get<double>("rate"), 0.005);
+    EXPECT_EQ(offset.get<bool>("standing"), false);
+    const double there = *offset.get<double>("value");
+    if (way == 0) offset.set("rest", true);
+    if (way == 1) offset.set_null("velocity");
+    if (way == 2) offset.set_null("rest");
+    for (int i = 0; i < 300; ++i) offset.step();
+    EXPECT_EQ(offset.get<bool>("standing"), true) << way;
+    const double stood = *offset.get<double>("value");
+    EXPECT_GT(stood, there);
+    EXPECT_LT(stood, there + 5e-4) << "no way back, and no jump";
+    offset.step();
+    EXPECT_EQ(*offset.get<double>("value"), stood);
+  }
+}
+
+TEST(BoundedOffset, BeginsAtRest) {
+  PrimitiveHarness offset("BoundedOffset", kBounds);
+  offset.set("rest", false).set("velocity", 0.02).step();
+  EXPECT_LT(*offset.get<double>("value"), 1e-8);
+  EXPECT_NEAR(*offset.get<double>("acceleration"), 15.0 * kPeriod, 1e-12) << "it has run for one period";
 }
 
 }  // namespace

@@ -1,0 +1,141 @@
+// Grippers, outputs, waits and an arm that is held, as commands of a transaction.
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/activity/command_request.h"
+#include "core/activity/grip_request.h"
+#include "core/activity/signal_request.h"
+#include "core/base/object_reader.h"
+#include "core/command/condition_state.h"
+#include "core/command/device_action.h"
+#include "core/command/device_sensors.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using command::BooleanSensor;
+
+class GripperCommand final : public CommandRequest {
+ public:
+  GripRequest request;
+
+  [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
+    const command::MountedGripper& mounted = making.cell.grippers.find(request.gripper)->second;
+    const command::GripCommand figures = command_of(request, mounted.device->description());
+    const command::GripWish wish{.width = figures.width, .speed = figures.speed, .force = figures.force};
+    const command::Actuator actuator = command::gripper(making.cell, request.gripper);
+    const command::Action action = request.opens ? command::release(wish) : command::grip(wish);
+    command::RuntimeCommand gripped(name, actuator, action);
+    // Later commands may move on before anybody looks.
+    const command::State stands = gripped.completed() && !gripped.cancelled();
+    gripped.observe(key + " stands", BooleanSensor(stands.node()));
+    gripped.capture(key + " holding",
+                    BooleanSensor(command::gripper_state(making.cell, request.gripper, "holding").node()), stands);
+    gripped.capture(key + " width", command::gripper_width(making.cell, request.gripper), stands);
+    gripped.capture(key + " q", command::commanded_joints(making.cell, mounted.arm), stands);
+    return {.command = gripped, .action = action, .actuator = actuator};
+  }
+
+  void check(const command::Cell& cell, Findings& findings) const override {
+    (void)check_figures(request, cell.grippers.find(request.gripper)->second.device->description(), pointer, findings);
+  }
+  void rehearse(Rehearsal& rehearsal, Findings& findings) const override {
+    rehearse_grip(request, rehearsal, findings);
+  }
+
+  void finish(const EndedTree& ended, const std::string& key, bool, Context& context,
+              Findings& findings) const override {
+    if (!ended.was_true(key + " stands")) return;
+    const auto q = ended.value<net::JointArray>(key + " q");
+    GripOutcome outcome{.holding = ended.value<net::Boolean>(key + " holding"),
+                        .width = ended.value<net::Real>(key + " width"),
+                        .q = {}};
+    if (q) outcome.q = q->map();
+    Findings own;
+    (void)note_grip(request, outcome, context, own);
+    findings.append(own, pointer);
+  }
+};
+
+class OutputCommand final : public CommandRequest {
+ public:
+  SetRequest request;
+
+  [[nodiscard]] MadeCommand make(const Making& making, const std::string&) const override {
+    const bool* level = std::get_if<bool>(&request.value);
+    const command::Action action =
+        level != nullptr ? command::set_value(*level) : command::set_value(std::get<double>(request.value));
+    const command::Actuator actuator = command::output(making.cell, request.output);
+    return {.command = command::RuntimeCommand(name, actuator, action), .action = action, .actuator = actuator};
+  }
+  void check(const command::Cell& cell, Findings& findings) const override {
+    (void)check_range(request, cell, pointer, findings);
+  }
+};
+
+class TimeCommand final : public CommandRequest {
+ public:
+  WaitRequest request;
+
+  [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
+    if (!request.until) return {.command = command::WaitCommand(name, request.seconds.value_or(0.0))};
+    const command::State until = command::state_of(*request.until, making.cell, making.biases);
+    command::WaitCommand wait(name, until, request.timeout);
+    wait.observe(key + " over", BooleanSensor((wait.completed() && !wait.cancelled()).node()));
+    wait.capture(key + " held", BooleanSensor(until.node()), wait.completed());
+    return {.command = wait};
+  }
+
+  void rehearse(Rehearsal& rehearsal, Findings&) const override { rehearsal.duration += request.seconds.value_or(0.0); }
+
+  void finish(const EndedTree& ended, const std::string& key, bool, Context&, Findings& findings) const override {
+    if (!request.until || !ended.was_true(key + " over") || ended.was_true(key + " held")) return;
+    if (ended.value<net::Boolean>(key + " held")) {
+      findings.error(pointer + "/until",
+                     fmt::format("the condition did not hold within {:g} s", request.timeout.value_or(0.0)));
+    } else {
+      findings.error(pointer + "/until", "a sensor of the condition did not answer");
+    }
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<CommandRequest> read_grip_command(const Json& json, const std::string& pointer,
+                                                  const command::Cell& cell, Findings& findings) {
+  auto command = std::make_unique<GripperCommand>();
+  ObjectReader reader(json, pointer, findings);
+  command->request = read_grip(reader, cell);
+  reader.finish();
+  return command;
+}
+
+std::unique_ptr<CommandRequest> read_release_command(const Json& json, const std::string& pointer,
+                                                     const command::Cell& cell, Findings& findings) {
+  auto command = std::make_unique<GripperCommand>();
+  ObjectReader reader(json, pointer, findings);
+  command->request = read_release(reader, cell);
+  reader.finish();
+  return command;
+}
+
+std::unique_ptr<CommandRequest> read_set_command(const Json& json, const std::string& pointer,
+                                                 const command::Cell& cell, Findings& findings) {
+  auto command = std::make_unique<OutputCommand>();
+  ObjectReader reader(json, pointer, findings);
+  command->request = read_set(reader, cell);
+  reader.finish();
+  return command;
+}
+
+std::unique_ptr<CommandRequest> read_wait_command(const Json& json, const std::string& pointer,
+                                                  const command::Cell& cell, Findings& findings) {
+  auto command = std::make_unique<TimeCommand>();
+  ObjectReader reader(json, pointer, findings);
+  command->request = read_wait(reader, cell);
+  reader.finish();
+  return command;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,210 @@
+// Planned motions as commands of a transaction.
+#include <algorithm>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/activity/command_request.h"
+#include "core/activity/motion_request.h"
+#include "core/activity/overlay_request.h"
+#include "core/base/object_reader.h"
+#include "core/command/condition_state.h"
+#include "core/command/device_sensors.h"
+#include "core/command/motion_action.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using command::State;
+
+/// Of the limits of acceleration and jerk, for a path that something is laid over.
+constexpr double kShareWithOverlay = 0.8;
+
+const char* name_of(PathKind kind) {
+  switch (kind) {
+    case PathKind::kPtp:
+      return "PTP";
+    case PathKind::kLin:
+      return "LIN";
+    case PathKind::kCirc:
+      return "CIRC";
+    default:
+      return "spline";
+  }
+}
+
+/// One motion, or several that are blended into one.
+class MotionCommand final : public CommandRequest {
+ public:
+  std::vector<MotionRequest> requests;
+  std::vector<std::string> places;  ///< of each motion, below the pointer of this
+  OverlayRequest overlay;
+
+  [[nodiscard]] std::string arm() const override { return requests.front().arm; }
+
+  [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
+    const command::Actuator actuator = command::arm(making.cell, arm());
+    command::Action action = with_overlay(making, motion(making));
+    command::RuntimeCommand moved(name, actuator, action);
+    MadeCommand made{.command = moved, .action = action, .actuator = actuator};
+    moved.observe(key + " cancelled", command::BooleanSensor(moved.cancelled().node()));
+    moved.observe(key + " completed", command::BooleanSensor(moved.completed().node()));
+    if (overlay.force) {
+      const State silent = action.state("no_force");
+      moved.on_entered(silent, cancel(moved));
+      moved.capture(key + " no force", command::tool_pose(making.cell, arm()), silent);
+      made.handler_places.emplace_back("/force_offset/sensor");
+    }
+    const auto& condition = requests.back().until;
+    if (!condition) return made;
+    State until = command::state_of(*condition, making.cell, making.biases);
+    if (requests.size() > 1) until = until && action.via_passed(static_cast<int>(requests.size()) - 2);
+    moved.on_entered(until, cancel(moved));
+    made.handler_places.push_back(places.back() + "/until");
+    moved.capture(key + " touch", command::tool_pose(making.cell, arm()), until);
+    moved.capture(key + " silent", command::tool_pose(making.cell, arm()),
+                  is_null(command::BooleanSensor(until.node())));
+    return made;
+  }
+
+  void rehearse(Rehearsal& rehearsal, Findings&) const override {
+    rehearsal.touched[arm()] = requests.back().until.has_value();
+  }
+
+  void finish(const EndedTree& ended, const std::string& key, bool cancelled, Context& context,
+              Findings& findings) const override {
+    if (ended.value<net::Frame>(key + " no force")) {
+      findings.error(pointer + "/force_offset/sensor",
+                     fmt::format("'{}' did not answer, so the arm stopped on its path", overlay.force->sensor));
+    }
+    const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
+    if (!completed && !was_cancelled) return;  // it was never started
+    context.variables.touches.erase(arm());
+    if (!requests.back().until) return;
+    if (const auto X_BT = ended.value<net::Frame>(key + " touch")) return note_touch(*X_BT, context);
+    const std::string place = pointer + places.back() + "/until";
+    if (ended.value<net::Frame>(key + " silent")) {
+      findings.error(place, "a sensor of the condition did not answer, so the arm stopped on its path");
+    } else if (requests.back().must_touch && !was_cancelled && !cancelled) {
+      findings.error(place, "the motion reached its end and the condition never held",
+                     "a longer motion, another threshold, or \"on_end\": \"continue\"");
+    }
+  }
+
+ private:
+  /// Planned when everything before it is.
+  [[nodiscard]] command::Action motion(const Making& making) const {
+    command::MotionWish wish;
+    wish.clock = command::override_of(making.cell);
+    const command::Cell& cell = making.cell;
+    Findings& notes = making.notes;
+    return command::planned_by(requests.size() == 1 ? name_of(requests.front().kind) : "motions", wish,
+                               [this, &cell, &notes](const command::MountedArm&, const kinematics::JointVector& q) {
+                                 auto plan = plan_motions(requests, cell, q);
+                                 if (plan) notes.append(plan->notes);
+                                 if (plan || requests.size() == 1) return plan;
+                                 Findings placed;
+                                 placed.append(plan.error(), places.front());
+                                 return Result<motion::SequencePlan>(std::unexpected(std::move(placed)));
+                               });
+  }
+
+  [[nodiscard]] command::Action with_overlay(const Making& making, command::Action motion) const {
+    if (overlay.weave) motion = command::weave(motion, *overlay.weave);
+    if (overlay.force) motion = overlay.force->laid_over(motion, arm(), making.cell, making.biases);
+    return motion;
+  }
+
+  void note_touch(const net::Frame& X_BT, Context& context) const {
+    const auto X_WB = context.cell.frames.pose(arm());
+    if (!X_WB) return;
+    const command::MountedArm& mounted = context.cell.arms.find(arm())->second;
+    const Eigen::Vector3d p_W = *X_WB * X_BT.translation();
+    context.variables.touches[arm()] = {p_W, mounted.ball_radius, context.core.cycle()};
+    context.event(arm(), "touch", fmt::format("({:.5f}, {:.5f}, {:.5f}) m", p_W.x(), p_W.y(), p_W.z()));
+  }
+};
+
+std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std::string& pointer,
+                                     const command::Cell& cell, Findings& findings) {
+  auto command = std::make_unique<MotionCommand>();
+  Json own = json;
+  for (const char* key : {"weave", "force_offset"}) own.erase(key);
+  command->requests.push_back(read_motion(kind, own, pointer, cell, findings));
+  command->places.emplace_back();
+  MotionRequest& request = command->requests.back();
+  command->overlay = read_overlay(json, pointer, request.arm, cell, findings);
+  // The rest of acceleration and jerk is for what is laid over the path, whatever its clock does.
+  if (command->overlay.weave || command->overlay.force)
+    request.acceleration = std::min(request.acceleration, kShareWithOverlay);
+  if (request.blend.kind != motion::Blend::Kind::kNone) {
+    findings.error(pointer + (json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
+                   "a command of its own has nothing to blend into", "\"do\": \"motions\" with several");
+  }
+  return command;
+}
+
+}  // namespace
+
+std::unique_ptr<CommandRequest> read_ptp_command(const Json& json, const std::string& pointer,
+                                                 const command::Cell& cell, Findings& findings) {
+  return read(PathKind::kPtp, json, pointer, cell, findings);
+}
+std::unique_ptr<CommandRequest> read_lin_command(const Json& json, const std::string& pointer,
+                                                 const command::Cell& cell, Findings& findings) {
+  return read(PathKind::kLin, json, pointer, cell, findings);
+}
+std::unique_ptr<CommandRequest> read_circ_command(const Json& json, const std::string& pointer,
+                                                  const command::Cell& cell, Findings& findings) {
+  return read(PathKind::kCirc, json, pointer, cell, findings);
+}
+std::unique_ptr<CommandRequest> read_spline_command(const Json& json, const std::string& pointer,
+                                                    const command::Cell& cell, Findings& findings) {
+  return read(PathKind::kSpline, json, pointer, cell, findings);
+}
+
+std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std::string& pointer,
+                                                     const command::Cell& cell, Findings& findings) {
+  static constexpr std::pair<const char*, PathKind> kKinds[] = {
+      {"ptp", PathKind::kPtp}, {"lin", PathKind::kLin}, {"circ", PathKind::kCirc}, {"spline", PathKind::kSpline}};
+  auto command = std::make_unique<MotionCommand>();
+  ObjectReader reader(json, pointer, findings);
+  (void)reader.text("do");
+  (void)reader.text("name", "");
+  const Json* steps = reader.array("steps");
+  for (std::size_t i = 0; steps != nullptr && i < steps->size(); ++i) {
+    const Json& step = (*steps)[i];
+    const std::string place = "/steps" + pointer_segment(i);
+    const Json word = step.is_object() ? step.value("do", Json()) : Json();
+    const auto* kind = std::ranges::find_if(kKinds, [&](const auto& one) { return word == one.first; });
+    if (kind == std::end(kKinds)) {
+      findings.error(pointer + place + "/do", "no planned motion stands here", "ptp, lin, circ or spline");
+      continue;
+    }
+    command->requests.push_back(read_motion(kind->second, step, pointer + place, cell, findings));
+    command->places.push_back(place);
+  }
+  reader.finish();
+  if (command->requests.empty()) {
+    findings.error(pointer + "/steps", "no motion stands here", "one at least");
+    command->requests.emplace_back();
+    command->places.emplace_back();
+  }
+  for (std::size_t i = 0; i < command->requests.size(); ++i) {
+    const MotionRequest& request = command->requests[i];
+    const bool last = i + 1 == command->requests.size(), blends = request.blend.kind != motion::Blend::Kind::kNone;
+    if (request.arm != command->requests.front().arm)
+      findings.error(pointer + command->places[i] + "/arm", "another arm", "one arm for all of them");
+    if (!last && request.until)
+      findings.error(pointer + command->places[i] + "/until", "only the last of them may be guarded", "on the last");
+    if (last == blends && steps != nullptr && !steps->empty())
+      findings.error(pointer + command->places[i],
+                     last ? "the last motion has nothing to blend into" : "a motion that is not blended into the next",
+                     "'blend_m' or 'blend_fraction' on all but the last");
+  }
+  return command;
+}
+
+}  // namespace takt::activity

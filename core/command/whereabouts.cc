@@ -1,0 +1,157 @@
+#include "core/command/whereabouts.h"
+
+#include <algorithm>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace takt::command {
+namespace {
+
+using kinematics::JointVector;
+using Kind = Effect::Kind;
+
+/// The parts of "a and b and c".
+void add_conjuncts(const ExpressionPtr& state, std::vector<ExpressionPtr>& parts) {
+  if (state->subject || state->primitive.type != "And") return parts.push_back(state);
+  for (const auto& [port, input] : state->inputs) add_conjuncts(input, parts);
+}
+
+}  // namespace
+
+Result<JointVector> Whereabouts::begin_of(int i) const {
+  if (in_first_cycle(i)) return before_all(i);
+  const std::vector<int> rivals = rivals_before(i);
+  if (rivals.empty()) return before_all(i);
+  for (const int last : rivals) {
+    const auto end = ends_.find(last);
+    const bool is_last = std::ranges::all_of(rivals, [&](int other) { return other == last || leads_to(other, last); });
+    if (end != ends_.end() && is_last && begins_at_end_of(i, last)) return end->second;
+  }
+  return unknown(i, rivals);
+}
+
+void Whereabouts::note(int i) {
+  const auto end = node(i).model().ends();
+  if (!end || end->q.size() == 0) return;
+  nominal_[node(i).actuator->name()] = end->q;
+  if (begin_of(i)) ends_[i] = end->q;
+}
+
+JointVector Whereabouts::before_all(int i) const {
+  const ActuatorModel& actuator = node(i).actuator->model();
+  const auto told = begins_.find(actuator.name());
+  if (told != begins_.end()) return told->second;
+  return actuator.arm() != nullptr ? actuator.arm()->device->set_point().q : JointVector();
+}
+
+bool Whereabouts::in_first_cycle(int i) const {
+  for (; i >= 0; i = tree_.at(i).parent) {
+    if (!tree_.at(i).with_parent) return false;
+  }
+  return true;
+}
+
+/// The start of the second can only come of the first, or of what the first has led to.
+bool Whereabouts::leads_to(int first, int second) const {
+  std::set<int> seen{first};
+  std::vector<int> open{first};
+  while (!open.empty()) {
+    const int at = open.back();
+    open.pop_back();
+    for (const int next : tree_.starts()[static_cast<std::size_t>(at)]) {
+      if (next == second) return true;
+      if (seen.insert(next).second) open.push_back(next);
+    }
+  }
+  return false;
+}
+
+/// Commands on a device of this one that may have run when it begins.
+std::vector<int> Whereabouts::rivals_before(int i) const {
+  std::vector<int> rivals;
+  const auto devices = node(i).actuator->model().devices();
+  for (int other = 0; other < tree_.size(); ++other) {
+    if (other == i || !node(other).is_runtime() || leads_to(i, other)) continue;
+    const auto others = node(other).actuator->model().devices();
+    if (std::ranges::find_first_of(devices, others) != devices.end()) rivals.push_back(other);
+  }
+  return rivals;
+}
+
+/// Whatever starts it, or a transaction around it, waits for the natural end of `before`.
+bool Whereabouts::begins_at_end_of(int i, int before) const {
+  for (int at = i; at >= 0 && !tree_.is_inside(before, at); at = tree_.at(at).parent) {
+    if (tree_.at(at).with_parent) continue;
+    bool any = false, all = true;
+    for (const auto& handler : tree_.handlers()) {
+      if (handler.handler->effect.kind != Kind::kStart || tree_.find(handler.handler->effect.target) != at) continue;
+      any = true;
+      all = all && handler.handler->entered && is_natural_end(handler.handler->state.node(), before, i);
+    }
+    if (any && all) return true;
+  }
+  return false;
+}
+
+/// What holds only when `before` has come to its natural end. Recursion is bounded by the formula, and by the order of
+/// starts.
+bool Whereabouts::is_natural_end(const ExpressionPtr& state, int before, int i) const {
+  std::vector<ExpressionPtr> parts;
+  add_conjuncts(state, parts);
+  bool ended = false, not_cancelled = !may_be_cut_short(before, i);
+  for (const ExpressionPtr& part : parts) {
+    const auto& inputs = part->inputs;
+    if (part->subject) {
+      const int of = tree_.find(part->subject);
+      ended = ended || (of >= 0 && part->output == "completed" && tree_.is_inside(before, of));
+      // Whatever holds of another command says that it has begun.
+      if (of >= 0 && of != i && !tree_.is_inside(before, of) && begins_at_end_of(of, before)) return true;
+    } else if (part->primitive.type == "Or") {
+      if (std::ranges::all_of(inputs, [&](const auto& side) { return is_natural_end(side.second, before, i); }))
+        return true;
+    } else if (part->primitive.type == "Not" && inputs.size() == 1 && inputs.front().second->subject) {
+      const Expression& denied = *inputs.front().second;
+      not_cancelled = not_cancelled || (denied.output == "cancelled" && tree_.find(denied.subject) == before);
+    }
+  }
+  return ended && not_cancelled;
+}
+
+/// A cancel or a stop may end `before` on its way although `i` is started then.
+bool Whereabouts::may_be_cut_short(int before, int i) const {
+  const auto cut_by_cancel_of = [&](int target) {
+    return is_told(before, target, false) && !(tree_.is_inside(i, target) && is_told(i, target, true));
+  };
+  if (cut_by_cancel_of(0)) return true;
+  return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
+    const int target = tree_.find(h.handler->effect.target);
+    if (target < 0 || !tree_.is_inside(before, target)) return false;
+    if (h.handler->effect.kind == Kind::kStop) return !tree_.is_inside(i, target);
+    return h.handler->effect.kind == Kind::kCancel && cut_by_cancel_of(target);
+  });
+}
+
+/// A cancel of `around` is forwarded to command `i`. @param by_all  and to everything else on the way, so that nothing
+/// starts there any more (rule C4)
+bool Whereabouts::is_told(int i, int around, bool by_all) const {
+  for (; i != around; i = tree_.at(i).parent) {
+    const CancelPolicy& policy = node(tree_.at(i).parent).cancel_policy;
+    if (policy.kind == CancelPolicy::Kind::kForward) continue;
+    if (by_all || std::ranges::find(policy.targets, node(i).subject) == policy.targets.end()) return false;
+  }
+  return true;
+}
+
+std::unexpected<Findings> Whereabouts::unknown(int i, const std::vector<int>& rivals) const {
+  std::string names;
+  for (const int rival : rivals) names += fmt::format("{}'{}'", names.empty() ? "" : ", ", node(rival).name);
+  return failure({},
+                 fmt::format("nobody knows before where '{}' will be when '{}' begins: it depends on where {} may have "
+                             "been cut short",
+                             node(i).actuator->name(), node(i).name, names),
+                 "a start on the natural end of the motion before it: completed, and not cancelled where something may "
+                 "cancel it; or a motion after all this");
+}
+
+}  // namespace takt::command

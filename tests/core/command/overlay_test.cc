@@ -1,0 +1,176 @@
+// A force that is held while a path is followed: on an inclined surface that gives way like a spring.
+#include "core/command/overlay_action.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/core/command/command_cell.h"
+
+namespace takt::command {
+namespace {
+
+using testing::HasSubstr;
+
+class ForceOffsetTest : public testing::Test {
+ protected:
+  /// A line of 0.12 m along the base's y, with a force straight down.
+  RuntimeCommand polish(ForceOffsetWish wish = {}, double acceleration = 0.8) {
+    const Eigen::Isometry3d X_BT = cell.arm->chain->forward(cell.q()) * cell.cell.arms.at("arm").X_FT;
+    wish.direction_M = X_BT.linear().transpose() * -Eigen::Vector3d::UnitZ();
+    wish.force.force = 8.0;
+    wish.force.approach_velocity = 0.01;
+    wish.force.gain = 1e-3;
+    wish.force.acceleration_max = 0.3;
+    MotionWish motion{.acceleration = acceleration, .linear_velocity = 0.03};
+    motion.clock = override_of(cell.cell);
+    RuntimeCommand command("polish", cell.arm_actuator(),
+                           force_offset(lin(cell.moved(0, 0.12, 0), motion), pressing(wish.direction_M), wish));
+    command.observe("force", pressing(wish.direction_M));
+    command.observe("contact", BooleanSensor(command.action().state("in_contact").node()));
+    command.observe("no force", BooleanSensor(command.action().state("no_force").node()));
+    return command;
+  }
+  RealSensor pressing(const Eigen::Vector3d& direction_M) const {
+    return pressing_along(cell.cell, "wrist", direction_M, cell.cell.arms.at("arm").X_FT, {{"wrist", cell.bias}});
+  }
+  CommandHandle begin(const Command& command) {
+    from = tool();
+    auto handle = cell.runtime.load(command);
+    if (!handle) ADD_FAILURE() << handle.error().to_string();
+    handle->start();
+    return handle.value();
+  }
+  Eigen::Vector3d tool() const { return (cell.X_WB.inverse() * cell.tool_in_world(cell.q())).translation(); }
+  double along() const { return tool().y() - from.y(); }
+  double offset() const { return from.z() - tool().z(); }
+
+  /// One cycle on a surface that lies `below` the beginning and falls by `slope` along the line.
+  void step(double below, double slope) {
+    const Eigen::Vector3d normal_B = Eigen::Vector3d(0, slope, 1).normalized();
+    const Eigen::Vector3d at = from - Eigen::Vector3d(0, 0, below);
+    const double depth = std::max(0.0, -normal_B.dot(tool() - at));
+    const auto X_WS = cell.X_WB * cell.arm->chain->forward(cell.q()) * cell.cell.sensors.at("wrist").X_FS;
+    cell.extra.force = X_WS.linear().transpose() * (cell.X_WB.linear() * normal_B * kStiffness * depth);
+    cell.runtime.step();
+  }
+  static constexpr double kStiffness = 5000.0;  ///< N/m
+
+  test::CommandCell cell;
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();
+};
+
+TEST_F(ForceOffsetTest, TheForceStaysInItsBandOnAnInclinedSurface) {
+  for (const double slope : {0.05, -0.05}) {
+    CommandHandle handle = begin(polish({.reach = 0.012, .retreat = 0.008}));
+    double least = 1e9, most = 0.0, worst_side = 0.0;
+    for (int i = 0; i < 20'000 && !handle.status().ended(); ++i) {
+      step(0.002, slope);
+      worst_side = std::max(worst_side, std::abs(tool().x() - from.x()));
+      if (i < 2000) continue;
+      const double force = handle.value<net::Real>("force").value_or(0.0);
+      least = std::min(least, force);
+      most = std::max(most, force);
+    }
+    EXPECT_TRUE(handle.status().succeeded()) << handle.status().to_string();
+    EXPECT_GT(least, 6.5) << slope;
+    EXPECT_LT(most, 9.5) << slope;
+    EXPECT_LT(worst_side, 1e-9) << "it stays in the plane of path and direction";
+    EXPECT_NEAR(along(), 0.12, 1e-9) << "the path is driven to its end";
+    EXPECT_NEAR(offset(), 0.002 + slope * 0.12 + 8.0 / kStiffness, 3e-4) << "the path lies where the surface is";
+    EXPECT_TRUE(cell.core_arm().at_rest());
+    EXPECT_LE(cell.worst_limit_share(), 1.0);
+    // Back, for the next slope.
+    ASSERT_TRUE(cell.runtime.execute(RuntimeCommand("back", cell.arm_actuator(), ptp(cell.arm->home))).succeeded());
+  }
+}
+
+TEST_F(ForceOffsetTest, TheRangeIsNeverLeft) {
+  // Nothing below: the tool goes as far as it may. Then a surface that pushes back further than it may.
+  for (const double below : {1.0, -0.02}) {
+    CommandHandle handle = begin(polish({.reach = 0.004, .retreat = 0.003}));
+    double lowest = 0.0, highest = 0.0;
+    for (int i = 0; i < 20'000 && !handle.status().ended(); ++i) {
+      step(below, 0.0);
+      lowest = std::min(lowest, offset());
+      highest = std::max(highest, offset());
+    }
+    EXPECT_TRUE(handle.status().succeeded()) << handle.status().to_string();
+    EXPECT_LE(highest, 0.004 + 1e-9);
+    EXPECT_GE(lowest, -0.003 - 1e-9);
+    EXPECT_GT(highest - lowest, below > 0 ? 0.0039 : 0.0029) << "it is used";
+    EXPECT_LE(cell.worst_limit_share(), 1.0);
+    ASSERT_TRUE(cell.runtime.execute(RuntimeCommand("back", cell.arm_actuator(), ptp(cell.arm->home))).succeeded());
+  }
+}
+
+TEST_F(ForceOffsetTest, P2_APausedPathStillHoldsTheForce) {
+  CommandHandle handle = begin(polish({.reach = 0.012}));
+  for (int i = 0; i < 2500; ++i) step(0.002, 0.03);
+  (void)cell.speed->write(0.0);
+  for (int i = 0; i < 500; ++i) step(0.002, 0.03);
+  const double there = along();
+  double least = 1e9, most = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    step(0.002 + 0.001 * std::sin(0.003 * i), 0.03);  // the surface moves meanwhile
+    least = std::min(least, *handle.value<net::Real>("force"));
+    most = std::max(most, *handle.value<net::Real>("force"));
+  }
+  EXPECT_EQ(along(), there) << "it stands on its path";
+  EXPECT_GT(least, 4.0);
+  EXPECT_LT(most, 12.0);
+  (void)cell.speed->write(1.0);
+  for (int i = 0; i < 20'000 && !handle.status().ended(); ++i) step(0.002, 0.03);
+  EXPECT_TRUE(handle.status().succeeded());
+  EXPECT_LE(cell.worst_limit_share(), 1.0);
+}
+
+TEST_F(ForceOffsetTest, N3_WithoutTheForceItStandsOnItsPathAndStays) {
+  CommandHandle handle = begin(polish({.reach = 0.012}));
+  for (int i = 0; i < 2000; ++i) step(0.002, 0.05);
+  EXPECT_EQ(handle.value<bool>("no force"), false);
+  cell.sensor->silent = true;
+  const Eigen::Vector3d before = tool();
+  for (int i = 0; i < 1000; ++i) step(0.002, 0.05);
+  EXPECT_EQ(handle.value<bool>("no force"), true);
+  EXPECT_TRUE(cell.core_arm().at_rest());
+  EXPECT_FALSE(handle.status().ended());
+  EXPECT_LT((tool() - before).norm(), 0.01) << "it has braked, on its path";
+  EXPECT_NEAR(tool().x(), from.x(), 1e-9);
+  cell.sensor->silent = false;
+  cell.sensor->sample.sequence += 1000;  // its clock has gone on
+  for (int i = 0; i < 20'000 && !handle.status().ended(); ++i) step(0.002, 0.05);
+  EXPECT_TRUE(handle.status().succeeded()) << handle.status().to_string();
+  EXPECT_NEAR(along(), 0.12, 1e-9);
+  EXPECT_LE(cell.worst_limit_share(), 1.0);
+}
+
+TEST_F(ForceOffsetTest, L6_ACancelAtAnyTimeComesToRestInItsBound) {
+  for (const int after : {1, 40, 300, 700, 1500, 2600, 3900}) {
+    SCOPED_TRACE(after);
+    CommandHandle handle = begin(polish({.reach = 0.012}));
+    for (int i = 0; i < after; ++i) step(0.002, 0.05);
+    handle.cancel();
+    for (int i = 0; i < 1500 && !handle.status().ended(); ++i) step(0.002, 0.05);
+    EXPECT_TRUE(handle.status().succeeded()) << handle.status().to_string();
+    EXPECT_TRUE(cell.core_arm().at_rest());
+    EXPECT_LE(cell.worst_limit_share(), 1.0);
+    ASSERT_TRUE(cell.runtime.execute(RuntimeCommand("back", cell.arm_actuator(), ptp(cell.arm->home))).succeeded());
+  }
+}
+
+TEST_F(ForceOffsetTest, WhatTheLimitsHaveNoRoomForIsRefused) {
+  EXPECT_THAT(cell.runtime.load(polish({}, 1.0)).error().to_string(), HasSubstr("a smaller share of its acceleration"));
+  ForceOffsetWish wild{};
+  wild.jerk_max = 500.0;
+  EXPECT_THAT(cell.runtime.load(polish(wild)).error().to_string(), HasSubstr("of the jerk of"));
+  ForceOffsetWish fast{};
+  fast.force.velocity_max = 50.0;
+  EXPECT_THAT(cell.runtime.load(polish(fast)).error().to_string(), HasSubstr("of the velocity of joint"));
+  EXPECT_THAT(cell.runtime.load(polish({.reach = 0.0, .retreat = 0.0})).error().to_string(), HasSubstr("not both 0"));
+  RuntimeCommand joints("joints", cell.arm_actuator(),
+                        force_offset(ptp(cell.joints(0.1)), pressing(Eigen::Vector3d::UnitZ())));
+  EXPECT_THAT(cell.runtime.load(joints).error().to_string(), HasSubstr("C8"));
+}
+
+}  // namespace
+}  // namespace takt::command
