@@ -5,16 +5,6 @@
 namespace takt::command {
 namespace {
 
-/// The number that a comparison with a force/torque sensor looks at.
-RealSensor quantity_of(const Condition& condition, const Cell& cell, const Biases& biases) {
-  const WrenchSensor wrench = contact_wrench(cell, condition.device, biases);
-  const bool about_torque = is_torque(condition.quantity);
-  const VectorSensor vector = about_torque ? torque(wrench) : force(wrench);
-  const int part =
-      static_cast<int>(condition.quantity) - static_cast<int>(about_torque ? Quantity::kTorque : Quantity::kForce);
-  return part == 0 ? norm(vector) : component(vector, part - 1);
-}
-
 State compared(const RealSensor& sensor, const Condition& condition) {
   return condition.above ? is_greater(sensor, condition.threshold) : is_less(sensor, condition.threshold);
 }
@@ -30,6 +20,14 @@ State combined(const Condition& condition, const Cell& cell, const Biases& biase
 }
 
 }  // namespace
+
+RealSensor contact_quantity(const Cell& cell, const std::string& sensor, Quantity quantity, const Biases& biases) {
+  const WrenchSensor wrench = contact_wrench(cell, sensor, biases);
+  const bool about_torque = is_torque(quantity);
+  const VectorSensor vector = about_torque ? torque(wrench) : force(wrench);
+  const int part = static_cast<int>(quantity) - static_cast<int>(about_torque ? Quantity::kTorque : Quantity::kForce);
+  return part == 0 ? norm(vector) : component(vector, part - 1);
+}
 
 State state_of(const Condition& condition, const Cell& cell, const Biases& biases) {
   switch (condition.kind) {
@@ -49,7 +47,7 @@ State state_of(const Condition& condition, const Cell& cell, const Biases& biase
     case Condition::Kind::kForce:
       break;
   }
-  return compared(quantity_of(condition, cell, biases), condition);
+  return compared(contact_quantity(cell, condition.device, condition.quantity, biases), condition);
 }
 
 }  // namespace takt::command
