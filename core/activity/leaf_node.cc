@@ -80,7 +80,7 @@ class LeafRun final : public NodeRun {
   Outcome advance(Execution& execution, Findings& findings) override {
     if (!begun_) {
       if (cancelled_) return Outcome::kDone;
-      if (!execution.may_begin()) return Outcome::kRunning;
+      if (!execution.may_begin(node_)) return Outcome::kRunning;
       if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
       if (!begin(execution, findings)) return Outcome::kFailed;
     }
