@@ -34,7 +34,8 @@ class ControlModeRun final : public StepRun {
     for (const rcc::Event& event : context.core.events()) {
       if (event.request != id_) continue;
       if (event.kind == rcc::Event::Kind::kDone) return Progress::kDone;
-      findings.error("/mode", fmt::format("the mode was not changed: {}", event.cause.text.view()));
+      findings.error("/mode", fmt::format("the mode was not changed: {}", event.cause.text.view()),
+                     "an arm that stands, that nothing moves, and that has no fault");
       return Progress::kFailed;
     }
     return Progress::kRunning;

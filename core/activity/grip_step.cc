@@ -71,7 +71,7 @@ class GripRun final : public OneNetRun {
     const auto holding = value_of<net::Boolean>(command::grip_ports::kHolding);
     const auto width = value_of<net::Real>(command::grip_ports::kWidth);
     if (!holding || !width) {
-      findings.error({}, fmt::format("'{}' did not answer", request_.gripper));
+      findings.error({}, fmt::format("'{}' did not answer", request_.gripper), "its power and its wires");
       return Progress::kFailed;
     }
     context.event(request_.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));
@@ -81,7 +81,8 @@ class GripRun final : public OneNetRun {
       return Progress::kFailed;
     }
     if (request_.expect == GripRequest::Expect::kNothing && *holding) {
-      findings.error({}, fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width));
+      findings.error({}, fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width),
+                     "\"expect\": \"any\", where that is no fault");
       return Progress::kFailed;
     }
     leave_former(context, findings);
@@ -143,7 +144,7 @@ class GripStep final : public Step {
     bool right = true;
     const auto check = [&](const char* key, double value, double low, double high) {
       if (value >= low && value <= high) return;
-      findings.error(pointer + key, fmt::format("{:g} for '{}'", value, command.gripper),
+      findings.error(pointer + key, fmt::format("{:g} is not for '{}'", value, command.gripper),
                      fmt::format("{:g} to {:g}", low, high));
       right = false;
     };

@@ -55,19 +55,13 @@ class MotionActivity final : public ActivityModel {
  private:
   [[nodiscard]] Findings check(const Cell& cell) const {
     Findings findings;
-    if (!cell.arms.contains(arm_)) findings.error("/arm", fmt::format("there is no arm '{}'", arm_));
+    if (!cell.arms.contains(arm_)) {
+      std::vector<std::string> names;
+      for (const auto& [name, arm] : cell.arms) names.push_back(name);
+      findings.error("/arm", fmt::format("there is no arm '{}'", arm_), nearest_choice(arm_, names));
+    }
     for (const Part& part : parts_) check_blend(part.wish, findings);
     return findings;
-  }
-
-  static void check_blend(const MotionParameters& wish, Findings& findings) {
-    const BlendingCondition& blend = wish.blend;
-    if (blend.wanted() && wish.until)
-      findings.error("/blend", "a guarded motion ends nobody knows where", "no blend, or no condition");
-    if (blend.time_share && !(*blend.time_share >= 0.5 && *blend.time_share < 1.0))
-      findings.error("/blend", fmt::format("{}", *blend.time_share), "a share of the time, at least 0.5 and below 1");
-    if (blend.distance && !(*blend.distance > 0.0))
-      findings.error("/blend", fmt::format("{} m", *blend.distance), "above 0 m");
   }
 
   [[nodiscard]] std::vector<motion::LegMaker> makers(const motion::ArmModel& model) const {
@@ -149,6 +143,18 @@ BlendingCondition BlendingCondition::at_distance(double metres) {
   BlendingCondition condition;
   condition.distance = metres;
   return condition;
+}
+
+void check_blend(const MotionParameters& wish, Findings& findings) {
+  const BlendingCondition& blend = wish.blend;
+  if (blend.wanted() && wish.until)
+    findings.error("/blend", "a guarded motion ends nobody knows where", "no blend, or no condition");
+  if (blend.time_share && blend.distance) findings.error("/blend", "a blend by time and by distance", "one of them");
+  if (blend.time_share && !(*blend.time_share >= 0.5 && *blend.time_share < 1.0))
+    findings.error("/blend", fmt::format("a blend at a share of {:g}", *blend.time_share),
+                   "a share of the time, at least 0.5 and below 1");
+  if (blend.distance && !(*blend.distance > 0.0))
+    findings.error("/blend", fmt::format("a blend at {:g} m before the goal", *blend.distance), "above 0 m");
 }
 
 ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionParameters parameters) {

@@ -33,6 +33,9 @@ struct MotionParameters {
   std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves, in the flange; default: the arm's tool
 };
 
+/// Is the blend one that can be? Findings at "/blend".
+void check_blend(const MotionParameters& wish, Findings& findings);
+
 /// Geometry from where the arm will be.
 using LegOf = std::function<Result<motion::Leg>(const motion::ArmModel&, const kinematics::JointVector& q)>;
 

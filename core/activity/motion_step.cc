@@ -82,7 +82,8 @@ class MotionRun final : public OneNetRun {
     if (touched() || !request_.until) return finish_cancelled(context, findings);
     context.variables.touches.erase(request_.arm);
     if (was_true(command::motion_ports::kStopped)) {
-      findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path");
+      findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path",
+                     "its power and its wires");
       return Progress::kFailed;
     }
     if (!request_.must_touch) return Progress::kDone;
@@ -98,7 +99,8 @@ class MotionRun final : public OneNetRun {
     const auto X_BT = value_of<net::Frame>(command::motion_ports::kTouchFrame);
     const auto X_WB = context.cell.frames.pose(request_.arm);
     if (!X_BT || !X_WB) {
-      findings.error("/until", "the condition held, but the arm's position was not known in that cycle");
+      findings.error("/until", "the condition held, but the arm's position was not known in that cycle",
+                     "the arm's connection");
       return Progress::kFailed;
     }
     const Eigen::Vector3d p_W = *X_WB * X_BT->translation();

@@ -42,7 +42,8 @@ class SetStep final : public Step {
     if (const double* value = std::get_if<double>(&request_.value)) {
       const auto& output = rehearsal.cell.analog_outputs.find(request_.output)->second->description();
       if (*value < output.lower || *value > output.upper) {
-        return findings.error(pointer + "/value", fmt::format("{:g} {}", *value, output.unit),
+        return findings.error(pointer + "/value",
+                              fmt::format("{:g} {} is not for '{}'", *value, output.unit, request_.output),
                               fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
       }
     }
@@ -107,9 +108,10 @@ class WaitRun final : public OneNetRun {
     const auto held = value_of<net::Boolean>(condition_port_);
     if (held && *held) return Progress::kDone;
     if (!held) {
-      findings.error("/until", "a sensor of the condition did not answer");
+      findings.error("/until", "a sensor of the condition did not answer", "its power and its wires");
     } else {
-      findings.error("/until", fmt::format("the condition did not hold within {:g} s", request_.timeout.value_or(0.0)));
+      findings.error("/until", fmt::format("the condition did not hold within {:g} s", request_.timeout.value_or(0.0)),
+                     "a longer \"timeout_s\", or \"try\" around it");
     }
     return Progress::kFailed;
   }
