@@ -22,6 +22,14 @@ namespace takt::scenario {
 struct BuiltCell;
 class Operator;
 
+/// A step of the program that is about to begin, for who goes through it step by step.
+struct NextStep {
+  std::string name, pointer;         ///< of the file
+  double sim_time = 0.0;             ///< s
+  std::vector<std::string> changed;  ///< variables since the step before: "height = 0.1 m"
+};
+enum class StepAnswer { kNext, kContinue, kCancel };
+
 /// What a run produces beside its verdict.
 struct RunOptions {
   std::filesystem::path video;  ///< MP4 file; empty = none
@@ -40,6 +48,9 @@ struct RunOptions {
   std::function<bool(BuiltCell& built)> after_cycle;
   /// Called before each cycle: somebody at the panel.
   std::function<void(Operator& panel)> operate;
+  /// Called before each step of the program (not of one in C++); the simulated time stands meanwhile, so the run is the
+  /// same to the bit. Empty: the program is not held up.
+  std::function<StepAnswer(const NextStep& next)> before_step;
   /// Called about ten times a second of wall time: simulated time, planned duration, current step.
   std::function<void(double sim_time, double planned, const std::string& step)> progress;
 };

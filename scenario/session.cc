@@ -126,16 +126,52 @@ class Session::Run {
  private:
   void loop() {
     if (!run_.connect([this] { return stopped(); })) return;
+    runner_.set_single_step(static_cast<bool>(options_.before_step));
     while (!stopped()) {
-      {
-        const Stopwatch watch(options_.measure_times, run_.report().timing.program);
-        operator_.before_cycle();
-        if (options_.operate) options_.operate(operator_);
-        if (runner_.advance() != activity::Progress::kRunning) break;
-      }
+      if (!advance_program()) break;
       if (!run_.step(runner_.current())) break;
       run_.pace(session_.planned_duration_, runner_.current());
     }
+  }
+
+  /// Between two cycles. @return false: it is over
+  bool advance_program() {
+    {
+      const Stopwatch watch(options_.measure_times, run_.report().timing.program);
+      operator_.before_cycle();
+      if (options_.operate) options_.operate(operator_);
+    }
+    do {
+      const Stopwatch watch(options_.measure_times, run_.report().timing.program);
+      if (runner_.advance() != activity::Progress::kRunning) return false;
+    } while (answered());
+    return true;
+  }
+
+  /// In single steps: somebody decides about the step that would begin. @return false: none would
+  bool answered() {
+    if (runner_.asking().empty()) return false;
+    const activity::AskingStep& step = runner_.asking().front();
+    NextStep next{step.name, step.pointer, to_seconds(session_.built_.core->time()), {}};
+    auto known = runner_.variables();
+    for (const auto& [place, variable] : known) {
+      const auto before = known_.find(place);
+      if (before != known_.end() && before->second == variable) continue;
+      next.changed.push_back(fmt::format("{} = {}", variable.name, variable.value));
+    }
+    known_ = std::move(known);
+    switch (options_.before_step(next)) {
+      case StepAnswer::kNext:
+        runner_.step();
+        break;
+      case StepAnswer::kContinue:
+        runner_.set_single_step(false);
+        break;
+      case StepAnswer::kCancel:
+        cancelled_ = true;
+        runner_.cancel();
+    }
+    return true;
   }
 
   /// Interrupts, and the time limit.
@@ -172,6 +208,7 @@ class Session::Run {
   activity::ProgramRunner runner_;
   Operator operator_;
   bool cancelled_ = false;
+  std::map<std::string, activity::ProgramRunner::Known> known_;  ///< variables when a step was asked for last
 };
 
 std::vector<activity::RehearsedNet> Session::nets() const {

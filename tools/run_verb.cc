@@ -1,6 +1,8 @@
 #include "tools/cli.h"
 
+#include <iostream>
 #include <memory>
+#include <string>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -13,8 +15,22 @@ namespace {
 
 struct Arguments : app::RunArguments {
   std::string file, from;
-  bool dry_run = false;
+  bool dry_run = false, step = false;
 };
+
+/// Shows what would begin, and waits for a line of stdin. Whoever goes away (end of input) wants nothing to move on.
+scenario::StepAnswer ask(const scenario::NextStep& next) {
+  for (const std::string& variable : next.changed) fmt::print(stderr, "            {}\n", variable);
+  fmt::print(stderr, "{:9.3f} s  next: {} ({})\n", next.sim_time, next.name, next.pointer);
+  std::string line;
+  while (std::getline(std::cin, line)) {
+    if (line.empty()) return scenario::StepAnswer::kNext;
+    if (line == "c") return scenario::StepAnswer::kContinue;
+    if (line == "q") return scenario::StepAnswer::kCancel;
+    fmt::print(stderr, "Enter: this step; c: go on without stops; q: cancel\n");
+  }
+  return scenario::StepAnswer::kCancel;
+}
 
 int dry_run(const scenario::Session& session, const Common& common) {
   const auto& description = session.description();
@@ -40,6 +56,10 @@ int dry_run(const scenario::Session& session, const Common& common) {
 int run(const Arguments& arguments, const Common& common) {
   Findings findings;
   auto [opening, options] = app::parse(arguments, findings);
+  if (arguments.step && arguments.realtime) {
+    findings.error("--step", "the simulated time stands while a step waits, so there is no pace to keep",
+                   "--step or --realtime");
+  }
   if (findings.has_errors()) return report(findings, common);
   const device::ModelLibrary library = common.library();
   auto session = scenario::Session::open(arguments.file, library, opening);
@@ -49,7 +69,11 @@ int run(const Arguments& arguments, const Common& common) {
 
   options.from = arguments.from;
   options.interrupt = &app::catch_interrupts();
-  app::show_progress_on_terminal(options);
+  if (arguments.step) {
+    options.before_step = ask;
+  } else {
+    app::show_progress_on_terminal(options);
+  }
   const scenario::RunReport report = (*session)->run(options);
   app::clear_progress();
   fmt::print(stderr, "{}", report.findings.to_string());
@@ -70,6 +94,8 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
   verb->add_option("FILE", arguments->file, "Scenario file")->required();
   app::add_run_options(*verb, *arguments);
   verb->add_option("--from", arguments->from, "Begin at the step of this name")->type_name("NAME");
+  verb->add_flag("--step", arguments->step,
+                 "Wait before each step: Enter begins it, c goes on without stops, q or the end of input cancels");
   verb->add_flag("--dry-run", arguments->dry_run, "Check, build, plan; move nothing");
   return {verb, [arguments, &common] { return run(*arguments, common); }};
 }

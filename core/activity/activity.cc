@@ -7,13 +7,17 @@ void require(const RunPtr& run) {
 }
 
 RunPtr Activity::begin_execute() const {
+  runtime_->require_outside();
   RunPtr run = schedule();
   runtime_->run_until([&run] { return run->started(); });
   require(run);
   return run;
 }
 
-RunPtr Activity::execute() const { return wait(*runtime_, schedule()); }
+RunPtr Activity::execute() const {
+  runtime_->require_outside();
+  return wait(*runtime_, schedule());
+}
 
 RunPtr wait(Runtime& runtime, RunPtr run) {
   runtime.run_until([&run] { return run->over(); });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -48,9 +49,10 @@ bool is_output(const Cell& cell, const std::string& name) {
   return cell.digital_outputs.contains(name) || cell.analog_outputs.contains(name);
 }
 
-[[noreturn]] void throw_finding(std::string message, std::string hint) {
+/// @param actuator  whose finding it is
+[[noreturn]] void throw_finding(const std::string& actuator, std::string message, std::string hint) {
   Findings why;
-  why.error("", std::move(message), std::move(hint));
+  why.error(pointer_segment(actuator), std::move(message), std::move(hint));
   throw ActivityError(std::move(why));
 }
 
@@ -236,7 +238,7 @@ Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), nam
   add(cell.grippers);
   add(cell.digital_outputs);
   add(cell.analog_outputs);
-  throw_finding(fmt::format("the cell has no actuator '{}'", name_), nearest_choice(name_, names));
+  throw_finding(name_, fmt::format("the cell has no actuator '{}'", name_), nearest_choice(name_, names));
 }
 
 std::vector<std::string> Actuator::interfaces() const {
@@ -247,13 +249,14 @@ std::vector<std::string> Actuator::interfaces() const {
 }
 
 void Actuator::refuse(std::string_view interface) const {
-  throw_finding(fmt::format("'{}' has no {}", name_, interface),
+  throw_finding(name_, fmt::format("'{}' has no {}", name_, interface),
                 fmt::format("it offers {}", fmt::join(interfaces(), ", ")));
 }
 
 const command::MountedArm& Actuator::arm() const {
   const auto found = runtime_->cell().arms.find(name_);
-  if (found == runtime_->cell().arms.end()) throw_finding(fmt::format("'{}' is no arm", name_), "an arm of the cell");
+  if (found == runtime_->cell().arms.end())
+    throw_finding(name_, fmt::format("'{}' is no arm", name_), "an arm of the cell");
   return found->second;
 }
 
@@ -269,9 +272,10 @@ Eigen::Isometry3d Actuator::above(const std::string& name, double height) const 
 }
 
 void Actuator::carry(double mass) const {
+  if (!(mass >= 0.0 && std::isfinite(mass))) throw_finding(name_, fmt::format("a mass of {:g} kg", mass), "0 or more");
   device::Arm& device = *arm().device;
   if (device.held())
-    throw_finding(fmt::format("'{}' runs: its load changes between activities", name_), "after their end");
+    throw_finding(name_, fmt::format("'{}' runs: its load changes between activities", name_), "after their end");
   device::ToolSetting tool = runtime_->empty_tool(name_, device.tool());
   tool.payload = device::combine(tool.payload, {.mass = mass, .p_FC = arm().X_FT.translation()});
   device.set_tool(tool);
@@ -279,7 +283,12 @@ void Actuator::carry(double mass) const {
 
 Eigen::Isometry3d Actuator::frame(const std::string& name) const {
   const auto X_WB = runtime_->cell().frames.pose(name_), X_WF = runtime_->cell().frames.pose(name);
-  if (!X_WB || !X_WF) throw_finding(fmt::format("the cell has no frame '{}'", name), "a frame, device or object");
+  for (const auto* X : {&X_WB, &X_WF}) {
+    if (*X) continue;
+    Findings why;
+    why.append(X->error(), pointer_segment(name_));
+    throw ActivityError(std::move(why));
+  }
   return X_WB->inverse() * *X_WF;
 }
 

@@ -146,10 +146,13 @@ void read_result(ObjectReader& reader, CallNode& node, NodeParser& parser) {
     parser.findings().error(reader.at("as"), fmt::format("there is no variable '{}'", node.as),
                             nearest_choice(node.as, parser.scope().names()));
   } else if (!node.program->result) {
-    parser.findings().error(reader.at("as"), fmt::format("'{}' has no result", node.program->name), "\"result\" there");
+    parser.findings().error(reader.at("as"), fmt::format("'{}' has no result", node.program->name),
+                            "a \"result\" in that program, or no \"as\"");
   } else if (!accepts(variable->type, type)) {
-    parser.findings().error(reader.at("as"), fmt::format("'{}' is a {}, the result a {}", node.as,
-                                                         to_string(variable->type), to_string(type)));
+    parser.findings().error(
+        reader.at("as"),
+        fmt::format("'{}' is a {}, the result a {}", node.as, to_string(variable->type), to_string(type)),
+        fmt::format("a variable that is a {}", to_string(type)));
   }
 }
 

@@ -228,12 +228,34 @@ std::vector<ActivityPtr> models_of(const std::vector<Activity>& parts) {
   return models;
 }
 
-/// Throws what an empty composition is.
+void throw_errors(Findings findings) {
+  if (findings.has_errors()) throw ActivityError(std::move(findings));
+}
+
+/// The runtime of all parts. Throws for none, and for parts of several.
 Runtime& runtime_of(const std::vector<Activity>& parts) {
-  if (!parts.empty()) return parts.front().runtime();
   Findings why;
-  why.error("", "a composition without parts", "at least one");
-  throw ActivityError(std::move(why));
+  if (parts.empty()) why.error("", "a composition without parts", "at least one");
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    if (&parts[i].runtime() == &parts.front().runtime()) continue;
+    why.error(pointer_segment(i),
+              fmt::format("'{}' belongs to another runtime than '{}'", parts[i].model()->name(),
+                          parts.front().model()->name()),
+              "activities of one Runtime");
+  }
+  throw_errors(std::move(why));
+  return parts.front().runtime();
+}
+
+/// What runs together drives actuators of its own.
+void check_apart(const Activity& part, const Activity& other, const std::string& place, Findings& findings) {
+  const auto others = other.model()->actuators();
+  for (const std::string& name : part.model()->actuators()) {
+    if (std::ranges::find(others, name) == others.end()) continue;
+    findings.error(
+        place, fmt::format("'{}' drives '{}' together with '{}'", part.model()->name(), name, other.model()->name()),
+        "one after the other, by sequence()");
+  }
 }
 
 }  // namespace
@@ -254,18 +276,30 @@ Activity sequence(const std::vector<Activity>& parts) {
 }
 
 Activity parallel(const std::vector<Activity>& parts) {
-  return {runtime_of(parts), std::make_shared<const ParallelActivity>(models_of(parts))};
+  Runtime& runtime = runtime_of(parts);
+  Findings shared;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    for (std::size_t other = 0; other < i; ++other) check_apart(parts[i], parts[other], pointer_segment(i), shared);
+  }
+  throw_errors(std::move(shared));
+  return {runtime, std::make_shared<const ParallelActivity>(models_of(parts))};
 }
 
 Activity conditional(const State& condition, const Activity& then, const Activity& otherwise) {
-  return {then.runtime(),
+  return {runtime_of({then, otherwise}),
           std::make_shared<const ConditionalActivity>(condition, std::vector{then.model(), otherwise.model()})};
 }
 
 Activity with_subtasks(const Activity& main, const std::vector<Subtask>& subtasks) {
-  std::vector<ActivityPtr> models{main.model()};
-  for (const Subtask& subtask : subtasks) models.push_back(subtask.activity.model());
-  return {main.runtime(), std::make_shared<const MainTaskActivity>(models, subtasks)};
+  std::vector<Activity> parts{main};
+  for (const Subtask& subtask : subtasks) parts.push_back(subtask.activity);
+  Runtime& runtime = runtime_of(parts);
+  Findings shared;
+  for (std::size_t i = 0; i < subtasks.size(); ++i) {
+    check_apart(subtasks[i].activity, main, fmt::format("/subtasks/{}", i), shared);
+  }
+  throw_errors(std::move(shared));
+  return {runtime, std::make_shared<const MainTaskActivity>(models_of(parts), subtasks)};
 }
 
 }  // namespace takt::activity

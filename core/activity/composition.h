@@ -6,7 +6,8 @@
 #include "core/activity/activity.h"
 
 /// Activities made of activities: each is one command in one real-time context, and says of its actuators what its
-/// parts say (docs/activity-layer.md). Their parts may be composed again. Realtime: setup.
+/// parts say (docs/activity-layer.md). Their parts may be composed again. Throw ActivityError for parts of several
+/// runtimes, and where what runs together shares an actuator. Realtime: setup.
 namespace takt::activity {
 
 /// One after the other, in the cycle after the end of the one before. Motions of one arm with a blend between them

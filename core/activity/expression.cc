@@ -138,13 +138,15 @@ class Evaluator {
 
   Value boolean(const Node& node, Value value) {
     if (value.type.is(Kind::kBoolean)) return value.null() ? Value::unknown(Type::boolean()) : value;
-    wrong(node, fmt::format("'{}' takes true or false, here is a {}", node.name, to_string(value.type)));
+    wrong(node, fmt::format("'{}' takes true or false, here is a {}", node.name, to_string(value.type)),
+          "a comparison, such as x > 0.1[m]");
     return Value::unknown(Type::boolean());
   }
 
   Value negated(const Node& node) {
     Value value = at(node.children[0]);
-    if (!value.type.is(Kind::kNumber)) return wrong(node, fmt::format("a {} has no sign", to_string(value.type)));
+    if (!value.type.is(Kind::kNumber))
+      return wrong(node, fmt::format("a {} has no sign", to_string(value.type)), "a number");
     if (!value.null()) value.data = -value.number();
     return value;
   }
@@ -165,8 +167,10 @@ class Evaluator {
   Value element(const Node& node) {
     const Value list = at(node.children[0]);
     const Value index = at(node.children[1]);
-    if (!list.type.is(Kind::kList)) return wrong(node, fmt::format("a {} has no elements", to_string(list.type)));
-    if (!fits('d', index.type)) return wrong(node, "an index is a number without a unit");
+    if (!list.type.is(Kind::kList))
+      return wrong(node, fmt::format("a {} has no elements", to_string(list.type)), "a list before the [");
+    if (!fits('d', index.type))
+      return wrong(node, fmt::format("a {} is no index", to_string(index.type)), "a number without a unit, from 0");
     const Type type = list.type.kind == Kind::kList ? list.type.element.front() : Type{};
     if (list.null() || index.null()) return Value::unknown(type);
     const double i = index.number();
@@ -233,12 +237,13 @@ class Evaluator {
     }
     const bool open = a.type.kind == Kind::kUnknown || b.type.kind == Kind::kUnknown;
     const auto unit = scales ? product_unit(a.type, b.type, sign == '*' ? 1 : -1) : std::optional(a.type.unit);
-    if (!unit) return wrong(node, "this unit is beyond any measure");
+    if (!unit) return wrong(node, "this unit is beyond any measure", "magnitude(x) gives the number without its unit");
     const Type type = open ? Type{} : Type::number(*unit);
     if (a.null() || b.null()) return Value::unknown(type);
     const double value = compute(sign, a.number(), b.number());
     if (!std::isfinite(value))
-      return wrong(node, fmt::format("{:g} {} {:g} is no number", a.number(), sign, b.number()));
+      return wrong(node, fmt::format("{:g} {} {:g} is no number", a.number(), sign, b.number()),
+                   "select(condition, a, b) takes another way");
     return Value{type.kind == Kind::kNumber ? type : Type::number(*unit), value};
   }
 
@@ -271,7 +276,7 @@ class Evaluator {
     const bool all_known = std::ranges::none_of(arguments, &Value::null);
     Function::Call call{sight_, arguments, errors, all_known};
     Value value = found->call(call);
-    for (const std::string& error : errors) wrong(node, error);
+    for (const std::string& error : errors) wrong(node, error, std::string(found->doc));
     return value;
   }
 
@@ -292,7 +297,8 @@ class Evaluator {
       const char letter = function.arguments[i >= optional ? i + 1 : i];
       if (fits(letter, arguments[i].type)) continue;
       wrong(node.children[i],
-            fmt::format("'{}' takes {}, here is a {}", function.name, words_for(letter), to_string(arguments[i].type)));
+            fmt::format("'{}' takes {}, here is a {}", function.name, words_for(letter), to_string(arguments[i].type)),
+            std::string(function.doc));
       fit = false;
     }
     return fit;

@@ -10,6 +10,7 @@
 #include "core/activity/goal.h"
 #include "core/activity/step.h"
 #include "core/base/json.h"
+#include "core/command/condition_state.h"
 
 namespace takt::activity {
 namespace {
@@ -17,6 +18,7 @@ namespace {
 using Call = Function::Call;
 using Kind = Type::Kind;
 using Changes = Function::Changes;
+using command::Quantity;
 
 /// A number computed from numbers; its unit is given.
 template <class F>
@@ -310,6 +312,19 @@ Value monitor(Call& call) {
   return json->is_boolean() ? Value::of(json->get<bool>()) : Value{};
 }
 
+/// What conditions look at, now: the same formula, so weight and tared offset are taken out.
+template <Quantity quantity>
+Value contact(Call& call) {
+  const net::Dimension unit = unit_dimension(command::is_torque(quantity) ? "Nm" : "N");
+  const Value unknown = Value::unknown(Type::number(unit));
+  if (!call.sight.cell) return unknown;
+  const auto found = device_of(call, call.sight.cell->sensors, "force/torque sensor");
+  if (found == call.sight.cell->sensors.end() || !call.sight.running() || !call.sight.measured) return unknown;
+  const auto& biases = call.sight.measured->biases;
+  const auto felt = command::contact_quantity(*call.sight.cell, found->first, quantity, biases).now();
+  return felt ? Value::of(*felt, unit) : unknown;
+}
+
 Value time(Call& call) {
   const net::Dimension second = unit_dimension("s");
   return call.sight.running() ? Value::of(to_seconds(call.sight.time), second) : Value::unknown(Type::number(second));
@@ -334,6 +349,14 @@ const std::vector<Function>& functions() {
       {"cos", "a", "cos(angle)", ratio<cosine>},
       {"distance", "pp", "distance(pose, pose): between their origins", distance},
       {"floor", "d", "floor(x): whole number below", ratio<rounded_down>},
+      {"force", "t", "force('sensor'): contact force now, its length; weight and tared offset are taken out",
+       contact<Quantity::kForce>, Changes::kAlways},
+      {"force_x", "t", "force_x('sensor'): along x of its measuring frame", contact<Quantity::kForceX>,
+       Changes::kAlways},
+      {"force_y", "t", "force_y('sensor'): along y of its measuring frame", contact<Quantity::kForceY>,
+       Changes::kAlways},
+      {"force_z", "t", "force_z('sensor'): along z of its measuring frame", contact<Quantity::kForceZ>,
+       Changes::kAlways},
       {"greatest", "L", "greatest(list): of numbers", of_list<greatest_of>},
       {"holding", "t", "holding('gripper'): it holds a part", holding, Changes::kAlways},
       {"input", "t", "input('name'): level or value of an input now", input, Changes::kAlways},
@@ -360,6 +383,14 @@ const std::vector<Function>& functions() {
       {"tan", "a", "tan(angle)", ratio<tangent>},
       {"text", "*", "text(x): for people", as_text},
       {"time", "", "time(): simulated time since the start", time, Changes::kAlways},
+      {"torque", "t", "torque('sensor'): contact torque now, its length; weight and tared offset are taken out",
+       contact<Quantity::kTorque>, Changes::kAlways},
+      {"torque_x", "t", "torque_x('sensor'): about x of its measuring frame", contact<Quantity::kTorqueX>,
+       Changes::kAlways},
+      {"torque_y", "t", "torque_y('sensor'): about y of its measuring frame", contact<Quantity::kTorqueY>,
+       Changes::kAlways},
+      {"torque_z", "t", "torque_z('sensor'): about z of its measuring frame", contact<Quantity::kTorqueZ>,
+       Changes::kAlways},
       {"touch", "t", "touch('arm'): where its last guarded motion touched, in the world", touch},
       {"width", "t", "width('gripper'): between its fingers now", width, Changes::kAlways},
       {"x", "p", "x(pose)", component<0>},

@@ -70,7 +70,7 @@ class Parser {
     return true;
   }
   void want(std::string_view token) {
-    if (!take(token)) fail(fmt::format("'{}' is missing", token));
+    if (!take(token)) fail(fmt::format("'{}' is missing", token), fmt::format("a '{}' here", token));
   }
   [[nodiscard]] static bool letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
   [[nodiscard]] static bool digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
@@ -94,12 +94,18 @@ class Parser {
   Node either() {
     const Depth depth(*this);
     Node left = both();
-    while (take_word("or")) left = binary("or", at_, std::move(left), both());
+    while (take_word("or")) {
+      const std::size_t at = at_ - 2;
+      left = binary("or", at, std::move(left), both());
+    }
     return left;
   }
   Node both() {
     Node left = negation();
-    while (take_word("and")) left = binary("and", at_, std::move(left), negation());
+    while (take_word("and")) {
+      const std::size_t at = at_ - 3;
+      left = binary("and", at, std::move(left), negation());
+    }
     return left;
   }
   Node negation() {
@@ -201,7 +207,8 @@ class Parser {
     const std::size_t at = at_;
     double value = 0.0;
     const auto [end, error] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
-    if (error != std::errc() || !std::isfinite(value)) fail("this is no number");
+    if (error != std::errc() || !std::isfinite(value))
+      fail("this is no number", "digits, a point, an exponent: 0.25, 1e-3");
     at_ = static_cast<std::size_t>(end - text_.data());
     // The unit follows at once: 0.25[m/s].
     if (at_ < text_.size() && text_[at_] == '[') return with_unit(at, value);

@@ -36,7 +36,8 @@ class ForceRun final : public OneNetRun {
     if (found || was_true(kTouched)) note_touch(context);
     if (found) return Progress::kDone;
     if (was_true(kSilent)) {
-      findings.error("/sensor", fmt::format("'{}' did not answer, so the arm stopped", request_.sensor));
+      findings.error("/sensor", fmt::format("'{}' did not answer, so the arm stopped", request_.sensor),
+                     "its power and its wires");
     } else if (was_true(kTooFar)) {
       findings.error("/travel_m", was_true(kTouched) ? "the travel was used up after the touch" : "nothing was touched",
                      "a longer travel, another beginning or direction");

@@ -39,7 +39,7 @@ Goal::Step read_step(ObjectReader& reader) {
 
 Goal read_goal(ObjectReader& parent, const command::MountedArm* arm, std::string_view key) {
   if (const Json* json = parent.child(key)) return read_goal(*json, parent.at(key), arm, parent.findings());
-  parent.findings().error(parent.pointer(), fmt::format("key '{}' is missing", key));
+  parent.findings().error(parent.pointer(), fmt::format("key '{}' is missing", key), "\"home\" or an object {...}");
   return {};
 }
 

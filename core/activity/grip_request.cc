@@ -82,7 +82,7 @@ bool check_figures(const GripRequest& request, const device::GripperDescription&
   bool right = true;
   const auto check = [&](const char* key, double value, double low, double high) {
     if (value >= low && value <= high) return;
-    findings.error(pointer + key, fmt::format("{:g} for '{}'", value, command.gripper),
+    findings.error(pointer + key, fmt::format("{:g} is not for '{}'", value, command.gripper),
                    fmt::format("{:g} to {:g}", low, high));
     right = false;
   };
@@ -95,7 +95,7 @@ bool check_figures(const GripRequest& request, const device::GripperDescription&
 Progress note_grip(const GripRequest& request, const GripOutcome& outcome, Context& context, Findings& findings) {
   const auto& [holding, width, q] = outcome;
   if (!holding || !width) {
-    findings.error({}, fmt::format("'{}' did not answer", request.gripper));
+    findings.error({}, fmt::format("'{}' did not answer", request.gripper), "its power and its wires");
     return Progress::kFailed;
   }
   context.event(request.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));
@@ -105,7 +105,8 @@ Progress note_grip(const GripRequest& request, const GripOutcome& outcome, Conte
     return Progress::kFailed;
   }
   if (request.expect == GripRequest::Expect::kNothing && *holding) {
-    findings.error({}, fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width));
+    findings.error({}, fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width),
+                   "\"expect\": \"any\", where that is no fault");
     return Progress::kFailed;
   }
   leave_former(request, q, context, findings);

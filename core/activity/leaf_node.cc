@@ -97,7 +97,7 @@ class LeafRun final : public NodeRun {
       const bool looks = node_.looks(execution.context.cell);
       if (const Outcome ready = looks ? execution.settle(findings) : Outcome::kDone; ready != Outcome::kDone)
         return ready;
-      if (!execution.may_begin()) return Outcome::kRunning;
+      if (!execution.may_begin(node_)) return Outcome::kRunning;
       if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
       if (!begin(execution, findings)) return Outcome::kFailed;
     }

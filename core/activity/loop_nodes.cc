@@ -170,7 +170,8 @@ class RepeatRun final : public NodeRun {
   bool find_total(Execution& execution, Findings& findings) {
     Findings own;
     total_ = node_.rounds(execution.sight(scope_), own);
-    if (!total_ && !own.has_errors()) own.error(node_.pointer + "/times", "the number of rounds is not known");
+    if (!total_ && !own.has_errors())
+      own.error(node_.pointer + "/times", "the number of rounds is not known", "a value before: known(x) asks");
     findings.append(own);
     return total_.has_value();
   }
@@ -189,7 +190,8 @@ class RepeatRun final : public NodeRun {
   }
 
   Outcome too_often(Findings& findings) const {
-    findings.error(node_.pointer, fmt::format("after {} rounds there is no end", node_.at_most), "\"at_most\"");
+    findings.error(node_.pointer, fmt::format("after {} rounds there is no end", node_.at_most),
+                   "a larger \"at_most\", or a condition that comes true");
     return Outcome::kFailed;
   }
 
@@ -348,7 +350,8 @@ class ForEachRun final : public NodeRun {
   bool find_values(Execution& execution, Findings& findings) {
     Findings own;
     values_ = node_.values(execution.sight(around_), own);
-    if (!values_ && !own.has_errors()) own.error(node_.pointer + "/in", "the list is not known yet");
+    if (!values_ && !own.has_errors())
+      own.error(node_.pointer + "/in", "the list is not known yet", "a value before: known(x) asks");
     const bool found = !own.has_errors();
     findings.append(own);
     return found;
@@ -397,9 +400,11 @@ Grid read_grid(const Json& json, const std::string& pointer, NodeParser& parser)
     grid.count[i] = static_cast<std::int64_t>(counts[i]);
     grid.step[i] = steps[i];
     if (counts[i] == std::floor(counts[i])) continue;
-    parser.findings().error(reader.at("count") + pointer_segment(i), fmt::format("{:g}", counts[i]), "a whole number");
+    parser.findings().error(reader.at("count") + pointer_segment(i), fmt::format("{:g} places", counts[i]),
+                            "a whole number");
   }
-  if (counts[0] * counts[1] * counts[2] > 1e4) parser.findings().error(reader.at("count"), "more than 10000 places");
+  if (const double all = counts[0] * counts[1] * counts[2]; all > 1e4)
+    parser.findings().error(reader.at("count"), fmt::format("{:g} places", all), "at most 10000");
   Json place = Json::object();
   for (const char* key : {"in", "position_m", "rpy_deg", "quaternion"}) {
     if (const Json* value = reader.child(key)) place[key] = *value;

@@ -201,7 +201,7 @@ void MadeTree::add_captures(const Part& part, const Making& making) {
     const ValueRequest& value = capture.value;
     switch (value.kind) {
       case ValueRequest::Kind::kForce:
-        keep(command::quantity_of(value.of, value.quantity, making.cell, making.biases));
+        keep(command::contact_quantity(making.cell, value.of, value.quantity, making.biases));
         break;
       case ValueRequest::Kind::kWidth:
         keep(command::gripper_width(making.cell, value.of));

@@ -50,7 +50,8 @@ class TareRun final : public OneNetRun {
   Progress finish(Context& context, Findings& findings) override {
     const auto bias = value_of<net::Wrench>(command::tare_ports::kBias);
     if (!bias) {
-      findings.error("/sensor", fmt::format("'{}' did not answer while it was tared", sensor_));
+      findings.error("/sensor", fmt::format("'{}' did not answer while it was tared", sensor_),
+                     "its power and its wires; \"try\" with \"retry\" tares again");
       return Progress::kFailed;
     }
     context.variables.biases[sensor_] = *bias;
@@ -96,7 +97,8 @@ class RecordContactStep final : public Step {
     return std::make_unique<ImmediateRun>([this](Context& context, Findings& findings) {
       const auto touch = context.variables.touches.find(arm_);
       if (touch == context.variables.touches.end()) {
-        findings.error({}, fmt::format("the last motion of '{}' ended without a contact", arm_));
+        findings.error({}, fmt::format("the last motion of '{}' ended without a contact", arm_),
+                       "known(touch('...')) asks before");
         return false;
       }
       context.variables.contacts[name_] = {name_, touch->second.p_W, touch->second.radius};
@@ -152,7 +154,8 @@ class FitPoseStep final : public Step {
     for (const std::string& name : request_.contacts) {
       const auto found = context.variables.contacts.find(name);
       if (found == context.variables.contacts.end()) {
-        findings.error("/contacts", fmt::format("contact '{}' was not recorded", name));
+        findings.error("/contacts", fmt::format("contact '{}' was not recorded", name),
+                       nearest_choice(name, keys_of(context.variables.contacts)));
         continue;
       }
       contacts.push_back(found->second);

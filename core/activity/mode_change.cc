@@ -90,7 +90,8 @@ bool ModeChange::poll(const rcc::ControlCore& core) {
     if (answered == open_.end() || event.kind == rcc::Event::Kind::kState) continue;
     open_.erase(answered);
     if (event.kind == rcc::Event::Kind::kRefused)
-      findings_.error("/mode", fmt::format("the mode was not changed: {}", event.cause.text.view()));
+      findings_.error("/mode", fmt::format("the mode was not changed: {}", event.cause.text.view()),
+                      "an arm that stands, that nothing moves, and that has no fault");
   }
   return open_.empty();
 }

@@ -55,19 +55,13 @@ class MotionActivity final : public ActivityModel {
  private:
   [[nodiscard]] Findings check(const Cell& cell) const {
     Findings findings;
-    if (!cell.arms.contains(arm_)) findings.error("/arm", fmt::format("there is no arm '{}'", arm_));
+    if (!cell.arms.contains(arm_)) {
+      std::vector<std::string> names;
+      for (const auto& [name, arm] : cell.arms) names.push_back(name);
+      findings.error("/arm", fmt::format("there is no arm '{}'", arm_), nearest_choice(arm_, names));
+    }
     for (const Part& part : parts_) check_blend(part.wish, findings);
     return findings;
-  }
-
-  static void check_blend(const MotionParameters& wish, Findings& findings) {
-    const BlendingCondition& blend = wish.blend;
-    if (blend.wanted() && wish.until)
-      findings.error("/blend", "a guarded motion ends nobody knows where", "no blend, or no condition");
-    if (blend.time_share && !(*blend.time_share >= 0.5 && *blend.time_share < 1.0))
-      findings.error("/blend", fmt::format("{}", *blend.time_share), "a share of the time, at least 0.5 and below 1");
-    if (blend.way.kind == motion::Blend::Kind::kDistance && !(blend.way.value > 0.0))
-      findings.error("/blend", fmt::format("{} m", blend.way.value), "above 0 m");
   }
 
   [[nodiscard]] bool gives_way_alike(const MotionParameters& other) const {
@@ -124,6 +118,24 @@ class MotionActivity final : public ActivityModel {
 
 BlendingCondition BlendingCondition::at_distance(double metres) {
   return BlendingCondition(motion::Blend{motion::Blend::Kind::kDistance, metres});
+}
+
+void check_blend(const MotionParameters& wish, Findings& findings) {
+  const BlendingCondition& blend = wish.blend;
+  if (blend.wanted() && wish.until)
+    findings.error("/blend", "a guarded motion ends nobody knows where", "no blend, or no condition");
+  const bool by_distance = blend.way.kind == motion::Blend::Kind::kDistance;
+  const bool by_share = blend.way.kind == motion::Blend::Kind::kFraction;
+  if (blend.time_share && (by_distance || by_share))
+    findings.error("/blend", "a blend by time and by way", "one of them");
+  if (blend.time_share && !(*blend.time_share >= 0.5 && *blend.time_share < 1.0))
+    findings.error("/blend", fmt::format("a blend at a share of {:g}", *blend.time_share),
+                   "a share of the time, at least 0.5 and below 1");
+  if (by_distance && !(blend.way.value > 0.0))
+    findings.error("/blend", fmt::format("a blend at {:g} m before the goal", blend.way.value), "above 0 m");
+  if (by_share && !(blend.way.value > 0.0 && blend.way.value <= 0.5))
+    findings.error("/blend", fmt::format("a blend over a share of {:g} of the way", blend.way.value),
+                   "above 0, at most 0.5");
 }
 
 ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionParameters parameters) {

@@ -37,6 +37,9 @@ struct MotionParameters {
   std::optional<command::ComplianceWish> compliance = {};
 };
 
+/// Is the blend one that can be? Findings at "/blend".
+void check_blend(const MotionParameters& wish, Findings& findings);
+
 /// Geometry from where the arm will be.
 using LegOf = std::function<Result<motion::Leg>(const motion::ArmModel&, const kinematics::JointVector& q)>;
 

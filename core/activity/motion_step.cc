@@ -58,7 +58,8 @@ class MotionRun final : public StepRun {
     if (end.touch) return note_touch(*end.touch, context, findings);
     if (cancelled_) return Progress::kDone;
     if (!end.at_goal) {
-      findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path");
+      findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path",
+                     "its power and its wires");
       return Progress::kFailed;
     }
     if (!request_.must_touch) return Progress::kDone;

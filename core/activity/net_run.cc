@@ -66,7 +66,8 @@ Progress NetRun::advance(Context& context, Findings& findings) {
   }
   for (const rcc::Event& event : context.core.events()) {
     if (event.kind != rcc::Event::Kind::kRefused || event.request != start_request_) continue;
-    findings.error({}, fmt::format("the net was not started: {}", event.cause.text.view()));
+    findings.error({}, fmt::format("the net was not started: {}", event.cause.text.view()),
+                   "\"try\" around the step, where the program can go on");
     return Progress::kFailed;
   }
   const rcc::NetStatus status = context.core.status(id_);
@@ -74,8 +75,10 @@ Progress NetRun::advance(Context& context, Findings& findings) {
   if (status.state != rcc::NetState::kTerminated) return Progress::kRunning;
   const auto code = status.cause.code;
   if (status.cause.in_order()) return Progress::kDone;
-  findings.error({}, fmt::format("the net was stopped in cycle {} ({}): {}", status.last_cycle, name_of(code),
-                                 status.cause.text.view()));
+  findings.error({},
+                 fmt::format("the net was stopped in cycle {} ({}): {}", status.last_cycle, name_of(code),
+                             status.cause.text.view()),
+                 "\"try\" around the step, where the program can go on");
   return Progress::kFailed;
 }
 

@@ -31,10 +31,13 @@ bool Execution::spend(const std::string& pointer, Findings& findings) {
   return false;
 }
 
-bool Execution::may_begin() {
+bool Execution::may_begin(const Node& step) {
   if (held) return false;
   if (!single) return true;
-  if (permits == 0) return false;
+  if (permits == 0) {
+    asking.push_back({step.name, step.pointer});
+    return false;
+  }
   --permits;
   return true;
 }

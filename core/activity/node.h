@@ -25,6 +25,12 @@ enum class Outcome { kRunning, kDone, kFailed, kStopped };
 
 class Strand;
 struct Declaration;
+class Node;
+
+/// A step that waits for the permission to begin.
+struct AskingStep {
+  std::string name, pointer;
+};
 
 /// What all nodes of a running program share.
 struct Execution {
@@ -36,6 +42,7 @@ struct Execution {
   bool held = false;         ///< no step begins
   bool single = false;       ///< a step begins only by permission
   int permits = 0;
+  std::vector<AskingStep> asking;  ///< in this advance, in the order of the file
   std::int64_t steps_done = 0;
   std::vector<std::string> current;  ///< names of the steps that run, in the order of the file
   int spent = 0;                     ///< steps since the last cycle (row D1)
@@ -49,8 +56,8 @@ struct Execution {
   bool spend_round(std::int64_t mark, const std::string& pointer, Findings& findings) {
     return begun != mark || spend(pointer, findings);
   }
-  /// May a step begin now? Uses up a permission.
-  bool may_begin();
+  /// May the step begin now? Uses up a permission, or asks for one.
+  bool may_begin(const Node& step);
   /// A step begins, or has come to an end: for people.
   void enter(const std::string& name);
   void leave(const std::string& name, std::string_view how);

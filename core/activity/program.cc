@@ -25,6 +25,20 @@ Findings each_once(const Findings& findings) {
   return result;
 }
 
+/// The scopes in the state of a node, with those of the nodes in it.
+void collect_variables(const Json& state, const std::string& place,
+                       std::map<std::string, ProgramRunner::Known>& found) {
+  if (!state.is_structured()) return;
+  for (const auto& [key, value] : state.items()) {
+    if (key != "variables") {
+      collect_variables(value, place + pointer_segment(key), found);
+      continue;
+    }
+    for (const auto& [name, variable] : value.items())
+      found[place + pointer_segment(name)] = {name, to_string(value_from_json(variable))};
+  }
+}
+
 }  // namespace
 
 Result<Program> Program::parse(const Json& json, const std::string& pointer, const command::Cell& cell,
@@ -74,6 +88,7 @@ ProgramRunner::~ProgramRunner() { execution_.context.scheduler = nullptr; }
 
 Progress ProgramRunner::advance() {
   if (progress_ != Progress::kRunning) return progress_;
+  execution_.asking.clear();
   see_flanges(execution_.context.cell);
   scheduler_.poll();
   const Outcome outcome = run_->advance(execution_, findings_);
@@ -105,6 +120,12 @@ Json ProgramRunner::snapshot() const {
   return snapshot;
 }
 
+std::map<std::string, ProgramRunner::Known> ProgramRunner::variables() const {
+  std::map<std::string, Known> found;
+  collect_variables(run_->state(), {}, found);
+  return found;
+}
+
 Findings ProgramRunner::restore(const Json& snapshot) {
   Findings findings;
   try {
@@ -134,7 +155,8 @@ Findings ProgramRunner::put_back(const Json& state) {
     run_ = std::make_unique<SettledRun>(program_.root().begin(scope_));
     run_->restore(state, execution_, findings);
   } catch (const std::exception& error) {
-    findings.error({}, fmt::format("this is no state of this program: {}", error.what()));
+    findings.error({}, fmt::format("this is no state of this program: {}", error.what()),
+                   "what snapshot() gave for the same file");
   }
   return findings;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -73,10 +74,19 @@ class ProgramRunner {
   void set_single_step(bool single) { execution_.single = single; }
   /// Lets one step begin.
   void step() { ++execution_.permits; }
+  /// Those that wait for it, in the order of the file; the first one would begin.
+  [[nodiscard]] const std::vector<AskingStep>& asking() const { return execution_.asking; }
 
   /// Where it is and what it knows, as data: positions in the tree, variables, measurements, frames. Exact between two
   /// steps; a step that runs is begun anew by restore().
   [[nodiscard]] nlohmann::ordered_json snapshot() const;
+  /// A variable, and what it is worth, for people.
+  struct Known {
+    std::string name, value;
+    bool operator==(const Known&) const = default;
+  };
+  /// All variables that live now, each by a place of its own.
+  [[nodiscard]] std::map<std::string, Known> variables() const;
   /// Puts a snapshot into a runner that has not begun. Findings: it is none of this program.
   [[nodiscard]] Findings restore(const nlohmann::ordered_json& snapshot);
   /// Begins at the first node of this name, in the first round of what repeats it; what stands before is left out.

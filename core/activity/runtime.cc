@@ -7,6 +7,15 @@
 #include "core/activity/motion_activity.h"
 
 namespace takt::activity {
+namespace {
+
+[[noreturn]] void throw_finding(std::string place, std::string message, std::string hint) {
+  Findings why;
+  why.error(std::move(place), std::move(message), std::move(hint));
+  throw ActivityError(std::move(why));
+}
+
+}  // namespace
 
 Runtime::Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void()> run_cycle, const Options& options)
     : core_(core),
@@ -18,7 +27,7 @@ Runtime::Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void
 ProgramCancelled::ProgramCancelled()
     : ActivityError([] {
         Findings why;
-        why.error("", "the program was cancelled");
+        why.error("", "the program was cancelled", "a Runtime of its own for what is to come after");
         return why;
       }()) {}
 
@@ -42,7 +51,12 @@ void Runtime::drop_coroutines() {
   spawned_.clear();
 }
 
+void Runtime::require_outside() const {
+  if (resuming_) throw_finding("", "a coroutine may not block: the loop would stand", "co_await");
+}
+
 void Runtime::step() {
+  require_outside();
   resume_coroutines();
   scheduler_.poll();
   run_cycle_();
@@ -50,16 +64,11 @@ void Runtime::step() {
 
 void Runtime::resume_coroutines() {
   // Those that can go on, one after the other, until all wait: in the order in which they began to.
-  constexpr int kMostResumes = 10'000;  // in one step: more is a program that never waits (row D1)
-  for (int resumed = 0;; ++resumed) {
+  for (;;) {
     const bool ends = cancelled_ && scheduler_.idle();  // whatever they wait for: they hear that it is over
     const auto ready = std::ranges::find_if(waiting_, [ends](const Waiting& one) { return ends || one.holds(); });
     if (ready == waiting_.end()) break;
-    if (resumed == kMostResumes) {
-      Findings why;
-      why.error("", fmt::format("the program went on {} times without a cycle between", kMostResumes));
-      throw ActivityError(std::move(why));
-    }
+    spend();
     const auto handle = ready->handle;
     waiting_.erase(ready);
     resuming_ = true;
@@ -67,6 +76,14 @@ void Runtime::resume_coroutines() {
     resuming_ = false;
   }
   look_at_spawned();
+}
+
+void Runtime::spend() {
+  constexpr int kMost = 10'000;  // in one cycle: more is a program that never waits
+  if (std::exchange(spent_in_cycle_, core_.cycle()) != core_.cycle()) spent_ = 0;
+  if (++spent_ > kMost)
+    throw_finding("", fmt::format("the program went on {} times without a cycle between", kMost),
+                  "co_await cycles(1), or an activity, in what repeats");
 }
 
 void Runtime::look_at_spawned() {
@@ -82,16 +99,11 @@ void Runtime::look_at_spawned() {
 }
 
 void Runtime::run_until(const std::function<bool()>& holds) {
-  Findings why;
-  if (resuming_) {
-    why.error("", "a coroutine may not block: the loop would stand", "co_await");
-    throw ActivityError(std::move(why));
-  }
+  require_outside();
   for (std::int64_t cycles = 0; !holds(); ++cycles) {
-    if (cycles == options_.most_cycles) {
-      why.error("", fmt::format("nothing came of it within {} cycles", cycles));
-      throw ActivityError(std::move(why));
-    }
+    if (cycles == options_.most_cycles)
+      throw_finding("", fmt::format("nothing came of it within {} cycles", cycles),
+                    "a larger most_cycles, or a condition that comes true");
     if (cancelled_ && scheduler_.idle() && waiting_.empty()) throw ProgramCancelled();
     step();
   }
@@ -101,6 +113,7 @@ void Runtime::run_until(const std::function<bool()>& holds) {
 }
 
 void Runtime::run(Task task) {
+  require_outside();
   resuming_ = true;
   task.begin();
   resuming_ = false;
@@ -121,8 +134,10 @@ Runtime::When Runtime::cycles(std::int64_t count) {
 }
 
 void Runtime::set_speed(const std::string& arm, double rate) {
-  speeds_[arm] = std::clamp(rate, 0.0, 1.0);
-  write_speed(arm, speeds_.at(arm));
+  if (!(rate >= 0.0 && rate <= 1.0))
+    throw_finding(pointer_segment(arm), fmt::format("a speed of {:g}", rate), "from 0 to 1");
+  write_speed(arm, rate);
+  speeds_[arm] = rate;
 }
 
 void Runtime::write_speed(const std::string& arm, double rate) {
@@ -131,9 +146,12 @@ void Runtime::write_speed(const std::string& arm, double rate) {
     channel->write(rate);
     return;
   }
-  Findings why;
-  why.error("", fmt::format("'{}' has no channel for its speed", arm), "declare_channels() before the first cycle");
-  throw ActivityError(std::move(why));
+  std::vector<std::string> names;
+  for (const auto& [name, mounted] : cell_.arms) names.push_back(name);
+  if (!cell_.arms.contains(arm))
+    throw_finding(pointer_segment(arm), fmt::format("there is no arm '{}'", arm), nearest_choice(arm, names));
+  throw_finding(pointer_segment(arm), fmt::format("'{}' has no channel for its speed", arm),
+                "declare_channels() before the first cycle");
 }
 
 Findings declare_channels(rcc::ControlCore& core, command::Cell& cell) {

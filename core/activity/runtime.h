@@ -52,12 +52,14 @@ class Runtime {
   [[nodiscard]] const command::Cell& cell() const { return cell_; }
 
   RunPtr schedule(ActivityPtr model);
-  /// One step of the loop.
+  /// One step of the loop. Throws ActivityError inside of a coroutine.
   void step();
   /// Steps until it holds. Throws ActivityError after most_cycles, and inside of a coroutine, which has to wait by
   /// co_await; ProgramCancelled when the program was cancelled meanwhile.
   void run_until(const std::function<bool()>& holds);
-  /// Runs a coroutine to its end; what it throws comes out here.
+  /// Throws ActivityError inside of a coroutine: who blocks there says so before anything begins.
+  void require_outside() const;
+  /// Runs a coroutine to its end; what it throws comes out here. Throws ActivityError inside of a coroutine.
   void run(Task task);
   /// Begins a coroutine that runs beside; what it throws comes out of the next step.
   void spawn(Task task);
@@ -81,7 +83,11 @@ class Runtime {
   class When {
    public:
     When(Runtime& runtime, std::function<bool()> holds) : runtime_(runtime), holds_(std::move(holds)) {}
-    [[nodiscard]] bool await_ready() const { return holds_(); }
+    [[nodiscard]] bool await_ready() const {
+      if (!holds_()) return false;
+      runtime_.spend();
+      return true;
+    }
     void await_suspend(std::coroutine_handle<> handle) { runtime_.waiting_.push_back({std::move(holds_), handle}); }
     void await_resume() const { runtime_.require_going(); }
 
@@ -98,7 +104,8 @@ class Runtime {
     return tools_.try_emplace(arm, now).first->second;
   }
 
-  /// The rate at which the motions of an arm aim, [0, 1]: override, pause and resume, without a plan (row P2).
+  /// The rate at which the motions of an arm aim, [0, 1]: override, pause and resume, without a plan (row P2). Throws
+  /// ActivityError for an arm that is not there or any other rate.
   void set_speed(const std::string& arm, double rate);
   void pause(const std::string& arm) { write_speed(arm, 0.0); }
   void resume(const std::string& arm) { write_speed(arm, speeds_.contains(arm) ? speeds_.at(arm) : 1.0); }
@@ -109,6 +116,8 @@ class Runtime {
     std::coroutine_handle<> handle;
   };
   void write_speed(const std::string& arm, double rate);
+  /// Counts what a coroutine did without a wait; throws for a program that never waits (row D1).
+  void spend();
   /// Throws when the program is to end.
   void require_going() const;
   void resume_coroutines();
@@ -124,6 +133,8 @@ class Runtime {
   std::vector<Waiting> waiting_;
   std::deque<Task> spawned_;  ///< a coroutine may spawn another one while this is walked
   bool resuming_ = false, cancelled_ = false;
+  std::int64_t spent_in_cycle_ = -1;
+  int spent_ = 0;
 };
 
 /// Declares the channels that the motions of a cell's arms use (docs/activity-layer.md). Before the first cycle.

@@ -211,7 +211,8 @@ void Scheduler::update(ActivityRun& run) {
       if (event.request != run.request_ || run.request_ == 0 || event.kind == rcc::Event::Kind::kState) continue;
       if (event.kind == rcc::Event::Kind::kRefused) {
         Findings why;
-        why.error("", fmt::format("'{}' was not started: {}", run.name(), event.cause.text.view()));
+        why.error("", fmt::format("'{}' was not started: {}", run.name(), event.cause.text.view()),
+                  "ask for it again when that is mended");
         return fail(run, std::move(why));
       }
       run.blended_ = !run.prepared_.taken_over.empty() && event.cause.text.size == 0;
@@ -231,8 +232,10 @@ void Scheduler::finish(ActivityRun& run) {
   const rcc::NetStatus status = core_.status(run.net_);
   if (!status.cause.in_order()) {
     Findings why;
-    why.error("", fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), status.last_cycle,
-                              net::name_of(status.cause.code), status.cause.text.view()));
+    why.error("",
+              fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), status.last_cycle,
+                          net::name_of(status.cause.code), status.cause.text.view()),
+              "ask for it again when that is mended");
     return fail(run, std::move(why));
   }
   if (run.prepared_.returns) return go_back(run);
@@ -240,7 +243,12 @@ void Scheduler::finish(ActivityRun& run) {
 }
 
 void Scheduler::fail(ActivityRun& run, Findings findings) {
-  run.findings_.append(findings);
+  // Each place begins with the activity, as the paths of commands do.
+  const std::string place = pointer_segment(run.name());
+  for (Finding finding : findings.list()) {
+    if (!finding.pointer.starts_with(place)) finding.pointer.insert(0, place);
+    run.findings_.add(std::move(finding));
+  }
   run.state_ = RunState::kFailed;
   if (run.net_ != 0) (void)core_.unload(run.net_);
   give_up_followers(run);

@@ -28,7 +28,7 @@ bool check_range(const SetRequest& request, const command::Cell& cell, const std
   if (value == nullptr) return true;
   const auto& output = cell.analog_outputs.find(request.output)->second->description();
   if (*value >= output.lower && *value <= output.upper) return true;
-  findings.error(pointer + "/value", fmt::format("{:g} {}", *value, output.unit),
+  findings.error(pointer + "/value", fmt::format("{:g} {} is not for '{}'", *value, output.unit, request.output),
                  fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
   return false;
 }

@@ -90,9 +90,10 @@ class WaitRun final : public OneNetRun {
     const auto held = value_of<net::Boolean>(condition_port_);
     if (held && *held) return Progress::kDone;
     if (!held) {
-      findings.error("/until", "a sensor of the condition did not answer");
+      findings.error("/until", "a sensor of the condition did not answer", "its power and its wires");
     } else {
-      findings.error("/until", fmt::format("the condition did not hold within {:g} s", request_.timeout.value_or(0.0)));
+      findings.error("/until", fmt::format("the condition did not hold within {:g} s", request_.timeout.value_or(0.0)),
+                     "a longer \"timeout_s\", or \"try\" around it");
     }
     return Progress::kFailed;
   }

@@ -31,7 +31,7 @@ class ImmediateRun final : public NodeRun {
     const bool looks = node_.looks(execution.context.cell);
     if (const Outcome ready = looks ? execution.settle(findings) : Outcome::kDone; ready != Outcome::kDone)
       return ready;
-    if (!execution.may_begin()) return Outcome::kRunning;
+    if (!execution.may_begin(node_)) return Outcome::kRunning;
     if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
     ++execution.steps_done;
     return node_.act(execution, scope_, findings);
@@ -85,8 +85,10 @@ class LetNode final : public ImmediateNode {
       if (!evaluate(piece, sight, value, findings)) return false;
       Variable& variable = *scope.find(target);
       if (!accepts(variable.type, value.type)) {
-        findings.error(piece.pointer(), fmt::format("'{}' is a {}, here is a {}", target, to_string(variable.type),
-                                                    to_string(value.type)));
+        findings.error(
+            piece.pointer(),
+            fmt::format("'{}' is a {}, here is a {}", target, to_string(variable.type), to_string(value.type)),
+            fmt::format("a {}", to_string(variable.type)));
         return false;
       }
       scope.assign(variable, std::move(value), sight.rehearsing());
@@ -159,7 +161,7 @@ class UntilRun final : public NodeRun {
     if (begun_ < 0) {
       if (cancelled_) return Outcome::kDone;
       if (const Outcome ready = execution.settle(findings); ready != Outcome::kDone) return ready;
-      if (!execution.may_begin()) return Outcome::kRunning;
+      if (!execution.may_begin(node_)) return Outcome::kRunning;
       if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
       begun_ = execution.context.core.cycle();
       execution.enter(node_.name);
@@ -182,7 +184,8 @@ class UntilRun final : public NodeRun {
     const double waited =
         static_cast<double>(execution.context.core.cycle() - begun_) * to_seconds(execution.context.core.period());
     if (!node_.timeout || waited < *node_.timeout) return Outcome::kRunning;
-    findings.error(node_.pointer + "/until", fmt::format("this did not hold within {:g} s", *node_.timeout));
+    findings.error(node_.pointer + "/until", fmt::format("this did not hold within {:g} s", *node_.timeout),
+                   "a longer \"timeout_s\", or \"try\" around it");
     return Outcome::kFailed;
   }
 

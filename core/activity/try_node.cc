@@ -241,7 +241,8 @@ std::unique_ptr<Node> parse_try(const Json& json, const std::string& pointer, No
   node->body = parser.steps(reader, "steps");
   node->recover = parser.steps(reader, "recover", false);
   if (reader.has("recover") && node->retry == 0) {
-    parser.findings().error(reader.at("recover"), "there is no other attempt to recover for", "\"retry\"");
+    parser.findings().error(reader.at("recover"), "there is no other attempt to recover for",
+                            "\"retry\": how many more");
   }
   read_handler(reader, *node, parser);
   node->cleanup = parser.steps(reader, "finally", false);

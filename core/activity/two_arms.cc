@@ -31,10 +31,14 @@ class TwoArmActivity final : public ActivityModel {
   [[nodiscard]] std::vector<std::string> actuators() const override { return {grasp_.leader, grasp_.follower}; }
 
   [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    Findings wrong;
+    check_blend(wish_, wrong);
+    if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     const Precedent& leads = situation.precedents.find(grasp_.leader)->second;
     const Precedent& follows = situation.precedents.find(grasp_.follower)->second;
     if (!leads.at_end.rests() || !follows.at_end.rests())
-      return failure("", fmt::format("'{}': nobody knows where the arms will be at rest", name()));
+      return failure("", fmt::format("'{}': nobody knows where the arms will be at rest", name()),
+                     "a motion after the end of what runs");
     const motion::ArmPair pair{.leader = model_of(situation.cell, grasp_.leader, grasp_.X_HL),
                                .follower = model_of(situation.cell, grasp_.follower, grasp_.X_HF),
                                .X_FL = grasp_.X_WF.inverse() * grasp_.X_WL};
@@ -121,6 +125,13 @@ Eigen::Isometry3d base_of(const Actuator& arm) { return arm.frame("world").inver
 
 TwoArms::TwoArms(const Actuator& leader, const Actuator& follower, const Eigen::Isometry3d& X_WC)
     : runtime_(&leader.runtime()), leader_(leader), follower_(follower) {
+  Findings wrong;
+  if (leader.name() == follower.name())
+    wrong.error("/follower", fmt::format("'{}' is the leader too", follower.name()), "two arms");
+  if (&leader.runtime() != &follower.runtime())
+    wrong.error("/follower", fmt::format("'{}' belongs to another runtime than '{}'", follower.name(), leader.name()),
+                "arms of one Runtime");
+  if (wrong.has_errors()) throw ActivityError(std::move(wrong));
   (void)leader.use<LinInterface>();
   (void)follower.use<LinInterface>();
   grasp_ = {.leader = leader.name(),

@@ -11,7 +11,8 @@ namespace takt::activity {
 /// was when this was made. Poses are in the world, m. Thread: the program's. Realtime: setup.
 class TwoArms {
  public:
-  /// @param X_WC  where C is now; both arms stand. Throws ActivityError if one of them cannot be told so.
+  /// @param X_WC  where C is now; both arms stand. Throws ActivityError if one of them cannot be told so, and if
+  /// they are not two of one runtime.
   TwoArms(const Actuator& leader, const Actuator& follower, const Eigen::Isometry3d& X_WC);
 
   [[nodiscard]] Activity lin(const Eigen::Isometry3d& X_WC, const MotionParameters& parameters = {}) const;

@@ -89,14 +89,14 @@ std::unexpected<Findings> failure(std::string pointer, std::string message, std:
 }
 
 std::string nearest_choice(std::string_view name, const std::vector<std::string>& choices, std::size_t most) {
-  if (choices.empty()) return {};
+  if (choices.empty()) return "there are none";
   // Whoever writes the beginning of a name means it; one letter may be anything.
   const auto distance = [&](const std::string& choice) -> std::size_t {
     return name.size() > 1 && choice.starts_with(name) ? 1 : edit_distance(name, choice);
   };
   const auto nearest = std::ranges::min_element(choices, {}, distance);
   std::string text;
-  if (distance(*nearest) <= std::max<std::size_t>(name.size() > 2 ? 2 : 1, name.size() / 2)) {
+  if (!name.empty() && distance(*nearest) <= std::max<std::size_t>(name.size() > 2 ? 2 : 1, name.size() / 2)) {
     text = fmt::format("did you mean '{}'? ", *nearest);
   }
   text += "allowed: ";

@@ -56,7 +56,7 @@ using Result = std::expected<T, Findings>;
 [[nodiscard]] std::unexpected<Findings> failure(std::string pointer, std::string message, std::string hint = {});
 
 /// `", did you mean 'x'?"`-style text for a mistyped `name`: the nearest of `choices` by edit distance and the list of
-/// all of them (at most `most`). Empty if there are no choices.
+/// all of them (at most `most`); an empty name is near to nothing.
 [[nodiscard]] std::string nearest_choice(std::string_view name, const std::vector<std::string>& choices,
                                          std::size_t most = 12);
 

@@ -24,6 +24,9 @@ bool inside(double value, const Range& range) {
   return (range.low_open ? value > range.low : value >= range.low) && value <= range.high;
 }
 
+constexpr const char* kObject = "an object {...}";
+constexpr const char* kArray = "an array [...]";
+
 }  // namespace
 
 std::string short_dump(const Json& json) {
@@ -34,25 +37,24 @@ std::string short_dump(const Json& json) {
 
 ObjectReader::ObjectReader(const Json& json, std::string pointer, Findings& findings)
     : json_(json), pointer_(std::move(pointer)), findings_(findings) {
-  if (!json_.is_object())
-    findings_.error(pointer_, fmt::format("{} stands here", short_dump(json_)), "an object {...}");
+  if (!json_.is_object()) findings_.error(pointer_, fmt::format("{} stands here", short_dump(json_)), kObject);
 }
 
 bool ObjectReader::has(std::string_view key) const { return json_.is_object() && json_.contains(key); }
 
 std::string ObjectReader::at(std::string_view key) const { return pointer_ + pointer_segment(key); }
 
-const Json* ObjectReader::find(std::string_view key, bool required) {
+const Json* ObjectReader::find(std::string_view key, const std::string& wanted) {
   if (std::ranges::find(asked_, key) == asked_.end()) asked_.emplace_back(key);
   if (!json_.is_object()) return nullptr;
   const auto found = json_.find(key);
   if (found != json_.end()) return &*found;
-  if (required) findings_.error(pointer_, fmt::format("key '{}' is missing", key));
+  if (!wanted.empty()) findings_.error(pointer_, fmt::format("key '{}' is missing", key), wanted);
   return nullptr;
 }
 
 double ObjectReader::number(std::string_view key, std::optional<double> fallback, const Range& range) {
-  const Json* value = find(key, !fallback);
+  const Json* value = find(key, fallback ? "" : range_text(range));
   if (!value) return fallback.value_or(0.0);
   if (value->is_number() && inside(value->get<double>(), range)) return value->get<double>();
   findings_.error(at(key), short_dump(*value) + " stands here", range_text(range));
@@ -60,17 +62,18 @@ double ObjectReader::number(std::string_view key, std::optional<double> fallback
 }
 
 std::int64_t ObjectReader::integer(std::string_view key, std::optional<std::int64_t> fallback, const Range& range) {
-  const Json* value = find(key, !fallback);
+  const std::string wanted = range_text(range) + ", whole";
+  const Json* value = find(key, fallback ? "" : wanted);
   if (!value) return fallback.value_or(0);
   const bool whole =
       value->is_number_integer() && (!value->is_number_unsigned() || value->get<std::uint64_t>() <= INT64_MAX);
   if (whole && inside(static_cast<double>(value->get<std::int64_t>()), range)) return value->get<std::int64_t>();
-  findings_.error(at(key), short_dump(*value) + " stands here", range_text(range) + ", whole");
+  findings_.error(at(key), short_dump(*value) + " stands here", wanted);
   return fallback.value_or(0);
 }
 
 bool ObjectReader::boolean(std::string_view key, std::optional<bool> fallback) {
-  const Json* value = find(key, !fallback);
+  const Json* value = find(key, fallback ? "" : "true or false");
   if (!value) return fallback.value_or(false);
   if (value->is_boolean()) return value->get<bool>();
   findings_.error(at(key), short_dump(*value) + " stands here", "true or false");
@@ -78,7 +81,7 @@ bool ObjectReader::boolean(std::string_view key, std::optional<bool> fallback) {
 }
 
 std::string ObjectReader::text(std::string_view key, std::optional<std::string> fallback) {
-  const Json* value = find(key, !fallback);
+  const Json* value = find(key, fallback ? "" : "a text");
   if (!value) return fallback.value_or("");
   if (value->is_string()) return value->get<std::string>();
   findings_.error(at(key), short_dump(*value) + " stands here", "a text");
@@ -87,6 +90,7 @@ std::string ObjectReader::text(std::string_view key, std::optional<std::string> 
 
 std::string ObjectReader::choice(std::string_view key, const std::vector<std::string>& choices,
                                  std::optional<std::string> fallback) {
+  if (!fallback && !find(key, nearest_choice("", choices))) return "";
   const std::size_t before = findings_.list().size();
   const std::string value = text(key, fallback);
   if (findings_.list().size() != before || std::ranges::find(choices, value) != choices.end()) return value;
@@ -98,9 +102,9 @@ std::string ObjectReader::choice(std::string_view key, const std::vector<std::st
 std::vector<double> ObjectReader::numbers(std::string_view key, std::size_t size,
                                           std::optional<std::vector<double>> fallback, const Range& range) {
   const std::vector<double> placeholder = fallback.value_or(std::vector<double>(size, 0.0));
-  const Json* value = find(key, !fallback);
-  if (!value) return placeholder;
   const std::string expected = size ? fmt::format("an array of {} numbers", size) : "an array of numbers";
+  const Json* value = find(key, fallback ? "" : expected);
+  if (!value) return placeholder;
   if (!value->is_array() || (size && value->size() != size)) {
     findings_.error(at(key), short_dump(*value) + " stands here", expected);
     return placeholder;
@@ -122,7 +126,7 @@ Eigen::Vector3d ObjectReader::vector(std::string_view key, std::optional<Eigen::
 }
 
 std::vector<std::string> ObjectReader::texts(std::string_view key, std::optional<std::vector<std::string>> fallback) {
-  const Json* value = find(key, !fallback);
+  const Json* value = find(key, fallback ? "" : "an array of texts");
   if (!value) return fallback.value_or(std::vector<std::string>{});
   if (!value->is_array()) {
     findings_.error(at(key), short_dump(*value) + " stands here", "an array of texts");
@@ -139,19 +143,19 @@ std::vector<std::string> ObjectReader::texts(std::string_view key, std::optional
   return result;
 }
 
-const Json* ObjectReader::child(std::string_view key) { return find(key, false); }
+const Json* ObjectReader::child(std::string_view key) { return find(key); }
 
 const Json* ObjectReader::object(std::string_view key, bool required) {
-  const Json* value = find(key, required);
+  const Json* value = find(key, required ? kObject : "");
   if (!value || value->is_object()) return value;
-  findings_.error(at(key), short_dump(*value) + " stands here", "an object {...}");
+  findings_.error(at(key), short_dump(*value) + " stands here", kObject);
   return nullptr;
 }
 
 const Json* ObjectReader::array(std::string_view key, bool required) {
-  const Json* value = find(key, required);
+  const Json* value = find(key, required ? kArray : "");
   if (!value || value->is_array()) return value;
-  findings_.error(at(key), short_dump(*value) + " stands here", "an array [...]");
+  findings_.error(at(key), short_dump(*value) + " stands here", kArray);
   return nullptr;
 }
 

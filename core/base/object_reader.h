@@ -70,7 +70,8 @@ class ObjectReader {
   [[nodiscard]] const nlohmann::ordered_json& json() const { return json_; }
 
  private:
-  const nlohmann::ordered_json* find(std::string_view key, bool required);
+  /// @param wanted  what should stand there if the key is required; empty: it is not
+  const nlohmann::ordered_json* find(std::string_view key, const std::string& wanted = {});
 
   const nlohmann::ordered_json& json_;
   std::string pointer_;

@@ -1,5 +1,6 @@
 #include "core/command/action.h"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace takt::command {
@@ -10,7 +11,7 @@ std::string ActionModel::add_state(FragmentWriter&, const std::string&, const nl
 
 Result<std::shared_ptr<const ActionModel>> ActionModel::plan(const ActuatorModel&,
                                                              const kinematics::JointVector&) const {
-  return failure({}, std::string(name()) + " is not planned");
+  return failure({}, std::string(name()) + " is not planned", "an action that plans itself");
 }
 
 Action::Action(std::shared_ptr<const ActionModel> model)
@@ -18,6 +19,8 @@ Action::Action(std::shared_ptr<const ActionModel> model)
       subject_(std::make_shared<const Subject>(Subject{Subject::Kind::kAction, std::string(model_->name())})) {}
 
 State Action::at_path(double fraction) const {
+  if (!(fraction >= 0.0 && fraction <= 1.0))
+    return State(broken(net::ValueType::kBoolean, fmt::format("a share of {:g} of a path", fraction), "from 0 to 1"));
   return State(leaf(net::ValueType::kBoolean, subject_, "at_path", {{"fraction", fraction}}));
 }
 State Action::via_passed(int i) const {

@@ -49,6 +49,8 @@ class ActionModel {
 
   /// Names of the states and values that it has beside "started", "completed": "error", "at_path", "progress".
   [[nodiscard]] virtual std::vector<std::string> states() const { return {}; }
+  /// How many points on its way it passes, for `via_passed`; known once it is planned.
+  [[nodiscard]] virtual int via_count() const { return 0; }
   /// Adds one of states(). @return its port in the fragment.
   [[nodiscard]] virtual std::string add_state(FragmentWriter& fragment, const std::string& name,
                                               const nlohmann::ordered_json& parameters) const;

@@ -125,6 +125,7 @@ class PairActuator final : public ActuatorModel {
         names_{leader.name(), follower.name()},
         states_{{"completed", leader.completed() && follower.completed()},
                 {"emergency_stop", leader.emergency_stop() || follower.emergency_stop()}} {
+    if (leader.name() == follower.name()) fault_ = fault_of(fmt::format("'{}' twice", leader.name()), "two arms");
     for (const Actuator* arm : {&leader, &follower})
       if (auto fault = arm->model().fault(); fault && !fault_) fault_ = std::move(fault);
   }

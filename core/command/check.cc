@@ -90,11 +90,22 @@ class Checker {
                    "states of commands and actions in this tree");
     }
     if (leaf.subject->kind != Subject::Kind::kAction) return;
+    check_via(node(of), leaf, place);
     std::vector<std::string> offered = node(of).model().states();
     offered.insert(offered.end(), {"started", "completed"});
     if (std::ranges::find(offered, leaf.output) != offered.end()) return;
     error(place, "C8", fmt::format("{} has no state '{}'", name, leaf.output),
           fmt::format("it offers {}", fmt::join(offered, ", ")));
+  }
+
+  /// Which points a motion passes is known once it is planned.
+  void check_via(const CommandNode& command, const Expression& leaf, const std::string& place) {
+    if (leaf.output != "via_passed" || command.model().needs_plan()) return;
+    const auto index = leaf.primitive.parameters.value("index", 0);
+    const int count = command.model().via_count();
+    if (count == 0 || (index >= 0 && index < count)) return;  // none: it has no such state
+    error(place, "C8", fmt::format("{} passes no point {}", leaf.subject->name, index),
+          fmt::format("points 0 to {}", count - 1));
   }
 
   void check_driven(const std::string& actuator, const std::string& place) {

@@ -21,7 +21,7 @@ State combined(const Condition& condition, const Cell& cell, const Biases& biase
 
 }  // namespace
 
-RealSensor quantity_of(const std::string& sensor, Quantity quantity, const Cell& cell, const Biases& biases) {
+RealSensor contact_quantity(const Cell& cell, const std::string& sensor, Quantity quantity, const Biases& biases) {
   const WrenchSensor wrench = contact_wrench(cell, sensor, biases);
   const bool about_torque = is_torque(quantity);
   const VectorSensor vector = about_torque ? torque(wrench) : force(wrench);
@@ -53,7 +53,7 @@ State state_of(const Condition& condition, const Cell& cell, const Biases& biase
     case Condition::Kind::kForce:
       break;
   }
-  return compared(quantity_of(condition.device, condition.quantity, cell, biases), condition);
+  return compared(contact_quantity(cell, condition.device, condition.quantity, biases), condition);
 }
 
 }  // namespace takt::command

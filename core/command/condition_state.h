@@ -6,11 +6,12 @@
 
 namespace takt::command {
 
+/// The number of a force/torque sensor that a comparison looks at, N or Nm: the weight of what hangs on it and its bias
+/// taken out, in its measuring frame. Null while it does not answer. Realtime: setup.
+[[nodiscard]] RealSensor contact_quantity(const Cell& cell, const std::string& sensor, Quantity quantity,
+                                          const Biases& biases);
+
 /// A condition of a file as a state; a sensor that was never tared has no bias. Realtime: setup.
 [[nodiscard]] State state_of(const Condition& condition, const Cell& cell, const Biases& biases);
-
-/// The number that a comparison with a force/torque sensor looks at, N or Nm. Realtime: setup.
-[[nodiscard]] RealSensor quantity_of(const std::string& sensor, Quantity quantity, const Cell& cell,
-                                     const Biases& biases);
 
 }  // namespace takt::command

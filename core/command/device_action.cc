@@ -41,7 +41,7 @@ class SetAnalog final : public ActionModel {
     Findings findings;
     const auto& output = *actuator.analog_output();
     if (value_ >= output.lower && value_ <= output.upper) return findings;
-    findings.error({}, fmt::format("{:g} {} for '{}'", value_, output.unit, actuator.name()),
+    findings.error({}, fmt::format("{:g} {} is not for '{}'", value_, output.unit, actuator.name()),
                    fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
     return findings;
   }
@@ -103,7 +103,8 @@ class GripModel final : public ActionModel {
     const device::GripperDescription& gripper = *actuator.gripper();
     const auto check = [&](const char* key, double value, double low, double high) {
       if (value >= low && value <= high) return;
-      findings.error(key, fmt::format("{:g} for '{}'", value, actuator.name()), fmt::format("{:g} to {:g}", low, high));
+      findings.error(key, fmt::format("{:g} is not for '{}'", value, actuator.name()),
+                     fmt::format("{:g} to {:g}", low, high));
     };
     check("/width", width(gripper), 0.0, gripper.stroke);
     check("/speed", speed(gripper), gripper.speed_min, gripper.speed_max);

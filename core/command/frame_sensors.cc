@@ -69,6 +69,20 @@ TwistSensor flange_twist(const Cell& cell, const std::string& arm, const Isometr
   return TwistSensor(node);
 }
 
+/// How fast moves what a channel places; unknown while its values come more rarely than this, s.
+TwistSensor channel_twist(const Cell& cell, const std::string& name) {
+  constexpr double kOldest = 0.5;
+  auto node = std::make_shared<Expression>(*channel<net::Frame>(cell, name).node());
+  if (node->fault) return TwistSensor(broken(net::ValueType::kTwist, node->fault->message, node->fault->hint));
+  const Nanoseconds timeout = cell.channels.find(name)->second->description().timeout;
+  node->type = net::ValueType::kTwist;
+  node->output = "twist";
+  node->primitive = {.id = id_of("channel", name) + "-twist",
+                     .type = "FrameChannelTwist",
+                     .parameters = {{"channel", name}, {"age_max", timeout > 0 ? to_seconds(timeout) : kOldest}}};
+  return TwistSensor(node);
+}
+
 /// A frame in its parent.
 Place in_parent(const Cell& cell, const Relation& relation) {
   switch (relation.kind) {
@@ -77,11 +91,10 @@ Place in_parent(const Cell& cell, const Relation& relation) {
               .X_AB = flange_fixed_pose(cell, relation.source, relation.X_PF),
               .V_AB_A = flange_twist(cell, relation.source, relation.X_PF)};
     case Relation::Kind::kChannel:
-      return {.constant = {},
-              .X_AB = channel<net::Frame>(cell, relation.source) * FrameTerm(relation.X_PF),
-              .V_AB_A = TwistSensor(broken(net::ValueType::kTwist,
-                                           "the velocity of a frame that channel '" + relation.source + "' places",
-                                           "a frame that is fixed or on an arm"))};
+      return compose({.constant = {},
+                      .X_AB = channel<net::Frame>(cell, relation.source),
+                      .V_AB_A = channel_twist(cell, relation.source)},
+                     {.constant = relation.X_PF, .X_AB = {}, .V_AB_A = {}});
     default:
       return {.constant = relation.X_PF, .X_AB = {}, .V_AB_A = {}};
   }

@@ -124,6 +124,16 @@ void CommandHandle::start() {
 
 Findings CommandHandle::schedule_after(const CommandHandle& predecessor, const CommandHandle* from_rest) {
   Findings findings;
+  if (impl_->begun || impl_->called_off) {
+    findings.error({}, impl_->begun ? "C5: this command was started already" : "this command was cancelled already",
+                   "load() of a new command: each runs once at most");
+  }
+  for (const CommandHandle* other : {&predecessor, from_rest}) {
+    if (other && other->impl_->runtime != impl_->runtime)
+      findings.error({}, "the two commands belong to different runtimes", "commands of one Runtime");
+  }
+  if (predecessor.impl_ == impl_) findings.error({}, "C5: this command is to follow itself", "another command");
+  if (findings.has_errors()) return findings;
   auto request = impl_->core().schedule_after(predecessor.net(), impl_->id, from_rest ? from_rest->net() : 0);
   if (!request) return std::move(request.error());
   impl_->request = *request;

@@ -61,6 +61,7 @@ class PlannedModel final : public ActionModel {
     if (!motion_.handed_over.empty()) states.emplace_back("via_passed");
     return states;
   }
+  [[nodiscard]] int via_count() const override { return static_cast<int>(motion_.handed_over.size()); }
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
                                       const Json& parameters) const override {
     if (name == "progress") return "law.s";

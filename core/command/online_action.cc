@@ -1,7 +1,9 @@
 #include "core/command/online_action.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/command/device_sensors.h"
@@ -16,6 +18,28 @@ using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
 
 Json joints_json(const JointVector& q) { return net::value_to_json(net::JointArray(q)); }
+
+/// A figure of a wish.
+struct Figure {
+  const char* name;
+  double value;
+  const char* unit;
+};
+
+/// All of them are above 0 and finite.
+Findings check_positive(std::initializer_list<Figure> figures) {
+  Findings findings;
+  for (const auto& [name, value, unit] : figures) {
+    if (value > 0.0 && std::isfinite(value)) continue;
+    findings.error(pointer_segment(name), fmt::format("{:g} {}", value, unit), "above 0 and finite");
+  }
+  return findings;
+}
+
+void check_share(const char* name, double value, Findings& findings) {
+  if (value > 0.0 && value <= 1.0) return;
+  findings.error(pointer_segment(name), fmt::format("a share of {:g}", value), "above 0, at most 1");
+}
 
 void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWish& wish) {
   const std::string limited = wish.speed ? "limited" : "wanted";
@@ -33,6 +57,12 @@ std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const
   return formulas;
 }
 
+constexpr double kShortest = 1e-9;  ///< of a direction that is none
+
+ExpressionPtr no_direction(net::ValueType type) {
+  return broken(type, "a direction of no length", "a vector that is not zero");
+}
+
 class Jog final : public VelocityModel {
  public:
   Jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds)
@@ -40,6 +70,9 @@ class Jog final : public VelocityModel {
   [[nodiscard]] std::string_view name() const override { return "jog"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
     return with_speed({velocity_, enabled_}, bounds_);
+  }
+  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+    return check_positive({{"linear_max", bounds_.linear_max, "m/s"}, {"angular_max", bounds_.angular_max, "rad/s"}});
   }
 
  private:
@@ -59,6 +92,13 @@ class FollowPose final : public VelocityModel {
   FollowPose(const FrameSensor& target, const FollowWish& wish) : target_(target.node()), wish_(wish) {}
   [[nodiscard]] std::string_view name() const override { return "follow"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return with_speed({target_}, wish_); }
+  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+    return check_positive({{"linear_max", wish_.linear_max, "m/s"},
+                           {"angular_max", wish_.angular_max, "rad/s"},
+                           {"gain", wish_.gain, "1/s"},
+                           {"distance", wish_.distance, "m"},
+                           {"angle", wish_.angle, "rad"}});
+  }
   [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
 
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
@@ -96,10 +136,23 @@ class HoldForce final : public VelocityModel {
   HoldForce(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
             const ForceWish& wish)
       : pressing_(pressing.node()),
-        direction_(rotate(X_BT, Eigen::Vector3d(direction_T.normalized())).node()),
+        direction_(direction_T.norm() > kShortest ? rotate(X_BT, Eigen::Vector3d(direction_T.normalized())).node()
+                                                  : no_direction(net::ValueType::kVector)),
         wish_(wish) {}
   [[nodiscard]] std::string_view name() const override { return "hold force"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {pressing_, direction_}; }
+  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+    Findings findings = check_positive({{"force", wish_.force, "N"},
+                                        {"approach_velocity", wish_.approach_velocity, "m/s"},
+                                        {"contact_force", wish_.contact_force, "N"},
+                                        {"release_time", wish_.release_time, "s"},
+                                        {"gain", wish_.gain, "m/s/N"},
+                                        {"integral_time", wish_.integral_time, "s"},
+                                        {"velocity_max", wish_.velocity_max, "m/s"},
+                                        {"acceleration_max", wish_.acceleration_max, "m/s^2"}});
+    check_share("release_share", wish_.release_share, findings);
+    return findings;
+  }
   [[nodiscard]] std::vector<std::string> states() const override { return {"in_contact", "error"}; }
 
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
@@ -132,6 +185,12 @@ class FollowJoints final : public ActionModel {
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {target_}; }
   [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
+  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+    Findings findings;
+    check_share("velocity", velocity_, findings);
+    check_share("acceleration", acceleration_, findings);
+    return findings;
+  }
   [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override {
     return time_to_rest(actuator, acceleration_);
   }
@@ -206,6 +265,7 @@ RealSensor pressing_force(const Cell& cell, const std::string& sensor, const Eig
   const WrenchSensor felt = contact_wrench(cell, sensor, biases);
   const auto mounted = cell.sensors.find(sensor);
   if (mounted == cell.sensors.end()) return norm(force(felt));  // refused by every check: the sensor is not there
+  if (!(direction_B.norm() > kShortest)) return RealSensor(no_direction(net::ValueType::kReal));
   const FrameSensor X_BS = flange_fixed_pose(cell, mounted->second.arm, mounted->second.X_FS);
   return dot(rotate(X_BS, force(felt)), Eigen::Vector3d(-direction_B.normalized()));
 }

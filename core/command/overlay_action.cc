@@ -32,6 +32,7 @@ class Woven final : public ActionModel {
   [[nodiscard]] std::optional<device::ControlMode> mode() const override { return motion_->mode(); }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return motion_->formulas(); }
   [[nodiscard]] std::vector<std::string> states() const override { return motion_->states(); }
+  [[nodiscard]] int via_count() const override { return motion_->via_count(); }
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
                                       const Json& parameters) const override {
     return motion_->add_state(fragment, name, parameters);
@@ -59,6 +60,7 @@ class Woven final : public ActionModel {
                      "a motion of a frame");
       return findings;
     }
+    if (!check_figures(findings)) return findings;
     const auto& limits = actuator.arm()->device->description().cartesian;
     const double omega = 2.0 * std::numbers::pi * wish_.frequency;
     check_share(findings, "acceleration", wish_.amplitude * omega * omega,
@@ -87,6 +89,21 @@ class Woven final : public ActionModel {
   }
 
  private:
+  bool check_figures(Findings& findings) const {
+    const bool before = findings.has_errors();
+    const auto check = [&](const char* name, double value, const char* unit) {
+      if (value > 0.0 && std::isfinite(value)) return;
+      findings.error(pointer_segment(name), fmt::format("{:g} {}", value, unit), "above 0 and finite");
+    };
+    check("amplitude", wish_.amplitude, "m");
+    check("frequency", wish_.frequency, "Hz");
+    check("ramp", wish_.ramp, "s");
+    const double length = wish_.direction_M.norm();
+    if (!(std::abs(length - 1.0) < 1e-6))
+      findings.error("/direction", fmt::format("a direction of length {:g}", length), "length 1");
+    return before || !findings.has_errors();
+  }
+
   static void check_share(Findings& findings, const char* what, double value, double most, const char* unit) {
     if (value <= most) return;
     findings.error({}, fmt::format("a weave with an {} of {:.3g} {}", what, value, unit),

@@ -85,8 +85,7 @@ Channel::Channel(const ChannelDescription& description)
   if (signal_.unit.empty() && carries_unit(description.type)) signal_.unit = "1";
   slot_size_ = net::visit_type(description.type,
                                []<class T>(std::type_identity<T>) -> std::size_t { return sizeof(net::Slot<T>); });
-  set_null(description_.type, pending_.data());
-  set_null(description_.type, shown_.data());
+  for (Bytes* bytes : {&pending_, &shown_, &previous_}) set_null(description_.type, bytes->data());
   if (description_.initial) set(shown_.data(), *description_.initial);
 }
 
@@ -108,16 +107,28 @@ Channel::Written Channel::write(const ChannelValue& value) {
 
 void Channel::begin_cycle(std::int64_t, Nanoseconds time) {
   if (has_pending_) {
+    keep_previous(time_);
     std::memcpy(shown_.data(), pending_.data(), slot_size_);
     written_ = time_;  // of the cycle before: there it was written
   }
-  latched_ = mailbox_.take([this](const std::byte* newest) { std::memcpy(shown_.data(), newest, slot_size_); });
+  latched_ = mailbox_.take([this, time](const std::byte* newest) {
+    keep_previous(time);
+    std::memcpy(shown_.data(), newest, slot_size_);
+  });
   if (latched_) written_ = time;
   has_value_ = has_value_ || has_pending_ || latched_;
   has_pending_ = false;
   time_ = time;
   if (description_.timeout > 0 && has_value_ && time_ - written_ > description_.timeout)
     set_null(description_.type, shown_.data());
+}
+
+void Channel::keep_previous(Nanoseconds time) {
+  if (!has_value_) return;
+  std::memcpy(previous_.data(), shown_.data(), slot_size_);
+  interval_ = time - written_;
+  // A value that was null only because it had grown too old is one still, and so is one that would have.
+  if (description_.timeout > 0 && interval_ > description_.timeout) set_null(description_.type, previous_.data());
 }
 
 void Channel::add_state(StateWords& words) const {

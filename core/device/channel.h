@@ -83,6 +83,14 @@ class Channel final : public Device {
   [[nodiscard]] std::size_t slot_size() const { return slot_size_; }
   /// Since the cycle in which the value came or was written; nothing before the first.
   [[nodiscard]] std::optional<Nanoseconds> age() const;
+  /// The value that came before the newest one; null before the second, and if the newest came after the timeout of
+  /// that one. The address never changes. T as declared.
+  template <class T>
+  [[nodiscard]] const net::Slot<T>& previous() const {
+    return *reinterpret_cast<const net::Slot<T>*>(previous_.data());
+  }
+  /// From the cycle in which that one came to the cycle in which the newest did; 0: there is none.
+  [[nodiscard]] Nanoseconds interval() const { return interval_; }
   /// A value came from outside at the beginning of this cycle.
   [[nodiscard]] bool latched() const { return latched_; }
 
@@ -113,6 +121,9 @@ class Channel final : public Device {
   static void set_null(net::ValueType type, std::byte* bytes);
   static void set(std::byte* bytes, const ChannelValue& value);
 
+  /// The newest value becomes the one before, as another one came at this time.
+  void keep_previous(Nanoseconds time);
+
   template <class Fill>
   Written write_slot(net::ValueType type, Fill fill) {
     if (type != description_.type) return Written::kWrongType;
@@ -125,9 +136,11 @@ class Channel final : public Device {
   std::size_t slot_size_;
   alignas(64) Bytes shown_{};    ///< what nets read in this cycle
   alignas(64) Bytes pending_{};  ///< what a net wrote in this cycle
+  alignas(64) Bytes previous_{};
   Mailbox<kBytes> mailbox_;
   bool has_pending_ = false, latched_ = false, has_value_ = false;
   Nanoseconds time_ = 0, written_ = 0;  ///< of this cycle; of the cycle of the newest value
+  Nanoseconds interval_ = 0;
 };
 
 /// What lies in a slot of this type; nothing for null. Realtime: setup.

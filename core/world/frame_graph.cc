@@ -14,15 +14,16 @@ Findings FrameGraph::add(const std::string& name, const std::string& parent, con
 Findings FrameGraph::set(const std::string& name, const Relation& relation) {
   Findings findings;
   const std::string& parent = relation.parent;
-  if (name.empty()) findings.error({}, "a frame needs a name");
-  if (name == kWorld) findings.error({}, "the frame 'world' is the root and cannot be placed");
+  if (name.empty()) findings.error({}, "a frame without a name", "a name of its own");
+  if (name == kWorld) findings.error({}, "the frame 'world' is the root and cannot be placed", "another name");
   if (!contains(parent)) {
     findings.error({}, fmt::format("there is no frame '{}'", parent), nearest_choice(parent, names()));
   } else if (is_below(parent, name)) {
-    findings.error({}, fmt::format("frame '{}' cannot hang below itself through '{}'", name, parent));
+    findings.error({}, fmt::format("frame '{}' cannot hang below itself through '{}'", name, parent),
+                   "a parent that does not hang on it");
   }
   if (!relation.X_PF.matrix().allFinite()) {
-    findings.error({}, fmt::format("the pose of frame '{}' is not finite", name));
+    findings.error({}, fmt::format("the pose of frame '{}' is not finite", name), "finite numbers");
   }
   if (relation.moves() && relation.source.empty()) {
     findings.error({}, fmt::format("frame '{}' moves, but nothing says where it is", name), "the name of its source");

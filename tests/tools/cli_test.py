@@ -102,6 +102,44 @@ class Verbs(WithFolder):
             self.assertEqual(digests.setdefault(seed, digest), digest)
         self.assertNotEqual(digests[2], digests[3])
 
+    def run_by_steps(self, file, lines, *arguments):
+        return subprocess.run([str(TAKT), "run", str(file), "--json", "--step", *arguments], input="".join(lines),
+                              capture_output=True, text=True, timeout=300, cwd=ROOT)
+
+    def test_single_steps_are_the_same_run(self):
+        """Each Enter begins one step; the simulated time stands meanwhile, so the digest is that of a run without."""
+        document = copy.deepcopy(TOUCH)
+        document["program"]["variables"] = {"n": 1}
+        document["program"]["steps"].insert(1, {"do": "let", "name": "count", "values": {"n": "$n + 1"}})
+        file = self.write(document, "steps.json")
+        plain = takt("run", file, "--json")
+        self.assertEqual(plain.returncode, 0, plain.stdout + plain.stderr)
+        by_steps = self.run_by_steps(file, ["\n"] * 100)
+        self.assertEqual(by_steps.returncode, 0, by_steps.stdout + by_steps.stderr)
+        self.assertEqual(json.loads(by_steps.stdout)["digest"], json.loads(plain.stdout)["digest"])
+        asked = [line for line in by_steps.stderr.splitlines() if " s  next: " in line]
+        self.assertEqual(len(asked), len(document["program"]["steps"]))
+        self.assertIn("next: count (/program/steps/1)", asked[1])
+        self.assertIn("    n = 2", by_steps.stderr)
+        # After "c" nothing asks any more; a word that it does not know is explained, and asked for again.
+        free = self.run_by_steps(file, ["\n", "what?\n", "c\n"])
+        self.assertEqual(json.loads(free.stdout)["digest"], json.loads(plain.stdout)["digest"])
+        self.assertEqual(free.stderr.count(" s  next: "), 2)
+        self.assertIn("q: cancel", free.stderr)
+
+    def test_single_steps_end_in_order(self):
+        """q, and the end of the input, cancel: nothing follows, and the run counts as interrupted."""
+        for lines in (["\n", "q\n"], ["\n"], []):
+            ended = self.run_by_steps("scenarios/touch.json", lines)
+            self.assertEqual(ended.returncode, 130, ended.stdout + ended.stderr)
+            self.assertEqual(json.loads(ended.stdout)["result"], "interrupted")
+            self.assertEqual(ended.stderr.count(" s  next: "), 1 + lines.count("\n"))
+
+    def test_single_steps_have_no_pace(self):
+        refused = self.run_by_steps("scenarios/touch.json", [], "--realtime")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("--step: error: the simulated time stands while a step waits", refused.stdout + refused.stderr)
+
     def test_ten_times_the_speed_breaks_the_force_bound(self):
         fast = copy.deepcopy(TOUCH)
         for one in fast["program"]["steps"]:

@@ -1,14 +1,11 @@
 // Two arms as one actuator: one clock, one frame, one net (rows P5, S1).
 #include "core/activity/two_arms.h"
 
-#include <numbers>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/command/device_sensors.h"
-#include "core/device/device_file.h"
-#include "tests/support/fake_arm.h"
+#include "tests/core/activity/two_arm_cell.h"
 #include "tests/support/limit_oracle.h"
 
 namespace takt::activity {
@@ -16,37 +13,8 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Two LWR 4+ that look at each other, each with a wrist sensor, always where they were sent.
-class TwoArmTest : public testing::Test {
+class TwoArmTest : public testing::Test, public test::TwoArmCell {
  protected:
-  TwoArmTest() {
-    arm = device::read_arm("models/lwr4plus").value();
-    for (const auto& [name, x] : {std::pair("left", 0.0), {"right", 1.2}}) add(name, x);
-    const Findings findings = declare_channels(core, cell);
-    EXPECT_FALSE(findings.has_errors()) << findings.to_string();
-    core.step();
-  }
-
-  void add(const std::string& name, double x) {
-    backends[name] = std::make_shared<test::FakeArm>(arm->home);
-    Eigen::Isometry3d X_WB(Eigen::AngleAxisd(x > 0.0 ? std::numbers::pi : 0.0, Eigen::Vector3d::UnitZ()));
-    X_WB.translation() << x, 0.0, 0.4;
-    EXPECT_FALSE(cell.frames.add(name, "world", X_WB).has_errors());
-    cell.arms[name].device = &core.add(std::make_unique<device::Arm>(name, arm, backends[name], core.period()));
-    cell.arms[name].start = arm->home;
-    wrists[name] = std::make_shared<test::FakeForceTorqueSensor>();
-    cell.sensors[name + " wrist"] = {
-        .device = &core.add(std::make_unique<device::ForceTorqueSensor>(
-            name + " wrist", std::make_shared<const device::ForceTorqueDescription>(), wrists[name])),
-        .arm = name};
-  }
-
-  TwoArms pair() {
-    const Actuator left(program, "left"), right(program, "right");
-    Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
-    X_WC.translation() << 0.6, 0.0, (left.frame("world").inverse() * left.flange()).translation().z();
-    return {left, right, X_WC};
-  }
   /// Steps until the run is over; the largest difference between the two views of C.
   double follow(const TwoArms& both, const RunPtr& run, const std::function<void(int)>& at_cycle = {}) {
     double apart = 0.0;
@@ -68,13 +36,6 @@ class TwoArmTest : public testing::Test {
   void expect_limits_kept() const {
     for (const char* name : {"left", "right"}) EXPECT_LE(worst_share(name), 1.0) << name;
   }
-
-  std::shared_ptr<const device::ArmDescription> arm;
-  std::map<std::string, std::shared_ptr<test::FakeArm>> backends;
-  std::map<std::string, std::shared_ptr<test::FakeForceTorqueSensor>> wrists;
-  rcc::ControlCore core{{}};
-  command::Cell cell;
-  Runtime program{core, cell, [this] { core.step(); }};
 };
 
 TEST_F(TwoArmTest, P5_BlendedMotionsBeginInOneCycleAndBothSeeTheCentreAtOnePlace) {

@@ -45,6 +45,27 @@ TEST(Channel, O5_AValueFromOutsideCountsFromTheNextCycleAndTheNewestWins) {
   EXPECT_EQ(channel->age(), kMillisecond);
 }
 
+TEST(Channel, TheValueBeforeTheNewestIsKeptWithTheTimeBetweenThem) {
+  const auto channel = make({.name = "speed", .initial = 7.0, .timeout = 5 * kMillisecond});
+  const auto cycle = [&channel](std::int64_t k) { channel->begin_cycle(k, k * kMillisecond); };
+  EXPECT_EQ(channel->write(1.0), Written::kDone);
+  cycle(0);
+  EXPECT_EQ(channel->previous<net::Real>().null, 1u) << "an initial value came at no time";
+  EXPECT_EQ(channel->interval(), 0);
+  cycle(1);
+  EXPECT_EQ(channel->write(2.0), Written::kDone);
+  for (std::int64_t k = 2; k <= 4; ++k) {
+    cycle(k);
+    EXPECT_EQ(channel->previous<net::Real>().value, 1.0);
+    EXPECT_EQ(channel->interval(), 2 * kMillisecond);
+  }
+  for (std::int64_t k = 5; k <= 9; ++k) cycle(k);
+  EXPECT_EQ(channel->write(3.0), Written::kDone);
+  cycle(10);
+  EXPECT_EQ(channel->slot<net::Real>().value, 3.0);
+  EXPECT_EQ(channel->previous<net::Real>().null, 1u) << "it had grown too old";
+}
+
 TEST(Channel, O5_NullBeforeTheFirstValueAndAfterTheTimeout) {
   const auto channel = make({.name = "speed", .timeout = 2 * kMillisecond});
   channel->begin_cycle(0, 0);

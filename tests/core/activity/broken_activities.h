@@ -1,0 +1,20 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/core/activity/activity_cell.h"
+
+namespace takt::test {
+
+/// A wrong use of activities in C++, which throws ActivityError.
+struct BrokenActivity {
+  std::string what;
+  std::function<void(ActivityCell& cell)> wrong;
+  std::string place, message, way_out;
+  bool moves = false;  ///< something moved rightly before; else no set point ever changes
+};
+[[nodiscard]] std::vector<BrokenActivity> broken_activities();
+
+}  // namespace takt::test

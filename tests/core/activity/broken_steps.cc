@@ -1,0 +1,141 @@
+// Steps and their keys, conditions: what is wrong with their form; and what only planning them shows.
+#include "tests/core/activity/broken_rules.h"
+
+namespace takt::test {
+namespace {
+
+std::string motion(const std::string& kind, const std::string& keys) {
+  return R"({"do": ")" + kind + R"(", )" + keys + "}";
+}
+std::string home(const std::string& keys) { return motion("ptp", R"("to": "home", )" + keys); }
+std::string wait_until(const std::string& condition) { return R"({"do": "wait", "until": )" + condition + "}"; }
+std::string press(const std::string& keys) { return R"({"do": "press", "sensor": "wrist", )" + keys + "}"; }
+std::string search(const std::string& keys) { return R"({"do": "search", "sensor": "wrist", )" + keys + "}"; }
+std::string fit(const std::string& as, const std::string& free) {
+  return R"({"do": "fit_pose", "object": "block", "contacts": [], "as": ")" + as + R"(", "free": )" + free + "}";
+}
+constexpr const char* kTouch = R"({"sensor": "wrist", "above_N": 5})";
+
+std::vector<BrokenRule> motions() {
+  const std::string guarded = std::string(R"("until": )") + kTouch;
+  return {
+      {R"({"do": "ptp"})", "", "key 'to' is missing", "\"home\" or an object"},
+      {motion("ptp", R"("to": "hoem")"), "/to", "\"hoem\" stands here", "\"home\" or an object"},
+      {motion("ptp", R"("to": {"in": "block"})"), "/to", "key 'position_m' is missing", "an array of 3 numbers"},
+      {motion("ptp", R"("to": {"joints_deg": [0, 0]})"), "/to/joints_deg", "[0,0] stands here",
+       "an array of 7 numbers"},
+      {motion("lin", R"("to": {"by_m": [0, "up", 0]})"), "/to/by_m/1", "\"up\" stands here", "a number"},
+      {motion("ptp",
+              R"("to": {"in": "block", "position_m": [0, 0, 0], "rpy_deg": [0, 0, 0], "quaternion": [1, 0, 0, 0]})"),
+       "/to", "'quaternion' and 'rpy_deg' both stand here", "one of the two"},
+      {motion("ptp", R"("to": {"in": "block", "position_m": [0, 0, 0], "quaternion": [1, 1, 0, 0]})"), "/to/quaternion",
+       "the norm is 1.41421", "a unit quaternion"},
+      {home(R"("arm": "amr")"), "/arm", "'amr' is not known here", "did you mean 'arm'?"},
+      {home(R"("speed": 2)"), "/speed", "2 stands here", "a number from 0 to 1"},
+      {home(R"("velocity_m_s": 0.1)"), "/velocity_m_s", "key 'velocity_m_s' is not known here", "allowed: "},
+      {home(R"("blend_m": 0.1, "blend_fraction": 0.2)"), "/blend_fraction", "a blend by distance and by fraction",
+       "one of them"},
+      {home(R"("blend_m": 0.1, )" + guarded), "/blend_m", "a guarded motion is not blended", "without 'until'"},
+      {home(R"("blend_fraction": 0.7)"), "/blend_fraction", "0.7 stands here", "a number from 0 to 0.5"},
+      {home(guarded + R"(, "on_end": "stop")"), "/on_end", "'stop' is not known here", "allowed: fail, continue"},
+      {home(R"("until": 5)"), "/until", "5 stands here", "an object {...}"},
+      {motion("circ", R"("to": "home")"), "", "key 'via' is missing", "\"home\" or an object"},
+      {motion("circ", R"("about": {"position_m": [0, 0, 0], "axis": [0, 0, 0], "angle_deg": 90})"), "/about/axis",
+       "an axis without direction", "a vector that is not zero"},
+      {motion("circ", R"("about": {"position_m": [0, 0, 0], "angle_deg": 90}, "orientation": "goal")"), "/orientation",
+       "'goal' is not known here", "allowed: fixed, tangential"},
+      {motion("spline", R"("through": ["home"])"), "/through", "1 points", "from 2 to 200"},
+      {motion("spline", R"("through": ["home", {"by_m": [0, 0, 0.1]}])"), "/through",
+       "joint positions and poses stand side by side", "points of one kind"},
+      {motion("lin", R"("to": "home", "base_to": "home", )" + guarded), "/until", "a motion with a base has no 'until'",
+       "two motions"},
+      {R"({"do": "control_mode", "mode": "postion"})", "/mode", "'postion' is not known here",
+       "did you mean 'position'?"},
+  };
+}
+
+std::vector<BrokenRule> forces() {
+  return {
+      {R"({"do": "press", "sensor": "foot"})", "/sensor", "'foot' is not on 'arm'", "a sensor on this arm"},
+      {R"({"do": "press"})", "", "key 'sensor' is missing", "allowed: foot, wrist"},
+      {press(R"("direction": [0, 0, 0])"), "/direction", "a direction of no length", "a vector that is not zero"},
+      {press(R"("force_N": 5000)"), "/force_N", "5000 stands here", "a number from 0.1 to 1000"},
+      {search(R"("radius_m": 0.01, "drop_m": 0.001)"), "", "key 'pitch_m' is missing", "a number from 1e-05 to 1"},
+      {search(R"("radius_m": 0.1, "pitch_m": 0.0001, "drop_m": 0.001)"), "/pitch_m", "points for this radius",
+       "a wider pitch: at most 199 points"},
+      {search(R"("radius_m": 0.01, "pitch_m": 0.002)"), "", "nothing says when something is found",
+       "'drop_m' or 'until'"},
+      {R"({"do": "tare", "sensor": "writs"})", "/sensor", "'writs' is not known here", "did you mean 'wrist'?"},
+      {R"({"do": "tare", "sensor": "wrist", "cycles": 0.5})", "/cycles", "0.5 stands here",
+       "a number from 1 to 100000, whole"},
+      {R"({"do": "record_contact", "as": ""})", "/as", "an empty name", "the name of the contact"},
+      {R"({"do": "record_contact", "as": 7})", "/as", "7 stands here", "a text"},
+      {fit("arm", R"(["x"])"), "/as", "'arm' cannot be the name of an estimate", "a new name, or 'block'"},
+      {fit("found", R"(["x", "w"])"), "/free/1", "'w' is no coordinate", "allowed: x, y, z, roll, pitch, yaw"},
+      {fit("found", R"("x")"), "/free", "\"x\" stands here", "an array of texts"},
+      {fit("found", R"(["x", 5])"), "/free/1", "5 stands here", "a text"},
+  };
+}
+
+std::vector<BrokenRule> signals() {
+  return {
+      {R"({"do": "grip", "gripper": "grapper"})", "/gripper", "'grapper' is not known here", "did you mean 'gripper'?"},
+      {R"({"do": "grip", "part": "blok"})", "/part", "'blok' is not known here", "did you mean 'block'?"},
+      {R"({"do": "release", "force_N": 0})", "/force_N", "0 stands here", "a number above 0"},
+      {R"({"do": "set", "value": true})", "", "key 'output' is missing", "allowed: driver, lamp, valve"},
+      {R"({"do": "set", "output": "lamp", "value": 1})", "/value", "1 stands here", "true or false"},
+      {R"({"do": "set", "output": "valve", "value": true})", "/value", "true stands here", "a number"},
+      {R"({"do": "net", "net": "patinet"})", "/net", "'patinet' is not known here", "did you mean 'patient'?"},
+      {R"({"do": "wait"})", "", "key 'seconds' is missing", "a number from 0 to 3600"},
+      {R"({"do": "wait", "until": "$true", "timeout_s": -1})", "/timeout_s", "-1 stands here",
+       "a number from 0 to 3600"},
+      {wait_until(R"({"sensor": "wrist"})"), "/until", "exactly one threshold is needed", "'above_N' or 'below_N'"},
+      {wait_until(R"({"sensor": "wrist", "above_N": 5, "below_N": 3})"), "/until", "exactly one threshold is needed",
+       "'above_N' or 'below_N'"},
+      {wait_until(R"({"sensor": "writs", "above_N": 5})"), "/until/sensor", "there is no force/torque sensor 'writs'",
+       "did you mean 'wrist'?"},
+      {wait_until(R"({"sensor": "wrist", "quantity": "weight", "above_N": 5})"), "/until/quantity",
+       "'weight' is not known here", "allowed: force, force_x"},
+      {wait_until(R"({"input": "buton"})"), "/until/input", "there is no input 'buton'", "did you mean 'button'?"},
+      {wait_until(R"({"gripper": "gripper", "is": "shut"})"), "/until/is", "'shut' is not known here",
+       "allowed: holding, lost"},
+      {wait_until(R"({"all": []})"), "/until/all", "no condition stands here", "at least one"},
+      {wait_until(R"({"not": 5})"), "/until/not", "5 stands here", "an object {...}"},
+  };
+}
+
+}  // namespace
+
+std::vector<BrokenRule> broken_steps() {
+  std::vector<BrokenRule> all;
+  for (const auto& some : {motions(), forces(), signals()}) all.insert(all.end(), some.begin(), some.end());
+  return all;
+}
+
+std::vector<BrokenRule> broken_plans() {
+  return {
+      {motion("ptp", R"("to": {"in": "block", "position_m": [0, 0, 3]})"), "/to", "the goal is out of reach: flange at",
+       "a pose that some joint configuration inside the limits reaches"},
+      {motion("ptp", R"("to": {"joints_deg": [0, 0, 0, 170, 0, 0, 0]})"), "/to",
+       "joint 'a3': 2.96706 is outside its range", "from -2.0944 to 2.0944"},
+      {motion("lin", R"("to": {"in": "nowhere", "position_m": [0, 0, 0]})"), "/to", "there is no frame 'nowhere'",
+       "allowed: world"},
+      {motion("lin", R"("to": {"by_m": [0, 0, 0.1]}, "base_to": "home")"), "/arm", "'arm' stands on no base",
+       "an arm that is mounted \"on\" a base"},
+      {R"_({"do": "log", "text": "$text(pose('nowhere'))"})_", "/text", "there is no frame 'nowhere'", "pose('frame')"},
+      {R"({"do": "sequence", "steps": [{"do": "ptp", "to": "home"}, {"do": "record_contact", "as": "c"}]})", "/steps/1",
+       "the last motion of 'arm' was not guarded, so there is no contact", "a motion with \"until\""},
+      {R"({"do": "fit_pose", "object": "block", "contacts": ["tpo"], "as": "found 1", "free": ["x"]})", "/contacts/0",
+       "no contact 'tpo' is recorded before this", "there are none"},
+      {R"({"do": "fit_pose", "object": "block", "contacts": ["c"], "as": "found 2", "free": ["x", "y"]})", "/contacts",
+       "1 contacts for 2 free coordinates", "at least one contact a coordinate"},
+      {R"({"do": "grip", "width_m": 0.5})", "/width_m", "0.5 is not for 'gripper'", "0 to 0.11"},
+      {R"({"do": "set", "output": "valve", "value": 11})", "/value", "11 V is not for 'valve'", "0 to 10 V"},
+      {R"({"do": "parallel", "branches": [{"do": "ptp", "to": "home"}, {"do": "tare", "sensor": "wrist", "cycles": 1},
+          {"do": "lin", "to": {"by_m": [0, 0, 0.01]}}]})",
+       "/branches/2", "'arm' is driven here and in branch 0 at the same time", "a device in one branch only"},
+      {R"({"do": "net", "net": "no such arm"})", "/net", "in the net of this step, /primitives/", "arm"},
+  };
+}
+
+}  // namespace takt::test

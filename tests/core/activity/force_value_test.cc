@@ -1,0 +1,112 @@
+// Forces and torques as values of a program: what a condition looks at, and nothing else.
+#include <nlohmann/json.hpp>
+
+#include "core/activity/expression.h"
+#include "tests/core/activity/fixture.h"
+
+namespace takt::activity {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+class ForceValueTest : public test::ActivityTest {
+ protected:
+  /// What the text is worth now.
+  Value value(const std::string& text) {
+    const Scope scope;
+    const Sight sight{.mode = Sight::Mode::kRun,
+                      .scope = &scope,
+                      .cell = &fake.cell,
+                      .measured = &variables,
+                      .q = nullptr,
+                      .time = fake.core.time()};
+    findings = {};
+    const auto expression = Expression::parse(text);
+    return expression ? expression->evaluate(sight, findings) : Value{};
+  }
+  static std::string let(const std::string& text) {
+    return R"({"do": "sequence", "variables": {"f": {"unit": "N", "nominal": 7}}, "steps": [
+      {"do": "let", "values": {"f": ")" +
+           text + R"_("}}, {"do": "log", "text": "$text(f)"}]})_";
+  }
+};
+
+TEST_F(ForceValueTest, WeightAndOffsetAreTakenOutInEveryPosture) {
+  variables.biases["wrist"] = fake.bias;
+  for (const char* goal : {"\"home\"", R"({"by_rpy_deg": [40, -30, 20]})", R"({"by_rpy_deg": [0, 60, 0]})"}) {
+    ASSERT_EQ(run(std::string(R"({"do": "ptp", "to": )") + goal + "}"), Progress::kDone) << findings.to_string();
+    fake.extra = {.force = {1.0, -2.0, 2.0}, .torque = {0.0, 0.3, -0.4}};
+    fake.step();
+    EXPECT_NEAR(value("force('wrist')").number(), 3.0, 1e-9) << goal;
+    EXPECT_NEAR(value("force_x('wrist')").number(), 1.0, 1e-9);
+    EXPECT_NEAR(value("force_y('wrist')").number(), -2.0, 1e-9);
+    EXPECT_NEAR(value("force_z('wrist')").number(), 2.0, 1e-9);
+    EXPECT_NEAR(value("torque('wrist')").number(), 0.5, 1e-9);
+    EXPECT_NEAR(value("torque_x('wrist')").number(), 0.0, 1e-9);
+    EXPECT_NEAR(value("torque_y('wrist')").number(), 0.3, 1e-9);
+    EXPECT_NEAR(value("torque_z('wrist')").number(), -0.4, 1e-9);
+    fake.extra = {};
+  }
+}
+
+TEST_F(ForceValueTest, WithoutATareTheOffsetIsStillInIt) {
+  EXPECT_NEAR(value("force('wrist')").number(), fake.bias.force.norm(), 1e-9);
+  ASSERT_EQ(run(R"({"do": "tare", "cycles": 20})"), Progress::kDone);
+  EXPECT_LT(value("force('wrist')").number(), 1e-9);
+}
+
+TEST_F(ForceValueTest, N2_ASilentSensorIsUnknownAndComesBack) {
+  variables.biases["wrist"] = fake.bias;
+  fake.sensor->silent = true;
+  fake.step(10);
+  EXPECT_TRUE(value("force('wrist')").null());
+  EXPECT_TRUE(value("torque_z('wrist')").null());
+  EXPECT_TRUE(value("force('wrist') > 5[N]").null());
+  EXPECT_FALSE(value("known(force('wrist'))").boolean());
+  EXPECT_TRUE(findings.empty()) << findings.to_string();
+  fake.sensor->silent = false;
+  fake.step();
+  EXPECT_LT(value("force('wrist')").number(), 1e-9);
+}
+
+TEST_F(ForceValueTest, UnitsAndNamesAreChecked) {
+  EXPECT_EQ(to_string(value("force('wrist') / force('wrist')").type), "number without a unit");
+  (void)value("force('wrist') + 1[Nm]");
+  EXPECT_THAT(findings.to_string(), HasSubstr("'+' joins a number in N and a number in"));
+  EXPECT_THAT(parse(let("$torque('wrist')")).error().to_string(),
+              AllOf(HasSubstr("/program/steps/0/values/f"), HasSubstr("a number in N")));
+  EXPECT_THAT(parse(let("$force('writs')")).error().to_string(),
+              AllOf(HasSubstr("there is no force/torque sensor 'writs'"), HasSubstr("did you mean 'wrist'?")));
+}
+
+TEST_F(ForceValueTest, AProgramDecidesByAForceAndIsRehearsedOnItsNominalValue) {
+  variables.biases["wrist"] = fake.bias;
+  const Program program = good(let("$force('wrist')"));
+  EXPECT_FALSE(program.rehearse(fake.cell).findings.has_errors());
+  fake.extra.force = {0.0, 3.0, 4.0};
+  fake.step();
+  ASSERT_EQ(run(program), Progress::kDone) << findings.to_string();
+  EXPECT_EQ(log.back(), "program: log 5 N");
+  // It waits until somebody pushes: asked between all cycles.
+  fake.extra = {};
+  EXPECT_EQ(run(good(R"({"do": "wait", "until": "$force_z('wrist') > 9[N]", "timeout_s": 1})"),
+                [this](int cycle, ProgramRunner&) { fake.extra.force.z() = cycle >= 100 ? 10.0 : 0.0; }),
+            Progress::kDone)
+      << findings.to_string();
+  EXPECT_NEAR(cycles, 101, 1);
+}
+
+// A motion to where the force says: the expression is answered when its step begins.
+TEST_F(ForceValueTest, AStepTakesAForceAsItsFigure) {
+  variables.biases["wrist"] = fake.bias;
+  fake.extra.force = {0.0, 0.0, 10.0};
+  fake.step();
+  const Eigen::Vector3d before = fake.tool_in_world(fake.q()).translation();
+  ASSERT_EQ(run(R"_({"do": "lin", "to": {"by_m": [0, 0, "$0.005[m/N] * force('wrist')"]}})_"), Progress::kDone)
+      << findings.to_string();
+  EXPECT_NEAR((fake.tool_in_world(fake.q()).translation() - before).z(), 0.05, 1e-6);
+}
+
+}  // namespace
+}  // namespace takt::activity

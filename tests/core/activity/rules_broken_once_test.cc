@@ -1,0 +1,327 @@
+// Every rule of programs and of the activity layer, broken once: what is wrong, where, and the way out are said, all at
+// once, and nothing moves. The last test looks through the source for places that no case here comes to.
+#include "tests/core/activity/broken_rules.h"
+
+#include <set>
+#include <utility>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "core/activity/program.h"
+#include "core/net/description.h"
+#include "tests/core/activity/broken_activities.h"
+#include "tests/core/activity/two_arm_cell.h"
+#include "tests/support/error_sites.h"
+
+namespace takt::activity {
+namespace {
+
+using test::BrokenRule;
+using test::BrokenRun;
+using Json = nlohmann::ordered_json;
+
+/// All that is there to be used wrongly.
+class BrokenCell : public test::ActivityCell {
+ public:
+  BrokenCell() {
+    add_net("patient", R"({"name": "patient", "primitives": [
+      {"id": "cancel", "type": "Cancel"}, {"id": "end", "type": "Termination"}],
+    "links": [{"from": "cancel.requested", "to": "end.condition"}]})");
+    add_net("counting", R"({"name": "counting", "primitives": [
+      {"id": "count", "type": "CycleCounter", "parameters": {"counted": true, "reset": false}},
+      {"id": "end", "type": "Termination", "parameters": {"condition": true}},
+      {"id": "counted", "type": "MonitorInteger"}],
+    "links": [{"from": "count.count", "to": "counted.value"}]})");
+    add_net("no such arm", R"({"name": "no such arm", "primitives": [
+      {"id": "state", "type": "ArmState", "parameters": {"device": "amr"}},
+      {"id": "end", "type": "Termination", "parameters": {"condition": true}}], "links": []})");
+    // Another arm's sensor, known by name.
+    cell.sensors["foot"] = cell.sensors.at("wrist");
+    cell.sensors["foot"].arm = "other";
+  }
+
+  /// Nothing has a net, and nothing was sent anywhere but where it was.
+  void expect_untouched() const {
+    EXPECT_EQ(core_arm().set_point().q, arm->home);
+    for (const auto& sent : backend->sent) EXPECT_TRUE(sent.q == arm->home && sent.dq.isZero());
+    EXPECT_TRUE(fingers->written.empty()) << "the gripper moved";
+    for (const auto& output : {driver_terminal, lamp_terminal}) {
+      for (const bool value : output->written) EXPECT_FALSE(value);
+    }
+    expect_free();
+  }
+  void expect_free() const {
+    EXPECT_TRUE(core_arm().at_rest());
+    EXPECT_FALSE(core_arm().held());
+    EXPECT_FALSE(cell.grippers.at("gripper").device->held());
+    for (const auto& [name, output] : cell.digital_outputs) EXPECT_FALSE(output->held()) << name;
+    EXPECT_FALSE(cell.analog_outputs.at("valve")->held());
+  }
+
+ private:
+  void add_net(const std::string& name, const std::string& text) {
+    auto net = net::net_from_json(Json::parse(text));
+    if (!net) ADD_FAILURE() << net.error().to_string();
+    if (net) cell.nets[name] = std::make_shared<const net::NetDescription>(std::move(*net));
+  }
+};
+
+/// What was said in all cases so far, for the look through the source.
+std::set<std::string>& all_said() {
+  static std::set<std::string> said;
+  return said;
+}
+
+/// One of the findings is the one that is expected; each has a place and a way out.
+void expect_told(const Findings& findings, const std::string& place, const std::string& message,
+                 const std::string& way_out) {
+  bool told = false;
+  for (const Finding& finding : findings.list()) {
+    if (finding.severity != Severity::kError) continue;
+    all_said().insert(finding.message);
+    EXPECT_FALSE(finding.hint.empty()) << "no way out: " << to_string(finding);
+    told = told || (finding.pointer == place && finding.message.find(message) != std::string::npos &&
+                    finding.hint.find(way_out) != std::string::npos);
+  }
+  EXPECT_TRUE(told) << "expected " << place << ": " << message << " (" << way_out << "), found\n"
+                    << findings.to_string();
+}
+
+std::string whole_place(const BrokenRule& rule, const std::string& node) {
+  return rule.place.starts_with("/programs") ? rule.place : node + rule.place;
+}
+
+std::vector<BrokenRule> rules_of_form() {
+  std::vector<BrokenRule> all;
+  for (const auto& some : {test::broken_nodes(), test::broken_steps(), test::broken_expressions()})
+    all.insert(all.end(), some.begin(), some.end());
+  return all;
+}
+
+Findings parse_errors(const BrokenCell& own, const Json& step, const Json& programs) {
+  const auto program = Program::parse(step, "/program", own.cell, &programs);
+  return program ? Findings() : program.error();
+}
+
+void break_forms() {
+  BrokenCell own;
+  for (const BrokenRule& rule : rules_of_form()) {
+    SCOPED_TRACE(rule.step);
+    expect_told(parse_errors(own, Json::parse(rule.step), Json::parse(rule.programs)), whole_place(rule, "/program"),
+                rule.message, rule.way_out);
+  }
+  own.step(10);
+  own.expect_untouched();
+}
+
+Findings rehearsal_errors(BrokenCell& own, const Json& step) {
+  const auto program = Program::parse(step, "/program", own.cell);
+  if (!program) return program.error();
+  return program->rehearse(own.cell, &own.core.environment()).findings;
+}
+
+void break_plans() {
+  BrokenCell own;
+  for (const BrokenRule& rule : test::broken_plans()) {
+    SCOPED_TRACE(rule.step);
+    expect_told(rehearsal_errors(own, Json::parse(rule.step)), "/program" + rule.place, rule.message, rule.way_out);
+  }
+  own.step(10);
+  own.expect_untouched();
+}
+
+void break_run(const BrokenRun& rule) {
+  SCOPED_TRACE(rule.step);
+  BrokenCell own;
+  const auto program = Program::parse(Json::parse(rule.step), "/program", own.cell);
+  ASSERT_TRUE(program) << program.error().to_string();
+  const Findings rehearsed = program->rehearse(own.cell, &own.core.environment()).findings;
+  EXPECT_FALSE(rehearsed.has_errors()) << "only the run can tell: " << rehearsed.to_string();
+  Variables variables;
+  Context context{own.cell, own.core, variables, 2, [](auto, auto, auto) {}};
+  ProgramRunner runner(*program, context);
+  for (int cycle = 0; cycle < 60'000; ++cycle) {
+    if (rule.meanwhile) rule.meanwhile(cycle, own);
+    if (runner.advance() != Progress::kRunning) break;
+    own.step();
+  }
+  EXPECT_EQ(runner.progress(), Progress::kFailed);
+  expect_told(runner.findings(), "/program" + rule.place, rule.message, rule.way_out);
+  const bool lost = std::exchange(own.backend->silent, false);
+  own.step(2'000);
+  if (rule.moves) {
+    own.expect_free();
+  } else if (own.fingers->written.empty()) {
+    own.expect_untouched();
+  }
+  if (!lost) {
+    EXPECT_LE(own.worst_limit_share(), 1.0);
+  }
+}
+
+void break_runs() {
+  for (const BrokenRun& rule : test::broken_runs()) break_run(rule);
+}
+
+Findings thrown_by(const std::function<void()>& wrong) {
+  try {
+    wrong();
+  } catch (const ActivityError& error) {
+    return error.findings();
+  }
+  return {};
+}
+
+void break_activities() {
+  for (const test::BrokenActivity& rule : test::broken_activities()) {
+    SCOPED_TRACE(rule.what);
+    BrokenCell own;
+    expect_told(thrown_by([&] { rule.wrong(own); }), rule.place, rule.message, rule.way_out);
+    own.program.drop_coroutines();
+    const bool lost = !std::exchange(own.backend->state().ready, true);
+    for (int i = 0; i < (rule.moves ? 3'000 : 20); ++i) own.program.step();
+    if (rule.moves) {
+      own.expect_free();
+    } else {
+      own.expect_untouched();
+    }
+    if (!lost) {
+      EXPECT_LE(own.worst_limit_share(), 1.0);
+    }
+  }
+}
+
+void break_states() {
+  BrokenCell own;
+  const auto program =
+      Program::parse(Json::parse(R"({"do": "sequence", "steps": [{"do": "wait", "name": "here", "seconds": 1}]})"),
+                     "/program", own.cell);
+  ASSERT_TRUE(program);
+  Variables variables;
+  Context context{own.cell, own.core, variables, 2, [](auto, auto, auto) {}};
+  ProgramRunner runner(*program, context);
+  expect_told(runner.restore(Json::parse("{}")), "", "this is no state of this program", "what snapshot() gave");
+  Json state = runner.snapshot();
+  state["position"] = {{"child", 9}};
+  expect_told(runner.restore(state), "/position", "this is no state of this program", "what snapshot() gave");
+  expect_told(runner.enter("hree"), "", "no step 'hree' can be entered", "did you mean 'here'?");
+}
+
+/// The TX90 knows one mode.
+void break_modes() {
+  rcc::ControlCore core{{}};
+  command::Cell cell;
+  const auto arm = device::read_arm("models/tx90").value();
+  cell.arms["arm"].device =
+      &core.add(std::make_unique<device::Arm>("arm", arm, std::make_shared<test::FakeArm>(arm->home), core.period()));
+  const auto program =
+      Program::parse(Json::parse(R"({"do": "control_mode", "mode": "joint_impedance"})"), "/program", cell);
+  ASSERT_TRUE(program);
+  expect_told(program->rehearse(cell).findings, "/program/mode", "'arm' has no mode 'joint_impedance'", "position");
+}
+
+void break_pairs() {
+  test::TwoArmCell two;
+  const TwoArms both = two.pair();
+  const MotionParameters guarded{.until = is_greater(internal_force(two.cell, "left wrist", "right wrist"), 20.0)};
+  const auto up = [&](const MotionParameters& wish) { return both.lin_by({0, 0, 0.05}, wish); };
+  expect_told(thrown_by([&] { up({.blend = 0.2}).execute(); }), "/left+right LIN/blend", "a blend at a share of 0.2",
+              "at least 0.5");
+  expect_told(thrown_by([&] {
+                sequence({up(guarded), up({})}).execute();
+              }),
+              "/left+right LIN, left+right LIN/1", "nobody knows where the arms will be at rest", "after the end");
+  const Actuator left(two.program, "left");
+  expect_told(thrown_by([&] { TwoArms(left, left, both.centre()); }), "/follower", "'left' is the leader too",
+              "two arms");
+  Runtime other(two.core, two.cell, [&two] { two.core.step(); });
+  expect_told(thrown_by([&] { TwoArms(left, Actuator(other, "right"), both.centre()); }), "/follower",
+              "'right' belongs to another runtime than 'left'", "arms of one Runtime");
+  for (const auto& [name, backend] : two.backends) {
+    for (const auto& sent : backend->sent) EXPECT_EQ(sent.q, two.arm->home) << name;
+  }
+  left.use<LinInterface>().lin_by({0, 0, 0.01}).execute();
+  expect_told(thrown_by([&] { up({}).execute(); }), "/left+right LIN/grasp", "the arms see the motion centre 10 mm",
+              "TwoArms anew");
+  for (const auto& [name, mounted] : two.cell.arms) {
+    EXPECT_FALSE(mounted.device->held()) << name;
+    EXPECT_TRUE(mounted.device->at_rest()) << name;
+  }
+}
+
+void once(void (*table)()) {
+  static std::set<void (*)()> done;
+  if (done.insert(table).second) table();
+}
+
+TEST(RulesBrokenOnce, OfForm) { once(break_forms); }
+TEST(RulesBrokenOnce, OfPlans) { once(break_plans); }
+TEST(RulesBrokenOnce, InTheRun) { once(break_runs); }
+TEST(RulesBrokenOnce, OfActivities) { once(break_activities); }
+TEST(RulesBrokenOnce, OfTwoArms) { once(break_pairs); }
+TEST(RulesBrokenOnce, OfStatesAndNames) { once(break_states); }
+TEST(RulesBrokenOnce, OfModes) { once(break_modes); }
+
+// One program with all of it: each is told, none hides another.
+TEST(RulesBrokenOnce, AllOfThemAtOnce) {
+  BrokenCell own;
+  Json steps = Json::array(), programs = Json::object();
+  std::vector<BrokenRule> rules;
+  for (const BrokenRule& rule : rules_of_form()) {
+    const Json known = Json::parse(rule.programs);
+    if (!known.is_object()) continue;
+    for (const auto& [name, program] : known.items()) programs[name] = program;
+    steps.push_back(Json::parse(rule.step));
+    rules.push_back(rule);
+  }
+  const Findings findings = parse_errors(own, {{"do", "sequence"}, {"steps", steps}}, programs);
+  for (std::size_t i = 0; i < rules.size(); ++i) {
+    const std::string place = whole_place(rules[i], "/program/steps/" + std::to_string(i));
+    EXPECT_TRUE(std::ranges::any_of(findings.list(),
+                                    [&](const Finding& finding) {
+                                      return finding.pointer == place &&
+                                             finding.message.find(rules[i].message) != std::string::npos;
+                                    }))
+        << place << ": " << rules[i].message;
+  }
+  Json plans = Json::array();
+  for (const BrokenRule& rule : test::broken_plans()) plans.push_back(Json::parse(rule.step));
+  const Findings planned = rehearsal_errors(own, {{"do", "sequence"}, {"steps", plans}});
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    const std::string place = "/program/steps/" + std::to_string(i) + test::broken_plans()[i].place;
+    EXPECT_TRUE(std::ranges::any_of(planned.list(), [&](const Finding& found) { return found.pointer == place; }))
+        << place << "\n"
+        << planned.to_string();
+  }
+}
+
+/// What no wrong use comes to, and why.
+const std::vector<std::pair<std::string, std::string>> kElsewhere = {
+    {"the condition held, but the arm's position was not known", "the condition is null then: the case before it"},
+    {"a list of more than 100 000 elements", "takes minutes to fill, one by one"},
+    {"an arm of fewer than three joints follows no line", "no model has so few"},
+};
+
+// A place of the source that says what is wrong has a case above. Whoever adds one adds a case.
+TEST(RulesBrokenOnce, EveryPlaceInTheSourceHasACase) {
+  for (const auto table :
+       {break_forms, break_plans, break_runs, break_activities, break_pairs, break_states, break_modes})
+    once(table);
+  std::vector<test::ErrorSite> sites = test::error_sites("core/activity");
+  for (const test::ErrorSite& site : test::error_sites("core/base")) {
+    if (site.place.find("object_reader") != std::string::npos) sites.push_back(site);
+  }
+  ASSERT_GT(sites.size(), 100u) << "the look through the source finds nothing any more";
+  for (const test::ErrorSite& site : sites) {
+    const bool elsewhere = std::ranges::any_of(
+        kElsewhere, [&](const auto& one) { return site.message.find(one.first) != std::string::npos; });
+    const bool said = std::ranges::any_of(all_said(), [&](const std::string& text) { return test::says(site, text); });
+    EXPECT_NE(said, elsewhere) << site.place << " says \"" << site.message
+                               << (said ? "\": it is not elsewhere" : "\": no case breaks this rule");
+  }
+}
+
+}  // namespace
+}  // namespace takt::activity

@@ -1,0 +1,460 @@
+// Every rule of the command layer, broken once: rule, place and way out are said, and nothing is loaded: a wrong
+// command is refused by the check or the planning, by the mapping and by LOAD. The last test looks through the source
+// for places that no case here comes to.
+#include <limits>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "core/command/carried_motion.h"
+#include "core/command/check.h"
+#include "core/command/condition.h"
+#include "core/command/frame_sensors.h"
+#include "core/command/mapping.h"
+#include "core/command/online_action.h"
+#include "core/command/overlay_action.h"
+#include "tests/core/command/command_cell.h"
+#include "tests/support/error_sites.h"
+
+namespace takt::command {
+namespace {
+
+using World = test::CommandCell;
+
+/// A command that breaks one rule.
+struct BrokenCommand {
+  std::string rule;  ///< of docs/command-layer.md; empty: one without a number
+  std::function<Command(World& world)> make;
+  std::string place, message, way_out;
+};
+
+RuntimeCommand driver(const World& world, const std::string& name) { return {name, world.driver(), set_value(true)}; }
+RuntimeCommand lamp(const World& world, const std::string& name) { return {name, world.lamp(), set_value(true)}; }
+RuntimeCommand move(const World& world, const Action& action) { return {"move", world.arm_actuator(), action}; }
+WaitCommand wait_for(const State& until) { return {"wait", until}; }
+WaitCommand see(const World& world, const RealSensor& sensor) {
+  (void)world;
+  return wait_for(is_greater(sensor, 1.0));
+}
+
+/// "all": the first starts with it, the second does not.
+TransactionCommand all_of(const Command& first, const Command& second) {
+  TransactionCommand all("all");
+  all.add_started(first).add(second);
+  return all;
+}
+
+std::vector<BrokenCommand> starts() {
+  return {
+      {"C1",
+       [](World& world) -> Command {
+         auto a = driver(world, "a"), b = lamp(world, "b");
+         a.on_entered(a.completed(), start(b));
+         return all_of(a, b);
+       },
+       "/all/a/handlers/0", "'a' is no transaction", "the handler on the transaction around it"},
+      {"C1",
+       [](World& world) -> Command {
+         auto a = driver(world, "a"), d = lamp(world, "d");
+         TransactionCommand inner("inner");
+         inner.add(d).on_entered(inner.started(), start(d));
+         TransactionCommand all = all_of(a, inner);
+         all.on_entered(a.completed(), start(inner)).on_entered(a.completed(), start(d));
+         return all;
+       },
+       "/all/handlers/1", "start of 'd', which is not directly inside of 'all'", "of the handler's own transaction"},
+      {"C5",
+       [](World& world) -> Command {
+         auto a = driver(world, "a"), b = lamp(world, "b");
+         TransactionCommand all("all");
+         all.add_started(a).add_started(b).on_entered(a.completed(), start(b));
+         return all;
+       },
+       "/all/handlers/0", "'b' starts with its transaction already", "add() in place of add_started()"},
+      {"C5",
+       [](World& world) -> Command {
+         auto a = driver(world, "a"), b = lamp(world, "b");
+         TransactionCommand all = all_of(a, b);
+         all.on_entered(all.completed(), start(b));
+         return all;
+       },
+       "/all/handlers/0", "'all' has ended when it is completed", "`completed` of a command inside"},
+      {"C5",
+       [](World& world) -> Command {
+         auto a = driver(world, "a"), b = lamp(world, "b"), c = driver(world, "c");
+         TransactionCommand all = all_of(c, a);
+         all.add(b).on_entered(c.completed() || b.completed(), start(a));
+         all.on_entered(a.completed(), start(b));
+         return all;
+       },
+       "/all/a", "it would start itself: /all/a -> /all/b -> /all/a", "each command runs once at most"},
+      {"C9", [](World&) -> Command { return TransactionCommand("empty"); }, "/empty", "nothing starts in 'empty'",
+       "add_started()"},
+  };
+}
+
+std::vector<BrokenCommand> ends() {
+  return {
+      {"C2",
+       [](World& world) -> Command {
+         auto a = driver(world, "a"), b = lamp(world, "b");
+         b.on_entered(b.completed(), cancel(a));
+         return all_of(a, b).on_entered(a.completed(), start(b));
+       },
+       "/all/b/handlers/0", "cancel of 'a', which is neither 'b' nor inside of it", "the handler on the target itself"},
+      {"C2",
+       [](World& world) -> Command {
+         auto a = driver(world, "a"), b = lamp(world, "b");
+         b.on_entered(b.completed(), stop(a));
+         return all_of(a, b).on_entered(a.completed(), start(b));
+       },
+       "/all/b/handlers/0", "stop of 'a', which is neither 'b' nor inside of it", "a transaction around it"},
+      {"C4",
+       [](World& world) -> Command {
+         auto a = driver(world, "a");
+         TransactionCommand all("all");
+         all.add_started(a).on_cancel_forward_to({a, lamp(world, "elsewhere")});
+         return all;
+       },
+       "/all", "cancel is forwarded to 'elsewhere', which is not directly inside", "commands of this transaction"},
+      {"C10",
+       [](World& world) -> Command {
+         auto a = driver(world, "a");
+         a.on_entered(a.completed(), raise(RaisedState("loose")));
+         return a;
+       },
+       "/a/handlers/0", "'loose' does not belong to a transaction around 'a'", "TransactionCommand::raised()"},
+      {"C10",
+       [](World& world) -> Command {
+         auto a = driver(world, "a");
+         a.on_entered(TransactionCommand("other").raised("foreign").state(), cancel(a));
+         return a;
+       },
+       "/a/handlers/0", "state 'foreign' is raised in another tree", "TransactionCommand::raised()"},
+      {"",
+       [](World& world) -> Command {
+         auto a = driver(world, "a");
+         a.on_entered(a.completed(), cancel(a), {.delay = -1.0});
+         return a;
+       },
+       "/a/handlers/0", "a time of -1 s", "0 to 1e+06 s"},
+      {"",
+       [](World& world) -> Command {
+         auto a = driver(world, "a");
+         a.on_entered(a.completed(), external(""));
+         return a;
+       },
+       "/a/handlers/0", "an external effect without a name", "a name"},
+  };
+}
+
+std::vector<BrokenCommand> trees() {
+  return {
+      {"C6",
+       [](World& world) -> Command {
+         auto a = driver(world, "a");
+         TransactionCommand inner("inner");
+         inner.add_started(a);
+         return all_of(inner, a);
+       },
+       "/all/a", "this command stands in the tree twice", "a command of its own"},
+      {"C6", [](World& world) -> Command { return wait_for(lamp(world, "stranger").completed()); }, "/wait",
+       "a state of 'stranger', which is not, or more than once, in the tree '/wait'", "in this tree"},
+      {"C6", [](World& world) -> Command { return wait_for(world.arm_actuator().invalid_set_point()); }, "/wait",
+       "no command in this tree gives 'arm' set points", "an actuator of a command in this tree"},
+      {"C7",
+       [](World& world) -> Command {
+         TransactionCommand all("all");
+         all.add_started(driver(world, "a")).add_started(driver(world, "b"));
+         return all;
+       },
+       "/all/b", "it drives 'driver' together with '/all/a'", "one after the other"},
+      {"", [](World& world) -> Command { return driver(world, ""); }, "/", "a command without a name",
+       "a name of its own"},
+      {"", [](World& world) -> Command { return all_of(driver(world, "a"), lamp(world, "a")); }, "/all/a",
+       "'all' has two commands of this name", "each name once"},
+      {"",
+       [](World& world) -> Command {
+         auto a = driver(world, "a");
+         a.observe("width", gripper_width(world.cell, "gripper"));
+         a.observe("width", gripper_force(world.cell, "gripper"));
+         return a;
+       },
+       "/a/observations/width", "'width' is observed twice", "each name once in a tree"},
+      {"", [](World&) -> Command { return WaitCommand("wait", -0.5); }, "/wait", "a time of -0.5 s", "0 to 1e+06 s"},
+  };
+}
+
+std::vector<BrokenCommand> actions() {
+  const Eigen::Isometry3d there = Eigen::Isometry3d::Identity();
+  return {
+      {"C8", [there](World& world) -> Command { return RuntimeCommand("a", world.driver(), lin(there)); }, "/a",
+       "LIN gives", "it takes digital value"},
+      {"C8",
+       [](World& world) -> Command {
+         auto a = driver(world, "a");
+         a.on_entered(a.action().at_path(0.5), cancel(a));
+         return a;
+       },
+       "/a/handlers/0", "set value has no state 'at_path'", "it offers started, completed"},
+      {"",
+       [](World& world) -> Command {
+         auto moving = move(world, ptp(world.joints(0.1)));
+         moving.on_entered(moving.action().at_path(1.5), cancel(moving));
+         return moving;
+       },
+       "/move/handlers/0", "a share of 1.5 of a path", "from 0 to 1"},
+      {"C8",
+       [](World& world) -> Command {
+         const auto to = [&world](double a1) {
+           const auto leg = [&world, goal = world.joints(a1)](const device::JointVector& q) {
+             return motion::ptp_leg(planning_model(world.cell.arms.at("arm")), q, goal);
+           };
+           return SequencePart{.geometry = leg, .wish = {}, .blend = {motion::Blend::Kind::kFraction, 0.3}};
+         };
+         auto moving = move(world, sequence({to(0.1), to(0.2), to(0.0)}));
+         moving.on_entered(moving.action().via_passed(2), external("passed"));
+         return moving;
+       },
+       "/move/handlers/0", "sequence passes no point 2", "points 0 to 1"},
+      {"", [](World& world) -> Command { return move(world, sequence({})); }, "/move", "a sequence without motions",
+       "one at least"},
+      {"", [](World& world) -> Command { return move(world, lin(world.moved(5, 0, 0))); }, "/move/goal",
+       "the goal is out of reach", "a goal nearer to the base"},
+      {"", [](World& world) -> Command { return move(world, ptp(world.joints(9.0))); }, "/move/goal/0",
+       "is outside its range", "from -"},
+      {"", [](World& world) -> Command { return move(world, ptp(world.joints(0.1), {.velocity = 0.0})); },
+       "/move/options/velocity", "share 0", "above 0, at most 1"},
+      {"C8", [](World& world) -> Command { return move(world, weave(ptp(world.joints(0.1)))); }, "/move",
+       "PTP moves joints, so there is nothing to weave beside", "a motion of a frame"},
+      {"",
+       [](World& world) -> Command {
+         return move(world, weave(lin(world.moved(0, 0.1, 0)), {.amplitude = 0.1, .frequency = 50.0}));
+       },
+       "/move", "a weave with an acceleration of", "a smaller amplitude or frequency"},
+      {"",
+       [](World& world) -> Command { return move(world, weave(lin(world.moved(0, 0.1, 0)), {.amplitude = -0.002})); },
+       "/move/amplitude", "-0.002 m", "above 0"},
+      {"",
+       [](World& world) -> Command {
+         return move(world, weave(lin(world.moved(0, 0.1, 0)), {.direction_M = {0.0, 2.0, 0.0}}));
+       },
+       "/move/direction", "a direction of length 2", "length 1"},
+      {"", [](World& world) -> Command { return RuntimeCommand("a", output(world.cell, "valve"), set_value(11.0)); },
+       "/a", "11 V is not for 'valve'", "0 to 10 V"},
+      {"",
+       [](World& world) -> Command {
+         return RuntimeCommand("a", gripper(world.cell, "gripper"), grip({.force = 200.0}));
+       },
+       "/a/force", "200 is not for 'gripper'", "5 to 80"},
+      {"",
+       [](World& world) -> Command {
+         return move(world, follow(channel<net::Frame>(world.cell, "target"), FollowWish{.linear_max = -0.1}));
+       },
+       "/move/linear_max", "-0.1 m/s", "above 0"},
+      {"",
+       [](World& world) -> Command {
+         return move(world, follow(channel<net::JointArray>(world.cell, "posture"), 1.5));
+       },
+       "/move/velocity", "a share of 1.5", "above 0, at most 1"},
+      {"",
+       [there](World& world) -> Command {
+         const auto pressing = pressing_force(world.cell, "wrist", Eigen::Vector3d::UnitZ());
+         return move(world, hold_force(pressing, net::Frame(there), Eigen::Vector3d::UnitZ(), {.force = -5.0}));
+       },
+       "/move/force", "-5 N", "above 0"},
+      {"",
+       [there](World& world) -> Command {
+         const auto pressing = pressing_force(world.cell, "wrist", Eigen::Vector3d::UnitZ());
+         return move(world, hold_force(pressing, net::Frame(there), Eigen::Vector3d::Zero()));
+       },
+       "/move", "a direction of no length", "a vector that is not zero"},
+  };
+}
+
+std::vector<BrokenCommand> names() {
+  return {
+      {"", [](World& world) -> Command { return RuntimeCommand("a", output(world.cell, "dirver"), set_value(true)); },
+       "/a", "there is no output 'dirver'", "did you mean 'driver'?"},
+      {"",
+       [](World& world) -> Command {
+         return RuntimeCommand("a", arm_pair(world.cell, "arm", "arm"), ptp(world.joints(0.1)));
+       },
+       "/a", "'arm' twice", "two arms"},
+      {"", [](World& world) -> Command { return see(world, gripper_width(world.cell, "grapper")); }, "/wait",
+       "there is no gripper 'grapper'", "did you mean 'gripper'?"},
+      {"", [](World& world) -> Command { return wait_for(gripper_state(world.cell, "gripper", "shut")); }, "/wait",
+       "a gripper has no state 'shut'", "allowed: moving, holding"},
+      {"", [](World& world) -> Command { return see(world, channel<net::Real>(world.cell, "enable")); }, "/wait",
+       "channel 'enable' carries Boolean", "not Real"},
+      {"",
+       [](World& world) -> Command {
+         return see(world,
+                    distance(pose_between(world.cell, "blok", "world"), net::Frame(Eigen::Isometry3d::Identity())));
+       },
+       "/wait", "there is no frame 'blok'", "did you mean 'block'?"},
+      {"", [](World& world) -> Command { return see(world, component(force(world.felt()), 3)); }, "/wait",
+       "a vector has axes 0 to 2", "x, y or z"},
+      {"",
+       [](World& world) -> Command { return see(world, pressing_force(world.cell, "wrist", Eigen::Vector3d::Zero())); },
+       "/wait", "a direction of no length", "a vector that is not zero"},
+      {"", [](World& world) -> Command { return wait_for(world.hard().held_for(-1.0)); }, "/wait", "a time of -1 s",
+       "0 to 1e+06 s"},
+      {"", [](World&) -> Command { return wait_for(State(nullptr)); }, "/wait", "an empty formula",
+       "a sensor or a state"},
+      {"",
+       [](World& world) -> Command {
+         RealSensor deep = gripper_width(world.cell, "gripper");
+         for (int i = 0; i < 1001; ++i) deep = deep + 1.0;
+         return see(world, deep);
+       },
+       "/wait", "a formula of 1", "at most 1000"},
+  };
+}
+
+/// What was said in all cases so far, for the look through the source.
+std::set<std::string>& all_said() {
+  static std::set<std::string> said;
+  return said;
+}
+
+void expect_told(const Findings& findings, const std::string& place, const std::string& message,
+                 const std::string& way_out) {
+  bool told = false;
+  for (const Finding& finding : findings.list()) {
+    all_said().insert(finding.message);
+    EXPECT_FALSE(finding.hint.empty()) << "no way out: " << to_string(finding);
+    told = told || (finding.pointer == place && finding.message.find(message) != std::string::npos &&
+                    finding.hint.find(way_out) != std::string::npos);
+  }
+  EXPECT_TRUE(told) << "expected " << place << ": " << message << " (" << way_out << "), found\n"
+                    << findings.to_string();
+}
+
+void break_commands() {
+  for (const auto& table : {starts(), ends(), trees(), actions(), names()}) {
+    for (const BrokenCommand& rule : table) {
+      World world;
+      const Command command = rule.make(world);
+      const std::string message = (rule.rule.empty() ? "" : rule.rule + ": ") + rule.message;
+      SCOPED_TRACE(message);
+      const auto loaded = world.runtime.load(command);
+      ASSERT_FALSE(loaded.has_value());
+      expect_told(loaded.error(), rule.place, message, rule.way_out);
+      EXPECT_FALSE(map(command).has_value());
+      EXPECT_EQ(world.runtime.execute(command).state, rcc::NetState::kRejected);
+      world.step(10);
+      EXPECT_EQ(world.q(), world.arm->home);
+      EXPECT_FALSE(world.core_arm().held());
+      for (const auto& [name, output] : world.cell.digital_outputs) EXPECT_FALSE(output->held()) << name;
+      EXPECT_FALSE(world.cell.grippers.at("gripper").device->held());
+    }
+  }
+}
+
+void break_conditions() {
+  const World world;
+  const auto wrong = [&world](const char* text) {
+    return parse_condition(nlohmann::ordered_json::parse(text), "/until", world.cell).error();
+  };
+  expect_told(wrong(R"({"sensor": "wrist"})"), "/until", "exactly one threshold is needed", "'above_N' or 'below_N'");
+  expect_told(wrong(R"({"gripper": "grapper", "is": "lost"})"), "/until/gripper", "there is no gripper 'grapper'",
+              "did you mean 'gripper'?");
+  expect_told(wrong(R"({"any": []})"), "/until/any", "no condition stands here", "at least one");
+}
+
+void break_handles() {
+  World world;
+  const auto load = [&world](const Command& command) { return world.runtime.load(command).value(); };
+  CommandHandle first = load(driver(world, "first")), second = load(lamp(world, "second"));
+  first.start();
+  EXPECT_TRUE(first.wait().succeeded());
+  expect_told(first.schedule_after(second), "", "C5: this command was started already", "a new command");
+  expect_told(second.schedule_after(second), "", "C5: this command is to follow itself", "another command");
+  second.cancel();
+  expect_told(second.schedule_after(first), "", "this command was cancelled already", "a new command");
+  Runtime other(world.core);
+  CommandHandle third = load(lamp(world, "third")), foreign = other.load(driver(world, "foreign")).value();
+  expect_told(third.schedule_after(foreign), "", "the two commands belong to different runtimes", "of one Runtime");
+  expect_told(carrier_of(world.cell, "arm").error(), "/arm", "'arm' stands on no base", "mounted \"on\" a base");
+}
+
+/// Before the first cycle nobody knows where an arm is.
+void break_beginnings() {
+  rcc::ControlCore core{{}};
+  Cell cell;
+  const auto arm = device::read_arm("models/lwr4plus").value();
+  cell.arms["arm"].device =
+      &core.add(std::make_unique<device::Arm>("arm", arm, std::make_shared<test::FakeArm>(arm->home), core.period()));
+  Runtime runtime(core);
+  const auto loaded = runtime.load(RuntimeCommand("move", command::arm(cell, "arm"), ptp(arm->home)));
+  ASSERT_FALSE(loaded);
+  expect_told(loaded.error(), "/move", "'arm' has not told yet where it is", "a cycle of the core before");
+}
+
+/// Without plan(): what map() says.
+void break_maps() {
+  World world;
+  const Command unplanned = move(world, ptp(world.joints(0.1)));
+  const auto mapped = map(unplanned);
+  ASSERT_FALSE(mapped);
+  expect_told(mapped.error(), "/move", "PTP is not planned", "plan() before it is mapped");
+}
+
+void once(void (*table)()) {
+  static std::set<void (*)()> done;
+  if (done.insert(table).second) table();
+}
+
+TEST(CommandRulesBrokenOnce, OfCommands) { once(break_commands); }
+TEST(CommandRulesBrokenOnce, OfConditions) { once(break_conditions); }
+TEST(CommandRulesBrokenOnce, OfHandles) { once(break_handles); }
+TEST(CommandRulesBrokenOnce, OfBeginnings) { once(break_beginnings); }
+TEST(CommandRulesBrokenOnce, OfMaps) { once(break_maps); }
+
+// All at once: each is told, none hides another.
+TEST(CommandRulesBrokenOnce, AllOfThemAtOnce) {
+  World world;
+  std::vector<BrokenCommand> rules;
+  for (const auto& table : {starts(), ends(), trees()}) rules.insert(rules.end(), table.begin(), table.end());
+  std::vector<Command> kept;
+  Findings findings;
+  TransactionCommand whole("whole");
+  for (std::size_t i = 0; i < rules.size(); ++i) {
+    TransactionCommand one("rule " + std::to_string(i));
+    one.add_started(kept.emplace_back(rules[i].make(world)));
+    whole.add_started(one);
+  }
+  findings = check(whole);
+  for (std::size_t i = 0; i < rules.size(); ++i) {
+    const std::string place = "/whole/rule " + std::to_string(i) + rules[i].place;
+    EXPECT_TRUE(std::ranges::any_of(
+        findings.list(),
+        [&](const Finding& finding) { return finding.pointer == place && finding.message.starts_with(rules[i].rule); }))
+        << place << ": " << rules[i].message << "\n"
+        << findings.to_string();
+  }
+}
+
+/// What no wrong use comes to, and why.
+const std::vector<std::pair<std::string, std::string>> kElsewhere = {
+    {" is not planned", "of actions that say they need a plan and make none: none does"},
+    {"the arm has no inverse kinematics", "no model has so few joints"},
+};
+
+// A place of the source that says what is wrong has a case above. Whoever adds one adds a case.
+TEST(CommandRulesBrokenOnce, EveryPlaceInTheSourceHasACase) {
+  for (const auto table : {break_commands, break_conditions, break_handles, break_beginnings, break_maps}) once(table);
+  const std::vector<test::ErrorSite> sites = test::error_sites("core/command");
+  ASSERT_GT(sites.size(), 40u) << "the look through the source finds nothing any more";
+  for (const test::ErrorSite& site : sites) {
+    const bool elsewhere = std::ranges::any_of(kElsewhere, [&](const auto& one) { return site.message == one.first; });
+    const bool said = std::ranges::any_of(all_said(), [&](const std::string& text) { return test::says(site, text); });
+    EXPECT_TRUE(said || elsewhere) << site.place << " says \"" << site.message << "\": no case breaks this rule";
+  }
+}
+
+}  // namespace
+}  // namespace takt::command
