@@ -205,7 +205,7 @@ Activity ControlModeInterface::switch_to(std::string_view mode) const {
   if (const auto known = device::control_mode_of(mode)) return switch_to(*known);
   std::vector<std::string> names;
   for (const device::ControlMode one : modes()) names.emplace_back(name_of(one));
-  throw_finding(fmt::format("there is no control mode '{}'", mode), nearest_choice(mode, names));
+  throw_finding(actuator(), fmt::format("there is no control mode '{}'", mode), nearest_choice(mode, names));
 }
 
 const device::Arm& ControlModeInterface::arm() const { return *runtime().cell().arms.at(actuator()).device; }
