@@ -9,8 +9,8 @@
 
 #include "app/cell_setup.h"
 #include "core/activity/command_activity.h"
-#include "core/command/motion_net.h"
 #include "core/command/online_action.h"
+#include "core/command/tare.h"
 #include "scenario/cell_run.h"
 #include "scenario/data_folder.h"
 #include "scenario/operator.h"

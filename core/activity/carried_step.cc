@@ -8,7 +8,6 @@
 #include "core/activity/motion_request.h"
 #include "core/activity/net_run.h"
 #include "core/command/carried_motion.h"
-#include "core/command/motion_net.h"
 #include "core/command/single_net.h"
 #include "core/kinematics/chain.h"
 
@@ -71,14 +70,13 @@ net::NetDescription net_of(const CarriedRequest& request, const command::Cell& c
 }
 
 rcc::LoadOptions load_options(const command::PlannedMotion& motion, const CarriedRequest& request,
-                              const std::string& base, Nanoseconds period) {
+                              const std::string& base) {
   const auto at_rest = [](const std::string& name, const JointVector& q) {
     const JointVector zero = JointVector::Zero(q.size());
     return rcc::NetSeam{name, {.q = q, .dq = zero, .ddq = zero}};
   };
   const motion::Motion &of_base = *motion.motion, &of_arm = *motion.partner->motion;
-  return {.cancel_bound_cycles = command::cancel_bound_cycles(of_base, period),
-          .begins = {at_rest(base, of_base.q_start), at_rest(request.tool.arm, of_arm.q_start)},
+  return {.begins = {at_rest(base, of_base.q_start), at_rest(request.tool.arm, of_arm.q_start)},
           .ends = {at_rest(base, of_base.q_goal), at_rest(request.tool.arm, of_arm.q_goal)}};
 }
 
@@ -97,7 +95,7 @@ class CarriedRun final : public OneNetRun {
     if (sent(*base).size() == 0 || sent(request_.tool.arm).size() == 0) return Progress::kRunning;
     const auto motion = plan(request_, context.cell, *base, sent(*base), sent(request_.tool.arm));
     if (!motion) return fail(motion.error(), findings);
-    const rcc::LoadOptions options = load_options(*motion, request_, *base, context.core.period());
+    const rcc::LoadOptions options = load_options(*motion, request_, *base);
     return load(context, net_of(request_, context.cell, *motion), findings, options);
   }
 

@@ -9,7 +9,7 @@
 
 #include "core/activity/net_run.h"
 #include "core/base/object_reader.h"
-#include "core/command/motion_net.h"
+#include "core/command/tare.h"
 #include "core/world/pose_fit.h"
 
 namespace takt::activity {

@@ -1,12 +1,12 @@
 // The nets that motions are mapped to, loaded into a control core and run on an arm without a body.
-#include "core/command/motion_net.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/command/tare.h"
 #include "core/kinematics/chain.h"
 #include "core/motion/planner.h"
 #include "tests/support/fake_cell.h"
+#include "tests/support/motion_net.h"
 
 namespace takt::command {
 namespace {
@@ -14,6 +14,9 @@ namespace {
 using device::JointVector;
 using net::Cause;
 using rcc::NetState;
+namespace motion_ports = test::motion_ports;
+using test::cancel_bound_cycles;
+using test::motion_net;
 using Json = nlohmann::ordered_json;
 
 class MotionNetTest : public testing::Test {

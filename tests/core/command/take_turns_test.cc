@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/command/motion_net.h"
 #include "core/motion/planner.h"
 #include "tests/support/fake_cell.h"
+#include "tests/support/motion_net.h"
 
 namespace takt::command {
 namespace {
@@ -24,8 +24,9 @@ class TakeTurns : public testing::Test {
     goal[3] -= 0.4;
     fake.cell.override_channel.clear();  // the inside of the fragment stands alone here
     motion_ = *motion::plan_ptp(*fake.arm->chain, fake.arm->limits, fake.q(), goal, {.velocity = 0.5});
-    net =
-        motion_net({"turns", "arm", &motion_, fake.cell.arms.at("arm").X_FT, {}}, fake.cell, {}).fragments.front().net;
+    net = test::motion_net({"turns", "arm", &motion_, fake.cell.arms.at("arm").X_FT, {}}, fake.cell, {})
+              .fragments.front()
+              .net;
     find("target_rate").parameters["condition"] = false;
     find("stopped").parameters["b"] = false;
     net.add("end", "Termination").link("done.value", "end.condition");

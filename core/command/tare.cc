@@ -1,0 +1,39 @@
+#include "core/command/tare.h"
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "core/command/device_sensors.h"
+#include "core/command/single_net.h"
+
+namespace takt::command {
+namespace {
+
+/// A sensor that has been silent for so long is not waited for.
+constexpr double kSilence_s = 0.5;
+
+/// Averages readings of a sensor from the first cycle on. @param output  of the primitive: "bias", "done"
+ExpressionPtr tare_of(net::ValueType type, const WrenchSensor& wrench, std::int64_t cycles, const char* output) {
+  return named(
+      apply(type, "Tare", {{"wrench", {.node = wrench.node()}}}, {{"cycles", cycles}, {"trigger", true}}, output),
+      "tare");
+}
+
+}  // namespace
+
+WaitCommand tare_command(const std::string& sensor, std::int64_t cycles, const Cell& cell) {
+  const WrenchSensor wrench = compensated_wrench(cell, sensor);
+  const State done(tare_of(net::ValueType::kBoolean, wrench, cycles, "done"));
+  // Null readings are not averaged, so a dead sensor would keep the net for ever.
+  const State silent = is_null(force(wrench)).held_for(kSilence_s);
+  WaitCommand tared("taring", done || silent);
+  tared.observe("bias", WrenchSensor(tare_of(net::ValueType::kWrench, wrench, cycles, "bias")));
+  return tared;
+}
+
+net::NetDescription tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell) {
+  return single_net(tare_command(sensor, cycles, cell), "tare " + sensor).net;
+}
+
+}  // namespace takt::command
