@@ -27,6 +27,7 @@ class ControlModeRun final : public StepRun {
 
   Progress advance(Context& context, Findings& findings) override {
     if (start_cycle_ < 0) start_cycle_ = context.core.cycle() + context.program_latency_cycles;
+    if (!change_ && cancelled_) return Progress::kDone;
     if (context.core.cycle() < start_cycle_) return Progress::kRunning;
     if (!change_) {
       change_.emplace(context.core, ControlModes{{request_.arm, request_.mode}});
@@ -36,9 +37,12 @@ class ControlModeRun final : public StepRun {
     }
     return Progress::kRunning;
   }
+  /// A change that has begun comes to its end.
+  void cancel(Context&) override { cancelled_ = true; }
 
  private:
   const ModeRequest& request_;
+  bool cancelled_ = false;
   std::int64_t start_cycle_ = -1;
   std::optional<ModeChange> change_;
 };

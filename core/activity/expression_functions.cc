@@ -391,7 +391,7 @@ const std::vector<Function>& functions() {
        Changes::kAlways},
       {"torque_z", "t", "torque_z('sensor'): about z of its measuring frame", contact<Quantity::kTorqueZ>,
        Changes::kAlways},
-      {"touch", "t", "touch('arm'): where its last guarded motion touched, in the world", touch},
+      {"touch", "t", "touch('arm'): where its last guarded motion touched, in the world", touch, Changes::kAlways},
       {"width", "t", "width('gripper'): between its fingers now", width, Changes::kAlways},
       {"x", "p", "x(pose)", component<0>},
       {"y", "p", "y(pose)", component<1>},

@@ -76,12 +76,21 @@ class FreedriveRun final : public StepRun {
     stage_ = Stage::kGuided;
     const auto mapped = command::single_net(command_of(request_, context.cell, context.variables.biases), "freedrive",
                                             context.core.period());
-    return net_.begin(context, mapped.net, mapped.options, findings);
+    return soft_still(net_.begin(context, mapped.net, mapped.options, findings), findings);
+  }
+
+  /// After a failure nothing changes the mode behind anybody's back; but it is said.
+  Progress soft_still(Progress progress, Findings& findings) const {
+    if (progress != Progress::kFailed) return progress;
+    for (const auto& [arm, mode] : before_)
+      findings.note({}, fmt::format("'{}' stays in the control mode of freedrive", arm),
+                    fmt::format("\"control_mode\" to {} once it stands", name_of(mode)));
+    return progress;
   }
 
   Progress guide(Context& context, Findings& findings) {
     const Progress progress = net_.advance(context, findings);
-    return progress == Progress::kDone ? go_back(context) : progress;
+    return progress == Progress::kDone ? go_back(context) : soft_still(progress, findings);
   }
 
   Progress go_back(Context& context) {

@@ -113,8 +113,9 @@ class LeafRun final : public NodeRun {
     if (run_) run_->cancel(execution.context);
   }
 
-  [[nodiscard]] Json state() const override { return {{"begun", begun_}}; }
-  void restore(const Json&, Execution&, Findings&) override {}
+  [[nodiscard]] Json state() const override { return {{"begun", begun_}, {"done", index_}}; }
+  /// Steps that were over, or left open, are not begun again.
+  void restore(const Json& state, Execution&, Findings&) override { index_ = state.value("done", std::size_t{0}); }
 
  private:
   bool begin(Execution& execution, Findings& findings) {
@@ -137,6 +138,8 @@ class LeafRun final : public NodeRun {
       const bool goes_on = step.moved_arm() == execution.strand->open_arm() && step.may_go_on(execution.context.cell);
       if (const Outcome ready = goes_on ? Outcome::kDone : execution.settle(findings); ready != Outcome::kDone)
         return ready;
+      // What it would go on with may have failed, or ended, meanwhile.
+      if (execution.strand->advance(execution, findings) == Progress::kFailed) return give_up();
       run_ = instance.step->begin();
       part_ = 0;
       entered_ = execution.strand->open_arm().empty();
@@ -144,7 +147,7 @@ class LeafRun final : public NodeRun {
     }
     Findings own;
     const Progress progress = run_->advance(execution.context, own);
-    if (!entered_ && !enter_after_open(execution, instance, findings)) return fail();
+    if (!entered_ && !enter_after_open(execution, instance, findings)) return give_up();
     follow_part(execution, instance);
     if (progress == Progress::kRunning) return cancelled_ ? Outcome::kRunning : leave_open(execution, instance);
     run_.reset();
@@ -163,7 +166,7 @@ class LeafRun final : public NodeRun {
   }
 
   /// What the step goes on with has failed, and with it this one.
-  Outcome fail() {
+  Outcome give_up() {
     run_.reset();
     ++index_;
     return Outcome::kFailed;
@@ -192,13 +195,16 @@ class LeafRun final : public NodeRun {
   /// Where the next step may go on with this one, the program looks for that. @return kRunning: not yet
   Outcome leave_open(Execution& execution, Instance& instance) {
     if (!entered_ || !run_->may_be_left()) return Outcome::kRunning;
+    auto steps = std::make_shared<Json>(std::move(instance.steps));
+    auto frames = std::make_shared<Json>(keep_frames(*steps, execution.context.cell.frames));
     execution.strand->leave_open({.step = std::move(instance.made),
                                   .run = std::move(run_),
                                   .arm = instance.step->moved_arm(),
                                   .name = current_,
                                   .pointer = instance.pointer,
                                   .parts = 1 + static_cast<std::int64_t>(instance.absorbed.size()),
-                                  .steps = std::make_shared<Json>(std::move(instance.steps))});
+                                  .steps = std::move(steps),
+                                  .frames = std::move(frames)});
     ++index_;
     return Outcome::kDone;
   }

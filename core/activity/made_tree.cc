@@ -55,7 +55,9 @@ MadeTree::MadeTree(const CommandRequest& root, const Making& making) {
   add(root, -1, making);
   for (const Part& part : parts_) {
     add_handlers(part, making);
-    if (part.request->transaction() != nullptr) add_captures(part, making);
+    if (part.request->transaction() == nullptr) continue;
+    set_cancel_policy(part);
+    add_captures(part, making);
   }
   // The longest path that fits is the right one.
   std::ranges::stable_sort(places_, [](const auto& a, const auto& b) { return a.first.size() > b.first.size(); });
@@ -77,7 +79,7 @@ void MadeTree::add(const CommandRequest& request, int parent, const Making& maki
   if (request.transaction() != nullptr) set_up(parts_[static_cast<std::size_t>(own)]);
 }
 
-/// Children, raised states and what a cancel does.
+/// Children and raised states.
 void MadeTree::set_up(Part& part) {
   const TransactionRequest& transaction = *part.request->transaction();
   command::CommandNode& node = *part.made.command.node();
@@ -89,6 +91,12 @@ void MadeTree::set_up(Part& part) {
     node.raised.emplace_back(name);
     part.raised.emplace(name, node.raised.back());
   }
+}
+
+/// Its targets may stand anywhere in the tree: whether they may is a rule (C4).
+void MadeTree::set_cancel_policy(const Part& part) {
+  const TransactionRequest& transaction = *part.request->transaction();
+  command::CommandNode& node = *part.made.command.node();
   using enum command::CancelPolicy::Kind;
   if (transaction.on_cancel == TransactionRequest::OnCancel::kIgnore) node.cancel_policy.kind = kIgnore;
   if (transaction.on_cancel != TransactionRequest::OnCancel::kForwardTo) return;

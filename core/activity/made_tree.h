@@ -36,6 +36,7 @@ class MadeTree {
  private:
   void add(const CommandRequest& request, int parent, const Making& making);
   void set_up(Part& part);
+  void set_cancel_policy(const Part& part);
   void add_handlers(const Part& part, const Making& making);
   void add_captures(const Part& part, const Making& making);
   [[nodiscard]] const Part& part_of(const CommandRequest& request) const;

@@ -26,15 +26,27 @@ using kinematics::JointVector;
 class MotionRun final : public StepRun {
  public:
   explicit MotionRun(const std::vector<MotionRequest>& requests) : requests_(requests), request_(requests.back()) {}
+  ~MotionRun() override {
+    if (run_ && !run_->over()) run_->cancel();  // nobody looks after it any more
+  }
+  MotionRun(const MotionRun&) = delete;
+  MotionRun& operator=(const MotionRun&) = delete;
 
   Progress advance(Context& context, Findings& findings) override {
     if (!run_) {
       auto motion = std::make_shared<const RequestedMotion>(requests_, context.variables.biases);
       run_ = context.scheduler->schedule(std::move(motion));
+      context.scheduler->prepare(run_);  // others may move the frames of its goals in this very cycle
     }
     if (!run_->over()) return Progress::kRunning;
     if (run_->state() != RunState::kFailed) return finish(context, findings);
-    findings.append(run_->findings());
+    for (Finding finding : run_->findings().list()) {
+      // An activity names itself first; here the place is the step.
+      const std::string own = pointer_segment(run_->name());
+      if (finding.pointer.starts_with(own)) finding.pointer.erase(0, own.size());
+      if (finding.hint == Scheduler::kAgain) finding.hint = "\"try\" around the step";
+      findings.add(std::move(finding));
+    }
     return Progress::kFailed;
   }
 

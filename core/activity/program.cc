@@ -84,7 +84,9 @@ ProgramRunner::ProgramRunner(const Program& program, Context& context)
   execution_.strand = &strand_;
 }
 
-ProgramRunner::~ProgramRunner() { execution_.context.scheduler = nullptr; }
+ProgramRunner::~ProgramRunner() {
+  if (execution_.context.scheduler == &scheduler_) execution_.context.scheduler = nullptr;
+}
 
 Progress ProgramRunner::advance() {
   if (progress_ != Progress::kRunning) return progress_;

@@ -202,6 +202,7 @@ void Scheduler::update(ActivityRun& run) {
   const bool begun = run.net_ != 0 && core_.state(run.net_) > NetState::kReady;
   if (run.state_ == RunState::kQueued || (run.state_ == RunState::kLoaded && run.wants_cancel_ && !begun)) {
     if (!run.wants_cancel_) return;
+    if (run.prepared_.returns && !run.modes_before_.empty()) return go_back(run);
     run.state_ = RunState::kCancelled;
     if (run.net_ != 0) (void)core_.unload(run.net_);
     return give_up_followers(run);
@@ -211,8 +212,7 @@ void Scheduler::update(ActivityRun& run) {
       if (event.request != run.request_ || run.request_ == 0 || event.kind == rcc::Event::Kind::kState) continue;
       if (event.kind == rcc::Event::Kind::kRefused) {
         Findings why;
-        why.error("", fmt::format("'{}' was not started: {}", run.name(), event.cause.text.view()),
-                  "ask for it again when that is mended");
+        why.error("", fmt::format("'{}' was not started: {}", run.name(), event.cause.text.view()), kAgain);
         return fail(run, std::move(why));
       }
       run.blended_ = !run.prepared_.taken_over.empty() && event.cause.text.size == 0;
@@ -235,7 +235,7 @@ void Scheduler::finish(ActivityRun& run) {
     why.error("",
               fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), status.last_cycle,
                           net::name_of(status.cause.code), status.cause.text.view()),
-              "ask for it again when that is mended");
+              kAgain);
     return fail(run, std::move(why));
   }
   if (run.prepared_.returns) return go_back(run);

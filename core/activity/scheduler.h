@@ -130,8 +130,15 @@ class Scheduler {
   Scheduler(rcc::ControlCore& core, const command::Cell& cell, const Options& options)
       : core_(core), cell_(cell), options_(options) {}
 
+  /// The way out of a failure that nothing but time mends.
+  static constexpr const char* kAgain = "ask for it again when that is mended";
+
   /// Takes it in; it is carried out as soon as its actuators allow, in the order of calls.
   RunPtr schedule(ActivityPtr model);
+  /// Prepares it now if that can be, and not in the next poll(): the world is as whoever asks for it sees it.
+  void prepare(const RunPtr& run) {
+    if (run->state_ == RunState::kQueued && !held_) try_begin(*run);
+  }
   /// Between two cycles: what became of the runs in the last one, and what can begin.
   void poll();
   /// No run is on its way.

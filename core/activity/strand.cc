@@ -21,19 +21,20 @@ Progress Strand::advance(Execution& execution, Findings& findings) {
   const Progress progress = open_->run->advance(execution.context, own);
   if (progress == Progress::kRunning) return progress;
   findings.append(own, open_->pointer);
+  if (progress == Progress::kFailed) failed_ = opened_;
   close(execution, progress == Progress::kDone ? "end" : "failed");
   return progress;
 }
 
 Outcome Strand::settle(Outcome outcome, Execution& execution, Findings& findings) {
-  if (outcome == Outcome::kFailed) cancel(execution);
+  if (outcome == Outcome::kFailed && open_) open_->run->cancel(execution.context);
   const Progress progress = advance(execution, findings);
   if (progress == Progress::kRunning) return Outcome::kRunning;
   return progress == Progress::kFailed ? Outcome::kFailed : outcome;
 }
 
 void Strand::cancel(Execution& execution) {
-  if (open_) open_->run->cancel(execution.context);
+  if (open_ && (protected_ == 0 || execution.cancelled)) open_->run->cancel(execution.context);
 }
 
 void Strand::close(Execution& execution, std::string_view how) {
@@ -45,7 +46,7 @@ void Strand::close(Execution& execution, std::string_view how) {
 
 Json Strand::state() const {
   if (!open_) return {};
-  return {{"pointer", open_->pointer}, {"steps", *open_->steps}};
+  return {{"pointer", open_->pointer}, {"steps", *open_->steps}, {"frames", *open_->frames}};
 }
 
 void Strand::restore(const Json& state, Execution& execution, Findings& findings) {
@@ -53,6 +54,11 @@ void Strand::restore(const Json& state, Execution& execution, Findings& findings
   OpenStep open;
   open.pointer = state.at("pointer").get<std::string>();
   open.steps = std::make_shared<Json>(state.at("steps"));
+  open.frames = std::make_shared<Json>(state.at("frames"));
+  for (const auto& [frame, pose] : open.frames->items()) {
+    findings.append(
+        execution.context.cell.frames.set(frame, std::string(world::FrameGraph::kWorld), pose_from_json(pose)));
+  }
   open.parts = 0;
   for (const Json& json : *open.steps) {
     const auto kind = std::ranges::find(step_kinds(), json.at("do").get<std::string>(), &StepKind::name);
@@ -75,6 +81,22 @@ void Strand::restore(const Json& state, Execution& execution, Findings& findings
   execution.enter(open.name);
   leave_open(std::move(open));
   (void)advance(execution, findings);
+}
+
+Json keep_frames(Json& steps, const world::FrameGraph& frames) {
+  Json kept = Json::object();
+  for (Json& value : steps) {
+    if (value.is_structured()) {
+      kept.update(keep_frames(value, frames));
+    } else if (value.is_string() && value.get_ref<const std::string&>().starts_with("$/")) {
+      const auto frame = value.get<std::string>();
+      const auto X_WF = frames.pose(frame);
+      if (!X_WF) continue;
+      value = "open " + frame;
+      kept["open " + frame] = pose_to_json(*X_WF);
+    }
+  }
+  return kept;
 }
 
 Outcome SettledRun::advance(Execution& execution, Findings& findings) {

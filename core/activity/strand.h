@@ -20,8 +20,9 @@ struct OpenStep {
   std::string arm;               ///< that it moves
   std::string name, pointer;     ///< of the part that is being done; of the whole step
   std::int64_t parts = 1;        ///< steps that it consists of
-  /// The steps with what their expressions were worth, to begin them again from a snapshot: an array.
-  std::shared_ptr<const nlohmann::ordered_json> steps;
+  /// The steps with what their expressions were worth, and the frames that were made of poses for them, by name: to
+  /// begin them again from a snapshot.
+  std::shared_ptr<const nlohmann::ordered_json> steps, frames;
 };
 
 /// One line of control: a program, or a branch of a parallel. It has at most one step that was left open. All steps but
@@ -35,8 +36,11 @@ class Strand {
     open_ = std::make_unique<OpenStep>(std::move(step));
     ++opened_;
   }
-  /// How many were left open so far.
+  /// How many were left open so far; the number of the one that failed last, from 1.
   [[nodiscard]] int opened() const { return opened_; }
+  [[nodiscard]] int failed() const { return failed_; }
+  /// While something cleans up, only the end of the whole program cancels what it has left open.
+  void protect(bool on) { protected_ += on ? 1 : -1; }
   /// Looks at the step that was left open. @return kDone: there is none (any more)
   Progress advance(Execution& execution, Findings& findings);
   /// Something goes on with the step that was left open: it is over.
@@ -55,8 +59,12 @@ class Strand {
   void close(Execution& execution, std::string_view how);
 
   std::unique_ptr<OpenStep> open_;
-  int opened_ = 0;
+  int opened_ = 0, failed_ = 0, protected_ = 0;
 };
+
+/// The frames that a step's poses were put into (ValueTemplate::resolve), in `steps` under names of their own, so that
+/// another round of the same step does not move them. @return name and pose of each
+[[nodiscard]] nlohmann::ordered_json keep_frames(nlohmann::ordered_json& steps, const world::FrameGraph& frames);
 
 /// Advances one line of control among several.
 class OnStrand {

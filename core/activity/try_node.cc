@@ -1,5 +1,6 @@
 // What is done when something fails: again, something else, and always at the end.
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -74,6 +75,10 @@ class TryRun final : public NodeRun {
   TryRun(const TryNode& node, Scope& around) : node_(node), scope_(&around) {}
 
   Outcome advance(Execution& execution, Findings& findings) override {
+    if (!opened_before_) {
+      opened_before_ = execution.strand->opened();
+      failed_before_ = execution.strand->failed();
+    }
     for (;;) {
       if (phase_ == Phase::kRest) {
         if (!at_rest(execution)) return Outcome::kRunning;
@@ -82,13 +87,17 @@ class TryRun final : public NodeRun {
       if (!run_) {
         if (cancelled_ && phase_ != Phase::kCleanup) enter(Phase::kCleanup);
         if (phase_ == Phase::kCleanup && execution.cancelled) return end(findings);
+        if (phase_ == Phase::kCleanup) execution.strand->protect(true);
         run_ = std::make_unique<SettledRun>(part().begin(scope_));
       }
       Findings own;
       const Outcome outcome = run_->advance(execution, own);
       if (outcome == Outcome::kRunning) return outcome;
       run_.reset();
-      if (phase_ == Phase::kCleanup) return finish_cleanup(outcome, own, findings);
+      if (phase_ == Phase::kCleanup) {
+        execution.strand->protect(false);
+        return finish_cleanup(outcome, own, findings);
+      }
       note_end(outcome, std::move(own), execution);
     }
   }
@@ -152,6 +161,10 @@ class TryRun final : public NodeRun {
       result_ = outcome;
       return enter(Phase::kCleanup);
     }
+    // A motion that was left open before is not the body's: whoever is around handles that.
+    const int failed = execution.strand->failed();
+    const bool of_others = failed != failed_before_ && failed <= *opened_before_;
+    failed_before_ = failed;
     const bool of_handler = phase_ == Phase::kHandler;
     if (of_handler) {
       failure_.append(own);
@@ -159,8 +172,8 @@ class TryRun final : public NodeRun {
       failure_ = std::move(own);
     }
     result_ = Outcome::kFailed;
-    const bool again = phase_ == Phase::kBody && attempts_ < node_.retry && !cancelled_;
-    const bool handle = !of_handler && node_.handles && !cancelled_;
+    const bool again = phase_ == Phase::kBody && attempts_ < node_.retry && !cancelled_ && !of_others;
+    const bool handle = !of_handler && node_.handles && !cancelled_ && !of_others;
     after_ = again ? Phase::kRecover : handle ? Phase::kHandler : Phase::kCleanup;
     rest_until_ = execution.context.core.cycle() +
                   static_cast<std::int64_t>(kRestTime_s / to_seconds(execution.context.core.period()));
@@ -204,6 +217,8 @@ class TryRun final : public NodeRun {
   Scope scope_;
   Phase phase_ = Phase::kBody, after_ = Phase::kCleanup;
   std::int64_t attempts_ = 0, rest_until_ = 0;
+  std::optional<int> opened_before_;  ///< motions that the strand had left open when this began
+  int failed_before_ = 0;
   Outcome result_ = Outcome::kDone;
   Findings failure_;
   std::unique_ptr<NodeRun> run_;

@@ -97,6 +97,8 @@ class Compliant final : public ActionModel {
   [[nodiscard]] std::string_view name() const override { return action_->name(); }
   [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return action_->gives(actuator); }
   [[nodiscard]] std::optional<ControlMode> mode() const override { return mode_; }
+  [[nodiscard]] int via_count() const override { return action_->via_count(); }
+  [[nodiscard]] PlannedPath planned_path() const override { return action_->planned_path(); }
   [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return action_->stop_time(actuator); }
   [[nodiscard]] bool net_knows_stop_time() const override { return action_->net_knows_stop_time(); }
   [[nodiscard]] bool needs_plan() const override { return action_->needs_plan(); }

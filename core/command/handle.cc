@@ -52,7 +52,7 @@ struct CommandHandle::Impl {
   ~Impl();
 
   [[nodiscard]] rcc::ControlCore& core() const { return runtime->core; }
-  void attach(const MappedCommand& mapped);
+  Findings attach(const MappedCommand& mapped);
   void poll();
   void note_trace();
 };
@@ -64,15 +64,16 @@ CommandHandle::Impl::~Impl() {
   (void)core().unload(id);
 }
 
-void CommandHandle::Impl::attach(const MappedCommand& mapped) {
+/// @return findings where there is no room to hear of an external effect: none is lost in silence
+Findings CommandHandle::Impl::attach(const MappedCommand& mapped) {
   observed = mapped.observed;
-  // Where there is no room to watch, the effect still happens; nobody hears of it.
-  (void)externals.attach(core(), id, mapped.externals);
+  Findings lost = externals.attach(core(), id, mapped.externals);
   const rcc::WatchOptions all{.every = 1, .capacity = kWatchCapacity};
   for (const TracedPort& port : mapped.traced) {
     if (traced.size() == kMostTraced) break;
     if (auto watch = core().watch(id, port.port, all)) traced.emplace_back(port.name, std::move(*watch));
   }
+  return lost;
 }
 
 void CommandHandle::Impl::note_trace() {
@@ -225,7 +226,7 @@ Result<CommandHandle> Runtime::load(const Command& command) {
   auto handle = std::make_shared<CommandHandle::Impl>();
   handle->runtime = impl_;
   handle->id = *id;
-  handle->attach(*mapped);
+  if (Findings lost = handle->attach(*mapped); lost.has_errors()) return std::unexpected(std::move(lost));
   impl_->handles.push_back(handle);
   return CommandHandle(std::move(handle));
 }

@@ -60,6 +60,8 @@ class Woven final : public ActionModel {
                      "a motion of a frame");
       return findings;
     }
+    if (motion_->planned_path().laid_over)
+      findings.error({}, "something is laid over the motion already", "a weave or a force offset");
     if (!check_figures(findings)) return findings;
     const auto& limits = actuator.arm()->device->description().cartesian;
     const double omega = 2.0 * std::numbers::pi * wish_.frequency;
@@ -202,6 +204,8 @@ class ForceOffset final : public ActionModel {
 
   [[nodiscard]] std::string_view name() const override { return motion_->name(); }
   [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return motion_->gives(actuator); }
+  [[nodiscard]] std::optional<device::ControlMode> mode() const override { return motion_->mode(); }
+  [[nodiscard]] int via_count() const override { return motion_->via_count(); }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
     std::vector<ExpressionPtr> formulas = motion_->formulas();
     formulas.push_back(pressing_);

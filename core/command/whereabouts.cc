@@ -99,12 +99,14 @@ bool Whereabouts::begins_at_end_of(int i, int before) const {
 bool Whereabouts::is_natural_end(const ExpressionPtr& state, int before, int i) const {
   std::vector<ExpressionPtr> parts;
   add_conjuncts(state, parts);
-  bool ended = false, not_cancelled = !may_be_cut_short(before, i);
+  bool ended = false, not_cancelled = !may_be_cancelled(before, i), not_stopped = !may_be_stopped(before, i);
   for (const ExpressionPtr& part : parts) {
     const auto& inputs = part->inputs;
     if (part->subject) {
       const int of = tree_.find(part->subject);
-      ended = ended || (of >= 0 && part->output == "completed" && tree_.is_inside(before, of));
+      const bool completed = of >= 0 && part->output == "completed" && tree_.is_inside(before, of);
+      ended = ended || completed;
+      not_stopped = not_stopped || (completed && of == before);  // what was stopped has not completed
       // Whatever holds of another command says that it has begun.
       if (of >= 0 && of != i && !tree_.is_inside(before, of) && begins_at_end_of(of, before)) return true;
     } else if (part->primitive.type == "Or") {
@@ -112,23 +114,33 @@ bool Whereabouts::is_natural_end(const ExpressionPtr& state, int before, int i) 
         return true;
     } else if (part->primitive.type == "Not" && inputs.size() == 1 && inputs.front().second->subject) {
       const Expression& denied = *inputs.front().second;
-      not_cancelled = not_cancelled || (denied.output == "cancelled" && tree_.find(denied.subject) == before);
+      if (tree_.find(denied.subject) != before) continue;
+      not_cancelled = not_cancelled || denied.output == "cancelled";
+      not_stopped = not_stopped || denied.output == "stopped";
     }
   }
-  return ended && not_cancelled;
+  return ended && not_cancelled && not_stopped;
 }
 
-/// A cancel or a stop may end `before` on its way although `i` is started then.
-bool Whereabouts::may_be_cut_short(int before, int i) const {
+/// A cancel may end `before` on its way although `i` is started then.
+bool Whereabouts::may_be_cancelled(int before, int i) const {
   const auto cut_by_cancel_of = [&](int target) {
     return is_told(before, target, false) && !(tree_.is_inside(i, target) && is_told(i, target, true));
   };
   if (cut_by_cancel_of(0)) return true;
   return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
     const int target = tree_.find(h.handler->effect.target);
-    if (target < 0 || !tree_.is_inside(before, target)) return false;
-    if (h.handler->effect.kind == Kind::kStop) return !tree_.is_inside(i, target);
-    return h.handler->effect.kind == Kind::kCancel && cut_by_cancel_of(target);
+    return h.handler->effect.kind == Kind::kCancel && target >= 0 && tree_.is_inside(before, target) &&
+           cut_by_cancel_of(target);
+  });
+}
+
+/// A stop may end `before` on its way although `i` is started then.
+bool Whereabouts::may_be_stopped(int before, int i) const {
+  return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
+    const int target = tree_.find(h.handler->effect.target);
+    return h.handler->effect.kind == Kind::kStop && target >= 0 && tree_.is_inside(before, target) &&
+           !tree_.is_inside(i, target);
   });
 }
 

@@ -38,7 +38,8 @@ class Whereabouts {
   [[nodiscard]] std::vector<int> rivals_before(int i) const;
   [[nodiscard]] bool begins_at_end_of(int i, int before) const;
   [[nodiscard]] bool is_natural_end(const ExpressionPtr& state, int before, int i) const;
-  [[nodiscard]] bool may_be_cut_short(int before, int i) const;
+  [[nodiscard]] bool may_be_cancelled(int before, int i) const;
+  [[nodiscard]] bool may_be_stopped(int before, int i) const;
   [[nodiscard]] bool is_told(int i, int around, bool by_all) const;
   [[nodiscard]] std::unexpected<Findings> unknown(int i, const std::vector<int>& rivals) const;
 
