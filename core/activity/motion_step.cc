@@ -34,7 +34,12 @@ class MotionRun final : public StepRun {
     }
     if (!run_->over()) return Progress::kRunning;
     if (run_->state() != RunState::kFailed) return finish(context, findings);
-    findings.append(run_->findings());
+    // Places of activities begin with their names, those of steps below the step.
+    const std::size_t name = pointer_segment(run_->name()).size();
+    for (Finding finding : run_->findings().list()) {
+      finding.pointer.erase(0, name);
+      findings.add(std::move(finding));
+    }
     return Progress::kFailed;
   }
 

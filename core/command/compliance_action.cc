@@ -77,7 +77,7 @@ void check_constant(const SpringValue& value, const device::ComplianceRange& ran
   const std::string pointer = std::string("/") + value.port;
   if (numbers.size() != static_cast<std::size_t>(upper.size()))
     return findings.error(pointer, fmt::format("{} values for '{}'", numbers.size(), arm),
-                          fmt::format("{}", upper.size()));
+                          fmt::format("{} values", upper.size()));
   for (Eigen::Index i = 0; i < upper.size(); ++i) {
     const double number = numbers[static_cast<std::size_t>(i)];
     if (number >= lower[i] && number <= upper[i]) continue;  // false for NaN
@@ -102,6 +102,8 @@ class Compliant final : public ActionModel {
   [[nodiscard]] bool needs_plan() const override { return action_->needs_plan(); }
   [[nodiscard]] std::optional<device::Seam> begins() const override { return action_->begins(); }
   [[nodiscard]] std::optional<device::Seam> ends() const override { return action_->ends(); }
+  [[nodiscard]] PlannedPath planned_path() const override { return action_->planned_path(); }
+  [[nodiscard]] int via_count() const override { return action_->via_count(); }
 
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
                                                                 const JointVector& q_start) const override {
