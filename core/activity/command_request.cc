@@ -118,7 +118,8 @@ std::unique_ptr<CommandRequest> read_part(const std::string& name, const Json& j
   }
   if (!json.is_object()) return request;
   if (json.contains("name")) {
-    findings.error(pointer + "/name", "a second name", fmt::format("'{}' is its name", name));
+    findings.error(pointer + "/name", fmt::format("a second name: {}", short_dump(json.at("name"))),
+                   fmt::format("'{}' is its name", name));
   }
   Findings unheard;
   ObjectReader reader(json, pointer, json.contains("start") ? findings : unheard);

@@ -19,6 +19,16 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// What is told at a key already is not told again of its command.
+void add_news(const Findings& more, Findings& found) {
+  for (const Finding& one : more.list()) {
+    const bool told = std::ranges::any_of(found.list(), [&](const Finding& other) {
+      return other.message == one.message && other.pointer.starts_with(one.pointer);
+    });
+    if (!told) found.add(one);
+  }
+}
+
 /// Plans, checks and maps a tree. @return the net, or all findings with pointers of the file.
 /// @param[in,out] places  as plan() has them
 Result<command::MappedCommand> prepare(const MadeTree& tree, const command::Cell& cell, command::Places& places,
@@ -27,8 +37,8 @@ Result<command::MappedCommand> prepare(const MadeTree& tree, const command::Cell
   for (const MadeTree::Part& part : tree.parts()) part.request->check(cell, found);
   // What is planned is checked as a plan.
   const Findings planned = command::plan(tree.command(), places);
-  found.append(tree.in_file(command::check(tree.command(), false)));
-  found.append(tree.in_file(planned));
+  add_news(tree.in_file(command::check(tree.command(), false)), found);
+  add_news(tree.in_file(planned), found);
   if (found.has_errors()) return std::unexpected(std::move(found));
   auto mapped = command::map(tree.command(), period);
   if (!mapped) return std::unexpected(tree.in_file(mapped.error()));

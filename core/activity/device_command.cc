@@ -93,9 +93,10 @@ class TimeCommand final : public CommandRequest {
     if (!request.until || !ended.was_true(key + " over") || ended.was_true(key + " held")) return;
     if (ended.value<net::Boolean>(key + " held")) {
       findings.error(pointer + "/until",
-                     fmt::format("the condition did not hold within {:g} s", request.timeout.value_or(0.0)));
+                     fmt::format("the condition did not hold within {:g} s", request.timeout.value_or(0.0)),
+                     "a longer \"timeout_s\"");
     } else {
-      findings.error(pointer + "/until", "a sensor of the condition did not answer");
+      findings.error(pointer + "/until", "a sensor of the condition did not answer", "its power and its wires");
     }
   }
 };

@@ -90,13 +90,14 @@ class ForceCommand final : public CommandRequest {
   void finish(const EndedTree& ended, const std::string& key, bool cancelled, Context& context,
               Findings& findings) const override {
     const auto was = [&](const char* what) { return ended.value<net::Frame>(key + what).has_value(); };
-    if (was(" touched")) note_touch(ended, key, context);
+    const bool touched = was(" touched");
+    if (touched) note_touch(ended, key, context);
     if (cancelled || was(" held") || was(" found") || was(" until")) return;
     if (was(" silent")) {
-      findings.error(pointer + "/sensor", fmt::format("'{}' did not answer, so the arm stopped", request.sensor));
+      findings.error(pointer + "/sensor", fmt::format("'{}' did not answer, so the arm stopped", request.sensor),
+                     "its power and its wires");
     } else if (was(" too far")) {
-      findings.error(pointer + "/travel_m",
-                     was(" touched") ? "the travel was used up after the touch" : "nothing was touched",
+      findings.error(pointer + "/travel_m", touched ? "the travel was used up after the touch" : "nothing was touched",
                      "a longer travel, another beginning or direction");
     } else if (was(" path ended") && request.must_find) {
       findings.error(pointer, "the pattern has come to its end and nothing was found",

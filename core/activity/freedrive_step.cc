@@ -104,8 +104,9 @@ class FreedriveRun final : public StepRun {
     return change_->findings().has_errors() ? fail(findings) : Progress::kDone;
   }
 
+  /// The mode is not among the keys of this step.
   Progress fail(Findings& findings) const {
-    findings.append(change_->findings());
+    for (const Finding& one : change_->findings().list()) findings.error({}, one.message, one.hint);
     return Progress::kFailed;
   }
 

@@ -79,7 +79,8 @@ ModeChange::ModeChange(rcc::ControlCore& core, const ControlModes& modes) {
     if (request != 0) {
       open_.push_back(request);
     } else {
-      findings_.error("/mode", fmt::format("'{}' cannot be asked for mode {} now", name, name_of(mode)));
+      findings_.error("/mode", fmt::format("'{}' cannot be asked for mode {} now", name, name_of(mode)),
+                      "an arm that the core drives, and fewer requests in one cycle");
     }
   }
 }

@@ -77,7 +77,8 @@ class MotionCommand final : public CommandRequest {
               Findings& findings) const override {
     if (ended.value<net::Frame>(key + " no force")) {
       findings.error(pointer + "/force_offset/sensor",
-                     fmt::format("'{}' did not answer, so the arm stopped on its path", overlay.force->sensor));
+                     fmt::format("'{}' did not answer, so the arm stopped on its path", overlay.force->sensor),
+                     "its power and its wires");
     }
     const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
     if (!completed && !was_cancelled) return;  // it was never started
@@ -86,7 +87,8 @@ class MotionCommand final : public CommandRequest {
     if (const auto X_BT = ended.value<net::Frame>(key + " touch")) return note_touch(*X_BT, context);
     const std::string place = pointer + places.back() + "/until";
     if (ended.value<net::Frame>(key + " silent")) {
-      findings.error(place, "a sensor of the condition did not answer, so the arm stopped on its path");
+      findings.error(place, "a sensor of the condition did not answer, so the arm stopped on its path",
+                     "its power and its wires");
     } else if (requests.back().must_touch && !was_cancelled && !cancelled) {
       findings.error(place, "the motion reached its end and the condition never held",
                      "a longer motion, another threshold, or \"on_end\": \"continue\"");
@@ -180,7 +182,8 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     const Json word = step.is_object() ? step.value("do", Json()) : Json();
     const auto* kind = std::ranges::find_if(kKinds, [&](const auto& one) { return word == one.first; });
     if (kind == std::end(kKinds)) {
-      findings.error(pointer + place + "/do", "no planned motion stands here", "ptp, lin, circ or spline");
+      findings.error(pointer + place + "/do", fmt::format("{} is no planned motion", short_dump(word)),
+                     "ptp, lin, circ or spline");
       continue;
     }
     command->requests.push_back(read_motion(kind->second, step, pointer + place, cell, findings));
@@ -196,7 +199,8 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     const MotionRequest& request = command->requests[i];
     const bool last = i + 1 == command->requests.size(), blends = request.blend.kind != motion::Blend::Kind::kNone;
     if (request.arm != command->requests.front().arm)
-      findings.error(pointer + command->places[i] + "/arm", "another arm", "one arm for all of them");
+      findings.error(pointer + command->places[i] + "/arm", fmt::format("'{}' after '{}'", request.arm, command->arm()),
+                     "one arm for all of them");
     if (!last && request.until)
       findings.error(pointer + command->places[i] + "/until", "only the last of them may be guarded", "on the last");
     if (last == blends && steps != nullptr && !steps->empty())

@@ -14,6 +14,7 @@ using Json = nlohmann::ordered_json;
 std::string range_text(const Range& range) {
   const bool low = std::isfinite(range.low);
   const bool high = std::isfinite(range.high);
+  if (low && high && range.low_open) return fmt::format("a number above {}, at most {}", range.low, range.high);
   if (low && high) return fmt::format("a number from {} to {}", range.low, range.high);
   if (low) return fmt::format("a number {} {}", range.low_open ? "above" : "of at least", range.low);
   if (high) return fmt::format("a number of at most {}", range.high);

@@ -77,7 +77,7 @@ void check_constant(const SpringValue& value, const device::ComplianceRange& ran
   const std::string pointer = std::string("/") + value.port;
   if (numbers.size() != static_cast<std::size_t>(upper.size()))
     return findings.error(pointer, fmt::format("{} values for '{}'", numbers.size(), arm),
-                          fmt::format("{}", upper.size()));
+                          fmt::format("{} values", upper.size()));
   for (Eigen::Index i = 0; i < upper.size(); ++i) {
     const double number = numbers[static_cast<std::size_t>(i)];
     if (number >= lower[i] && number <= upper[i]) continue;  // false for NaN

@@ -23,6 +23,12 @@ using Json = nlohmann::ordered_json;
 /// What plans leave of the acceleration and of the jerk (docs/motion.md).
 constexpr double kAccelerationLeft = 0.2, kJerkLeft = 0.3;
 
+/// One thing at a time is laid over a motion.
+void check_is_bare(const ActionModel& motion, Findings& findings) {
+  if (motion.planned_path().laid_over)
+    findings.error({}, fmt::format("something is laid over {} already", motion.name()), "a force offset or a weave");
+}
+
 class Woven final : public ActionModel {
  public:
   Woven(std::shared_ptr<const ActionModel> motion, const WeaveWish& wish) : motion_(std::move(motion)), wish_(wish) {}
@@ -60,8 +66,7 @@ class Woven final : public ActionModel {
                      "a motion of a frame");
       return findings;
     }
-    if (motion_->planned_path().laid_over)
-      findings.error({}, "something is laid over the motion already", "a weave or a force offset");
+    check_is_bare(*motion_, findings);
     if (!check_figures(findings)) return findings;
     const auto& limits = actuator.arm()->device->description().cartesian;
     const double omega = 2.0 * std::numbers::pi * wish_.frequency;
@@ -244,11 +249,11 @@ class ForceOffset final : public ActionModel {
       return findings;
     }
     if (!(wish_.reach >= 0.0 && wish_.retreat >= 0.0 && wish_.reach + wish_.retreat > 0.0)) {
-      findings.error({}, fmt::format("a force offset from {:g} to {:g} m", -wish_.retreat, wish_.reach),
+      findings.error({}, fmt::format("a force offset from {:g} to {:g} m", 0.0 - wish_.retreat, wish_.reach),
                      "a reach and a retreat from 0, not both 0");
     }
+    check_is_bare(*motion_, findings);
     const PlannedPath path = motion_->planned_path();
-    if (path.laid_over) findings.error({}, "something is laid over the motion already", "a force offset or a weave");
     if (path.motion != nullptr && !path.laid_over && actuator.arm() != nullptr)
       findings.append(OffsetRoom(*actuator.arm(), path, wish_).check());
     return findings;

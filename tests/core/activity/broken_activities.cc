@@ -22,6 +22,9 @@ Activity up(ActivityCell& cell, const activity::MotionParameters& wish = {}) {
   return cell.motion.lin_by({0.0, 0.0, 0.05}, wish);
 }
 activity::MotionParameters blended(const BlendingCondition& blend) { return {.blend = blend}; }
+BlendingCondition over_share(double share) {
+  return BlendingCondition(motion::Blend{motion::Blend::Kind::kFraction, share});
+}
 BlendingCondition by_both() {
   BlendingCondition blend = BlendingCondition::at_distance(0.01);
   blend.time_share = 0.7;
@@ -87,7 +90,9 @@ std::vector<BrokenActivity> motions() {
        [](auto& cell) { up(cell, blended(BlendingCondition::at_distance(-0.01))).execute(); }, "/arm LIN/blend",
        "a blend at -0.01 m before the goal", "above 0 m"},
       {"a blend by both", [](auto& cell) { up(cell, blended(by_both())).execute(); }, "/arm LIN/blend",
-       "a blend by time and by distance", "one of them"},
+       "a blend by time and by way", "one of them"},
+      {"a blend over more than half of the way", [](auto& cell) { up(cell, blended(over_share(0.7))).execute(); },
+       "/arm LIN/blend", "a blend over a share of 0.7 of the way", "above 0, at most 0.5"},
       {"a blend of a guarded motion", [](auto& cell) { up(cell, {.blend = 0.7, .until = cell.hard()}).execute(); },
        "/arm LIN/blend", "a guarded motion ends nobody knows where", "no blend, or no condition"},
       {"a motion from nobody knows where",

@@ -16,5 +16,7 @@ struct BrokenActivity {
   bool moves = false;  ///< something moved rightly before; else no set point ever changes
 };
 [[nodiscard]] std::vector<BrokenActivity> broken_activities();
+/// Control modes, springs, guiding by hand.
+[[nodiscard]] std::vector<BrokenActivity> broken_modes();
 
 }  // namespace takt::test

@@ -21,8 +21,10 @@ struct BrokenRule {
 [[nodiscard]] std::vector<BrokenRule> broken_nodes();
 [[nodiscard]] std::vector<BrokenRule> broken_steps();
 [[nodiscard]] std::vector<BrokenRule> broken_expressions();
+[[nodiscard]] std::vector<BrokenRule> broken_transactions();
 /// Of a form that is right, refused by the rehearsal.
 [[nodiscard]] std::vector<BrokenRule> broken_plans();
+[[nodiscard]] std::vector<BrokenRule> broken_transaction_plans();
 
 /// What only the run can tell: the step fails.
 struct BrokenRun {
@@ -33,5 +35,6 @@ struct BrokenRun {
   bool moves = false;  ///< the arm moved before, or is stopped on its way; else no set point ever changes
 };
 [[nodiscard]] std::vector<BrokenRun> broken_runs();
+[[nodiscard]] std::vector<BrokenRun> broken_transaction_runs();
 
 }  // namespace takt::test

@@ -91,7 +91,7 @@ std::vector<BrokenRun> motions() {
        true},
       {up + R"({"sensor": "wrist", "above_N": 900}})", "/until", "a sensor of the condition did not answer",
        "its power", silent, true},
-      {up + R"({"sensor": "wrist", "above_N": 900}})", "", "the net was stopped in cycle", "\"try\" around the step",
+      {up + R"({"sensor": "wrist", "above_N": 900}})", "", "'lin' was stopped in cycle", "\"try\" around the step",
        [](int cycle, ActivityCell& cell) { cell.backend->silent = cycle >= 200; }, true},
       {steps(up + R"({"sensor": "wrist", "above_N": 900}, "on_end": "continue"}, {"do": "record_contact", "as": "c"})"),
        "/steps/1",

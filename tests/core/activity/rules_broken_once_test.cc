@@ -95,8 +95,15 @@ std::string whole_place(const BrokenRule& rule, const std::string& node) {
 
 std::vector<BrokenRule> rules_of_form() {
   std::vector<BrokenRule> all;
-  for (const auto& some : {test::broken_nodes(), test::broken_steps(), test::broken_expressions()})
+  for (const auto& some :
+       {test::broken_nodes(), test::broken_steps(), test::broken_expressions(), test::broken_transactions()})
     all.insert(all.end(), some.begin(), some.end());
+  return all;
+}
+
+std::vector<BrokenRule> rules_of_plans() {
+  std::vector<BrokenRule> all = test::broken_plans();
+  for (const BrokenRule& rule : test::broken_transaction_plans()) all.push_back(rule);
   return all;
 }
 
@@ -124,7 +131,7 @@ Findings rehearsal_errors(BrokenCell& own, const Json& step) {
 
 void break_plans() {
   BrokenCell own;
-  for (const BrokenRule& rule : test::broken_plans()) {
+  for (const BrokenRule& rule : rules_of_plans()) {
     SCOPED_TRACE(rule.step);
     expect_told(rehearsal_errors(own, Json::parse(rule.step)), "/program" + rule.place, rule.message, rule.way_out);
   }
@@ -163,6 +170,7 @@ void break_run(const BrokenRun& rule) {
 
 void break_runs() {
   for (const BrokenRun& rule : test::broken_runs()) break_run(rule);
+  for (const BrokenRun& rule : test::broken_transaction_runs()) break_run(rule);
 }
 
 Findings thrown_by(const std::function<void()>& wrong) {
@@ -174,8 +182,8 @@ Findings thrown_by(const std::function<void()>& wrong) {
   return {};
 }
 
-void break_activities() {
-  for (const test::BrokenActivity& rule : test::broken_activities()) {
+void break_activities(const std::vector<test::BrokenActivity>& rules) {
+  for (const test::BrokenActivity& rule : rules) {
     SCOPED_TRACE(rule.what);
     BrokenCell own;
     expect_told(thrown_by([&] { rule.wrong(own); }), rule.place, rule.message, rule.way_out);
@@ -193,6 +201,8 @@ void break_activities() {
   }
 }
 
+void break_uses() { break_activities(test::broken_activities()); }
+
 void break_states() {
   BrokenCell own;
   const auto program =
@@ -209,8 +219,8 @@ void break_states() {
   expect_told(runner.enter("hree"), "", "no step 'hree' can be entered", "did you mean 'here'?");
 }
 
-/// The TX90 knows one mode.
-void break_modes() {
+/// The TX90 knows one mode, and nothing feels on it.
+void break_other_arms() {
   rcc::ControlCore core{{}};
   command::Cell cell;
   const auto arm = device::read_arm("models/tx90").value();
@@ -220,6 +230,31 @@ void break_modes() {
       Program::parse(Json::parse(R"({"do": "control_mode", "mode": "joint_impedance"})"), "/program", cell);
   ASSERT_TRUE(program);
   expect_told(program->rehearse(cell).findings, "/program/mode", "'arm' has no mode 'joint_impedance'", "position");
+  const auto guided = Program::parse(Json::parse(R"({"do": "freedrive", "seconds": 1})"), "/program", cell);
+  ASSERT_TRUE(guided);
+  expect_told(guided->rehearse(cell).findings, "/program", "C8: nobody can guide 'arm' by hand",
+              "the mode joint_impedance");
+}
+
+/// From one mode to another there may be no way but by a third.
+void break_ways() {
+  rcc::ControlCore core{{}};
+  command::Cell cell;
+  const auto arm = std::make_shared<const device::ArmDescription>(test::compliant_arm_description(7));
+  const auto backend = std::make_shared<test::FakeArm>(arm->home);
+  cell.arms["arm"].device = &core.add(std::make_unique<device::Arm>("arm", arm, backend, core.period()));
+  Runtime program(core, cell, [&core] { core.step(); });
+  core.step();
+  const auto modes = Actuator(program, "arm").use<ControlModeInterface>();
+  expect_told(thrown_by([&] { modes.switch_to("cartesian_impedance").execute(); }), "/arm cartesian_impedance/mode",
+              "'arm' cannot go from position to cartesian_impedance", "from there to joint_impedance");
+  EXPECT_EQ(backend->changes, 0);
+}
+
+void break_modes() {
+  break_activities(test::broken_modes());
+  break_other_arms();
+  break_ways();
 }
 
 void break_pairs() {
@@ -239,6 +274,12 @@ void break_pairs() {
   Runtime other(two.core, two.cell, [&two] { two.core.step(); });
   expect_told(thrown_by([&] { TwoArms(left, Actuator(other, "right"), both.centre()); }), "/follower",
               "'right' belongs to another runtime than 'left'", "arms of one Runtime");
+  const auto several = Program::parse(Json::parse(R"({"do": "transaction", "commands": {"m": {"do": "motions",
+      "start": true, "steps": [{"do": "ptp", "arm": "left", "to": "home", "blend_m": 0.1},
+                               {"do": "ptp", "arm": "right", "to": "home"}]}}})"),
+                                      "/program", two.cell);
+  ASSERT_FALSE(several);
+  expect_told(several.error(), "/program/commands/m/steps/1/arm", "'right' after 'left'", "one arm for all of them");
   for (const auto& [name, backend] : two.backends) {
     for (const auto& sent : backend->sent) EXPECT_EQ(sent.q, two.arm->home) << name;
   }
@@ -259,7 +300,7 @@ void once(void (*table)()) {
 TEST(RulesBrokenOnce, OfForm) { once(break_forms); }
 TEST(RulesBrokenOnce, OfPlans) { once(break_plans); }
 TEST(RulesBrokenOnce, InTheRun) { once(break_runs); }
-TEST(RulesBrokenOnce, OfActivities) { once(break_activities); }
+TEST(RulesBrokenOnce, OfActivities) { once(break_uses); }
 TEST(RulesBrokenOnce, OfTwoArms) { once(break_pairs); }
 TEST(RulesBrokenOnce, OfStatesAndNames) { once(break_states); }
 TEST(RulesBrokenOnce, OfModes) { once(break_modes); }
@@ -287,10 +328,10 @@ TEST(RulesBrokenOnce, AllOfThemAtOnce) {
         << place << ": " << rules[i].message;
   }
   Json plans = Json::array();
-  for (const BrokenRule& rule : test::broken_plans()) plans.push_back(Json::parse(rule.step));
+  for (const BrokenRule& rule : rules_of_plans()) plans.push_back(Json::parse(rule.step));
   const Findings planned = rehearsal_errors(own, {{"do", "sequence"}, {"steps", plans}});
   for (std::size_t i = 0; i < plans.size(); ++i) {
-    const std::string place = "/program/steps/" + std::to_string(i) + test::broken_plans()[i].place;
+    const std::string place = "/program/steps/" + std::to_string(i) + rules_of_plans()[i].place;
     EXPECT_TRUE(std::ranges::any_of(planned.list(), [&](const Finding& found) { return found.pointer == place; }))
         << place << "\n"
         << planned.to_string();
@@ -302,12 +343,12 @@ const std::vector<std::pair<std::string, std::string>> kElsewhere = {
     {"the condition held, but the arm's position was not known", "the condition is null then: the case before it"},
     {"a list of more than 100 000 elements", "takes minutes to fill, one by one"},
     {"an arm of fewer than three joints follows no line", "no model has so few"},
+    {"'{}': nobody knows where the arm will be at rest", "steps wait for the end of what moved their arm before"},
 };
 
 // A place of the source that says what is wrong has a case above. Whoever adds one adds a case.
 TEST(RulesBrokenOnce, EveryPlaceInTheSourceHasACase) {
-  for (const auto table :
-       {break_forms, break_plans, break_runs, break_activities, break_pairs, break_states, break_modes})
+  for (const auto table : {break_forms, break_plans, break_runs, break_uses, break_pairs, break_states, break_modes})
     once(table);
   std::vector<test::ErrorSite> sites = test::error_sites("core/activity");
   for (const test::ErrorSite& site : test::error_sites("core/base")) {

@@ -6,6 +6,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 class TransactionRulesTest : public test::CommandStepTest {
  protected:
@@ -143,9 +144,10 @@ TEST_F(TransactionRulesTest, AllFindingsComeAtOnceWithTheirPlaces) {
                                              R"(, "on": [{"entered": {"completed": "far"}, "start": "wide"}])"))
                                .to_string();
   EXPECT_THAT(text, AllOf(HasSubstr("/program/commands/far/to: error: "),
-                          HasSubstr("/program/commands/valve/value: error: 11 V (0 to 10 V)"),
-                          HasSubstr("/program/commands/wide/width_m: error: 0.3 for 'gripper'"),
+                          HasSubstr("/program/commands/valve/value: error: 11 V is not for 'valve' (0 to 10 V)"),
+                          HasSubstr("/program/commands/wide/width_m: error: 0.3 is not for 'gripper' (0 to 0.11)"),
                           HasSubstr("/program/commands/empty: error: C9"), HasSubstr("/program/on/0: error: C5")));
+  EXPECT_THAT(text, AllOf(Not(HasSubstr("/valve: error: 11 V")), Not(HasSubstr("/width: error: 0.3")))) << "told twice";
 }
 
 TEST_F(TransactionRulesTest, TheFormIsTold) {

@@ -101,6 +101,29 @@ TEST_F(ComplianceTest, AnOverlayMayLieOverACompliantMotionToo) {
   EXPECT_TRUE(cell.run(handle).succeeded());
 }
 
+TEST_F(ComplianceTest, ACompliantSequenceTellsItsPointsAndItsPath) {
+  enter(ControlMode::kJointImpedance);
+  const auto to = [&](double a1, double blend) {
+    const auto leg = [this, goal = cell.joints(a1)](const device::JointVector& q) {
+      return motion::ptp_leg(planning_model(cell.cell.arms.at("arm")), q, goal);
+    };
+    return SequencePart{.geometry = leg, .wish = {}, .blend = {motion::Blend::Kind::kFraction, blend}};
+  };
+  SequencePart last = to(0.0, 0.0);
+  last.blend = {};
+  RuntimeCommand soft("soft", cell.arm_actuator(),
+                      with_compliance(sequence({to(0.1, 0.3), last}), JointCompliance{.stiffness = joints(300.0)}));
+  soft.observe("passed", BooleanSensor(soft.action().via_passed(0).node()));
+  CommandHandle handle = begin(soft);
+  EXPECT_NE(soft.node()->model().planned_path().motion, nullptr);
+  EXPECT_EQ(soft.node()->model().via_count(), 1);
+  cycles(20);
+  EXPECT_EQ(handle.value<bool>("passed"), false);
+  while (!handle.status().ended() && handle.value<bool>("passed") == false) cycles(1);
+  EXPECT_EQ(handle.value<bool>("passed"), true);
+  EXPECT_TRUE(cell.run(handle).succeeded());
+}
+
 TEST_F(ComplianceTest, ValuesMayBeFormulas) {
   enter(ControlMode::kCartesianImpedance);
   cell.cell.channels.at("speed")->write(0.25);

@@ -10,8 +10,10 @@
 
 #include "core/command/carried_motion.h"
 #include "core/command/check.h"
+#include "core/command/compliance_action.h"
 #include "core/command/condition.h"
 #include "core/command/frame_sensors.h"
+#include "core/command/freedrive_action.h"
 #include "core/command/mapping.h"
 #include "core/command/online_action.h"
 #include "core/command/overlay_action.h"
@@ -92,6 +94,8 @@ std::vector<BrokenCommand> starts() {
        "/all/a", "it would start itself: /all/a -> /all/b -> /all/a", "each command runs once at most"},
       {"C9", [](World&) -> Command { return TransactionCommand("empty"); }, "/empty", "nothing starts in 'empty'",
        "add_started()"},
+      {"C9", [](World& world) -> Command { return all_of(driver(world, "a"), lamp(world, "b")); }, "/all/b",
+       "nothing ever starts 'b'", "add_started()"},
   };
 }
 
@@ -190,6 +194,14 @@ std::vector<BrokenCommand> trees() {
 std::vector<BrokenCommand> actions() {
   const Eigen::Isometry3d there = Eigen::Isometry3d::Identity();
   return {
+      {"",
+       [](World& world) -> Command {
+         RuntimeCommand a("a", world.arm_actuator(), ptp(world.joints(0.2)));
+         RuntimeCommand b("b", world.arm_actuator(), ptp(world.joints(0.0)));
+         a.on_entered(world.hard(), cancel(a));
+         return all_of(a, b).on_entered(a.completed(), start(b));
+       },
+       "/all/b", "nobody knows before where 'arm' will be when 'b' begins: it depends on where 'a'", "not cancelled"},
       {"C8", [there](World& world) -> Command { return RuntimeCommand("a", world.driver(), lin(there)); }, "/a",
        "LIN gives", "it takes digital value"},
       {"C8",
@@ -274,6 +286,74 @@ std::vector<BrokenCommand> actions() {
   };
 }
 
+/// What a line of 0.1 m to the side is laid under.
+Action line(const World& world, double acceleration = 1.0) {
+  return lin(world.moved(0, 0.1, 0), {.acceleration = acceleration, .linear_velocity = 0.05});
+}
+Action offset(const World& world, const Action& motion, const ForceOffsetWish& wish) {
+  const Eigen::Isometry3d& X_FT = world.cell.arms.at("arm").X_FT;
+  return force_offset(motion, pressing_along(world.cell, "wrist", wish.direction_M, X_FT), wish);
+}
+
+std::vector<BrokenCommand> overlays() {
+  return {
+      {"C8", [](World& world) -> Command { return move(world, offset(world, ptp(world.joints(0.1)), {})); }, "/move",
+       "PTP moves joints, so there is nothing to shift", "a motion of a frame"},
+      {"",
+       [](World& world) -> Command {
+         return move(world, offset(world, line(world, 0.8), {.reach = 0.0, .retreat = 0.0}));
+       },
+       "/move", "a force offset from 0 to 0 m", "not both 0"},
+      {"", [](World& world) -> Command { return move(world, offset(world, weave(line(world)), {})); }, "/move",
+       "something is laid over LIN already", "a force offset or a weave"},
+      {"", [](World& world) -> Command { return move(world, weave(offset(world, line(world, 0.8), {}))); }, "/move",
+       "something is laid over LIN already", "a force offset or a weave"},
+      {"",
+       [](World& world) -> Command {
+         return move(world, offset(world, line(world, 0.8), {.force = {.acceleration_max = 10.0}}));
+       },
+       "/move", "the offset may need 10 of the acceleration of the tool", "a smaller share of its acceleration"},
+      {"",
+       [](World& world) -> Command { return move(world, offset(world, with_compliance(line(world), Stiff{}), {})); },
+       "/move", "of the acceleration of the tool, where the motion leaves 0", "a smaller share of its acceleration"},
+  };
+}
+
+std::vector<BrokenCommand> compliances() {
+  const auto joints = [](double value, int count = 7) {
+    return net::JointArray(device::JointVector(device::JointVector::Constant(count, value)));
+  };
+  const auto soft = [](World& world, const ComplianceWish& wish) -> Command {
+    return move(world, with_compliance(hold(), wish));
+  };
+  const auto guided = [](World& world, const FreedriveWish& wish) -> Command {
+    return move(world, freedrive(world.cell, "arm", wish));
+  };
+  return {
+      {"C8",
+       [](World& world) -> Command {
+         return RuntimeCommand("a", world.driver(), with_compliance(set_value(true), CartesianCompliance{}));
+       },
+       "/a", "set value gives digital value for mode cartesian_impedance, which 'driver' does not take",
+       "without a mode"},
+      {"", [=](World& world) { return soft(world, JointCompliance{.stiffness = joints(2500.0)}); }, "/move/stiffness/6",
+       "2500 Nm/rad for 'arm'", "0 to 2000 Nm/rad"},
+      {"", [=](World& world) { return soft(world, JointCompliance{.damping_ratio = joints(1.0, 2)}); },
+       "/move/damping_ratio", "2 values for 'arm'", "7 values"},
+      {"",
+       [](World& world) -> Command {
+         return move(world, with_compliance(with_compliance(hold(), JointCompliance{}), CartesianCompliance{}));
+       },
+       "/move", "for mode joint_impedance is to be for mode cartesian_impedance", "one compliance"},
+      {"", [=](World& world) { return guided(world, {.linear_max = 0.0}); }, "/move/linear_max", "0 m/s",
+       "above 0 m/s"},
+      {"", [=](World& world) { return guided(world, {.angular_max = std::numeric_limits<double>::infinity()}); },
+       "/move/angular_max", "inf rad/s", "above 0 rad/s"},
+      {"", [=](World& world) { return guided(world, {.springs = {.torque = -1.0}}); }, "/move/springs/torque", "-1 Nm",
+       "from 0 Nm"},
+  };
+}
+
 std::vector<BrokenCommand> names() {
   return {
       {"", [](World& world) -> Command { return RuntimeCommand("a", output(world.cell, "dirver"), set_value(true)); },
@@ -334,7 +414,7 @@ void expect_told(const Findings& findings, const std::string& place, const std::
 }
 
 void break_commands() {
-  for (const auto& table : {starts(), ends(), trees(), actions(), names()}) {
+  for (const auto& table : {starts(), ends(), trees(), actions(), overlays(), compliances(), names()}) {
     for (const BrokenCommand& rule : table) {
       World world;
       const Command command = rule.make(world);
@@ -394,6 +474,24 @@ void break_beginnings() {
   expect_told(loaded.error(), "/move", "'arm' has not told yet where it is", "a cycle of the core before");
 }
 
+/// The TX90 knows one mode, and nothing feels on it.
+void break_modes() {
+  rcc::ControlCore core{{}};
+  Cell cell;
+  const auto arm = device::read_arm("models/tx90").value();
+  cell.arms["arm"].device =
+      &core.add(std::make_unique<device::Arm>("arm", arm, std::make_shared<test::FakeArm>(arm->home), core.period()));
+  core.step();
+  Runtime runtime(core);
+  const auto load = [&](const Action& action) {
+    const auto loaded = runtime.load(RuntimeCommand("move", command::arm(cell, "arm"), action));
+    return loaded ? Findings() : loaded.error();
+  };
+  expect_told(load(freedrive(cell, "arm")), "/move", "C8: nobody can guide 'arm' by hand", "the mode joint_impedance");
+  expect_told(load(with_compliance(hold(), JointCompliance{})), "/move",
+              "for mode joint_impedance, which 'arm' does not take", "it takes them for position");
+}
+
 /// Without plan(): what map() says.
 void break_maps() {
   World world;
@@ -412,6 +510,7 @@ TEST(CommandRulesBrokenOnce, OfCommands) { once(break_commands); }
 TEST(CommandRulesBrokenOnce, OfConditions) { once(break_conditions); }
 TEST(CommandRulesBrokenOnce, OfHandles) { once(break_handles); }
 TEST(CommandRulesBrokenOnce, OfBeginnings) { once(break_beginnings); }
+TEST(CommandRulesBrokenOnce, OfModes) { once(break_modes); }
 TEST(CommandRulesBrokenOnce, OfMaps) { once(break_maps); }
 
 // All at once: each is told, none hides another.
@@ -446,7 +545,8 @@ const std::vector<std::pair<std::string, std::string>> kElsewhere = {
 
 // A place of the source that says what is wrong has a case above. Whoever adds one adds a case.
 TEST(CommandRulesBrokenOnce, EveryPlaceInTheSourceHasACase) {
-  for (const auto table : {break_commands, break_conditions, break_handles, break_beginnings, break_maps}) once(table);
+  for (const auto table : {break_commands, break_conditions, break_handles, break_beginnings, break_modes, break_maps})
+    once(table);
   const std::vector<test::ErrorSite> sites = test::error_sites("core/command");
   ASSERT_GT(sites.size(), 40u) << "the look through the source finds nothing any more";
   for (const test::ErrorSite& site : sites) {

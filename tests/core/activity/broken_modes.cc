@@ -1,0 +1,72 @@
+// Wrong uses of control modes, springs and freedrive by activities.
+#include "core/activity/composition.h"
+#include "tests/core/activity/broken_activities.h"
+
+namespace takt::test {
+namespace {
+
+using activity::Activity;
+using activity::Actuator;
+using activity::ControlModeInterface;
+using activity::FreedriveInterface;
+using activity::HoldInterface;
+using command::JointCompliance;
+using device::ControlMode;
+
+JointCompliance springs(double stiffness, int joints = 7) {
+  return {.stiffness = net::JointArray(device::JointVector(device::JointVector::Constant(joints, stiffness)))};
+}
+ControlModeInterface modes(ActivityCell& cell) { return cell.robot.use<ControlModeInterface>(); }
+Activity held(ActivityCell& cell, const command::ComplianceWish& wish) {
+  return cell.robot.use<HoldInterface>().hold({.seconds = 0.1, .compliance = wish});
+}
+
+}  // namespace
+
+std::vector<BrokenActivity> broken_modes() {
+  return {
+      {"a mode that is not there", [](auto& cell) { modes(cell).switch_to("postion").execute(); }, "/arm",
+       "there is no control mode 'postion'", "did you mean 'position'?"},
+      {"springs of a stiff arm",
+       [](auto& cell) { cell.motion.ptp(cell.joints(0.2), {.compliance = springs(300)}).execute(); },
+       "/arm PTP/compliance", "'arm' will be in mode position, and this needs joint_impedance",
+       "switch_to(\"joint_impedance\")"},
+      {"springs of another mode",
+       [](auto& cell) {
+         modes(cell).switch_to(ControlMode::kCartesianImpedance).execute();
+         held(cell, springs(300)).execute();
+       },
+       "/hold arm/compliance", "'arm' will be in mode cartesian_impedance, and this needs joint_impedance",
+       "switch_to(\"joint_impedance\")"},
+      {"springs that the device does not have",
+       [](auto& cell) {
+         modes(cell).switch_to(ControlMode::kJointImpedance).execute();
+         held(cell, springs(2500)).execute();
+       },
+       "/hold arm/hold/stiffness/0", "2500 Nm/rad for 'arm'", "0 to 2000 Nm/rad"},
+      {"a change in a sequence",
+       [](auto& cell) {
+         activity::sequence({modes(cell).switch_to(ControlMode::kJointImpedance), cell.motion.ptp(cell.joints(0.1))})
+             .execute();
+       },
+       "/arm joint_impedance, arm PTP/0", "'arm joint_impedance' changes a control mode", "an activity of its own"},
+      {"a device that does not come there",
+       [](auto& cell) {
+         cell.backend->ignores_modes = true;
+         modes(cell).switch_to(ControlMode::kJointImpedance).execute();
+       },
+       "/arm joint_impedance/mode", "the mode was not changed: ", "an arm that stands"},
+      {"the mode of an arm that the core does not drive",
+       [](auto& cell) {
+         cell.cell.arms["second"] = cell.cell.arms.at("arm");
+         Actuator(cell.program, "second").use<ControlModeInterface>().switch_to(ControlMode::kJointImpedance).execute();
+       },
+       "/second joint_impedance/mode", "'second' cannot be asked for mode joint_impedance now",
+       "an arm that the core drives"},
+      {"a hand that may lead nowhere",
+       [](auto& cell) { cell.robot.template use<FreedriveInterface>().freedrive({.linear_max = 0.0}).execute(); },
+       "/arm freedrive/freedrive/linear_max", "0 m/s", "above 0 m/s"},
+  };
+}
+
+}  // namespace takt::test

@@ -1,0 +1,226 @@
+// Commands of programs: transactions and their events, motions in them, manual control, overlays, freedrive.
+#include "tests/core/activity/broken_rules.h"
+
+namespace takt::test {
+namespace {
+
+std::string tree(const std::string& commands, const std::string& more = "") {
+  return R"({"do": "transaction", "commands": {)" + commands + "}" + more + "}";
+}
+/// A command that starts with its transaction.
+std::string first(const std::string& name, const std::string& keys) {
+  return "\"" + name + R"(": {"start": true, )" + keys + "}";
+}
+std::string later(const std::string& name, const std::string& keys) { return "\"" + name + "\": {" + keys + "}"; }
+
+const std::string kDriver = R"("do": "set", "output": "driver", "value": true)";
+const std::string kUp = R"("do": "lin", "to": {"by_m": [0, 0, 0.05]}, "velocity_m_s": 0.05)";
+const std::string kHard = R"({"sensor": "wrist", "above_N": 900})";
+
+/// A transaction with one command 'a' and one event handler.
+std::string on(const std::string& handler) { return tree(first("a", kDriver), R"(, "on": [)" + handler + "]"); }
+std::string then(const std::string& effect) { return on(R"({"entered": {"completed": "a"}, )" + effect + "}"); }
+std::string when(const std::string& state) { return on(R"({"entered": )" + state + R"(, "cancel": "a"})"); }
+
+std::vector<BrokenRule> commands() {
+  return {
+      {R"({"do": "transaction"})", "", "key 'commands' is missing", "an object {...}"},
+      {tree(R"("a": 3)"), "/commands/a", "3 stands here", "an object {...}"},
+      {tree(R"("a": {"seconds": 1})"), "/commands/a/do", "'do' is missing", "allowed: circ, follow"},
+      {tree(first("a", R"("do": "prses")")), "/commands/a/do", "there is no command 'prses'", "did you mean 'press'?"},
+      {tree(first("a/b", R"("do": "wait", "seconds": 1)")), "/commands/a~1b", "a command named 'a/b'", "has no '/'"},
+      {tree(first("a", kDriver + R"(, "name": "b")")), "/commands/a/name", "a second name: \"b\"", "'a' is its name"},
+      {tree(R"("a": {"start": 1, )" + kDriver + "}"), "/commands/a/start", "1 stands here", "true or false"},
+      {R"({"do": "hold", "seconds": 1, "start": true})", "/start", "a step of its own has no 'start'",
+       "inside of a transaction"},
+      {tree(first("a", kDriver), R"(, "capture": {"x": {}})"), "/capture/x", "key 'value' is missing",
+       "an object {...}"},
+      {tree(first("a", kDriver), R"(, "capture": {"x": {"value": {"progress": "b"}}})"), "/capture/x/value/progress",
+       "C6: there is no command 'b' in 'transaction'", "allowed: transaction, a"},
+      {tree(first("a", kDriver), R"(, "on_cancel": "never")"), "/on_cancel", "'never' is not known here",
+       "allowed: forward, ignore"},
+      {tree(first("a", kDriver), R"(, "on_cancel": ["b"])"), "/on_cancel/0", "C6: there is no command 'b'",
+       "allowed: transaction, a"},
+  };
+}
+
+std::vector<BrokenRule> events() {
+  const std::string none = R"("cancel": "a")";
+  return {
+      {tree(first("a", kDriver), R"(, "on": 5)"), "/on", "5 stands here", "an array of event handlers"},
+      {on("{" + none + "}"), "/on/0", "exactly one event is needed", "'entered' or 'left' with a state"},
+      {on(R"({"entered": {"completed": "a"}, "left": {"completed": "a"}, )" + none + "}"), "/on/0",
+       "exactly one event is needed", "'entered' or 'left' with a state"},
+      {on(R"({"entered": {"completed": "a"}})"), "/on/0", "nothing happens then", "start, stop, cancel, raise, tell"},
+      {then(R"("cancel": {})"), "/on/0/cancel", "{} stands here", "a name, or several"},
+      {then(R"("stop": [5])"), "/on/0/stop/0", "5 stands here", "a name"},
+      {then(R"("start": "b")"), "/on/0/start", "C6: there is no command 'b' in 'transaction'", "allowed:"},
+      {then(R"("raise": "lost")"), "/on/0/raise", "C10: no transaction has the raised state 'lost'",
+       "'raised' of a transaction"},
+      {then(R"("tell": 5)"), "/on/0/tell", "5 stands here", "a text"},
+      {then(R"("tell": "")"), "/on/0/tell", "an empty text", "what is told"},
+      {then(R"("tell": "it is done", "after_s": -1)"), "/on/0/after_s", "-1 stands here", "a number from 0 to 3600"},
+      {when("{}"), "/on/0/entered", "no state stands here", "a condition over sensors"},
+      {when(R"({"any": []})"), "/on/0/entered/any", "no state stands here", "at least one"},
+      {when(R"({"completed": "b"})"), "/on/0/entered/completed", "C6: there is no command 'b'", "allowed:"},
+      {when(R"({"raised": "lost"})"), "/on/0/entered/raised", "C10: no transaction has the raised state 'lost'",
+       "'raised' of a transaction"},
+      {when(R"({"action": "a", "at_path": 2})"), "/on/0/entered/at_path", "2 stands here", "a number from 0 to 1"},
+      {when(R"({"actuator": "amr", "is": "completed"})"), "/on/0/entered/actuator", "'amr' is not known here",
+       "did you mean 'arm'?"},
+      {when(R"({"channel": "speed"})"), "/on/0/entered/channel", "'speed' carries Real", "a Boolean channel with 'is'"},
+  };
+}
+
+std::vector<BrokenRule> motions() {
+  const std::string to_home = R"("do": "ptp", "to": "home")";
+  const auto several = [](const std::string& steps) {
+    return tree(first("m", R"("do": "motions", "steps": [)" + steps + "]"));
+  };
+  const std::string blended = "{" + kUp + R"(, "blend_m": 0.01})";
+  return {
+      {tree(first("m", kUp + R"(, "blend_m": 0.01)")), "/commands/m/blend_m",
+       "a command of its own has nothing to blend into", "\"do\": \"motions\""},
+      {several(""), "/commands/m/steps", "no motion stands here", "one at least"},
+      {several(blended + R"(, {"do": "hold", "seconds": 1})"), "/commands/m/steps/1/do",
+       "\"hold\" is no planned motion", "ptp, lin, circ or spline"},
+      {several("{" + kUp + R"(, "blend_m": 0.01, "until": )" + kHard + "}, {" + to_home + "}"),
+       "/commands/m/steps/0/until", "only the last of them may be guarded", "on the last"},
+      {several("{" + kUp + "}, {" + to_home + "}"), "/commands/m/steps/0", "a motion that is not blended into the next",
+       "on all but the last"},
+      {several(blended + ", " + blended), "/commands/m/steps/1", "the last motion has nothing to blend into",
+       "on all but the last"},
+  };
+}
+
+std::vector<BrokenRule> online() {
+  const std::string held = R"("while": {"channel": "enable"})";
+  return {
+      {R"({"do": "jog", )" + held + "}", "", "nothing says how fast", "'channel', 'linear_m_s' or 'angular_deg_s'"},
+      {R"({"do": "jog", "channel": "stick"})", "", "key 'while' is missing", "an object {...}"},
+      {R"({"do": "jog", "channel": "stcik", )" + held + "}", "/channel", "there is no channel 'stcik'",
+       "did you mean 'stick'?"},
+      {R"({"do": "jog", "channel": "speed", )" + held + "}", "/channel", "'speed' carries Real",
+       "a channel of type Twist"},
+      {R"({"do": "jog", "channel": "stick", "while": {"channel": "enabel"}})", "/while/channel",
+       "there is no channel 'enabel'", "did you mean 'enable'?"},
+      {R"({"do": "jog", "channel": "stick", "linear_max_m_s": 0, )" + held + "}", "/linear_max_m_s", "0 stands here",
+       "a number above 0"},
+      {R"({"do": "follow"})", "", "key 'in' is missing", "a text"},
+      {R"({"do": "follow", "in": "world", "until": {"input": "buton"}})", "/until/input", "there is no input 'buton'",
+       "did you mean 'button'?"},
+      {R"({"do": "hold", "seconds": -1})", "/seconds", "-1 stands here", "a number from 0 to 3600"},
+  };
+}
+
+std::vector<BrokenRule> overlays() {
+  const auto over = [](const std::string& keys) { return "{" + kUp + ", " + keys + "}"; };
+  const std::string weave = R"("weave": {"amplitude_m": 0.002, "frequency_Hz": 2)";
+  const std::string offset = R"("force_offset": {"sensor": "wrist", "force_N": 5)";
+  return {
+      {over(R"("weave": 5)"), "/weave", "5 stands here", "an object {...}"},
+      {over(R"("weave": {"frequency_Hz": 2})"), "/weave", "key 'amplitude_m' is missing", "a number above 0"},
+      {over(weave + R"(, "direction": [0, 0, 0]})"), "/weave/direction", "a direction of no length",
+       "a vector that is not zero"},
+      {over(weave + "}, " + offset + "}"), "/force_offset", "a weave and a force offset", "one of them"},
+      {over(R"("force_offset": {"sensor": "foot", "force_N": 5})"), "/force_offset/sensor", "'foot' is not on 'arm'",
+       "a sensor on this arm"},
+      {over(R"("force_offset": {"sensor": "wrist", "force_N": 0})"), "/force_offset/force_N", "0 stands here",
+       "a number from 0.1 to 1000"},
+  };
+}
+
+std::vector<BrokenRule> freedrive() {
+  return {
+      {R"({"do": "freedrive"})", "", "nothing says when it ends", "'until' or 'seconds'"},
+      {R"({"do": "freedrive", "seconds": 1, "enabled": {"input": "buton"}})", "/enabled/input",
+       "there is no input 'buton'", "did you mean 'button'?"},
+      {R"({"do": "freedrive", "seconds": 1, "velocity_m_s": 0})", "/velocity_m_s", "0 stands here", "a number above 0"},
+  };
+}
+
+}  // namespace
+
+std::vector<BrokenRule> broken_transactions() {
+  std::vector<BrokenRule> all;
+  for (const auto& some : {commands(), events(), motions(), online(), overlays(), freedrive()})
+    all.insert(all.end(), some.begin(), some.end());
+  return all;
+}
+
+std::vector<BrokenRule> broken_transaction_plans() {
+  const std::string wait = R"("do": "wait", "seconds": 1)";
+  return {
+      {tree(""), "", "C9: nothing starts in 'transaction'", "\"start\": true"},
+      {tree(first("a", wait) + ", " + later("b", kDriver)), "/commands/b", "C9: nothing ever starts 'b'",
+       "\"start\": true"},
+      {tree(first("a", wait), R"(, "on": [{"entered": {"action": "a", "is": "error"}, "cancel": "a"}])"), "/on/0",
+       "C8: 'a' is no action, so it has no state 'error'", "completed, stopped, cancelled of a command"},
+      {tree(first("a", wait), R"(, "capture": {"x": {"value": {"progress": "a"}}})"), "/capture/x",
+       "C8: 'a' is no motion", "a motion"},
+      {tree(first("press", kUp + R"(, "until": )" + kHard) + ", " + later("on", kUp),
+            R"(, "on": [{"entered": {"completed": "press"}, "start": "on"}])"),
+       "/commands/on", "nobody knows before where 'arm' will be when 'on' begins", "not cancelled"},
+      {tree(first("g", R"("do": "grip", "width_m": 0.3)")), "/commands/g/width_m", "0.3 is not for 'gripper'",
+       "0 to 0.11"},
+      {tree(first("v", R"("do": "set", "output": "valve", "value": 11)")), "/commands/v/value",
+       "11 V is not for 'valve'", "0 to 10 V"},
+      {R"({"do": "jog", "channel": "stick", "in": "nowhere", "while": {"channel": "enable"}})", "",
+       "there is no frame 'nowhere'", "allowed: "},
+      {R"({"do": "ptp", "to": "home", "weave": {"amplitude_m": 0.002, "frequency_Hz": 2}})", "",
+       "C8: PTP moves joints, so there is nothing to weave beside", "a motion of a frame"},
+      {"{" + kUp + R"(, "weave": {"amplitude_m": 0.1, "frequency_Hz": 50}})", "", "a weave with an acceleration of",
+       "a smaller amplitude or frequency"},
+      {"{" + kUp + R"(, "force_offset": {"sensor": "wrist", "force_N": 5, "acceleration_max_m_s2": 10}})", "",
+       "the offset may need 10 of the acceleration of the tool", "smaller bounds of the offset"},
+  };
+}
+
+std::vector<BrokenRun> broken_transaction_runs() {
+  const auto silent = [](int cycle, ActivityCell& cell) { cell.sensor->silent = cycle >= 300; };
+  const std::string press =
+      R"("do": "press", "sensor": "wrist", "direction": [0, 0, 1], "in": "world", "approach_m_s": 0.01)";
+  const std::string wait = R"("do": "wait", "until": )" + kHard;
+  return {
+      {tree(first("w", wait + R"(, "timeout_s": 0.02)")), "/commands/w/until",
+       "the condition did not hold within 0.02 s", "a longer \"timeout_s\""},
+      {tree(first("w", wait + R"(, "timeout_s": 0.5)")), "/commands/w/until",
+       "a sensor of the condition did not answer", "its power", silent},
+      {tree(first("g", R"("do": "grip")")), "/commands/g", "no part was found; the fingers stand 40.0 mm apart",
+       "\"expect\": \"any\"",
+       [](int cycle, ActivityCell& cell) {
+         if (cycle >= 10) cell.fingers->answer(device::GripperState::kIdle, 0.04);
+       }},
+      {tree(first("m", kUp + R"(, "until": )" + kHard)),
+       "/commands/m/until",
+       "the motion reached its end and the condition never held",
+       "\"on_end\": \"continue\"",
+       {},
+       true},
+      {tree(first("m", kUp + R"(, "until": )" + kHard)), "/commands/m/until",
+       "a sensor of the condition did not answer, so the arm stopped on its path", "its power", silent, true},
+      {R"({"do": "sequence", "steps": [{"do": "tare", "sensor": "wrist", "cycles": 20}, )" +
+           tree(first("p", press + R"(, "travel_m": 0.005)")) + "]}",
+       "/steps/1/commands/p/travel_m",
+       "nothing was touched",
+       "a longer travel",
+       {},
+       true},
+      {tree(first("p", press + R"(, "travel_m": 0.005)")),  // what hangs there is taken for a touch
+       "/commands/p/travel_m",
+       "the travel was used up after the touch",
+       "a longer travel",
+       {},
+       true},
+      {tree(first("m", kUp)), "", "the net was stopped in cycle", "\"try\" around the step",
+       [](int cycle, ActivityCell& cell) { cell.backend->silent = cycle >= 200; }, true},
+      {tree(first("p", press)), "/commands/p/sensor", "'wrist' did not answer, so the arm stopped", "its power", silent,
+       true},
+      {"{" + kUp + R"(, "force_offset": {"sensor": "wrist", "force_N": 5, "approach_m_s": 0}})", "/force_offset/sensor",
+       "'wrist' did not answer, so the arm stopped on its path", "its power", silent, true},
+      {R"({"do": "freedrive", "seconds": 1})", "", "the mode was not changed: ", "an arm that stands",
+       [](int, ActivityCell& cell) { cell.backend->state().ready = false; }},
+  };
+}
+
+}  // namespace takt::test
