@@ -241,6 +241,74 @@ TEST_F(GoingOnTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
   }
 }
 
+/// The frame of the loop's place has moved on already when the snapshot is taken.
+TEST_F(GoingOnTest, D3_AnOpenMotionKeepsItsOwnPlaceOfALoop) {
+  const Program program = good(sequence(std::string(kApproach) + R"({"do": "for_each", "as": "at", "in": [
+      {"in": "block", "position_m": [0, 0.1, 0.2]}, {"in": "block", "position_m": [-0.15, 0.1, 0.2]}],
+      "steps": [{"do": "lin", "name": "on", "to": {"in": "$at", "position_m": [0, 0, 0]}, "blend_m": 0.04}]})"));
+  std::string text;
+  ASSERT_EQ(run(program,
+                [&](int, ProgramRunner& runner) {
+                  if (!text.empty() || runner.current() != "on" || tool_in_block().y() < -0.05) return;
+                  text = runner.snapshot().dump();
+                  runner.cancel();
+                }),
+            Progress::kDone);
+  Context context{fake.cell, fake.core, variables, latency, [](auto, auto, auto) {}};
+  ProgramRunner runner(program, context);
+  const Findings found = runner.restore(test::Json::parse(text));
+  ASSERT_TRUE(found.empty()) << found.to_string();
+  double farthest = -1.0;
+  for (int i = 0; i < 20'000 && runner.advance() == Progress::kRunning; ++i) {
+    fake.step();
+    if (tool_in_block().x() > -0.01) farthest = std::max(farthest, tool_in_block().y());
+  }
+  ASSERT_EQ(runner.progress(), Progress::kDone) << runner.findings().to_string();
+  EXPECT_GT(farthest, 0.07) << "straight ahead to the first place, and only then aside";
+  EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
+}
+
+TEST_F(GoingOnTest, D3_AMotionThatIsTheWholeProgramIsBegunAgainOnce) {
+  ASSERT_EQ(run(sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")), Progress::kDone);
+  const Program program = good(R"({"do": "lin", "name": "up", "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.02})");
+  std::string text;
+  ASSERT_EQ(run(program,
+                [&](int, ProgramRunner& runner) {
+                  if (!text.empty() || tool_in_block().z() < 0.22) return;
+                  text = runner.snapshot().dump();
+                  runner.cancel();
+                }),
+            Progress::kDone);
+  const double begin = tool_in_block().z();
+  Context context{fake.cell, fake.core, variables, latency, [](auto, auto, auto) {}};
+  ProgramRunner runner(program, context);
+  ASSERT_TRUE(runner.restore(test::Json::parse(text)).empty());
+  for (int i = 0; i < 20'000 && runner.advance() == Progress::kRunning; ++i) fake.step();
+  ASSERT_EQ(runner.progress(), Progress::kDone) << runner.findings().to_string();
+  EXPECT_NEAR(tool_in_block().z(), begin + 0.1, 1e-6);
+}
+
+TEST_F(GoingOnTest, AFailureOfAMotionBeforeATryIsNotItsOwn) {
+  const std::string program =
+      sequence(std::string(kApproach) + lin("there", kThere) +
+               R"(, {"do": "try", "retry": 2, "steps": [{"do": "wait", "seconds": 0.01}], "on_error": {"steps": []}})");
+  const auto abort_there = [this](int, ProgramRunner& runner) {
+    if (runner.current() == "there" && tool_in_block().y() > 0.0) abort_all();
+  };
+  EXPECT_EQ(run(good(program), abort_there), Progress::kFailed);
+  EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/1")) << findings.to_string();
+}
+
+TEST_F(GoingOnTest, WhatCleansUpIsNotCancelledWithABranch) {
+  const std::string program =
+      sequence(std::string(kApproach) + R"({"do": "parallel", "end": "first", "branches": [
+      {"do": "wait", "seconds": 0.8},
+      {"do": "try", "steps": [{"do": "wait", "seconds": 0.1}], "finally": [)" +
+               lin("there", kThere) + R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "") + "]}]}");
+  EXPECT_EQ(run(program), Progress::kDone) << findings.to_string();
+  EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
+}
+
 TEST_F(GoingOnTest, TheRehearsalTellsWhereNothingGoesOn) {
   const auto notes = [&](const std::string& steps) { return pointers(rehearsed(sequence(kApproach + steps))); };
   const std::string there = lin("there", kThere), aside = lin("aside", kAside, "");
