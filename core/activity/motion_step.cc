@@ -34,6 +34,9 @@ class MotionRun final : public StepRun {
 
   Progress advance(Context& context, Findings& findings) override {
     if (!run_) {
+      // The first step of a program may come before the first sample.
+      const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
+      if (arm.device->set_point().q.size() == 0) return Progress::kRunning;
       auto motion = std::make_shared<const RequestedMotion>(requests_, context.variables.biases);
       run_ = context.scheduler->schedule(std::move(motion));
       context.scheduler->prepare(run_);  // others may move the frames of its goals in this very cycle

@@ -37,8 +37,6 @@ class FreedriveTest : public testing::TestWithParam<std::string> {
     auto built = build_cell(*description, test::models(), false, warnings);
     ASSERT_TRUE(built) << built.error().to_string();
     cell_ = std::make_unique<BuiltCell>(std::move(*built));
-    const Findings findings = activity::declare_channels(*cell_->core, cell_->cell);
-    ASSERT_FALSE(findings.has_errors()) << findings.to_string();
     program_ = std::make_unique<activity::Runtime>(*cell_->core, cell_->cell, [this] { cycle(); });
     const auto list = [](const device::JointVector& v) { return std::vector<double>(v.begin(), v.end()); };
     const motion::JointLimits& limits = arm_model().limits;
