@@ -5,6 +5,7 @@
 #include "core/activity/command_request.h"
 #include "core/activity/force_request.h"
 #include "core/activity/goal.h"
+#include "core/activity/touch.h"
 #include "core/base/object_reader.h"
 #include "core/command/condition_state.h"
 #include "core/command/device_sensors.h"
@@ -91,7 +92,10 @@ class ForceCommand final : public CommandRequest {
               Findings& findings) const override {
     const auto was = [&](const char* what) { return ended.value<net::Frame>(key + what).has_value(); };
     const bool touched = was(" touched");
-    if (touched) note_touch(ended, key, context);
+    // Where the tool stood when it was to press no more, else where it touched, is the touch of this arm.
+    const auto end = ended.value<net::Frame>(key + " end");
+    const auto X_BT = end ? end : ended.value<net::Frame>(key + " touched");
+    if (touched && X_BT) findings.append(note_touch(context, request.arm, *X_BT), pointer);
     if (cancelled || was(" held") || was(" found") || was(" until")) return;
     if (was(" silent")) {
       findings.error(pointer + "/sensor", fmt::format("'{}' did not answer, so the arm stopped", request.sensor),
@@ -112,18 +116,6 @@ class ForceCommand final : public CommandRequest {
       if (prepared) return press_of(request, *prepared, making.cell, making.biases);
     }
     return command::Action(std::make_shared<const PlacedPress>(request, making.cell, making.biases));
-  }
-
-  /// Where the tool stood when it was to press no more, else where it touched, is the touch of this arm.
-  void note_touch(const EndedTree& ended, const std::string& key, Context& context) const {
-    const auto X_WB = context.cell.frames.pose(request.arm);
-    const auto end = ended.value<net::Frame>(key + " end");
-    const auto X_BT = end ? end : ended.value<net::Frame>(key + " touched");
-    if (!X_WB || !X_BT) return;
-    const command::MountedArm& mounted = context.cell.arms.find(request.arm)->second;
-    const Eigen::Vector3d p_W = *X_WB * X_BT->translation();
-    context.variables.touches[request.arm] = {p_W, mounted.ball_radius, context.core.cycle()};
-    context.event(request.arm, "touch", fmt::format("({:.5f}, {:.5f}, {:.5f}) m", p_W.x(), p_W.y(), p_W.z()));
   }
 };
 

@@ -6,6 +6,7 @@
 #include "core/activity/force_request.h"
 #include "core/activity/goal.h"
 #include "core/activity/net_run.h"
+#include "core/activity/touch.h"
 
 namespace takt::activity {
 namespace {
@@ -33,8 +34,11 @@ class ForceRun final : public OneNetRun {
   Progress finish(Context& context, Findings& findings) override {
     using namespace command::press_ports;
     const bool found = was_true(kHeld) || was_true(kFound) || was_true(kUntil);
-    if (found || was_true(kTouched)) note_touch(context);
-    if (found) return Progress::kDone;
+    // Where the tool stands pressed counts as the touch of this arm.
+    const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
+    const bool touched = found || was_true(kTouched);
+    if (touched) findings.append(note_touch(context, request_.arm, tool_pose(arm, arm.device->sample().q)));
+    if (found) return findings.has_errors() ? Progress::kFailed : Progress::kDone;
     if (was_true(kSilent)) {
       findings.error("/sensor", fmt::format("'{}' did not answer, so the arm stopped", request_.sensor),
                      "its power and its wires");
@@ -46,16 +50,6 @@ class ForceRun final : public OneNetRun {
                      "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
     }
     return findings.has_errors() ? Progress::kFailed : Progress::kDone;
-  }
-
-  /// Where the tool stands pressed counts as the touch of this arm.
-  void note_touch(Context& context) const {
-    const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
-    const auto X_WB = context.cell.frames.pose(request_.arm);
-    if (!X_WB) return;
-    const Eigen::Vector3d p_W = *X_WB * tool_pose(arm, arm.device->sample().q).translation();
-    context.variables.touches[request_.arm] = {p_W, arm.ball_radius, context.core.cycle()};
-    context.event(request_.arm, "touch", fmt::format("({:.5f}, {:.5f}, {:.5f}) m", p_W.x(), p_W.y(), p_W.z()));
   }
 
   const ForceRequest& request_;

@@ -8,6 +8,7 @@
 #include "core/activity/command_request.h"
 #include "core/activity/motion_request.h"
 #include "core/activity/overlay_request.h"
+#include "core/activity/touch.h"
 #include "core/base/object_reader.h"
 #include "core/command/condition_state.h"
 #include "core/command/device_sensors.h"
@@ -84,7 +85,8 @@ class MotionCommand final : public CommandRequest {
     if (!completed && !was_cancelled) return;  // it was never started
     context.variables.touches.erase(arm());
     if (!requests.back().until) return;
-    if (const auto X_BT = ended.value<net::Frame>(key + " touch")) return note_touch(*X_BT, context);
+    if (const auto X_BT = ended.value<net::Frame>(key + " touch"))
+      return findings.append(note_touch(context, arm(), *X_BT), pointer);
     const std::string place = pointer + places.back() + "/until";
     if (ended.value<net::Frame>(key + " silent")) {
       findings.error(place, "a sensor of the condition did not answer, so the arm stopped on its path",
@@ -117,15 +119,6 @@ class MotionCommand final : public CommandRequest {
     if (overlay.weave) motion = command::weave(motion, *overlay.weave);
     if (overlay.force) motion = overlay.force->laid_over(motion, arm(), making.cell, making.biases);
     return motion;
-  }
-
-  void note_touch(const net::Frame& X_BT, Context& context) const {
-    const auto X_WB = context.cell.frames.pose(arm());
-    if (!X_WB) return;
-    const command::MountedArm& mounted = context.cell.arms.find(arm())->second;
-    const Eigen::Vector3d p_W = *X_WB * X_BT.translation();
-    context.variables.touches[arm()] = {p_W, mounted.ball_radius, context.core.cycle()};
-    context.event(arm(), "touch", fmt::format("({:.5f}, {:.5f}, {:.5f}) m", p_W.x(), p_W.y(), p_W.z()));
   }
 };
 

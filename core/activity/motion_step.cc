@@ -4,7 +4,6 @@
 #include <iterator>
 #include <vector>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/activity/carried_step.h"
@@ -12,6 +11,7 @@
 #include "core/activity/net_run.h"
 #include "core/activity/requested_motion.h"
 #include "core/activity/scheduler.h"
+#include "core/activity/touch.h"
 #include "core/activity/two_ways.h"
 #include "core/command/single_net.h"
 
@@ -70,7 +70,11 @@ class MotionRun final : public StepRun {
     context.variables.touches.erase(request_.arm);
     if (!request_.until) return Progress::kDone;
     const GuardedEnd end = guarded_end(*run_);
-    if (end.touch) return note_touch(*end.touch, context, findings);
+    if (end.touch) {
+      const Findings lost = note_touch(context, request_.arm, *end.touch);
+      findings.append(lost, "/until");
+      return lost.has_errors() ? Progress::kFailed : Progress::kDone;
+    }
     if (cancelled_) return Progress::kDone;
     if (!end.at_goal) {
       findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path",
@@ -81,19 +85,6 @@ class MotionRun final : public StepRun {
     findings.error("/until", "the motion reached its end and the condition never held",
                    "a longer motion, another threshold, or \"on_end\": \"continue\"");
     return Progress::kFailed;
-  }
-
-  Progress note_touch(const net::Frame& X_BT, Context& context, Findings& findings) {
-    const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
-    const auto X_WB = context.cell.frames.pose(request_.arm);
-    if (!X_WB) {
-      findings.append(X_WB.error(), "/until");
-      return Progress::kFailed;
-    }
-    const Eigen::Vector3d p_W = *X_WB * X_BT.translation();
-    context.variables.touches[request_.arm] = {p_W, arm.ball_radius, context.core.cycle()};
-    context.event(request_.arm, "touch", fmt::format("({:.5f}, {:.5f}, {:.5f}) m", p_W.x(), p_W.y(), p_W.z()));
-    return Progress::kDone;
   }
 
   const std::vector<MotionRequest>& requests_;
