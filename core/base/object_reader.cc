@@ -84,8 +84,9 @@ bool ObjectReader::boolean(std::string_view key, std::optional<bool> fallback) {
 std::string ObjectReader::text(std::string_view key, std::optional<std::string> fallback) {
   const Json* value = find(key, fallback ? "" : "a text");
   if (!value) return fallback.value_or("");
-  if (value->is_string()) return value->get<std::string>();
-  findings_.error(at(key), short_dump(*value) + " stands here", "a text");
+  const bool empty = value->is_string() && value->get_ref<const std::string&>().empty();
+  if (value->is_string() && (fallback || !empty)) return value->get<std::string>();
+  findings_.error(at(key), short_dump(*value) + " stands here", empty ? "a text that is not empty" : "a text");
   return fallback.value_or("");
 }
 

@@ -41,6 +41,7 @@ class ObjectReader {
   std::int64_t integer(std::string_view key, std::optional<std::int64_t> fallback = {},
                        const Range& range = kAnyNumber);
   bool boolean(std::string_view key, std::optional<bool> fallback = {});
+  /// A text without a fallback names something: the empty one is a finding too.
   std::string text(std::string_view key, std::optional<std::string> fallback = {});
   /// A text that must be one of `choices`.
   std::string choice(std::string_view key, const std::vector<std::string>& choices,

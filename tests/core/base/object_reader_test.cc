@@ -25,6 +25,17 @@ TEST(ObjectReader, ReadsWhatIsThereAndFallsBackWhereAllowed) {
   EXPECT_TRUE(findings.empty()) << findings.to_string();
 }
 
+TEST(ObjectReader, ATextThatMustBeThereIsNotEmpty) {
+  Findings findings;
+  const Json json = Json::parse(R"({"urdf": "", "title": "", "comment": ""})");
+  ObjectReader reader(json, "/device", findings);
+  EXPECT_EQ(reader.text("urdf"), "");
+  EXPECT_EQ(reader.text("title", "none"), "");
+  reader.finish();
+  ASSERT_EQ(findings.list().size(), 1u) << findings.to_string();
+  EXPECT_THAT(findings.to_string(), testing::AllOf(HasSubstr("/device/urdf"), HasSubstr("not empty")));
+}
+
 TEST(ObjectReader, ReportsAllErrorsAtOnceWithPlaceValueAndChoice) {
   Findings findings;
   const Json json =
