@@ -150,11 +150,20 @@ SpatialInertia Chain::payload_body(const Payload& payload) const {
   return SpatialInertia::at(payload.mass, X_LC, payload.I_C);
 }
 
-JointVector Chain::inverse_dynamics(const JointVector& q, const JointVector& dq, const JointVector& ddq,
-                                    const Eigen::Vector3d& gravity_B, const Payload& payload) const {
-  Rotations R;
-  Vectors p, force, moment;
-  relative(q, R, p);
+Chain::Stance Chain::stance(const JointVector& q, const Payload& payload) const {
+  Stance at;
+  relative(q, at.R, at.p);
+  at.last_body = segment(count_ - 1).body;
+  if (payload.mass > 0.0) at.last_body += payload_body(payload);
+  return at;
+}
+
+template <Chain::Moving kMoving>
+JointVector Chain::newton_euler(const Stance& at, const JointVector& dq, const JointVector& ddq,
+                                const Eigen::Vector3d& gravity_B) const {
+  constexpr bool kTurns = kMoving == Moving::kAll;
+  constexpr bool kAccelerates = kMoving != Moving::kNothing;
+  Vectors force, moment;
 
   // Outwards: velocity and acceleration of each frame in its own axes. The base accelerates against gravity, which
   // loads every body with its weight.
@@ -163,21 +172,32 @@ JointVector Chain::inverse_dynamics(const JointVector& q, const JointVector& dq,
   Eigen::Vector3d a = -gravity_B;
   for (int i = 0; i < count_; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    a = (R[k].transpose() * (a + cross(alpha, p[k]) + cross(w, cross(w, p[k])))).eval();
-    w = (R[k].transpose() * w).eval();
-    alpha = (R[k].transpose() * alpha).eval();
+    const Eigen::Matrix3d& R = at.R[k];
+    if constexpr (kAccelerates) a += cross(alpha, at.p[k]);
+    if constexpr (kTurns) a += cross(w, cross(w, at.p[k]));
+    a = (R.transpose() * a).eval();
+    if constexpr (kTurns) w = (R.transpose() * w).eval();
+    if constexpr (kAccelerates) alpha = (R.transpose() * alpha).eval();
     if (segments_[k].prismatic) {
-      a -= 2.0 * dq[i] * z_cross(w);  // 2 w x (z dq) = -2 dq (z x w)
-      a.z() += ddq[i];
+      if constexpr (kTurns) a -= 2.0 * dq[i] * z_cross(w);  // 2 w x (z dq) = -2 dq (z x w)
+      if constexpr (kAccelerates) a.z() += ddq[i];
     } else {
-      alpha -= dq[i] * z_cross(w);
-      alpha.z() += ddq[i];
-      w.z() += dq[i];
+      if constexpr (kTurns) alpha -= dq[i] * z_cross(w);
+      if constexpr (kAccelerates) alpha.z() += ddq[i];
+      if constexpr (kTurns) w.z() += dq[i];
     }
-    SpatialInertia body = segments_[k].body;
-    if (i + 1 == count_ && payload.mass > 0.0) body += payload_body(payload);
-    force[k] = body.mass * a + cross(alpha, body.h) + cross(w, cross(w, body.h));
-    moment[k] = body.I * alpha + cross(w, body.I * w) + cross(body.h, a);
+    const SpatialInertia& body = i + 1 == count_ ? at.last_body : segments_[k].body;
+    force[k] = body.mass * a;
+    if constexpr (kAccelerates) force[k] += cross(alpha, body.h);
+    if constexpr (kTurns) force[k] += cross(w, cross(w, body.h));
+    const Eigen::Vector3d by_weight = cross(body.h, a);
+    if constexpr (kTurns) {
+      moment[k] = body.I * alpha + cross(w, body.I * w) + by_weight;
+    } else if constexpr (kAccelerates) {
+      moment[k] = body.I * alpha + by_weight;
+    } else {
+      moment[k] = by_weight;
+    }
   }
 
   // Inwards: what each joint must carry; its own share is the component along the axis.
@@ -186,11 +206,25 @@ JointVector Chain::inverse_dynamics(const JointVector& q, const JointVector& dq,
     const auto k = static_cast<std::size_t>(i);
     tau[i] = segments_[k].prismatic ? force[k].z() : moment[k].z();
     if (i == 0) break;
-    const Eigen::Vector3d f = R[k] * force[k];
+    const Eigen::Vector3d f = at.R[k] * force[k];
     force[k - 1] += f;
-    moment[k - 1] += R[k] * moment[k] + cross(p[k], f);
+    moment[k - 1] += at.R[k] * moment[k] + cross(at.p[k], f);
   }
   return tau;
+}
+
+JointVector Chain::inverse_dynamics(const JointVector& q, const JointVector& dq, const JointVector& ddq,
+                                    const Eigen::Vector3d& gravity_B, const Payload& payload) const {
+  return newton_euler<Moving::kAll>(stance(q, payload), dq, ddq, gravity_B);
+}
+
+Chain::PathDynamics Chain::path_dynamics(const JointVector& q, const JointVector& first, const JointVector& second,
+                                         const Eigen::Vector3d& gravity_B, const Payload& payload) const {
+  const Stance at = stance(q, payload);
+  const Eigen::Vector3d weightless = Eigen::Vector3d::Zero();
+  return {.inertial = newton_euler<Moving::kFromRest>(at, {}, first, weightless),
+          .centrifugal = newton_euler<Moving::kAll>(at, first, second, weightless),
+          .gravity = newton_euler<Moving::kNothing>(at, {}, {}, gravity_B)};
 }
 
 JointMatrix Chain::mass_matrix(const JointVector& q, const Payload& payload) const {

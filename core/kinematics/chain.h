@@ -74,6 +74,16 @@ class Chain {
   /// m/s^2, e.g. (0, 0, -9.81) for an arm on the floor. Source: Luh, Walker, Paul 1980 (recursive Newton-Euler).
   [[nodiscard]] JointVector inverse_dynamics(const JointVector& q, const JointVector& dq, const JointVector& ddq,
                                              const Eigen::Vector3d& gravity_B, const Payload& payload = {}) const;
+  /// What tau = M q' s'' + (M q'' + C(q, q') q') s'^2 + g is made of along a path q(s), whatever its law: Nm or N.
+  struct PathDynamics {
+    JointVector inertial;     ///< M q'
+    JointVector centrifugal;  ///< M q'' + C(q, q') q'
+    JointVector gravity;      ///< g
+  };
+  /// The same numbers as three times inverse_dynamics(), in half the time: the three share the chain at q, and what
+  /// does not turn needs no products of velocities. @param first, second  q' and q''
+  [[nodiscard]] PathDynamics path_dynamics(const JointVector& q, const JointVector& first, const JointVector& second,
+                                           const Eigen::Vector3d& gravity_B, const Payload& payload = {}) const;
   /// Joint-space inertia M(q), n x n, symmetric, payload included; kg m^2, kg m, kg.
   /// Source: Walker, Orin 1982 (composite rigid bodies).
   [[nodiscard]] JointMatrix mass_matrix(const JointVector& q, const Payload& payload = {}) const;
@@ -108,6 +118,18 @@ class Chain {
   /// Rotation and origin of each joint frame in the previous one at q.
   void relative(const JointVector& q, Rotations& R, Vectors& p) const;
   [[nodiscard]] SpatialInertia payload_body(const Payload& payload) const;
+  /// The chain at one q with its payload.
+  struct Stance {
+    Rotations R;
+    Vectors p;
+    SpatialInertia last_body;  ///< of the last joint, payload included
+  };
+  [[nodiscard]] Stance stance(const JointVector& q, const Payload& payload) const;
+  /// What moves: nothing, or accelerations only, or velocities too. What stands still is taken to be zero.
+  enum class Moving { kNothing, kFromRest, kAll };
+  template <Moving kMoving>
+  [[nodiscard]] JointVector newton_euler(const Stance& at, const JointVector& dq, const JointVector& ddq,
+                                         const Eigen::Vector3d& gravity_B) const;
 
   int count_ = 0;
   std::array<Segment, kMaxJoints> segments_;

@@ -30,6 +30,28 @@ constexpr double kLastStepOfFewer = 1e-10;
 /// 1 mrad then takes the flange a billionth of the reach away from its place.
 constexpr double kTurnWeight = 1e-3;
 
+/// A^T A, its lower half only.
+Matrix6 gram_of(const Matrix6& A) {
+  Matrix6 gram;
+  for (int j = 0; j < 6; ++j) {
+    for (int i = j; i < 6; ++i) gram(i, j) = A.col(i).dot(A.col(j));
+  }
+  return gram;
+}
+
+/// Of a symmetric matrix that is given by its lower half: whether its Cholesky factors exist.
+bool is_positive_definite(Matrix6 M) {
+  for (int k = 0; k < 6; ++k) {
+    if (!(M(k, k) > 0.0)) return false;
+    const double inverse = 1.0 / M(k, k);
+    for (int j = k + 1; j < 6; ++j) {
+      const double factor = M(j, k) * inverse;
+      for (int i = j; i < 6; ++i) M(i, j) -= M(i, k) * factor;
+    }
+  }
+  return true;
+}
+
 /// The normal equations of A x = y for the first columns; the others are zero and give zero.
 Matrix6 normal_of(const Matrix6& A) {
   Matrix6 normal = A.transpose().lazyProduct(A);
@@ -263,11 +285,36 @@ Vector6 InverseKinematics::beyond_joints(const JointVector& q, const Eigen::Isom
   return beyond;
 }
 
+IkStatus InverseKinematics::pass(const JointVector& q, const Goal& goal, double least_measure, Passage& passage) const {
+  Linear at;
+  chain_.jacobian(q, at.X_BF, at.J);
+  linearise(at);
+  if (!(at.pivot > kSingularBelow)) return IkStatus::kSingular;
+  passage.dq = solve_linear(at, goal.V_BF_B, goal.held_dq);
+  passage.ddq = solve_linear(at, goal.A_BF_B - chain_.bias(at.J, passage.dq), goal.held_ddq);
+  passage.regular = is_regular(at, least_measure);
+  return IkStatus::kOk;
+}
+
+double InverseKinematics::smallest_singular_value(const Linear& at) const {
+  return Eigen::JacobiSVD<Matrix6>(at.A).singularValues()[free_count_ - 1];
+}
+
 double InverseKinematics::singularity_measure(const JointVector& q) const {
   Linear at;
   chain_.jacobian(q, at.X_BF, at.J);
   linearise(at);
-  return Eigen::JacobiSVD<Matrix6>(at.A).singularValues()[free_count_ - 1];
+  return smallest_singular_value(at);
+}
+
+bool InverseKinematics::is_regular(const Linear& at, double least) const {
+  // All singular values are above `least` if A^T A less its square is positive definite, which a Cholesky
+  // factorisation tells in a twentieth of their time. What it can be wrong by in rounding, it must be above.
+  constexpr double kRounding = 1e-12;
+  Matrix6 above = gram_of(at.A);
+  above.diagonal().array() -= least * least + kRounding * above.trace();
+  for (int k = free_count_; k < 6; ++k) above(k, k) = 1.0;
+  return is_positive_definite(above) || smallest_singular_value(at) >= least;
 }
 
 double limit_distance(const Chain& chain, const JointVector& q) {

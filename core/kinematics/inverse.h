@@ -70,6 +70,17 @@ class InverseKinematics {
   /// cycle's q extrapolated by its dq and ddq.
   [[nodiscard]] IkStatus solve_motion(const Goal& goal, JointVector& q, JointVector& dq, JointVector& ddq) const;
 
+  /// The derivatives with which the arm passes a q that solves a goal.
+  struct Passage {
+    JointVector dq, ddq;
+    bool regular = false;  ///< singularity_measure(q) is at least what was asked for
+  };
+  /// rates(), accelerations() and the question for singularity_measure() with one Jacobian: the same numbers, and for
+  /// the measure no singular values, unless it is next to `least_measure`. For walks along paths, which ask all three
+  /// at each place. @param goal  its X_BF and held are not looked at   @param[out] passage  untouched unless kOk
+  /// @return kOk or kSingular.
+  [[nodiscard]] IkStatus pass(const JointVector& q, const Goal& goal, double least_measure, Passage& passage) const;
+
   /// Of the way from the flange at q to X_BF what the joints cannot do at q: translation, m, and rotation vector, rad,
   /// in the axes of B. Zero for chains of six joints and more, and where they are singular.
   [[nodiscard]] Vector6 beyond_joints(const JointVector& q, const Eigen::Isometry3d& X_BF) const;
@@ -111,6 +122,8 @@ class InverseKinematics {
   /// x of A x = y: exact with six free joints, with fewer the least squares in which places count far more than turns.
   [[nodiscard]] Vector6 solve_free(const Linear& at, const Vector6& y) const;
   [[nodiscard]] bool is_met(const Vector6& error) const;
+  [[nodiscard]] double smallest_singular_value(const Linear& at) const;
+  [[nodiscard]] bool is_regular(const Linear& at, double least) const;
 
   Chain chain_;
   std::vector<int> held_joints_;

@@ -13,10 +13,11 @@ constexpr double kPaceMax = 1000.0;
 // load over the grid's step), and the plan is sampled at instants: together 1 % is kept.
 constexpr double kAllowed = 0.99;
 
-/// True if no rate on the grid can show a load that the pace does not allow: most loads of a plan are far from that.
-bool harmless(const ClockSearch::Load& load, double k, double pace) {
+/// True if no rate on the grid can show a load that a clock of that pace does not allow, whose rate changes by no more
+/// than `change`: most loads of a plan are far from that.
+bool harmless(const ClockSearch::Load& load, double change, double pace) {
   constexpr double kLargestRateTimesChange = 0.5444;  // of (1 - u^2 / 2) u
-  const double acceleration = load.second_by_acceleration + load.first_by_acceleration * k * pace;
+  const double acceleration = load.second_by_acceleration + load.first_by_acceleration * change;
   const double jerk =
       load.third_by_jerk + pace * (3.0 * kLargestRateTimesChange * load.second_by_jerk + load.first_by_jerk * pace);
   return acceleration <= kAllowed && jerk <= kAllowed;
@@ -30,18 +31,40 @@ ClockSearch::ClockSearch() {
     Shape& shape = shapes_[i];
     shape.k = kFactors[i];
     shape.pace = kPaceMax;
-    for (std::size_t n = 0; n < shape.change.size(); ++n) {
+    for (int n = 0; n < kRates; ++n) {
       const double u = shape.k * static_cast<double>(n) / (kRates - 1);
       shape.change[n] = u;
       shape.rate[n] = 1.0 - u * u / 2;
     }
+    shape.rate_change = shape.rate * shape.change;
+    shape.rate_squared = shape.rate.square();
+    shape.rate_cubed = shape.rate.cube();
+  }
+  note_most();
+}
+
+void ClockSearch::note_most() {
+  most_change_ = most_pace_ = 0.0;
+  for (const Shape& shape : shapes_) {
+    most_change_ = std::max(most_change_, shape.k * shape.pace);
+    most_pace_ = std::max(most_pace_, shape.pace);
   }
 }
 
+bool ClockSearch::Shape::may_break(const Load& load) const {
+  constexpr double kAllowedForSure = kAllowed * (1.0 - 1e-12);
+  const double acceleration =
+      (load.second_by_acceleration * rate_squared + (load.first_by_acceleration * pace) * change).maxCoeff();
+  const double jerk = (load.third_by_jerk * rate_cubed + (3.0 * load.second_by_jerk * pace) * rate_change).maxCoeff() +
+                      load.first_by_jerk * pace * pace;
+  return acceleration > kAllowedForSure || jerk > kAllowedForSure;
+}
+
 void ClockSearch::add(const Load& load) {
+  if (harmless(load, most_change_, most_pace_)) return;
   for (Shape& shape : shapes_) {
-    if (harmless(load, shape.k, shape.pace)) continue;
-    for (std::size_t n = 0; n < shape.change.size(); ++n) {
+    if (harmless(load, shape.k * shape.pace, shape.pace) || !shape.may_break(load)) continue;
+    for (int n = 0; n < kRates; ++n) {
       const double u = shape.change[n];
       const double r = shape.rate[n];
       const double room = kAllowed - load.second_by_acceleration * r * r;
@@ -57,6 +80,7 @@ void ClockSearch::add(const Load& load) {
       }
     }
   }
+  note_most();
 }
 
 ClockBounds ClockSearch::bounds() const {

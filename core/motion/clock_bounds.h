@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include <Eigen/Core>
+
 #include "core/motion/path_clock.h"
 
 namespace takt::motion {
@@ -36,12 +38,20 @@ class ClockSearch {
   /// A clock = (shape k, pace w): acceleration_max = k w, jerk_max = w^2. Then |r'| <= w min(k, sqrt(2 (1 - |r|))), and
   /// each limit gives one largest w per shape.
   struct Shape {
+    using Rates = Eigen::Array<double, kRates, 1>;
     double k;
-    double pace;                        ///< largest w so far
-    std::array<double, kRates> change;  ///< |r'| / w at which ...
-    std::array<double, kRates> rate;    ///< ... the largest rate is this
+    double pace;   ///< largest w so far
+    Rates change;  ///< |r'| / w at which ...
+    Rates rate;    ///< ... the largest rate is this
+    Rates rate_change, rate_squared, rate_cubed;
+
+    /// False if at each rate law and clock stay below the limit by more than rounding.
+    [[nodiscard]] bool may_break(const Load& load) const;
   };
   std::array<Shape, kShapes> shapes_;
+  /// The largest over the shapes of k w and of w: a load that they allow is allowed by each.
+  double most_change_ = 0.0, most_pace_ = 0.0;
+  void note_most();
 };
 
 }  // namespace takt::motion

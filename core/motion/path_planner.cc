@@ -57,8 +57,11 @@ RateLimits rate_limits(const Extremes& most, const ShapeLimits& limits, double t
 /// the curvature of the path, each stretched until it just fits; the shortest.
 OptimalLaw simple_law(const PathShape& shape) {
   const Extremes most = extremes(shape);
+  const bool bends = (most.second > 0.0).any();
   OptimalLaw best;
+  std::optional<double> duration;  // of the best
   for (const double tangential : {1.0, 0.75, 0.5}) {
+    if (tangential < 1.0 && !bends) break;  // there is no curvature to leave anything for
     RateLimits bounds{kInfinity, kInfinity, kInfinity};
     for (const ShapeLimits& limits : shape.limits) {
       const RateLimits own = rate_limits(most, limits, tangential);
@@ -66,32 +69,29 @@ OptimalLaw simple_law(const PathShape& shape) {
                 std::min(bounds.jerk, own.jerk)};
     }
     TimeLaw law = TimeLaw::rest_to_rest(bounds);
-    Loads loads = loads_of(shape, law);
-    const double duration = law.duration() * loads.largest_stretch;
-    if (!best.law.segments().empty() && duration >= best.law.duration() * best.loads.largest_stretch) continue;
-    best = {.law = std::move(law), .loads = std::move(loads)};
+    auto loads = loads_if_shorter(shape, law, duration);
+    if (!loads) continue;
+    duration = law.duration() * loads->largest_stretch;
+    best = {.law = std::move(law), .loads = std::move(*loads)};
   }
   return best;
 }
 
-/// The shorter of the simple and the optimal law; of a single motion the simple one, which is much less data, unless
-/// that costs time.
-OptimalLaw fastest_law(const PathShape& shape, bool single) {
+/// The optimal law, if it is worth it beside the simple one, which is much less data.
+OptimalLaw fastest_law(const PathShape& shape, OptimalLaw simple) {
   constexpr double kWorthIt = 0.99;
-  OptimalLaw simple;
-  double duration = kInfinity;
   // A single motion is begun while somebody waits; a sequence is worth some milliseconds.
-  TimeOptimalOptions options;
-  if (single) {
-    constexpr std::size_t kManyCells = 48;
-    const bool many = shape.cells.size() > kManyCells;
-    options = {.cuts = many ? 1 : 2, .rounds = many ? 2 : 4, .windows = {1.0, 0.6}};
-    simple = simple_law(shape);
-    duration = simple.law.duration() * simple.loads.largest_stretch;
-  }
-  auto optimal = time_optimal(shape, kWorthIt * duration, options);
-  if (optimal) return std::move(*optimal);
-  return single ? std::move(simple) : simple_law(shape);
+  constexpr std::size_t kManyCells = 48;
+  const bool many = shape.cells.size() > kManyCells;
+  const TimeOptimalOptions options{.cuts = many ? 1 : 2, .rounds = many ? 2 : 4, .windows = {1.0, 0.6}};
+  auto optimal = time_optimal(shape, kWorthIt * simple.law.duration() * simple.loads.largest_stretch, options);
+  return optimal ? std::move(*optimal) : std::move(simple);
+}
+
+/// The same for a sequence, for which the simple law is hardly ever anything.
+OptimalLaw fastest_law_of_sequence(const PathShape& shape) {
+  auto optimal = time_optimal(shape, kInfinity);
+  return optimal ? std::move(*optimal) : simple_law(shape);
 }
 
 /// True if the interpolation between the nodes cannot be off by more than a few per cent of a jerk limit at the speed
@@ -111,6 +111,12 @@ bool known_well_enough(const PieceWalk& walk, const PathPiece& piece, const Opti
 int coarse_steps(const std::vector<PlannedPiece>& pieces, const PathPiece& piece) {
   if (pieces.size() == 1) return 32;
   return std::clamp(static_cast<int>(160.0 * (piece.s_end - piece.s_begin)), 16, 48);
+}
+
+/// True where the optimal law gains nothing (all joints in proportion: the simple law is the optimal one) or a
+/// hundredth (a straight line of a frame).
+bool keeps_simple_law(const Geometry& geometry) {
+  return std::holds_alternative<JointLine>(geometry) || std::holds_alternative<CartesianLine>(geometry);
 }
 
 std::vector<PieceShares> shares_of(const std::vector<PlannedPiece>& pieces) {
@@ -136,7 +142,7 @@ void raise_jerk(const PathShape& shape, double s, double share, Loads& loads) {
 void slow_down_around(const PathShape& shape, double s, double factor, std::vector<double>& slow) {
   for (std::size_t c = 0; c < shape.cells.size(); ++c) {
     const double begin = shape.nodes[shape.cells[c].node].s;
-    const double end = begin + shape.width(shape.cells[c]);
+    const double end = begin + shape.cells[c].width;
     if (end >= s - kReach && begin <= s + kReach) slow[c] *= factor;
   }
 }
@@ -254,7 +260,10 @@ WalkedPath PathPlanner::walk(const std::vector<PlannedPiece>& pieces, const Join
   JointVector q = q_start;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const PathPiece& piece = pieces[i].piece;
-    path.walks.push_back(walk_piece(inverse_, piece, X_FM_, q, steps[i]));
+    const PieceWalk* known = pieces[i].known;
+    const bool same =
+        known != nullptr && known->steps == steps[i] && known->end == WalkEnd::kGoal && known->nodes.front().q == q;
+    path.walks.push_back(same ? *known : walk_piece(inverse_, piece, X_FM_, q, steps[i]));
     const PieceWalk& walk = path.walks.back();
     const char* word = word_for(piece.geometry);
     check_ranges(walk, word, pointer, path.findings);
@@ -280,12 +289,12 @@ PathShape PathPlanner::shape_of(const std::vector<PlannedPiece>& pieces, const s
     const auto count = static_cast<std::size_t>(walks[i].steps);
     for (std::size_t k = 0; k <= count; ++k) {
       const PieceWalk::Node& node = walks[i].nodes[k];
-      if (k < count) shape.cells.push_back({.node = shape.nodes.size(), .limits = shape.limits.size() - 1});
       const double s = k == count ? piece.s_end : piece.s_begin + (piece.s_end - piece.s_begin) * walks[i].t(k);
       PathShape::Node seen{.s = s, .first = Components(n + 6), .second = Components(n + 6)};
       seen.first << node.dq.array() * rate, node.dX.array() * rate;
       seen.second << node.ddq.array() * (rate * rate), node.ddX.array() * (rate * rate);
       shape.nodes.push_back(std::move(seen));
+      if (k > 0) shape.add_cell();
     }
   }
   return shape;
@@ -375,7 +384,7 @@ Result<Motion> PathPlanner::plan_in_motion(const std::vector<PlannedPiece>& piec
   return failure(pointer, "the path bends too early for the speed with which it is entered");
 }
 
-Result<PathFit> PathPlanner::fit(const Motion& motion, const std::string& pointer) const {
+Result<FollowedPath> PathPlanner::follow(const Motion& motion, const std::string& pointer) const {
   constexpr int kSteps = 48;
   std::vector<PlannedPiece> pieces;
   for (PathPiece& piece : pieces_of(motion.path)) {
@@ -384,20 +393,26 @@ Result<PathFit> PathPlanner::fit(const Motion& motion, const std::string& pointe
   }
   WalkedPath path = walk(pieces, motion.q_start, std::vector<int>(pieces.size(), kSteps), pointer);
   if (path.findings.has_errors()) return std::unexpected(std::move(path.findings));
-  const auto torques = torques_along(pieces, path.walks);
+  auto torques = torques_along(pieces, path.walks);
   if (Findings heavy = overloads(torques, pointer); heavy.has_errors()) return std::unexpected(std::move(heavy));
-  const PathShape shape = shape_of(pieces, path.walks);
-  Loads loads = loads_of(shape, motion.law);
+  return FollowedPath{
+      .shape = shape_of(pieces, path.walks), .torques = std::move(torques), .q_goal = path.walks.back().nodes.back().q};
+}
+
+PathFit PathPlanner::fit(const FollowedPath& path, const Motion& motion) const {
+  Loads loads = loads_of(path.shape, motion.law);
   // As in plan(): only where pieces meet can the joints do more than the nodes show.
-  const JerkPeak peak = pieces.size() == 1 ? JerkPeak{} : largest_jerk(motion);
+  const auto* composite = std::get_if<CompositePath>(&motion.path);
+  const bool single = composite == nullptr || composite->pieces.size() == 1;
+  const JerkPeak peak = single ? JerkPeak{} : largest_jerk(motion);
   PathFit fit{.stretch = std::max({loads.largest_stretch, std::cbrt(peak.share / kMeasuredShareOfJerk),
-                                   need_of(torques, motion.law, kLawShareOfAcceleration).stretch}),
-              .leaves_room = takt::motion::leaves_room(shape, loads) && peak.share <= kMostShareOfJerk &&
-                             need_of(torques, motion.law, kMostShareOfTorque).stretch <= 1.0,
+                                   need_of(path.torques, motion.law, kLawShareOfAcceleration).stretch}),
+              .leaves_room = takt::motion::leaves_room(path.shape, loads) && peak.share <= kMostShareOfJerk &&
+                             need_of(path.torques, motion.law, kMostShareOfTorque).stretch <= 1.0,
               .clock = {},
-              .q_goal = path.walks.back().nodes.back().q};
-  raise_jerk(shape, peak.s, peak.share, loads);
-  fit.clock = within_torques(clock_for(shape, loads, 1.0), torques, motion.law);
+              .q_goal = path.q_goal};
+  raise_jerk(path.shape, peak.s, peak.share, loads);
+  fit.clock = within_torques(clock_for(path.shape, loads, 1.0), path.torques, motion.law);
   return fit;
 }
 
@@ -416,12 +431,10 @@ Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const 
     const PathShape shape = shape_of(pieces, path.walks);
     const bool single = pieces.size() == 1;
     // Whether the nodes are dense enough is asked of a law that is found fast, before it is asked of the best.
-    // A straight line keeps the simple law: there the optimal one gains a hundredth.
-    const bool line = single && std::holds_alternative<CartesianLine>(pieces.front().piece.geometry);
-    OptimalLaw best = single ? simple_law(shape) : fastest_law(shape, false);
-    if (single && !line &&
+    OptimalLaw best = single ? simple_law(shape) : fastest_law_of_sequence(shape);
+    if (single && !keeps_simple_law(pieces.front().piece.geometry) &&
         (steps[0] >= kFine || known_well_enough(path.walks[0], pieces[0].piece, best, limits_.jerk))) {
-      best = fastest_law(shape, true);
+      best = fastest_law(shape, std::move(best));
     }
     bool again = false;
     for (std::size_t i = 0; i < pieces.size(); ++i) {

@@ -17,6 +17,8 @@ namespace takt::motion {
 struct PlannedPiece {
   PathPiece piece;
   PieceShares shares = {};
+  /// A walk of this piece, if there is one already: taken where it begins at the same joints and has as many steps.
+  const PieceWalk* known = nullptr;
 };
 
 /// A path seen in joints, piece by piece; or where the first piece ended that cannot be followed.
@@ -24,6 +26,13 @@ struct WalkedPath {
   std::vector<PieceWalk> walks;
   Findings findings;             ///< joints outside their range, and why a walk ended
   std::size_t failed_piece = 0;  ///< the first piece with a finding
+};
+
+/// A path as one arm follows it: what any number of laws over it can be judged by.
+struct FollowedPath {
+  PathShape shape;
+  std::optional<TorqueProfile> torques;  ///< nothing: torques are not looked at
+  JointVector q_goal;
 };
 
 /// How a law suits an arm that it was not made for.
@@ -54,8 +63,11 @@ class PathPlanner {
   /// @return findings of walk()   @param[out] failed_piece  set with findings
   [[nodiscard]] Result<Motion> plan(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
                                     const std::string& pointer, std::size_t& failed_piece) const;
-  /// What a motion with a law of its own asks of this arm, from its q_start on. @return findings of walk().
-  [[nodiscard]] Result<PathFit> fit(const Motion& motion, const std::string& pointer) const;
+  /// The path of a motion as this arm follows it, from its q_start on; its law is not looked at.
+  /// @return findings of walk().
+  [[nodiscard]] Result<FollowedPath> follow(const Motion& motion, const std::string& pointer) const;
+  /// What a motion with a law of its own asks of this arm. @param path  what follow() gave for the motion's path
+  [[nodiscard]] PathFit fit(const FollowedPath& path, const Motion& motion) const;
   /// The same for a path that is entered in motion. A finding if there is no law within the limits: then the path
   /// bends too early for the speed. Realtime: setup, deterministic.
   [[nodiscard]] Result<Motion> plan_in_motion(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,

@@ -14,26 +14,39 @@ std::size_t PathShape::cell_at(double s, std::size_t guess) const {
   return cell;
 }
 
-PathShape::Derivatives PathShape::derivatives(std::size_t cell, double s) const {
-  const Node& a = nodes[cells[cell].node];
-  const Node& b = nodes[cells[cell].node + 1];
+void PathShape::add_cell() {
+  const Node& a = nodes[nodes.size() - 2];
+  const Node& b = nodes.back();
   const double h = b.s - a.s;
-  const double t = std::clamp((s - a.s) / h, 0.0, 1.0);
   const Components rise = b.first - a.first;
-  const Components c1 = h * a.second;
-  const Components c2 = 3.0 * rise - h * (2.0 * a.second + b.second);
-  const Components c3 = h * (a.second + b.second) - 2.0 * rise;
+  cells.push_back({.node = nodes.size() - 2,
+                   .limits = limits.size() - 1,
+                   .width = h,
+                   .linear = h * a.second,
+                   .square = 3.0 * rise - h * (2.0 * a.second + b.second),
+                   .cube = h * (a.second + b.second) - 2.0 * rise});
+}
+
+PathShape::Derivatives PathShape::derivatives(std::size_t cell, double s) const {
+  const auto& [node, limits_of_cell, h, c1, c2, c3] = cells[cell];
+  const Node& a = nodes[node];
+  const double t = std::clamp((s - a.s) / h, 0.0, 1.0);
   return {.first = a.first + t * (c1 + t * (c2 + t * c3)),
           .second = (c1 + t * (2.0 * c2 + (3.0 * t) * c3)) / h,
           .third = (2.0 * c2 + (6.0 * t) * c3) / (h * h)};
 }
 
 Channels PathShape::channels(const Components& components) const {
-  Channels result(joint_count + 2);
+  Channels result;
+  channels(components, result);
+  return result;
+}
+
+void PathShape::channels(const Components& components, Channels& result) const {
+  result.resize(joint_count + 2);
   result.head(joint_count) = components.head(joint_count).abs();
   result[joint_count] = components.segment<3>(joint_count).matrix().norm();
   result[joint_count + 1] = components.segment<3>(joint_count + 3).matrix().norm();
-  return result;
 }
 
 namespace {
@@ -49,7 +62,9 @@ int parts_per_segment(const PathShape& shape, const TimeLaw& law) {
 
 }  // namespace
 
-Loads loads_of(const PathShape& shape, const TimeLaw& law) {
+Loads loads_of(const PathShape& shape, const TimeLaw& law) { return *loads_if_shorter(shape, law, std::nullopt); }
+
+std::optional<Loads> loads_if_shorter(const PathShape& shape, const TimeLaw& law, std::optional<double> duration) {
   Loads loads;
   std::size_t cell = 0;
   double tau = 0.0;
@@ -62,25 +77,25 @@ Loads loads_of(const PathShape& shape, const TimeLaw& law) {
     const LawPoint& at = points[i];
     knot = i / static_cast<std::size_t>(per_segment + 1);
     const auto step = static_cast<double>(i % static_cast<std::size_t>(per_segment + 1)) / per_segment;
-    const double duration = law.segments()[knot].duration_s;
+    const double segment = law.segments()[knot].duration_s;
     if (step == 0.0 && i > 0) tau += law.segments()[knot - 1].duration_s;
     cell = shape.cell_at(at.s, cell);
     const PathShape::Derivatives d = shape.derivatives(cell, at.s);
     const double v = at.ds;
-    Loads::Instant instant{
-        .tau = tau + step * duration,
-        .cell = cell,
-        .at = at,
-        .first = shape.channels(d.first * v),
-        .second = shape.channels(d.second * (v * v) + d.first * at.dds),
-        .third = shape.channels(d.third * (v * v * v) + d.second * (3.0 * v * at.dds) + d.first * at.ddds)};
+    Loads::Instant& instant = loads.instants.emplace_back();
+    instant.tau = tau + step * segment;
+    instant.cell = cell;
+    instant.at = at;
+    shape.channels(d.first * v, instant.first);
+    shape.channels(d.second * (v * v) + d.first * at.dds, instant.second);
+    shape.channels(d.third * (v * v * v) + d.second * (3.0 * v * at.dds) + d.first * at.ddds, instant.third);
     const ShapeLimits& limits = shape.limits[shape.cells[cell].limits];
     const double needed = std::max({(instant.first / limits.velocity).maxCoeff(),
                                     std::sqrt((instant.second / limits.acceleration).maxCoeff()),
                                     std::cbrt((instant.third / limits.jerk).maxCoeff())});
+    if (duration && law.duration() * needed >= *duration) return std::nullopt;
     loads.stretch.push_back(needed);
     loads.largest_stretch = std::max(loads.largest_stretch, needed);
-    loads.instants.push_back(std::move(instant));
   }
   return loads;
 }

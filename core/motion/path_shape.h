@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/kinematics/types.h"
@@ -29,10 +30,12 @@ struct PathShape {
     Components first;
     Components second;
   };
-  /// From nodes[node] to nodes[node + 1], under limits[limits].
+  /// From nodes[node] to nodes[node + 1], under limits[limits]. Made by add_cell().
   struct Cell {
     std::size_t node;
     std::size_t limits;
+    double width;                     ///< in s
+    Components linear, square, cube;  ///< of the first derivative by the share of the cell
   };
   struct Derivatives {
     Components first, second, third;
@@ -43,12 +46,14 @@ struct PathShape {
   std::vector<Cell> cells;
   std::vector<ShapeLimits> limits;
 
-  [[nodiscard]] double width(const Cell& cell) const { return nodes[cell.node + 1].s - nodes[cell.node].s; }
+  /// The cell between the last two nodes, under the last limits.
+  void add_cell();
   /// The cell that s lies in, looked for from `guess` on: cheap for a sequence of places.
   [[nodiscard]] std::size_t cell_at(double s, std::size_t guess) const;
   [[nodiscard]] Derivatives derivatives(std::size_t cell, double s) const;
   /// Joints one by one, vectors by their length.
   [[nodiscard]] Channels channels(const Components& components) const;
+  void channels(const Components& components, Channels& result) const;
 };
 
 /// A law over a shape: what each channel does at enough instants.
@@ -66,6 +71,10 @@ struct Loads {
   double largest_stretch = 0.0;
 };
 [[nodiscard]] Loads loads_of(const PathShape& shape, const TimeLaw& law);
+/// The same, given up as soon as the law, stretched by what it needs, cannot be shorter than `duration` (s; nothing:
+/// never given up).
+[[nodiscard]] std::optional<Loads> loads_if_shorter(const PathShape& shape, const TimeLaw& law,
+                                                    std::optional<double> duration);
 
 /// True if the law as it is keeps the limits of the shape with some room for a clock.
 [[nodiscard]] bool leaves_room(const PathShape& shape, const Loads& loads);

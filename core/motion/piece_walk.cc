@@ -27,8 +27,8 @@ class Walker {
   Walker(const kinematics::InverseKinematics& inverse, const PathPiece& piece, const Eigen::Isometry3d& X_FM)
       : inverse_(inverse), piece_(piece), X_MF_(X_FM.inverse()) {}
 
-  /// From `node` at t0 to t1, in place. `t_end` is how far it came.
-  WalkEnd step(Node& node, double t0, double t1, int halvings, double& t_end) const {
+  /// From `node` at t0 to t1, in place. `t_end` is how far it came, `regular` as in differentiate().
+  WalkEnd step(Node& node, double t0, double t1, int halvings, double& t_end, bool& regular) const {
     const double h = t1 - t0;
     const JointVector expected = node.q + h * (node.dq + h / 2 * node.ddq);
     const PathSample at = sample_by_t(piece_, t1);
@@ -37,29 +37,32 @@ class Walker {
     if (status == IkStatus::kOk && (q - expected).cwiseAbs().maxCoeff() <= kSurprise) {
       node.q = q;
       t_end = t1;
-      return differentiate(at, node) ? WalkEnd::kGoal : WalkEnd::kSingular;
+      return differentiate(at, node, regular) ? WalkEnd::kGoal : WalkEnd::kSingular;
     }
     if (halvings == 0) return status == IkStatus::kOk ? WalkEnd::kOtherBranch : WalkEnd::kUnreachable;
     const double middle = t0 + h / 2;
-    const WalkEnd first = step(node, t0, middle, halvings - 1, t_end);
-    return first == WalkEnd::kGoal ? step(node, middle, t1, halvings - 1, t_end) : first;
+    const WalkEnd first = step(node, t0, middle, halvings - 1, t_end, regular);
+    return first == WalkEnd::kGoal ? step(node, middle, t1, halvings - 1, t_end, regular) : first;
   }
 
-  /// Derivatives by t at a node whose q is known. @return false at a singularity.
-  bool differentiate(const PathSample& at, Node& node) const {
+  /// Derivatives by t at a node whose q is known, and whether its measure is at least kSingularityLeast.
+  /// @return false where there are none.
+  bool differentiate(const PathSample& at, Node& node, bool& regular) const {
     node.dX = at.frame.V_BM_B;
     node.ddX = at.frame.A_BM_B;
-    node.dq.resize(node.q.size());
-    node.ddq.resize(node.q.size());
     // The same motion, told of the flange.
     const Eigen::Vector3d p_MF_B = at.frame.X_BM.linear() * X_MF_.translation();
     const Eigen::Vector3d w = node.dX.tail<3>();
-    Vector6 V = node.dX;
-    Vector6 A = node.ddX;
-    V.head<3>() += w.cross(p_MF_B);
-    A.head<3>() += A.tail<3>().cross(p_MF_B) + w.cross(w.cross(p_MF_B));
-    return inverse_.rates(node.q, V, at.held.dq, node.dq) == IkStatus::kOk &&
-           inverse_.accelerations(node.q, node.dq, A, at.held.ddq, node.ddq) == IkStatus::kOk;
+    kinematics::InverseKinematics::Goal flange{
+        .V_BF_B = node.dX, .A_BF_B = node.ddX, .held = {}, .held_dq = at.held.dq, .held_ddq = at.held.ddq};
+    flange.V_BF_B.head<3>() += w.cross(p_MF_B);
+    flange.A_BF_B.head<3>() += flange.A_BF_B.tail<3>().cross(p_MF_B) + w.cross(w.cross(p_MF_B));
+    kinematics::InverseKinematics::Passage passage;
+    const bool exist = inverse_.pass(node.q, flange, kSingularityLeast, passage) == IkStatus::kOk;
+    node.dq = passage.dq;
+    node.ddq = passage.ddq;
+    regular = passage.regular;
+    return exist;
   }
 
  private:
@@ -74,15 +77,17 @@ PieceWalk walk_frame(const kinematics::InverseKinematics& inverse, const PathPie
   PieceWalk walk{.nodes = {}, .steps = steps, .t_end = 0.0};
   walk.nodes.reserve(static_cast<std::size_t>(steps) + 1);
   Node node{.q = q_start, .dq = {}, .ddq = {}};
-  walk.end = walker.differentiate(sample_by_t(piece, 0.0), node) ? WalkEnd::kGoal : WalkEnd::kSingular;
+  bool regular = false;
+  walk.end = walker.differentiate(sample_by_t(piece, 0.0), node, regular) ? WalkEnd::kGoal : WalkEnd::kSingular;
   for (int i = 0; walk.end == WalkEnd::kGoal; ++i) {
     walk.nodes.push_back(node);
-    walk.measure = inverse.singularity_measure(node.q);
-    if (walk.measure < kSingularityLeast) walk.end = WalkEnd::kSingular;
+    if (!regular) walk.end = WalkEnd::kSingular;
     if (walk.end != WalkEnd::kGoal || i == steps) break;
     const double h = 1.0 / steps;
-    walk.end = walker.step(node, i * h, (i + 1) * h, kHalvings, walk.t_end);
+    walk.end = walker.step(node, i * h, (i + 1) * h, kHalvings, walk.t_end, regular);
   }
+  if (walk.end == WalkEnd::kSingular && !walk.nodes.empty())
+    walk.measure = inverse.singularity_measure(walk.nodes.back().q);
   return walk;
 }
 

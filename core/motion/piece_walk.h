@@ -30,7 +30,7 @@ struct PieceWalk {
   int steps = 0;
   WalkEnd end = WalkEnd::kGoal;
   double t_end = 1.0;    ///< where it ended
-  double measure = 0.0;  ///< of the singularity, at t_end; Cartesian pieces only
+  double measure = 0.0;  ///< of the singularity that ended it, at its last node
 
   [[nodiscard]] double t(std::size_t node) const { return static_cast<double>(node) / steps; }
   /// The third derivative by t is interpolated from the nodes. By how much it jumps at a node, largest over all nodes,

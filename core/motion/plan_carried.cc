@@ -82,15 +82,13 @@ Result<PairPlan> plan_carried_lin(const CarriedArm& both, const JointVector& q_c
   if (alone->duration() > rider->duration()) rider->law = alone->law;
   carrier.law = rider->law;
   double stretch = stretch_for_speed(rider->law, line.line.length, shares.linear_velocity);
-  for (const auto& fit :
-       {PathPlanner(both.carrier).fit(carrier, "/goal"), PathPlanner(both.rider).fit(*rider, "/goal")})
-    stretch = std::max(stretch, fit ? fit->stretch : 1.0);  // what cannot be followed is told below
-  carrier.law = rider->law = rider->law.stretched(std::max(1.0, stretch));
-  const auto base = PathPlanner(both.carrier).fit(carrier, "/goal");
-  const auto arm = PathPlanner(both.rider).fit(*rider, "/goal");
+  const PathPlanner carriers(both.carrier), riders(both.rider);
+  const auto base = carriers.follow(carrier, "/goal"), arm = riders.follow(*rider, "/goal");
   if (!base) return std::unexpected(at("/carrier", base.error()));
-  if (!arm) return std::unexpected(std::move(arm.error()));
-  carrier.clock = rider->clock = common(base->clock, arm->clock);
+  if (!arm) return std::unexpected(arm.error());
+  stretch = std::max({1.0, stretch, carriers.fit(*base, carrier).stretch, riders.fit(*arm, *rider).stretch});
+  carrier.law = rider->law = rider->law.stretched(stretch);
+  carrier.clock = rider->clock = common(carriers.fit(*base, carrier).clock, riders.fit(*arm, *rider).clock);
   return PairPlan{std::move(carrier), std::move(*rider), {}};
 }
 

@@ -11,8 +11,6 @@
 namespace takt::motion {
 namespace {
 
-Result<PathFit> fit_of(const ArmModel& arm, const Motion& motion) { return PathPlanner(arm).fit(motion, "/goal"); }
-
 Findings of_follower(const Findings& findings) {
   Findings all;
   all.append(findings, "/follower");
@@ -30,15 +28,21 @@ Result<Motion> beside(const ArmPair& pair, const Motion& leader, const JointVect
   return motion;
 }
 
-/// Law and clock that suit both, the law `stretch` times as long.
-Result<PairPlan> finish(const ArmPair& pair, Motion leader, Motion follower, double stretch) {
-  leader.law = follower.law = stretch == 1.0 ? leader.law : leader.law.stretched(stretch);
-  auto first = fit_of(pair.leader, leader), second = fit_of(pair.follower, follower);
-  if (!first) return std::unexpected(std::move(first.error()));
-  if (!second) return std::unexpected(of_follower(second.error()));
-  leader.clock = follower.clock = common(first->clock, second->clock);
-  leader.q_goal = first->q_goal;
-  follower.q_goal = second->q_goal;
+/// The follower's motion as its arm follows it; findings are told of the follower.
+Result<FollowedPath> follow_beside(const ArmPair& pair, const Motion& follower) {
+  auto path = PathPlanner(pair.follower).follow(follower, "/goal");
+  if (!path) return std::unexpected(of_follower(path.error()));
+  return path;
+}
+
+/// Clock and goals that suit both. @param fit  of the follower with the law that both have
+Result<PairPlan> finish(const ArmPair& pair, Motion leader, Motion follower, const PathFit& fit) {
+  const PathPlanner planner(pair.leader);
+  const auto path = planner.follow(leader, "/goal");
+  if (!path) return std::unexpected(path.error());
+  leader.clock = follower.clock = common(planner.fit(*path, leader).clock, fit.clock);
+  leader.q_goal = path->q_goal;
+  follower.q_goal = fit.q_goal;
   return PairPlan{std::move(leader), std::move(follower), {}};
 }
 
@@ -62,10 +66,16 @@ Result<PairPlan> plan_pair(const ArmPair& pair, const JointVector& q_leader, con
     alone->motion.q_goal = q_leader;
     return PairPlan{std::move(alone->motion), std::move(*follower), {}};
   }
-  const auto fit = fit_of(pair.follower, *follower);
-  if (!fit) return std::unexpected(of_follower(fit.error()));
-  const double stretch = std::max(1.0, fit->stretch);
-  auto plan = finish(pair, std::move(alone->motion), std::move(*follower), stretch);
+  const auto path = follow_beside(pair, *follower);
+  if (!path) return std::unexpected(path.error());
+  const PathPlanner planner(pair.follower);
+  PathFit fit = planner.fit(*path, *follower);
+  const double stretch = std::max(1.0, fit.stretch);
+  if (stretch > 1.0) {
+    alone->motion.law = follower->law = follower->law.stretched(stretch);
+    fit = planner.fit(*path, *follower);
+  }
+  auto plan = finish(pair, std::move(alone->motion), std::move(*follower), fit);
   if (!plan) return plan;
   for (const double tau : alone->handed_over) plan->handed_over.push_back(stretch * tau);
   return plan;
@@ -92,13 +102,14 @@ Result<PairPlan> plan_pair_take_over(const ArmPair& pair, const Departure& from,
     if (!alone) return std::unexpected(std::move(alone.error()));
     auto follower = beside(pair, alone->motion, q_follower->q);
     if (!follower) return std::unexpected(std::move(follower.error()));
-    const auto fit = fit_of(pair.follower, *follower);
-    if (!fit) return std::unexpected(of_follower(fit.error()));
-    if (!fit->leaves_room) {
+    const auto path = follow_beside(pair, *follower);
+    if (!path) return std::unexpected(path.error());
+    const PathFit fit = PathPlanner(pair.follower).fit(*path, *follower);
+    if (!fit.leaves_room) {
       plan = failure("/follower", "it cannot follow at the speed of the leader");
       continue;
     }
-    return finish(pair, std::move(alone->motion), std::move(*follower), 1.0);
+    return finish(pair, std::move(alone->motion), std::move(*follower), fit);
   }
   return plan;
 }

@@ -378,6 +378,8 @@ class SequencePlanner {
         const PathPiece& whole = part.leg.pieces[k];
         if (whole.s_end <= part.begin || whole.s_begin >= part.end) continue;
         PlannedPiece piece{cut(part, k, part.begin, part.end), part.shares[k]};
+        const bool uncut = piece.piece.own_begin == whole.own_begin && piece.piece.own_end == whole.own_end;
+        if (uncut) piece.known = &part.walks[k];
         const double width = piece.piece.s_end - piece.piece.s_begin;
         if (width > kNoWay) add(std::move(piece), i, width);
       }

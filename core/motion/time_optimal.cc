@@ -31,7 +31,7 @@ ReachabilityPlanner::ReachabilityPlanner(const PathShape& shape, int cuts) : sha
   pieces_.reserve(shape.cells.size() * static_cast<std::size_t>(cuts));
   for (std::size_t cell = 0; cell < shape.cells.size(); ++cell) {
     const double s0 = shape.nodes[shape.cells[cell].node].s;
-    const double width = shape.width(shape.cells[cell]);
+    const double width = shape.cells[cell].width;
     const ShapeLimits& limits = shape.limits[shape.cells[cell].limits];
     PathShape::Derivatives begin = shape.derivatives(cell, s0);
     for (int cut = 0; cut < cuts; ++cut) {

@@ -21,14 +21,13 @@ constexpr double kLeastRoom = 0.02;
 }  // namespace
 
 void TorqueProfile::add(double s, const JointVector& q, const JointVector& first, const JointVector& second) {
-  const JointVector none = JointVector::Zero(q.size());
-  const Eigen::Vector3d weightless = Eigen::Vector3d::Zero();
-  const kinematics::Payload& payload = load_.payload;
+  const kinematics::Chain::PathDynamics dynamics =
+      chain_.path_dynamics(q, first, second, load_.gravity_B, load_.payload);
   nodes_.push_back({.s = s,
-                    .inertial = chain_.inverse_dynamics(q, none, first, weightless, payload),
-                    .centrifugal = chain_.inverse_dynamics(q, first, second, weightless, payload),
+                    .inertial = dynamics.inertial,
+                    .centrifugal = dynamics.centrifugal,
                     .viscous = chain_.damping().cwiseProduct(first),
-                    .gravity = chain_.inverse_dynamics(q, none, none, load_.gravity_B, payload)});
+                    .gravity = dynamics.gravity});
   if (load_.armature.size() != q.size()) return;
   nodes_.back().inertial += load_.armature.cwiseProduct(first);
   nodes_.back().centrifugal += load_.armature.cwiseProduct(second);
@@ -85,6 +84,9 @@ TorqueProfile::Need TorqueProfile::need(const TimeLaw& law, double share) const 
   Need most;
   look(law, [&](double s, double room, double, double second, double viscous) {
     // A law stretched by k asks for second / k^2 of what viscous / k leaves: share (room - viscous / k) k^2 = second.
+    // Nearly all need less than the most, which is asked without root; what is next to it by rounding is looked at.
+    constexpr double kRounding = 1e-12;
+    if (share * (room * most.stretch - viscous) * most.stretch > second * (1.0 + kRounding)) return;
     const double k = (share * viscous + std::sqrt(share * share * viscous * viscous + 4.0 * share * room * second)) /
                      (2.0 * share * room);
     if (k > most.stretch) most = {.stretch = k, .s = s};

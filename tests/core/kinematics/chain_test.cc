@@ -150,6 +150,20 @@ TEST(Chain, InverseDynamicsAgreesWithKdl) {
   });
 }
 
+TEST(Chain, PathDynamicsAreThePartsOfInverseDynamicsToTheBit) {
+  for_random_chains("path", [](Random& random, const RobotModel&, const Chain& chain, const JointVector& q) {
+    const int n = chain.joint_count();
+    const Payload payload = random.unit() < 0.5 ? Payload{} : random_payload(random);
+    const Eigen::Vector3d gravity(1.0, -2.0, -9.81), weightless = Eigen::Vector3d::Zero();
+    const JointVector first = random_vector(random, n, 3.0), second = random_vector(random, n, 5.0);
+    const JointVector none = JointVector::Zero(n);
+    const Chain::PathDynamics parts = chain.path_dynamics(q, first, second, gravity, payload);
+    EXPECT_EQ(parts.inertial, chain.inverse_dynamics(q, none, first, weightless, payload));
+    EXPECT_EQ(parts.centrifugal, chain.inverse_dynamics(q, first, second, weightless, payload));
+    EXPECT_EQ(parts.gravity, chain.inverse_dynamics(q, none, none, gravity, payload));
+  });
+}
+
 TEST(Chain, MassMatrixAgreesWithKdlAndIsTheColumnsOfInverseDynamics) {
   for_random_chains("mass", [](Random& random, const RobotModel& model, const Chain& chain, const JointVector& q) {
     const int n = chain.joint_count();

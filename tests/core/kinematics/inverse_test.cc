@@ -227,6 +227,35 @@ TEST(InverseKinematics, CyclicFunctionsNeverAllocate) {
   });
 }
 
+// Walks along paths ask for all of it at each place: one call has to say what three do.
+TEST(InverseKinematics, APassSaysWhatRatesAccelerationsAndMeasureSay) {
+  int regular = 0, irregular = 0;
+  for_good_postures([&](Random& random, const InverseKinematics& inverse, const JointVector& q) {
+    const JointVector dq = random_vector(random, inverse.chain().joint_count(), 1.0);
+    InverseKinematics::Goal goal;
+    goal.held_dq = inverse.held(dq);
+    goal.held_ddq = inverse.held(random_vector(random, inverse.chain().joint_count(), 1.0));
+    for (int i = 0; i < 6; ++i) {
+      goal.V_BF_B[i] = random.uniform(-1.0, 1.0);
+      goal.A_BF_B[i] = random.uniform(-1.0, 1.0);
+    }
+    JointVector rates, accelerations;
+    ASSERT_EQ(inverse.rates(q, goal.V_BF_B, goal.held_dq, rates), IkStatus::kOk);
+    ASSERT_EQ(inverse.accelerations(q, rates, goal.A_BF_B, goal.held_ddq, accelerations), IkStatus::kOk);
+    const double measure = inverse.singularity_measure(q);
+    // Far from the border, next to it by rounding, and on it.
+    for (const double share : {0.1, 0.999, 1.0 - 1e-9, 1.0 - 1e-15, 1.0, 1.0 + 1e-15, 1.0 + 1e-9, 1.001, 10.0}) {
+      InverseKinematics::Passage passage;
+      ASSERT_EQ(inverse.pass(q, goal, share * measure, passage), IkStatus::kOk);
+      EXPECT_EQ(passage.dq, rates);
+      EXPECT_EQ(passage.ddq, accelerations);
+      EXPECT_EQ(passage.regular, measure >= share * measure) << share;
+      (passage.regular ? regular : irregular) += 1;
+    }
+  });
+  EXPECT_GT(std::min(regular, irregular), 1000);
+}
+
 // --- fewer than six joints -------------------------------------------------------------------------------------------
 
 /// What a chain of few joints can reach it comes back to; what it cannot is refused, and named.
