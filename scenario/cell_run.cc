@@ -127,7 +127,10 @@ void CellRun::note(std::string_view source, std::string_view name, std::string_v
   if (recorder_) recorder_->add_event(source, name, text);
 }
 
-void CellRun::step_begun(std::string_view name) { steps_begun_.emplace_back(name); }
+void CellRun::step_begun(std::string_view name) {
+  steps_begun_.emplace_back(name);
+  for (const auto& expectation : expectations_) expectation->step_begins(name);
+}
 
 void CellRun::close_products() {
   if (recorder_) {

@@ -16,6 +16,7 @@
 #include "core/net/description.h"
 #include "core/net/registry.h"
 #include "scenario/device_expectations.h"
+#include "scenario/pair_expectations.h"
 
 namespace takt::scenario {
 namespace {
@@ -321,6 +322,7 @@ class Named final : public Expectation {
   Named(const ExpectationEntry& entry, std::unique_ptr<Expectation> expectation)
       : name_(entry.name), kind_(entry.kind), expectation_(std::move(expectation)) {}
   void watch(const BuiltCell& built) override { expectation_->watch(built); }
+  void step_begins(std::string_view name) override { expectation_->step_begins(name); }
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
     ExpectationResult result = expectation_->judge(outcome);
     result.name = name_;
@@ -343,6 +345,7 @@ std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& rea
   if (kind == "monitor") return std::make_unique<MonitorExpectation>(reader, built);
   if (kind == "gripper") return gripper_expectation(reader, built);
   if (kind == "signal") return signal_expectation(reader, built);
+  if (kind == "relative_pose") return relative_pose_expectation(reader, built, steps);
   if (kind == "limits") return std::make_unique<LimitsExpectation>(reader, built);
   if (kind == "duration") return std::make_unique<DurationExpectation>(reader);
   if (kind == "step") return std::make_unique<StepExpectation>(reader, steps);
@@ -367,6 +370,9 @@ const std::vector<ExpectationKind>& expectation_kinds() {
       {"object_pose",
        "An object ends near a pose. Keys: object, in, position_m, rpy_deg, position_within_m, angle_within_deg."},
       {"peak_force", "A sensor's raw reading stays below a bound. Keys: sensor, below_N."},
+      {"relative_pose",
+       "The tool of one arm stays where it was to that of another one, between the begins of two steps. Keys: arms [a, "
+       "b], from, to, position_within_m, angle_within_deg."},
       {"repeats", "A second run has the same digest."},
       {"signal",
        "What an input or output is at the end, and how often it rose. Keys: signal; is, rises; or at_least, at_most."},

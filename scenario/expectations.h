@@ -32,6 +32,8 @@ class Expectation {
   virtual ~Expectation() = default;
   /// After every cycle. Realtime: cyclic.
   virtual void watch(const BuiltCell& built) { (void)built; }
+  /// Before the cycle in which a step begins.
+  virtual void step_begins(std::string_view name) { (void)name; }
   [[nodiscard]] virtual ExpectationResult judge(const Outcome& outcome) const = 0;
 };
 

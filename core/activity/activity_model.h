@@ -23,6 +23,9 @@ struct Leavable {
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();  ///< the frame that its Cartesian pieces move
   motion::Blend blend;
   std::shared_ptr<const motion::Motion> partner = {};  ///< of a second arm on the same clock, with the same law
+  Eigen::Isometry3d partner_X_FM = Eigen::Isometry3d::Identity();  ///< the same frame in the flange of that one
+  std::string arm = {};                                            ///< whose motion it is; of two the leader
+  std::optional<command::State> unless = {};  ///< must not hold on what is left of it (TwoWays::unless)
 };
 
 /// What precedes on an actuator when an activity is prepared.

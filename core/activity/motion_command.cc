@@ -58,6 +58,7 @@ class MotionCommand final : public CommandRequest {
       moved.capture(key + " no force", command::tool_pose(making.cell, arm()), silent);
       made.handler_places.emplace_back("/force_offset/sensor");
     }
+    add_unless(making, key, action, moved, made);
     const auto& condition = requests.back().until;
     if (!condition) return made;
     State until = command::state_of(*condition, making.cell, making.biases);
@@ -81,6 +82,7 @@ class MotionCommand final : public CommandRequest {
                      fmt::format("'{}' did not answer, so the arm stopped on its path", overlay.force->sensor),
                      "its power and its wires");
     }
+    tell_broken(ended, key, findings);
     const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
     if (!completed && !was_cancelled) return;  // it was never started
     context.variables.touches.erase(arm());
@@ -98,6 +100,35 @@ class MotionCommand final : public CommandRequest {
   }
 
  private:
+  [[nodiscard]] static std::string unless_of(const std::string& key, std::size_t part) {
+    return fmt::format("{} unless {}", key, part);
+  }
+  /// What must not hold cancels it, each while its motion is being done.
+  void add_unless(const Making& making, const std::string& key, const command::Action& action,
+                  command::RuntimeCommand& moved, MadeCommand& made) const {
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+      if (!requests[i].unless) continue;
+      State holds = command::state_of(*requests[i].unless, making.cell, making.biases);
+      if (i > 0) holds = holds && action.via_passed(static_cast<int>(i) - 1);
+      if (i + 1 < requests.size()) holds = holds && !action.via_passed(static_cast<int>(i));
+      moved.on_entered(holds, cancel(moved));
+      made.handler_places.push_back(places[i] + "/unless");
+      moved.capture(unless_of(key, i), action.progress(), holds);
+      moved.capture(unless_of(key, i) + " silent", action.progress(), is_null(command::BooleanSensor(holds.node())));
+    }
+  }
+  void tell_broken(const EndedTree& ended, const std::string& key, Findings& findings) const {
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+      const std::string place = pointer + places[i] + "/unless";
+      if (ended.value<net::Real>(unless_of(key, i))) {
+        findings.error(place, "this must not hold and did, so the arm stopped on its path",
+                       "what made it hold; \"try\" around the step");
+      } else if (ended.value<net::Real>(unless_of(key, i) + " silent")) {
+        findings.error(place, "a sensor of the condition did not answer, so the arm stopped on its path",
+                       "its power and its wires");
+      }
+    }
+  }
   /// Planned when everything before it is.
   [[nodiscard]] command::Action motion(const Making& making) const {
     command::MotionWish wish;
@@ -122,6 +153,12 @@ class MotionCommand final : public CommandRequest {
   }
 };
 
+void check_follower(const MotionRequest& request, const std::string& pointer, Findings& findings) {
+  if (request.follower.empty()) return;
+  findings.error(pointer + "/follower", "two arms as one in a transaction, or with something laid over their path",
+                 "a step \"lin\" or \"circ\" with nothing but its path");
+}
+
 std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std::string& pointer,
                                      const command::Cell& cell, Findings& findings) {
   auto command = std::make_unique<MotionCommand>();
@@ -130,6 +167,7 @@ std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std:
   command->requests.push_back(read_motion(kind, own, pointer, cell, findings));
   command->places.emplace_back();
   MotionRequest& request = command->requests.back();
+  check_follower(request, pointer, findings);
   command->overlay = read_overlay(json, pointer, request.arm, cell, findings);
   // The rest of acceleration and jerk is for what is laid over the path, whatever its clock does.
   if (command->overlay.weave || command->overlay.force)
@@ -181,6 +219,7 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     }
     command->requests.push_back(read_motion(kind->second, step, pointer + place, cell, findings));
     command->places.push_back(place);
+    check_follower(command->requests.back(), pointer + place, findings);
   }
   reader.finish();
   if (command->requests.empty()) {

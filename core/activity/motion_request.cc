@@ -29,6 +29,53 @@ std::string read_arm(ObjectReader& reader, const command::Cell& cell) {
   return reader.choice("arm", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
 }
 
+std::optional<command::Condition> read_condition(ObjectReader& reader, std::string_view key,
+                                                 const command::Cell& cell) {
+  const Json* json = reader.object(key, false);
+  if (json == nullptr) return std::nullopt;
+  auto condition = command::parse_condition(*json, reader.at(key), cell);
+  if (condition) return std::move(*condition);
+  reader.findings().append(condition.error());
+  return std::nullopt;
+}
+
+void read_follower(ObjectReader& reader, const command::Cell& cell, MotionRequest& request) {
+  if (!reader.has("follower")) return;
+  std::vector<std::string> names;
+  for (const auto& [name, arm] : cell.arms) names.push_back(name);
+  request.follower = reader.choice("follower", names);
+  if (request.kind != PathKind::kLin && request.kind != PathKind::kCirc) {
+    reader.findings().error(reader.at("follower"), "two arms move as one on the path of a frame", "lin or circ");
+  } else if (request.follower == request.arm && !request.arm.empty()) {
+    reader.findings().error(reader.at("follower"), fmt::format("'{}' leads already", request.arm), "another arm");
+  }
+}
+
+/// What two arms do to each other is felt by their own sensors.
+void check_internal_force(const command::Condition& condition, const command::Cell& cell, const std::string& place,
+                          const MotionRequest& request, Findings& findings) {
+  for (const command::Condition& operand : condition.operands)
+    check_internal_force(operand, cell, place, request, findings);
+  if (condition.kind != command::Condition::Kind::kInternalForce) return;
+  for (const std::string& name : {condition.device, condition.other}) {
+    const std::string& arm = cell.sensors.find(name)->second.arm;
+    if (arm.empty() || arm == request.arm || arm == request.follower) continue;
+    findings.error(place, fmt::format("an internal force that '{}' feels, which is on '{}'", name, arm),
+                   fmt::format("sensors of '{}' and '{}'", request.arm, request.follower));
+  }
+}
+
+/// When it ends before its goal.
+void read_ends(ObjectReader& reader, const command::Cell& cell, MotionRequest& request) {
+  request.until = read_condition(reader, "until", cell);
+  if (reader.has("until")) request.must_touch = reader.choice("on_end", {"fail", "continue"}, "fail") == "fail";
+  request.unless = read_condition(reader, "unless", cell);
+  if (request.follower.empty()) return;
+  for (const auto& [key, condition] : {std::pair("until", &request.until), {"unless", &request.unless}}) {
+    if (*condition) check_internal_force(**condition, cell, reader.at(key), request, reader.findings());
+  }
+}
+
 MotionRequest::About read_about(ObjectReader& parent) {
   MotionRequest::About about;
   const Json* json = parent.object("about");
@@ -244,15 +291,6 @@ Result<motion::Leg> leg_of(const MotionRequest& request, const command::Cell& ce
   return leg;
 }
 
-/// They refer to both.
-std::vector<motion::LegMaker> leg_makers(const std::vector<MotionRequest>& requests, const command::Cell& cell) {
-  std::vector<motion::LegMaker> makers;
-  for (const MotionRequest& request : requests) {
-    makers.push_back([&](const JointVector& q_start) { return leg_of(request, cell, q_start); });
-  }
-  return makers;
-}
-
 /// PTP and LIN alone have planners of their own: the shortest way from a goal to a motion.
 Result<motion::Motion> plan_single(const MotionRequest& request, const command::Cell& cell, const JointVector& q,
                                    Findings& notes) {
@@ -306,6 +344,10 @@ Findings as_notes(const Findings& notes, const std::vector<MotionRequest>& reque
 
 }  // namespace
 
+std::string moved_by(const MotionRequest& request) {
+  return request.follower.empty() ? request.arm : request.arm + "/" + request.follower;  // no name has a '/'
+}
+
 bool hangs_on_motion(const MotionRequest& request, const command::Cell& cell) {
   const auto hangs = [&](const Goal& goal) { return hangs_on_motion(goal, cell, request.arm); };
   return hangs(request.goal) || (request.via && hangs(*request.via)) || std::ranges::any_of(request.through, hangs) ||
@@ -343,15 +385,8 @@ MotionRequest read_motion(PathKind kind, const Json& json, const std::string& po
   if (kind != PathKind::kPtp && reader.has("velocity_m_s")) {
     request.linear_velocity = reader.number("velocity_m_s", {}, kPositive);
   }
-  if (const Json* until = reader.object("until", false)) {
-    auto condition = command::parse_condition(*until, reader.at("until"), cell);
-    if (condition) {
-      request.until = std::move(*condition);
-    } else {
-      findings.append(condition.error());
-    }
-    request.must_touch = reader.choice("on_end", {"fail", "continue"}, "fail") == "fail";
-  }
+  read_follower(reader, cell, request);
+  read_ends(reader, cell, request);
   read_blend(reader, request);
   reader.finish();
   return request;
@@ -373,6 +408,35 @@ Result<motion::SequencePlan> plan_motions(const std::vector<MotionRequest>& requ
   if (!plan) return std::unexpected(of_sequence(plan.error(), requests));
   plan->notes = as_notes(plan->notes, requests);
   return plan;
+}
+
+std::vector<motion::LegMaker> leg_makers(const std::vector<MotionRequest>& requests, const command::Cell& cell) {
+  std::vector<motion::LegMaker> makers;
+  for (const MotionRequest& request : requests) {
+    makers.push_back([&](const JointVector& q_start) { return leg_of(request, cell, q_start); });
+  }
+  return makers;
+}
+
+Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionRequest>& requests, const command::Cell& cell,
+                                           const motion::ArmPair& pair, const JointVector& q_leader,
+                                           const JointVector& q_follower) {
+  auto plan = motion::plan_pair(pair, q_leader, q_follower, leg_makers(requests, cell));
+  if (plan) {
+    plan->notes = as_notes(plan->notes, requests);
+    return plan;
+  }
+  // Of the follower, of the whole, of one of the motions.
+  Findings whole, all;
+  for (Finding finding : plan.error().list()) {
+    const bool follows = finding.pointer.starts_with("/follower");
+    if (!follows && !finding.pointer.starts_with("/goal")) continue;
+    if (follows) finding.pointer = "/follower";
+    whole.add(std::move(finding));
+  }
+  all.append(as_seen_in_file(whole));
+  all.append(of_sequence(plan.error(), requests));
+  return std::unexpected(std::move(all));
 }
 
 Result<motion::SequencePlan> plan_motions_from(const motion::Departure& from,

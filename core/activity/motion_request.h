@@ -8,7 +8,7 @@
 
 #include "core/activity/goal.h"
 #include "core/command/condition.h"
-#include "core/motion/leg.h"
+#include "core/motion/plan_pair.h"
 
 namespace takt::activity {
 
@@ -27,8 +27,9 @@ struct MotionRequest {
   PathKind kind = PathKind::kPtp;
   std::string name;
   std::string arm;
-  std::string pointer;  ///< of the step in its file
-  Goal goal;            ///< all but splines, and arcs about an axis
+  std::string follower;  ///< a second arm that moves as one with it; empty: none
+  std::string pointer;   ///< of the step in its file
+  Goal goal;             ///< all but splines, and arcs about an axis
   std::optional<Goal> via;
   std::optional<About> about;
   motion::ArcOrientation orientation = motion::ArcOrientation::kToGoal;
@@ -38,8 +39,12 @@ struct MotionRequest {
   std::optional<double> linear_velocity;  ///< m/s
   motion::Blend blend;
   std::optional<command::Condition> until;
-  bool must_touch = true;  ///< a guarded motion that reaches its end is a failure
+  bool must_touch = true;                    ///< a guarded motion that reaches its end is a failure
+  std::optional<command::Condition> unless;  ///< as soon as it holds the motion brakes on its path and has failed
 };
+
+/// The arms that motions move, as one name.
+[[nodiscard]] std::string moved_by(const MotionRequest& request);
 
 /// Reads a step. Findings: all that is wrong with its form.
 [[nodiscard]] MotionRequest read_motion(PathKind kind, const nlohmann::ordered_json& json, const std::string& pointer,
@@ -66,5 +71,16 @@ struct MotionRequest {
 [[nodiscard]] Result<motion::SequencePlan> plan_motions_from(const motion::Departure& from,
                                                              const std::vector<MotionRequest>& requests,
                                                              const command::Cell& cell);
+
+/// Geometry of motions as planners want it. It refers to both.
+[[nodiscard]] std::vector<motion::LegMaker> leg_makers(const std::vector<MotionRequest>& requests,
+                                                       const command::Cell& cell);
+
+/// Plans motions of two arms as one: of the leader's tool centre point, from where both stand. Findings as of
+/// plan_motions(), those of the second arm at "/follower". Realtime: setup.
+[[nodiscard]] Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionRequest>& requests,
+                                                         const command::Cell& cell, const motion::ArmPair& pair,
+                                                         const kinematics::JointVector& q_leader,
+                                                         const kinematics::JointVector& q_follower);
 
 }  // namespace takt::activity

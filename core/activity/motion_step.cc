@@ -4,6 +4,7 @@
 #include <iterator>
 #include <vector>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/activity/carried_step.h"
@@ -19,7 +20,6 @@ namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using kinematics::JointVector;
 
 /// An activity from the moment in which it is asked for to its end; takes note of a touch then. Several motions are
 /// one: they are blended into each other.
@@ -35,9 +35,9 @@ class MotionRun final : public StepRun {
   Progress advance(Context& context, Findings& findings) override {
     if (!run_) {
       // The first step of a program may come before the first sample.
-      const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
-      if (arm.device->set_point().q.size() == 0) return Progress::kRunning;
-      auto motion = std::make_shared<const RequestedMotion>(requests_, context.variables.biases);
+      auto motion = requested_motion(requests_, context.variables.biases);
+      for (const std::string& name : motion->actuators())
+        if (context.cell.arms.find(name)->second.device->set_point().q.size() == 0) return Progress::kRunning;
       run_ = context.scheduler->schedule(std::move(motion));
       context.scheduler->prepare(run_);  // others may move the frames of its goals in this very cycle
     }
@@ -67,9 +67,10 @@ class MotionRun final : public StepRun {
 
  private:
   Progress finish(Context& context, Findings& findings) {
-    context.variables.touches.erase(request_.arm);
+    for (const std::string& arm : {request_.arm, request_.follower}) context.variables.touches.erase(arm);
+    const GuardedEnd end = guarded_end(*run_, static_cast<int>(requests_.size()));
+    if (end.broken) return tell_broken(*end.broken, findings);
     if (!request_.until) return Progress::kDone;
-    const GuardedEnd end = guarded_end(*run_);
     if (end.touch) {
       const Findings lost = note_touch(context, request_.arm, *end.touch);
       findings.append(lost, "/until");
@@ -87,6 +88,21 @@ class MotionRun final : public StepRun {
     return Progress::kFailed;
   }
 
+  /// What must not hold did: this is where it stands, or which motion it stands at.
+  Progress tell_broken(const GuardedEnd::Broken& broken, Findings& findings) const {
+    std::string message = broken.silent ? "a sensor of the condition did not answer, so the arm stopped on its path"
+                                        : "this must not hold and did, so the arm stopped on its path";
+    if (broken.motion < 0) message = fmt::format("'unless' of the motion that it went on with: {}", message);
+    if (broken.motion > 0) {
+      const MotionRequest& part = requests_[static_cast<std::size_t>(broken.motion)];
+      message = fmt::format("in '{}', which is blended into: {}", part.name, message);
+    }
+    const std::string way_out =
+        broken.silent ? "its power and its wires" : "what made it hold; \"try\" around the step";
+    findings.error(broken.motion < 0 ? "" : "/unless", message, way_out);
+    return Progress::kFailed;
+  }
+
   const std::vector<MotionRequest>& requests_;
   const MotionRequest& request_;  ///< the last: only a motion alone may be guarded
   RunPtr run_;
@@ -101,7 +117,7 @@ class MotionStep final : public Step {
     auto* motion = dynamic_cast<MotionStep*>(&next);
     if (!motion || requests_.back().blend.kind == motion::Blend::Kind::kNone) return false;
     const MotionRequest& follower = motion->requests_.front();
-    if (follower.arm != requests_.front().arm) return false;
+    if (moved_by(follower) != moved_by(requests_.front())) return false;
     requests_.insert(requests_.end(), std::make_move_iterator(motion->requests_.begin()),
                      std::make_move_iterator(motion->requests_.end()));
     return true;
@@ -109,28 +125,27 @@ class MotionStep final : public Step {
 
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     const MotionRequest& last = requests_.back();
-    const bool goes_on = rehearsal.open && rehearsal.open->arm == last.arm && may_go_on(rehearsal.cell);
+    const bool goes_on = rehearsal.open && rehearsal.open->arm == moved_arm() && may_go_on(rehearsal.cell);
     if (!goes_on) settle_rehearsal(rehearsal, findings);
     rehearsal.open.reset();
-    if (last.blend.kind != motion::Blend::Kind::kNone) rehearsal.open = {last.arm, last.pointer};
+    if (last.blend.kind != motion::Blend::Kind::kNone) rehearsal.open = {moved_arm(), last.pointer};
+    if (!last.follower.empty()) rehearsal.touched[last.follower] = false;
     rehearsal.touched[last.arm] = last.until.has_value();
-    JointVector& q = rehearsal.q[last.arm];
-    const auto plan = plan_motions(requests_, rehearsal.cell, q);
-    if (!plan) {
-      findings.append(plan.error(), pointer);
+    const auto alone = requested_motion(requests_, {})->alone(rehearsal.cell, rehearsal.q);
+    if (!alone) {
+      findings.append(alone.error(), pointer);
       return;
     }
-    findings.append(plan->notes);
-    q = plan->motion.q_goal;
-    rehearsal.duration += plan->motion.duration();
-    const Situation nothing_before{.cell = rehearsal.cell, .period = kMillisecond, .precedents = {}};
-    const Prepared prepared = RequestedMotion(requests_, {}).prepare(nothing_before, std::move(*plan));
-    rehearse_net(command::single_net(*prepared.command, requests_.front().name).net, rehearsal, pointer, findings);
+    findings.append(alone->notes);
+    for (const auto& [arm, q] : alone->q_goal) rehearsal.q[arm] = q;
+    rehearsal.duration += alone->duration;
+    rehearse_net(command::single_net(*alone->prepared.command, requests_.front().name).net, rehearsal, pointer,
+                 findings);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<MotionRun>(requests_); }
 
-  [[nodiscard]] std::string moved_arm() const override { return requests_.front().arm; }
+  [[nodiscard]] std::string moved_arm() const override { return moved_by(requests_.front()); }
   [[nodiscard]] bool may_go_on(const command::Cell& cell) const override {
     return std::ranges::none_of(requests_, [&](const auto& request) { return hangs_on_motion(request, cell); });
   }

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <map>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "core/activity/activity_model.h"
@@ -7,25 +10,28 @@
 
 namespace takt::activity {
 
-/// Motions of one arm as a program's steps ask for them, each blended into the next one, as an activity: it may be
-/// guarded, left, and go on with what may be left.
-class RequestedMotion final : public ActivityModel {
+/// Motions of one arm, or of two as one, as a program's steps ask for them, each blended into the next one, as an
+/// activity: it may be guarded, left, and go on with what may be left. Findings have pointers below the step of the
+/// first motion.
+class RequestedMotion : public ActivityModel {
  public:
-  /// @param requests  at least one, all of one arm
-  /// @param biases    of the sensors in the condition of the last one
-  RequestedMotion(const std::vector<MotionRequest>& requests, command::Biases biases);
+  using ActivityModel::ActivityModel;
 
-  [[nodiscard]] std::vector<std::string> actuators() const override { return {requests_.back().arm}; }
-  /// Findings have pointers below the step of the first motion.
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override;
-  /// The same with the plan from rest at hand (plan_motions); `situation` may know of no precedent.
-  [[nodiscard]] Prepared prepare(const Situation& situation, motion::SequencePlan from_rest) const;
-
- private:
-  [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const Situation& situation) const;
-
-  std::vector<MotionRequest> requests_;
-  command::Biases biases_;
+  /// What it is when nothing precedes it.
+  struct Alone {
+    Prepared prepared;
+    Findings notes;                                                      ///< of the planner, with pointers of the file
+    std::map<std::string, kinematics::JointVector, std::less<>> q_goal;  ///< of each arm, rad or m
+    double duration = 0.0;                                               ///< s
+  };
+  /// @param q  where each of its arms stands, rad or m
+  [[nodiscard]] virtual Result<Alone> alone(
+      const command::Cell& cell, const std::map<std::string, kinematics::JointVector, std::less<>>& q) const = 0;
 };
+
+/// @param requests  at least one, all of the same arm, or of the same two
+/// @param biases    of the sensors in their conditions
+[[nodiscard]] std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionRequest>& requests,
+                                                                      command::Biases biases);
 
 }  // namespace takt::activity

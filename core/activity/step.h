@@ -85,7 +85,7 @@ struct Rehearsal {
   std::string step;                                               ///< name of the step that is played
   /// The last motion may be left for another one of its arm. Nobody has gone on with it so far.
   struct Open {
-    std::string arm, pointer;
+    std::string arm, pointer;  ///< arm: as Step::moved_arm() has it
   };
   std::optional<Open> open = {};
   std::vector<RehearsedNet>* nets = nullptr;  ///< who wants to see the nets; null: nobody
@@ -130,7 +130,8 @@ class Step {
     (void)next;
     return false;
   }
-  /// Of a planned motion: the arm that it moves. Empty: everything before it has to be over when it begins.
+  /// Of a planned motion: the arm that it moves, or both as one name (moved_by()). Empty: everything before it has to
+  /// be over when it begins.
   [[nodiscard]] virtual std::string moved_arm() const { return {}; }
   /// A planned motion can be planned before the one that it goes on with has ended.
   [[nodiscard]] virtual bool may_go_on(const command::Cell& cell) const {

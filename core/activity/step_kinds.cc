@@ -14,8 +14,8 @@ namespace takt::activity {
 const std::vector<StepKind>& step_kinds() {
   static const std::vector<StepKind> kinds{
       {"circ",
-       "Moves the tool centre point on a circle. Keys: arm, to and via, or about, orientation, speed, acceleration, "
-       "velocity_m_s, blend_m, blend_fraction, until, on_end.",
+       "Moves the tool centre point on a circle. Keys: arm, to and via, or about, orientation, follower, speed, "
+       "acceleration, velocity_m_s, blend_m, blend_fraction, until, on_end, unless.",
        parse_circ},
       {"control_mode", "Brings an arm into a control mode while nothing holds it. Keys: arm, mode.",
        parse_control_mode},
@@ -38,8 +38,8 @@ const std::vector<StepKind>& step_kinds() {
        "linear_max_m_s, angular_max_deg_s, seconds, until.",
        parse_command_step},
       {"lin",
-       "Moves the tool centre point on a straight line. Keys: arm, to, speed, acceleration, velocity_m_s, blend_m, "
-       "blend_fraction, until, on_end; base_to: where the base that carries the arm drives meanwhile.",
+       "Moves the tool centre point on a straight line. Keys: arm, to, follower, speed, acceleration, velocity_m_s, "
+       "blend_m, blend_fraction, until, on_end, unless; base_to: where the base that carries the arm drives meanwhile.",
        parse_lin},
       {"net", "Runs a net of the cell to its end. Keys: net, cancel_after_s, within_s.", parse_net_step},
       {"press",
@@ -48,7 +48,7 @@ const std::vector<StepKind>& step_kinds() {
        parse_press},
       {"ptp",
        "Moves all joints together to a goal. Keys: arm, to, speed, acceleration, blend_m, blend_fraction, until, "
-       "on_end.",
+       "on_end, unless.",
        parse_ptp},
       {"record_contact", "Keeps the touch that the last guarded motion ended with. Keys: arm, as.",
        parse_record_contact},
@@ -60,7 +60,7 @@ const std::vector<StepKind>& step_kinds() {
       {"set", "Brings a digital or an analog output to a value, which stays. Keys: output, value.", parse_set},
       {"spline",
        "Moves smoothly through points. Keys: arm, through, speed, acceleration, velocity_m_s, blend_m, blend_fraction, "
-       "until, on_end.",
+       "until, on_end, unless.",
        parse_spline},
       {"tare", "Averages a force/torque sensor at rest; its offset is then taken out. Keys: sensor, cycles.",
        parse_tare},

@@ -5,24 +5,16 @@
 #include <fmt/format.h>
 
 #include "core/activity/two_ways.h"
-#include "core/command/device_sensors.h"
-#include "core/motion/motion_state.h"
-#include "core/motion/plan_pair.h"
 
 namespace takt::activity {
 namespace {
 
-using command::Cell;
 using kinematics::JointVector;
 using motion::ArmModel;
 
-ArmModel model_of(const Cell& cell, const std::string& arm, const Eigen::Isometry3d& X_FM) {
-  return command::planning_model(cell.arms.find(arm)->second, X_FM);
-}
-
 class TwoArmActivity final : public ActivityModel {
  public:
-  TwoArmActivity(const std::string& kind, TwoArms::Grasp grasp, LegOf leg, MotionParameters wish)
+  TwoArmActivity(const std::string& kind, Grasp grasp, LegOf leg, MotionParameters wish)
       : ActivityModel(fmt::format("{}+{} {}", grasp.leader, grasp.follower, kind)),
         grasp_(std::move(grasp)),
         leg_(std::move(leg)),
@@ -39,22 +31,14 @@ class TwoArmActivity final : public ActivityModel {
     if (!leads.at_end.rests() || !follows.at_end.rests())
       return failure("", fmt::format("'{}': nobody knows where the arms will be at rest", name()),
                      "a motion after the end of what runs");
-    const motion::ArmPair pair{.leader = model_of(situation.cell, grasp_.leader, grasp_.X_HL),
-                               .follower = model_of(situation.cell, grasp_.follower, grasp_.X_HF),
-                               .X_FL = grasp_.X_WF.inverse() * grasp_.X_WL};
+    const motion::ArmPair pair = pair_of(situation.cell, grasp_);
     if (Findings apart = check_grasp(pair, *leads.at_end.q, *follows.at_end.q); apart.has_errors())
       return std::unexpected(std::move(apart));
     const std::vector<motion::LegMaker> makers{maker(pair.leader)};
     auto from_rest = motion::plan_pair(pair, *leads.at_end.q, *follows.at_end.q, makers);
     if (!from_rest) return std::unexpected(std::move(from_rest.error()));
-    TwoWays ways{.name = name(),
-                 .actuator = command::arm_pair(situation.cell, grasp_.leader, grasp_.follower),
-                 .clock = grasp_.leader,
-                 .from_rest = planned(std::move(*from_rest))};
-    ways.begins[grasp_.leader].rest = seam_at_rest(*leads.at_end.q);
-    ways.begins[grasp_.follower].rest = seam_at_rest(*follows.at_end.q);
-    add_blend(pair, leads, makers, ways);
-    return prepare_two_ways(situation, std::move(ways), wish_);
+    return prepare_two_ways(situation, {name(), grasp_, std::move(*from_rest), plan_pair_on(situation, grasp_, makers)},
+                            wish_);
   }
 
  private:
@@ -85,35 +69,7 @@ class TwoArmActivity final : public ActivityModel {
     };
   }
 
-  [[nodiscard]] command::PlannedMotion planned(motion::PairPlan plan) const {
-    return {.motion = std::make_shared<const motion::Motion>(std::move(plan.leader)),
-            .X_FM = grasp_.X_HL,
-            .handed_over = {},
-            .clock = {},
-            .name = name(),
-            .partner =
-                command::PlannedPartner{std::make_shared<const motion::Motion>(std::move(plan.follower)), grasp_.X_HF}};
-  }
-
-  void add_blend(const motion::ArmPair& pair, const Precedent& leads, const std::vector<motion::LegMaker>& makers,
-                 TwoWays& ways) const {
-    if (!leads.leaving || leads.leaving->motion.partner == nullptr) return;
-    const auto& leaving = *leads.leaving;
-    auto plan = motion::plan_pair_take_over(
-        pair,
-        {.motion = *leaving.motion.motion, .tau = leaving.tau, .lead = leaving.lead, .blend = leaving.motion.blend},
-        *leaving.motion.partner, makers);
-    if (!plan) return;
-    const auto first = motion::joints_at(pair.leader, plan->leader, 0.0);
-    const auto second = motion::joints_at(pair.follower, plan->follower, 0.0);
-    if (!first || !second) return;
-    ways.begins[grasp_.leader].blend = seam_in_motion(leaving, *first);
-    ways.begins[grasp_.follower].blend = seam_in_motion(leaving, *second);
-    ways.tau = leaving.tau;
-    ways.from_blend = planned(std::move(*plan));
-  }
-
-  TwoArms::Grasp grasp_;
+  Grasp grasp_;
   LegOf leg_;
   MotionParameters wish_;
 };
@@ -176,18 +132,5 @@ Activity TwoArms::circ(const motion::ArcThrough& arc_W, const MotionParameters& 
 
 Eigen::Isometry3d TwoArms::centre() const { return grasp_.X_WL * leader_.flange() * grasp_.X_HL; }
 Eigen::Isometry3d TwoArms::centre_by_follower() const { return grasp_.X_WF * follower_.flange() * grasp_.X_HF; }
-
-command::RealSensor internal_force(const Cell& cell, const std::string& one_sensor, const std::string& other_sensor,
-                                   const command::Biases& biases) {
-  const auto in_world = [&](const std::string& name) {
-    const command::VectorSensor felt = force(command::contact_wrench(cell, name, biases));
-    const auto sensor = cell.sensors.find(name);
-    if (sensor == cell.sensors.end()) return felt;  // the formula itself says that it is not there
-    const auto X_WB = cell.frames.pose(sensor->second.arm).value_or(Eigen::Isometry3d::Identity());
-    const auto X_BS = command::flange_fixed_pose(cell, sensor->second.arm, sensor->second.X_FS);
-    return rotate(net::Frame(X_WB), rotate(X_BS, felt));
-  };
-  return 0.5 * norm(in_world(one_sensor) - in_world(other_sensor));
-}
 
 }  // namespace takt::activity

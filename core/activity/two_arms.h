@@ -3,6 +3,8 @@
 #include <string>
 
 #include "core/activity/actuator_interfaces.h"
+#include "core/activity/pair_motion.h"
+#include "core/command/condition_state.h"
 
 namespace takt::activity {
 
@@ -24,11 +26,7 @@ class TwoArms {
   [[nodiscard]] Eigen::Isometry3d centre() const;
   [[nodiscard]] Eigen::Isometry3d centre_by_follower() const;
 
-  struct Grasp {
-    std::string leader, follower;
-    Eigen::Isometry3d X_WL, X_WF;  ///< bases of leader and follower
-    Eigen::Isometry3d X_HL, X_HF;  ///< C in their flanges
-  };
+  using Grasp = activity::Grasp;
   [[nodiscard]] const Grasp& grasp() const { return grasp_; }
 
  private:
@@ -39,9 +37,6 @@ class TwoArms {
   Grasp grasp_;
 };
 
-/// Half the difference of what two wrist sensors feel, as forces in the world (N): what the arms do to the part between
-/// them and not to its weight. For `until = is_greater(internal_force(...), limit)`.
-[[nodiscard]] command::RealSensor internal_force(const command::Cell& cell, const std::string& one_sensor,
-                                                 const std::string& other_sensor, const command::Biases& biases = {});
+using command::internal_force;
 
 }  // namespace takt::activity

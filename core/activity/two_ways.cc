@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "core/command/device_sensors.h"
 #include "core/motion/motion_state.h"
 
@@ -53,10 +55,37 @@ motion::Blend blend_of(const BlendingCondition& wish, const motion::Motion& moti
 
 /// Names of what a guarded motion shows: each way has its own.
 struct EndNames {
-  const char *touch, *progress;
+  const char *touch, *progress, *way;
+
+  [[nodiscard]] std::string broken(int motion) const { return fmt::format("unless {}{}", motion, way); }
+  [[nodiscard]] std::string silent(int motion) const { return fmt::format("unless {} silent{}", motion, way); }
 };
-constexpr EndNames kFromRest{"touch", "progress"};
-constexpr EndNames kFromBlend{"touch after a blend", "progress after a blend"};
+constexpr EndNames kFromRest{"touch", "progress", ""};
+constexpr EndNames kFromBlend{"touch after a blend", "progress after a blend", " after a blend"};
+
+/// What must not hold stops it, each while its motion is being done.
+/// @param first  the number of the first of `unless`
+void add_unless(const std::vector<std::optional<State>>& unless, int first, const command::PlannedMotion& motion,
+                const EndNames& names, command::RuntimeCommand& command) {
+  const command::Action action = command.action();
+  for (int i = 0; i < static_cast<int>(unless.size()); ++i) {
+    const auto& one = unless[static_cast<std::size_t>(i)];
+    if (!one) continue;
+    State holds = *one;
+    if (i > 0) holds = holds && action.via_passed(i - 1);
+    if (i < static_cast<int>(motion.handed_over.size())) holds = holds && !action.via_passed(i);
+    command.on_entered(holds, cancel(command));
+    command.capture(names.broken(first + i), action.progress(), holds);
+    command.capture(names.silent(first + i), action.progress(), is_null(command::BooleanSensor(holds.node())));
+  }
+}
+
+/// That of the motion before on what is left of it, then those of its own.
+std::vector<std::optional<State>> with_before(const Situation& situation, const TwoWays& ways) {
+  std::vector<std::optional<State>> all{situation.precedents.find(ways.clock)->second.leaving->motion.unless};
+  all.insert(all.end(), ways.unless.begin(), ways.unless.end());
+  return all;
+}
 
 /// A condition counts from where the motion that it stands at begins: others may be blended into it.
 command::RuntimeCommand command_of(const Cell& cell, const TwoWays& ways, const std::string& name,
@@ -76,11 +105,15 @@ command::RuntimeCommand command_of(const Cell& cell, const TwoWays& ways, const 
   return command;
 }
 
-Leavable leavable(const command::PlannedMotion& planned, const MotionParameters& wish, double duration) {
+Leavable leavable(const TwoWays& ways, const command::PlannedMotion& planned, const MotionParameters& wish,
+                  double duration) {
   return {.motion = planned.motion,
           .X_FM = planned.X_FM,
           .blend = blend_of(wish.blend, *planned.motion, duration),
-          .partner = planned.partner ? planned.partner->motion : nullptr};
+          .partner = planned.partner ? planned.partner->motion : nullptr,
+          .partner_X_FM = planned.partner ? planned.partner->X_FM : Eigen::Isometry3d::Identity(),
+          .arm = ways.clock,
+          .unless = ways.unless.empty() ? std::nullopt : ways.unless.back()};
 }
 
 /// Where the arms are after it, and from what they may be taken over.
@@ -125,20 +158,22 @@ Prepared prepare_two_ways(const Situation& situation, TwoWays ways, const Motion
   add_forecasts(ways, wish, prepared);
   // Without channels nobody could tell it where the clock of the one before is.
   if (!cell.channels.contains(path_time_channel(ways.clock))) ways.from_blend.reset();
-  const auto rest = command_of(cell, ways, ways.from_blend ? "from rest" : ways.name, ways.from_rest, wish, kFromRest);
+  auto rest = command_of(cell, ways, ways.from_blend ? "from rest" : ways.name, ways.from_rest, wish, kFromRest);
+  add_unless(ways.unless, 0, ways.from_rest, kFromRest, rest);
   prepared.motions.push_back({rest.subject(), ways.from_rest.handed_over, 0.0});
-  if (leavable_later) add_last(rest.subject(), leavable(ways.from_rest, wish, duration), prepared);
+  if (leavable_later) add_last(rest.subject(), leavable(ways, ways.from_rest, wish, duration), prepared);
   prepared.command = rest;
   prepared.at_share = [action = rest.action()](double share) { return action.at_path(share); };
   if (!ways.from_blend) return prepared;
 
   connect(cell, ways.clock, ways.tau, *ways.from_blend);
-  const auto going_on = command_of(cell, ways, "from a blend", *ways.from_blend, wish, kFromBlend);
+  auto going_on = command_of(cell, ways, "from a blend", *ways.from_blend, wish, kFromBlend);
+  add_unless(with_before(situation, ways), -1, *ways.from_blend, kFromBlend, going_on);
   std::vector<double> handed_over = ways.from_blend->handed_over;
   const double own_begin = handed_over.empty() ? 0.0 : handed_over.front();
   if (!handed_over.empty()) handed_over.erase(handed_over.begin());
   prepared.motions.push_back({going_on.subject(), std::move(handed_over), own_begin});
-  if (leavable_later) add_last(going_on.subject(), leavable(*ways.from_blend, wish, duration), prepared);
+  if (leavable_later) add_last(going_on.subject(), leavable(ways, *ways.from_blend, wish, duration), prepared);
   for (const auto& [arm, begin] : ways.begins) {
     if (begin.blend) prepared.begins[arm].push_back(*begin.blend);
     prepared.taken_over.insert(arm);
@@ -167,7 +202,8 @@ Prepared prepare_two_ways(const Situation& situation, ArmPlans plans, const Moti
                .actuator = command::arm(situation.cell, plans.arm),
                .clock = plans.arm,
                .from_rest = planned(std::move(plans.from_rest)),
-               .tells_end = plans.tells_end};
+               .tells_end = plans.tells_end,
+               .unless = std::move(plans.unless)};
   ways.begins[plans.arm].rest = seam_at_rest(ways.from_rest.motion->q_start);
   const auto begin = plans.from_blend ? motion::joints_at(plans.model, plans.from_blend->motion, 0.0) : std::nullopt;
   if (begin) {
@@ -187,12 +223,16 @@ std::optional<motion::Departure> departure_of(const Precedent& before, const Eig
       .motion = *leaving.motion.motion, .tau = leaving.tau, .lead = leaving.lead, .blend = leaving.motion.blend};
 }
 
-GuardedEnd guarded_end(const ActivityRun& run) {
+GuardedEnd guarded_end(const ActivityRun& run, int motions) {
   constexpr double kRounding = 1e-9;
   GuardedEnd end;
   for (const EndNames& names : {kFromRest, kFromBlend}) {
     if (const auto touch = run.value<net::Frame>(names.touch)) end.touch = touch;
     end.at_goal = end.at_goal || run.value<net::Real>(names.progress).value_or(0.0) > 1.0 - kRounding;
+    for (int i = -1; i < motions; ++i) {
+      if (run.value<net::Real>(names.silent(i))) end.broken = {.motion = i, .silent = true};
+      if (run.value<net::Real>(names.broken(i))) end.broken = {.motion = i, .silent = false};
+    }
   }
   return end;
 }

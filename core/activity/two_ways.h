@@ -25,6 +25,9 @@ struct TwoWays {
   };
   std::map<std::string, Begin> begins = {};
   bool tells_end = false;  ///< a guarded motion tells how it ended (guarded_end)
+  /// What must not hold while one of the motions that it is made of is being done: it brakes on its path then, and
+  /// guarded_end() tells it. One for each motion, or none at all.
+  std::vector<std::optional<command::State>> unless = {};
 };
 
 /// The plans of a motion of one arm.
@@ -34,6 +37,7 @@ struct ArmPlans {
   motion::SequencePlan from_rest;
   std::optional<motion::SequencePlan> from_blend;
   bool tells_end = false;
+  std::vector<std::optional<command::State>> unless = {};
 };
 
 /// One command with both ways, of which the first cycle takes one by where the clock's arm is told to be (docs/
@@ -46,13 +50,20 @@ struct ArmPlans {
 /// @param X_FM  the frame that is to move on
 [[nodiscard]] std::optional<motion::Departure> departure_of(const Precedent& before, const Eigen::Isometry3d& X_FM);
 
-/// How a guarded motion ended that tells it (TwoWays::tells_end).
+/// How a motion ended that tells it (TwoWays::tells_end, TwoWays::unless).
 struct GuardedEnd {
   /// Where the tool was, in the arm's base, measured, in the cycle in which `until` first held; nothing: it never did.
   std::optional<net::Frame> touch;
   bool at_goal = false;  ///< it came to the end of its path
+  /// What must not hold did, or nobody knew any more.
+  struct Broken {
+    int motion = 0;  ///< of those that it is made of; -1: of the one that it went on with
+    bool silent = false;
+  };
+  std::optional<Broken> broken;
 };
-[[nodiscard]] GuardedEnd guarded_end(const ActivityRun& run);
+/// @param motions  that it is made of
+[[nodiscard]] GuardedEnd guarded_end(const ActivityRun& run, int motions = 1);
 
 /// The seam of a motion that runs at rate 1.
 [[nodiscard]] device::Seam seam_of(const motion::JointSample& state);

@@ -78,6 +78,35 @@ Condition read_comparison(ObjectReader& reader, const Cell& cell) {
   return condition;
 }
 
+/// Of two sensors that are not on one arm.
+Condition read_internal_force(ObjectReader& reader, const Cell& cell) {
+  Condition condition;
+  condition.kind = Condition::Kind::kInternalForce;
+  const std::string place = reader.at("internal_force");
+  const auto names = reader.texts("internal_force");
+  read_threshold(reader, "N", condition);
+  if (names.size() != 2) {
+    reader.findings().error(place, fmt::format("{} sensors", names.size()), "two: one on each arm");
+    return condition;
+  }
+  condition.device = names[0];
+  condition.other = names[1];
+  std::vector<std::string> sensors;
+  for (const auto& [name, mounted] : cell.sensors) sensors.push_back(name);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (cell.sensors.contains(names[i])) continue;
+    reader.findings().error(place + pointer_segment(i), fmt::format("there is no force/torque sensor '{}'", names[i]),
+                            nearest_choice(names[i], sensors));
+  }
+  const auto one = cell.sensors.find(names[0]), two = cell.sensors.find(names[1]);
+  const bool known = one != cell.sensors.end() && two != cell.sensors.end() && !one->second.arm.empty();
+  if (known && one->second.arm == two->second.arm) {
+    reader.findings().error(place, fmt::format("'{}' and '{}' are both on '{}'", names[0], names[1], one->second.arm),
+                            "sensors on two arms");
+  }
+  return condition;
+}
+
 /// Thresholds of an input whose unit nobody knows, as its model could not be read: of the right form is enough.
 void skip_thresholds(ObjectReader& reader) {
   for (const auto& [key, value] : reader.json().items()) {
@@ -152,6 +181,8 @@ Condition read_condition(const Json& json, const std::string& pointer, const Cel
   } else if (reader.has("not")) {
     condition.kind = Condition::Kind::kNot;
     condition.operands.push_back(read_condition(*reader.child("not"), reader.at("not"), cell, findings));
+  } else if (reader.has("internal_force")) {
+    condition = read_internal_force(reader, cell);
   } else if (reader.has("input")) {
     condition = read_input(reader, cell);
   } else if (reader.has("gripper")) {
@@ -166,9 +197,12 @@ Condition read_condition(const Json& json, const std::string& pointer, const Cel
 }
 
 void collect(const Condition& condition, std::vector<std::string>& names) {
-  if (condition.kind == Condition::Kind::kForce && std::ranges::find(names, condition.device) == names.end()) {
-    names.push_back(condition.device);
-  }
+  const auto add = [&names](const std::string& name) {
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  };
+  const bool internal = condition.kind == Condition::Kind::kInternalForce;
+  if (internal || condition.kind == Condition::Kind::kForce) add(condition.device);
+  if (internal) add(condition.other);
   for (const Condition& operand : condition.operands) collect(operand, names);
 }
 

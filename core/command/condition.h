@@ -20,6 +20,7 @@ enum class Quantity { kForce, kForceX, kForceY, kForceZ, kTorque, kTorqueX, kTor
 
 /// A condition over sensors, evaluated in every cycle inside the net.
 ///   {"sensor": "wrist", "quantity": "force", "above_N": 5}        also below_N, above_Nm, below_Nm
+///   {"internal_force": ["left wrist", "right wrist"], "above_N": 40}   of two arms that hold one part; also below_N
 ///   {"input": "barrier", "is": true}                              a digital input
 ///   {"input": "distance", "below_m": 0.3}                         an analog input, in its own unit
 ///   {"gripper": "gripper", "is": "holding"}                       also lost, moving, open, closed
@@ -29,9 +30,21 @@ enum class Quantity { kForce, kForceX, kForceY, kForceZ, kTorque, kTorqueX, kTor
 /// A comparison with a sensor that does not answer is null; a condition that is null as a whole counts as true (rows
 /// N2, N3).
 struct Condition {
-  enum class Kind { kForce, kDigital, kAnalog, kGripper, kBooleanChannel, kRealChannel, kAll, kAny, kNot };
+  enum class Kind {
+    kForce,
+    kInternalForce,
+    kDigital,
+    kAnalog,
+    kGripper,
+    kBooleanChannel,
+    kRealChannel,
+    kAll,
+    kAny,
+    kNot
+  };
   Kind kind = Kind::kForce;
-  std::string device;                    ///< of the first six: what is looked at
+  std::string device;                    ///< of all but the last three: what is looked at
+  std::string other;                     ///< of kInternalForce: the second sensor
   Quantity quantity = Quantity::kForce;  ///< of kForce
   bool above = true;                     ///< of what is compared
   double threshold = 0.0;                ///< N or Nm; or in the unit of the analog input or channel

@@ -29,6 +29,19 @@ RealSensor contact_quantity(const Cell& cell, const std::string& sensor, Quantit
   return part == 0 ? norm(vector) : component(vector, part - 1);
 }
 
+RealSensor internal_force(const Cell& cell, const std::string& one_sensor, const std::string& other_sensor,
+                          const Biases& biases) {
+  const auto in_world = [&](const std::string& name) {
+    const VectorSensor felt = force(contact_wrench(cell, name, biases));
+    const auto sensor = cell.sensors.find(name);
+    if (sensor == cell.sensors.end()) return felt;  // the formula itself says that it is not there
+    const auto X_WB = cell.frames.pose(sensor->second.arm).value_or(Eigen::Isometry3d::Identity());
+    const auto X_BS = flange_fixed_pose(cell, sensor->second.arm, sensor->second.X_FS);
+    return rotate(net::Frame(X_WB), rotate(X_BS, felt));
+  };
+  return 0.5 * norm(in_world(one_sensor) - in_world(other_sensor));
+}
+
 State state_of(const Condition& condition, const Cell& cell, const Biases& biases) {
   switch (condition.kind) {
     case Condition::Kind::kAll:
@@ -50,6 +63,8 @@ State state_of(const Condition& condition, const Cell& cell, const Biases& biase
       return gripper_state(cell, condition.device, condition.state);
     case Condition::Kind::kAnalog:
       return compared(analog_input(cell, condition.device), condition);
+    case Condition::Kind::kInternalForce:
+      return compared(internal_force(cell, condition.device, condition.other, biases), condition);
     case Condition::Kind::kForce:
       break;
   }

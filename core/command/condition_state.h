@@ -11,6 +11,12 @@ namespace takt::command {
 [[nodiscard]] RealSensor contact_quantity(const Cell& cell, const std::string& sensor, Quantity quantity,
                                           const Biases& biases);
 
+/// Half the difference of what two wrist sensors feel, as forces in the world (N): what their arms do to the part
+/// between them and not to its weight. Of arms whose bases stand. Null while one of them does not answer. Realtime:
+/// setup.
+[[nodiscard]] RealSensor internal_force(const Cell& cell, const std::string& one_sensor,
+                                        const std::string& other_sensor, const Biases& biases = {});
+
 /// A condition of a file as a state; a sensor that was never tared has no bias. Realtime: setup.
 [[nodiscard]] State state_of(const Condition& condition, const Cell& cell, const Biases& biases);
 

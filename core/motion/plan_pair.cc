@@ -46,9 +46,17 @@ Result<PairPlan> finish(const ArmPair& pair, Motion leader, Motion follower, con
   return PairPlan{std::move(leader), std::move(follower), {}};
 }
 
+/// What the leader's plan says beside its motion, the law `stretch` times as long.
+void add_rest(const SequencePlan& alone, double stretch, PairPlan& plan) {
+  for (const double tau : alone.handed_over) plan.handed_over.push_back(stretch * tau);
+  plan.notes = alone.notes;
+}
+
 bool has_both(const ArmPair& pair, Findings& findings) {
-  for (const ArmModel* arm : {&pair.leader, &pair.follower})
-    if (arm->inverse == nullptr) findings.error("/goal", "an arm of the pair has no inverse kinematics");
+  for (const auto& [arm, place] : {std::pair(&pair.leader, "/goal"), {&pair.follower, "/follower"}}) {
+    if (arm->inverse == nullptr)
+      findings.error(place, "an arm of the pair has no inverse kinematics", "an arm of three joints at least");
+  }
   return !findings.has_errors();
 }
 
@@ -64,7 +72,7 @@ Result<PairPlan> plan_pair(const ArmPair& pair, const JointVector& q_leader, con
   if (!follower) return std::unexpected(std::move(follower.error()));
   if (alone->motion.duration() == 0.0) {
     alone->motion.q_goal = q_leader;
-    return PairPlan{std::move(alone->motion), std::move(*follower), {}};
+    return PairPlan{std::move(alone->motion), std::move(*follower), std::move(alone->handed_over), alone->notes};
   }
   const auto path = follow_beside(pair, *follower);
   if (!path) return std::unexpected(path.error());
@@ -76,8 +84,7 @@ Result<PairPlan> plan_pair(const ArmPair& pair, const JointVector& q_leader, con
     fit = planner.fit(*path, *follower);
   }
   auto plan = finish(pair, std::move(alone->motion), std::move(*follower), fit);
-  if (!plan) return plan;
-  for (const double tau : alone->handed_over) plan->handed_over.push_back(stretch * tau);
+  if (plan) add_rest(*alone, stretch, *plan);
   return plan;
 }
 
@@ -109,7 +116,9 @@ Result<PairPlan> plan_pair_take_over(const ArmPair& pair, const Departure& from,
       plan = failure("/follower", "it cannot follow at the speed of the leader");
       continue;
     }
-    return finish(pair, std::move(alone->motion), std::move(*follower), fit);
+    plan = finish(pair, std::move(alone->motion), std::move(*follower), fit);
+    if (plan) add_rest(*alone, 1.0, *plan);
+    return plan;
   }
   return plan;
 }

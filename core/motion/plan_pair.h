@@ -15,7 +15,8 @@ struct ArmPair {
 /// One law and one clock for both; at each s both paths have C at the same place.
 struct PairPlan {
   Motion leader, follower;
-  std::vector<double> handed_over;
+  std::vector<double> handed_over;  ///< as in SequencePlan
+  Findings notes = {};              ///< ...
 };
 
 /// Plans motions of C as the leader sees them, and brings the follower along: the law is stretched until both keep

@@ -1,9 +1,6 @@
 // The schema of scenario files and the code that reads them agree: what one refuses, so does the other; and every
 // scenario, and the example of the documentation, is accepted by both.
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <ostream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,51 +8,22 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <valijson/adapters/nlohmann_json_adapter.hpp>
-#include <valijson/schema.hpp>
-#include <valijson/schema_parser.hpp>
-#include <valijson/validator.hpp>
 
 #include "core/activity/program.h"
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
 #include "scenario/expectations.h"
 #include "scenario/session.h"
+#include "tests/scenario/scenario_schema.h"
 
 namespace takt::scenario {
 namespace {
 
 using Json = nlohmann::json;
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-class ScenarioSchema {
- public:
-  ScenarioSchema() {
-    valijson::SchemaParser(valijson::SchemaParser::kDraft7)
-        .populateSchema(valijson::adapters::NlohmannJsonAdapter(text_), schema_);
-  }
-  bool accepts(const Json& json) const {
-    return valijson::Validator().validate(schema_, valijson::adapters::NlohmannJsonAdapter(json), nullptr);
-  }
-
- private:
-  Json text_ = Json::parse(text_of("schemas/scenario.schema.json"));
-  valijson::Schema schema_;
-};
-
-const ScenarioSchema& schema() {
-  static const ScenarioSchema schema;
-  return schema;
-}
-
-const device::ModelLibrary& models() {
-  static const device::ModelLibrary library({"models"});
-  return library;
-}
+using test::Mistake;
+using test::models;
+using test::schema;
+using test::text_of;
 
 /// Uses every key there is at least once.
 constexpr const char* kEverything = R"({
@@ -219,26 +187,10 @@ TEST(ScenarioSchema, TheLeastIsEnough) {
   EXPECT_EQ(findings_of(least).to_string(), "");
 }
 
-/// One mistake in kEverything: `value` at `pointer`; null: what stands there is taken out.
-struct Mistake {
-  const char* pointer;
-  const char* value;
-};
-
-void PrintTo(const Mistake& mistake, std::ostream* out) {
-  *out << mistake.pointer << " = " << (mistake.value ? mistake.value : "nothing");
-}
-
 class ScenarioMistake : public testing::TestWithParam<Mistake> {};
 
 TEST_P(ScenarioMistake, IsRefusedByBoth) {
-  Json json = Json::parse(kEverything);
-  const Json::json_pointer pointer(GetParam().pointer);
-  if (GetParam().value) {
-    json[pointer] = Json::parse(GetParam().value);
-  } else {
-    json[pointer.parent_pointer()].erase(pointer.back());
-  }
+  const Json json = with_mistake(Json::parse(kEverything), GetParam());
   EXPECT_FALSE(schema().accepts(json)) << "by the schema";
   EXPECT_TRUE(findings_of(json).has_errors()) << "by takt";
 }

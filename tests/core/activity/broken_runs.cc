@@ -82,6 +82,7 @@ std::vector<BrokenRun> motions() {
     if (cycle > 4000) cell.X_WO_true.translation().z() -= 2e-6;
   };
   const auto silent = [](int cycle, ActivityCell& cell) { cell.sensor->silent = cycle >= 300; };
+  const auto pushed = [](int cycle, ActivityCell& cell) { cell.extra.force.x() = cycle >= 300 ? 1000.0 : 0.0; };
   return {
       {up + R"({"sensor": "wrist", "above_N": 900}})",
        "/until",
@@ -91,6 +92,12 @@ std::vector<BrokenRun> motions() {
        true},
       {up + R"({"sensor": "wrist", "above_N": 900}})", "/until", "a sensor of the condition did not answer",
        "its power", silent, true},
+      {R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "velocity_m_s": 0.05,
+          "unless": {"sensor": "wrist", "above_N": 900}})",
+       "/unless", "this must not hold and did, so the arm stopped on its path", "what made it hold", pushed, true},
+      {R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "velocity_m_s": 0.05,
+          "unless": {"sensor": "wrist", "above_N": 900}})",
+       "/unless", "a sensor of the condition did not answer, so the arm stopped", "its power", silent, true},
       {up + R"({"sensor": "wrist", "above_N": 900}})", "", "'lin' was stopped in cycle", "\"try\" around the step",
        [](int cycle, ActivityCell& cell) { cell.backend->silent = cycle >= 200; }, true},
       {steps(up + R"({"sensor": "wrist", "above_N": 900}, "on_end": "continue"}, {"do": "record_contact", "as": "c"})"),

@@ -178,6 +178,7 @@ std::vector<BrokenRule> broken_transaction_plans() {
 
 std::vector<BrokenRun> broken_transaction_runs() {
   const auto silent = [](int cycle, ActivityCell& cell) { cell.sensor->silent = cycle >= 300; };
+  const auto pushed = [](int cycle, ActivityCell& cell) { cell.extra.force.x() = cycle >= 300 ? 1000.0 : 0.0; };
   const std::string press =
       R"("do": "press", "sensor": "wrist", "direction": [0, 0, 1], "in": "world", "approach_m_s": 0.01)";
   const std::string wait = R"("do": "wait", "until": )" + kHard;
@@ -199,6 +200,12 @@ std::vector<BrokenRun> broken_transaction_runs() {
        true},
       {tree(first("m", kUp + R"(, "until": )" + kHard)), "/commands/m/until",
        "a sensor of the condition did not answer, so the arm stopped on its path", "its power", silent, true},
+      {tree(first("m", kUp + R"(, "unless": )" + kHard)), "/commands/m/unless",
+       "this must not hold and did, so the arm stopped on its path", "what made it hold", pushed, true},
+      {tree(first("m", kUp + R"(, "unless": )" + kHard)), "/commands/m/unless",
+       "a sensor of the condition did not answer, so the arm stopped on its path", "its power", silent, true},
+      {"{" + kUp + R"(, "unless": )" + kHard + R"(, "weave": {"amplitude_m": 0.001, "frequency_Hz": 2}})", "/unless",
+       "this must not hold and did, so the arm stopped on its path", "what made it hold", pushed, true},
       {R"({"do": "sequence", "steps": [{"do": "tare", "sensor": "wrist", "cycles": 20}, )" +
            tree(first("p", press + R"(, "travel_m": 0.005)")) + "]}",
        "/steps/1/commands/p/travel_m",

@@ -292,6 +292,62 @@ void break_pairs() {
   }
 }
 
+/// Steps of two arms: what is refused when they are read, or rehearsed.
+void break_pair_steps() {
+  test::TwoArmCell two;
+  const auto told = [&two](const std::string& step, const std::string& place, const std::string& message,
+                           const std::string& way_out) {
+    SCOPED_TRACE(step);
+    const auto program = Program::parse(Json::parse(step), "/program", two.cell);
+    expect_told(program ? program->rehearse(two.cell, &two.core.environment()).findings : program.error(),
+                "/program" + place, message, way_out);
+  };
+  const auto both = [](const std::string& keys, const std::string& kind = "lin") {
+    return R"({"do": ")" + kind + R"(", "arm": "left", "to": {"by_m": [0, 0, 0.05]}, )" + keys + "}";
+  };
+  const std::string follows = R"("follower": "right")";
+  const std::string none_is_felt = R"({"internal_force": ["left wrist", "third wrist"], "above_N": 40})";
+  two.cell.sensors["third wrist"] = two.cell.sensors.at("left wrist");
+  two.cell.sensors["third wrist"].arm = "third";
+  told(both(R"("follower": "left")"), "/follower", "'left' leads already", "another arm");
+  told(both(R"("follower": "rihgt")"), "/follower", "'rihgt' is not known here", "did you mean 'right'?");
+  told(both(R"("follower": "left wrist")"), "/follower", "'left wrist' is not known here", "allowed: left, right");
+  told(both(R"("follower": 5)"), "/follower", "5 stands here", "a text");
+  told(both(follows, "ptp"), "/follower", "two arms move as one on the path of a frame", "lin or circ");
+  told(R"({"do": "spline", "arm": "left", "through": ["home", "home"], "follower": "right"})", "/follower",
+       "two arms move as one on the path of a frame", "lin or circ");
+  told(both(follows + R"(, "unless": )" + none_is_felt), "/unless",
+       "an internal force that 'third wrist' feels, which is on 'third'", "sensors of 'left' and 'right'");
+  told(both(follows + R"(, "until": {"any": [{"sensor": "left wrist", "above_N": 5}, )" + none_is_felt + "]}"),
+       "/until", "an internal force that 'third wrist' feels", "sensors of 'left' and 'right'");
+  told(both(follows + R"(, "weave": {"amplitude_m": 0.001, "frequency_Hz": 2})"), "/follower",
+       "two arms as one in a transaction, or with something laid over their path", "nothing but its path");
+  told(R"({"do": "transaction", "commands": {"m": )" + both(follows + R"(, "start": true)") + "}}",
+       "/commands/m/follower", "two arms as one in a transaction", "a step \"lin\" or \"circ\"");
+  told(
+      R"({"do": "transaction", "commands": {"m": {"do": "motions", "start": true, "steps": [)" + both(follows) + "]}}}",
+      "/commands/m/steps/0/follower", "two arms as one in a transaction", "a step \"lin\" or \"circ\"");
+  told(both(follows + R"(, "base_to": "home")"), "/follower", "a motion with a base has no 'follower'", "two motions");
+  told(both(R"("unless": {"sensor": "left wrist", "above_N": 5}, "base_to": "home")"), "/unless",
+       "a motion with a base has no 'unless'", "two motions");
+  told(R"({"do": "lin", "arm": "left", "to": {"by_m": [0, 0, 3]}, )" + follows + "}", "/to", "the goal is out of reach",
+       "a goal nearer to the base");
+  told(R"({"do": "lin", "arm": "left", "to": {"by_m": [-0.1, 0.55, 0]}, )" + follows + "}", "/follower",
+       "the goal is out of reach", "a goal nearer to the base");
+  const Eigen::Isometry3d X_WB = *two.cell.frames.pose("right");
+  ASSERT_FALSE(
+      two.cell.frames
+          .set("right",
+               world::Relation{
+                   .kind = world::Relation::Kind::kChannel, .parent = "world", .X_PF = X_WB, .source = "where it is"})
+          .has_errors());
+  told(both(follows), "/follower", "where 'right' stands to 'left' changes while bases drive", "on one base");
+  for (int i = 0; i < 10; ++i) two.core.step();
+  for (const auto& [name, backend] : two.backends) {
+    for (const auto& sent : backend->sent) EXPECT_EQ(sent.q, two.arm->home) << name;
+  }
+}
+
 void once(void (*table)()) {
   static std::set<void (*)()> done;
   if (done.insert(table).second) table();
@@ -302,6 +358,7 @@ TEST(RulesBrokenOnce, OfPlans) { once(break_plans); }
 TEST(RulesBrokenOnce, InTheRun) { once(break_runs); }
 TEST(RulesBrokenOnce, OfActivities) { once(break_uses); }
 TEST(RulesBrokenOnce, OfTwoArms) { once(break_pairs); }
+TEST(RulesBrokenOnce, OfStepsOfTwoArms) { once(break_pair_steps); }
 TEST(RulesBrokenOnce, OfStatesAndNames) { once(break_states); }
 TEST(RulesBrokenOnce, OfModes) { once(break_modes); }
 
@@ -348,7 +405,8 @@ const std::vector<std::pair<std::string, std::string>> kElsewhere = {
 
 // A place of the source that says what is wrong has a case above. Whoever adds one adds a case.
 TEST(RulesBrokenOnce, EveryPlaceInTheSourceHasACase) {
-  for (const auto table : {break_forms, break_plans, break_runs, break_uses, break_pairs, break_states, break_modes})
+  for (const auto table :
+       {break_forms, break_plans, break_runs, break_uses, break_pairs, break_pair_steps, break_states, break_modes})
     once(table);
   std::vector<test::ErrorSite> sites = test::error_sites("core/activity");
   for (const test::ErrorSite& site : test::error_sites("core/base")) {

@@ -50,6 +50,23 @@ TEST(Condition, AComparisonHasSensorQuantityAndThreshold) {
   EXPECT_EQ(torque.threshold, -0.5);
 }
 
+TEST(Condition, AnInternalForceHasTwoSensorsAndAThreshold) {
+  const Condition inside = good(R"({"internal_force": ["wrist", "table"], "above_N": 40})");
+  EXPECT_EQ(inside.kind, Condition::Kind::kInternalForce);
+  EXPECT_EQ(inside.device, "wrist");
+  EXPECT_EQ(inside.other, "table");
+  EXPECT_TRUE(inside.above);
+  EXPECT_EQ(inside.threshold, 40.0);
+  EXPECT_THAT(sensors_of(inside), ElementsAre("wrist", "table"));
+  EXPECT_FALSE(good(R"({"internal_force": ["table", "wrist"], "below_N": 3})").above);
+  EXPECT_THAT(pointers(R"({"internal_force": "wrist", "above_N": 5})"),
+              ElementsAre("/until/internal_force", "/until/internal_force"));
+  EXPECT_THAT(pointers(R"({"internal_force": ["wrist", "table"], "above_Nm": 5})"),
+              ElementsAre("/until", "/until/above_Nm"));
+  EXPECT_THAT(pointers(R"({"internal_force": ["wrist", "table"], "above_N": 5, "quantity": "force_x"})"),
+              ElementsAre("/until/quantity"));
+}
+
 TEST(Condition, EveryQuantityHasItsUnit) {
   const std::pair<const char*, Quantity> all[] = {{"force", Quantity::kForce},      {"force_x", Quantity::kForceX},
                                                   {"force_y", Quantity::kForceY},   {"force_z", Quantity::kForceZ},

@@ -440,6 +440,12 @@ void break_conditions() {
     return parse_condition(nlohmann::ordered_json::parse(text), "/until", world.cell).error();
   };
   expect_told(wrong(R"({"sensor": "wrist"})"), "/until", "exactly one threshold is needed", "'above_N' or 'below_N'");
+  expect_told(wrong(R"({"internal_force": ["wrist"], "above_N": 5})"), "/until/internal_force", "1 sensors",
+              "two: one on each arm");
+  expect_told(wrong(R"({"internal_force": ["wrist", "writs"], "above_N": 5})"), "/until/internal_force/1",
+              "there is no force/torque sensor 'writs'", "did you mean 'wrist'?");
+  expect_told(wrong(R"({"internal_force": ["wrist", "wrist"], "above_N": 5})"), "/until/internal_force",
+              "'wrist' and 'wrist' are both on 'arm'", "sensors on two arms");
   expect_told(wrong(R"({"gripper": "grapper", "is": "lost"})"), "/until/gripper", "there is no gripper 'grapper'",
               "did you mean 'gripper'?");
   expect_told(wrong(R"({"any": []})"), "/until/any", "no condition stands here", "at least one");

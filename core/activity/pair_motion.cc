@@ -1,0 +1,112 @@
+#include "core/activity/pair_motion.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/activity/moving_frames.h"
+#include "core/activity/two_ways.h"
+#include "core/kinematics/chain.h"
+#include "core/motion/motion_state.h"
+
+namespace takt::activity {
+namespace {
+
+using command::Cell;
+using kinematics::JointVector;
+using motion::ArmModel;
+
+constexpr double kSame = 1e-12;  ///< of poses that are handed on and never computed anew
+
+ArmModel model_of(const Cell& cell, const std::string& arm, const Eigen::Isometry3d& X_FM) {
+  return command::planning_model(cell.arms.find(arm)->second, X_FM);
+}
+
+command::PlannedMotion planned(const PairPlans& plans, motion::PairPlan plan) {
+  return {.motion = std::make_shared<const motion::Motion>(std::move(plan.leader)),
+          .X_FM = plans.grasp.X_HL,
+          .handed_over = std::move(plan.handed_over),
+          .clock = {},
+          .name = plans.name,
+          .partner = command::PlannedPartner{std::make_shared<const motion::Motion>(std::move(plan.follower)),
+                                             plans.grasp.X_HF}};
+}
+
+void add_blend(const Situation& situation, const PairPlans& plans, motion::PairPlan plan, TwoWays& ways) {
+  const motion::ArmPair pair = pair_of(situation.cell, plans.grasp);
+  const auto first = motion::joints_at(pair.leader, plan.leader, 0.0);
+  const auto second = motion::joints_at(pair.follower, plan.follower, 0.0);
+  const Precedent::Leaving* leaving = leaving_pair(situation, plans.grasp.leader, plans.grasp.follower);
+  if (!first || !second || leaving == nullptr) return;
+  ways.begins[plans.grasp.leader].blend = seam_in_motion(*leaving, *first);
+  ways.begins[plans.grasp.follower].blend = seam_in_motion(*leaving, *second);
+  ways.tau = leaving->tau;
+  ways.from_blend = planned(plans, std::move(plan));
+}
+
+}  // namespace
+
+motion::ArmPair pair_of(const Cell& cell, const Grasp& grasp) {
+  return {.leader = model_of(cell, grasp.leader, grasp.X_HL),
+          .follower = model_of(cell, grasp.follower, grasp.X_HF),
+          .X_FL = grasp.X_WF.inverse() * grasp.X_WL};
+}
+
+Result<Grasp> grasp_at(const Cell& cell, const std::string& leader, const std::string& follower,
+                       const JointVector& q_leader, const JointVector& q_follower) {
+  if (moves(cell.frames, leader, follower)) {
+    return failure("/follower", fmt::format("where '{}' stands to '{}' changes while bases drive", follower, leader),
+                   "arms that stand in the room, or on one base");
+  }
+  const command::MountedArm &leads = cell.arms.find(leader)->second, &follows = cell.arms.find(follower)->second;
+  const auto X_WL = cell.frames.pose(leader), X_WF = cell.frames.pose(follower);
+  if (!X_WL) return std::unexpected(X_WL.error());
+  if (!X_WF) return std::unexpected(X_WF.error());
+  const Eigen::Isometry3d X_WC = *X_WL * leads.device->description().chain->forward(q_leader) * leads.X_FT;
+  const Eigen::Isometry3d X_WH = *X_WF * follows.device->description().chain->forward(q_follower);
+  return Grasp{.leader = leader,
+               .follower = follower,
+               .X_WL = *X_WL,
+               .X_WF = *X_WF,
+               .X_HL = leads.X_FT,
+               .X_HF = X_WH.inverse() * X_WC};
+}
+
+Prepared prepare_two_ways(const Situation& situation, PairPlans plans, const MotionParameters& wish) {
+  TwoWays ways{.name = plans.name,
+               .actuator = command::arm_pair(situation.cell, plans.grasp.leader, plans.grasp.follower),
+               .clock = plans.grasp.leader,
+               .from_rest = planned(plans, std::move(plans.from_rest)),
+               .tells_end = plans.tells_end,
+               .unless = std::move(plans.unless)};
+  ways.begins[plans.grasp.leader].rest = seam_at_rest(ways.from_rest.motion->q_start);
+  ways.begins[plans.grasp.follower].rest = seam_at_rest(ways.from_rest.partner->motion->q_start);
+  if (plans.from_blend) add_blend(situation, plans, std::move(*plans.from_blend), ways);
+  return prepare_two_ways(situation, std::move(ways), wish);
+}
+
+const Precedent::Leaving* leaving_pair(const Situation& situation, const std::string& leader,
+                                       const std::string& follower) {
+  const auto leads = situation.precedents.find(leader), follows = situation.precedents.find(follower);
+  if (leads == situation.precedents.end() || follows == situation.precedents.end()) return nullptr;
+  const auto &one = leads->second.leaving, &two = follows->second.leaving;
+  const bool together = one && two && one->motion.arm == leader && one->motion.partner != nullptr &&
+                        one->motion.motion == two->motion.motion;
+  return together ? &*one : nullptr;
+}
+
+std::optional<motion::PairPlan> plan_pair_on(const Situation& situation, const Grasp& grasp,
+                                             const std::vector<motion::LegMaker>& makers) {
+  const Precedent::Leaving* leaving = leaving_pair(situation, grasp.leader, grasp.follower);
+  if (leaving == nullptr) return std::nullopt;
+  const Leavable& before = leaving->motion;
+  // Another frame, held elsewhere, does not go on from this one.
+  if (!before.X_FM.isApprox(grasp.X_HL, kSame) || !before.partner_X_FM.isApprox(grasp.X_HF, kSame)) return std::nullopt;
+  auto plan = motion::plan_pair_take_over(
+      pair_of(situation.cell, grasp),
+      {.motion = *before.motion, .tau = leaving->tau, .lead = leaving->lead, .blend = before.blend}, *before.partner,
+      makers);
+  return plan ? std::optional(std::move(*plan)) : std::nullopt;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,386 @@
+// Two arms as one in programs: "lin" and "circ" with a follower (rows P5, S1, L6, P2, D3).
+#include <limits>
+#include <optional>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "core/activity/program.h"
+#include "tests/core/activity/two_arm_cell.h"
+#include "tests/support/limit_oracle.h"
+
+namespace takt::activity {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using Json = nlohmann::ordered_json;
+
+class PairStepTest : public testing::Test, public test::TwoArmCell {
+ protected:
+  using AtCycle = std::function<void(int, ProgramRunner&)>;
+
+  static std::string sequence(const std::string& steps) { return R"({"do": "sequence", "steps": [)" + steps + "]}"; }
+  /// A LIN of both; `more` are keys with a comma before them.
+  static std::string both(const char* name, const char* by, const std::string& more = kBlend) {
+    return fmt::format(R"({{"do": "lin", "arm": "left", "follower": "right", "name": "{}", "to": {{"by_m": [{}]}}{}}})",
+                       name, by, more);
+  }
+  static constexpr const char* kBlend = R"(, "blend_m": 0.03)";
+  static constexpr const char* kLog = R"({"do": "log", "text": "x"},)";
+  static constexpr const char* kArc =
+      R"({"do": "circ", "arm": "left", "follower": "right", "name": "round", "via": {"by_m": [0.03, 0.03, 0]},
+          "to": {"by_m": [0, 0.06, 0]}})";
+  static std::string squeezed(double newton) {
+    return fmt::format(R"({{"internal_force": ["left wrist", "right wrist"], "above_N": {}}})", newton);
+  }
+  static std::string unless(double newton) { return R"(, "unless": )" + squeezed(newton); }
+
+  Program good(const std::string& text) {
+    auto tree = Program::parse(Json::parse(text), "/program", cell);
+    if (!tree) {
+      ADD_FAILURE() << tree.error().to_string();
+      return {};
+    }
+    rehearsed = tree->rehearse(cell, &core.environment()).findings;
+    EXPECT_FALSE(rehearsed.has_errors()) << rehearsed.to_string();
+    return std::move(*tree);
+  }
+  Findings wrong(const std::string& text) {
+    const auto tree = Program::parse(Json::parse(text), "/program", cell);
+    return tree ? tree->rehearse(cell, &core.environment()).findings : tree.error();
+  }
+  Context context() {
+    return {cell, core, variables, latency, [this](auto source, auto name, auto text) {
+              log.push_back(std::string(source) + ": " + std::string(name) + " " + std::string(text));
+            }};
+  }
+  Progress run(const Program& tree, const AtCycle& at_cycle = {}) {
+    Context own = context();
+    ProgramRunner runner(tree, own);
+    return follow(runner, at_cycle);
+  }
+  Progress run(const std::string& text, const AtCycle& at_cycle = {}) { return run(good(text), at_cycle); }
+  Progress follow(ProgramRunner& runner, const AtCycle& at_cycle = {}) {
+    X_LF_first = X_LF();
+    apart = slowest = 0.0;
+    standing = 0;
+    for (cycles = 0; cycles < 60'000; ++cycles) {
+      if (at_cycle) at_cycle(cycles, runner);
+      if (runner.advance() != Progress::kRunning) break;
+      core.step();
+      apart = std::max(apart, (X_LF().matrix() - X_LF_first.matrix()).cwiseAbs().maxCoeff());
+      standing += on_the_way() && speed("left") < 1e-4;
+    }
+    findings = runner.findings();
+    return runner.progress();
+  }
+
+  /// Neither in the first nor in the last motion's ramps: between begin and end of what moves.
+  bool on_the_way() const {
+    return std::ranges::any_of(log, [](const auto& line) { return line == "program: end up"; }) &&
+           !std::ranges::any_of(log, [](const auto& line) { return line == "program: end last"; });
+  }
+  const device::Arm& device_of(const std::string& name) const { return *cell.arms.at(name).device; }
+  Eigen::Isometry3d flange(const std::string& name) const {
+    return *cell.frames.pose(name) * arm->chain->forward(device_of(name).set_point().q);
+  }
+  /// The follower's flange in the leader's, by what was sent.
+  Eigen::Isometry3d X_LF() const { return flange("left").inverse() * flange("right"); }
+  Eigen::Vector3d tool() const { return flange("left").translation(); }
+  double speed(const std::string& name) const { return device_of(name).set_point().dq.cwiseAbs().maxCoeff(); }
+  /// They push against each other with so much, along the world's x.
+  void squeeze(double newton) {
+    for (const char* name : {"left", "right"}) {
+      const Eigen::Vector3d push_W = (name[0] == 'l' ? newton : -newton) * Eigen::Vector3d::UnitX();
+      wrists[name]->sample.wrench.force = flange(name).linear().transpose() * push_W;
+    }
+  }
+
+  void expect_good_end() {
+    for (int i = 0; i < 600; ++i) core.step();
+    for (const char* name : {"left", "right"}) {
+      EXPECT_TRUE(device_of(name).at_rest()) << name;
+      EXPECT_FALSE(device_of(name).held()) << name;
+      const auto list = [](const device::JointVector& v) { return std::vector<double>(v.begin(), v.end()); };
+      const auto& l = arm->limits;
+      test::LimitOracle oracle({list(l.lower), list(l.upper), list(l.velocity), list(l.acceleration), list(l.jerk)},
+                               1e-3, 1e-11);
+      for (const auto& sent : backends.at(name)->sent) oracle.add(list(sent.q));
+      EXPECT_LE(std::max({oracle.velocity.share, oracle.acceleration.share, oracle.jerk.share}), 1.0) << name;
+    }
+  }
+  std::vector<std::string> begun() const {
+    std::vector<std::string> names;
+    for (const std::string& line : log)
+      if (line.starts_with("program: begin ")) names.push_back(line.substr(15));
+    return names;
+  }
+  static std::vector<std::string> pointers(const Findings& findings) {
+    std::vector<std::string> pointers;
+    for (const Finding& finding : findings.list()) pointers.push_back(finding.pointer);
+    return pointers;
+  }
+
+  Variables variables;
+  std::int64_t latency = 2;
+  std::vector<std::string> log;
+  Findings findings, rehearsed;
+  int cycles = 0, standing = 0;
+  double apart = 0.0, slowest = 0.0;
+  Eigen::Isometry3d X_LF_first = Eigen::Isometry3d::Identity();
+};
+
+TEST_F(PairStepTest, P5_MotionsInOneFileAreOneAndKeepBothTogether) {
+  const Eigen::Vector3d from = tool();
+  ASSERT_EQ(run(sequence(both("up", "0, 0, 0.1") + "," + both("last", "0, 0.1, 0") + "," + kArc)), Progress::kDone)
+      << findings.to_string();
+  EXPECT_THAT(rehearsed.list(), IsEmpty());
+  EXPECT_LT(apart, 1e-9);
+  EXPECT_EQ(standing, 0);
+  EXPECT_LT((tool() - from - Eigen::Vector3d(0, 0.16, 0.1)).norm(), 1e-8);
+  EXPECT_THAT(begun(), ElementsAre("up", "last", "round"));
+  EXPECT_EQ(backends["left"]->last_written_cycle, backends["right"]->last_written_cycle);
+  expect_good_end();
+}
+
+TEST_F(PairStepTest, P5_TheyGoOnOverWhateverDecidesWhatComesNext) {
+  const std::string between[] = {kLog, R"({"do": "branch", "cases": [{"when": "$1 < 2", "steps": []}]},)",
+                                 R"({"do": "repeat", "times": 2, "steps": [{"do": "log", "text": "x"}]},)"};
+  for (const std::string& one : between) {
+    SCOPED_TRACE(one);
+    log.clear();
+    const Eigen::Vector3d from = tool();
+    ASSERT_EQ(run(sequence(both("up", "0, 0, 0.05") + "," + one + both("last", "0, 0.05, 0") + "," + one +
+                           both("back", "0, -0.05, -0.05", ""))),
+              Progress::kDone)
+        << findings.to_string();
+    EXPECT_LT(apart, 1e-9);
+    EXPECT_EQ(standing, 0);
+    EXPECT_THAT(log, Not(Contains(HasSubstr("no blend"))));
+    EXPECT_LT((tool() - from).norm(), 1e-8);
+    EXPECT_THAT(begun(), ElementsAre("up", "last", "back"));
+  }
+  expect_good_end();
+}
+
+TEST_F(PairStepTest, ASequenceOfPairMotionsNeverLosesItsGrasp) {
+  const Eigen::Isometry3d before = X_LF();
+  const std::string round = both("up", "0, 0, 0.05") + "," + both("aside", "0, 0.05, 0", "") + "," + kLog +
+                            both("down", "0, 0, -0.05") + "," + kLog + both("back", "0, -0.05, 0", "");
+  ASSERT_EQ(run(R"({"do": "repeat", "times": 10, "steps": [)" + round + "]}"), Progress::kDone) << findings.to_string();
+  EXPECT_LT((X_LF().matrix() - before.matrix()).cwiseAbs().maxCoeff(), 1e-9);
+  expect_good_end();
+}
+
+TEST_F(PairStepTest, WhatIsNoMotionOfTheSameTwoWaitsForTheEnd) {
+  const std::string one = R"({"do": "lin", "arm": "right", "name": "alone", "to": {"by_m": [0, 0, 0.02]})";
+  const auto at_its_begin = [&](const std::string& steps, const char* name) {
+    double speed_then = -1.0;
+    EXPECT_EQ(run(sequence(steps),
+                  [&](int, ProgramRunner& runner) {
+                    if (speed_then < 0.0 && runner.current() == name) speed_then = speed("left") + speed("right");
+                  }),
+              Progress::kDone)
+        << findings.to_string();
+    return speed_then;
+  };
+  EXPECT_EQ(at_its_begin(both("up", "0, 0, 0.05") + "," + one + "}", "alone"), 0.0);
+  EXPECT_THAT(pointers(rehearsed), ElementsAre("/program/steps/0")) << "a note says that it stops";
+  EXPECT_EQ(at_its_begin(one + kBlend + "}," + both("up", "0, 0, 0.05", ""), "up"), 0.0);
+  EXPECT_THAT(pointers(rehearsed), ElementsAre("/program/steps/0"));
+  const std::string swapped =
+      R"({"do": "lin", "arm": "right", "follower": "left", "name": "swapped", "to": {"by_m": [0, 0, -0.05]}})";
+  EXPECT_EQ(at_its_begin(both("up", "0, 0, 0.05") + "," + kLog + swapped, "swapped"), 0.0);
+  EXPECT_LT(apart, 1e-9);
+  expect_good_end();
+}
+
+TEST_F(PairStepTest, EveryProgramLatencyGivesARightProgram) {
+  for (const std::int64_t cycles_of_latency : {0, 1, 10, 50}) {
+    SCOPED_TRACE(cycles_of_latency);
+    latency = cycles_of_latency;
+    const Eigen::Vector3d from = tool();
+    ASSERT_EQ(run(sequence(both("up", "0, 0, 0.08") + "," + kLog + both("last", "0, 0.08, 0") + "," + kLog +
+                           both("back", "0, -0.08, -0.08", ""))),
+              Progress::kDone)
+        << findings.to_string();
+    EXPECT_LT(apart, 1e-9);
+    EXPECT_LT((tool() - from).norm(), 1e-8);
+  }
+  expect_good_end();
+}
+
+// Rows L6, P2: wherever they are cancelled, both come to rest on the path, together.
+TEST_F(PairStepTest, L6_ACancelAtAnyCycleStopsBothOnThePath) {
+  const Program tree = good(sequence(both("up", "0, 0, 0.06") + "," + kLog + both("aside", "0, 0.06, 0") + "," +
+                                     both("back", "0, -0.06, -0.06", "")));
+  const Program home = good(R"({"do": "parallel", "branches": [{"do": "ptp", "arm": "left", "to": "home"},
+                                                             {"do": "ptp", "arm": "right", "to": "home"}]})");
+  ASSERT_EQ(run(tree), Progress::kDone) << findings.to_string();
+  const int whole = cycles;
+  for (int at = 0; at < whole; at += 70) {
+    SCOPED_TRACE(at);
+    ASSERT_EQ(run(tree,
+                  [at](int cycle, ProgramRunner& runner) {
+                    if (cycle == at) runner.cancel();
+                  }),
+              Progress::kDone);
+    EXPECT_LT(cycles, at + 800);
+    EXPECT_LT(apart, 1e-9);
+    EXPECT_TRUE(findings.empty()) << findings.to_string();
+    for (const char* name : {"left", "right"}) {
+      EXPECT_TRUE(device_of(name).at_rest());
+      EXPECT_FALSE(device_of(name).held());
+    }
+    ASSERT_EQ(run(home), Progress::kDone) << "the arms are free again";
+  }
+  expect_good_end();
+}
+
+TEST_F(PairStepTest, P2_APauseStopsBothAndTheyGoOn) {
+  const Program tree = good(sequence(both("up", "0, 0, 0.08") + "," + kLog + both("last", "0, 0.08, 0", "")));
+  const Eigen::Vector3d from = tool();
+  double paused = -1.0;
+  ASSERT_EQ(run(tree,
+                [&](int cycle, ProgramRunner&) {
+                  device::Channel& rate = *cell.channels.at("left.speed");
+                  if (cycle == 250) (void)rate.write(0.0);
+                  if (cycle == 700) paused = speed("left") + speed("right");
+                  if (cycle == 700) (void)rate.write(0.5);
+                  if (cycle == 1'200) (void)rate.write(1.0);
+                }),
+            Progress::kDone)
+      << findings.to_string();
+  EXPECT_EQ(paused, 0.0);
+  EXPECT_LT(apart, 1e-9);
+  EXPECT_LT((tool() - from - Eigen::Vector3d(0, 0.08, 0.08)).norm(), 1e-8);
+  expect_good_end();
+}
+
+TEST_F(PairStepTest, AnInternalForceIsALimitThatFailsTheStep) {
+  const auto squeeze_later = [this](int cycle, ProgramRunner&) { squeeze(cycle > 300 ? 30.0 : 5.0); };
+  const Eigen::Vector3d from = tool();
+  ASSERT_EQ(run(sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))), squeeze_later),
+            Progress::kFailed);
+  EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/0/unless")) << findings.to_string();
+  EXPECT_THAT(findings.to_string(), HasSubstr("this must not hold and did"));
+  EXPECT_LT(apart, 1e-9) << "on the path";
+  EXPECT_GT(tool().z(), from.z() + 0.005);
+  EXPECT_LT(tool().z(), from.z() + 0.1);
+  expect_good_end();
+  EXPECT_EQ(run(sequence(both("down", "0, 0, -0.01", unless(40))), squeeze_later), Progress::kDone)
+      << "30 N are not 40: " << findings.to_string();
+}
+
+TEST_F(PairStepTest, AnInternalForceIsHandledByATry) {
+  const Eigen::Vector3d from = tool();
+  const std::string carry = both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1, "blend_m": 0.02)" + unless(20)) + "," +
+                            kLog + both("last", "0, 0.1, 0", unless(20));
+  ASSERT_EQ(run(R"({"do": "try", "steps": [)" + carry + R"(], "on_error": {"as": "why", "steps": [
+                {"do": "log", "text": "$'handled: ' + why"},)" +
+                    both("down", "0, 0, -0.02", "") + "]}}",
+                [this](int cycle, ProgramRunner&) { squeeze(cycle > 300 && cycle < 900 ? 30.0 : 0.0); }),
+            Progress::kDone)
+      << findings.to_string();
+  EXPECT_THAT(log, Contains(testing::AllOf(HasSubstr("log handled: "), HasSubstr("this must not hold and did"))));
+  EXPECT_LT(apart, 1e-9);
+  EXPECT_LT(tool().z(), from.z() + 0.1);
+  expect_good_end();
+}
+
+/// What is left of a motion is driven by the net of the one that goes on with it: the limit still counts, and no more
+/// once it is over.
+TEST_F(PairStepTest, ALimitHoldsUntilItsMotionIsOverAndNoLonger) {
+  const std::string first = both("up", "0, 0, 0.12", R"(, "velocity_m_s": 0.1, "blend_m": 0.02)" + unless(20));
+  const Program joined = good(sequence(first + "," + both("aside", "0, 0.1, 0", "")));
+  const Program apart_in_file = good(sequence(first + "," + kLog + both("aside", "0, 0.1, 0", "")));
+  for (const Program* tree : {&joined, &apart_in_file}) {
+    SCOPED_TRACE(tree == &joined ? "one net" : "taken over");
+    for (const bool in_time : {true, false}) {
+      SCOPED_TRACE(in_time);
+      squeeze(0.0);
+      log.clear();
+      const Eigen::Vector3d from = tool();
+      const Progress progress = run(*tree, [&](int, ProgramRunner&) {
+        const Eigen::Vector3d way = tool() - from;
+        squeeze((in_time ? way.z() > 0.09 : way.y() > 0.03) ? 30.0 : 0.0);
+      });
+      EXPECT_EQ(progress, in_time ? Progress::kFailed : Progress::kDone) << findings.to_string();
+      EXPECT_LT(apart, 1e-9);
+      const Eigen::Vector3d back = from - tool();
+      squeeze(0.0);
+      ASSERT_EQ(run(both("back", fmt::format("{}, {}, {}", back.x(), back.y(), back.z()).c_str(), "")), Progress::kDone)
+          << findings.to_string();
+    }
+  }
+  expect_good_end();
+}
+
+TEST_F(PairStepTest, ASilentSensorIsNoForceAndStopsThem) {
+  ASSERT_EQ(run(sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))),
+                [this](int cycle, ProgramRunner&) { wrists["right"]->silent = cycle > 300; }),
+            Progress::kFailed);
+  EXPECT_THAT(findings.to_string(), HasSubstr("a sensor of the condition did not answer"));
+  EXPECT_LT(apart, 1e-9);
+  expect_good_end();
+}
+
+TEST_F(PairStepTest, GuardedByAForceTheyTouch) {
+  const auto touches = [this](int, ProgramRunner&) { squeeze(tool().z() > 0.0 ? 30.0 : 0.0); };
+  const std::string guarded = R"(, "velocity_m_s": 0.05, "until": )" + squeezed(20);
+  ASSERT_EQ(run(sequence(both("up", "0, 0, 0.1", guarded) + R"(, {"do": "record_contact", "arm": "left", "as": "c"})"),
+                touches),
+            Progress::kDone)
+      << findings.to_string();
+  EXPECT_TRUE(variables.contacts.contains("c"));
+  EXPECT_LT(apart, 1e-9);
+  squeeze(0.0);
+  EXPECT_EQ(run(sequence(both("down", "0, 0, -0.02", guarded))), Progress::kFailed);
+  EXPECT_THAT(findings.to_string(), HasSubstr("the condition never held"));
+  EXPECT_EQ(run(sequence(both("up", "0, 0, 0.02", guarded + R"(, "on_end": "continue")"))), Progress::kDone);
+  expect_good_end();
+}
+
+// Row D3: a pair motion that was left open is begun again, from where both are.
+TEST_F(PairStepTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
+  const Program tree = good(sequence(
+      R"({"do": "lin", "arm": "left", "follower": "right", "name": "up", "blend_m": 0.02,
+          "to": {"in": "world", "position_m": [0.56, 0, 1.05]}},)" +
+      std::string(kLog) +
+      R"({"do": "lin", "arm": "left", "follower": "right", "name": "aside",
+          "to": {"in": "world", "position_m": [0.56, 0.08, 1.05]}})"));
+  std::string text;
+  const double begin = tool().z();
+  ASSERT_EQ(run(tree,
+                [&](int, ProgramRunner& runner) {
+                  if (!text.empty() || runner.current() != "up" || tool().z() < 0.5 * (begin + 1.05)) return;
+                  text = runner.snapshot().dump();
+                  runner.cancel();
+                }),
+            Progress::kDone);
+  ASSERT_THAT(text, HasSubstr("\"open\""));
+  ASSERT_THAT(text, HasSubstr("\"follower\""));
+  Context own = context();
+  ProgramRunner runner(tree, own);
+  const Findings found = runner.restore(Json::parse(text));
+  ASSERT_TRUE(found.empty()) << found.to_string();
+  ASSERT_EQ(follow(runner), Progress::kDone) << findings.to_string();
+  EXPECT_LT(apart, 1e-9);
+  EXPECT_LT((tool() - Eigen::Vector3d(0.56, 0.08, 1.05)).norm(), 1e-6);
+  expect_good_end();
+}
+
+TEST_F(PairStepTest, WhatTheFollowerCannotDoIsSeenBeforeAnythingMoves) {
+  const Findings far = wrong(sequence(both("aside", "-0.1, 0.55, 0", "")));
+  EXPECT_THAT(pointers(far), Contains("/program/steps/0/follower")) << far.to_string();
+  const Findings alone = wrong(sequence(R"({"do": "lin", "arm": "left", "to": {"by_m": [-0.1, 0.55, 0]}})"));
+  EXPECT_FALSE(alone.has_errors()) << "the leader could: " << alone.to_string();
+}
+
+}  // namespace
+}  // namespace takt::activity

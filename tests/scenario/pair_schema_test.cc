@@ -1,0 +1,78 @@
+// Two arms as one in the schema of scenario files, and in the code that reads them.
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "core/activity/program.h"
+#include "scenario/cell_builder.h"
+#include "scenario/description.h"
+#include "scenario/expectations.h"
+#include "tests/scenario/scenario_schema.h"
+
+namespace takt::scenario {
+namespace {
+
+using Json = nlohmann::json;
+using test::Mistake;
+using test::models;
+using test::schema;
+
+/// Two arms as one, and what must not hold meanwhile: a cell of its own, as the one above has one arm.
+constexpr const char* kTwoArms = R"({
+  "devices": {
+    "left": {"model": "lwr4plus"}, "left wrist": {"model": "ft_gamma", "on": "left"},
+    "right": {"model": "lwr4plus", "at": {"position_m": [1.2, 0, 0], "rpy_deg": [0, 0, 180]}},
+    "right wrist": {"model": "ft_gamma", "on": "right"}},
+  "program": {"do": "sequence", "steps": [
+    {"do": "lin", "arm": "left", "follower": "right", "to": {"by_m": [0, 0, 0.05]}, "blend_m": 0.01,
+     "unless": {"internal_force": ["left wrist", "right wrist"], "above_N": 40}},
+    {"do": "circ", "arm": "left", "follower": "right", "about": {"position_m": [0.6, 0, 0.6], "angle_deg": 10},
+     "until": {"internal_force": ["left wrist", "right wrist"], "below_N": "$5[N]"}, "on_end": "continue"},
+    {"do": "ptp", "arm": "left", "to": "home", "unless": {"sensor": "left wrist", "above_N": 50}},
+    {"do": "spline", "arm": "left", "through": ["home", "home"], "unless": {"sensor": "left wrist", "above_N": 50}}
+  ]},
+  "expectations": [{"kind": "relative_pose", "arms": ["left", "right"], "from": "lin", "to": "ptp",
+                    "position_within_m": 0.001, "angle_within_deg": 0.1}]
+})";
+
+TEST(PairSchema, TwoArmsAsOneAreKnownToBothAndSoAreTheirMistakes) {
+  Findings warnings;
+  auto built = build_cell(*parse_description(kTwoArms), models(), false, warnings);
+  ASSERT_TRUE(built) << built.error().to_string();
+  const auto refused = [&](const Json& json) {
+    const auto description = parse_description(json.dump());
+    const auto program = activity::Program::parse(description->program, "/program", built->cell);
+    return !program || !make_expectations(description->expectations, *built, program->names());
+  };
+  EXPECT_TRUE(schema().accepts(Json::parse(kTwoArms)));
+  EXPECT_FALSE(refused(Json::parse(kTwoArms)));
+  constexpr Mistake kWrong[] = {
+      {"/program/steps/0/follower", "5"},
+      {"/program/steps/0/weave", R"({"amplitude_m": 0.001, "frequency_Hz": 2})"},
+      {"/program/steps/0/force_offset", R"({"sensor": "left wrist", "force_N": 5})"},
+      {"/program/steps/0/base_to", "\"home\""},
+      {"/program/steps/0/unless/above_N", nullptr},
+      {"/program/steps/0/unless/below_N", "1"},
+      {"/program/steps/0/unless/quantity", "\"force\""},
+      {"/program/steps/0/unless/internal_force", "[\"left wrist\"]"},
+      {"/program/steps/0/unless/internal_force", "\"left wrist\""},
+      {"/program/steps/1/until/internal_force/0", "1"},
+      {"/program/steps/2/follower", "\"right\""},
+      {"/program/steps/2/unless", "40"},
+      {"/program/steps/3/follower", "\"right\""},
+      {"/expectations/0/arms", "[\"left\"]"},
+      {"/expectations/0/arms", "\"left\""},
+      {"/expectations/0/from", nullptr},
+      {"/expectations/0/to", "1"},
+      {"/expectations/0/position_within_m", "0"},
+      {"/expectations/0/within_m", "1"},
+  };
+  for (const Mistake& mistake : kWrong) {
+    SCOPED_TRACE(testing::PrintToString(mistake));
+    const Json json = with_mistake(Json::parse(kTwoArms), mistake);
+    EXPECT_FALSE(schema().accepts(json)) << "by the schema";
+    EXPECT_TRUE(refused(json)) << "by takt";
+  }
+}
+
+}  // namespace
+}  // namespace takt::scenario
