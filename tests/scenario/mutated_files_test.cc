@@ -20,7 +20,7 @@ TEST(Mutated, ScenariosAreReadyOrRefusedWithReasons) {
   const device::ModelLibrary models({"models"});
   std::vector<nlohmann::ordered_json> files;
   std::vector<std::string> words;
-  for (const char* name : {"touch", "pick", "sort", "wave", "blend", "search", "can", "screw"}) {
+  for (const char* name : {"touch", "pick", "sort", "wave", "blend", "search", "can", "screw", "carry"}) {
     const auto json = read_json(std::string("scenarios/") + name + ".json");
     ASSERT_TRUE(json) << json.error().to_string();
     files.push_back(*json);

@@ -67,7 +67,7 @@ class PairStepTest : public testing::Test, public test::TwoArmCell {
   Progress run(const std::string& text, const AtCycle& at_cycle = {}) { return run(good(text), at_cycle); }
   Progress follow(ProgramRunner& runner, const AtCycle& at_cycle = {}) {
     X_LF_first = X_LF();
-    apart = slowest = 0.0;
+    apart = 0.0;
     standing = 0;
     for (cycles = 0; cycles < 60'000; ++cycles) {
       if (at_cycle) at_cycle(cycles, runner);
@@ -131,7 +131,7 @@ class PairStepTest : public testing::Test, public test::TwoArmCell {
   std::vector<std::string> log;
   Findings findings, rehearsed;
   int cycles = 0, standing = 0;
-  double apart = 0.0, slowest = 0.0;
+  double apart = 0.0;
   Eigen::Isometry3d X_LF_first = Eigen::Isometry3d::Identity();
 };
 
