@@ -88,6 +88,23 @@ TEST_F(TwoArmTest, AForceBetweenThemStopsBoth) {
   EXPECT_GT(both.centre().translation().y(), 0.005);
 }
 
+/// Its path is one of another frame: it does not go on from a motion of this one.
+TEST_F(TwoArmTest, AMotionOfAnotherGraspBeginsAtRest) {
+  const TwoArms both = pair();
+  const Actuator left(program, "left"), right(program, "right");
+  Eigen::Isometry3d X_WC = both.centre();
+  X_WC.translation().x() += 0.1;
+  for (const TwoArms& other : {TwoArms(left, right, X_WC), TwoArms(right, left, both.centre())}) {
+    const RunPtr first = both.lin_by({0, 0, 0.05}, {.blend = 0.6}).schedule();
+    const RunPtr second = other.lin_by({0, 0.02, -0.05}).schedule();
+    EXPECT_LT(follow(both, second), 1e-9);
+    require(second);
+    EXPECT_FALSE(second->blended());
+    EXPECT_GT(second->first_cycle(), first->last_cycle());
+  }
+  expect_limits_kept();
+}
+
 TEST_F(TwoArmTest, AGraspThatIsNoMoreIsRefused) {
   const TwoArms both = pair();
   Actuator(program, "right").use<LinInterface>().lin_by({0, 0, 0.01}).execute();
