@@ -1,6 +1,7 @@
 // Branches side by side.
 #include <algorithm>
 #include <set>
+#include <stdexcept>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,37 @@ namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// What the branches that are over have come to.
+constexpr std::pair<Outcome, const char*> kResults[] = {
+    {Outcome::kDone, "done"}, {Outcome::kFailed, "failed"}, {Outcome::kStopped, "stopped"}};
+
+Json to_json(Outcome result) {
+  return std::ranges::find(kResults, result, &std::pair<Outcome, const char*>::first)->second;
+}
+Outcome result_of(const Json& json) {
+  const auto* found = std::ranges::find_if(kResults, [&json](const auto& one) { return json == one.second; });
+  if (found == std::end(kResults)) throw std::out_of_range("there is no such result");
+  return found->first;
+}
+
+Json to_json(const Findings& findings) {
+  Json list = Json::array();
+  for (const Finding& one : findings.list())
+    list.push_back({{"severity", one.severity}, {"pointer", one.pointer}, {"text", one.message}, {"hint", one.hint}});
+  return list;
+}
+Findings findings_of(const Json& json) {
+  Findings findings;
+  for (const Json& one : json) {
+    findings.add({.severity = one.at("severity").get<Severity>(),
+                  .file = {},
+                  .pointer = one.at("pointer").get<std::string>(),
+                  .message = one.at("text").get<std::string>(),
+                  .hint = one.at("hint").get<std::string>()});
+  }
+  return findings;
+}
 
 class ParallelNode final : public Node {
  public:
@@ -79,18 +111,20 @@ class ParallelRun final : public NodeRun {
       if (ready != Outcome::kDone) return ready;
       begun_ = true;
     }
+    findings.append(std::exchange(to_tell_, {}));
+    ask_for_end(execution);  // a state that was put back may say so
     for (Branch& branch : branches_) {
       if (branch.outcome != Outcome::kRunning) continue;
       const OnStrand line(execution, branch.strand);
-      branch.outcome = branch.run->advance(execution, findings);
+      Findings own;
+      branch.outcome = branch.run->advance(execution, own);
+      findings.append(own);
       if (branch.outcome == Outcome::kRunning) continue;
       branch.run.reset();
       note_end(branch.outcome);
+      if (branch.outcome == Outcome::kFailed) failures_.append(own);
     }
-    if (ends_ && !asked_) {
-      asked_ = true;
-      cancel_all(execution);
-    }
+    ask_for_end(execution);
     const bool running =
         std::ranges::any_of(branches_, [](const Branch& branch) { return branch.outcome == Outcome::kRunning; });
     return running ? Outcome::kRunning : result_;
@@ -104,7 +138,10 @@ class ParallelRun final : public NodeRun {
       list.push_back(branch.run ? branch.run->state() : Json());
       open.push_back(branch.strand.state());
     }
-    return {{"branches", std::move(list)}, {"open", std::move(open)}, {"ends", ends_}, {"begun", begun_}};
+    Json state{{"branches", std::move(list)}, {"open", std::move(open)}, {"ends", ends_}, {"begun", begun_}};
+    state["result"] = to_json(result_);
+    state["failures"] = to_json(failures_);
+    return state;
   }
   void restore(const Json& state, Execution& execution, Findings& findings) override {
     if (!state.contains("branches")) return;
@@ -120,6 +157,8 @@ class ParallelRun final : public NodeRun {
     }
     begun_ = state.at("begun").get<bool>();
     ends_ = state.at("ends").get<bool>();
+    result_ = result_of(state.at("result"));
+    failures_ = to_tell_ = findings_of(state.at("failures"));
   }
 
  private:
@@ -133,6 +172,9 @@ class ParallelRun final : public NodeRun {
     if (outcome == Outcome::kFailed || (outcome == Outcome::kStopped && result_ == Outcome::kDone)) result_ = outcome;
     ends_ = ends_ || outcome != Outcome::kDone || node_.first_ends;
   }
+  void ask_for_end(Execution& execution) {
+    if (ends_ && !std::exchange(asked_, true)) cancel_all(execution);
+  }
   void cancel_all(Execution& execution) {
     for (Branch& branch : branches_) {
       const OnStrand line(execution, branch.strand);
@@ -142,7 +184,9 @@ class ParallelRun final : public NodeRun {
 
   const ParallelNode& node_;
   std::vector<Branch> branches_;
-  Outcome result_ = Outcome::kDone;
+  Outcome result_ = Outcome::kDone;  ///< of those that are over
+  Findings failures_;                ///< of those that have failed, as part of the state
+  Findings to_tell_;                 ///< what a state that was put back has of them
   bool begun_ = false, ends_ = false, asked_ = false;
 };
 

@@ -469,6 +469,38 @@ TEST_F(TreeTest, D3_AProgramGoesOnFromItsStateAsData) {
   }
 }
 
+// One branch has failed, the other one still brakes: the failure is part of the state.
+TEST_F(TreeTest, D3_ARestoredParallelKnowsOfTheBranchThatHasFailed) {
+  const Program program = good(R"({"do": "sequence", "steps": [{"do": "parallel", "branches": [
+      {"do": "sequence", "steps": [{"do": "wait", "seconds": 0.8}, {"do": "fail", "text": "the part is lost"}]},
+      {"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "velocity_m_s": 0.1}]}, {"do": "log", "text": "went on"}]})");
+  std::vector<std::string> states;
+  bool braked = false;
+  EXPECT_EQ(run(program,
+                [&](int cycle, ProgramRunner& runner) {
+                  const bool failed = cycle > 812;  // the wait is over
+                  braked = braked || (failed && !fake.core_arm().at_rest());
+                  if (failed && cycle % 7 == 0) states.push_back(runner.snapshot().dump());
+                }),
+            Progress::kFailed);
+  ASSERT_TRUE(braked);
+  ASSERT_GT(states.size(), 2u);
+  for (const std::string& text : states) {
+    const auto from = fake.q();
+    Context context{fake.cell, fake.core, variables, latency, [this](auto source, auto name, auto line) {
+                      log.push_back(std::string(source) + ": " + std::string(name) + " " + std::string(line));
+                    }};
+    ProgramRunner runner(program, context);
+    ASSERT_TRUE(runner.restore(test::Json::parse(text)).empty());
+    for (int i = 0; i < 5000 && runner.advance() == Progress::kRunning; ++i) fake.step();
+    EXPECT_EQ(runner.progress(), Progress::kFailed);
+    EXPECT_THAT(runner.findings().to_string(), HasSubstr("the part is lost"));
+    EXPECT_EQ(runner.findings().list().size(), 1u) << runner.findings().to_string();
+    EXPECT_TRUE(said().empty()) << "nothing goes on after it";
+    EXPECT_EQ(fake.q(), from) << "and what was to end does not begin again";
+  }
+}
+
 TEST_F(TreeTest, D3_AForeignStateIsRefused) {
   const Program program = good(sequence(wait(1)));
   for (const char* text : {"{}", "5", R"({"measured": {}, "steps_done": 1, "position": {}})"}) {
