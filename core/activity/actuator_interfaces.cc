@@ -65,34 +65,6 @@ ActivityPtr device_activity(const std::string& what, const std::string& name, Ma
   });
 }
 
-/// No net: only the control mode changes.
-class SwitchMode final : public ActivityModel {
- public:
-  SwitchMode(const std::string& arm, device::ControlMode mode)
-      : ActivityModel(fmt::format("{} {}", arm, name_of(mode))), arm_(arm), mode_(mode) {}
-
-  [[nodiscard]] std::vector<std::string> actuators() const override { return {arm_}; }
-  [[nodiscard]] bool begins_alone() const override { return true; }
-
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    const device::Arm& arm = *situation.cell.arms.find(arm_)->second.device;
-    Findings findings = check_mode_change(arm, arm.mode(), mode_);
-    if (findings.has_errors()) return std::unexpected(std::move(findings));
-    Prepared prepared;
-    prepared.modes[arm_] = mode_;
-    Forecast& forecast = prepared.forecasts[arm_];
-    // Position begins where the arm is measured to be; the springs keep the set point.
-    const bool stays = mode_ != device::ControlMode::kPosition || arm.mode() == mode_;
-    if (stays) forecast.after = situation.precedents.find(arm_)->second.at_end;
-    forecast.after.mode = name_of(mode_);
-    return prepared;
-  }
-
- private:
-  std::string arm_;
-  device::ControlMode mode_;
-};
-
 template <class Value>
 ActivityPtr set_activity(const std::string& name, Value value) {
   return command_activity("set " + name, {name}, [name, value](const Situation& situation) -> command::Command {
@@ -198,7 +170,7 @@ Activity HoldInterface::hold(const HoldParameters& parameters) const {
 }
 
 Activity ControlModeInterface::switch_to(device::ControlMode mode) const {
-  return make(std::make_shared<const SwitchMode>(actuator(), mode));
+  return make(mode_activity(actuator(), mode));
 }
 
 Activity ControlModeInterface::switch_to(std::string_view mode) const {

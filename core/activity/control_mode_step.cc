@@ -1,6 +1,5 @@
 #include "core/activity/control_mode_step.h"
 
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -8,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/mode_change.h"
+#include "core/activity/scheduled_run.h"
 #include "core/base/object_reader.h"
 
 namespace takt::activity {
@@ -20,31 +20,14 @@ struct ModeRequest {
   device::ControlMode mode = device::ControlMode::kPosition;
 };
 
-/// Asks the core, and waits for its answer.
-class ControlModeRun final : public StepRun {
+class ControlModeRun final : public ScheduledRun {
  public:
   explicit ControlModeRun(const ModeRequest& request) : request_(request) {}
 
-  Progress advance(Context& context, Findings& findings) override {
-    if (start_cycle_ < 0) start_cycle_ = context.core.cycle() + context.program_latency_cycles;
-    if (!change_ && cancelled_) return Progress::kDone;
-    if (context.core.cycle() < start_cycle_) return Progress::kRunning;
-    if (!change_) {
-      change_.emplace(context.core, ControlModes{{request_.arm, request_.mode}});
-    } else if (change_->poll(context.core)) {
-      findings.append(change_->findings());
-      return change_->findings().has_errors() ? Progress::kFailed : Progress::kDone;
-    }
-    return Progress::kRunning;
-  }
-  /// A change that has begun comes to its end.
-  void cancel(Context&) override { cancelled_ = true; }
-
  private:
+  [[nodiscard]] ActivityPtr activity(Context&) override { return mode_activity(request_.arm, request_.mode); }
+
   const ModeRequest& request_;
-  bool cancelled_ = false;
-  std::int64_t start_cycle_ = -1;
-  std::optional<ModeChange> change_;
 };
 
 class ControlModeStep final : public Step {

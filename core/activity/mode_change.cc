@@ -68,6 +68,34 @@ std::optional<ControlMode> mode_after(const Needs& needs, std::optional<ControlM
   return known ? std::optional(last) : std::nullopt;
 }
 
+/// No net: only the control mode changes.
+class SwitchMode final : public ActivityModel {
+ public:
+  SwitchMode(const std::string& arm, device::ControlMode mode)
+      : ActivityModel(fmt::format("{} {}", arm, name_of(mode))), arm_(arm), mode_(mode) {}
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return {arm_}; }
+  [[nodiscard]] bool begins_alone() const override { return true; }
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    const device::Arm& arm = *situation.cell.arms.find(arm_)->second.device;
+    Findings findings = check_mode_change(arm, arm.mode(), mode_);
+    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    Prepared prepared;
+    prepared.modes[arm_] = mode_;
+    Forecast& forecast = prepared.forecasts[arm_];
+    // Position begins where the arm is measured to be; the springs keep the set point.
+    const bool stays = mode_ != device::ControlMode::kPosition || arm.mode() == mode_;
+    if (stays) forecast.after = situation.precedents.find(arm_)->second.at_end;
+    forecast.after.mode = name_of(mode_);
+    return prepared;
+  }
+
+ private:
+  std::string arm_;
+  device::ControlMode mode_;
+};
+
 }  // namespace
 
 ModeChange::ModeChange(rcc::ControlCore& core, const ControlModes& modes) {
@@ -77,7 +105,7 @@ ModeChange::ModeChange(rcc::ControlCore& core, const ControlModes& modes) {
     if (arm != nullptr && arm->mode() == mode) continue;
     const rcc::RequestId request = core.change_mode(name, mode);
     if (request != 0) {
-      open_.push_back(request);
+      open_.push_back({request, arm});
     } else {
       findings_.error("/mode", fmt::format("'{}' cannot be asked for mode {} now", name, name_of(mode)),
                       "an arm that the core drives, and fewer requests in one cycle");
@@ -87,14 +115,20 @@ ModeChange::ModeChange(rcc::ControlCore& core, const ControlModes& modes) {
 
 bool ModeChange::poll(const rcc::ControlCore& core) {
   for (const rcc::Event& event : core.events()) {
-    const auto answered = std::ranges::find(open_, event.request);
+    const auto answered = std::ranges::find(open_, event.request, &Open::request);
     if (answered == open_.end() || event.kind == rcc::Event::Kind::kState) continue;
-    open_.erase(answered);
     if (event.kind == rcc::Event::Kind::kRefused)
-      findings_.error("/mode", fmt::format("the mode was not changed: {}", event.cause.text.view()),
+      findings_.error("/mode",
+                      fmt::format("the mode was not changed: {}; '{}' is in mode {}", event.cause.text.view(),
+                                  answered->arm->name(), name_of(answered->arm->mode())),
                       "an arm that stands, that nothing moves, and that has no fault");
+    open_.erase(answered);
   }
   return open_.empty();
+}
+
+ActivityPtr mode_activity(const std::string& arm, device::ControlMode mode) {
+  return std::make_shared<const SwitchMode>(arm, mode);
 }
 
 Findings check_mode_change(const device::Arm& arm, ControlMode from, ControlMode to) {

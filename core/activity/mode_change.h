@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/activity/activity_model.h"
@@ -22,10 +23,17 @@ class ModeChange {
   [[nodiscard]] const ControlModes& before() const { return before_; }
 
  private:
+  struct Open {
+    rcc::RequestId request;
+    const device::Arm* arm;
+  };
   ControlModes before_;
-  std::vector<rcc::RequestId> open_;
+  std::vector<Open> open_;
   Findings findings_;
 };
+
+/// Brings an arm into a control mode, and does nothing else: without a net.
+[[nodiscard]] ActivityPtr mode_activity(const std::string& arm, device::ControlMode mode);
 
 /// Whether an arm can be brought from one mode into another; a finding with what is allowed if not.
 [[nodiscard]] Findings check_mode_change(const device::Arm& arm, device::ControlMode from, device::ControlMode to);

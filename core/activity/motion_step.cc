@@ -11,7 +11,7 @@
 #include "core/activity/command_step.h"
 #include "core/activity/net_run.h"
 #include "core/activity/requested_motion.h"
-#include "core/activity/scheduler.h"
+#include "core/activity/scheduled_run.h"
 #include "core/activity/touch.h"
 #include "core/activity/two_ways.h"
 #include "core/command/single_net.h"
@@ -21,54 +21,26 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// An activity from the moment in which it is asked for to its end; takes note of a touch then. Several motions are
-/// one: they are blended into each other.
-class MotionRun final : public StepRun {
+/// Takes note of a touch at its end. Several motions are one: they are blended into each other.
+class MotionRun final : public ScheduledRun {
  public:
   explicit MotionRun(const std::vector<MotionRequest>& requests) : requests_(requests), request_(requests.back()) {}
-  ~MotionRun() override {
-    if (run_ && !run_->over()) run_->cancel();  // nobody looks after it any more
-  }
-  MotionRun(const MotionRun&) = delete;
-  MotionRun& operator=(const MotionRun&) = delete;
 
-  Progress advance(Context& context, Findings& findings) override {
-    if (!run_) {
-      // The first step of a program may come before the first sample.
-      auto motion = requested_motion(requests_, context.variables.biases);
-      for (const std::string& name : motion->actuators())
-        if (context.cell.arms.find(name)->second.device->set_point().q.size() == 0) return Progress::kRunning;
-      run_ = context.scheduler->schedule(std::move(motion));
-      context.scheduler->prepare(run_);  // others may move the frames of its goals in this very cycle
-    }
-    if (!run_->over()) return Progress::kRunning;
-    if (run_->state() != RunState::kFailed) return finish(context, findings);
-    for (Finding finding : run_->findings().list()) {
-      // An activity names itself first; here the place is the step.
-      const std::string own = pointer_segment(run_->name());
-      if (finding.pointer.starts_with(own)) finding.pointer.erase(0, own.size());
-      if (finding.hint == Scheduler::kAgain) finding.hint = "\"try\" around the step";
-      findings.add(std::move(finding));
-    }
-    return Progress::kFailed;
-  }
-
-  void cancel(Context&) override {
-    cancelled_ = true;
-    if (run_) run_->cancel();
-  }
-
-  [[nodiscard]] std::size_t part() const override { return run_ ? run_->part().value_or(0) : 0; }
-  [[nodiscard]] bool begun() const override { return run_ && run_->part().has_value(); }
-  [[nodiscard]] bool has_taken_over() const override { return run_ && run_->blended(); }
+  [[nodiscard]] std::size_t part() const override { return run() ? run()->part().value_or(0) : 0; }
+  [[nodiscard]] bool begun() const override { return run() && run()->part().has_value(); }
+  [[nodiscard]] bool has_taken_over() const override { return run() && run()->blended(); }
   [[nodiscard]] bool may_be_left() const override {
     return request_.blend.kind != motion::Blend::Kind::kNone && begun() && part() + 1 == requests_.size();
   }
 
  private:
-  Progress finish(Context& context, Findings& findings) {
+  [[nodiscard]] ActivityPtr activity(Context& context) override {
+    return requested_motion(requests_, context.variables.biases);
+  }
+
+  Progress finish(Context& context, Findings& findings) override {
     for (const std::string& arm : {request_.arm, request_.follower}) context.variables.touches.erase(arm);
-    const GuardedEnd end = guarded_end(*run_, static_cast<int>(requests_.size()));
+    const GuardedEnd end = guarded_end(*run(), static_cast<int>(requests_.size()));
     if (end.broken) return tell_broken(*end.broken, findings);
     if (!request_.until) return Progress::kDone;
     if (end.touch) {
@@ -76,7 +48,7 @@ class MotionRun final : public StepRun {
       findings.append(lost, "/until");
       return lost.has_errors() ? Progress::kFailed : Progress::kDone;
     }
-    if (cancelled_) return Progress::kDone;
+    if (cancelled()) return Progress::kDone;
     if (!end.at_goal) {
       findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path",
                      "its power and its wires");
@@ -105,8 +77,6 @@ class MotionRun final : public StepRun {
 
   const std::vector<MotionRequest>& requests_;
   const MotionRequest& request_;  ///< the last: only a motion alone may be guarded
-  RunPtr run_;
-  bool cancelled_ = false;
 };
 
 class MotionStep final : public Step {

@@ -27,6 +27,11 @@ double cpu_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+/// It brakes, or goes into another control mode.
+bool is_busy(const device::Arm& arm) {
+  return arm.phase() == device::Arm::Phase::kBraking || arm.phase() == device::Arm::Phase::kChanging;
+}
+
 bool is_waiting(RunState state) { return state == RunState::kQueued || state == RunState::kLoaded; }
 
 }  // namespace
@@ -170,10 +175,15 @@ void Scheduler::begin_change(ActivityRun& run) {
   if (!run.prepared_.command) run.state_ = RunState::kRunning;
 }
 
+/// When its arms stand: what failed brakes first.
 void Scheduler::go_back(ActivityRun& run) {
-  run.state_ = RunState::kRunning;
   run.goes_back_ = true;
-  run.change_.emplace(core_, run.modes_before_);
+  run.rule_.reset();
+  const bool brakes = std::ranges::any_of(run.modes_before_, [this](const auto& before) {
+    const device::Arm* arm = core_.find_arm(before.first);
+    return arm != nullptr && is_busy(*arm);
+  });
+  if (!brakes) run.change_.emplace(core_, run.modes_before_);
 }
 
 /// A change that has begun comes to its end, whoever cancels meanwhile.
@@ -184,12 +194,12 @@ void Scheduler::follow_change(ActivityRun& run) {
   if (findings.has_errors()) return fail(run, std::move(findings));
   if (run.goes_back_ || !run.prepared_.command) return complete(run);
   if (!run.wants_cancel_) return;  // its net is started now
-  run.rule_.reset();
   if (run.prepared_.returns) return go_back(run);
   complete(run);
 }
 
 void Scheduler::complete(ActivityRun& run) {
+  if (run.findings_.has_errors()) return end_failed(run);  // it has gone back after a failure
   const bool ran = run.net_ != 0 && core_.state(run.net_) == NetState::kTerminated;
   const bool cancelled = ran ? core_.status(run.net_).cause.code == net::Cause::Code::kCancelled : run.wants_cancel_;
   run.state_ = cancelled ? RunState::kCancelled : RunState::kCompleted;
@@ -198,6 +208,7 @@ void Scheduler::complete(ActivityRun& run) {
 
 void Scheduler::update(ActivityRun& run) {
   if (run.change_) return follow_change(run);
+  if (run.goes_back_) return go_back(run);
   // Its start may have been carried out in the last cycle.
   const bool begun = run.net_ != 0 && core_.state(run.net_) > NetState::kReady;
   if (run.state_ == RunState::kQueued || (run.state_ == RunState::kLoaded && run.wants_cancel_ && !begun)) {
@@ -249,6 +260,13 @@ void Scheduler::fail(ActivityRun& run, Findings findings) {
     if (!finding.pointer.starts_with(place)) finding.pointer.insert(0, place);
     run.findings_.add(std::move(finding));
   }
+  // An arm does not stay as soft as a failure has left it.
+  const bool is_changed = run.prepared_.returns && !run.modes_before_.empty();
+  if (is_changed && !run.goes_back_) return go_back(run);
+  end_failed(run);
+}
+
+void Scheduler::end_failed(ActivityRun& run) {
   run.state_ = RunState::kFailed;
   if (run.net_ != 0) (void)core_.unload(run.net_);
   give_up_followers(run);
@@ -323,8 +341,8 @@ std::optional<Precedent> Scheduler::precedent(const std::string& actuator, const
   const auto arm = cell_.arms.find(actuator);
   if (arm == cell_.arms.end()) return Precedent{};
   const device::Arm& device = *arm->second.device;
-  const bool busy = device.phase() == device::Arm::Phase::kBraking || device.phase() == device::Arm::Phase::kChanging;
-  wait = wait || device.set_point().q.size() == 0 || !device.at_rest() || busy;  // no sample yet, or it brakes
+  wait =
+      wait || device.set_point().q.size() == 0 || !device.at_rest() || is_busy(device);  // no sample yet, or it brakes
   if (wait) return std::nullopt;
   Precedent precedent{.at_end = ActuatorState::at_rest(device.set_point().q), .leaving = std::nullopt};
   precedent.at_end.mode = name_of(device.mode());

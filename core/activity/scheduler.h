@@ -162,7 +162,9 @@ class Scheduler {
   void go_back(ActivityRun& run);
   void follow_change(ActivityRun& run);
   void complete(ActivityRun& run);
+  /// If it has changed control modes and returns from them, it goes back first; that may fail too, and both are told.
   void fail(ActivityRun& run, Findings findings);
+  void end_failed(ActivityRun& run);
   /// What waits behind it for the same actuators is given up.
   void give_up_followers(const ActivityRun& run);
   void try_begin(ActivityRun& run);

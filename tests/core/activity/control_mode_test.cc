@@ -232,6 +232,50 @@ TEST_F(FreedriveActivityTest, ASmallBendIsNoHandAndAPauseHoldsIt) {
   while (!run->over()) cell.program.step();
 }
 
+TEST_F(FreedriveActivityTest, AfterAFailureItBrakesAndGoesBackIntoTheModeBeforeToo) {
+  const RunPtr run = guide.freedrive().begin_execute();
+  const RunPtr behind = cell.motion.ptp(cell.joints(0.0)).schedule();
+  bend(0.05);
+  steps(1000);
+  ASSERT_FALSE(cell.core_arm().at_rest());
+  run->abort();
+  bool soft_while_it_braked = false;
+  for (int i = 0; i < 5000 && !run->over(); ++i) {
+    cell.program.step();
+    soft_while_it_braked = soft_while_it_braked || mode() == ControlMode::kJointImpedance;
+    if (cell.core_arm().at_rest()) bend(0.0);  // the hand has let go
+  }
+  EXPECT_TRUE(soft_while_it_braked);
+  EXPECT_EQ(run->state(), RunState::kFailed);
+  EXPECT_EQ(run->findings().list().size(), 1u) << run->findings().to_string();
+  EXPECT_THAT(run->findings().to_string(), HasSubstr("'arm freedrive' was stopped in cycle"));
+  EXPECT_EQ(mode(), ControlMode::kPosition);
+  steps(2);
+  EXPECT_EQ(behind->state(), RunState::kFailed) << "given up";
+  cell.motion.ptp(cell.joints(0.1)).execute();
+  EXPECT_LE(cell.worst_limit_share(), 1.0);
+}
+
+TEST_F(FreedriveActivityTest, WhereTheWayBackFailsTooBothAreTold) {
+  const RunPtr run = guide.freedrive().begin_execute();
+  steps(100);
+  cell.backend->ignores_modes = true;
+  run->abort();
+  for (int i = 0; i < 5000 && !run->over(); ++i) cell.program.step();
+  EXPECT_EQ(run->state(), RunState::kFailed);
+  EXPECT_THAT(run->findings().to_string(),
+              AllOf(HasSubstr("was stopped in cycle"), HasSubstr("the mode was not changed"),
+                    HasSubstr("'arm' is in mode joint_impedance")));
+  EXPECT_FALSE(cell.core_arm().held());
+}
+
+TEST_F(FreedriveActivityTest, AModeThatIsNotReachedLeavesTheOneBefore) {
+  cell.backend->ignores_modes = true;
+  EXPECT_THAT(error_of([&] { guide.freedrive().execute(); }),
+              AllOf(HasSubstr("the mode was not changed"), HasSubstr("'arm' is in mode position")));
+  EXPECT_EQ(mode(), ControlMode::kPosition);
+}
+
 TEST_F(FreedriveActivityTest, AtTheEndOfAJointsRangeItResistsAndNoLimitIsBroken) {
   const RunPtr run = guide.freedrive({.linear_max = 1.0, .angular_max = 3.0}, {}).begin_execute();
   bend(0.3);
