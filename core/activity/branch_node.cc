@@ -92,6 +92,7 @@ class BranchNode final : public Node {
   static void merge(const Rehearsal& from, Rehearsal& into) {
     into.contacts.insert(from.contacts.begin(), from.contacts.end());
     into.estimates.insert(from.estimates.begin(), from.estimates.end());
+    keep_agreed_modes(from, into);
     for (const auto& [arm, touched] : from.touched) into.touched[arm] = into.touched[arm] || touched;
   }
 };

@@ -138,7 +138,7 @@ std::unique_ptr<Step> parse_carried_lin(const Json& json, const std::string& poi
   request.base_goal = read_goal(json.at("base_to"), pointer + "/base_to", nullptr, findings);
   Json alone = json;
   alone.erase("base_to");
-  for (const char* key : {"blend_m", "blend_fraction", "until", "unless", "follower"}) {
+  for (const char* key : {"blend_m", "blend_fraction", "until", "unless", "follower", "compliance"}) {
     if (alone.contains(key))
       findings.error(pointer + "/" + key, fmt::format("a motion with a base has no '{}'", key), "two motions");
     alone.erase(key);

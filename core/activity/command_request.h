@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -32,6 +33,8 @@ struct MadeCommand {
   std::optional<command::Action> action = {};
   std::optional<command::Actuator> actuator = {};
   std::vector<std::string> handler_places = {};  ///< of each handler that it has already: below its pointer
+  /// Where below its pointer things stand in the file that the command layer calls otherwise: theirs, ours.
+  std::vector<std::pair<std::string, std::string>> places = {};
 };
 
 /// What stood in the net of a tree when it had ended.

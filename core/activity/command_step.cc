@@ -7,6 +7,7 @@
 
 #include "core/activity/command_request.h"
 #include "core/activity/made_tree.h"
+#include "core/activity/mode_change.h"
 #include "core/activity/net_run.h"
 #include "core/command/check.h"
 #include "core/command/external_watch.h"
@@ -137,6 +138,10 @@ class CommandStep final : public Step {
     const auto mapped = prepare(tree, rehearsal.cell, places, kMillisecond);
     findings.append(notes);
     if (!mapped) return findings.append(mapped.error());
+    for (const MadeTree::Part& part : tree.parts()) {
+      const auto mode = part.made.action ? part.made.action->model().mode() : std::nullopt;
+      if (mode) rehearse_mode(rehearsal, part.request->arm(), *mode, part.request->pointer, findings);
+    }
     rehearse_net(mapped->net, rehearsal, root_->pointer, findings);
     for (const MadeTree::Part& part : tree.parts()) add_duration(part, rehearsal);
     rehearsal.q = std::move(places);

@@ -3,7 +3,6 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/activity/mode_change.h"
@@ -37,10 +36,10 @@ class ControlModeStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     const device::Arm* arm = rehearsal.cell.arms.at(request_.arm).device;
     if (arm == nullptr) return;  // only names are known
-    const auto& modes = arm->description().modes;
-    if (!modes.has(request_.mode))
-      findings.error(pointer + "/mode", fmt::format("'{}' has no mode '{}'", request_.arm, name_of(request_.mode)),
-                     modes.list());
+    const auto is = rehearsal.modes.find(request_.arm);
+    findings.append(check_mode_change(*arm, is != rehearsal.modes.end() ? is->second : request_.mode, request_.mode),
+                    pointer);
+    rehearsal.modes[request_.arm] = request_.mode;
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<ControlModeRun>(request_); }

@@ -71,6 +71,7 @@ void MadeTree::add(const CommandRequest& request, int parent, const Making& maki
   MadeCommand made = request.make(making, key);
   indices_[&request] = own;
   places_.emplace_back(key, request.pointer);
+  for (const auto& [theirs, ours] : made.places) places_.emplace_back(key + theirs, request.pointer + ours);
   for (std::size_t i = 0; i < made.handler_places.size(); ++i) {
     places_.emplace_back(key + "/handlers" + pointer_segment(i), request.pointer + made.handler_places[i]);
   }

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "core/activity/step.h"
 #include "core/command/command_tree.h"
 
 namespace takt::activity {
@@ -54,10 +55,12 @@ void check_start(const device::Arm& arm, ControlMode is, ControlMode needed, Fin
   if (is == needed || !modes.has(needed) || (change != nullptr && change->change != device::ChangeClass::kOutsideNet))
     return;
   if (change == nullptr) return findings.append(check_mode_change(arm, is, needed));
-  findings.error("/compliance",
+  findings.error("",
                  fmt::format("'{}' will be in mode {}, and this needs {}; it goes there only while nothing holds it",
                              arm.name(), name_of(is), name_of(needed)),
-                 fmt::format("use<ControlModeInterface>().switch_to(\"{}\") before", name_of(needed)));
+                 fmt::format("into that mode before: the step \"control_mode\", or "
+                             "use<ControlModeInterface>().switch_to(\"{}\")",
+                             name_of(needed)));
 }
 
 /// In which mode the commands leave an arm.
@@ -146,6 +149,21 @@ Findings check_mode_change(const device::Arm& arm, ControlMode from, ControlMode
   return findings;
 }
 
+void rehearse_mode(Rehearsal& rehearsal, const std::string& name, ControlMode needed, const std::string& pointer,
+                   Findings& findings) {
+  const device::Arm* arm = rehearsal.cell.arms.find(name)->second.device;
+  if (arm == nullptr) return;  // only names are known
+  Findings refused;
+  const auto is = rehearsal.modes.find(name);
+  if (!arm->description().modes.has(needed)) {
+    refused = check_mode_change(*arm, needed, needed);
+  } else if (is != rehearsal.modes.end()) {
+    check_start(*arm, is->second, needed, refused);
+  }
+  findings.append(refused, pointer + "/compliance");
+  if (!refused.has_errors()) rehearsal.modes[name] = needed;
+}
+
 Findings agree_on_modes(Prepared& prepared, const Situation& situation) {
   Findings findings;
   const auto needs = prepared.command ? needs_of(*prepared.command) : std::map<std::string, Needs, std::less<>>();
@@ -157,8 +175,11 @@ Findings agree_on_modes(Prepared& prepared, const Situation& situation) {
     const auto entered = prepared.modes.find(name);
     const auto begin = entered != prepared.modes.end() ? std::optional(entered->second) : given;
     const auto own = needs.find(name);
-    if (begin && own != needs.end())
-      for (const ControlMode needed : own->second.modes) check_start(*arm->second.device, *begin, needed, findings);
+    if (begin && own != needs.end()) {
+      Findings refused;
+      for (const ControlMode needed : own->second.modes) check_start(*arm->second.device, *begin, needed, refused);
+      findings.append(refused, "/compliance");
+    }
     if (forecast.after.mode) continue;
     const auto after = prepared.returns ? given : own != needs.end() ? mode_after(own->second, begin) : begin;
     if (after) forecast.after.mode = name_of(*after);

@@ -42,14 +42,20 @@ class MotionCommand final : public CommandRequest {
   std::vector<MotionRequest> requests;
   std::vector<std::string> places;  ///< of each motion, below the pointer of this
   OverlayRequest overlay;
+  std::optional<ComplianceRequest> compliance;
 
   [[nodiscard]] std::string arm() const override { return requests.front().arm; }
 
   [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
     const command::Actuator actuator = command::arm(making.cell, arm());
     command::Action action = with_overlay(making, motion(making));
+    if (compliance) {
+      const auto& chain = *making.cell.arms.find(arm())->second.device->description().chain;
+      action = with_compliance(action, wish_of(*compliance, chain.joint_count()));
+    }
     command::RuntimeCommand moved(name, actuator, action);
     MadeCommand made{.command = moved, .action = action, .actuator = actuator};
+    if (compliance) made.places = places_of(*compliance);
     moved.observe(key + " cancelled", command::BooleanSensor(moved.cancelled().node()));
     moved.observe(key + " completed", command::BooleanSensor(moved.completed().node()));
     if (overlay.force) {
@@ -168,6 +174,7 @@ std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std:
   command->places.emplace_back();
   MotionRequest& request = command->requests.back();
   check_follower(request, pointer, findings);
+  command->compliance = request.compliance;
   command->overlay = read_overlay(json, pointer, request.arm, cell, findings);
   // The rest of acceleration and jerk is for what is laid over the path, whatever its clock does.
   if (command->overlay.weave || command->overlay.force)
@@ -206,6 +213,7 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
   ObjectReader reader(json, pointer, findings);
   (void)reader.text("do");
   (void)reader.text("name", "");
+  command->compliance = read_compliance(reader);
   const Json* steps = reader.array("steps");
   for (std::size_t i = 0; steps != nullptr && i < steps->size(); ++i) {
     const Json& step = (*steps)[i];
@@ -233,6 +241,9 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     if (request.arm != command->requests.front().arm)
       findings.error(pointer + command->places[i] + "/arm", fmt::format("'{}' after '{}'", request.arm, command->arm()),
                      "one arm for all of them");
+    if (request.compliance)
+      findings.error(pointer + command->places[i] + "/compliance", "one motion of several gives way otherwise",
+                     "'compliance' beside 'steps', for all of them");
     if (!last && request.until)
       findings.error(pointer + command->places[i] + "/until", "only the last of them may be guarded", "on the last");
     if (last == blends && steps != nullptr && !steps->empty())

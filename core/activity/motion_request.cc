@@ -65,6 +65,14 @@ void check_internal_force(const command::Condition& condition, const command::Ce
   }
 }
 
+/// How it gives way.
+void read_springs(ObjectReader& reader, MotionRequest& request) {
+  request.compliance = read_compliance(reader);
+  if (request.compliance && !request.follower.empty())
+    reader.findings().error(reader.at("compliance"), "two arms that move as one give way as they are",
+                            "no 'compliance', or one arm");
+}
+
 /// When it ends before its goal.
 void read_ends(ObjectReader& reader, const command::Cell& cell, MotionRequest& request) {
   request.until = read_condition(reader, "until", cell);
@@ -386,6 +394,7 @@ MotionRequest read_motion(PathKind kind, const Json& json, const std::string& po
     request.linear_velocity = reader.number("velocity_m_s", {}, kPositive);
   }
   read_follower(reader, cell, request);
+  read_springs(reader, request);
   read_ends(reader, cell, request);
   read_blend(reader, request);
   reader.finish();

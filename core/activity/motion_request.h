@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "core/activity/compliance_request.h"
 #include "core/activity/goal.h"
 #include "core/command/condition.h"
 #include "core/motion/plan_pair.h"
@@ -38,6 +39,7 @@ struct MotionRequest {
   double acceleration = 1.0;              ///< ...
   std::optional<double> linear_velocity;  ///< m/s
   motion::Blend blend;
+  std::optional<ComplianceRequest> compliance;
   std::optional<command::Condition> until;
   bool must_touch = true;                    ///< a guarded motion that reaches its end is a failure
   std::optional<command::Condition> unless;  ///< as soon as it holds the motion brakes on its path and has failed

@@ -9,6 +9,7 @@
 
 #include "core/activity/carried_step.h"
 #include "core/activity/command_step.h"
+#include "core/activity/mode_change.h"
 #include "core/activity/net_run.h"
 #include "core/activity/requested_motion.h"
 #include "core/activity/scheduled_run.h"
@@ -30,7 +31,9 @@ class MotionRun final : public ScheduledRun {
   [[nodiscard]] bool begun() const override { return run() && run()->part().has_value(); }
   [[nodiscard]] bool has_taken_over() const override { return run() && run()->blended(); }
   [[nodiscard]] bool may_be_left() const override {
-    return request_.blend.kind != motion::Blend::Kind::kNone && begun() && part() + 1 == requests_.size();
+    // Who takes it over carries out the rest of it too, but not with its springs.
+    const bool blends = request_.blend.kind != motion::Blend::Kind::kNone && !request_.compliance;
+    return blends && begun() && part() + 1 == requests_.size();
   }
 
  private:
@@ -88,6 +91,7 @@ class MotionStep final : public Step {
     if (!motion || requests_.back().blend.kind == motion::Blend::Kind::kNone) return false;
     const MotionRequest& follower = motion->requests_.front();
     if (moved_by(follower) != moved_by(requests_.front())) return false;
+    if (follower.compliance != requests_.back().compliance) return false;
     requests_.insert(requests_.end(), std::make_move_iterator(motion->requests_.begin()),
                      std::make_move_iterator(motion->requests_.end()));
     return true;
@@ -95,6 +99,7 @@ class MotionStep final : public Step {
 
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     const MotionRequest& last = requests_.back();
+    if (!gives_way_as_it_can(rehearsal, pointer, findings)) return;
     const bool goes_on = rehearsal.open && rehearsal.open->arm == moved_arm() && may_go_on(rehearsal.cell);
     if (!goes_on) settle_rehearsal(rehearsal, findings);
     rehearsal.open.reset();
@@ -117,11 +122,23 @@ class MotionStep final : public Step {
 
   [[nodiscard]] std::string moved_arm() const override { return moved_by(requests_.front()); }
   [[nodiscard]] bool may_go_on(const command::Cell& cell) const override {
-    return std::ranges::none_of(requests_, [&](const auto& request) { return hangs_on_motion(request, cell); });
+    return std::ranges::none_of(
+        requests_, [&](const auto& request) { return request.compliance || hangs_on_motion(request, cell); });
   }
 
  private:
-  std::vector<MotionRequest> requests_;  ///< one, or several that are blended
+  /// The mode and the values of its compliance. @return false: with findings
+  bool gives_way_as_it_can(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const {
+    const MotionRequest& last = requests_.back();
+    if (!last.compliance) return true;
+    Findings own;
+    rehearse_mode(rehearsal, last.arm, last.compliance->mode, pointer, own);
+    own.append(check_compliance(*last.compliance, rehearsal.cell, last.arm), pointer);
+    findings.append(own);
+    return !own.has_errors();
+  }
+
+  std::vector<MotionRequest> requests_;  ///< one, or several that are blended, and give way alike
 };
 
 template <PathKind kind>

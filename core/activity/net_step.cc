@@ -1,5 +1,6 @@
 #include "core/activity/net_step.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -79,6 +80,12 @@ class NetStep final : public Step {
   /// Where a net leaves its devices is not known before it runs: arms are taken to stay where they were.
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     rehearse_net(*rehearsal.cell.nets.find(request_.net)->second, rehearsal, pointer + "/net", findings);
+    // It may have changed control modes where START can do that.
+    std::erase_if(rehearsal.modes, [&](const auto& known) {
+      const auto& changes = rehearsal.cell.arms.find(known.first)->second.device->description().modes.changes;
+      return std::ranges::any_of(changes,
+                                 [](const auto& change) { return change.change != device::ChangeClass::kOutsideNet; });
+    });
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<NetStepRun>(request_); }

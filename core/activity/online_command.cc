@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/command_request.h"
+#include "core/activity/compliance_request.h"
 #include "core/base/object_reader.h"
 #include "core/command/condition_state.h"
 #include "core/command/device_action.h"
@@ -28,14 +29,20 @@ class OnlineCommand : public CommandRequest {
   std::string of_arm;
   std::optional<double> seconds;
   std::optional<command::Condition> until;
+  std::optional<ComplianceRequest> compliance;
 
   [[nodiscard]] std::string arm() const final { return of_arm; }
 
   [[nodiscard]] MadeCommand make(const Making& making, const std::string&) const final {
     const command::Actuator actuator = command::arm(making.cell, of_arm);
-    const command::Action action = action_of(making);
+    command::Action action = action_of(making);
+    if (compliance) {
+      const auto& chain = *making.cell.arms.find(of_arm)->second.device->description().chain;
+      action = with_compliance(action, wish_of(*compliance, chain.joint_count()));
+    }
     command::RuntimeCommand moved(name, actuator, action);
     MadeCommand made{.command = moved, .action = action, .actuator = actuator};
+    if (compliance) made.places = places_of(*compliance);
     if (seconds) {
       moved.on_entered(moved.started(), cancel(moved), {.delay = *seconds});
       made.handler_places.emplace_back("/seconds");
@@ -61,6 +68,7 @@ void read_end(ObjectReader& reader, const command::Cell& cell, OnlineCommand& co
   for (const auto& [name, arm] : cell.arms) names.push_back(name);
   command.of_arm = reader.choice("arm", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
   if (reader.has("seconds")) command.seconds = reader.number("seconds", {}, {.low = 0.0, .high = 3600.0});
+  command.compliance = read_compliance(reader);
   const Json* until = reader.object("until", false);
   if (until == nullptr) return;
   auto condition = command::parse_condition(*until, reader.at("until"), cell);

@@ -60,7 +60,10 @@ Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices
   rehearsal.nets = nets;
   rehearsal.cell = cell;
   rehearsal.devices = devices;
-  for (const auto& [name, arm] : cell.arms) rehearsal.q[name] = arm.start;
+  for (const auto& [name, arm] : cell.arms) {
+    rehearsal.q[name] = arm.start;
+    if (arm.device != nullptr) rehearsal.modes[name] = arm.device->mode();
+  }
   Findings findings;
   Scope scope;
   root_->rehearse(rehearsal, scope, findings);

@@ -27,6 +27,8 @@ class Requested : public RequestedMotion {
   [[nodiscard]] MotionParameters wish(const command::Cell& cell) const {
     MotionParameters wish{.blend = BlendingCondition(last().blend)};
     if (last().until) wish.until = command::state_of(*last().until, cell, biases_);
+    const int joint_count = cell.arms.find(last().arm)->second.device->description().chain->joint_count();
+    if (last().compliance) wish.compliance = wish_of(*last().compliance, joint_count);
     return wish;
   }
   [[nodiscard]] std::vector<std::optional<command::State>> unless(const command::Cell& cell) const {
@@ -59,6 +61,8 @@ class OfOneArm final : public Requested {
   [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
     const Precedent& before = situation.precedents.find(last().arm)->second;
     if (!before.at_end.rests()) return nowhere();
+    Findings wrong = last().compliance ? check_compliance(*last().compliance, situation.cell, last().arm) : Findings();
+    if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     auto plan = plan_motions(requests(), situation.cell, *before.at_end.q);
     if (!plan) return std::unexpected(std::move(plan.error()));
     return prepare(situation, std::move(*plan), blended_plan(situation, before));

@@ -73,6 +73,7 @@ struct RehearsedNet {
 struct Rehearsal {
   command::Cell cell;                                             ///< copy; fitted frames enter at their nominal pose
   std::map<std::string, kinematics::JointVector, std::less<>> q;  ///< planned position per arm
+  std::map<std::string, device::ControlMode, std::less<>> modes;  ///< of each arm; not there: not known
   std::map<std::string, bool, std::less<>> touched;               ///< the last motion of the arm was guarded
   std::map<std::string, std::string, std::less<>> contacts;       ///< recorded contacts: name, arm
   std::set<std::string, std::less<>> estimates;                   ///< poses that have been fitted
@@ -93,6 +94,9 @@ struct Rehearsal {
 
 /// What comes next does not go on with the motion that may be left: a note says that the arm stops.
 void settle_rehearsal(Rehearsal& rehearsal, Findings& findings);
+
+/// A way that was not the only one: only modes in which arms are after either are known.
+void keep_agreed_modes(const Rehearsal& other, Rehearsal& rehearsal);
 
 enum class Progress { kRunning, kDone, kFailed };
 

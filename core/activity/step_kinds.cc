@@ -15,7 +15,8 @@ const std::vector<StepKind>& step_kinds() {
   static const std::vector<StepKind> kinds{
       {"circ",
        "Moves the tool centre point on a circle. Keys: arm, to and via, or about, orientation, follower, speed, "
-       "acceleration, velocity_m_s, blend_m, blend_fraction, until, on_end, unless.",
+       "acceleration, velocity_m_s, blend_m, blend_fraction, until, on_end, unless, "
+       "compliance.",
        parse_circ},
       {"control_mode", "Brings an arm into a control mode while nothing holds it. Keys: arm, mode.",
        parse_control_mode},
@@ -26,20 +27,22 @@ const std::vector<StepKind>& step_kinds() {
        parse_freedrive},
       {"follow",
        "The tool follows a frame that moves, or the pose that a channel says. Keys: arm, in, channel, linear_max_m_s, "
-       "angular_max_deg_s, seconds, until.",
+       "angular_max_deg_s, seconds, until, compliance.",
        parse_command_step},
       {"grip",
        "Closes a gripper until a part stops its fingers. Keys: gripper, force_N, width_m, speed_m_s, expect, part, "
        "part_mass_kg.",
        parse_grip},
-      {"hold", "Holds an arm where it is. Keys: arm, seconds, until.", parse_command_step},
+      {"hold", "Holds an arm where it is. Keys: arm, seconds, until, compliance.", parse_command_step},
       {"jog",
        "Manual control with a dead-man switch. Keys: arm, channel, or linear_m_s and angular_deg_s, in, while, "
-       "linear_max_m_s, angular_max_deg_s, seconds, until.",
+       "linear_max_m_s, angular_max_deg_s, seconds, until, compliance.",
        parse_command_step},
       {"lin",
        "Moves the tool centre point on a straight line. Keys: arm, to, follower, speed, acceleration, velocity_m_s, "
-       "blend_m, blend_fraction, until, on_end, unless; base_to: where the base that carries the arm drives meanwhile.",
+       "blend_m, blend_fraction, until, on_end, unless, compliance; base_to: where the base that carries the arm "
+       "drives "
+       "meanwhile.",
        parse_lin},
       {"net", "Runs a net of the cell to its end. Keys: net, cancel_after_s, within_s.", parse_net_step},
       {"press",
@@ -48,7 +51,7 @@ const std::vector<StepKind>& step_kinds() {
        parse_press},
       {"ptp",
        "Moves all joints together to a goal. Keys: arm, to, speed, acceleration, blend_m, blend_fraction, until, "
-       "on_end, unless.",
+       "on_end, unless, compliance.",
        parse_ptp},
       {"record_contact", "Keeps the touch that the last guarded motion ended with. Keys: arm, as.",
        parse_record_contact},
@@ -60,7 +63,7 @@ const std::vector<StepKind>& step_kinds() {
       {"set", "Brings a digital or an analog output to a value, which stays. Keys: output, value.", parse_set},
       {"spline",
        "Moves smoothly through points. Keys: arm, through, speed, acceleration, velocity_m_s, blend_m, blend_fraction, "
-       "until, on_end, unless.",
+       "until, on_end, unless, compliance.",
        parse_spline},
       {"tare", "Averages a force/torque sensor at rest; its offset is then taken out. Keys: sensor, cycles.",
        parse_tare},

@@ -36,6 +36,7 @@ class TryNode final : public Node {
     for (const Node* part : {recover.get(), handler.get()}) {
       Rehearsal own = before;
       own.effort = rehearsal.effort;
+      keep_agreed_modes(rehearsal, own);
       around.restore(values);
       Scope scope(&around);
       declare_error(scope, "an error");
@@ -44,6 +45,7 @@ class TryNode final : public Node {
       settle_rehearsal(own, inside);
       findings.append(as_warnings(inside, "where a failure leaves the arm is not known"));
       rehearsal.effort = own.effort;
+      keep_agreed_modes(own, rehearsal);
       rehearsal.contacts.insert(own.contacts.begin(), own.contacts.end());
       rehearsal.estimates.insert(own.estimates.begin(), own.estimates.end());
     }

@@ -74,7 +74,7 @@ void check_constant(const SpringValue& value, const device::ComplianceRange& ran
   const JointVector lower = value.of(range.lower), upper = value.of(range.upper);
   std::vector<double> numbers;
   collect(value.wanted.constant, numbers);
-  const std::string pointer = std::string("/") + value.port;
+  const std::string pointer = std::string("/compliance/") + value.port;
   if (numbers.size() != static_cast<std::size_t>(upper.size()))
     return findings.error(pointer, fmt::format("{} values for '{}'", numbers.size(), arm),
                           fmt::format("{} values", upper.size()));
@@ -84,6 +84,13 @@ void check_constant(const SpringValue& value, const device::ComplianceRange& ran
     findings.error(fmt::format("{}/{}", pointer, i), fmt::format("{:g} {} for '{}'", number, value.unit, arm),
                    fmt::format("{:g} to {:g} {}", lower[i], upper[i], value.unit));
   }
+}
+
+void check_constants(const SpringValues& values, ControlMode mode, const device::ArmDescription& description,
+                     const std::string& arm, Findings& findings) {
+  if (mode == ControlMode::kPosition || !description.modes.has(mode)) return;
+  for (const SpringValue& value : values)
+    if (!value.wanted.node) check_constant(value, description.impedance.range(mode), arm, findings);
 }
 
 class Compliant final : public ActionModel {
@@ -128,10 +135,8 @@ class Compliant final : public ActionModel {
     if (const auto other = action_->mode(); other && *other != mode_)
       findings.error({}, fmt::format("{} for mode {} is to be for mode {}", name(), name_of(*other), name_of(mode_)),
                      "one compliance");
-    if (mode_ == ControlMode::kPosition || actuator.arm() == nullptr) return findings;
-    const auto& range = actuator.arm()->device->description().impedance.range(mode_);
-    for (const SpringValue& value : values_)
-      if (!value.wanted.node) check_constant(value, range, actuator.name(), findings);
+    if (actuator.arm() != nullptr)
+      check_constants(values_, mode_, actuator.arm()->device->description(), actuator.name(), findings);
     return findings;
   }
 
@@ -184,6 +189,13 @@ bool same(const ComplianceWish& a, const ComplianceWish& b) {
     return std::string_view(x.port) == y.port && x.wanted.node == y.wanted.node &&
            x.wanted.constant == y.wanted.constant;
   });
+}
+
+Findings check_compliance(const ComplianceWish& wish, const device::ArmDescription& description,
+                          const std::string& arm) {
+  Findings findings;
+  check_constants(values_of(wish), mode_of(wish), description, arm, findings);
+  return findings;
 }
 
 Action with_compliance(const Action& action, const ComplianceWish& wish) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <variant>
 
 #include "core/command/action.h"
@@ -33,6 +34,10 @@ using ComplianceWish = std::variant<Stiff, JointCompliance, CartesianCompliance>
 [[nodiscard]] device::ControlMode mode_of(const ComplianceWish& wish);
 /// Both ask for the same: equal constants, the same formulas.
 [[nodiscard]] bool same(const ComplianceWish& a, const ComplianceWish& b);
+
+/// Constants that the device does not allow, at "/compliance/PORT" and below. @param arm  for people
+[[nodiscard]] Findings check_compliance(const ComplianceWish& wish, const device::ArmDescription& description,
+                                        const std::string& arm);
 
 /// The action on an arm that gives way like this, whatever it is: a motion, a hold, a jog. What is wanted of the
 /// springs may be a formula; it is approached with the rates of the device, and null there ends the net (row N4).

@@ -130,6 +130,30 @@ std::vector<BrokenRule> overlays() {
   };
 }
 
+const std::string kSprings = R"("compliance": {"mode": "joint_impedance")";
+
+std::vector<BrokenRule> compliances() {
+  const auto soft = [](const std::string& compliance) { return "{" + kUp + R"(, "compliance": )" + compliance + "}"; };
+  return {
+      {soft("5"), "/compliance", "5 stands here", "an object {...}"},
+      {soft("{}"), "/compliance", "key 'mode' is missing", "joint_impedance"},
+      {soft(R"({"mode": "impedance"})"), "/compliance/mode", "'impedance' is not known here", "joint_impedance"},
+      {soft(R"({"mode": "position", "stiffness_Nm_rad": 100})"), "/compliance/stiffness_Nm_rad",
+       "key 'stiffness_Nm_rad' is not known", ""},
+      {"{" + kUp + ", " + kSprings + R"(, "stiffness_N_m": 300}})", "/compliance/stiffness_N_m",
+       "key 'stiffness_N_m' is not known", "stiffness_Nm_rad"},
+      {soft(R"({"mode": "cartesian_impedance", "stiffness_N_m": [1, 2]})"), "/compliance/stiffness_N_m", "[1,2]",
+       "3 numbers"},
+      {soft(R"({"mode": "cartesian_impedance", "axes": "world"})"), "/compliance/axes", "'world' is not known here",
+       "allowed: base, tool"},
+      {tree(first(
+           "m", R"("do": "motions", "steps": [{)" + kUp + R"(, "blend_m": 0.01}, {)" + kUp + ", " + kSprings + "}}]")),
+       "/commands/m/steps/1/compliance", "one motion of several gives way otherwise", "beside 'steps'"},
+      {R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "base_to": "home", )" + kSprings + "}}", "/compliance",
+       "a motion with a base has no 'compliance'", "two motions"},
+  };
+}
+
 std::vector<BrokenRule> freedrive() {
   return {
       {R"({"do": "freedrive"})", "", "nothing says when it ends", "'until' or 'seconds'"},
@@ -143,7 +167,7 @@ std::vector<BrokenRule> freedrive() {
 
 std::vector<BrokenRule> broken_transactions() {
   std::vector<BrokenRule> all;
-  for (const auto& some : {commands(), events(), motions(), online(), overlays(), freedrive()})
+  for (const auto& some : {commands(), events(), motions(), online(), overlays(), compliances(), freedrive()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }
@@ -171,6 +195,16 @@ std::vector<BrokenRule> broken_transaction_plans() {
        "C8: PTP moves joints, so there is nothing to weave beside", "a motion of a frame"},
       {"{" + kUp + R"(, "weave": {"amplitude_m": 0.1, "frequency_Hz": 50}})", "", "a weave with an acceleration of",
        "a smaller amplitude or frequency"},
+      {"{" + kUp + ", " + kSprings + "}}", "/compliance",
+       "'arm' will be in mode position, and this needs joint_impedance", "the step \"control_mode\""},
+      {"{" + kUp + R"(, "until": )" + kHard + ", " + kSprings + R"(, "stiffness_Nm_rad": 2500}})",
+       "/compliance/stiffness_Nm_rad/6", "2500 Nm/rad for 'arm'", "0 to 2000 Nm/rad"},
+      {"{" + kUp + ", " + kSprings + R"(, "damping_ratio": [1, 1]}})", "/compliance/damping_ratio",
+       "2 values for 'arm'", "7 values"},
+      {R"({"do": "hold", "seconds": 1, "compliance": {"mode": "cartesian_impedance", "torque_Nm": [0, 0, 20]}})",
+       "/compliance/torque_Nm/2", "20 N, Nm for 'arm'", "-10 to 10"},
+      {tree(first("h", R"("do": "hold", "seconds": 1, )" + kSprings + "}")), "/commands/h/compliance",
+       "'arm' will be in mode position, and this needs joint_impedance", "the step \"control_mode\""},
       {"{" + kUp + R"(, "force_offset": {"sensor": "wrist", "force_N": 5, "acceleration_max_m_s2": 10}})", "",
        "the offset may need 10 of the acceleration of the tool", "smaller bounds of the offset"},
   };

@@ -313,6 +313,8 @@ void break_pair_steps() {
   told(both(R"("follower": "rihgt")"), "/follower", "'rihgt' is not known here", "did you mean 'right'?");
   told(both(R"("follower": "left wrist")"), "/follower", "'left wrist' is not known here", "allowed: left, right");
   told(both(R"("follower": 5)"), "/follower", "5 stands here", "a text");
+  told(both(follows + R"(, "compliance": {"mode": "joint_impedance"})"), "/compliance",
+       "two arms that move as one give way as they are", "one arm");
   told(both(follows, "ptp"), "/follower", "two arms move as one on the path of a frame", "lin or circ");
   told(R"({"do": "spline", "arm": "left", "through": ["home", "home"], "follower": "right"})", "/follower",
        "two arms move as one on the path of a frame", "lin or circ");

@@ -172,8 +172,8 @@ TEST_F(ComplianceTest, ConstantsThatTheDeviceForbidsAreRefusedAllAtOnce) {
       with_compliance(hold(), JointCompliance{.stiffness = joints(2500.0),
                                               .damping_ratio = net::JointArray(Eigen::Vector2d(1, 1))}));
   const std::string why = refusal(held);
-  EXPECT_THAT(why, AllOf(HasSubstr("/hold/stiffness/0"), HasSubstr("/hold/stiffness/6"), HasSubstr("2500"),
-                         HasSubstr("0 to 2000 Nm/rad"), HasSubstr("2 values")));
+  EXPECT_THAT(why, AllOf(HasSubstr("/hold/compliance/stiffness/0"), HasSubstr("/hold/compliance/stiffness/6"),
+                         HasSubstr("2500"), HasSubstr("0 to 2000 Nm/rad"), HasSubstr("2 values")));
   RuntimeCommand twice("twice", cell.arm_actuator(),
                        with_compliance(with_compliance(hold(), JointCompliance{}), CartesianCompliance{}));
   EXPECT_THAT(refusal(twice), HasSubstr("one compliance"));

@@ -336,10 +336,10 @@ std::vector<BrokenCommand> compliances() {
        },
        "/a", "set value gives digital value for mode cartesian_impedance, which 'driver' does not take",
        "without a mode"},
-      {"", [=](World& world) { return soft(world, JointCompliance{.stiffness = joints(2500.0)}); }, "/move/stiffness/6",
+      {"", [=](World& world) { return soft(world, JointCompliance{.stiffness = joints(2500.0)}); }, "/move/compliance/stiffness/6",
        "2500 Nm/rad for 'arm'", "0 to 2000 Nm/rad"},
       {"", [=](World& world) { return soft(world, JointCompliance{.damping_ratio = joints(1.0, 2)}); },
-       "/move/damping_ratio", "2 values for 'arm'", "7 values"},
+       "/move/compliance/damping_ratio", "2 values for 'arm'", "7 values"},
       {"",
        [](World& world) -> Command {
          return move(world, with_compliance(with_compliance(hold(), JointCompliance{}), CartesianCompliance{}));
