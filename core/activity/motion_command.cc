@@ -56,6 +56,7 @@ class MotionCommand final : public CommandRequest {
     command::RuntimeCommand moved(name, actuator, action);
     MadeCommand made{.command = moved, .action = action, .actuator = actuator};
     if (compliance) made.places = places_of(*compliance);
+    made.places.emplace_back("/ramp", "/weave/ramp_s");
     moved.observe(key + " cancelled", command::BooleanSensor(moved.cancelled().node()));
     moved.observe(key + " completed", command::BooleanSensor(moved.completed().node()));
     if (overlay.force) {

@@ -1,9 +1,12 @@
 #include "core/command/overlay_action.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -27,6 +30,56 @@ constexpr double kAccelerationLeft = 0.2, kJerkLeft = 0.3;
 void check_is_bare(const ActionModel& motion, Findings& findings) {
   if (motion.planned_path().laid_over)
     findings.error({}, fmt::format("something is laid over {} already", motion.name()), "a force offset or a weave");
+}
+
+/// The largest velocity, acceleration and jerk of a weave at full speed: m/s, m/s^2, m/s^3.
+using Peaks = std::array<double, 3>;
+
+Peaks larger_of(const Peaks& a, const Peaks& b) {
+  return {std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])};
+}
+
+/// A weave while it is at its full amplitude.
+Peaks peaks_between_ramps(const WeaveWish& wish) {
+  const double omega = 2.0 * std::numbers::pi * wish.frequency;
+  return {wish.amplitude * omega, wish.amplitude * omega * omega, wish.amplitude * omega * omega * omega};
+}
+
+/// The smooth step 10 u^3 - 15 u^4 + 6 u^5 of the primitive Weave, with its derivatives with respect to u in [0, 1].
+std::array<double, 4> smooth_step(double u) {
+  return {u * u * u * (10.0 + u * (-15.0 + 6.0 * u)), 30.0 * u * u * (1.0 - u) * (1.0 - u),
+          60.0 * u * (1.0 - u) * (1.0 - 2.0 * u), 60.0 * (1.0 - 6.0 * u + 6.0 * u * u)};
+}
+
+/// A weave in its ramps: A sin(w t) s(u), u = t / T at its start and (D - t) / T at its end, looked at densely. Where
+/// the ramp has many periods every phase comes by, and the envelope of each derivative is its peak.
+/// @param duration  D of the path, s
+Peaks peaks_in_ramps(const WeaveWish& wish, double duration) {
+  constexpr int kPlaces = 400;           // of a period, or of a shorter ramp
+  constexpr double kManyPeriods = 20.0;  // the envelope is less than 0.1 % above the peak then
+  const double omega = 2.0 * std::numbers::pi * wish.frequency, ramp = std::min(wish.ramp, 0.5 * duration);
+  const bool by_envelope = ramp * wish.frequency > kManyPeriods;
+  const int places = by_envelope ? kPlaces : static_cast<int>(kPlaces * std::max(1.0, ramp * wish.frequency));
+  Peaks peaks{};
+  for (int i = 0; i <= places; ++i) {
+    const double u = static_cast<double>(i) / places;
+    auto s = smooth_step(u);
+    for (int order = 1; order < 4; ++order) s[static_cast<std::size_t>(order)] /= std::pow(ramp, order);
+    // Derivatives of the product: what goes with the sine, and what with the cosine.
+    const std::array<std::pair<double, double>, 3> parts = {
+        {{s[1], omega * s[0]},
+         {s[2] - omega * omega * s[0], 2.0 * omega * s[1]},
+         {s[3] - 3.0 * omega * omega * s[1], 3.0 * omega * s[2] - omega * omega * omega * s[0]}}};
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const auto [of_sine, of_cosine] = parts[k];
+      const auto at = [&](double phase) { return std::abs(of_sine * std::sin(phase) + of_cosine * std::cos(phase)); };
+      // To the end the same runs backwards in time, from the phase that the sine has there.
+      const double most = by_envelope ? std::hypot(of_sine, of_cosine)
+                                      : std::max(at(omega * u * ramp), at(omega * (u * ramp - duration)));
+      peaks[k] = std::max(peaks[k], wish.amplitude * most);
+    }
+  }
+  return peaks;
 }
 
 class Woven final : public ActionModel {
@@ -69,10 +122,16 @@ class Woven final : public ActionModel {
     check_is_bare(*motion_, findings);
     if (!check_figures(findings)) return findings;
     const auto& limits = actuator.arm()->device->description().cartesian;
-    const double omega = 2.0 * std::numbers::pi * wish_.frequency;
-    check_share(findings, "acceleration", wish_.amplitude * omega * omega,
-                kAccelerationLeft * limits.linear_acceleration, "m/s^2");
-    check_share(findings, "jerk", wish_.amplitude * omega * omega * omega, kJerkLeft * limits.linear_jerk, "m/s^3");
+    const Peaks most{limits.linear_velocity, kAccelerationLeft * limits.linear_acceleration,
+                     kJerkLeft * limits.linear_jerk};
+    const Peaks steady = peaks_between_ramps(wish_);
+    for (std::size_t k = 0; k < kWhat.size(); ++k) {
+      if (steady[k] <= most[k]) continue;
+      findings.error({}, fmt::format("a weave with {} of {:.3g} {}", kWhat[k].first, steady[k], kWhat[k].second),
+                     fmt::format("at most {:.3g} {}: a smaller amplitude or frequency", most[k], kWhat[k].second));
+    }
+    const auto motion = motion_->planned_path().motion;
+    if (motion != nullptr && !findings.has_errors()) check_ramp(motion->duration(), most, findings);
     return findings;
   }
 
@@ -111,11 +170,35 @@ class Woven final : public ActionModel {
     return before || !findings.has_errors();
   }
 
-  static void check_share(Findings& findings, const char* what, double value, double most, const char* unit) {
-    if (value <= most) return;
-    findings.error({}, fmt::format("a weave with an {} of {:.3g} {}", what, value, unit),
-                   fmt::format("at most {:.3g} {}: a smaller amplitude or frequency", most, unit));
+  /// What is needed to grow from nothing, and to fade, shows once it is known how long the motion takes.
+  void check_ramp(double duration, const Peaks& most, Findings& findings) const {
+    const Peaks ramps = peaks_in_ramps(wish_, duration);
+    std::string way_out;
+    for (std::size_t k = 0; k < kWhat.size(); ++k) {
+      if (ramps[k] <= most[k]) continue;
+      if (way_out.empty()) way_out = longer_ramp(duration, most);
+      const auto& [what, unit] = kWhat[k];
+      findings.error("/ramp",
+                     fmt::format("a weave that grows or fades in {:.3g} s, with {} of {:.3g} {} (at most {:.3g} {})",
+                                 std::min(wish_.ramp, 0.5 * duration), what, ramps[k], unit, most[k], unit),
+                     way_out);
+    }
   }
+
+  /// The shortest ramp that is possible, s, as people read it.
+  [[nodiscard]] std::string longer_ramp(double duration, const Peaks& most) const {
+    constexpr double kStep = 1.02;
+    WeaveWish longer = wish_;
+    const auto fits = [&] { return larger_of(peaks_in_ramps(longer, duration), most) == most; };
+    while (longer.ramp < 0.5 * duration) {
+      longer.ramp = std::min(kStep * longer.ramp, 0.5 * duration);
+      if (fits()) return fmt::format("a ramp of {:.3f} s or more", std::ceil(1e3 * longer.ramp) / 1e3);
+    }
+    return "a longer motion, or a smaller amplitude or frequency";
+  }
+
+  static constexpr std::array<std::pair<const char*, const char*>, 3> kWhat = {
+      {{"a velocity", "m/s"}, {"an acceleration", "m/s^2"}, {"a jerk", "m/s^3"}}};
 
   std::shared_ptr<const ActionModel> motion_;
   WeaveWish wish_;

@@ -195,6 +195,8 @@ std::vector<BrokenRule> broken_transaction_plans() {
        "C8: PTP moves joints, so there is nothing to weave beside", "a motion of a frame"},
       {"{" + kUp + R"(, "weave": {"amplitude_m": 0.1, "frequency_Hz": 50}})", "", "a weave with an acceleration of",
        "a smaller amplitude or frequency"},
+      {"{" + kUp + R"(, "weave": {"amplitude_m": 0.002, "frequency_Hz": 2, "ramp_s": 0.02}})", "/weave/ramp_s",
+       "a weave that grows or fades in 0.02 s", "a ramp of 0."},
       {"{" + kUp + ", " + kSprings + "}}", "/compliance",
        "'arm' will be in mode position, and this needs joint_impedance", "the step \"control_mode\""},
       {"{" + kUp + R"(, "until": )" + kHard + ", " + kSprings + R"(, "stiffness_Nm_rad": 2500}})",

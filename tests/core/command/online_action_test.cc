@@ -141,6 +141,53 @@ TEST_F(OnlineTest, AWeaveThatIsTooFastOrHasNoFrameIsRefused) {
   EXPECT_THAT(cell.runtime.load(joints).error().to_string(), testing::HasSubstr("C8"));
 }
 
+/// The ramp that a refusal names, s.
+double shortest_ramp(const std::string& refusal) {
+  const auto at = refusal.find("a ramp of ");
+  return at == std::string::npos ? -1.0 : std::stod(refusal.substr(at + std::string("a ramp of ").size()));
+}
+
+// What a weave needs most it needs in its ramps: those that the check lets pass are within all limits, in any phase.
+TEST_F(OnlineTest, AWeaveIsCheckedWithItsRampsAndTheShortestOneRuns) {
+  for (const double frequency : {0.5, 1.0, 2.0, 2.5}) {
+    for (const double amplitude : {0.001, 0.003}) {
+      SCOPED_TRACE(testing::Message() << amplitude << " m at " << frequency << " Hz");
+      const auto seam = [&](double ramp) {
+        const WeaveWish wish{.amplitude = amplitude, .frequency = frequency, .ramp = ramp};
+        return RuntimeCommand("seam", cell.arm_actuator(),
+                              weave(lin(cell.moved(0, 0.04, 0), {.acceleration = 0.8, .linear_velocity = 0.03}), wish));
+      };
+      const auto refused = cell.runtime.load(seam(0.01));
+      ASSERT_FALSE(refused) << "of a hundredth of a second";
+      const double shortest = shortest_ramp(refused.error().to_string());
+      ASSERT_GT(shortest, 0.01) << refused.error().to_string();
+      ASSERT_LT(shortest, 0.5);
+      const auto shorter = cell.runtime.load(seam(0.95 * shortest));
+      EXPECT_FALSE(shorter) << "just outside";
+      EXPECT_NEAR(shorter ? 0.0 : shortest_ramp(shorter.error().to_string()), shortest, 0.03 * shortest);
+      const Eigen::Vector3d goal = cell.moved(0, 0.04, 0).translation();
+      CommandHandle handle = begin(seam(shortest));
+      EXPECT_TRUE(cell.run(handle).succeeded()) << handle.status().to_string();
+      EXPECT_LT((cell.moved(0, 0, 0).translation() - goal).norm(), 1e-6);
+    }
+  }
+  EXPECT_LE(cell.worst_limit_share(), 1.0);
+}
+
+TEST_F(OnlineTest, ARampOfManyPeriodsCostsNothing) {
+  // At the limit of what is left of the acceleration, but for 1 %.
+  const double omega = 2.0 * std::numbers::pi * 4.0;
+  const double most = 0.2 * cell.arm->cartesian.linear_acceleration / (omega * omega);
+  const auto seam = [&](double share, double ramp) {
+    return RuntimeCommand("seam", cell.arm_actuator(),
+                          weave(lin(cell.moved(0, 0.2, 0), {.linear_velocity = 0.01}),
+                                {.amplitude = share * most, .frequency = 4.0, .ramp = ramp}));
+  };
+  EXPECT_TRUE(cell.runtime.load(seam(0.99, 8.0)));
+  EXPECT_FALSE(cell.runtime.load(seam(1.01, 8.0)));
+  EXPECT_FALSE(cell.runtime.load(seam(0.99, 0.02)));
+}
+
 TEST_F(OnlineTest, AForceIsBroughtUpAndHeld) {
   // The block stands below the tool, stiff as steel; here it gives way like a spring that controllers can hold.
   const Eigen::Vector3d down(0, 0, -1);

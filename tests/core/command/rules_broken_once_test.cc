@@ -247,6 +247,17 @@ std::vector<BrokenCommand> actions() {
        },
        "/move", "a weave with an acceleration of", "a smaller amplitude or frequency"},
       {"",
+       [](World& world) -> Command {
+         return move(world,
+                     weave(lin(world.moved(0, 0.1, 0), {.linear_velocity = 0.03}), {.amplitude = 0.002, .ramp = 0.02}));
+       },
+       "/move/ramp", "a weave that grows or fades in 0.02 s, with a", "a ramp of 0."},
+      {"",
+       [](World& world) -> Command {
+         return move(world, weave(lin(world.moved(0, 0.001, 0)), {.amplitude = 0.004, .ramp = 0.02}));
+       },
+       "/move/ramp", "a weave that grows or fades in 0.02 s", "a longer motion"},
+      {"",
        [](World& world) -> Command { return move(world, weave(lin(world.moved(0, 0.1, 0)), {.amplitude = -0.002})); },
        "/move/amplitude", "-0.002 m", "above 0"},
       {"",
@@ -336,8 +347,8 @@ std::vector<BrokenCommand> compliances() {
        },
        "/a", "set value gives digital value for mode cartesian_impedance, which 'driver' does not take",
        "without a mode"},
-      {"", [=](World& world) { return soft(world, JointCompliance{.stiffness = joints(2500.0)}); }, "/move/compliance/stiffness/6",
-       "2500 Nm/rad for 'arm'", "0 to 2000 Nm/rad"},
+      {"", [=](World& world) { return soft(world, JointCompliance{.stiffness = joints(2500.0)}); },
+       "/move/compliance/stiffness/6", "2500 Nm/rad for 'arm'", "0 to 2000 Nm/rad"},
       {"", [=](World& world) { return soft(world, JointCompliance{.damping_ratio = joints(1.0, 2)}); },
        "/move/compliance/damping_ratio", "2 values for 'arm'", "7 values"},
       {"",
