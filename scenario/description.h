@@ -94,7 +94,8 @@ struct FaultEntry {
     kStop,           ///< the arm stops by itself, as by a fault of its own
     kRelease,        ///< an operator forgets the fault and opens the brakes
     kEmergencyStop,  ///< the button is pressed: the core's latch, and the brakes of every arm by a circuit of their own
-    kReset           ///< the button is pulled, the latch reset, every arm released
+    kReset,          ///< the button is pulled, the latch reset, every arm released
+    kPush            ///< somebody pushes a body
   };
   Kind kind = Kind::kStop;
   Nanoseconds at = 0;
@@ -102,6 +103,9 @@ struct FaultEntry {
   device::StopCategory category = device::StopCategory::kStopThenBrakes;
   /// Of an emergency stop of category 1: so long after it the circuit closes the brakes, whatever the core does.
   Nanoseconds brakes_after = kSecond;
+  std::string body;                                 ///< of a push: "DEVICE/LINK" or "OBJECT"
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< at its centre of mass, in the world, N
+  Nanoseconds duration = kSecond;                   ///< of a push
   std::string pointer;
 };
 

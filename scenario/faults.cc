@@ -14,26 +14,41 @@ using Json = nlohmann::ordered_json;
 using Kind = FaultEntry::Kind;
 
 constexpr const char* kLatchName = "emergency_stop";
-const std::vector<std::string> kWords = {"stop", "release", "emergency_stop", "reset"};  // in the order of Kind
+const std::vector<std::string> kWords = {"stop", "release", "emergency_stop", "reset", "push"};  // in the order of Kind
+
+Nanoseconds nanoseconds(double seconds) { return static_cast<Nanoseconds>(std::llround(1e9 * seconds)); }
+
+void read_push(ObjectReader& reader, FaultEntry& fault) {
+  fault.body = reader.text("body");
+  fault.force = reader.vector("force_N");
+  fault.duration = nanoseconds(reader.number("seconds", 1.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
+}
+
+void read_stop(ObjectReader& reader, FaultEntry& fault) {
+  fault.arm = reader.text("arm", "");
+  fault.category = static_cast<device::StopCategory>(reader.integer("category", 1, {.low = 0, .high = 2}));
+  fault.brakes_after = nanoseconds(reader.number("brakes_after_s", 1.0, {.low = 0.0, .high = 60.0}));
+  const bool delays = fault.kind == Kind::kEmergencyStop && fault.category == device::StopCategory::kStopThenBrakes;
+  if (reader.has("brakes_after_s") && !delays)
+    reader.findings().error(reader.at("brakes_after_s"), "nothing waits here",
+                            "only with \"do\": \"emergency_stop\" of category 1");
+  const bool of_the_cell = fault.kind == Kind::kEmergencyStop || fault.kind == Kind::kReset;
+  if (of_the_cell && !fault.arm.empty())
+    reader.findings().error(reader.at("arm"), "an emergency stop concerns all arms", "no arm, or \"do\": \"stop\"");
+}
 
 FaultEntry read_fault(const Json& json, const std::string& pointer, Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   FaultEntry fault;
   fault.pointer = pointer;
-  fault.at = static_cast<Nanoseconds>(std::llround(1e9 * reader.number("at_s", {}, {.low = 0.0, .high = 3600.0})));
+  fault.at = nanoseconds(reader.number("at_s", {}, {.low = 0.0, .high = 3600.0}));
   const auto word = std::ranges::find(kWords, reader.choice("do", kWords, "stop"));
   if (word != kWords.end()) fault.kind = static_cast<Kind>(word - kWords.begin());
-  fault.arm = reader.text("arm", "");
-  fault.category = static_cast<device::StopCategory>(reader.integer("category", 1, {.low = 0, .high = 2}));
-  const double brakes_after = reader.number("brakes_after_s", 1.0, {.low = 0.0, .high = 60.0});
-  fault.brakes_after = static_cast<Nanoseconds>(std::llround(1e9 * brakes_after));
-  const bool delays = fault.kind == Kind::kEmergencyStop && fault.category == device::StopCategory::kStopThenBrakes;
-  if (reader.has("brakes_after_s") && !delays)
-    findings.error(pointer + "/brakes_after_s", "nothing waits here",
-                   "only with \"do\": \"emergency_stop\" of category 1");
-  const bool of_the_cell = fault.kind == Kind::kEmergencyStop || fault.kind == Kind::kReset;
-  if (of_the_cell && !fault.arm.empty())
-    findings.error(pointer + "/arm", "an emergency stop concerns all arms", "no arm, or \"do\": \"stop\"");
+  if (fault.kind == Kind::kPush) {
+    read_push(reader, fault);
+  } else {
+    read_stop(reader, fault);
+  }
   reader.finish();
   return fault;
 }
@@ -54,6 +69,9 @@ void add_emergency_stop(const Description& description, BuiltCell& built, Findin
     if (!fault.arm.empty() && std::ranges::find(arms, fault.arm) == arms.end())
       findings.error(fault.pointer + "/arm", fmt::format("there is no arm '{}'", fault.arm),
                      nearest_choice(fault.arm, arms));
+    if (fault.kind == Kind::kPush && built.world->body(fault.body) < 0)
+      findings.error(fault.pointer + "/body", fmt::format("there is no body '{}'", fault.body),
+                     "DEVICE/LINK with a link of its model, or an object that moves");
   }
   const bool pressed = std::ranges::any_of(description.faults,
                                            [](const FaultEntry& fault) { return fault.kind == Kind::kEmergencyStop; });
@@ -75,12 +93,18 @@ void Faults::apply(const Note& note) {
   }
   const Nanoseconds now = built_.core->time();
   for (; next_ < entries_.size() && entries_[next_].at <= now; ++next_) happen(entries_[next_], now, note);
+  end_pushes(now);
   if (!brakes_at_ || *brakes_at_ > now) return;
   brakes_at_.reset();
   for (const auto& [name, arm] : built_.cell.arms) built_.world->arm(name)->stop(device::StopCategory::kBrakes);
 }
 
 void Faults::happen(const FaultEntry& fault, Nanoseconds now, const Note& note) {
+  if (fault.kind == Kind::kPush) {
+    const Eigen::Vector3d& f = fault.force;
+    note("push", fmt::format("{} with {:g}, {:g}, {:g} N", fault.body, f.x(), f.y(), f.z()));
+    return begin_push(fault, now);
+  }
   const auto category = static_cast<int>(fault.category);
   const bool stops = fault.kind == Kind::kStop || fault.kind == Kind::kEmergencyStop;
   note(kWords[static_cast<std::size_t>(fault.kind)],
@@ -95,6 +119,29 @@ void Faults::happen(const FaultEntry& fault, Nanoseconds now, const Note& note) 
   brakes_at_.reset();
   built_.emergency_stop->set_healthy(true);
   reset_pending_ = true;
+}
+
+void Faults::begin_push(const FaultEntry& fault, Nanoseconds now) {
+  const int body = built_.world->body(fault.body);
+  pushes_.push_back({.body = body, .force = fault.force, .until = now + fault.duration});
+  push(body);
+}
+
+void Faults::end_pushes(Nanoseconds now) {
+  std::vector<Push> over;
+  std::erase_if(pushes_, [&](const Push& one) {
+    if (one.until > now) return false;
+    over.push_back(one);
+    return true;
+  });
+  for (const Push& one : over) push(one.body);
+}
+
+void Faults::push(int body) {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (const Push& one : pushes_)
+    if (one.body == body) force += one.force;
+  built_.world->push(body, force);
 }
 
 /// The core leads the arms to rest; a circuit beside it sees to their brakes.

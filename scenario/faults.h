@@ -16,7 +16,7 @@ namespace takt::scenario {
 /// Reads the key "faults": findings for what is wrong, the entries in the order of their times. Realtime: setup.
 void read_faults(ObjectReader& reader, std::vector<FaultEntry>& faults);
 
-/// Gives a cell whose scenario presses a button the latch for it, and checks the arms that the faults name.
+/// Gives a cell whose scenario presses a button the latch for it, and checks the arms and bodies that the faults name.
 /// Realtime: setup.
 void add_emergency_stop(const Description& description, BuiltCell& built, Findings& findings);
 
@@ -36,10 +36,21 @@ class Faults {
  private:
   void happen(const FaultEntry& fault, Nanoseconds now, const Note& note);
   void press(const FaultEntry& fault, Nanoseconds now);
+  void begin_push(const FaultEntry& fault, Nanoseconds now);
+  void end_pushes(Nanoseconds now);
+  /// What all that push a body exert on it.
+  void push(int body);
+
+  struct Push {
+    int body;
+    Eigen::Vector3d force;  ///< N
+    Nanoseconds until;
+  };
 
   const std::vector<FaultEntry>& entries_;
   BuiltCell& built_;
   std::size_t next_ = 0;
+  std::vector<Push> pushes_;
   std::optional<Nanoseconds> brakes_at_;  ///< when the circuit of the button closes all brakes
   bool opened_ = false;                   ///< the latch has been open once
   bool reset_pending_ = true;             ///< the reset button is pressed in this cycle

@@ -421,6 +421,10 @@ Pose World::body_pose(int body) const {
   return X_WB;
 }
 
+void World::push(int body, const Eigen::Vector3d& force) {
+  Eigen::Map<Eigen::Vector3d>(impl_->data->xfrc_applied + 6 * body) = force;
+}
+
 double World::energy() const {
   mj_energyPos(impl_->model.get(), impl_->data.get());
   mj_energyVel(impl_->model.get(), impl_->data.get());

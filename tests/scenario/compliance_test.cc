@@ -13,6 +13,7 @@
 #include "core/kinematics/chain.h"
 #include "core/net/description.h"
 #include "scenario/cell_builder.h"
+#include "scenario/session.h"
 
 namespace takt::scenario {
 namespace {
@@ -139,6 +140,45 @@ TEST_F(CellTest, AStiffArmWithASensorAndAnAdmittanceGivesWayAlike) {
     EXPECT_LT((tip() - before).norm(), 0.0005);
   }
   EXPECT_EQ(cell_->core->status(id).state, rcc::NetState::kRunning) << cell_->core->status(id).cause.text.view();
+}
+
+/// How far 20 N along y push the tool away from its line while a step of a program moves or holds it, m.
+double way_under_a_push(const std::string& step) {
+  const auto description = parse_description(
+      R"({"devices": {"arm": {"model": "lwr4plus"}, "wrist": {"model": "ft_gamma", "on": "arm"}}, "program":
+      {"do": "sequence", "steps": [{"do": "control_mode", "mode": "cartesian_impedance"}, )" +
+      step + R"(]}, "expectations": [{"kind": "limits"}],
+      "faults": [{"at_s": 2, "do": "push", "body": "wrist/measuring", "force_N": [0, 20, 0], "seconds": 2}]})");
+  EXPECT_TRUE(description) << description.error().to_string();
+  static const device::ModelLibrary models({"models"});
+  auto session = Session::create(*description, models);
+  EXPECT_TRUE(session) << session.error().to_string();
+  if (!session) return 0.0;
+  double before = 0.0, pushed = 0.0;
+  RunOptions options;
+  options.after_cycle = [&](BuiltCell& built) {
+    const sim::World& world = *built.world;
+    const double y = world.body_pose(world.body("wrist/measuring")).translation().y();
+    if (built.core->time() == 2 * kSecond) before = y;
+    if (built.core->time() == 4 * kSecond) pushed = y;
+    return true;
+  };
+  const RunReport report = (*session)->run(options);
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  return pushed - before;
+}
+
+TEST(ComplianceOfSteps, ASofterStepGivesWayMoreUnderTheSamePush) {
+  for (const std::string& step : {std::string(R"({"do": "hold", "seconds": 4.5)"),
+                                  std::string(R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "velocity_m_s": 0.025)")}) {
+    SCOPED_TRACE(step);
+    for (const double stiffness : {4000.0, 1000.0, 400.0}) {
+      const double way =
+          way_under_a_push(step + R"(, "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": )" +
+                           std::to_string(stiffness) + "}}");
+      EXPECT_NEAR(way, 20.0 / stiffness, 0.15 * 20.0 / stiffness) << stiffness << " N/m";
+    }
+  }
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 namespace takt::scenario {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 Result<Description> description_with(const std::string& faults) {
@@ -38,6 +39,60 @@ TEST(Faults, S3_AnArmThatStopsByItselfEndsItsNetWithTheCause) {
     EXPECT_THAT(report.findings.to_string(), HasSubstr("fault " + std::to_string(5 + category)));
     EXPECT_NEAR(report.sim_time, 1.0, 0.05) << "the net ends in the cycle in which it is told";
   }
+}
+
+/// The tool of a soft arm while it is held, every cycle from 1 s on: way from where it was then, m.
+std::vector<Eigen::Vector3d> ways_of_the_tool(const std::string& faults) {
+  const auto description = parse_description(
+      R"({"devices": {"arm": {"model": "lwr4plus"}, "wrist": {"model": "ft_gamma", "on": "arm"}}, "program":
+      {"do": "sequence", "steps": [{"do": "control_mode", "mode": "cartesian_impedance"},
+                                   {"do": "hold", "seconds": 5}]},
+      "faults": )" +
+      faults + "}");
+  EXPECT_TRUE(description) << description.error().to_string();
+  static const device::ModelLibrary models({"models"});
+  auto session = Session::create(*description, models);
+  EXPECT_TRUE(session) << session.error().to_string();
+  std::vector<Eigen::Vector3d> ways;
+  RunOptions options;
+  options.after_cycle = [&](BuiltCell& built) {
+    const sim::World& world = *built.world;
+    if (built.core->time() > kSecond) ways.push_back(world.body_pose(world.body("wrist/measuring")).translation());
+    return true;
+  };
+  EXPECT_EQ((*session)->run(options).verdict, Verdict::kPassed);
+  const Eigen::Vector3d from = ways.at(0);
+  for (Eigen::Vector3d& way : ways) way -= from;
+  return ways;
+}
+
+TEST(Faults, APushLeadsASoftArmAwayAsLongAsItLasts) {
+  const auto ways = ways_of_the_tool(R"([
+      {"at_s": 1.5, "do": "push", "body": "wrist/measuring", "force_N": [0, 10, 0], "seconds": 2},
+      {"at_s": 2.5, "do": "push", "body": "wrist/measuring", "force_N": [0, 10, 0], "seconds": 1.0}])");
+  const auto at = [&](double seconds) { return ways.at(static_cast<std::size_t>(1e3 * (seconds - 1.0))); };
+  EXPECT_LT(at(1.45).norm(), 2e-4) << "nobody pushes";
+  const double once = at(2.45).y(), twice = at(3.45).y();
+  EXPECT_GT(once, 0.8 * 10.0 / 2000.0) << "what the spring of 2000 N/m says";
+  EXPECT_LT(once, 1.5 * 10.0 / 2000.0);
+  EXPECT_NEAR(twice, 2.0 * once, 0.1 * once) << "two of them";
+  EXPECT_LT(at(4.9).norm(), 5e-4) << "and it comes back";
+}
+
+TEST(Faults, APushNamesItsBodyAndItsForce) {
+  const auto why = [](const std::string& push) {
+    const auto description = description_with("[" + push + "]");
+    if (!description) return description.error().to_string();
+    static const device::ModelLibrary models({"models"});
+    auto session = Session::create(*description, models);
+    return session ? std::string() : session.error().to_string();
+  };
+  EXPECT_THAT(why(R"({"at_s": 1, "do": "push"})"),
+              AllOf(HasSubstr("/faults/0: error: key 'body' is missing"), HasSubstr("key 'force_N' is missing")));
+  EXPECT_THAT(why(R"({"at_s": 1, "do": "push", "body": "arm/elbow", "force_N": [0, 0, 1]})"),
+              AllOf(HasSubstr("/faults/0/body"), HasSubstr("there is no body 'arm/elbow'"), HasSubstr("DEVICE/LINK")));
+  EXPECT_THAT(why(R"({"at_s": 1, "do": "push", "body": "arm/base", "force_N": [0, 1], "arm": "arm", "seconds": 0})"),
+              AllOf(HasSubstr("/faults/0/force_N"), HasSubstr("/faults/0/arm"), HasSubstr("/faults/0/seconds")));
 }
 
 TEST(Faults, LimitsAreThoseOfWhatIsSent) {
