@@ -103,7 +103,8 @@ ReachabilityPlanner::Interval ReachabilityPlanner::interval(const Piece& piece, 
     if (row.c != 0.0) {
       const double cx = row.c * x;
       g = std::sqrt(std::max(0.0, r * r - cx * cx));
-      slope = g > 0.0 ? -row.c * cx / g : 0.0;
+      // At the edge of the disc it falls straight down. Zero would send Newton's method far beyond the solution.
+      slope = g > 0.0 ? -row.c * cx / g : -kInfinity;
     }
     const double middle = row.m * x;
     if (middle - g > result.low) {

@@ -1,8 +1,12 @@
 // Sequences of motions of all kinds: blends, rests, and the limits of all of it under any clock.
+#include <cmath>
+#include <numbers>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "core/motion/plan_checks.h"
 #include "tests/core/motion/motion_runs.h"
 #include "tests/core/motion/random_paths.h"
 
@@ -41,6 +45,38 @@ Watched watch(const RandomArm& arm, const Motion& motion, const Targets& targets
   });
   seen.q_end = q;
   return seen;
+}
+
+// A circle whose only limit is the length a of its acceleration has a closed form: with w = v / sqrt(a r), speeding up
+// takes sqrt(r / a) times the integral of 1 / sqrt(1 - w^4) from 0 to 1, and 45 degrees; so does slowing down.
+TEST(PlanSequence, ACircleTakesTheTimeOfTheClosedForm) {
+  constexpr double kLemniscate = 1.3110287771460600;  // that integral
+  Random random(52);
+  int planned = 0;
+  for (int i = 0; i < 24; ++i) {
+    SCOPED_TRACE(testing::Message() << "circle " << i);
+    const std::vector<std::string> urdfs = {robots::lwr_urdf(), robots::ur5_urdf(), robots::tx90_urdf()};
+    RandomArm arm(urdfs[static_cast<std::size_t>(i) % 3], random);
+    arm.limits.velocity *= 1e3;
+    arm.limits.acceleration *= 1e4;
+    arm.limits.jerk *= 1e6;
+    const double a = random.uniform(1.0, 5.0), radius = random.uniform(0.02, 0.1), angle = random.uniform(1.7, 5.0);
+    arm.cartesian = {1e3, a, 1e5, 1e3, 1e5, 1e10};
+    const JointVector q = arm.good_q(random);
+    const Eigen::Vector3d out = Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+    const ArcAbout about{.centre = (arm.chain.forward(q) * arm.X_FM).translation() + radius * out,
+                         .axis = out.unitOrthogonal(),
+                         .angle = angle};
+    const auto circle = [&](const JointVector& from) { return circ_leg(arm.model(), from, about); };
+    const auto plan = plan_sequence(arm.model(), q, {circle});
+    if (!plan) continue;  // out of reach
+    ++planned;
+    const double shortest =
+        std::sqrt(radius / (kLawShareOfAcceleration * a)) * (2.0 * kLemniscate + angle - 0.5 * std::numbers::pi);
+    EXPECT_GT(plan->motion.duration(), shortest);
+    EXPECT_LT(plan->motion.duration(), 1.01 * shortest);
+  }
+  EXPECT_GT(planned, 12);
 }
 
 // Rows P1, P3 on everything that can be joined.
