@@ -12,6 +12,7 @@
 #include "core/base/findings.h"
 #include "core/base/time.h"
 #include "core/command/command.h"
+#include "core/command/compliance_action.h"
 #include "core/motion/leg.h"
 
 /// What an activity is made of (docs/activity-layer.md). Realtime: setup.
@@ -25,7 +26,8 @@ struct Leavable {
   std::shared_ptr<const motion::Motion> partner = {};  ///< of a second arm on the same clock, with the same law
   Eigen::Isometry3d partner_X_FM = Eigen::Isometry3d::Identity();  ///< the same frame in the flange of that one
   std::string arm = {};                                            ///< whose motion it is; of two the leader
-  std::optional<command::State> unless = {};  ///< must not hold on what is left of it (TwoWays::unless)
+  std::optional<command::State> unless = {};               ///< must not hold on what is left of it (TwoWays::unless)
+  std::optional<command::ComplianceWish> compliance = {};  ///< how the arm gives way on it
 };
 
 /// What precedes on an actuator when an activity is prepared.

@@ -32,7 +32,7 @@ class MotionActivity final : public ActivityModel {
   [[nodiscard]] ActivityPtr blended_into(const ActivityModel& next) const override {
     const auto* other = dynamic_cast<const MotionActivity*>(&next);
     if (other == nullptr || other->arm_ != arm_ || !wish_.blend.wanted() || wish_.until) return nullptr;
-    if (!gives_way_alike(other->parts_.front().wish)) return nullptr;
+    if (!command::same(wish_.compliance, other->wish_.compliance)) return nullptr;
     std::vector<Part> parts = parts_;
     parts.insert(parts.end(), other->parts_.begin(), other->parts_.end());
     return std::make_shared<const MotionActivity>(arm_, std::move(parts));
@@ -62,11 +62,6 @@ class MotionActivity final : public ActivityModel {
     }
     for (const Part& part : parts_) check_blend(part.wish, findings);
     return findings;
-  }
-
-  [[nodiscard]] bool gives_way_alike(const MotionParameters& other) const {
-    if (!wish_.compliance || !other.compliance) return wish_.compliance.has_value() == other.compliance.has_value();
-    return command::same(*wish_.compliance, *other.compliance);
   }
 
   [[nodiscard]] std::vector<motion::LegMaker> makers(const motion::ArmModel& model) const {

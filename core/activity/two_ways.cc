@@ -113,7 +113,8 @@ Leavable leavable(const TwoWays& ways, const command::PlannedMotion& planned, co
           .partner = planned.partner ? planned.partner->motion : nullptr,
           .partner_X_FM = planned.partner ? planned.partner->X_FM : Eigen::Isometry3d::Identity(),
           .arm = ways.clock,
-          .unless = ways.unless.empty() ? std::nullopt : ways.unless.back()};
+          .unless = ways.unless.empty() ? std::nullopt : ways.unless.back(),
+          .compliance = wish.compliance};
 }
 
 /// Where the arms are after it, and from what they may be taken over.
@@ -125,6 +126,13 @@ void add_forecasts(const TwoWays& ways, const MotionParameters& wish, Prepared& 
     if (!wish.until) forecast.after = ActuatorState::at_rest(motion.q_goal);
     prepared.begins[arm].push_back(begin.rest);
   }
+}
+
+/// What goes on with a motion does the rest of that one too, with its own springs.
+bool gives_way_as_before(const Situation& situation, const std::string& arm, const MotionParameters& wish) {
+  const auto before = situation.precedents.find(arm);
+  if (before == situation.precedents.end() || !before->second.leaving) return true;
+  return command::same(before->second.leaving->motion.compliance, wish.compliance);
 }
 
 void add_last(const command::SubjectPtr& command, const Leavable& motion, Prepared& prepared) {
@@ -156,8 +164,9 @@ Prepared prepare_two_ways(const Situation& situation, TwoWays ways, const Motion
   Prepared prepared;
   connect(cell, ways.clock, std::nullopt, ways.from_rest);
   add_forecasts(ways, wish, prepared);
-  // Without channels nobody could tell it where the clock of the one before is.
-  if (!cell.channels.contains(path_time_channel(ways.clock))) ways.from_blend.reset();
+  // Without channels nobody could tell it where the clock of the one before is; other springs would come too soon.
+  if (!cell.channels.contains(path_time_channel(ways.clock)) || !gives_way_as_before(situation, ways.clock, wish))
+    ways.from_blend.reset();
   auto rest = command_of(cell, ways, ways.from_blend ? "from rest" : ways.name, ways.from_rest, wish, kFromRest);
   add_unless(ways.unless, 0, ways.from_rest, kFromRest, rest);
   prepared.motions.push_back({rest.subject(), ways.from_rest.handed_over, 0.0});

@@ -183,9 +183,10 @@ ControlMode mode_of(const ComplianceWish& wish) {
   return ControlMode::kPosition;
 }
 
-bool same(const ComplianceWish& a, const ComplianceWish& b) {
-  if (a.index() != b.index() || takes_tool_axes(a) != takes_tool_axes(b)) return false;
-  return std::ranges::equal(values_of(a), values_of(b), [](const SpringValue& x, const SpringValue& y) {
+bool same(const std::optional<ComplianceWish>& a, const std::optional<ComplianceWish>& b) {
+  if (!a || !b) return a.has_value() == b.has_value();
+  if (a->index() != b->index() || takes_tool_axes(*a) != takes_tool_axes(*b)) return false;
+  return std::ranges::equal(values_of(*a), values_of(*b), [](const SpringValue& x, const SpringValue& y) {
     return std::string_view(x.port) == y.port && x.wanted.node == y.wanted.node &&
            x.wanted.constant == y.wanted.constant;
   });

@@ -32,8 +32,8 @@ struct CartesianCompliance {
 using ComplianceWish = std::variant<Stiff, JointCompliance, CartesianCompliance>;
 /// The control mode that it needs.
 [[nodiscard]] device::ControlMode mode_of(const ComplianceWish& wish);
-/// Both ask for the same: equal constants, the same formulas.
-[[nodiscard]] bool same(const ComplianceWish& a, const ComplianceWish& b);
+/// Both ask for the same, equal constants and the same formulas, or neither asks for anything.
+[[nodiscard]] bool same(const std::optional<ComplianceWish>& a, const std::optional<ComplianceWish>& b);
 
 /// Constants that the device does not allow, at "/compliance/PORT" and below. @param arm  for people
 [[nodiscard]] Findings check_compliance(const ComplianceWish& wish, const device::ArmDescription& description,

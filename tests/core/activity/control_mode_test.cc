@@ -113,6 +113,21 @@ TEST_F(ControlModeTest, MotionsThatGiveWayAlikeBlend) {
   EXPECT_LE(cell.worst_limit_share(), 1.0);
 }
 
+TEST_F(ControlModeTest, OtherSpringsComeWhenTheMotionBeforeHasEnded) {
+  modes.switch_to(ControlMode::kJointImpedance).execute();
+  const Eigen::Isometry3d corner = cell.moved(0, 0.1, 0), end = cell.moved(0.0, 0.1, 0.1);
+  const RunPtr first =
+      cell.motion.lin(corner, {.linear_velocity = 0.1, .blend = 0.7, .compliance = soft}).begin_execute();
+  const RunPtr second =
+      cell.motion.lin(end, {.linear_velocity = 0.1, .compliance = JointCompliance{.stiffness = joints(900.0)}})
+          .schedule();
+  wait(cell.program, first);
+  EXPECT_EQ(cell.backend->given.back().stiffness[3], 300.0);
+  wait(cell.program, second);
+  EXPECT_FALSE(second->blended());
+  EXPECT_EQ(cell.backend->given.back().stiffness[3], 900.0);
+}
+
 TEST_F(ControlModeTest, ModesThatAreNotThereAndArmsWithOneModeSayWhatIs) {
   EXPECT_THAT(error_of([&] { modes.switch_to("position_impedance").execute(); }), HasSubstr("cartesian_impedance"));
   EXPECT_TRUE(cell.robot.offers<ControlModeInterface>());
