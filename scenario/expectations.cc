@@ -200,11 +200,7 @@ class LimitsExpectation final : public Expectation {
   }
 
   void watch(const BuiltCell& built) override {
-    const device::Arm& arm = *built.cell.arms.find(arm_)->second.device;
-    // Out of a mode of impedance an arm goes on where it is, which need not be where its springs rest. One that has
-    // fallen out is sent nothing, and is taken over where it stands.
-    if (arm.lost() || arm.mode() != std::exchange(mode_, arm.mode())) monitor_->restart();
-    if (!arm.lost() && arm.set_point().q.size() > 0) monitor_->add(arm.set_point().q);
+    monitor_->watch(*built.cell.arms.find(arm_)->second.device);
     if (const sim::SimArm* machine = built.world->arm(arm_)) monitor_->add_torque(machine->wanted_torque());
   }
   [[nodiscard]] ExpectationResult judge(const Outcome&) const override {
@@ -219,7 +215,6 @@ class LimitsExpectation final : public Expectation {
  private:
   std::string arm_;
   std::optional<LimitMonitor> monitor_;
-  device::ControlMode mode_ = device::ControlMode::kPosition;
 };
 
 /// Ids of the monitors of a net, those inside fragments with their path.

@@ -154,11 +154,7 @@ void Interruptions::watch(BuiltCell& built) {
       monitor =
           std::make_unique<LimitMonitor>(description.limits, description.joint_names, to_seconds(built.core->period()));
     }
-    if (arm.device->phase() == device::Arm::Phase::kNotReady) {
-      monitor->restart();
-    } else if (arm.device->set_point().q.size() > 0) {
-      monitor->add(arm.device->set_point().q);
-    }
+    monitor->watch(*arm.device);
   }
 }
 

@@ -14,6 +14,13 @@ LimitMonitor::LimitMonitor(motion::JointLimits limits, std::vector<std::string> 
       period_s_(period_s),
       effort_(std::move(effort)) {}
 
+void LimitMonitor::watch(const device::Arm& arm) {
+  const bool changed = arm.mode() != std::exchange(mode_, arm.mode());
+  if (changed || arm.lost()) restart();
+  // One that has fallen out is sent nothing.
+  if (!arm.lost() && arm.set_point().q.size() > 0) add(arm.set_point().q);
+}
+
 void LimitMonitor::add_torque(const kinematics::JointVector& torque) {
   for (Eigen::Index i = 0; i < effort_.size() && i < torque.size(); ++i)
     if (std::isfinite(effort_[i])) note(kTorque, i, torque[i], effort_[i]);

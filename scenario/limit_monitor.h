@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/device/arm.h"
 #include "core/kinematics/types.h"
 #include "core/motion/limits.h"
 
@@ -19,6 +20,9 @@ class LimitMonitor {
   LimitMonitor(motion::JointLimits limits, std::vector<std::string> joint_names, double period_s,
                kinematics::JointVector effort = {});
 
+  /// What the arm was sent in this cycle. Where it was taken over anew it begins anew: after it was lost, or out of a
+  /// mode of impedance, where it goes on where it is, which need not be where its springs rest.
+  void watch(const device::Arm& arm);
   /// The set point of this cycle; rad or m.
   void add(const kinematics::JointVector& q);
   /// What the motors are asked for in this cycle, before it is cut to what they have; Nm or N.
@@ -44,6 +48,7 @@ class LimitMonitor {
   std::vector<std::string> joint_names_;
   double period_s_;
   kinematics::JointVector effort_;
+  device::ControlMode mode_ = device::ControlMode::kPosition;
   std::int64_t count_ = 0;
   bool begun_ = false;
   kinematics::JointVector q_, dq_, ddq_;
