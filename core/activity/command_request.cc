@@ -175,6 +175,8 @@ class NameCheck {
   void run() {
     for (const CommandRequest* command : root_.all()) {
       for (const HandlerRequest& handler : command->handlers) check_handler(*command, handler);
+      if (!command->follows().empty())
+        check_command(*command, command->follows(), command->pointer + "/value/progress");
       if (command->transaction() == nullptr) continue;
       for (const CaptureRequest& capture : command->transaction()->captures) {
         if (capture.value.kind == ValueRequest::Kind::kProgress)

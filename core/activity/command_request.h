@@ -24,7 +24,8 @@ class CommandRequest;
 struct Making {
   const command::Cell& cell;
   const command::Biases& biases;
-  Findings& notes;  ///< gets what planners have to say, with pointers of the file
+  Findings& notes;                            ///< gets what planners have to say, with pointers of the file
+  const command::Action* followed = nullptr;  ///< of the command that this one follows()
 };
 
 /// One command that was made. Nothing that it does itself is set: for a wait or a transaction.
@@ -97,6 +98,8 @@ class CommandRequest {
   /// The command, named as this, without what `on` says. Not of transactions.
   /// @param key  with which the names of what it observes begin
   [[nodiscard]] virtual MadeCommand make(const Making& making, const std::string& key) const = 0;
+  /// The name of the command whose progress it follows; empty: none. That one is made before.
+  [[nodiscard]] virtual std::string follows() const { return {}; }
   /// Figures that its device does not have; with whole pointers.
   virtual void check(const command::Cell&, Findings&) const {}
   /// What it leaves in a rehearsal beside the places of the arms: time, what is touched or carried.
@@ -107,8 +110,6 @@ class CommandRequest {
     (void)key;
     (void)cancelled;
   }
-  /// The arm that it moves; empty: none.
-  [[nodiscard]] virtual std::string arm() const { return {}; }
 
   /// Null but of a transaction.
   [[nodiscard]] const TransactionRequest* transaction() const { return transaction_.get(); }
@@ -157,6 +158,9 @@ std::unique_ptr<CommandRequest> read_ptp_command(const nlohmann::ordered_json& j
                                                  const command::Cell& cell, Findings& findings);
 std::unique_ptr<CommandRequest> read_lin_command(const nlohmann::ordered_json& json, const std::string& pointer,
                                                  const command::Cell& cell, Findings& findings);
+/// "lin" with "base_to".
+std::unique_ptr<CommandRequest> read_carried_command(const nlohmann::ordered_json& json, const std::string& pointer,
+                                                     const command::Cell& cell, Findings& findings);
 std::unique_ptr<CommandRequest> read_circ_command(const nlohmann::ordered_json& json, const std::string& pointer,
                                                   const command::Cell& cell, Findings& findings);
 std::unique_ptr<CommandRequest> read_spline_command(const nlohmann::ordered_json& json, const std::string& pointer,

@@ -52,14 +52,11 @@ class CommandRun final : public OneNetRun {
 
  private:
   Progress begin(Context& context, Findings& findings) override {
-    for (const CommandRequest* command : root_.all()) {
-      const auto arm = context.cell.arms.find(command->arm());
-      // The first step of a program may come before the first sample.
-      if (arm != context.cell.arms.end() && arm->second.device->set_point().q.size() == 0) return Progress::kRunning;
-    }
     Findings notes;
     const Making making{.cell = context.cell, .biases = context.variables.biases, .notes = notes};
     const MadeTree tree(root_, making);
+    // The first step of a program may come before the first sample.
+    if (!std::ranges::all_of(tree.parts(), has_told)) return Progress::kRunning;
     command::Places places;
     auto mapped = prepare(tree, context.cell, places, context.core.period());
     if (!mapped) return fail(mapped.error(), findings);
@@ -69,6 +66,13 @@ class CommandRun final : public OneNetRun {
     if (progress != Progress::kRunning) return progress;
     const Findings unseen = watch_.attach(context.core, net_id(), mapped->externals);
     return unseen.has_errors() ? fail(unseen, findings) : progress;
+  }
+
+  /// It is known where its arms are.
+  static bool has_told(const MadeTree::Part& part) {
+    if (!part.made.actuator) return true;
+    return std::ranges::all_of(part.made.actuator->model().arms(),
+                               [](const auto* arm) { return arm->device->set_point().q.size() > 0; });
   }
 
   /// Pointers are whole; those of a step are below it.
@@ -140,10 +144,14 @@ class CommandStep final : public Step {
     if (!mapped) return findings.append(mapped.error());
     for (const MadeTree::Part& part : tree.parts()) {
       const auto mode = part.made.action ? part.made.action->model().mode() : std::nullopt;
-      if (mode) rehearse_mode(rehearsal, part.request->arm(), *mode, part.request->pointer, findings);
+      if (!mode) continue;
+      for (const std::string& arm : part.made.actuator->model().devices())
+        rehearse_mode(rehearsal, arm, *mode, part.request->pointer, findings);
     }
     rehearse_net(mapped->net, rehearsal, root_->pointer, findings);
-    for (const MadeTree::Part& part : tree.parts()) add_duration(part, rehearsal);
+    for (const MadeTree::Part& part : tree.parts()) {
+      if (part.made.action) rehearsal.duration += part.made.command.node()->model().duration();
+    }
     rehearsal.q = std::move(places);
     for (const MadeTree::Part& part : tree.parts()) part.request->rehearse(rehearsal, findings);
   }
@@ -151,12 +159,6 @@ class CommandStep final : public Step {
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<CommandRun>(*root_); }
 
  private:
-  static void add_duration(const MadeTree::Part& part, Rehearsal& rehearsal) {
-    if (!part.made.action) return;
-    const auto path = part.made.command.node()->model().planned_path();
-    if (path.motion != nullptr) rehearsal.duration += path.motion->duration();
-  }
-
   std::unique_ptr<CommandRequest> root_;
 };
 

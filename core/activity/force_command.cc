@@ -5,6 +5,7 @@
 #include "core/activity/command_request.h"
 #include "core/activity/force_request.h"
 #include "core/activity/goal.h"
+#include "core/activity/moving_frames.h"
 #include "core/activity/touch.h"
 #include "core/base/object_reader.h"
 #include "core/command/condition_state.h"
@@ -43,8 +44,8 @@ class PlacedPress final : public command::ActionModel {
     return {};
   }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const command::ActuatorModel&,
-                                                                const kinematics::JointVector& q) const override {
-    const auto prepared = prepare_press(request_, cell_, q);
+                                                                const command::Places& q_start) const override {
+    const auto prepared = prepare_press(request_, cell_at(cell_, q_start), q_start.at(request_.arm));
     if (!prepared) return std::unexpected(prepared.error());
     return press_of(request_, *prepared, cell_, biases_).shared_model();
   }
@@ -58,8 +59,6 @@ class PlacedPress final : public command::ActionModel {
 class ForceCommand final : public CommandRequest {
  public:
   ForceRequest request;
-
-  [[nodiscard]] std::string arm() const override { return request.arm; }
 
   [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
     const command::Actuator actuator = command::arm(making.cell, request.arm);

@@ -7,7 +7,9 @@
 
 #include "core/activity/command_request.h"
 #include "core/activity/motion_request.h"
+#include "core/activity/moving_frames.h"
 #include "core/activity/overlay_request.h"
+#include "core/activity/pair_motion.h"
 #include "core/activity/touch.h"
 #include "core/base/object_reader.h"
 #include "core/command/condition_state.h"
@@ -19,6 +21,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using command::State;
+using kinematics::JointVector;
+using Planned = Result<command::PlannedMotion>;
 
 /// Of the limits of acceleration and jerk, for a path that something is laid over.
 constexpr double kShareWithOverlay = 0.8;
@@ -44,11 +48,14 @@ class MotionCommand final : public CommandRequest {
   OverlayRequest overlay;
   std::optional<ComplianceRequest> compliance;
 
-  [[nodiscard]] std::string arm() const override { return requests.front().arm; }
+  [[nodiscard]] const std::string& arm() const { return requests.front().arm; }
+  [[nodiscard]] const std::string& follower() const { return requests.front().follower; }
 
   [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
-    const command::Actuator actuator = command::arm(making.cell, arm());
-    command::Action action = with_overlay(making, motion(making));
+    const bool alone = follower().empty();
+    const command::Actuator actuator =
+        alone ? command::arm(making.cell, arm()) : command::arm_pair(making.cell, arm(), follower());
+    command::Action action = with_overlay(making, alone ? motion(making) : pair_motion(making));
     if (compliance) {
       const auto& chain = *making.cell.arms.find(arm())->second.device->description().chain;
       action = with_compliance(action, wish_of(*compliance, chain.joint_count()));
@@ -79,6 +86,7 @@ class MotionCommand final : public CommandRequest {
   }
 
   void rehearse(Rehearsal& rehearsal, Findings&) const override {
+    if (!follower().empty()) rehearsal.touched[follower()] = false;
     rehearsal.touched[arm()] = requests.back().until.has_value();
   }
 
@@ -92,7 +100,7 @@ class MotionCommand final : public CommandRequest {
     tell_broken(ended, key, findings);
     const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
     if (!completed && !was_cancelled) return;  // it was never started
-    context.variables.touches.erase(arm());
+    for (const std::string& moved : {arm(), follower()}) context.variables.touches.erase(moved);
     if (!requests.back().until) return;
     if (const auto X_BT = ended.value<net::Frame>(key + " touch"))
       return findings.append(note_touch(context, arm(), *X_BT), pointer);
@@ -136,21 +144,41 @@ class MotionCommand final : public CommandRequest {
       }
     }
   }
-  /// Planned when everything before it is.
+  /// Planned when everything before it is, with machines where they are then.
   [[nodiscard]] command::Action motion(const Making& making) const {
-    command::MotionWish wish;
-    wish.clock = command::override_of(making.cell);
-    const command::Cell& cell = making.cell;
-    Findings& notes = making.notes;
-    return command::planned_by(requests.size() == 1 ? name_of(requests.front().kind) : "motions", wish,
-                               [this, &cell, &notes](const command::MountedArm&, const kinematics::JointVector& q) {
-                                 auto plan = plan_motions(requests, cell, q);
-                                 if (plan) notes.append(plan->notes);
-                                 if (plan || requests.size() == 1) return plan;
-                                 Findings placed;
-                                 placed.append(plan.error(), places.front());
-                                 return Result<motion::SequencePlan>(std::unexpected(std::move(placed)));
-                               });
+    return command::planned_by(kind(), command::SetPointKind::kPath, [this, making](const command::Places& q_start) {
+      const command::Cell cell = cell_at(making.cell, q_start);
+      auto plan = plan_motions(requests, cell, q_start.at(arm()));
+      if (!plan) return Planned(placed(plan.error()));
+      making.notes.append(plan->notes);
+      return Planned({.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
+                      .X_FM = cell.arms.find(arm())->second.X_FT,
+                      .handed_over = std::move(plan->handed_over),
+                      .clock = command::override_of(cell),
+                      .name = kind()});
+    });
+  }
+  /// Of two arms as one, which hold what they move as they stand where it begins.
+  [[nodiscard]] command::Action pair_motion(const Making& making) const {
+    return command::planned_by(kind(), command::SetPointKind::kPair, [this, making](const command::Places& q_start) {
+      const command::Cell cell = cell_at(making.cell, q_start);
+      const JointVector &q = q_start.at(arm()), &q_follower = q_start.at(follower());
+      const auto grasp = grasp_at(cell, arm(), follower(), q, q_follower);
+      if (!grasp) return Planned(placed(grasp.error()));
+      auto plan = plan_pair_motions(requests, cell, pair_of(cell, *grasp), q, q_follower);
+      if (!plan) return Planned(placed(plan.error()));
+      making.notes.append(plan->notes);
+      command::PlannedMotion motion = planned(*grasp, kind(), std::move(*plan));
+      motion.clock = command::override_of(cell);
+      return Planned(std::move(motion));
+    });
+  }
+  [[nodiscard]] const char* kind() const { return requests.size() == 1 ? name_of(requests.front().kind) : "motions"; }
+  /// Findings of a plan, below the pointer of this.
+  [[nodiscard]] std::unexpected<Findings> placed(const Findings& findings) const {
+    Findings below;
+    below.append(findings, places.front());
+    return std::unexpected(std::move(below));
   }
 
   [[nodiscard]] command::Action with_overlay(const Making& making, command::Action motion) const {
@@ -160,12 +188,6 @@ class MotionCommand final : public CommandRequest {
   }
 };
 
-void check_follower(const MotionRequest& request, const std::string& pointer, Findings& findings) {
-  if (request.follower.empty()) return;
-  findings.error(pointer + "/follower", "two arms as one in a transaction, or with something laid over their path",
-                 "a step \"lin\" or \"circ\" with nothing but its path");
-}
-
 std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std::string& pointer,
                                      const command::Cell& cell, Findings& findings) {
   auto command = std::make_unique<MotionCommand>();
@@ -174,9 +196,12 @@ std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std:
   command->requests.push_back(read_motion(kind, own, pointer, cell, findings));
   command->places.emplace_back();
   MotionRequest& request = command->requests.back();
-  check_follower(request, pointer, findings);
   command->compliance = request.compliance;
   command->overlay = read_overlay(json, pointer, request.arm, cell, findings);
+  if (!request.follower.empty() && (command->overlay.weave || command->overlay.force)) {
+    findings.error(pointer + "/follower", "two arms as one with something laid over their path",
+                   "a motion with nothing but its path, or one arm");
+  }
   // The rest of acceleration and jerk is for what is laid over the path, whatever its clock does.
   if (command->overlay.weave || command->overlay.force)
     request.acceleration = std::min(request.acceleration, kShareWithOverlay);
@@ -187,6 +212,28 @@ std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std:
   return command;
 }
 
+/// One arm, or the same two as one.
+void check_movers(const MotionCommand& command, const std::string& pointer, Findings& findings) {
+  const MotionRequest& first = command.requests.front();
+  for (std::size_t i = 0; i < command.requests.size(); ++i) {
+    const MotionRequest& request = command.requests[i];
+    const std::string place = pointer + command.places[i];
+    if (request.arm != first.arm) {
+      findings.error(place + "/arm", fmt::format("'{}' after '{}'", request.arm, first.arm), "one arm for all of them");
+    } else if (request.follower != first.follower) {
+      const auto movers = [](const MotionRequest& one) {
+        return one.follower.empty() ? fmt::format("'{}' alone", one.arm)
+                                    : fmt::format("'{}' and '{}' as one", one.arm, one.follower);
+      };
+      findings.error(place + (request.follower.empty() ? "" : "/follower"),
+                     fmt::format("{} after {}", movers(request), movers(first)), "the same 'follower' at all of them");
+    }
+  }
+  if (command.compliance && !first.follower.empty())
+    findings.error(pointer + "/compliance", "two arms that move as one give way as they are",
+                   "no 'compliance', or one arm");
+}
+
 }  // namespace
 
 std::unique_ptr<CommandRequest> read_ptp_command(const Json& json, const std::string& pointer,
@@ -195,6 +242,7 @@ std::unique_ptr<CommandRequest> read_ptp_command(const Json& json, const std::st
 }
 std::unique_ptr<CommandRequest> read_lin_command(const Json& json, const std::string& pointer,
                                                  const command::Cell& cell, Findings& findings) {
+  if (json.contains("base_to")) return read_carried_command(json, pointer, cell, findings);
   return read(PathKind::kLin, json, pointer, cell, findings);
 }
 std::unique_ptr<CommandRequest> read_circ_command(const Json& json, const std::string& pointer,
@@ -226,9 +274,11 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
                      "ptp, lin, circ or spline");
       continue;
     }
-    command->requests.push_back(read_motion(kind->second, step, pointer + place, cell, findings));
+    Json alone = step;
+    if (alone.erase("base_to") > 0)
+      findings.error(pointer + place + "/base_to", "a motion with a base is not blended", "a 'lin' of its own");
+    command->requests.push_back(read_motion(kind->second, alone, pointer + place, cell, findings));
     command->places.push_back(place);
-    check_follower(command->requests.back(), pointer + place, findings);
   }
   reader.finish();
   if (command->requests.empty()) {
@@ -236,12 +286,10 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     command->requests.emplace_back();
     command->places.emplace_back();
   }
+  check_movers(*command, pointer, findings);
   for (std::size_t i = 0; i < command->requests.size(); ++i) {
     const MotionRequest& request = command->requests[i];
     const bool last = i + 1 == command->requests.size(), blends = request.blend.kind != motion::Blend::Kind::kNone;
-    if (request.arm != command->requests.front().arm)
-      findings.error(pointer + command->places[i] + "/arm", fmt::format("'{}' after '{}'", request.arm, command->arm()),
-                     "one arm for all of them");
     if (request.compliance)
       findings.error(pointer + command->places[i] + "/compliance", "one motion of several gives way otherwise",
                      "'compliance' beside 'steps', for all of them");

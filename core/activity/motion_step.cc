@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/carried_step.h"
 #include "core/activity/command_step.h"
 #include "core/activity/mode_change.h"
 #include "core/activity/net_run.h"
@@ -157,7 +156,7 @@ std::unique_ptr<Step> parse_ptp(const Json& json, const std::string& pointer, co
 
 std::unique_ptr<Step> parse_lin(const Json& json, const std::string& pointer, const command::Cell& cell,
                                 Findings& findings) {
-  if (json.contains("base_to")) return parse_carried_lin(json, pointer, cell, findings);
+  if (json.contains("base_to")) return parse_command_step(json, pointer, cell, findings);
   return parse<PathKind::kLin>(json, pointer, cell, findings);
 }
 

@@ -43,6 +43,22 @@ void see_flanges(command::Cell& cell) {
   });
 }
 
+command::Cell cell_at(const command::Cell& cell, const command::Places& places) {
+  command::Cell there = cell;
+  see_flanges(there, [&](const std::string& name) {
+    const auto place = places.find(name);
+    return place == places.end() ? JointVector() : place->second;
+  });
+  for (const std::string& name : there.frames.moving()) {
+    world::Relation relation = *there.frames.relation(name);
+    const auto place = places.find(relation.source);
+    if (relation.kind != world::Relation::Kind::kFlange || place == places.end() || place->second.size() > 0) continue;
+    relation.X_seen.reset();
+    (void)there.frames.set(name, relation);  // it hangs where it hung
+  }
+  return there;
+}
+
 bool moves(const world::FrameGraph& frames, std::string_view of, std::string_view in) {
   auto from = way_to_world(frames, of), to = way_to_world(frames, in);
   // What both hang on does not matter.

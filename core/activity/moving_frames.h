@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/command/action.h"
 #include "core/command/cell.h"
 
 namespace takt::activity {
@@ -15,6 +16,10 @@ void see_flanges(command::Cell& cell, const std::function<kinematics::JointVecto
 
 /// At the set points that were sent last, or where the arms start.
 void see_flanges(command::Cell& cell);
+
+/// The cell as it is when arms stand elsewhere: what rides on their flanges is there too; on that of an arm whose place
+/// has size 0 nobody knows where it is. Realtime: setup.
+[[nodiscard]] command::Cell cell_at(const command::Cell& cell, const command::Places& places);
 
 /// Where frame `of` is in frame `in` changes while nets run. False if one of them is not there.
 [[nodiscard]] bool moves(const world::FrameGraph& frames, std::string_view of, std::string_view in);

@@ -31,8 +31,6 @@ class OnlineCommand : public CommandRequest {
   std::optional<command::Condition> until;
   std::optional<ComplianceRequest> compliance;
 
-  [[nodiscard]] std::string arm() const final { return of_arm; }
-
   [[nodiscard]] MadeCommand make(const Making& making, const std::string&) const final {
     const command::Actuator actuator = command::arm(making.cell, of_arm);
     command::Action action = action_of(making);

@@ -22,16 +22,6 @@ ArmModel model_of(const Cell& cell, const std::string& arm, const Eigen::Isometr
   return command::planning_model(cell.arms.find(arm)->second, X_FM);
 }
 
-command::PlannedMotion planned(const PairPlans& plans, motion::PairPlan plan) {
-  return {.motion = std::make_shared<const motion::Motion>(std::move(plan.leader)),
-          .X_FM = plans.grasp.X_HL,
-          .handed_over = std::move(plan.handed_over),
-          .clock = {},
-          .name = plans.name,
-          .partner = command::PlannedPartner{std::make_shared<const motion::Motion>(std::move(plan.follower)),
-                                             plans.grasp.X_HF}};
-}
-
 void add_blend(const Situation& situation, const PairPlans& plans, motion::PairPlan plan, TwoWays& ways) {
   const motion::ArmPair pair = pair_of(situation.cell, plans.grasp);
   const auto first = motion::joints_at(pair.leader, plan.leader, 0.0);
@@ -41,7 +31,7 @@ void add_blend(const Situation& situation, const PairPlans& plans, motion::PairP
   ways.begins[plans.grasp.leader].blend = seam_in_motion(*leaving, *first);
   ways.begins[plans.grasp.follower].blend = seam_in_motion(*leaving, *second);
   ways.tau = leaving->tau;
-  ways.from_blend = planned(plans, std::move(plan));
+  ways.from_blend = planned(plans.grasp, plans.name, std::move(plan));
 }
 
 }  // namespace
@@ -72,11 +62,21 @@ Result<Grasp> grasp_at(const Cell& cell, const std::string& leader, const std::s
                .X_HF = X_WH.inverse() * X_WC};
 }
 
+command::PlannedMotion planned(const Grasp& grasp, std::string name, motion::PairPlan plan) {
+  return {
+      .motion = std::make_shared<const motion::Motion>(std::move(plan.leader)),
+      .X_FM = grasp.X_HL,
+      .handed_over = std::move(plan.handed_over),
+      .clock = {},
+      .name = std::move(name),
+      .partner = command::PlannedPartner{std::make_shared<const motion::Motion>(std::move(plan.follower)), grasp.X_HF}};
+}
+
 Prepared prepare_two_ways(const Situation& situation, PairPlans plans, const MotionParameters& wish) {
   TwoWays ways{.name = plans.name,
                .actuator = command::arm_pair(situation.cell, plans.grasp.leader, plans.grasp.follower),
                .clock = plans.grasp.leader,
-               .from_rest = planned(plans, std::move(plans.from_rest)),
+               .from_rest = planned(plans.grasp, plans.name, std::move(plans.from_rest)),
                .tells_end = plans.tells_end,
                .unless = std::move(plans.unless)};
   ways.begins[plans.grasp.leader].rest = seam_at_rest(ways.from_rest.motion->q_start);

@@ -27,6 +27,9 @@ struct Grasp {
                                      const kinematics::JointVector& q_leader,
                                      const kinematics::JointVector& q_follower);
 
+/// A plan as the command layer carries it out, for arm_pair().
+[[nodiscard]] command::PlannedMotion planned(const Grasp& grasp, std::string name, motion::PairPlan plan);
+
 /// The plans of a motion of C.
 struct PairPlans {
   std::string name;

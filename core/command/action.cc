@@ -9,8 +9,7 @@ std::string ActionModel::add_state(FragmentWriter&, const std::string&, const nl
   return {};
 }
 
-Result<std::shared_ptr<const ActionModel>> ActionModel::plan(const ActuatorModel&,
-                                                             const kinematics::JointVector&) const {
+Result<std::shared_ptr<const ActionModel>> ActionModel::plan(const ActuatorModel&, const Places&) const {
   return failure({}, std::string(name()) + " is not planned", "an action that plans itself");
 }
 

@@ -16,6 +16,9 @@ struct Motion;
 
 namespace takt::command {
 
+/// Joint positions by device, rad or m.
+using Places = std::map<std::string, kinematics::JointVector, std::less<>>;
+
 /// What an action has put into its fragment.
 struct Contribution {
   SetPoint set_point;
@@ -60,9 +63,12 @@ class ActionModel {
   /// Whether its net tells LOAD how long that is (Primitive::stop_time_bound), so that nobody has to.
   [[nodiscard]] virtual bool net_knows_stop_time() const { return true; }
 
-  /// How it takes its actuator over and leaves it, as far as it knows (row L3).
-  [[nodiscard]] virtual std::optional<device::Seam> begins() const { return std::nullopt; }
-  [[nodiscard]] virtual std::optional<device::Seam> ends() const { return std::nullopt; }
+  /// How it takes its actuator over and leaves it (row L3): a seam for each device, in the order of
+  /// ActuatorModel::devices(); empty: it does not know.
+  [[nodiscard]] virtual std::vector<device::Seam> begins() const { return {}; }
+  [[nodiscard]] virtual std::vector<device::Seam> ends() const { return {}; }
+  /// Of a planned motion: how long it takes by its plan, s; else 0.
+  [[nodiscard]] virtual double duration() const { return 0.0; }
 
   /// Of a planned motion of one arm: the plan, and the frame that it moves, in the flange; null: there is none.
   struct PlannedPath {
@@ -75,8 +81,10 @@ class ActionModel {
   /// Whether it must be planned before it can be mapped.
   [[nodiscard]] virtual bool needs_plan() const { return false; }
   /// Plans it from where its actuator will be. @return the planned action. Realtime: setup.
+  /// @param q_start  of each arm of the actuator; of others that commands around this one move too, of size 0 where
+  ///                 that depends on the run
   [[nodiscard]] virtual Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                        const kinematics::JointVector& q_start) const;
+                                                                        const Places& q_start) const;
 };
 
 /// What is to be done: LIN, PTP, set a value, grip, hold a force. A cheap value; its states speak of the one command

@@ -123,6 +123,8 @@ class PairActuator final : public ActuatorModel {
   PairActuator(const Actuator& leader, const Actuator& follower)
       : ActuatorModel(leader.name() + "+" + follower.name()),
         names_{leader.name(), follower.name()},
+        arms_{leader.model().arm(), follower.model().arm()},
+        kept_{leader, follower},
         states_{{"completed", leader.completed() && follower.completed()},
                 {"emergency_stop", leader.emergency_stop() || follower.emergency_stop()}} {
     if (leader.name() == follower.name()) fault_ = fault_of(fmt::format("'{}' twice", leader.name()), "two arms");
@@ -134,6 +136,9 @@ class PairActuator final : public ActuatorModel {
   [[nodiscard]] std::vector<SetPointKind> takes() const override { return {SetPointKind::kPair}; }
   [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
   [[nodiscard]] std::optional<Finding> fault() const override { return fault_; }
+  [[nodiscard]] std::vector<const MountedArm*> arms() const override {
+    return fault_ ? std::vector<const MountedArm*>() : arms_;
+  }
 
   void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
     for (std::size_t i = 0; i < names_.size(); ++i) {
@@ -160,6 +165,8 @@ class PairActuator final : public ActuatorModel {
 
  private:
   std::vector<std::string> names_;
+  std::vector<const MountedArm*> arms_;
+  std::vector<Actuator> kept_;  ///< who owns them
   std::map<std::string, State> states_;
   std::optional<Finding> fault_;
 };
@@ -238,6 +245,7 @@ class MissingActuator final : public ActuatorModel {
       : ActuatorModel(name),
         fault_(fault_of(fmt::format("there is no {} '{}'", what, name),
                         names.empty() ? "the cell has none" : nearest_choice(name, names))) {}
+  MissingActuator(std::string name, Finding why) : ActuatorModel(std::move(name)), fault_(std::move(why)) {}
   [[nodiscard]] std::vector<SetPointKind> takes() const override { return {}; }
   [[nodiscard]] std::map<std::string, State> states() const override {
     const State never(broken(net::ValueType::kBoolean, fault_.message, fault_.hint));
@@ -263,6 +271,10 @@ Actuator make(const Cell& cell, const std::string& name, const char* what, const
 }
 
 }  // namespace
+
+std::vector<const MountedArm*> ActuatorModel::arms() const {
+  return arm() == nullptr ? std::vector<const MountedArm*>() : std::vector<const MountedArm*>{arm()};
+}
 
 std::string_view name_of(SetPointKind kind) {
   static constexpr std::array<std::string_view, 8> kNames = {"joints",        "pose",         "path", "twist",
@@ -300,6 +312,10 @@ Actuator gripper(const Cell& cell, const std::string& name) {
   std::vector<std::string> names;
   add_names(cell.grippers, names);
   return make<GripperActuator>(cell, name, "gripper", names);
+}
+
+Actuator missing(std::string name, Finding why) {
+  return Actuator(std::make_shared<const MissingActuator>(std::move(name), std::move(why)));
 }
 
 Actuator output(const Cell& cell, const std::string& name) {

@@ -65,12 +65,14 @@ class ActuatorModel {
   [[nodiscard]] virtual std::map<std::string, State> states() const = 0;
   /// Adds what is true while the set point that its consumer is fed with in this fragment is none. @return its port.
   [[nodiscard]] virtual std::string add_invalid(FragmentWriter& fragment) const = 0;
-  /// The arm that it is, or that it moves; null for others.
+  /// The arm that it is; null for others, and for two arms as one.
   [[nodiscard]] virtual const MountedArm* arm() const { return nullptr; }
+  /// The arms that it moves, in the order of devices(); empty for others.
+  [[nodiscard]] virtual std::vector<const MountedArm*> arms() const;
   /// What is known of the gripper, or the analog output, that it is; null for others.
   [[nodiscard]] virtual const device::GripperDescription* gripper() const { return nullptr; }
   [[nodiscard]] virtual const device::SignalOutputDescription<double>* analog_output() const { return nullptr; }
-  /// Why it cannot be: a device that the cell does not have.
+  /// Why it cannot be, with the place below its command: a device that the cell does not have.
   [[nodiscard]] virtual std::optional<Finding> fault() const { return std::nullopt; }
 
  private:
@@ -100,8 +102,10 @@ class Actuator {
 // Realtime: setup; the devices outlive them.
 [[nodiscard]] Actuator arm(const Cell& cell, const std::string& name);
 [[nodiscard]] Actuator gripper(const Cell& cell, const std::string& name);
-/// Two arms as one: "leader+follower".
+/// Two arms as one: "leader+follower". A set point that is none for one of them is none for both.
 [[nodiscard]] Actuator arm_pair(const Cell& cell, const std::string& leader, const std::string& follower);
 [[nodiscard]] Actuator output(const Cell& cell, const std::string& name);
+/// What cannot be: every check refuses it with this finding.
+[[nodiscard]] Actuator missing(std::string name, Finding why);
 
 }  // namespace takt::command

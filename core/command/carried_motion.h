@@ -11,7 +11,8 @@ namespace takt::command {
 /// Name of the base that carries the arm: what the arm's frame rides on. @return a finding where none does.
 [[nodiscard]] Result<std::string> carrier_of(const Cell& cell, const std::string& arm);
 
-/// The base and the arm as one: "base+arm". A name that is not there gives one that every check refuses.
+/// The base and the arm as one: "base+arm". An arm that is not there, or on no base, gives one that every check
+/// refuses.
 [[nodiscard]] Actuator arm_on_base(const Cell& cell, const std::string& arm);
 
 /// From where to where the two go. Sizes: joints of the base and of the arm.

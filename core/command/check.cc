@@ -110,7 +110,7 @@ class Checker {
 
   void check_driven(const std::string& actuator, const std::string& place) {
     for (int i = 0; i < tree_.size(); ++i) {
-      if (node(i).is_runtime() && node(i).actuator->name() == actuator) return;
+      if (node(i).is_runtime() && drives(*node(i).actuator, actuator)) return;
     }
     error(place, "C6", fmt::format("no command in this tree gives '{}' set points", actuator),
           "an actuator of a command in this tree");
@@ -129,7 +129,8 @@ class Checker {
 
   void check_runtime(int i) {
     const ActuatorModel& actuator = node(i).actuator->model();
-    if (const auto fault = actuator.fault()) return findings_.error(path(i), fault->message, fault->hint);
+    if (const auto fault = actuator.fault())
+      return findings_.error(path(i) + fault->pointer, fault->message, fault->hint);
     const ActionModel& action = node(i).model();
     for (const ExpressionPtr& formula : action.formulas()) check_formula(formula, path(i));
     const auto takes = actuator.takes();

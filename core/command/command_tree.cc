@@ -115,4 +115,9 @@ std::vector<int> CommandTree::ranks() const {
   return rank;
 }
 
+bool drives(const Actuator& actuator, const std::string& name) {
+  const auto devices = actuator.model().devices();
+  return actuator.name() == name || std::ranges::find(devices, name) != devices.end();
+}
+
 }  // namespace takt::command

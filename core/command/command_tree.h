@@ -66,4 +66,7 @@ class CommandTree {
   std::vector<std::set<int>> starts_;
 };
 
+/// Whether an actuator of this name, or one of its devices, is given set points by it.
+[[nodiscard]] bool drives(const Actuator& actuator, const std::string& name);
+
 }  // namespace takt::command

@@ -108,12 +108,13 @@ class Compliant final : public ActionModel {
   [[nodiscard]] PlannedPath planned_path() const override { return action_->planned_path(); }
   [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return action_->stop_time(actuator); }
   [[nodiscard]] bool net_knows_stop_time() const override { return action_->net_knows_stop_time(); }
+  [[nodiscard]] double duration() const override { return action_->duration(); }
   [[nodiscard]] bool needs_plan() const override { return action_->needs_plan(); }
-  [[nodiscard]] std::optional<device::Seam> begins() const override { return action_->begins(); }
-  [[nodiscard]] std::optional<device::Seam> ends() const override { return action_->ends(); }
+  [[nodiscard]] std::vector<device::Seam> begins() const override { return action_->begins(); }
+  [[nodiscard]] std::vector<device::Seam> ends() const override { return action_->ends(); }
 
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                const JointVector& q_start) const override {
+                                                                const Places& q_start) const override {
     auto planned = action_->plan(actuator, q_start);
     if (!planned) return planned;
     auto own = std::make_shared<Compliant>(std::move(*planned), Stiff{});

@@ -263,7 +263,7 @@ class Mapper {
   Signal invalid_signal(const std::string& actuator) {
     std::vector<Signal> signals;
     for (int i = 0; i < tree_.size(); ++i) {
-      if (!node(i).is_runtime() || node(i).actuator->name() != actuator) continue;
+      if (!node(i).is_runtime() || !drives(*node(i).actuator, actuator)) continue;
       FragmentWriter& inside = fragment(i);
       const Signal port = Signal::at(inside.outer(node(i).actuator->model().add_invalid(inside)));
       signals.push_back(writer_.only_while(id(i, "invalid"), active(i), port));
@@ -342,11 +342,13 @@ class Mapper {
     for (const Observation& observation : node(i).observations) write_observation(i, observation);
     trace_command(i);
     if (!node(i).is_runtime() || !active(i).is(true)) return;
-    for (const std::string& device : node(i).actuator->model().devices()) {
-      if (const auto seam = node(i).model().begins()) mapped_.options.begins.push_back({device, *seam});
-      const auto end = node(i).model().ends();
-      if (end && !has_event(Kind::kCancel, i)) mapped_.options.ends.push_back({device, *end});
-    }
+    add_seams(i, node(i).model().begins(), mapped_.options.begins);
+    if (!has_event(Kind::kCancel, i)) add_seams(i, node(i).model().ends(), mapped_.options.ends);
+  }
+
+  void add_seams(int i, const std::vector<device::Seam>& seams, std::vector<rcc::NetSeam>& all) const {
+    const auto devices = node(i).actuator->model().devices();
+    for (std::size_t k = 0; k < seams.size(); ++k) all.push_back({devices.at(k), seams[k]});
   }
 
   void trace(const std::string& name, const Signal& signal) {

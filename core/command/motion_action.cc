@@ -1,5 +1,6 @@
 #include "core/command/motion_action.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -56,8 +57,7 @@ class PlannedModel final : public ActionModel {
     return motion::PathClock(motion_.motion->clock, motion_.motion->duration(), false).stop_time_bound();
   }
   [[nodiscard]] std::vector<std::string> states() const override {
-    std::vector<std::string> states{"progress", "at_path"};
-    if (!motion_.partner) states.emplace_back("error");
+    std::vector<std::string> states{"progress", "at_path", "error"};
     if (!motion_.handed_over.empty()) states.emplace_back("via_passed");
     return states;
   }
@@ -76,19 +76,24 @@ class PlannedModel final : public ActionModel {
     if (motion_.partner) return {};
     return {.motion = motion_.motion.get(), .X_FM = motion_.X_FM};
   }
-  [[nodiscard]] std::optional<device::Seam> begins() const override {
-    // In motion it depends on when it takes over; of two arms each has its own.
-    if (motion_.motion->law.begins_in_motion() || motion_.partner) return std::nullopt;
-    return at_rest(motion_.motion->q_start);
+  [[nodiscard]] double duration() const override { return motion_.motion->duration(); }
+  [[nodiscard]] std::vector<device::Seam> begins() const override {
+    // In motion it depends on when it takes over.
+    if (motion_.motion->law.begins_in_motion()) return {};
+    return at_rest(&motion::Motion::q_start);
   }
-  [[nodiscard]] std::optional<device::Seam> ends() const override {
-    return motion_.partner ? std::nullopt : std::optional(at_rest(motion_.motion->q_goal));
-  }
+  [[nodiscard]] std::vector<device::Seam> ends() const override { return at_rest(&motion::Motion::q_goal); }
 
  private:
   static device::Seam at_rest(const JointVector& q) {
     const JointVector zero = JointVector::Zero(q.size());
     return {.q = q, .dq = zero, .ddq = zero};
+  }
+  /// Of each arm.
+  [[nodiscard]] std::vector<device::Seam> at_rest(JointVector motion::Motion::*q) const {
+    std::vector<device::Seam> seams{at_rest(*motion_.motion.*q)};
+    if (motion_.partner) seams.push_back(at_rest(*motion_.partner->motion.*q));
+    return seams;
   }
 
   /// Goes on with another clock, and tells the next one.
@@ -114,8 +119,14 @@ class PlannedModel final : public ActionModel {
     return id + ".value";
   }
 
-  /// There are no joints for this cycle: what the arm is fed with, in the same fragment, is null.
+  /// There are no joints for this cycle: what an arm is fed with, in the same fragment, is null.
   std::string add_error(FragmentWriter& fragment) const {
+    if (motion_.partner) {
+      fragment.add("no_joints", "Or");
+      fragment.link(fragment.add_null_test("arm_1.q", net::ValueType::kJoints), "no_joints.a");
+      fragment.link(fragment.add_null_test("arm_2.q", net::ValueType::kJoints), "no_joints.b");
+      return "no_joints.value";
+    }
     const SetPointKind kind = kind_of(motion_.motion->path);
     fragment.add("no_joints", "IsNullJoints");
     fragment.link(kind == SetPointKind::kJoints ? "path.q"
@@ -129,34 +140,63 @@ class PlannedModel final : public ActionModel {
 };
 
 /// Motions that are not planned yet.
-class MotionModel final : public ActionModel {
+class MotionModel : public ActionModel {
  public:
-  /// @param wish  frame that moves and inputs of the clock; the rest is the planner's
-  MotionModel(std::string name, MotionWish wish, MotionPlanner planner)
-      : name_(std::move(name)), wish_(std::move(wish)), planner_(std::move(planner)) {}
+  explicit MotionModel(std::string name, SetPointKind gives) : name_(std::move(name)), gives_(gives) {}
 
   [[nodiscard]] std::string_view name() const override { return name_; }
-  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kPath; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return gives_; }
   [[nodiscard]] std::vector<std::string> states() const override {
     return {"progress", "at_path", "via_passed", "error"};
   }
   [[nodiscard]] bool needs_plan() const override { return true; }
   [[nodiscard]] Contribution add_to(FragmentWriter&, const ActuatorModel&) const override { return {}; }
+
+ private:
+  std::string name_;
+  SetPointKind gives_;
+};
+
+/// Of one arm, with goals in its base.
+class ArmMotion final : public MotionModel {
+ public:
+  using Planner =
+      std::function<Result<motion::SequencePlan>(const MountedArm& arm, const kinematics::JointVector& q_start)>;
+  /// @param wish  frame that moves and inputs of the clock; the rest is the planner's
+  ArmMotion(const char* name, MotionWish wish, Planner planner)
+      : MotionModel(name, SetPointKind::kPath), wish_(std::move(wish)), planner_(std::move(planner)) {}
+
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                const JointVector& q_start) const override {
-    auto plan = planner_(*actuator.arm(), q_start);
+                                                                const Places& q_start) const override {
+    auto plan = planner_(*actuator.arm(), q_start.at(actuator.name()));
     if (!plan) return std::unexpected(std::move(plan.error()));
     return std::make_shared<const PlannedModel>(
         PlannedMotion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
                       .X_FM = wish_.X_FM.value_or(actuator.arm()->X_FT),
                       .handed_over = std::move(plan->handed_over),
                       .clock = wish_.clock,
-                      .name = name_});
+                      .name = std::string(name())});
   }
 
  private:
-  std::string name_;
   MotionWish wish_;
+  Planner planner_;
+};
+
+/// Planned by somebody else.
+class ForeignMotion final : public MotionModel {
+ public:
+  ForeignMotion(std::string name, SetPointKind gives, MotionPlanner planner)
+      : MotionModel(std::move(name), gives), planner_(std::move(planner)) {}
+
+  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel&,
+                                                                const Places& q_start) const override {
+    auto plan = planner_(q_start);
+    if (!plan) return std::unexpected(std::move(plan.error()));
+    return std::make_shared<const PlannedModel>(std::move(*plan));
+  }
+
+ private:
   MotionPlanner planner_;
 };
 
@@ -188,8 +228,8 @@ Result<motion::SequencePlan> alone(Result<motion::Motion> motion) {
   return plan;
 }
 
-Action motion_action(const char* name, const MotionWish& wish, MotionPlanner planner) {
-  return planned_by(name, wish, std::move(planner));
+Action motion_action(const char* name, const MotionWish& wish, ArmMotion::Planner planner) {
+  return Action(std::make_shared<const ArmMotion>(name, wish, std::move(planner)));
 }
 
 /// A motion of one leg; `make_leg(model, q, goal)` is one of the functions of core/motion/leg.h.
@@ -204,8 +244,8 @@ Action one_leg(const char* name, const MotionWish& wish, const Goal& goal, MakeL
 
 }  // namespace
 
-Action planned_by(std::string name, const MotionWish& wish, MotionPlanner planner) {
-  return Action(std::make_shared<const MotionModel>(std::move(name), wish, std::move(planner)));
+Action planned_by(std::string name, SetPointKind gives, MotionPlanner planner) {
+  return Action(std::make_shared<const ForeignMotion>(std::move(name), gives, std::move(planner)));
 }
 Action planned(PlannedMotion motion) { return Action(std::make_shared<const PlannedModel>(std::move(motion))); }
 
@@ -254,6 +294,29 @@ Action sequence(std::vector<SequencePart> parts) {
       });
 }
 
+namespace {
+
+/// One action, if it needs a plan.
+Findings plan(CommandNode& node, const Result<Places>& begin) {
+  Findings findings;
+  const ActionModel& action = node.action->model();
+  if (!action.needs_plan()) return findings;
+  if (!begin) return begin.error();
+  const auto takes = node.actuator->model().takes();
+  if (std::ranges::find(takes, action.gives(node.actuator->model())) == takes.end()) return findings;  // check() tells
+  for (const std::string& device : node.actuator->model().devices()) {
+    if (begin->at(device).size() == 0)
+      findings.error({}, fmt::format("'{}' has not told yet where it is", device), "a cycle of the core before");
+  }
+  if (findings.has_errors()) return findings;
+  auto planned = action.plan(node.actuator->model(), *begin);
+  if (!planned) return planned.error();
+  node.planned = std::move(*planned);
+  return findings;
+}
+
+}  // namespace
+
 Findings plan(const Command& command) {
   Places set_points;
   return plan(command, set_points);
@@ -269,27 +332,12 @@ Findings plan(const Command& command, Places& places) {
   Whereabouts whereabouts(tree, places);
   for (const int i : order) {
     CommandNode& node = *tree.at(i).node;
-    if (!node.is_runtime() || node.actuator->model().arm() == nullptr) continue;
-    const ActuatorModel& actuator = node.actuator->model();
-    if (node.action->model().needs_plan()) {
-      const auto q = whereabouts.begin_of(i);
-      if (!q) {
-        findings.append(q.error(), tree.at(i).path);
-        continue;
-      }
-      if (q->size() == 0) {
-        findings.error(tree.at(i).path, fmt::format("'{}' has not told yet where it is", actuator.name()),
-                       "a cycle of the core before");
-        continue;
-      }
-      auto planned = node.action->model().plan(actuator, *q);
-      if (!planned) {
-        findings.append(planned.error(), tree.at(i).path);
-        continue;
-      }
-      node.planned = std::move(*planned);
+    if (!node.is_runtime() || node.actuator->model().arms().empty()) continue;
+    if (Findings faults = plan(node, whereabouts.all_at_begin_of(i)); faults.has_errors()) {
+      findings.append(faults, tree.at(i).path);
+    } else {
+      whereabouts.note(i);
     }
-    whereabouts.note(i);
   }
   places = whereabouts.nominal_ends();
   return findings;

@@ -70,13 +70,12 @@ struct SequencePart {
 /// the inputs of the clock are those of the first.
 [[nodiscard]] Action sequence(std::vector<SequencePart> parts);
 
-/// Plans a motion of an arm from where it will be.
-using MotionPlanner =
-    std::function<Result<motion::SequencePlan>(const MountedArm& arm, const kinematics::JointVector& q_start)>;
+/// Plans a motion from where its arm, or its two arms, will be (Places as ActionModel::plan() has them).
+using MotionPlanner = std::function<Result<PlannedMotion>(const Places& q_start)>;
 /// A motion that somebody else plans.
-/// @param name  for people
-/// @param wish  the frame that moves and the inputs of the clock count; the rest is the planner's
-[[nodiscard]] Action planned_by(std::string name, const MotionWish& wish, MotionPlanner planner);
+/// @param name   for people
+/// @param gives  kPath of one arm, kPair of two as one
+[[nodiscard]] Action planned_by(std::string name, SetPointKind gives, MotionPlanner planner);
 
 /// Plans every action of the tree that needs it: from where its arm will be when what starts before it on that arm has
 /// come to its natural end; the first one from the arm's set point. An action that is cancelled ends elsewhere: a

@@ -96,17 +96,18 @@ class Woven final : public ActionModel {
                                       const Json& parameters) const override {
     return motion_->add_state(fragment, name, parameters);
   }
-  [[nodiscard]] std::optional<device::Seam> begins() const override { return motion_->begins(); }
-  [[nodiscard]] std::optional<device::Seam> ends() const override { return motion_->ends(); }
+  [[nodiscard]] std::vector<device::Seam> begins() const override { return motion_->begins(); }
+  [[nodiscard]] std::vector<device::Seam> ends() const override { return motion_->ends(); }
   [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return motion_->stop_time(actuator); }
   [[nodiscard]] PlannedPath planned_path() const override {
     PlannedPath path = motion_->planned_path();
     path.laid_over = true;
     return path;
   }
+  [[nodiscard]] double duration() const override { return motion_->duration(); }
   [[nodiscard]] bool needs_plan() const override { return motion_->needs_plan(); }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                const kinematics::JointVector& q) const override {
+                                                                const Places& q) const override {
     auto planned = motion_->plan(actuator, q);
     if (!planned) return planned;
     return std::make_shared<const Woven>(std::move(*planned), wish_);
@@ -309,16 +310,17 @@ class ForceOffset final : public ActionModel {
     if (name == "in_contact") return "force_law.contact";
     return name == "no_force" ? "no_force.value" : motion_->add_state(fragment, name, parameters);
   }
-  [[nodiscard]] std::optional<device::Seam> begins() const override { return motion_->begins(); }
+  [[nodiscard]] std::vector<device::Seam> begins() const override { return motion_->begins(); }
   [[nodiscard]] PlannedPath planned_path() const override {
     PlannedPath path = motion_->planned_path();
     path.laid_over = true;
     return path;
   }
   [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return motion_->stop_time(actuator); }
+  [[nodiscard]] double duration() const override { return motion_->duration(); }
   [[nodiscard]] bool needs_plan() const override { return motion_->needs_plan(); }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                const kinematics::JointVector& q) const override {
+                                                                const Places& q) const override {
     auto planned = motion_->plan(actuator, q);
     if (!planned) return planned;
     return std::make_shared<const ForceOffset>(std::move(*planned), pressing_, wish_);

@@ -19,30 +19,68 @@ void add_conjuncts(const ExpressionPtr& state, std::vector<ExpressionPtr>& parts
 
 }  // namespace
 
-Result<JointVector> Whereabouts::begin_of(int i) const {
-  if (in_first_cycle(i)) return before_all(i);
-  const std::vector<int> rivals = rivals_before(i);
-  if (rivals.empty()) return before_all(i);
-  for (const int last : rivals) {
-    const auto end = ends_.find(last);
-    const bool is_last = std::ranges::all_of(rivals, [&](int other) { return other == last || leads_to(other, last); });
-    if (end != ends_.end() && is_last && begins_at_end_of(i, last)) return end->second;
+Result<Places> Whereabouts::begin_of(int i) const {
+  const ActuatorModel& actuator = node(i).actuator->model();
+  const auto devices = actuator.devices();
+  const auto arms = actuator.arms();
+  Places places;
+  Findings findings;
+  for (std::size_t k = 0; k < arms.size(); ++k) {
+    if (auto q = begin_of(i, devices[k], *arms[k])) {
+      places[devices[k]] = std::move(*q);
+    } else {
+      tell_unknown(i, devices[k], findings);
+    }
   }
-  return unknown(i, rivals);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  return places;
+}
+
+Result<Places> Whereabouts::all_at_begin_of(int i) const {
+  auto places = begin_of(i);
+  if (!places) return places;
+  for (int other = 0; other < tree_.size(); ++other) {
+    if (!node(other).is_runtime()) continue;
+    const ActuatorModel& actuator = node(other).actuator->model();
+    const auto devices = actuator.devices();
+    const auto arms = actuator.arms();
+    for (std::size_t k = 0; k < arms.size(); ++k) {
+      if (places->contains(devices[k])) continue;
+      (*places)[devices[k]] = begin_of(i, devices[k], *arms[k]).value_or(JointVector());
+    }
+  }
+  return places;
+}
+
+/// Where an arm is when command `i` begins; nothing if that depends on the run.
+std::optional<JointVector> Whereabouts::begin_of(int i, const std::string& device, const MountedArm& arm) const {
+  if (in_first_cycle(i)) return before_all(device, arm);
+  const std::vector<int> rivals = rivals_before(i, device);
+  if (rivals.empty()) return before_all(device, arm);
+  for (const int last : rivals) {
+    const auto ends = ends_.find(last);
+    if (ends == ends_.end()) continue;
+    const auto end = ends->second.find(device);
+    const bool is_last = std::ranges::all_of(rivals, [&](int other) { return other == last || leads_to(other, last); });
+    if (end != ends->second.end() && is_last && begins_at_end_of(i, last)) return end->second;
+  }
+  return std::nullopt;
 }
 
 void Whereabouts::note(int i) {
-  const auto end = node(i).model().ends();
-  if (!end || end->q.size() == 0) return;
-  nominal_[node(i).actuator->name()] = end->q;
-  if (begin_of(i)) ends_[i] = end->q;
+  const auto devices = node(i).actuator->model().devices();
+  const auto seams = node(i).model().ends();
+  Places ends;
+  for (std::size_t k = 0; k < seams.size(); ++k) {
+    if (seams[k].q.size() > 0) ends[devices.at(k)] = seams[k].q;
+  }
+  for (const auto& [device, q] : ends) nominal_[device] = q;
+  if (!ends.empty() && begin_of(i)) ends_[i] = std::move(ends);
 }
 
-JointVector Whereabouts::before_all(int i) const {
-  const ActuatorModel& actuator = node(i).actuator->model();
-  const auto told = begins_.find(actuator.name());
-  if (told != begins_.end()) return told->second;
-  return actuator.arm() != nullptr ? actuator.arm()->device->set_point().q : JointVector();
+JointVector Whereabouts::before_all(const std::string& device, const MountedArm& arm) const {
+  const auto told = begins_.find(device);
+  return told != begins_.end() ? told->second : arm.device->set_point().q;
 }
 
 bool Whereabouts::in_first_cycle(int i) const {
@@ -67,14 +105,12 @@ bool Whereabouts::leads_to(int first, int second) const {
   return false;
 }
 
-/// Commands on a device of this one that may have run when it begins.
-std::vector<int> Whereabouts::rivals_before(int i) const {
+/// Other commands on a device that may have run when this one begins.
+std::vector<int> Whereabouts::rivals_before(int i, const std::string& device) const {
   std::vector<int> rivals;
-  const auto devices = node(i).actuator->model().devices();
   for (int other = 0; other < tree_.size(); ++other) {
     if (other == i || !node(other).is_runtime() || leads_to(i, other)) continue;
-    const auto others = node(other).actuator->model().devices();
-    if (std::ranges::find_first_of(devices, others) != devices.end()) rivals.push_back(other);
+    if (drives(*node(other).actuator, device)) rivals.push_back(other);
   }
   return rivals;
 }
@@ -155,13 +191,14 @@ bool Whereabouts::is_told(int i, int around, bool by_all) const {
   return true;
 }
 
-std::unexpected<Findings> Whereabouts::unknown(int i, const std::vector<int>& rivals) const {
+void Whereabouts::tell_unknown(int i, const std::string& device, Findings& findings) const {
   std::string names;
-  for (const int rival : rivals) names += fmt::format("{}'{}'", names.empty() ? "" : ", ", node(rival).name);
-  return failure({},
+  for (const int rival : rivals_before(i, device))
+    names += fmt::format("{}'{}'", names.empty() ? "" : ", ", node(rival).name);
+  findings.error({},
                  fmt::format("nobody knows before where '{}' will be when '{}' begins: it depends on where {} may have "
                              "been cut short",
-                             node(i).actuator->name(), node(i).name, names),
+                             device, node(i).name, names),
                  "a start on the natural end of the motion before it: completed, and not cancelled where something may "
                  "cancel it; or a motion after all this");
 }

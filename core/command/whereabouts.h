@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,9 +11,6 @@
 #include "core/kinematics/types.h"
 
 namespace takt::command {
-
-/// Joint positions by actuator, rad or m.
-using Places = std::map<std::string, kinematics::JointVector, std::less<>>;
 
 /// Where the arms of a tree are when its commands begin, as far as that can be known before. A planned motion that
 /// follows others on its arm must begin where the last one comes to its natural end: that it does, and is not cut
@@ -23,29 +21,33 @@ class Whereabouts {
   /// @param places  where arms are before the first cycle; of others their set point counts
   Whereabouts(const CommandTree& tree, Places places) : tree_(tree), begins_(places), nominal_(std::move(places)) {}
 
-  /// Where the arm of command `i` is when it begins. @return a finding, without a place, if that depends on the run.
-  [[nodiscard]] Result<kinematics::JointVector> begin_of(int i) const;
+  /// Where each arm of command `i` is when it begins. @return findings, without places, if that depends on the run.
+  [[nodiscard]] Result<Places> begin_of(int i) const;
+  /// The same, and where the other arms of the tree are then: of size 0 where that depends on the run.
+  [[nodiscard]] Result<Places> all_at_begin_of(int i) const;
   /// Takes note of where command `i`, which is planned by now or needs no plan, comes to its natural end.
   void note(int i);
-  /// Where every actuator is once all have come to their natural ends; one that does not tell is where it was.
+  /// Where every arm is once all have come to their natural ends; one that does not tell is where it was.
   [[nodiscard]] const Places& nominal_ends() const { return nominal_; }
 
  private:
   [[nodiscard]] const CommandNode& node(int i) const { return *tree_.at(i).node; }
-  [[nodiscard]] kinematics::JointVector before_all(int i) const;
+  [[nodiscard]] kinematics::JointVector before_all(const std::string& device, const MountedArm& arm) const;
+  [[nodiscard]] std::optional<kinematics::JointVector> begin_of(int i, const std::string& device,
+                                                                const MountedArm& arm) const;
   [[nodiscard]] bool in_first_cycle(int i) const;
   [[nodiscard]] bool leads_to(int first, int second) const;
-  [[nodiscard]] std::vector<int> rivals_before(int i) const;
+  [[nodiscard]] std::vector<int> rivals_before(int i, const std::string& device) const;
   [[nodiscard]] bool begins_at_end_of(int i, int before) const;
   [[nodiscard]] bool is_natural_end(const ExpressionPtr& state, int before, int i) const;
   [[nodiscard]] bool may_be_cancelled(int before, int i) const;
   [[nodiscard]] bool may_be_stopped(int before, int i) const;
   [[nodiscard]] bool is_told(int i, int around, bool by_all) const;
-  [[nodiscard]] std::unexpected<Findings> unknown(int i, const std::vector<int>& rivals) const;
+  void tell_unknown(int i, const std::string& device, Findings& findings) const;
 
   const CommandTree& tree_;
   Places begins_, nominal_;
-  std::map<int, kinematics::JointVector> ends_;  ///< of commands that begin at a place that is known
+  std::map<int, Places> ends_;  ///< of commands that begin at a place that is known
 };
 
 }  // namespace takt::command

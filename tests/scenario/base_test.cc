@@ -217,6 +217,21 @@ TEST(ArmOnBase, MistakesOfAMotionWithTheBaseAreFindings) {
               HasSubstr("'base' stands on no base"));
 }
 
+/// As a command of a transaction; the motion after it knows where the base stands by then.
+TEST(ArmOnBase, InATransactionTheToolGoesStraightAndGoalsInTheRoomAreReached) {
+  expect_passed(run(mounted(R"({"do": "ptp", "arm": "arm", "to": {"in": "world", "position_m": [0.75, 0.15, 0.55],
+                                "rpy_deg": [0, 180, 0]}},
+      {"do": "transaction", "name": "t", "commands": {
+         "straight": {"do": "lin", "start": true, "arm": "arm", "to": {"in": "world", "position_m": [1.05, 0.45, 0.55]},
+                      "base_to": {"by_m": [0.3, 0.4, 0], "by_rpy_deg": [0, 0, 20]}},
+         "reach": {"do": "ptp", "arm": "arm", "to": {"in": "world", "position_m": [1.0, 0.45, 0.6],
+                   "rpy_deg": [0, 180, 0]}}},
+       "on": [{"entered": {"completed": "straight"}, "start": "reach"}]})",
+                            R"(, "expectations": [{"kind": "limits", "arm": "arm"}, {"kind": "limits", "arm": "base"},
+      {"kind": "tool_pose", "arm": "arm", "position_m": [1.0, 0.45, 0.6], "rpy_deg": [0, 180, 0],
+       "position_within_m": 0.003, "angle_within_deg": 0.3}])")));
+}
+
 /// Both move at once, each by its own step.
 TEST(ArmOnBase, BaseAndArmMoveAtTheSameTimeByPart) {
   expect_passed(run(mounted(R"({"do": "parallel", "branches": [

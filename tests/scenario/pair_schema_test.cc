@@ -28,7 +28,13 @@ constexpr const char* kTwoArms = R"({
     {"do": "circ", "arm": "left", "follower": "right", "about": {"position_m": [0.6, 0, 0.6], "angle_deg": 10},
      "until": {"internal_force": ["left wrist", "right wrist"], "below_N": "$5[N]"}, "on_end": "continue"},
     {"do": "ptp", "arm": "left", "to": "home", "unless": {"sensor": "left wrist", "above_N": 50}},
-    {"do": "spline", "arm": "left", "through": ["home", "home"], "unless": {"sensor": "left wrist", "above_N": 50}}
+    {"do": "spline", "arm": "left", "through": ["home", "home"], "unless": {"sensor": "left wrist", "above_N": 50}},
+    {"do": "transaction", "commands": {
+      "one": {"do": "circ", "start": true, "arm": "left", "follower": "right",
+              "about": {"position_m": [0.6, 0, 0.6], "angle_deg": 10}},
+      "two": {"do": "motions", "steps": [
+        {"do": "lin", "arm": "left", "follower": "right", "to": {"by_m": [0, 0, 0.05]}, "blend_m": 0.01},
+        {"do": "lin", "arm": "left", "follower": "right", "to": {"by_m": [0, 0.05, 0]}}]}}}
   ]},
   "expectations": [{"kind": "relative_pose", "arms": ["left", "right"], "from": "lin", "to": "ptp",
                     "position_within_m": 0.001, "angle_within_deg": 0.1}]
@@ -59,6 +65,11 @@ TEST(PairSchema, TwoArmsAsOneAreKnownToBothAndSoAreTheirMistakes) {
       {"/program/steps/2/follower", "\"right\""},
       {"/program/steps/2/unless", "40"},
       {"/program/steps/3/follower", "\"right\""},
+      {"/program/steps/4/commands/one/follower", "5"},
+      {"/program/steps/4/commands/one/weave", R"({"amplitude_m": 0.001, "frequency_Hz": 2})"},
+      {"/program/steps/4/commands/two/steps/0/weave", R"({"amplitude_m": 0.001, "frequency_Hz": 2})"},
+      {"/program/steps/4/commands/two/steps/1/do", "\"ptp\""},
+      {"/program/steps/4/commands/two/steps/1/follower", "false"},
       {"/expectations/0/arms", "[\"left\"]"},
       {"/expectations/0/arms", "\"left\""},
       {"/expectations/0/from", nullptr},

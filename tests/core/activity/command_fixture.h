@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ using Json = nlohmann::ordered_json;
 /// Programs on the fake cell with arm, force/torque sensor, gripper, outputs, an input and channels.
 class CommandStepTest : public testing::Test {
  protected:
+  /// @param more  adds to the cell before the first cycle
+  explicit CommandStepTest(const std::function<void(CommandCell&)>& more = {}) : cell(more) {}
+
   /// All that is wrong with a program, before anything moves.
   Findings wrong(const std::string& text) {
     const auto program = activity::Program::parse(Json::parse(text), "/program", cell.cell);

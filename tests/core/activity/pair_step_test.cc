@@ -1,14 +1,8 @@
 // Two arms as one in programs: "lin" and "circ" with a follower (rows P5, S1, L6, P2, D3).
-#include <limits>
-#include <optional>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
-#include "core/activity/program.h"
-#include "tests/core/activity/two_arm_cell.h"
-#include "tests/support/limit_oracle.h"
+#include "tests/core/activity/pair_fixture.h"
 
 namespace takt::activity {
 namespace {
@@ -20,120 +14,7 @@ using testing::IsEmpty;
 using testing::Not;
 using Json = nlohmann::ordered_json;
 
-class PairStepTest : public testing::Test, public test::TwoArmCell {
- protected:
-  using AtCycle = std::function<void(int, ProgramRunner&)>;
-
-  static std::string sequence(const std::string& steps) { return R"({"do": "sequence", "steps": [)" + steps + "]}"; }
-  /// A LIN of both; `more` are keys with a comma before them.
-  static std::string both(const char* name, const char* by, const std::string& more = kBlend) {
-    return fmt::format(R"({{"do": "lin", "arm": "left", "follower": "right", "name": "{}", "to": {{"by_m": [{}]}}{}}})",
-                       name, by, more);
-  }
-  static constexpr const char* kBlend = R"(, "blend_m": 0.03)";
-  static constexpr const char* kLog = R"({"do": "log", "text": "x"},)";
-  static constexpr const char* kArc =
-      R"({"do": "circ", "arm": "left", "follower": "right", "name": "round", "via": {"by_m": [0.03, 0.03, 0]},
-          "to": {"by_m": [0, 0.06, 0]}})";
-  static std::string squeezed(double newton) {
-    return fmt::format(R"({{"internal_force": ["left wrist", "right wrist"], "above_N": {}}})", newton);
-  }
-  static std::string unless(double newton) { return R"(, "unless": )" + squeezed(newton); }
-
-  Program good(const std::string& text) {
-    auto tree = Program::parse(Json::parse(text), "/program", cell);
-    if (!tree) {
-      ADD_FAILURE() << tree.error().to_string();
-      return {};
-    }
-    rehearsed = tree->rehearse(cell, &core.environment()).findings;
-    EXPECT_FALSE(rehearsed.has_errors()) << rehearsed.to_string();
-    return std::move(*tree);
-  }
-  Findings wrong(const std::string& text) {
-    const auto tree = Program::parse(Json::parse(text), "/program", cell);
-    return tree ? tree->rehearse(cell, &core.environment()).findings : tree.error();
-  }
-  Context context() {
-    return {cell, core, variables, latency, [this](auto source, auto name, auto text) {
-              log.push_back(std::string(source) + ": " + std::string(name) + " " + std::string(text));
-            }};
-  }
-  Progress run(const Program& tree, const AtCycle& at_cycle = {}) {
-    Context own = context();
-    ProgramRunner runner(tree, own);
-    return follow(runner, at_cycle);
-  }
-  Progress run(const std::string& text, const AtCycle& at_cycle = {}) { return run(good(text), at_cycle); }
-  Progress follow(ProgramRunner& runner, const AtCycle& at_cycle = {}) {
-    X_LF_first = X_LF();
-    apart = 0.0;
-    standing = 0;
-    for (cycles = 0; cycles < 60'000; ++cycles) {
-      if (at_cycle) at_cycle(cycles, runner);
-      if (runner.advance() != Progress::kRunning) break;
-      core.step();
-      apart = std::max(apart, (X_LF().matrix() - X_LF_first.matrix()).cwiseAbs().maxCoeff());
-      standing += on_the_way() && speed("left") < 1e-4;
-    }
-    findings = runner.findings();
-    return runner.progress();
-  }
-
-  /// Neither in the first nor in the last motion's ramps: between begin and end of what moves.
-  bool on_the_way() const {
-    return std::ranges::any_of(log, [](const auto& line) { return line == "program: end up"; }) &&
-           !std::ranges::any_of(log, [](const auto& line) { return line == "program: end last"; });
-  }
-  const device::Arm& device_of(const std::string& name) const { return *cell.arms.at(name).device; }
-  Eigen::Isometry3d flange(const std::string& name) const {
-    return *cell.frames.pose(name) * arm->chain->forward(device_of(name).set_point().q);
-  }
-  /// The follower's flange in the leader's, by what was sent.
-  Eigen::Isometry3d X_LF() const { return flange("left").inverse() * flange("right"); }
-  Eigen::Vector3d tool() const { return flange("left").translation(); }
-  double speed(const std::string& name) const { return device_of(name).set_point().dq.cwiseAbs().maxCoeff(); }
-  /// They push against each other with so much, along the world's x.
-  void squeeze(double newton) {
-    for (const char* name : {"left", "right"}) {
-      const Eigen::Vector3d push_W = (name[0] == 'l' ? newton : -newton) * Eigen::Vector3d::UnitX();
-      wrists[name]->sample.wrench.force = flange(name).linear().transpose() * push_W;
-    }
-  }
-
-  void expect_good_end() {
-    for (int i = 0; i < 600; ++i) core.step();
-    for (const char* name : {"left", "right"}) {
-      EXPECT_TRUE(device_of(name).at_rest()) << name;
-      EXPECT_FALSE(device_of(name).held()) << name;
-      const auto list = [](const device::JointVector& v) { return std::vector<double>(v.begin(), v.end()); };
-      const auto& l = arm->limits;
-      test::LimitOracle oracle({list(l.lower), list(l.upper), list(l.velocity), list(l.acceleration), list(l.jerk)},
-                               1e-3, 1e-11);
-      for (const auto& sent : backends.at(name)->sent) oracle.add(list(sent.q));
-      EXPECT_LE(std::max({oracle.velocity.share, oracle.acceleration.share, oracle.jerk.share}), 1.0) << name;
-    }
-  }
-  std::vector<std::string> begun() const {
-    std::vector<std::string> names;
-    for (const std::string& line : log)
-      if (line.starts_with("program: begin ")) names.push_back(line.substr(15));
-    return names;
-  }
-  static std::vector<std::string> pointers(const Findings& findings) {
-    std::vector<std::string> pointers;
-    for (const Finding& finding : findings.list()) pointers.push_back(finding.pointer);
-    return pointers;
-  }
-
-  Variables variables;
-  std::int64_t latency = 2;
-  std::vector<std::string> log;
-  Findings findings, rehearsed;
-  int cycles = 0, standing = 0;
-  double apart = 0.0;
-  Eigen::Isometry3d X_LF_first = Eigen::Isometry3d::Identity();
-};
+class PairStepTest : public test::PairProgramTest {};
 
 TEST_F(PairStepTest, P5_MotionsInOneFileAreOneAndKeepBothTogether) {
   const Eigen::Vector3d from = tool();

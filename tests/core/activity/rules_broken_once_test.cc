@@ -322,13 +322,25 @@ void break_pair_steps() {
        "an internal force that 'third wrist' feels, which is on 'third'", "sensors of 'left' and 'right'");
   told(both(follows + R"(, "until": {"any": [{"sensor": "left wrist", "above_N": 5}, )" + none_is_felt + "]}"),
        "/until", "an internal force that 'third wrist' feels", "sensors of 'left' and 'right'");
-  told(both(follows + R"(, "weave": {"amplitude_m": 0.001, "frequency_Hz": 2})"), "/follower",
-       "two arms as one in a transaction, or with something laid over their path", "nothing but its path");
-  told(R"({"do": "transaction", "commands": {"m": )" + both(follows + R"(, "start": true)") + "}}",
-       "/commands/m/follower", "two arms as one in a transaction", "a step \"lin\" or \"circ\"");
-  told(
-      R"({"do": "transaction", "commands": {"m": {"do": "motions", "start": true, "steps": [)" + both(follows) + "]}}}",
-      "/commands/m/steps/0/follower", "two arms as one in a transaction", "a step \"lin\" or \"circ\"");
+  const std::string weave = R"(, "weave": {"amplitude_m": 0.001, "frequency_Hz": 2})";
+  const std::string laid_over = "two arms as one with something laid over their path";
+  told(both(follows + weave), "/follower", laid_over, "nothing but its path, or one arm");
+  const auto tree = [](const std::string& command) {
+    return R"({"do": "transaction", "commands": {"m": )" + command + "}}";
+  };
+  const auto several = [&](const std::string& steps, const std::string& more = "") {
+    return tree(R"({"do": "motions", "start": true, "steps": [)" + steps + "]" + more + "}");
+  };
+  const std::string blend = R"(, "blend_m": 0.01)", alone = R"("velocity_m_s": 0.1)";
+  told(tree(both(follows + weave + R"(, "start": true)")), "/commands/m/follower", laid_over, "or one arm");
+  told(tree(both(follows + blend + R"(, "start": true)")), "/commands/m/blend_m",
+       "a command of its own has nothing to blend into", "\"do\": \"motions\"");
+  told(several(both(alone + blend) + "," + both(follows)), "/commands/m/steps/1/follower",
+       "'left' and 'right' as one after 'left' alone", "the same 'follower' at all of them");
+  told(several(both(follows + blend) + "," + both(alone)), "/commands/m/steps/1",
+       "'left' alone after 'left' and 'right' as one", "the same 'follower' at all of them");
+  told(several(both(follows), R"(, "compliance": {"mode": "joint_impedance"})"), "/commands/m/compliance",
+       "two arms that move as one give way as they are", "one arm");
   told(both(follows + R"(, "base_to": "home")"), "/follower", "a motion with a base has no 'follower'", "two motions");
   told(both(R"("unless": {"sensor": "left wrist", "above_N": 5}, "base_to": "home")"), "/unless",
        "a motion with a base has no 'unless'", "two motions");

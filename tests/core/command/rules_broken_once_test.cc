@@ -374,6 +374,11 @@ std::vector<BrokenCommand> names() {
          return RuntimeCommand("a", arm_pair(world.cell, "arm", "arm"), ptp(world.joints(0.1)));
        },
        "/a", "'arm' twice", "two arms"},
+      {"",
+       [](World& world) -> Command {
+         return RuntimeCommand("a", arm_on_base(world.cell, "arm"), ptp(world.joints(0.1)));
+       },
+       "/a/arm", "'arm' stands on no base", "mounted \"on\" a base"},
       {"", [](World& world) -> Command { return see(world, gripper_width(world.cell, "grapper")); }, "/wait",
        "there is no gripper 'grapper'", "did you mean 'gripper'?"},
       {"", [](World& world) -> Command { return wait_for(gripper_state(world.cell, "gripper", "shut")); }, "/wait",

@@ -95,7 +95,7 @@ TEST_F(WhereaboutsTest, PlacesAreTakenAndGivenBack) {
   EXPECT_TRUE(plan(a, places).empty());
   const Eigen::Isometry3d there = cell.arm->chain->forward(places.at("arm")) * cell.cell.arms.at("arm").X_FT;
   EXPECT_LT((there.translation() - cell.moved(0.0, 0.05, 0.0).translation()).norm(), 1e-6);
-  EXPECT_EQ(a.node()->model().begins()->q, cell.joints(0.2));
+  EXPECT_EQ(a.node()->model().begins().front().q, cell.joints(0.2));
 }
 
 }  // namespace
