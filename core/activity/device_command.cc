@@ -62,7 +62,8 @@ class OutputCommand final : public CommandRequest {
  public:
   SetRequest request;
 
-  [[nodiscard]] MadeCommand make(const Making& making, const std::string&) const override {
+  [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
+    if (request.following) return make_following(*request.following, making, key);
     const bool* level = std::get_if<bool>(&request.value);
     const command::Action action =
         level != nullptr ? command::set_value(*level) : command::set_value(std::get<double>(request.value));
@@ -71,6 +72,51 @@ class OutputCommand final : public CommandRequest {
   }
   void check(const command::Cell& cell, Findings& findings) const override {
     (void)check_range(request, cell, pointer, findings);
+  }
+  [[nodiscard]] std::string follows() const override {
+    const bool progress = request.following && request.following->value.kind == ValueRequest::Kind::kProgress;
+    return progress ? request.following->value.of : std::string();
+  }
+  void rehearse(Rehearsal& rehearsal, Findings&) const override {
+    if (request.following) rehearsal.duration += request.following->seconds.value_or(0.0);
+  }
+  void finish(const EndedTree& ended, const std::string& key, bool, Context&, Findings& findings) const override {
+    if (!ended.was_true(key + " silent")) return;
+    findings.error(pointer + "/value", "what the output follows did not answer, so it stayed where it was",
+                   "its power and its wires");
+  }
+
+ private:
+  [[nodiscard]] MadeCommand make_following(const SetRequest::Following& following, const Making& making,
+                                           const std::string& key) const {
+    command::RealSensor value = value_of(following.value, making);
+    if (following.factor) value = value * *following.factor;
+    if (following.offset) value = value + *following.offset;
+    const command::Action action = command::track_value(value);
+    const command::Actuator actuator = command::output(making.cell, request.output);
+    command::RuntimeCommand set(name, actuator, action);
+    MadeCommand made{.command = set, .action = action, .actuator = actuator};
+    if (following.seconds) {
+      set.on_entered(set.started(), cancel(set), {.delay = *following.seconds});
+      made.handler_places.emplace_back("/seconds");
+    }
+    if (following.until) {
+      set.on_entered(command::state_of(*following.until, making.cell, making.biases), cancel(set));
+      made.handler_places.emplace_back("/until");
+    }
+    // A motion that does not run has no progress; that is no fault.
+    if (following.value.kind == ValueRequest::Kind::kProgress) return made;
+    set.on_entered(action.error(), cancel(set));
+    made.handler_places.emplace_back("/value");
+    set.capture(key + " silent", BooleanSensor(action.error().node()), action.error());
+    return made;
+  }
+
+  [[nodiscard]] static command::RealSensor value_of(const ValueRequest& value, const Making& making) {
+    if (value.kind != ValueRequest::Kind::kProgress) return number_of(value, making.cell, making.biases);
+    if (making.followed != nullptr) return making.followed->progress();
+    return command::RealSensor(
+        command::broken(net::ValueType::kReal, fmt::format("C8: '{}' is no motion", value.of), "a motion"));
   }
 };
 

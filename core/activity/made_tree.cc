@@ -36,6 +36,12 @@ State actuator_state(const command::Actuator& actuator, const std::string& which
   return actuator.invalid_set_point();
 }
 
+command::RealSensor progress_of(const MadeTree::Part& part) {
+  if (part.made.action) return part.made.action->progress();
+  return command::RealSensor(
+      command::broken(net::ValueType::kReal, fmt::format("C8: '{}' is no motion", part.request->name), "a motion"));
+}
+
 /// What the command layer calls its own functions is something else in a file.
 std::string in_words_of_files(std::string text) {
   static constexpr std::array<std::pair<const char*, const char*>, 3> kWords = {
@@ -52,7 +58,16 @@ std::string in_words_of_files(std::string text) {
 }  // namespace
 
 MadeTree::MadeTree(const CommandRequest& root, const Making& making) {
-  add(root, -1, making);
+  add(root, -1);
+  // What follows another command comes after it.
+  for (const bool follows : {false, true}) {
+    for (Part& part : parts_) {
+      if (part.request->follows().empty() != follows) make(part, making);
+    }
+  }
+  for (Part& part : parts_) {
+    if (part.request->transaction() != nullptr) set_up(part);
+  }
   for (const Part& part : parts_) {
     add_handlers(part, making);
     if (part.request->transaction() == nullptr) continue;
@@ -63,21 +78,30 @@ MadeTree::MadeTree(const CommandRequest& root, const Making& making) {
   std::ranges::stable_sort(places_, [](const auto& a, const auto& b) { return a.first.size() > b.first.size(); });
 }
 
-/// A command before what is inside of it.
-void MadeTree::add(const CommandRequest& request, int parent, const Making& making) {
+/// A place for a command before what is inside of it.
+void MadeTree::add(const CommandRequest& request, int parent) {
   const int own = static_cast<int>(parts_.size());
   const std::string around = parent < 0 ? std::string() : parts_[static_cast<std::size_t>(parent)].key;
-  std::string key = around + pointer_segment(request.name);
-  MadeCommand made = request.make(making, key);
   indices_[&request] = own;
-  places_.emplace_back(key, request.pointer);
-  for (const auto& [theirs, ours] : made.places) places_.emplace_back(key + theirs, request.pointer + ours);
-  for (std::size_t i = 0; i < made.handler_places.size(); ++i) {
-    places_.emplace_back(key + "/handlers" + pointer_segment(i), request.pointer + made.handler_places[i]);
+  parts_.push_back({.request = &request,
+                    .parent = parent,
+                    .key = around + pointer_segment(request.name),
+                    .made = {command::WaitCommand(request.name, 0.0)}});
+  for (const auto& part : request.parts()) add(*part, own);
+}
+
+void MadeTree::make(Part& part, Making making) {
+  const CommandRequest& request = *part.request;
+  if (!request.follows().empty()) {
+    const auto& action = named(part, request.follows()).made.action;
+    making.followed = action ? &*action : nullptr;
   }
-  parts_.push_back({.request = &request, .parent = parent, .key = std::move(key), .made = std::move(made)});
-  for (const auto& part : request.parts()) add(*part, own, making);
-  if (request.transaction() != nullptr) set_up(parts_[static_cast<std::size_t>(own)]);
+  part.made = request.make(making, part.key);
+  places_.emplace_back(part.key, request.pointer);
+  for (const auto& [theirs, ours] : part.made.places) places_.emplace_back(part.key + theirs, request.pointer + ours);
+  for (std::size_t i = 0; i < part.made.handler_places.size(); ++i) {
+    places_.emplace_back(part.key + "/handlers" + pointer_segment(i), request.pointer + part.made.handler_places[i]);
+  }
 }
 
 /// Children and raised states.
@@ -208,34 +232,12 @@ void MadeTree::add_captures(const Part& part, const Making& making) {
       }
     };
     const ValueRequest& value = capture.value;
-    switch (value.kind) {
-      case ValueRequest::Kind::kForce:
-        keep(command::contact_quantity(making.cell, value.of, value.quantity, making.biases));
-        break;
-      case ValueRequest::Kind::kWidth:
-        keep(command::gripper_width(making.cell, value.of));
-        break;
-      case ValueRequest::Kind::kProgress: {
-        const auto& action = named(part, value.of).made.action;
-        keep(action ? action->progress()
-                    : command::RealSensor(command::broken(net::ValueType::kReal,
-                                                          fmt::format("C8: '{}' is no motion", value.of), "a motion")));
-        break;
-      }
-      case ValueRequest::Kind::kInput:
-        if (making.cell.analog_inputs.contains(value.of)) {
-          keep(command::analog_input(making.cell, value.of));
-        } else {
-          keep(command::BooleanSensor(command::digital_input(making.cell, value.of).node()));
-        }
-        break;
-      case ValueRequest::Kind::kChannel:
-        if (making.cell.channels.find(value.of)->second->description().type == net::ValueType::kBoolean) {
-          keep(command::channel<net::Boolean>(making.cell, value.of));
-        } else {
-          keep(command::channel<net::Real>(making.cell, value.of));
-        }
-        break;
+    if (value.kind == ValueRequest::Kind::kProgress) {
+      keep(progress_of(named(part, value.of)));
+    } else if (is_boolean(value, making.cell)) {
+      keep(command::BooleanSensor(boolean_of(value, making.cell).node()));
+    } else {
+      keep(number_of(value, making.cell, making.biases));
     }
   }
 }

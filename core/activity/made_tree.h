@@ -34,7 +34,8 @@ class MadeTree {
   [[nodiscard]] Findings in_file(const Findings& findings) const;
 
  private:
-  void add(const CommandRequest& request, int parent, const Making& making);
+  void add(const CommandRequest& request, int parent);
+  void make(Part& part, Making making);
   void set_up(Part& part);
   void set_cancel_policy(const Part& part);
   void add_handlers(const Part& part, const Making& making);

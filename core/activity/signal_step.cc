@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/command_step.h"
 #include "core/activity/net_run.h"
 #include "core/activity/signal_request.h"
 
@@ -119,6 +120,7 @@ class WaitStep final : public Step {
 
 std::unique_ptr<Step> parse_set(const Json& json, const std::string& pointer, const command::Cell& cell,
                                 Findings& findings) {
+  if (sets_by_following(json)) return parse_command_step(json, pointer, cell, findings);
   ObjectReader reader(json, pointer, findings);
   SetRequest request = read_set(reader, cell);
   reader.finish();

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/object_reader.h"
+#include "core/command/condition_state.h"
+#include "core/command/device_sensors.h"
 
 namespace takt::activity {
 namespace {
@@ -143,6 +145,9 @@ ValueRequest read_value(const Json& json, const std::string& pointer, const comm
   } else if (reader.has("channel")) {
     add_names(cell.channels, names);
     of("channel", ValueRequest::Kind::kChannel);
+  } else if (reader.has("speed")) {
+    add_names(cell.arms, names);
+    of("speed", ValueRequest::Kind::kSpeed);
   } else if (reader.has("progress")) {
     value.kind = ValueRequest::Kind::kProgress;
     value.of = reader.text("progress");
@@ -153,6 +158,71 @@ ValueRequest read_value(const Json& json, const std::string& pointer, const comm
   }
   reader.finish();
   return value;
+}
+
+bool is_boolean(const ValueRequest& value, const command::Cell& cell) {
+  if (value.kind == ValueRequest::Kind::kInput) return cell.digital_inputs.contains(value.of);
+  if (value.kind != ValueRequest::Kind::kChannel) return false;
+  const auto found = cell.channels.find(value.of);  // null where only names are known yet
+  return found != cell.channels.end() && found->second != nullptr &&
+         found->second->description().type == net::ValueType::kBoolean;
+}
+
+bool check_number(const ValueRequest& value, const command::Cell& cell, const std::string& pointer,
+                  Findings& findings) {
+  const auto refuse = [&](const char* key, std::string_view is, const char* way_out) {
+    findings.error(pointer + key, fmt::format("'{}' is {}", value.of, is), way_out);
+    return false;
+  };
+  if (value.kind == ValueRequest::Kind::kInput && is_boolean(value, cell))
+    return refuse("/input", "true or false", "an analog input");
+  if (value.kind != ValueRequest::Kind::kChannel) return true;
+  const auto found = cell.channels.find(value.of);
+  if (found == cell.channels.end() || found->second == nullptr) return true;  // told elsewhere, or later
+  const net::ValueType type = found->second->description().type;
+  return type == net::ValueType::kReal ||
+         refuse("/channel", fmt::format("a channel of {}", net::name_of(type)), "a channel of Real");
+}
+
+std::optional<std::string> unit_of(const ValueRequest& value, const command::Cell& cell) {
+  switch (value.kind) {
+    case ValueRequest::Kind::kForce:
+      return command::is_torque(value.quantity) ? "Nm" : "N";
+    case ValueRequest::Kind::kWidth:
+      return "m";
+    case ValueRequest::Kind::kSpeed:
+      return "m/s";
+    case ValueRequest::Kind::kProgress:
+      return "1";
+    case ValueRequest::Kind::kInput: {
+      const auto input = cell.analog_inputs.find(value.of);
+      return input == cell.analog_inputs.end() ? std::nullopt : std::optional(input->second->description().unit);
+    }
+    default: {
+      const auto channel = cell.channels.find(value.of);
+      return channel == cell.channels.end() ? std::nullopt : std::optional(channel->second->description().unit);
+    }
+  }
+}
+
+command::RealSensor number_of(const ValueRequest& value, const command::Cell& cell, const command::Biases& biases) {
+  switch (value.kind) {
+    case ValueRequest::Kind::kForce:
+      return command::contact_quantity(cell, value.of, value.quantity, biases);
+    case ValueRequest::Kind::kWidth:
+      return command::gripper_width(cell, value.of);
+    case ValueRequest::Kind::kSpeed:
+      return norm(linear(command::tool_twist(cell, value.of)));
+    case ValueRequest::Kind::kInput:
+      return command::analog_input(cell, value.of);
+    default:
+      return command::channel<net::Real>(cell, value.of);
+  }
+}
+
+command::State boolean_of(const ValueRequest& value, const command::Cell& cell) {
+  if (value.kind == ValueRequest::Kind::kInput) return command::digital_input(cell, value.of);
+  return command::State(command::channel<net::Boolean>(cell, value.of).node());
 }
 
 }  // namespace takt::activity

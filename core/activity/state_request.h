@@ -9,6 +9,7 @@
 
 #include "core/base/findings.h"
 #include "core/command/condition.h"
+#include "core/command/state.h"
 
 namespace takt::activity {
 
@@ -38,17 +39,28 @@ struct StateRequest {
 [[nodiscard]] StateRequest read_state(const nlohmann::ordered_json& json, const std::string& pointer,
                                       const command::Cell& cell, Findings& findings);
 
-/// A value that a transaction captures, as a file has it:
+/// A value that a transaction captures, or that an output follows, as a file has it:
 ///   {"sensor": NAME, "quantity": Q}     as in conditions
 ///   {"input": NAME}, {"gripper": NAME}, {"channel": NAME}    level or value; width; Real or Boolean
+///   {"speed": ARM}                      of its tool centre point in its base, measured, m/s
 ///   {"progress": COMMAND}               how far a planned motion is on its path, 0 to 1
 struct ValueRequest {
-  enum class Kind { kForce, kInput, kWidth, kChannel, kProgress };
+  enum class Kind { kForce, kInput, kWidth, kChannel, kSpeed, kProgress };
   Kind kind = Kind::kForce;
   std::string of;
   command::Quantity quantity = command::Quantity::kForce;
 };
 [[nodiscard]] ValueRequest read_value(const nlohmann::ordered_json& json, const std::string& pointer,
                                       const command::Cell& cell, Findings& findings);
+/// Whether it is a number for sure, and not true or false; false with a finding below the pointer.
+bool check_number(const ValueRequest& value, const command::Cell& cell, const std::string& pointer, Findings& findings);
+/// Its unit; null for one that does not exist, or is no number.
+[[nodiscard]] std::optional<std::string> unit_of(const ValueRequest& value, const command::Cell& cell);
+/// The number as a sensor. Not of kProgress. @param biases  as tared until now
+[[nodiscard]] command::RealSensor number_of(const ValueRequest& value, const command::Cell& cell,
+                                            const command::Biases& biases);
+/// It is true or false: a digital input, a Boolean channel.
+[[nodiscard]] bool is_boolean(const ValueRequest& value, const command::Cell& cell);
+[[nodiscard]] command::State boolean_of(const ValueRequest& value, const command::Cell& cell);
 
 }  // namespace takt::activity

@@ -60,7 +60,10 @@ const std::vector<StepKind>& step_kinds() {
        "Presses and follows a pattern until something is found. Keys: as of press, pattern, radius_m, pitch_m, "
        "velocity_m_s, drop_m, on_end.",
        parse_search},
-      {"set", "Brings a digital or an analog output to a value, which stays. Keys: output, value.", parse_set},
+      {"set",
+       "Brings a digital or an analog output to a value, which stays; or an analog output follows one. Keys: output, "
+       "value, factor, offset, seconds, until.",
+       parse_set},
       {"spline",
        "Moves smoothly through points. Keys: arm, through, speed, acceleration, velocity_m_s, blend_m, blend_fraction, "
        "until, on_end, unless, compliance.",

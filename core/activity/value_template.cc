@@ -68,7 +68,8 @@ KeyUnit unit_of_key(std::string_view key) {
     if (key.starts_with(start)) return {unit_dimension(key.substr(start.size())), 1.0, false};
   }
   // The unit of an output stands in its model, that of a channel where it is declared.
-  return {{}, 1.0, key == "value" || key == "is" || key == "above" || key == "below"};
+  static constexpr std::array<std::string_view, 6> kOfDevices{"value", "is", "above", "below", "factor", "offset"};
+  return {{}, 1.0, std::ranges::find(kOfDevices, key) != kOfDevices.end()};
 }
 
 Json number_json(double value) {

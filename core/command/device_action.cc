@@ -1,6 +1,9 @@
 #include "core/command/device_action.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -30,7 +33,22 @@ class SetDigital final : public ActionModel {
   bool value_;
 };
 
-/// sent + clamp(goal - sent, +-step), until sent is the goal.
+/// Adds sent + clamp(goal - sent, +-step) as "next.value": the goal, as near as the rate of the output allows.
+/// @param link_goal  joins the goal with an input
+void add_step(FragmentWriter& fragment, const device::SignalOutputDescription<double>& output,
+              const std::function<void(const std::string& to)>& link_goal) {
+  const double step = output.rate_max * to_seconds(fragment.period());
+  fragment.add("to_go", "Subtract");
+  link_goal("to_go.a");
+  fragment.link("state.sent", "to_go.b");
+  fragment.add("step", "Saturation", {{"lower", -step}, {"upper", step}});
+  fragment.link("to_go.value", "step.input");
+  fragment.add("next", "Add");
+  fragment.link("state.sent", "next.a");
+  fragment.link("step.value", "next.b");
+}
+
+/// Until sent is the goal.
 class SetAnalog final : public ActionModel {
  public:
   explicit SetAnalog(double value) : value_(value) {}
@@ -53,15 +71,8 @@ class SetAnalog final : public ActionModel {
       set_point.constants["value"] = value_;
       return {.set_point = set_point, .done = Signal::always(true)};
     }
-    const double step = output.rate_max * to_seconds(fragment.period());
     fragment.add("state", "AnalogOutputState", {{"device", actuator.name()}});
-    fragment.add("to_go", "Subtract", {{"a", value_}});
-    fragment.link("state.sent", "to_go.b");
-    fragment.add("step", "Saturation", {{"lower", -step}, {"upper", step}});
-    fragment.link("to_go.value", "step.input");
-    fragment.add("next", "Add");
-    fragment.link("state.sent", "next.a");
-    fragment.link("step.value", "next.b");
+    add_step(fragment, output, [&](const std::string&) { fragment.set_parameter("to_go", "a", value_); });
     // Sums of steps round: what is left then is far below any resolution, and the output stays within its rate.
     fragment.add("rest", "Abs");
     fragment.link("to_go.value", "rest.input");
@@ -73,6 +84,44 @@ class SetAnalog final : public ActionModel {
 
  private:
   double value_;
+};
+
+/// What the sensor says, brought into the range; without it what was sent last.
+class TrackValue final : public ActionModel {
+ public:
+  explicit TrackValue(ExpressionPtr value) : value_(std::move(value)) {}
+  [[nodiscard]] std::string_view name() const override { return "track value"; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kReal; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {value_}; }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"error"}; }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    constexpr double kLargest = std::numeric_limits<double>::max();
+    const auto& output = *actuator.analog_output();
+    fragment.add("state", "AnalogOutputState", {{"device", actuator.name()}});
+    fragment.add("wanted", "DefaultToReal");
+    fragment.feed(value_, "wanted.input");
+    fragment.link("state.sent", "wanted.fallback");
+    fragment.add("in_range", "Saturation",
+                 {{"lower", std::max(output.lower, -kLargest)}, {"upper", std::min(output.upper, kLargest)}});
+    fragment.link("wanted.value", "in_range.input");
+    fragment.add("done", "Or", {{"a", false}});
+    fragment.feed(fragment.cancel(), "done.b");
+    std::string port = "in_range.value";
+    if (std::isfinite(output.rate_max)) {
+      add_step(fragment, output, [&](const std::string& to) { fragment.link("in_range.value", to); });
+      port = "next.value";
+    }
+    return {.set_point = {.kind = SetPointKind::kReal, .ports = {{"value", port}}, .constants = {}},
+            .done = Signal::at("done.value")};
+  }
+
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string&, const Json&) const override {
+    return fragment.add_null_test("wanted.input", net::ValueType::kReal);
+  }
+
+ private:
+  ExpressionPtr value_;
 };
 
 class FollowValue final : public ActionModel {
@@ -164,6 +213,7 @@ class Hold final : public ActionModel {
 
 Action set_value(bool value) { return Action(std::make_shared<const SetDigital>(value)); }
 Action set_value(double value) { return Action(std::make_shared<const SetAnalog>(value)); }
+Action track_value(const RealSensor& sensor) { return Action(std::make_shared<const TrackValue>(sensor.node())); }
 Action follow_value(const RealSensor& sensor) { return Action(std::make_shared<const FollowValue>(sensor.node())); }
 Action grip(const GripWish& wish) { return Action(std::make_shared<const GripModel>(false, wish)); }
 Action release(const GripWish& wish) { return Action(std::make_shared<const GripModel>(true, wish)); }

@@ -11,7 +11,10 @@ namespace takt::command {
 [[nodiscard]] Action set_value(bool value);
 /// Brings an analog output to a value as fast as it may; a value outside of its range is refused. In its own unit.
 [[nodiscard]] Action set_value(double value);
-/// An analog output follows a sensor until it is cancelled; the guard refuses what is too fast.
+/// An analog output goes after a sensor until it is cancelled: inside of its range, and as fast as it may. While the
+/// sensor says nothing it keeps what it was sent last. Offers `error`: the sensor says nothing.
+[[nodiscard]] Action track_value(const RealSensor& sensor);
+/// An analog output is what a sensor says until it is cancelled; the guard refuses what is too fast.
 [[nodiscard]] Action follow_value(const RealSensor& sensor);
 
 /// How a gripper closes or opens; what is not given: closed or open, a quarter of its speed, half of its force.

@@ -90,6 +90,39 @@ std::vector<BrokenRule> motions() {
        "on all but the last"},
       {several(blended + ", " + blended), "/commands/m/steps/1", "the last motion has nothing to blend into",
        "on all but the last"},
+      {several("{" + kUp + R"(, "blend_m": 0.01, "base_to": "home"}, {)" + to_home + "}"),
+       "/commands/m/steps/0/base_to", "a motion with a base is not blended", "a 'lin' of its own"},
+      {tree(first("m", kUp + R"(, "base_to": "home", "until": )" + kHard)), "/commands/m/until",
+       "a motion with a base has no 'until'", "two motions"},
+      {tree(first("m", kUp + R"(, "base_to": "home", "weave": {"amplitude_m": 0.002, "frequency_Hz": 2})")),
+       "/commands/m/weave", "a motion with a base has no 'weave'", "two motions"},
+      {"{" + kUp + R"(, "base_to": {"by_m": 1}})", "/base_to/by_m", "1 stands here", "3 numbers"},
+  };
+}
+
+std::vector<BrokenRule> following() {
+  const auto valve = [](const std::string& keys) {
+    return tree(first("v", R"("do": "set", "output": "valve", )" + keys));
+  };
+  const std::string felt = R"("value": {"sensor": "wrist"}, "factor": 0.1)";
+  return {
+      {valve(R"("value": {})"), "/commands/v/value", "key 'sensor' is missing", "allowed: foot, wrist"},
+      {valve(R"("value": {"sensor": "wirst"})"), "/commands/v/value/sensor", "'wirst' is not known here",
+       "did you mean 'wrist'?"},
+      {valve(R"("value": {"speed": "amr"})"), "/commands/v/value/speed", "'amr' is not known here", "allowed: arm"},
+      {valve(R"("value": {"input": "button"})"), "/commands/v/value/input", "'button' is true or false",
+       "an analog input"},
+      {valve(R"("value": {"channel": "enable"}, "factor": 1)"), "/commands/v/value/channel",
+       "'enable' is a channel of Boolean", "a channel of Real"},
+      {valve(R"("value": {"progress": "b"}, "factor": 1)"), "/commands/v/value/progress",
+       "C6: there is no command 'b' in 'transaction'", "allowed: transaction, v"},
+      {valve(felt + R"(, "seconds": -1)"), "/commands/v/seconds", "-1 stands here", "a number from 0 to 3600"},
+      {valve(felt + R"(, "offset": "much")"), "/commands/v/offset", "\"much\" stands here", "a number"},
+      {valve(felt + R"(, "until": {"input": "buton"})"), "/commands/v/until/input", "there is no input 'buton'",
+       "did you mean 'button'?"},
+      {valve(R"("value": 1, "factor": 2)"), "/commands/v/factor", "key 'factor' is not known", ""},
+      {tree(first("d", R"("do": "set", "output": "driver", "value": {"input": "button"})")), "/commands/d/value",
+       "stands here", "true or false"},
   };
 }
 
@@ -167,7 +200,8 @@ std::vector<BrokenRule> freedrive() {
 
 std::vector<BrokenRule> broken_transactions() {
   std::vector<BrokenRule> all;
-  for (const auto& some : {commands(), events(), motions(), online(), overlays(), compliances(), freedrive()})
+  for (const auto& some :
+       {commands(), events(), motions(), following(), online(), overlays(), compliances(), freedrive()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }
@@ -189,6 +223,18 @@ std::vector<BrokenRule> broken_transaction_plans() {
        "0 to 0.11"},
       {tree(first("v", R"("do": "set", "output": "valve", "value": 11)")), "/commands/v/value",
        "11 V is not for 'valve'", "0 to 10 V"},
+      {tree(first("v", R"("do": "set", "output": "valve", "value": {"sensor": "wrist"})")), "/commands/v/value",
+       "a value in N is not for 'valve', which is in V", "'factor', in V for each N"},
+      {R"({"do": "set", "output": "valve", "value": {"speed": "arm"}, "seconds": 1})", "/value",
+       "a value in m/s is not for 'valve', which is in V", "'factor', in V for each m/s"},
+      {tree(first("w", wait) + ", " +
+            first("v", R"("do": "set", "output": "valve", "value": {"progress": "w"}, "factor": 10)")),
+       "/commands/v", "C8: 'w' is no motion", "a motion"},
+      {tree(first("w", kDriver) + ", " +
+            first("v", R"("do": "set", "output": "valve", "value": {"progress": "w"}, "factor": 10)")),
+       "/commands/v", "C8: set value has no state 'progress'", "it offers"},
+      {tree(first("m", kUp + R"(, "base_to": "home")")), "/commands/m/arm", "'arm' stands on no base",
+       "an arm that is mounted \"on\" a base"},
       {R"({"do": "jog", "channel": "stick", "in": "nowhere", "while": {"channel": "enable"}})", "",
        "there is no frame 'nowhere'", "allowed: "},
       {R"({"do": "ptp", "to": "home", "weave": {"amplitude_m": 0.002, "frequency_Hz": 2}})", "",
@@ -261,6 +307,8 @@ std::vector<BrokenRun> broken_transaction_runs() {
        true},
       {"{" + kUp + R"(, "force_offset": {"sensor": "wrist", "force_N": 5, "approach_m_s": 0}})", "/force_offset/sensor",
        "'wrist' did not answer, so the arm stopped on its path", "its power", silent, true},
+      {tree(first("v", R"("do": "set", "output": "valve", "value": {"sensor": "wrist"}, "factor": 0.1)")),
+       "/commands/v/value", "what the output follows did not answer, so it stayed where it was", "its power", silent},
       {R"({"do": "freedrive", "seconds": 1})", "", "the mode was not changed: ", "an arm that stands",
        [](int, ActivityCell& cell) { cell.backend->state().ready = false; }},
   };
