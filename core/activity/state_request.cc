@@ -200,7 +200,8 @@ std::optional<std::string> unit_of(const ValueRequest& value, const command::Cel
     }
     default: {
       const auto channel = cell.channels.find(value.of);
-      return channel == cell.channels.end() ? std::nullopt : std::optional(channel->second->description().unit);
+      const bool known = channel != cell.channels.end() && channel->second != nullptr;
+      return known ? std::optional(channel->second->description().unit) : std::nullopt;
     }
   }
 }
