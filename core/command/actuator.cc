@@ -69,6 +69,10 @@ class ArmActuator final : public ActuatorModel {
         return add_both_spaces(fragment, set_point);
       default:
         fragment.add("inverse", "DifferentialInverseKinematics", kinematics_of(set_point));
+        if (set_point.speed) {
+          fragment.set_parameter("inverse", "linear_max", set_point.speed->linear);
+          fragment.set_parameter("inverse", "angular_max", set_point.speed->angular);
+        }
         set_point.feed(fragment, "twist", "inverse.twist");
         fragment.link_all("inverse", "arm", kJointPorts);
     }

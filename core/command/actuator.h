@@ -27,6 +27,11 @@ enum class SetPointKind : std::uint8_t {
 };
 [[nodiscard]] std::string_view name_of(SetPointKind kind);
 
+/// How fast a tool may be, m/s and rad/s.
+struct ToolSpeed {
+  double linear = 0.0, angular = 0.0;
+};
+
 /// A set point as it stands in a fragment: each of its ports is an output in there, a constant, or a sensor.
 struct SetPoint {
   SetPointKind kind = SetPointKind::kJoints;
@@ -34,6 +39,7 @@ struct SetPoint {
   std::map<std::string, nlohmann::ordered_json, std::less<>> constants;  ///< name above, value
   std::map<std::string, ExpressionPtr, std::less<>> sensors = {};        ///< name above, what it follows
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();                ///< of pose and twist: M in the flange
+  std::optional<ToolSpeed> speed = {};                                   ///< of a twist: no set point makes M faster
   std::vector<SetPoint> parts = {};                                      ///< of a pair: joints or pose of each
   /// Of arms: the control mode that it is meant for; nothing: whichever the arm is in. For a mode of impedance there
   /// may be beside the ports above what the arm is to be like as a spring: "stiffness", "damping_ratio", "torque"; or

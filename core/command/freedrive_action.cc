@@ -189,6 +189,9 @@ class ByBody final : public VelocityModel {
   }
 
  private:
+  [[nodiscard]] std::optional<ToolSpeed> speed() const override {
+    return ToolSpeed{.linear = wish_.linear_max, .angular = wish_.angular_max};
+  }
   void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     const FreedriveWish::Body& body = wish_.body;
     add_guided(fragment, wish_.enabled);

@@ -51,6 +51,8 @@ void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWi
   fragment.feed(wish.speed->node(), "wanted.factor");
 }
 
+ToolSpeed speed_of(const FollowWish& wish) { return {.linear = wish.linear_max, .angular = wish.angular_max}; }
+
 /// What it follows, and its speed.
 std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const FollowWish& wish) {
   if (wish.speed) formulas.push_back(wish.speed->node());
@@ -82,6 +84,7 @@ class Jog final : public VelocityModel {
     fragment.feed(enabled_, "held.open");
     add_limit(fragment, "held.value", bounds_);
   }
+  [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(bounds_); }
 
   ExpressionPtr velocity_, enabled_;
   FollowWish bounds_;
@@ -126,6 +129,7 @@ class FollowPose final : public VelocityModel {
     fragment.link("gain.value", "velocity.factor");
     add_limit(fragment, "velocity.value", wish_);
   }
+  [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(wish_); }
 
   ExpressionPtr target_;
   FollowWish wish_;

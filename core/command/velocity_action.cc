@@ -51,7 +51,8 @@ Contribution VelocityModel::add_to(FragmentWriter& fragment, const ActuatorModel
                         .ports = {{"twist", "twist.value"}},
                         .constants = {},
                         .sensors = {},
-                        .X_FM = actuator.arm()->X_FT},
+                        .X_FM = actuator.arm()->X_FT,
+                        .speed = speed()},
           .done = Signal::at(add_rest(fragment))};
 }
 

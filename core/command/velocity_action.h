@@ -18,6 +18,8 @@ class VelocityModel : public ActionModel {
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override;
 
  protected:
+  /// What the tool is never faster than, whatever velocity is wanted; nothing: what the limits of the arm allow.
+  [[nodiscard]] virtual std::optional<ToolSpeed> speed() const { return std::nullopt; }
   /// Adds what gives "wanted.value", a twist of the tool centre point in the axes of the base; null: come to rest.
   virtual void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const = 0;
 

@@ -1,4 +1,5 @@
 // Family "kinematics": velocities and forces between joints and frames of an arm.
+#include <algorithm>
 #include <optional>
 
 #include "core/device/arm.h"
@@ -117,7 +118,11 @@ class DifferentialInverseKinematics final : public Primitive {
             "damped_below", 0.05,
             {.unit = "1", .doc = "smallest singular value below which rates are damped", .range = "(0,1]"})),
         seed_(setup.parameter<JointArray>(
-            "seed", JointArray(), {.unit = "rad", .doc = "where it begins; default: the set point of the arm"})) {
+            "seed", JointArray(), {.unit = "rad", .doc = "where it begins; default: the set point of the arm"})),
+        bounds_(bounds(
+            setup.parameter<Real>("linear_max", 0.0, {.unit = "m/s", .doc = "of T; 0: no bound", .range = "[0,inf)"}),
+            setup.parameter<Real>("angular_max", 0.0,
+                                  {.unit = "rad/s", .doc = "of T; 0: no bound", .range = "[0,inf)"}))) {
     setup.latency("twist", "dq", {.cycles = 0, .data_dependent = true});
   }
 
@@ -139,7 +144,7 @@ class DifferentialInverseKinematics final : public Primitive {
     const JointVector& q = follower_->state().q;
     if (!known_ || !kinematics_.look(q)) return give_up();
     const JointVector target = cycle.stop_requested ? JointVector(JointVector::Zero(q.size())) : wanted(q, cycle.dt);
-    if (!follower_->advance(target, cycle.dt)) return give_up();
+    if (!follower_->advance(target, cycle.dt, kinematics_, bounds_)) return give_up();
     const RateFollower::State& state = follower_->state();
     q_.set(JointArray(state.q));
     dq_.set(JointArray(state.dq));
@@ -151,6 +156,13 @@ class DifferentialInverseKinematics final : public Primitive {
   }
 
  private:
+  static ToolBounds bounds(double linear, double angular) {
+    ToolBounds bounds;
+    if (linear > 0.0) bounds.linear = linear;
+    if (angular > 0.0) bounds.angular = angular;
+    return bounds;
+  }
+
   void start() {
     const JointVector q = seed_.size > 0 ? JointVector(seed_.map()) : kinematics_.arm->set_point().q;
     known_ = q.size() == kinematics_.arm->joint_count();
@@ -162,6 +174,7 @@ class DifferentialInverseKinematics final : public Primitive {
     if (twist_.null()) return JointVector::Zero(q.size());
     Vector6 V;
     V << twist_->linear, twist_->angular;
+    V /= std::max(1.0, bounds_.share(V) / ToolBounds::kAim);
     return kinematics::bounded_rates(kinematics_.J_BT, V, follower_->bounds(dt), length_, damped_below_);
   }
 
@@ -181,6 +194,7 @@ class DifferentialInverseKinematics final : public Primitive {
   ArmKinematics kinematics_;
   double length_, damped_below_;
   JointArray seed_;
+  ToolBounds bounds_;
   std::optional<RateFollower> follower_;
   bool known_ = false;
   double stop_time_ = 0.0;
@@ -201,7 +215,8 @@ TAKT_PRIMITIVE(
     DifferentialInverseKinematics, "kinematics",
     "Joint motion for a wanted twist, from where the arm is: damped near singularities, and never beyond the "
     "limits of any joint in position, velocity, acceleration and jerk. Where these forbid the twist, the "
-    "motion is the nearest that they allow; `achieved` tells. A twist of null counts as 0, and so does any once the "
+    "motion is the nearest that they allow; `achieved` tells. All joints reach new rates at the same time, so a tool "
+    "that is bounded stays inside its bounds meanwhile. A twist of null counts as 0, and so does any once the "
     "net is to stop: the joints come to "
     "rest. In the first cycle it has already run for one period. Null if the arm has no set point yet.");
 

@@ -27,10 +27,10 @@ class JointJog final : public Primitive {
         achieved_(setup.out<Twist>(
             "achieved", {.unit = "m/s,rad/s", .doc = "twist of T now, in the axes of B", .may_be_null = true})),
         kinematics_(setup),
-        linear_max_(
-            setup.parameter<Real>("linear_max", {.unit = "m/s", .doc = "of T", .range = "(0,inf)", .example = "0.25"})),
-        angular_max_(setup.parameter<Real>("angular_max",
-                                           {.unit = "rad/s", .doc = "of T", .range = "(0,inf)", .example = "1.0"})) {
+        bounds_{.linear = setup.parameter<Real>("linear_max",
+                                                {.unit = "m/s", .doc = "of T", .range = "(0,inf)", .example = "0.25"}),
+                .angular = setup.parameter<Real>(
+                    "angular_max", {.unit = "rad/s", .doc = "of T", .range = "(0,inf)", .example = "1.0"})} {
     margin_ = setup.parameter<Real>(
         "margin", 0.0, {.unit = "rad", .doc = "kept to the ends of the joints' ranges", .range = "[0,inf)"});
     setup.latency("rates", "dq", {.cycles = 0, .data_dependent = true});
@@ -53,7 +53,7 @@ class JointJog final : public Primitive {
     const auto count = follower_->state().q.size();
     const bool stands = cycle.stop_requested || rates_.null() || rates_->size != count;
     const JointVector target = stands ? JointVector(JointVector::Zero(count)) : wanted(cycle.dt);
-    if (!follower_->advance(target, cycle.dt)) return give_up();
+    if (!follower_->advance(target, cycle.dt, kinematics_, bounds_)) return give_up();
     const RateFollower::State& state = follower_->state();
     q_.set(JointArray(state.q));
     dq_.set(JointArray(state.dq));
@@ -74,9 +74,7 @@ class JointJog final : public Primitive {
   [[nodiscard]] JointVector wanted(double dt) const {
     const kinematics::RateBounds bounds = follower_->bounds(dt);
     const JointVector rates = rates_->map().cwiseMax(bounds.lower).cwiseMin(bounds.upper);
-    const Vector6 V = kinematics_.J_BT * rates;
-    const double most = std::max({1.0, V.head<3>().norm() / linear_max_, V.tail<3>().norm() / angular_max_});
-    return rates / most;
+    return rates / std::max(1.0, bounds_.share(kinematics_.J_BT * rates) / ToolBounds::kAim);
   }
 
   void give_up() {
@@ -91,7 +89,8 @@ class JointJog final : public Primitive {
   Out<JointArray> q_, dq_, ddq_;
   Out<Twist> achieved_;
   ArmKinematics kinematics_;
-  double linear_max_, angular_max_, margin_ = 0.0;
+  ToolBounds bounds_;
+  double margin_ = 0.0;
   std::optional<RateFollower> follower_;
   bool known_ = false;
   double stop_time_ = 0.0;
@@ -101,7 +100,8 @@ TAKT_PRIMITIVE(
     JointJog, "kinematics",
     "Joint motion at wanted rates, from where the arm is, never beyond the limits of any joint in position, "
     "velocity, acceleration and jerk; rates with which the tool would be faster than allowed are made "
-    "smaller, all by one factor. Rates of null, or of a wrong size, count as 0, and so do any once the net is "
+    "smaller, all by one factor, and all joints reach them at the same time. Rates of null, or of a wrong size, count "
+    "as 0, and so do any once the net is "
     "to stop: the joints come to rest. In the first cycle it has already run for one period. Null if the arm "
     "has no set point yet.");
 

@@ -1,23 +1,46 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "core/kinematics/differential.h"
 #include "core/motion/limits.h"
 #include "core/motion/online_generator.h"
 #include "core/motion/stop_range.h"
+#include "core/primitives/arm_kinematics.h"
 
 namespace takt::primitives {
 
+/// How fast a tool may be, m/s and rad/s.
+struct ToolBounds {
+  double linear = std::numeric_limits<double>::infinity();
+  double angular = std::numeric_limits<double>::infinity();
+
+  /// Wishes are kept inside by this much, so that what follows them has room while the Jacobian changes.
+  static constexpr double kAim = 0.99;
+
+  [[nodiscard]] bool bounded() const { return std::isfinite(linear) || std::isfinite(angular); }
+  /// Velocity of the tool over its bound; 1 or less: inside.
+  [[nodiscard]] double share(const kinematics::Vector6& V) const {
+    return std::max(V.head<3>().norm() / linear, V.tail<3>().norm() / angular);
+  }
+};
+
 /// Joints that follow wanted rates and never leave a limit: position, velocity, acceleration, jerk. Each cycle the
-/// rates become targets of a jerk-limited generator. A joint whose next state could no longer stop in front of its
-/// limit gets the target 0 instead, and that it can follow: the state before could stop. Owned by one primitive.
-/// Realtime: cyclic but for the constructor.
+/// rates become targets of a jerk-limited generator, which leads all joints there at the same time: so the rates on the
+/// way lie between those of now and the wanted ones, and a tool that is slow enough at both is so in between. A cycle
+/// after which it could become too fast is not gone: its joints lose their accelerations instead. A joint whose next
+/// state could no longer stop in front of its limit gets the target 0, and that it can follow: the state before could
+/// stop. That comes before the speed of the tool. Owned by one primitive. Realtime: cyclic but for the constructor.
 class RateFollower {
  public:
   using State = motion::OnlineGenerator::State;
 
   explicit RateFollower(const motion::JointLimits& limits)
       : limits_(limits),
-        generator_(static_cast<int>(limits.velocity.size()), motion::OnlineGenerator::Synchronization::kNone) {}
+        together_(static_cast<int>(limits.velocity.size()), motion::OnlineGenerator::Synchronization::kPhase),
+        each_(static_cast<int>(limits.velocity.size()), motion::OnlineGenerator::Synchronization::kNone) {}
 
   /// At rest at q. @param margin  inside of the ranges that it keeps away from their ends; a joint that is nearer to
   /// one does not come nearer
@@ -25,9 +48,9 @@ class RateFollower {
     const kinematics::JointVector rest = kinematics::JointVector::Zero(q.size());
     lower_ = (limits_.lower.array() + margin).matrix().cwiseMin(q).cwiseMax(limits_.lower);
     upper_ = (limits_.upper.array() - margin).matrix().cwiseMax(q).cwiseMin(limits_.upper);
-    generator_.start({.q = q, .dq = rest, .ddq = rest});
+    together_.start({.q = q, .dq = rest, .ddq = rest});
   }
-  [[nodiscard]] const State& state() const { return generator_.state(); }
+  [[nodiscard]] const State& state() const { return together_.state(); }
 
   /// Rates from which every joint can brake in good time: half of the acceleration, since it takes time to build up.
   /// What is wanted outside of them is refused later and less gently.
@@ -35,35 +58,85 @@ class RateFollower {
     return kinematics::rate_bounds(state().q, lower_, upper_, limits_.velocity, 0.5 * limits_.acceleration, dt);
   }
 
-  /// One period on. @return false: no number, or the generator knows no way
-  bool advance(kinematics::JointVector target, double dt) {
-    const State before = generator_.state();
-    if (!step(target, dt)) return false;
-    bool refused = false;
-    const State& after = generator_.state();
+  /// One period on. @param kinematics  left at state().q   @return false: no number, or the generator knows no way
+  bool advance(kinematics::JointVector target, double dt, ArmKinematics& kinematics, const ToolBounds& tool) {
+    const Jacobians J = jacobians(kinematics, tool);
+    const State before = state();
+    if (!step(together_, target, dt)) return false;
+    if (too_fast(state(), J, tool)) {
+      target = bounded(calmed(before), J, tool);
+      together_.start(before);
+      if (!step(together_, target, dt)) return false;
+    }
+    if (!refuse(state(), target)) return true;
+    target = bounded(target, J, tool);
+    each_.start(before);
+    if (!step(each_, target, dt)) return false;
+    // Those that were led there more slowly before may be too near to an end now.
+    if (refuse(each_.state(), target)) {
+      each_.start(before);
+      if (!step(each_, target, dt)) return false;
+    }
+    together_.start(each_.state());
+    return true;
+  }
+
+ private:
+  using JointVector = kinematics::JointVector;
+
+  /// Of the tool where it is, and where it will be by the time that joints could have changed their rates.
+  struct Jacobians {
+    kinematics::Jacobian now, ahead;
+  };
+  [[nodiscard]] Jacobians jacobians(ArmKinematics& kinematics, const ToolBounds& tool) const {
+    if (!tool.bounded()) return {kinematics.J_BT, kinematics.J_BT};
+    Jacobians J{.now = kinematics.J_BT, .ahead = {}};
+    const double time = 2.0 * (limits_.acceleration.array() / limits_.jerk.array()).maxCoeff();
+    kinematics.look(JointVector(state().q + time * state().dq));
+    J.ahead = kinematics.J_BT;
+    return J;
+  }
+
+  bool step(motion::OnlineGenerator& generator, const JointVector& target, double dt) const {
+    using enum motion::OnlineGenerator::Status;
+    const auto status = generator.follow_velocity(
+        target, {.velocity = limits_.velocity, .acceleration = limits_.acceleration, .jerk = limits_.jerk}, dt);
+    return status == kMoving || status == kArrived;
+  }
+
+  static double share(const JointVector& dq, const Jacobians& J, const ToolBounds& tool) {
+    return std::max(tool.share(J.now * dq), tool.share(J.ahead * dq));
+  }
+  /// All by one factor.
+  static JointVector bounded(const JointVector& dq, const Jacobians& J, const ToolBounds& tool) {
+    return dq / std::max(1.0, share(dq, J, tool) / ToolBounds::kAim);
+  }
+  /// The rates once all joints have lost their accelerations together.
+  [[nodiscard]] JointVector calmed(const State& state) const {
+    const double time = (state.ddq.array().abs() / limits_.jerk.array()).maxCoeff();
+    return state.dq + 0.5 * time * state.ddq;
+  }
+  [[nodiscard]] bool too_fast(const State& state, const Jacobians& J, const ToolBounds& tool) const {
+    return share(state.dq, J, tool) > 1.0 || share(calmed(state), J, tool) > 1.0;
+  }
+
+  /// Joints that could no longer stop inside their ranges get the target 0. @return whether there are any
+  bool refuse(const State& after, JointVector& target) const {
+    bool any = false;
     for (Eigen::Index i = 0; i < target.size(); ++i) {
       const auto range =
           motion::stop_range(after.q[i], after.dq[i], after.ddq[i], limits_.acceleration[i], limits_.jerk[i]);
       if (range.lowest >= lower_[i] && range.highest <= upper_[i]) continue;
       target[i] = 0.0;
-      refused = true;
+      any = true;
     }
-    if (!refused) return true;
-    generator_.start(before);
-    return step(target, dt);
-  }
-
- private:
-  bool step(const kinematics::JointVector& target, double dt) {
-    using enum motion::OnlineGenerator::Status;
-    const auto status = generator_.follow_velocity(
-        target, {.velocity = limits_.velocity, .acceleration = limits_.acceleration, .jerk = limits_.jerk}, dt);
-    return status == kMoving || status == kArrived;
+    return any;
   }
 
   const motion::JointLimits& limits_;  ///< of the arm's description, which outlives every primitive
-  kinematics::JointVector lower_, upper_;
-  motion::OnlineGenerator generator_;
+  JointVector lower_, upper_;
+  motion::OnlineGenerator together_;  ///< holds the state
+  motion::OnlineGenerator each_;      ///< every joint as soon as it can
 };
 
 }  // namespace takt::primitives

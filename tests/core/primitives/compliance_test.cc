@@ -238,6 +238,41 @@ TEST_F(ArmPrimitives, JoggedJointsNeverBreakALimit) {
   }
 }
 
+/// Wishes of full speed that turn at random, by small joints and large: on the way from one to the next the tool keeps
+/// to its bounds, but for what its Jacobian changes meanwhile.
+TEST_F(ArmPrimitives, ABoundedToolIsNotFasterWhileJointsChangeTheirRates) {
+  constexpr double kLinear = 0.5, kAngular = 1.0;
+  for (const std::string kind : {"DifferentialInverseKinematics", "JointJog"}) {
+    double linear = 0.0, angular = 0.0;
+    for (std::uint64_t run = 1; run <= 40; ++run) {
+      PrimitiveHarness jog(kind, {{"device", "arm"}, {"linear_max", kLinear}, {"angular_max", kAngular}}, options);
+      Random wishes(run);
+      const auto part = [&] { return wishes.uniform(-1.0, 1.0); };
+      int next = 0;
+      for (int k = 0; k < 3000; ++k) {
+        if (k == next) {
+          next += static_cast<int>(wishes.uniform(10.0, 500.0));
+          kinematics::JointVector rates(arm.limits.velocity.size());
+          for (double& rate : rates) rate = 1.5 * part();
+          const Vector v(part(), part(), part()), w(part(), part(), part());
+          if (kind == "JointJog") jog.set("rates", JointArray(rates));
+          if (kind != "JointJog")
+            jog.set("twist", Twist{2.0 * kLinear * v.normalized(), 2.0 * kAngular * w.normalized()});
+        }
+        jog.step();
+        const Twist V = *jog.get<Twist>("achieved");
+        linear = std::max(linear, V.linear.norm() / kLinear);
+        angular = std::max(angular, V.angular.norm() / kAngular);
+      }
+    }
+    RecordProperty(kind + " linear", std::to_string(linear));
+    RecordProperty(kind + " angular", std::to_string(angular));
+    EXPECT_LE(linear, 1.06) << kind;
+    EXPECT_LE(angular, 1.3) << kind;
+    EXPECT_GT(linear, 0.9) << kind << ": and it is not simply slow";
+  }
+}
+
 TEST_F(ArmPrimitives, JoggedJointsKeepTheDirectionOfTheToolAndRestWithoutAWish) {
   PrimitiveHarness jog("JointJog", {{"device", "arm"}, {"linear_max", 0.1}, {"angular_max", 10.0}}, options);
   kinematics::JointVector rates = kinematics::JointVector::Zero(arm.home.size());
