@@ -174,7 +174,7 @@ class DifferentialInverseKinematics final : public Primitive {
     if (twist_.null()) return JointVector::Zero(q.size());
     Vector6 V;
     V << twist_->linear, twist_->angular;
-    V /= std::max(1.0, bounds_.share(V) / ToolBounds::kAim);
+    V /= std::max(1.0, bounds_.share(V));
     return kinematics::bounded_rates(kinematics_.J_BT, V, follower_->bounds(dt), length_, damped_below_);
   }
 

@@ -74,7 +74,7 @@ class JointJog final : public Primitive {
   [[nodiscard]] JointVector wanted(double dt) const {
     const kinematics::RateBounds bounds = follower_->bounds(dt);
     const JointVector rates = rates_->map().cwiseMax(bounds.lower).cwiseMin(bounds.upper);
-    return rates / std::max(1.0, bounds_.share(kinematics_.J_BT * rates) / ToolBounds::kAim);
+    return rates / std::max(1.0, bounds_.share(kinematics_.J_BT * rates));
   }
 
   void give_up() {

@@ -17,8 +17,8 @@ struct ToolBounds {
   double linear = std::numeric_limits<double>::infinity();
   double angular = std::numeric_limits<double>::infinity();
 
-  /// Wishes are kept inside by this much, so that what follows them has room while the Jacobian changes.
-  static constexpr double kAim = 0.99;
+  /// Share from which joints are held back: wishes may go up to 1, and what follows them is never exact.
+  static constexpr double kTooFast = 1.002;
 
   [[nodiscard]] bool bounded() const { return std::isfinite(linear) || std::isfinite(angular); }
   /// Velocity of the tool over its bound; 1 or less: inside.
@@ -109,7 +109,7 @@ class RateFollower {
   }
   /// All by one factor.
   static JointVector bounded(const JointVector& dq, const Jacobians& J, const ToolBounds& tool) {
-    return dq / std::max(1.0, share(dq, J, tool) / ToolBounds::kAim);
+    return dq / std::max(1.0, share(dq, J, tool));
   }
   /// The rates once all joints have lost their accelerations together.
   [[nodiscard]] JointVector calmed(const State& state) const {
@@ -117,7 +117,7 @@ class RateFollower {
     return state.dq + 0.5 * time * state.ddq;
   }
   [[nodiscard]] bool too_fast(const State& state, const Jacobians& J, const ToolBounds& tool) const {
-    return share(state.dq, J, tool) > 1.0 || share(calmed(state), J, tool) > 1.0;
+    return share(state.dq, J, tool) > ToolBounds::kTooFast || share(calmed(state), J, tool) > ToolBounds::kTooFast;
   }
 
   /// Joints that could no longer stop inside their ranges get the target 0. @return whether there are any
