@@ -139,6 +139,8 @@ struct ControlCore::Impl {
   WatchList watches;
   std::mutex watch_mutex;                            // of kept_watches; never taken in the cycle
   std::vector<std::shared_ptr<Watch>> kept_watches;  // until the cycle has let go of them
+  /// Those that the cycle was asked to let go of, and when: they stay until it has heard that, even if they end before.
+  std::vector<std::pair<std::shared_ptr<Watch>, std::int64_t>> leaving_watches;
   std::atomic<RequestId> last_request = 0;
   std::atomic<std::int64_t> cycle = 0;
   std::atomic<std::int64_t> begun = -1;  // the cycle that was begun last
@@ -419,6 +421,8 @@ Result<std::shared_ptr<Watch>> ControlCore::watch(std::string_view channel, cons
 
 Result<std::shared_ptr<Watch>> ControlCore::attach(NetId net, std::unique_ptr<Watch> watch) {
   const std::lock_guard lock(impl_->watch_mutex);
+  const std::int64_t heard = impl_->cycle.load() - 2;  // what was asked for in that cycle is done
+  std::erase_if(impl_->leaving_watches, [heard](const auto& leaving) { return leaving.second < heard; });
   std::erase_if(impl_->kept_watches, [](const auto& kept) { return kept.use_count() == 1 && kept->ended(); });
   std::shared_ptr<Watch> kept = impl_->kept_watches.emplace_back(std::move(watch));
   const Posted posted{.id = 0, .retire = 0, .rule = {}, .watch = kept.get(), .watched = net, .attach = true};
@@ -428,6 +432,8 @@ Result<std::shared_ptr<Watch>> ControlCore::attach(NetId net, std::unique_ptr<Wa
 }
 
 void ControlCore::unwatch(const std::shared_ptr<Watch>& watch) {
+  const std::lock_guard lock(impl_->watch_mutex);
+  impl_->leaving_watches.emplace_back(watch, impl_->cycle.load());
   (void)impl_->queue.push(
       Posted{.id = 0, .retire = 0, .rule = {}, .watch = watch.get(), .watched = 0, .attach = false});
 }

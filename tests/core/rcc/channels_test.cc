@@ -272,6 +272,25 @@ TEST_F(ChannelsTest, AFullRingDropsAndCountsAndAnEndedNetIsSaid) {
   EXPECT_THAT(core->watch(id, "sum.value").error().to_string(), HasSubstr("is not loaded"));
 }
 
+TEST_F(ChannelsTest, AWatchStaysUntilTheCycleHasHeardThatNobodyWantsIt) {
+  declare({{.name = "count", .writer = Writer::kNet}});
+  const rcc::NetId id = started(counter("count"));
+  auto watch = core->watch(id, "sum.value", {.capacity = 4});
+  ASSERT_TRUE(watch);
+  steps(3);
+  core->abort(id);
+  steps(2);
+  ASSERT_TRUE((*watch)->ended()) << "with its net";
+  const std::weak_ptr<rcc::Watch> kept = *watch;
+  core->unwatch(*watch);
+  watch->reset();
+  EXPECT_TRUE(core->watch("count")) << "in the same pause between two cycles";
+  EXPECT_FALSE(kept.expired()) << "the cycle will still look at it";
+  steps(5);
+  EXPECT_TRUE(core->watch("count"));
+  EXPECT_TRUE(kept.expired());
+}
+
 TEST_F(ChannelsTest, O5_WatchesDoNotChangeTheRun) {
   const auto run = [&](int every) {
     declare({{.name = "count", .writer = Writer::kNet}});
