@@ -48,8 +48,13 @@ class MotionActivity final : public ActivityModel {
     const motion::ArmModel model = command::planning_model(arm, wish_.X_FM, before.at_end.tool);
     auto from_rest = motion::plan_sequence(model, *before.at_end.q, makers(model));
     if (!from_rest) return std::unexpected(std::move(from_rest.error()));
-    return prepare_two_ways(situation, {name(), arm_, model, std::move(*from_rest), blended_plan(model, before)},
-                            wish_);
+    ArmPlans plans{name(), arm_, model, std::move(*from_rest), blended_plan(model, before)};
+    MotionParameters own = wish_;
+    for (const Part& part : parts_) {
+      plans.weaves.push_back(part.wish.weave);
+      if (part.wish.weave) own.blend = {};  // who takes it over would drive the rest of its path bare
+    }
+    return prepare_two_ways(situation, std::move(plans), own);
   }
 
  private:
@@ -60,7 +65,10 @@ class MotionActivity final : public ActivityModel {
       for (const auto& [name, arm] : cell.arms) names.push_back(name);
       findings.error("/arm", fmt::format("there is no arm '{}'", arm_), nearest_choice(arm_, names));
     }
-    for (const Part& part : parts_) check_blend(part.wish, findings);
+    for (const Part& part : parts_) {
+      check_blend(part.wish, findings);
+      if (part.wish.weave) findings.append(command::check_figures(*part.wish.weave), "/weave");
+    }
     return findings;
   }
 
@@ -73,6 +81,7 @@ class MotionActivity final : public ActivityModel {
         if (!leg) return leg;
         leg->velocity = part.wish.velocity;
         leg->acceleration = part.wish.acceleration;
+        if (part.wish.weave) leg->acceleration = std::min(leg->acceleration, command::kShareWithOverlay);
         leg->linear_velocity = part.wish.linear_velocity;
         if (!last) leg->blend = inner_blend(part.wish.blend);
         return leg;

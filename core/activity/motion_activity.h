@@ -8,6 +8,7 @@
 #include "core/activity/activity_model.h"
 #include "core/command/compliance_action.h"
 #include "core/command/motion_action.h"
+#include "core/command/weave_plan.h"
 
 /// Motions of one arm as activities. Realtime: setup.
 namespace takt::activity {
@@ -35,6 +36,9 @@ struct MotionParameters {
   std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves, in the flange; default: the arm's tool
   /// How the arm gives way meanwhile; it has to be in that control mode. Default: as the arm is.
   std::optional<command::ComplianceWish> compliance = {};
+  /// Laid over the path, which has at most kShareWithOverlay of the accelerations then. Neighbours in one plan hand it
+  /// on (command::plan_weaves); where the next motion takes over in the run it ends at rest before.
+  std::optional<command::WeaveWish> weave = {};
 };
 
 /// Is the blend one that can be? Findings at "/blend".

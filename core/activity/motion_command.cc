@@ -24,9 +24,6 @@ using command::State;
 using kinematics::JointVector;
 using Planned = Result<command::PlannedMotion>;
 
-/// Of the limits of acceleration and jerk, for a path that something is laid over.
-constexpr double kShareWithOverlay = 0.8;
-
 const char* name_of(PathKind kind) {
   switch (kind) {
     case PathKind::kPtp:
@@ -45,7 +42,6 @@ class MotionCommand final : public CommandRequest {
  public:
   std::vector<MotionRequest> requests;
   std::vector<std::string> places;  ///< of each motion, below the pointer of this
-  OverlayRequest overlay;
   std::optional<ComplianceRequest> compliance;
 
   [[nodiscard]] const std::string& arm() const { return requests.front().arm; }
@@ -63,14 +59,18 @@ class MotionCommand final : public CommandRequest {
     command::RuntimeCommand moved(name, actuator, action);
     MadeCommand made{.command = moved, .action = action, .actuator = actuator};
     if (compliance) made.places = places_of(*compliance);
-    made.places.emplace_back("/ramp", "/weave/ramp_s");
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+      const std::string theirs = requests.size() == 1 ? "" : pointer_segment(i);
+      made.places.emplace_back(theirs + "/ramp", places[i] + "/weave/ramp_s");
+      if (!theirs.empty()) made.places.emplace_back(theirs, places[i]);
+    }
     moved.observe(key + " cancelled", command::BooleanSensor(moved.cancelled().node()));
     moved.observe(key + " completed", command::BooleanSensor(moved.completed().node()));
-    if (overlay.force) {
+    if (first_offset(requests)) {
       const State silent = action.state("no_force");
       moved.on_entered(silent, cancel(moved));
       moved.capture(key + " no force", command::tool_pose(making.cell, arm()), silent);
-      made.handler_places.emplace_back("/force_offset/sensor");
+      made.handler_places.push_back(offset_place() + "/sensor");
     }
     add_unless(making, key, action, moved, made);
     const auto& condition = requests.back().until;
@@ -93,8 +93,8 @@ class MotionCommand final : public CommandRequest {
   void finish(const EndedTree& ended, const std::string& key, bool cancelled, Context& context,
               Findings& findings) const override {
     if (ended.value<net::Frame>(key + " no force")) {
-      findings.error(pointer + "/force_offset/sensor",
-                     fmt::format("'{}' did not answer, so the arm stopped on its path", overlay.force->sensor),
+      findings.error(pointer + offset_place() + "/sensor",
+                     fmt::format("'{}' did not answer, so the arm stopped on its path", force().sensor),
                      "its power and its wires");
     }
     tell_broken(ended, key, findings);
@@ -182,29 +182,26 @@ class MotionCommand final : public CommandRequest {
   }
 
   [[nodiscard]] command::Action with_overlay(const Making& making, command::Action motion) const {
-    if (overlay.weave) motion = command::weave(motion, *overlay.weave);
-    if (overlay.force) motion = overlay.force->laid_over(motion, arm(), making.cell, making.biases);
+    if (std::ranges::any_of(requests, [](const auto& request) { return request.overlay.weave.has_value(); }))
+      motion = command::weave_each(motion, weaves_of(requests));
+    if (const auto first = first_offset(requests))
+      motion = command::force_offset(motion, force().pressing(arm(), making.cell, making.biases), force().wish, *first);
     return motion;
   }
+  /// Of a motion that has one.
+  [[nodiscard]] const OverlayRequest::ForceOffset& force() const {
+    return *requests[*first_offset(requests)].overlay.force;
+  }
+  [[nodiscard]] std::string offset_place() const { return places[*first_offset(requests)] + "/force_offset"; }
 };
 
 std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std::string& pointer,
                                      const command::Cell& cell, Findings& findings) {
   auto command = std::make_unique<MotionCommand>();
-  Json own = json;
-  for (const char* key : {"weave", "force_offset"}) own.erase(key);
-  command->requests.push_back(read_motion(kind, own, pointer, cell, findings));
+  command->requests.push_back(read_motion(kind, json, pointer, cell, findings));
   command->places.emplace_back();
-  MotionRequest& request = command->requests.back();
+  const MotionRequest& request = command->requests.back();
   command->compliance = request.compliance;
-  command->overlay = read_overlay(json, pointer, request.arm, cell, findings);
-  if (!request.follower.empty() && (command->overlay.weave || command->overlay.force)) {
-    findings.error(pointer + "/follower", "two arms as one with something laid over their path",
-                   "a motion with nothing but its path, or one arm");
-  }
-  // The rest of acceleration and jerk is for what is laid over the path, whatever its clock does.
-  if (command->overlay.weave || command->overlay.force)
-    request.acceleration = std::min(request.acceleration, kShareWithOverlay);
   if (request.blend.kind != motion::Blend::Kind::kNone) {
     findings.error(pointer + (json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
                    "a command of its own has nothing to blend into", "\"do\": \"motions\" with several");
@@ -287,6 +284,11 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     command->places.emplace_back();
   }
   check_movers(*command, pointer, findings);
+  const Findings mixed = check_offsets(command->requests);
+  for (Finding finding : mixed.list()) {
+    finding.pointer = pointer + "/steps" + finding.pointer;
+    findings.add(std::move(finding));
+  }
   for (std::size_t i = 0; i < command->requests.size(); ++i) {
     const MotionRequest& request = command->requests[i];
     const bool last = i + 1 == command->requests.size(), blends = request.blend.kind != motion::Blend::Kind::kNone;

@@ -73,6 +73,23 @@ void read_springs(ObjectReader& reader, MotionRequest& request) {
                             "no 'compliance', or one arm");
 }
 
+/// What is laid over its path.
+void read_laid_over(ObjectReader& reader, const command::Cell& cell, MotionRequest& request) {
+  request.overlay = read_overlay(reader, request.arm, cell);
+  if (!request.overlay.any()) return;
+  request.acceleration = std::min(request.acceleration, command::kShareWithOverlay);
+  const char* key = request.overlay.weave ? "weave" : "force_offset";
+  if (!request.follower.empty())
+    reader.findings().error(reader.at("follower"), "two arms as one with something laid over their path",
+                            "a motion with nothing but its path, or one arm");
+  if (request.kind != PathKind::kPtp && (request.through.empty() || !request.through.front().is_joints())) return;
+  reader.findings().error(reader.at(key),
+                          fmt::format("C8: {} moves joints, so there is nothing to {}",
+                                      request.kind == PathKind::kPtp ? "PTP" : "a spline of joints",
+                                      request.overlay.weave ? "weave beside" : "shift"),
+                          "a motion of a frame");
+}
+
 /// When it ends before its goal.
 void read_ends(ObjectReader& reader, const command::Cell& cell, MotionRequest& request) {
   request.until = read_condition(reader, "until", cell);
@@ -193,11 +210,9 @@ Result<JointVector> nearest_configuration(const command::MountedArm& mounted, co
 
 /// The planner speaks of "/goal/2" and "/start/2"; the file has the goal at "/to".
 Findings as_seen_in_file(const Findings& findings) {
-  constexpr std::pair<std::string_view, std::string_view> kPlaces[] = {{"/goal", "/to"},
-                                                                       {"/points", "/through"},
-                                                                       {"/centre", "/about/position_m"},
-                                                                       {"/axis", "/about/axis"},
-                                                                       {"/angle", "/about/angle_deg"}};
+  constexpr std::pair<std::string_view, std::string_view> kPlaces[] = {
+      {"/goal", "/to"},         {"/points", "/through"},        {"/centre", "/about/position_m"},
+      {"/axis", "/about/axis"}, {"/angle", "/about/angle_deg"}, {"/ramp", "/weave/ramp_s"}};
   Findings renamed;
   for (Finding finding : findings.list()) {
     for (const auto& [theirs, ours] : kPlaces) {
@@ -319,24 +334,6 @@ Result<motion::Motion> plan_single(const MotionRequest& request, const command::
   return motion::plan_lin(arm.chain, *arm.inverse, arm.limits, arm.cartesian, q, *X_goal, {}, options);
 }
 
-/// Findings of a sequence: "/0/goal" becomes a place below the first step; a later step is named in the text.
-Findings of_sequence(const Findings& findings, const std::vector<MotionRequest>& requests) {
-  Findings result;
-  for (std::size_t i = 0; i < requests.size(); ++i) {
-    Findings own;
-    const std::string prefix = pointer_segment(i);
-    for (Finding finding : findings.list()) {
-      const bool mine = finding.pointer == prefix || finding.pointer.starts_with(prefix + "/");
-      if (!mine && (i != 0 || finding.pointer.starts_with("/start") == false)) continue;
-      if (mine) finding.pointer.erase(0, prefix.size());
-      if (i > 0) finding.message = fmt::format("in '{}', which is blended into: {}", requests[i].name, finding.message);
-      own.add(std::move(finding));
-    }
-    result.append(as_seen_in_file(own));
-  }
-  return result;
-}
-
 /// Notes speak of "/1/blend"; the file has that at the key of that step.
 Findings as_notes(const Findings& notes, const std::vector<MotionRequest>& requests) {
   Findings result;
@@ -395,10 +392,66 @@ MotionRequest read_motion(PathKind kind, const Json& json, const std::string& po
   }
   read_follower(reader, cell, request);
   read_springs(reader, request);
+  read_laid_over(reader, cell, request);
   read_ends(reader, cell, request);
   read_blend(reader, request);
   reader.finish();
   return request;
+}
+
+Findings of_motions(const Findings& findings, const std::vector<MotionRequest>& requests) {
+  Findings result;
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    Findings own;
+    const std::string prefix = pointer_segment(i);
+    for (Finding finding : findings.list()) {
+      const bool mine = finding.pointer == prefix || finding.pointer.starts_with(prefix + "/");
+      if (!mine && (i != 0 || finding.pointer.starts_with("/start") == false)) continue;
+      if (mine) finding.pointer.erase(0, prefix.size());
+      if (i > 0) finding.message = fmt::format("in '{}', which is blended into: {}", requests[i].name, finding.message);
+      own.add(std::move(finding));
+    }
+    result.append(as_seen_in_file(own));
+  }
+  return result;
+}
+
+std::optional<std::size_t> first_offset(const std::vector<MotionRequest>& requests) {
+  const auto first = std::ranges::find_if(requests, [](const auto& one) { return one.overlay.force.has_value(); });
+  if (first == requests.end()) return std::nullopt;
+  return static_cast<std::size_t>(first - requests.begin());
+}
+
+Findings check_offsets(const std::vector<MotionRequest>& requests) {
+  Findings findings;
+  const auto first = first_offset(requests);
+  if (!first) return findings;
+  const auto same = "the same 'force_offset' at both, or no blend between them";
+  for (std::size_t i = *first + 1; i < requests.size(); ++i) {
+    const MotionRequest &before = requests[i - 1], &now = requests[i];
+    if (now.overlay.force == before.overlay.force) continue;
+    findings.error(pointer_segment(i) + "/force_offset",
+                   fmt::format("the force offset of '{}' ({}) does not go on in '{}' ({}), into which it is blended",
+                               before.name, before.pointer, now.name, now.pointer),
+                   same);
+    break;
+  }
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    if (!requests[i].overlay.weave) continue;
+    findings.error(
+        pointer_segment(i) + "/weave",
+        fmt::format("a weave of '{}' ({}) and a force offset of '{}' ({}), which are blended into each other",
+                    requests[i].name, requests[i].pointer, requests[*first].name, requests[*first].pointer),
+        "one of them, or no blend between them");
+    break;
+  }
+  return findings;
+}
+
+command::WeaveWishes weaves_of(const std::vector<MotionRequest>& requests) {
+  command::WeaveWishes weaves;
+  for (const MotionRequest& request : requests) weaves.push_back(request.overlay.weave);
+  return weaves;
 }
 
 Result<motion::SequencePlan> plan_motions(const std::vector<MotionRequest>& requests, const command::Cell& cell,
@@ -414,7 +467,7 @@ Result<motion::SequencePlan> plan_motions(const std::vector<MotionRequest>& requ
   }
   const motion::ArmModel arm = command::planning_model(cell.arms.find(first.arm)->second);
   auto plan = motion::plan_sequence(arm, q, leg_makers(requests, cell));
-  if (!plan) return std::unexpected(of_sequence(plan.error(), requests));
+  if (!plan) return std::unexpected(of_motions(plan.error(), requests));
   plan->notes = as_notes(plan->notes, requests);
   return plan;
 }
@@ -444,7 +497,7 @@ Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionRequest>& req
     whole.add(std::move(finding));
   }
   all.append(as_seen_in_file(whole));
-  all.append(of_sequence(plan.error(), requests));
+  all.append(of_motions(plan.error(), requests));
   return std::unexpected(std::move(all));
 }
 

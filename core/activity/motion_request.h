@@ -8,6 +8,7 @@
 
 #include "core/activity/compliance_request.h"
 #include "core/activity/goal.h"
+#include "core/activity/overlay_request.h"
 #include "core/command/condition.h"
 #include "core/motion/plan_pair.h"
 
@@ -40,6 +41,7 @@ struct MotionRequest {
   std::optional<double> linear_velocity;  ///< m/s
   motion::Blend blend;
   std::optional<ComplianceRequest> compliance;
+  OverlayRequest overlay;
   std::optional<command::Condition> until;
   bool must_touch = true;                    ///< a guarded motion that reaches its end is a failure
   std::optional<command::Condition> unless;  ///< as soon as it holds the motion brakes on its path and has failed
@@ -61,6 +63,17 @@ struct MotionRequest {
 [[nodiscard]] Result<kinematics::JointVector> goal_joints(const Goal& goal, const command::Cell& cell,
                                                           const std::string& arm, const kinematics::JointVector& q,
                                                           Findings& notes);
+
+/// What is laid over each of them.
+[[nodiscard]] command::WeaveWishes weaves_of(const std::vector<MotionRequest>& requests);
+/// The first motion with a force offset; nothing: none has one.
+[[nodiscard]] std::optional<std::size_t> first_offset(const std::vector<MotionRequest>& requests);
+/// A force offset may begin in a blend, but not change or end in one, and there is no weave in the same plan.
+/// @return findings "/1/force_offset" (index of the motion) that name both places
+[[nodiscard]] Findings check_offsets(const std::vector<MotionRequest>& requests);
+/// Findings of motions by number, "/1/ramp", as a program has them: below the step of the first; those of a later one
+/// are named in the text.
+[[nodiscard]] Findings of_motions(const Findings& findings, const std::vector<MotionRequest>& requests);
 
 /// Plans one motion, or several that follow each other and are blended, from q (rad or m) as things are believed to be.
 /// @return the plan, or findings with pointers below the step of the first motion; those of a later one are named in

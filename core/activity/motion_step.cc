@@ -30,8 +30,9 @@ class MotionRun final : public ScheduledRun {
   [[nodiscard]] bool begun() const override { return run() && run()->part().has_value(); }
   [[nodiscard]] bool has_taken_over() const override { return run() && run()->blended(); }
   [[nodiscard]] bool may_be_left() const override {
-    // Who takes it over carries out the rest of it too, but not with its springs.
-    const bool blends = request_.blend.kind != motion::Blend::Kind::kNone && !request_.compliance;
+    // Who takes it over carries out the rest of it too, but not with its springs, nor with what is laid over it.
+    const bool blends =
+        request_.blend.kind != motion::Blend::Kind::kNone && !request_.compliance && !request_.overlay.any();
     return blends && begun() && part() + 1 == requests_.size();
   }
 
@@ -43,6 +44,7 @@ class MotionRun final : public ScheduledRun {
   Progress finish(Context& context, Findings& findings) override {
     for (const std::string& arm : {request_.arm, request_.follower}) context.variables.touches.erase(arm);
     const GuardedEnd end = guarded_end(*run(), static_cast<int>(requests_.size()));
+    if (end.no_force) return tell_no_force(findings);
     if (end.broken) return tell_broken(*end.broken, findings);
     if (!request_.until) return Progress::kDone;
     if (end.touch) {
@@ -59,6 +61,17 @@ class MotionRun final : public ScheduledRun {
     if (!request_.must_touch) return Progress::kDone;
     findings.error("/until", "the motion reached its end and the condition never held",
                    "a longer motion, another threshold, or \"on_end\": \"continue\"");
+    return Progress::kFailed;
+  }
+
+  Progress tell_no_force(Findings& findings) const {
+    const std::size_t first = first_offset(requests_).value_or(0);
+    const MotionRequest& with_force = requests_[first];
+    std::string message =
+        fmt::format("'{}' did not answer, so the arm stopped on its path", with_force.overlay.force->sensor);
+    if (first > 0) message = fmt::format("in '{}', which is blended into: {}", with_force.name, message);
+    const std::string way_out = "its power and its wires";
+    findings.error(first > 0 ? "" : "/force_offset/sensor", message, way_out);
     return Progress::kFailed;
   }
 
@@ -102,7 +115,7 @@ class MotionStep final : public Step {
     const bool goes_on = rehearsal.open && rehearsal.open->arm == moved_arm() && may_go_on(rehearsal.cell);
     if (!goes_on) settle_rehearsal(rehearsal, findings);
     rehearsal.open.reset();
-    if (last.blend.kind != motion::Blend::Kind::kNone) rehearsal.open = {moved_arm(), last.pointer};
+    if (last.blend.kind != motion::Blend::Kind::kNone) note_open_end(rehearsal, findings);
     if (!last.follower.empty()) rehearsal.touched[last.follower] = false;
     rehearsal.touched[last.arm] = last.until.has_value();
     const auto alone = requested_motion(requests_, {})->alone(rehearsal.cell, rehearsal.q);
@@ -121,11 +134,25 @@ class MotionStep final : public Step {
 
   [[nodiscard]] std::string moved_arm() const override { return moved_by(requests_.front()); }
   [[nodiscard]] bool may_go_on(const command::Cell& cell) const override {
+    // What is laid over a path begins with it at rest, unless another motion of the same plan comes before.
+    if (requests_.front().overlay.any()) return false;
     return std::ranges::none_of(
         requests_, [&](const auto& request) { return request.compliance || hangs_on_motion(request, cell); });
   }
 
  private:
+  /// The next motion is decided in the run: whatever is laid over this one has to be gone, and so it stops.
+  void note_open_end(Rehearsal& rehearsal, Findings& findings) const {
+    const MotionRequest& last = requests_.back();
+    if (!last.overlay.any()) {
+      rehearsal.open = {moved_arm(), last.pointer};
+      return;
+    }
+    findings.note(last.pointer,
+                  fmt::format("no motion of this arm stands directly behind it, and it has a {}: it stops at the goal",
+                              last.overlay.weave ? "weave" : "force offset"),
+                  "the next motion right behind it in the file, or no blend");
+  }
   /// The mode and the values of its compliance. @return false: with findings
   bool gives_way_as_it_can(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const {
     const MotionRequest& last = requests_.back();
@@ -143,7 +170,6 @@ class MotionStep final : public Step {
 template <PathKind kind>
 std::unique_ptr<Step> parse(const Json& json, const std::string& pointer, const command::Cell& cell,
                             Findings& findings) {
-  if (json.contains("weave") || json.contains("force_offset")) return parse_command_step(json, pointer, cell, findings);
   return std::make_unique<MotionStep>(read_motion(kind, json, pointer, cell, findings));
 }
 

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/base/object_reader.h"
-
 namespace takt::activity {
 namespace {
 
@@ -67,27 +65,20 @@ OverlayRequest::ForceOffset read_force_offset(const Json& json, const std::strin
 
 }  // namespace
 
-command::Action OverlayRequest::ForceOffset::laid_over(const command::Action& motion, const std::string& arm,
-                                                       const command::Cell& cell, const command::Biases& biases) const {
-  const Eigen::Isometry3d& X_FT = cell.arms.find(arm)->second.X_FT;
-  return command::force_offset(motion, command::pressing_along(cell, sensor, wish.direction_M, X_FT, biases), wish);
+command::RealSensor OverlayRequest::ForceOffset::pressing(const std::string& arm, const command::Cell& cell,
+                                                          const command::Biases& biases) const {
+  return command::pressing_along(cell, sensor, wish.direction_M, cell.arms.find(arm)->second.X_FT, biases);
 }
 
-OverlayRequest read_overlay(const Json& json, const std::string& pointer, const std::string& arm,
-                            const command::Cell& cell, Findings& findings) {
+OverlayRequest read_overlay(ObjectReader& reader, const std::string& arm, const command::Cell& cell) {
   OverlayRequest overlay;
-  Findings unheard;
-  ObjectReader reader(json, pointer, unheard);
-  const auto object = [&](const char* key) -> const Json* {
-    if (!reader.has(key)) return nullptr;
-    ObjectReader typed(json, pointer, findings);
-    return typed.object(key);
-  };
-  if (const Json* weave = object("weave")) overlay.weave = read_weave(*weave, pointer + "/weave", findings);
-  if (const Json* force = object("force_offset"))
-    overlay.force = read_force_offset(*force, pointer + "/force_offset", arm, cell, findings);
+  Findings& findings = reader.findings();
+  if (const Json* weave = reader.object("weave", false))
+    overlay.weave = read_weave(*weave, reader.at("weave"), findings);
+  if (const Json* force = reader.object("force_offset", false))
+    overlay.force = read_force_offset(*force, reader.at("force_offset"), arm, cell, findings);
   if (overlay.weave && overlay.force)
-    findings.error(pointer + "/force_offset", "a weave and a force offset", "one of them");
+    findings.error(reader.at("force_offset"), "a weave and a force offset", "one of them");
   return overlay;
 }
 

@@ -3,9 +3,8 @@
 #include <optional>
 #include <string>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "core/base/findings.h"
+#include "core/base/object_reader.h"
 #include "core/command/cell.h"
 #include "core/command/overlay_action.h"
 
@@ -16,15 +15,18 @@ struct OverlayRequest {
   struct ForceOffset {
     std::string sensor;
     command::ForceOffsetWish wish;
-    [[nodiscard]] command::Action laid_over(const command::Action& motion, const std::string& arm,
-                                            const command::Cell& cell, const command::Biases& biases) const;
+    /// With how much force the tool of an arm presses.
+    [[nodiscard]] command::RealSensor pressing(const std::string& arm, const command::Cell& cell,
+                                               const command::Biases& biases) const;
+    bool operator==(const ForceOffset&) const = default;
   };
   std::optional<command::WeaveWish> weave;
   std::optional<ForceOffset> force;
+
+  [[nodiscard]] bool any() const { return weave || force; }
 };
 
-/// @param json  the motion. Findings: all that is wrong with the form of these two keys. Realtime: setup.
-[[nodiscard]] OverlayRequest read_overlay(const nlohmann::ordered_json& json, const std::string& pointer,
-                                          const std::string& arm, const command::Cell& cell, Findings& findings);
+/// @param reader  of the motion. Findings: all that is wrong with the form of these two keys. Realtime: setup.
+[[nodiscard]] OverlayRequest read_overlay(ObjectReader& reader, const std::string& arm, const command::Cell& cell);
 
 }  // namespace takt::activity

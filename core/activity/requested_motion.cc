@@ -23,6 +23,7 @@ class Requested : public RequestedMotion {
  protected:
   [[nodiscard]] const std::vector<MotionRequest>& requests() const { return requests_; }
   [[nodiscard]] const MotionRequest& last() const { return requests_.back(); }
+  [[nodiscard]] const command::Biases& biases() const { return biases_; }
 
   [[nodiscard]] MotionParameters wish(const command::Cell& cell) const {
     MotionParameters wish{.blend = BlendingCondition(last().blend)};
@@ -61,6 +62,8 @@ class OfOneArm final : public Requested {
   [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
     const Precedent& before = situation.precedents.find(last().arm)->second;
     if (!before.at_end.rests()) return nowhere();
+    if (const Findings mixed = check_offsets(requests()); mixed.has_errors())
+      return std::unexpected(of_motions(mixed, requests()));
     Findings wrong = last().compliance ? check_compliance(*last().compliance, situation.cell, last().arm) : Findings();
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     auto plan = plan_motions(requests(), situation.cell, *before.at_end.q);
@@ -69,19 +72,23 @@ class OfOneArm final : public Requested {
   }
 
   [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q) const override {
+    if (const Findings mixed = check_offsets(requests()); mixed.has_errors())
+      return std::unexpected(of_motions(mixed, requests()));
     auto plan = plan_motions(requests(), cell, q.find(last().arm)->second);
     if (!plan) return std::unexpected(std::move(plan.error()));
     Alone alone{.prepared = {},
                 .notes = plan->notes,
                 .q_goal = {{last().arm, plan->motion.q_goal}},
                 .duration = plan->motion.duration()};
-    alone.prepared = prepare(nothing_before(cell), std::move(*plan), std::nullopt);
+    auto prepared = prepare(nothing_before(cell), std::move(*plan), std::nullopt);
+    if (!prepared) return std::unexpected(std::move(prepared.error()));
+    alone.prepared = std::move(*prepared);
     return alone;
   }
 
  private:
-  [[nodiscard]] Prepared prepare(const Situation& situation, motion::SequencePlan from_rest,
-                                 std::optional<motion::SequencePlan> from_blend) const {
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation, motion::SequencePlan from_rest,
+                                         std::optional<motion::SequencePlan> from_blend) const {
     const motion::ArmModel model = command::planning_model(situation.cell.arms.find(last().arm)->second);
     ArmPlans plans{.name = name(),
                    .arm = last().arm,
@@ -89,8 +96,19 @@ class OfOneArm final : public Requested {
                    .from_rest = std::move(from_rest),
                    .from_blend = std::move(from_blend),
                    .tells_end = true,
-                   .unless = unless(situation.cell)};
-    return prepare_two_ways(situation, std::move(plans), wish(situation.cell));
+                   .unless = unless(situation.cell),
+                   .weaves = weaves_of(requests()),
+                   .offset = offset(situation.cell)};
+    auto prepared = prepare_two_ways(situation, std::move(plans), wish(situation.cell));
+    if (!prepared) return std::unexpected(of_motions(prepared.error(), requests()));
+    return prepared;
+  }
+
+  [[nodiscard]] std::optional<OffsetPlan> offset(const command::Cell& cell) const {
+    const auto first = first_offset(requests());
+    if (!first) return std::nullopt;
+    const OverlayRequest::ForceOffset& force = *requests()[*first].overlay.force;
+    return OffsetPlan{.pressing = force.pressing(last().arm, cell, biases()), .wish = force.wish, .first = *first};
   }
 
   [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const Situation& situation,

@@ -55,13 +55,14 @@ motion::Blend blend_of(const BlendingCondition& wish, const motion::Motion& moti
 
 /// Names of what a guarded motion shows: each way has its own.
 struct EndNames {
-  const char *touch, *progress, *way;
+  const char *touch, *progress, *no_force, *way;
 
   [[nodiscard]] std::string broken(int motion) const { return fmt::format("unless {}{}", motion, way); }
   [[nodiscard]] std::string silent(int motion) const { return fmt::format("unless {} silent{}", motion, way); }
 };
-constexpr EndNames kFromRest{"touch", "progress", ""};
-constexpr EndNames kFromBlend{"touch after a blend", "progress after a blend", " after a blend"};
+constexpr EndNames kFromRest{"touch", "progress", "no force", ""};
+constexpr EndNames kFromBlend{"touch after a blend", "progress after a blend", "no force after a blend",
+                              " after a blend"};
 
 /// What must not hold stops it, each while its motion is being done.
 /// @param first  the number of the first of `unless`
@@ -87,13 +88,25 @@ std::vector<std::optional<State>> with_before(const Situation& situation, const 
   return all;
 }
 
+/// @param before  how many motions of somebody else come first
+command::Action offset_over(const command::Action& motion, const OffsetPlan& offset, std::size_t before) {
+  return command::force_offset(motion, offset.pressing, offset.wish, offset.first + before);
+}
+
 /// A condition counts from where the motion that it stands at begins: others may be blended into it.
 command::RuntimeCommand command_of(const Cell& cell, const TwoWays& ways, const std::string& name,
                                    const command::PlannedMotion& motion, const MotionParameters& wish,
-                                   const EndNames& names) {
+                                   const std::optional<command::WeavePlan>& weaves, const EndNames& names) {
   command::Action action = command::planned(motion);
+  if (weaves) action = command::woven(action, *weaves);
+  if (ways.offset) action = offset_over(action, *ways.offset, &motion == &ways.from_rest ? 0 : 1);
   if (wish.compliance) action = with_compliance(action, *wish.compliance);
   command::RuntimeCommand command(name, ways.actuator, action);
+  if (ways.offset) {
+    const State silent = action.state("no_force");
+    command.on_entered(silent, cancel(command));
+    command.capture(names.no_force, command::tool_pose(cell, ways.clock), silent);
+  }
   if (!wish.until) return command;
   State until = *wish.until;
   if (!motion.handed_over.empty()) until = until && action.via_passed(static_cast<int>(motion.handed_over.size()) - 1);
@@ -123,7 +136,7 @@ void add_forecasts(const TwoWays& ways, const MotionParameters& wish, Prepared& 
     const bool leads = arm == ways.clock;
     const motion::Motion& motion = leads ? *ways.from_rest.motion : *ways.from_rest.partner->motion;
     Forecast& forecast = prepared.forecasts[arm];
-    if (!wish.until) forecast.after = ActuatorState::at_rest(motion.q_goal);
+    if (!wish.until && !ways.offset) forecast.after = ActuatorState::at_rest(motion.q_goal);
     prepared.begins[arm].push_back(begin.rest);
   }
 }
@@ -133,6 +146,47 @@ bool gives_way_as_before(const Situation& situation, const std::string& arm, con
   const auto before = situation.precedents.find(arm);
   if (before == situation.precedents.end() || !before->second.leaving) return true;
   return command::same(before->second.leaving->motion.compliance, wish.compliance);
+}
+
+/// Where a weave is the first or the last thing the motion is not joined or left on the way.
+Findings add_weaves(const Cell& cell, const ArmPlans& plans, TwoWays& ways, MotionParameters& wish) {
+  const auto woven = [](const auto& weave) { return weave.has_value(); };
+  if (std::ranges::none_of(plans.weaves, woven)) return {};
+  const command::MountedArm& arm = cell.arms.find(plans.arm)->second;
+  const auto plan = [&](const command::PlannedMotion& motion, const command::WeaveWishes& wishes) {
+    return command::plan_weaves(
+        arm, {.motion = motion.motion.get(), .X_FM = motion.X_FM, .handed_over = motion.handed_over}, wishes);
+  };
+  auto from_rest = plan(ways.from_rest, plans.weaves);
+  if (!from_rest) return std::move(from_rest.error());
+  ways.weaves_from_rest = std::move(*from_rest);
+  if (plans.weaves.back()) wish.blend = {};
+  if (plans.weaves.front()) ways.from_blend.reset();
+  if (!ways.from_blend) return {};
+  command::WeaveWishes with_before{std::nullopt};
+  with_before.insert(with_before.end(), plans.weaves.begin(), plans.weaves.end());
+  if (auto from_blend = plan(*ways.from_blend, with_before)) {
+    ways.weaves_from_blend = std::move(*from_blend);
+  } else {
+    ways.from_blend.reset();  // it waits for the natural end of the one before
+  }
+  return {};
+}
+
+/// The same for a force offset.
+Findings add_offset(const ArmPlans& plans, TwoWays& ways, MotionParameters& wish) {
+  if (!plans.offset) return {};
+  ways.offset = plans.offset;
+  const auto check = [&](const command::PlannedMotion& motion, std::size_t before) {
+    Findings placed;
+    const auto action = offset_over(command::planned(motion), *plans.offset, before);
+    placed.append(action.model().check(ways.actuator.model()), pointer_segment(plans.offset->first));
+    return placed;
+  };
+  if (Findings wrong = check(ways.from_rest, 0); wrong.has_errors()) return wrong;
+  wish.blend = {};
+  if (plans.offset->first == 0 || (ways.from_blend && check(*ways.from_blend, 1).has_errors())) ways.from_blend.reset();
+  return {};
 }
 
 void add_last(const command::SubjectPtr& command, const Leavable& motion, Prepared& prepared) {
@@ -167,7 +221,8 @@ Prepared prepare_two_ways(const Situation& situation, TwoWays ways, const Motion
   // Without channels nobody could tell it where the clock of the one before is; other springs would come too soon.
   if (!cell.channels.contains(path_time_channel(ways.clock)) || !gives_way_as_before(situation, ways.clock, wish))
     ways.from_blend.reset();
-  auto rest = command_of(cell, ways, ways.from_blend ? "from rest" : ways.name, ways.from_rest, wish, kFromRest);
+  auto rest = command_of(cell, ways, ways.from_blend ? "from rest" : ways.name, ways.from_rest, wish,
+                         ways.weaves_from_rest, kFromRest);
   add_unless(ways.unless, 0, ways.from_rest, kFromRest, rest);
   prepared.motions.push_back({rest.subject(), ways.from_rest.handed_over, 0.0});
   if (leavable_later) add_last(rest.subject(), leavable(ways, ways.from_rest, wish, duration), prepared);
@@ -176,7 +231,7 @@ Prepared prepare_two_ways(const Situation& situation, TwoWays ways, const Motion
   if (!ways.from_blend) return prepared;
 
   connect(cell, ways.clock, ways.tau, *ways.from_blend);
-  auto going_on = command_of(cell, ways, "from a blend", *ways.from_blend, wish, kFromBlend);
+  auto going_on = command_of(cell, ways, "from a blend", *ways.from_blend, wish, ways.weaves_from_blend, kFromBlend);
   add_unless(with_before(situation, ways), -1, *ways.from_blend, kFromBlend, going_on);
   std::vector<double> handed_over = ways.from_blend->handed_over;
   const double own_begin = handed_over.empty() ? 0.0 : handed_over.front();
@@ -199,7 +254,7 @@ Prepared prepare_two_ways(const Situation& situation, TwoWays ways, const Motion
   return prepared;
 }
 
-Prepared prepare_two_ways(const Situation& situation, ArmPlans plans, const MotionParameters& wish) {
+Result<Prepared> prepare_two_ways(const Situation& situation, ArmPlans plans, const MotionParameters& wish) {
   const auto planned = [&](motion::SequencePlan plan) {
     return command::PlannedMotion{.motion = std::make_shared<const motion::Motion>(std::move(plan.motion)),
                                   .X_FM = plans.model.X_FM,
@@ -221,7 +276,11 @@ Prepared prepare_two_ways(const Situation& situation, ArmPlans plans, const Moti
     ways.tau = leaving.tau;
     ways.begins[plans.arm].blend = seam_in_motion(leaving, *begin);
   }
-  return prepare_two_ways(situation, std::move(ways), wish);
+  MotionParameters own = wish;
+  Findings wrong = add_weaves(situation.cell, plans, ways, own);
+  wrong.append(add_offset(plans, ways, own));
+  if (wrong.has_errors()) return std::unexpected(std::move(wrong));
+  return prepare_two_ways(situation, std::move(ways), own);
 }
 
 std::optional<motion::Departure> departure_of(const Precedent& before, const Eigen::Isometry3d& X_FM) {
@@ -237,6 +296,7 @@ GuardedEnd guarded_end(const ActivityRun& run, int motions) {
   GuardedEnd end;
   for (const EndNames& names : {kFromRest, kFromBlend}) {
     if (const auto touch = run.value<net::Frame>(names.touch)) end.touch = touch;
+    end.no_force = end.no_force || run.value<net::Frame>(names.no_force).has_value();
     end.at_goal = end.at_goal || run.value<net::Real>(names.progress).value_or(0.0) > 1.0 - kRounding;
     for (int i = -1; i < motions; ++i) {
       if (run.value<net::Real>(names.silent(i))) end.broken = {.motion = i, .silent = true};

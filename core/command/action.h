@@ -74,7 +74,8 @@ class ActionModel {
   struct PlannedPath {
     const motion::Motion* motion = nullptr;
     Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
-    bool laid_over = false;  ///< its set points are not those of the plan: a weave
+    std::vector<double> handed_over = {};  ///< path time at which each of its motions but the last hands over, s
+    bool laid_over = false;                ///< its set points are not those of the plan: a weave
   };
   [[nodiscard]] virtual PlannedPath planned_path() const { return {}; }
 

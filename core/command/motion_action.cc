@@ -74,7 +74,7 @@ class PlannedModel final : public ActionModel {
 
   [[nodiscard]] PlannedPath planned_path() const override {
     if (motion_.partner) return {};
-    return {.motion = motion_.motion.get(), .X_FM = motion_.X_FM};
+    return {.motion = motion_.motion.get(), .X_FM = motion_.X_FM, .handed_over = motion_.handed_over};
   }
   [[nodiscard]] double duration() const override { return motion_.motion->duration(); }
   [[nodiscard]] std::vector<device::Seam> begins() const override {

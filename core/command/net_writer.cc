@@ -240,6 +240,10 @@ std::string FragmentWriter::gate_with_cancel(const std::string& id, const char* 
   return id + ".value";
 }
 
+void FragmentWriter::link_delayed(const std::string& from, const std::string& to, Json initial) {
+  net().link_delayed(from, to, std::move(initial));
+}
+
 void FragmentWriter::set_parameter(const std::string& id, const std::string& name, Json value) {
   primitive_in(net(), id).parameters[name] = std::move(value);
 }

@@ -108,6 +108,8 @@ class FragmentWriter {
   void add(const std::string& id, std::string type,
            nlohmann::ordered_json parameters = nlohmann::ordered_json::object());
   void link(const std::string& from, const std::string& to);
+  /// One cycle late; `initial` before.
+  void link_delayed(const std::string& from, const std::string& to, nlohmann::ordered_json initial);
   /// The same ports of two primitives.
   void link_all(const std::string& from, const std::string& to, std::initializer_list<const char*> ports);
   /// From the outside to an input in here.

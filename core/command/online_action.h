@@ -42,6 +42,8 @@ struct ForceWish {
   double integral_time = 1.0;       ///< s
   double velocity_max = 0.02;       ///< m/s
   double acceleration_max = 1.0;    ///< m/s^2
+
+  bool operator==(const ForceWish&) const = default;
 };
 /// Presses along a direction, in the axes of a task frame that is given in the arm's base.
 /// @param pressing  with which the tool presses along that direction, N (pressing_force)

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/command/device_sensors.h"
+#include "core/command/frame_stretches.h"
 #include "core/command/velocity_action.h"
 #include "core/device/description.h"
 #include "core/kinematics/inverse.h"
@@ -23,68 +24,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What plans leave of the acceleration and of the jerk (docs/motion.md).
-constexpr double kAccelerationLeft = 0.2, kJerkLeft = 0.3;
-
 /// One thing at a time is laid over a motion.
 void check_is_bare(const ActionModel& motion, Findings& findings) {
   if (motion.planned_path().laid_over)
     findings.error({}, fmt::format("something is laid over {} already", motion.name()), "a force offset or a weave");
 }
 
-/// The largest velocity, acceleration and jerk of a weave at full speed: m/s, m/s^2, m/s^3.
-using Peaks = std::array<double, 3>;
-
-Peaks larger_of(const Peaks& a, const Peaks& b) {
-  return {std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])};
-}
-
-/// A weave while it is at its full amplitude.
-Peaks peaks_between_ramps(const WeaveWish& wish) {
-  const double omega = 2.0 * std::numbers::pi * wish.frequency;
-  return {wish.amplitude * omega, wish.amplitude * omega * omega, wish.amplitude * omega * omega * omega};
-}
-
-/// The smooth step 10 u^3 - 15 u^4 + 6 u^5 of the primitive Weave, with its derivatives with respect to u in [0, 1].
-std::array<double, 4> smooth_step(double u) {
-  return {u * u * u * (10.0 + u * (-15.0 + 6.0 * u)), 30.0 * u * u * (1.0 - u) * (1.0 - u),
-          60.0 * u * (1.0 - u) * (1.0 - 2.0 * u), 60.0 * (1.0 - 6.0 * u + 6.0 * u * u)};
-}
-
-/// A weave in its ramps: A sin(w t) s(u), u = t / T at its start and (D - t) / T at its end, looked at densely. Where
-/// the ramp has many periods every phase comes by, and the envelope of each derivative is its peak.
-/// @param duration  D of the path, s
-Peaks peaks_in_ramps(const WeaveWish& wish, double duration) {
-  constexpr int kPlaces = 400;           // of a period, or of a shorter ramp
-  constexpr double kManyPeriods = 20.0;  // the envelope is less than 0.1 % above the peak then
-  const double omega = 2.0 * std::numbers::pi * wish.frequency, ramp = std::min(wish.ramp, 0.5 * duration);
-  const bool by_envelope = ramp * wish.frequency > kManyPeriods;
-  const int places = by_envelope ? kPlaces : static_cast<int>(kPlaces * std::max(1.0, ramp * wish.frequency));
-  Peaks peaks{};
-  for (int i = 0; i <= places; ++i) {
-    const double u = static_cast<double>(i) / places;
-    auto s = smooth_step(u);
-    for (int order = 1; order < 4; ++order) s[static_cast<std::size_t>(order)] /= std::pow(ramp, order);
-    // Derivatives of the product: what goes with the sine, and what with the cosine.
-    const std::array<std::pair<double, double>, 3> parts = {
-        {{s[1], omega * s[0]},
-         {s[2] - omega * omega * s[0], 2.0 * omega * s[1]},
-         {s[3] - 3.0 * omega * omega * s[1], 3.0 * omega * s[2] - omega * omega * omega * s[0]}}};
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      const auto [of_sine, of_cosine] = parts[k];
-      const auto at = [&](double phase) { return std::abs(of_sine * std::sin(phase) + of_cosine * std::cos(phase)); };
-      // To the end the same runs backwards in time, from the phase that the sine has there.
-      const double most = by_envelope ? std::hypot(of_sine, of_cosine)
-                                      : std::max(at(omega * u * ramp), at(omega * (u * ramp - duration)));
-      peaks[k] = std::max(peaks[k], wish.amplitude * most);
-    }
-  }
-  return peaks;
-}
-
 class Woven final : public ActionModel {
  public:
-  Woven(std::shared_ptr<const ActionModel> motion, const WeaveWish& wish) : motion_(std::move(motion)), wish_(wish) {}
+  /// @param plan  nothing: it is made when it is known how the motion goes
+  Woven(std::shared_ptr<const ActionModel> motion, WeaveWishes wishes, std::optional<WeavePlan> plan)
+      : motion_(std::move(motion)), wishes_(std::move(wishes)), plan_(std::move(plan)) {}
 
   [[nodiscard]] std::string_view name() const override { return motion_->name(); }
   [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return motion_->gives(actuator); }
@@ -98,120 +48,128 @@ class Woven final : public ActionModel {
   }
   [[nodiscard]] std::vector<device::Seam> begins() const override { return motion_->begins(); }
   [[nodiscard]] std::vector<device::Seam> ends() const override { return motion_->ends(); }
-  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return motion_->stop_time(actuator); }
+  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override {
+    const PlannedPath path = motion_->planned_path();
+    if (!plan_ || path.motion == nullptr) return motion_->stop_time(actuator);
+    return motion::PathClock(plan_->clock, path.motion->duration(), false).stop_time_bound();
+  }
   [[nodiscard]] PlannedPath planned_path() const override {
     PlannedPath path = motion_->planned_path();
     path.laid_over = true;
     return path;
   }
   [[nodiscard]] double duration() const override { return motion_->duration(); }
-  [[nodiscard]] bool needs_plan() const override { return motion_->needs_plan(); }
+  [[nodiscard]] bool needs_plan() const override { return !plan_; }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
                                                                 const Places& q) const override {
-    auto planned = motion_->plan(actuator, q);
-    if (!planned) return planned;
-    return std::make_shared<const Woven>(std::move(*planned), wish_);
+    auto motion = motion_;
+    if (motion->needs_plan()) {
+      auto planned = motion->plan(actuator, q);
+      if (!planned) return planned;
+      motion = std::move(*planned);
+    }
+    std::optional<WeavePlan> plan;
+    const PlannedPath path = motion->planned_path();
+    // What is wrong with the figures check() tells.
+    if (path.motion != nullptr && !own_faults(*motion, actuator).has_errors()) {
+      auto made = plan_weaves(*actuator.arm(), path, wishes_);
+      if (!made) return std::unexpected(in_place(made.error(), path));
+      plan = std::move(*made);
+    }
+    return std::make_shared<const Woven>(std::move(motion), wishes_, plan.value_or(WeavePlan{}));
   }
 
   [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
     Findings findings = motion_->check(actuator);
-    if (motion_->gives(actuator) != SetPointKind::kPose) {
-      findings.error({}, fmt::format("C8: {} moves joints, so there is nothing to weave beside", name()),
-                     "a motion of a frame");
-      return findings;
-    }
-    check_is_bare(*motion_, findings);
-    if (!check_figures(findings)) return findings;
-    const auto& limits = actuator.arm()->device->description().cartesian;
-    const Peaks most{limits.linear_velocity, kAccelerationLeft * limits.linear_acceleration,
-                     kJerkLeft * limits.linear_jerk};
-    const Peaks steady = peaks_between_ramps(wish_);
-    for (std::size_t k = 0; k < kWhat.size(); ++k) {
-      if (steady[k] <= most[k]) continue;
-      findings.error({}, fmt::format("a weave with {} of {:.3g} {}", kWhat[k].first, steady[k], kWhat[k].second),
-                     fmt::format("at most {:.3g} {}: a smaller amplitude or frequency", most[k], kWhat[k].second));
-    }
-    const auto motion = motion_->planned_path().motion;
-    if (motion != nullptr && !findings.has_errors()) check_ramp(motion->duration(), most, findings);
+    findings.append(own_faults(*motion_, actuator));
     return findings;
   }
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     Contribution contribution = motion_->add_to(fragment, actuator);
-    fragment.add("weave", "Weave",
-                 {{"amplitude", wish_.amplitude},
-                  {"frequency", wish_.frequency},
-                  {"duration", contribution.duration},
-                  {"ramp", wish_.ramp}});
-    fragment.link_all(contribution.path_clock, "weave", {"time", "rate", "rate_derivative"});
-    fragment.add("offset", "OffsetFrame", {{"direction", net::value_to_json(net::Vector(wish_.direction_M))}});
-    for (const char* port : {"frame", "twist", "acceleration"}) {
-      contribution.set_point.feed(fragment, port, std::string("offset.") + port);
-      contribution.set_point.ports[port] = std::string("offset.moved_") + port;
-    }
-    fragment.link("weave.value", "offset.offset");
-    fragment.link("weave.velocity", "offset.offset_velocity");
-    fragment.link("weave.acceleration", "offset.offset_acceleration");
+    fragment.set_parameter(contribution.path_clock, "bounds", motion::to_json(plan_->clock));
+    for (std::size_t i = 0; i < plan_->windows.size(); ++i)
+      add_weave(fragment, plan_->windows[i], i == 0 ? "" : fmt::format("_{}", i + 1), contribution);
     return contribution;
   }
 
  private:
-  bool check_figures(Findings& findings) const {
-    const bool before = findings.has_errors();
-    const auto check = [&](const char* name, double value, const char* unit) {
-      if (value > 0.0 && std::isfinite(value)) return;
-      findings.error(pointer_segment(name), fmt::format("{:g} {}", value, unit), "above 0 and finite");
-    };
-    check("amplitude", wish_.amplitude, "m");
-    check("frequency", wish_.frequency, "Hz");
-    check("ramp", wish_.ramp, "s");
-    const double length = wish_.direction_M.norm();
-    if (!(std::abs(length - 1.0) < 1e-6))
-      findings.error("/direction", fmt::format("a direction of length {:g}", length), "length 1");
-    return before || !findings.has_errors();
-  }
-
-  /// What is needed to grow from nothing, and to fade, shows once it is known how long the motion takes.
-  void check_ramp(double duration, const Peaks& most, Findings& findings) const {
-    const Peaks ramps = peaks_in_ramps(wish_, duration);
-    std::string way_out;
-    for (std::size_t k = 0; k < kWhat.size(); ++k) {
-      if (ramps[k] <= most[k]) continue;
-      if (way_out.empty()) way_out = longer_ramp(duration, most);
-      const auto& [what, unit] = kWhat[k];
-      findings.error("/ramp",
-                     fmt::format("a weave that grows or fades in {:.3g} s, with {} of {:.3g} {} (at most {:.3g} {})",
-                                 std::min(wish_.ramp, 0.5 * duration), what, ramps[k], unit, most[k], unit),
-                     way_out);
+  /// Where several lie over one motion the others add nothing meanwhile.
+  static void add_weave(FragmentWriter& fragment, const WeaveWindow& window, const std::string& number,
+                        Contribution& contribution) {
+    const std::string weave = "weave" + number, offset = "offset" + number;
+    fragment.add(weave, "Weave",
+                 {{"amplitude", window.wish.amplitude},
+                  {"frequency", window.wish.frequency},
+                  {"begin", window.begin},
+                  {"duration", window.end - window.begin},
+                  {"ramp", window.wish.ramp}});
+    fragment.link_all(contribution.path_clock, weave, {"time", "rate", "rate_derivative"});
+    fragment.add(offset, "OffsetFrame", {{"direction", net::value_to_json(net::Vector(window.wish.direction_M))}});
+    for (const char* port : {"frame", "twist", "acceleration"}) {
+      contribution.set_point.feed(fragment, port, offset + "." + port);
+      contribution.set_point.ports[port] = offset + ".moved_" + port;
     }
+    fragment.link(weave + ".value", offset + ".offset");
+    fragment.link(weave + ".velocity", offset + ".offset_velocity");
+    fragment.link(weave + ".acceleration", offset + ".offset_acceleration");
   }
 
-  /// The shortest ramp that is possible, s, as people read it.
-  [[nodiscard]] std::string longer_ramp(double duration, const Peaks& most) const {
-    constexpr double kStep = 1.02;
-    WeaveWish longer = wish_;
-    const auto fits = [&] { return larger_of(peaks_in_ramps(longer, duration), most) == most; };
-    while (longer.ramp < 0.5 * duration) {
-      longer.ramp = std::min(kStep * longer.ramp, 0.5 * duration);
-      if (fits()) return fmt::format("a ramp of {:.3f} s or more", std::ceil(1e3 * longer.ramp) / 1e3);
+  /// What is wrong whatever the motion is like.
+  [[nodiscard]] Findings own_faults(const ActionModel& motion, const ActuatorModel& actuator) const {
+    Findings findings;
+    const SetPointKind gives = motion.gives(actuator);
+    const bool of_frame = gives == SetPointKind::kPose || gives == SetPointKind::kPath;
+    if (!of_frame || motion.planned_path().motion == nullptr) {
+      findings.error({}, fmt::format("C8: {} moves joints, so there is nothing to weave beside", name()),
+                     "a motion of a frame");
+      return findings;
     }
-    return "a longer motion, or a smaller amplitude or frequency";
+    check_is_bare(motion, findings);
+    const std::size_t motions = motion.planned_path().handed_over.size() + 1;
+    if (wishes_.size() > 1 && wishes_.size() != motions) {
+      findings.error({}, fmt::format("{} weaves for {} motions", wishes_.size(), motions), "one for each, or one");
+    }
+    for (std::size_t i = 0; i < wishes_.size(); ++i) {
+      if (!wishes_[i] || (i > 0 && wishes_[i] == wishes_[i - 1])) continue;
+      Findings own = check_figures(*wishes_[i]);
+      if (!own.has_errors()) own = check_alone(*wishes_[i], actuator.arm()->device->description().cartesian);
+      findings.append(own, wishes_.size() == 1 ? "" : pointer_segment(i));
+    }
+    return findings;
   }
 
-  static constexpr std::array<std::pair<const char*, const char*>, 3> kWhat = {
-      {{"a velocity", "m/s"}, {"an acceleration", "m/s^2"}, {"a jerk", "m/s^3"}}};
+  /// A motion that is alone has no number.
+  static Findings in_place(const Findings& found, const PlannedPath& path) {
+    if (!path.handed_over.empty()) return found;
+    Findings placed;
+    for (Finding finding : found.list()) {
+      finding.pointer.erase(0, pointer_segment(0).size());
+      placed.add(std::move(finding));
+    }
+    return placed;
+  }
 
   std::shared_ptr<const ActionModel> motion_;
-  WeaveWish wish_;
+  WeaveWishes wishes_;
+  std::optional<WeavePlan> plan_;
 };
 
 /// What an offset along a direction of the moving frame may add to what the joints do on a path. The path's law and its
 /// clock keep the shares of the limits that the motion was planned with, whatever the clock does (docs/motion.md).
 class OffsetRoom {
  public:
-  OffsetRoom(const MountedArm& arm, const ActionModel::PlannedPath& path, const ForceOffsetWish& wish)
-      : arm_(planning_model(arm, path.X_FM)), motion_(*path.motion), wish_(wish) {
-    for (const motion::PieceShares& shares : motion_.shares) share_ = std::max(share_, shares.acceleration);
+  /// @param begin  path time from which the offset is there, s
+  OffsetRoom(const MountedArm& arm, const ActionModel::PlannedPath& path, const ForceOffsetWish& wish, double begin)
+      : arm_(planning_model(arm, path.X_FM)),
+        motion_(*path.motion),
+        wish_(wish),
+        begin_(begin),
+        places_(kPlaces * static_cast<int>(path.handed_over.size() + 1)) {
+    const auto pieces = motion::pieces_of(motion_.path);
+    const double from = motion_.law.at(begin_).s;
+    for (std::size_t i = 0; i < motion_.shares.size(); ++i)
+      if (pieces[i].s_end > from) share_ = std::max(share_, motion_.shares[i].acceleration);
     if (motion_.shares.empty()) share_ = 1.0;
   }
 
@@ -221,10 +179,9 @@ class OffsetRoom {
     check_use(findings, "acceleration", -1, 0.0, force.acceleration_max,
               (1.0 - share_) * arm_.cartesian.linear_acceleration);
     check_use(findings, "jerk", -1, 0.0, wish_.jerk_max, (1.0 - share_) * arm_.cartesian.linear_jerk);
-    constexpr int kPlaces = 100;
-    const double step = std::max(motion_.duration() / kPlaces, kLeastStep_s);
+    const double step = std::max((motion_.duration() - begin_) / places_, kLeastStep_s);
     std::optional<JointVector> before, before_rate;
-    for (double at = 0.0; at <= motion_.duration() && findings.empty(); at += step) {
+    for (double at = begin_; at <= motion_.duration() && findings.empty(); at += step) {
       const auto sample = motion::joints_at(arm_, motion_, at);
       const auto per_metre = sample ? joints_per_metre(sample->q) : std::nullopt;
       if (!per_metre) break;  // no plan lets that happen
@@ -253,6 +210,7 @@ class OffsetRoom {
  private:
   using JointVector = kinematics::JointVector;
   static constexpr double kLeastStep_s = 1e-3;
+  static constexpr int kPlaces = 100;  ///< on each motion
   /// What differs between places, and at the offset from on the path.
   static constexpr double kMargin = 1.1;
   static constexpr double kRounding = 1e-9;
@@ -283,13 +241,16 @@ class OffsetRoom {
   motion::ArmModel arm_;
   const motion::Motion& motion_;
   const ForceOffsetWish& wish_;
+  double begin_;
+  int places_;
   double share_ = 0.0;  ///< of the limits of acceleration and jerk that the motion may use
 };
 
 class ForceOffset final : public ActionModel {
  public:
-  ForceOffset(std::shared_ptr<const ActionModel> motion, ExpressionPtr pressing, const ForceOffsetWish& wish)
-      : motion_(std::move(motion)), pressing_(std::move(pressing)), wish_(wish) {}
+  ForceOffset(std::shared_ptr<const ActionModel> motion, ExpressionPtr pressing, const ForceOffsetWish& wish,
+              std::size_t first)
+      : motion_(std::move(motion)), pressing_(std::move(pressing)), wish_(wish), first_(first) {}
 
   [[nodiscard]] std::string_view name() const override { return motion_->name(); }
   [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return motion_->gives(actuator); }
@@ -323,12 +284,13 @@ class ForceOffset final : public ActionModel {
                                                                 const Places& q) const override {
     auto planned = motion_->plan(actuator, q);
     if (!planned) return planned;
-    return std::make_shared<const ForceOffset>(std::move(*planned), pressing_, wish_);
+    return std::make_shared<const ForceOffset>(std::move(*planned), pressing_, wish_, first_);
   }
 
   [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
     Findings findings = motion_->check(actuator);
-    if (motion_->gives(actuator) != SetPointKind::kPose) {
+    const PlannedPath path = motion_->planned_path();
+    if (path.motion == nullptr || !begin_of(path)) {
       findings.error({}, fmt::format("C8: {} moves joints, so there is nothing to shift", name()),
                      "a motion of a frame");
       return findings;
@@ -338,15 +300,15 @@ class ForceOffset final : public ActionModel {
                      "a reach and a retreat from 0, not both 0");
     }
     check_is_bare(*motion_, findings);
-    const PlannedPath path = motion_->planned_path();
-    if (path.motion != nullptr && !path.laid_over && actuator.arm() != nullptr)
-      findings.append(OffsetRoom(*actuator.arm(), path, wish_).check());
+    if (!path.laid_over && actuator.arm() != nullptr)
+      findings.append(OffsetRoom(*actuator.arm(), path, wish_, *begin_of(path)).check());
     return findings;
   }
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     Contribution contribution = motion_->add_to(fragment, actuator);
     add_force_law(fragment, pressing_, wish_.force);
+    add_begin(fragment, contribution.path_clock);
     add_stand(fragment, contribution.path_clock);
     add_offset(fragment, contribution);
     contribution.done = Signal::at(add_done(fragment, contribution.done.port));
@@ -354,10 +316,34 @@ class ForceOffset final : public ActionModel {
   }
 
  private:
+  /// Path time from which the motion is one of the frame to its end, with motion first_ or in it; nothing: it is not.
+  [[nodiscard]] std::optional<double> begin_of(const PlannedPath& path) const {
+    if (first_ > path.handed_over.size()) return std::nullopt;
+    const double wanted = first_ == 0 ? 0.0 : path.handed_over[first_ - 1];
+    const double after = first_ == path.handed_over.size() ? path.motion->duration() : path.handed_over[first_];
+    const auto stretches = stretches_of_frame(*path.motion);
+    if (stretches.empty() || stretches.back().end < path.motion->duration()) return std::nullopt;
+    const double begin = std::max(wanted, stretches.back().begin);
+    const bool from_rest = first_ == 0 && begin > 0.0;  // a motion of joints of its own comes first
+    return from_rest || begin > after ? std::nullopt : std::optional(begin);
+  }
+  [[nodiscard]] double begin() const { return begin_of(motion_->planned_path()).value_or(0.0); }
+
+  /// Before it begins nobody asks for the force.
+  void add_begin(FragmentWriter& fragment, const std::string& clock) const {
+    const std::string unknown = begin() > 0.0 ? "force_unknown" : "no_force";
+    fragment.add(unknown, "IsNullReal");
+    fragment.feed(pressing_, unknown + ".input");
+    if (begin() == 0.0) return;
+    fragment.add("force_begun", "AtLeast", {{"b", begin()}});
+    fragment.link(clock + ".time", "force_begun.a");
+    fragment.add("no_force", "And");
+    fragment.link_delayed("force_begun.value", "no_force.a", false);  // it acts on the clock that tells it
+    fragment.link("force_unknown.value", "no_force.b");
+  }
+
   /// While the force is not known the path stands.
   void add_stand(FragmentWriter& fragment, const std::string& clock) const {
-    fragment.add("no_force", "IsNullReal");
-    fragment.feed(pressing_, "no_force.input");
     const std::string rate = fragment.take_link(clock + ".target_rate");
     fragment.add("rate_with_force", "SelectReal", {{"if_true", 0.0}});
     fragment.link("no_force.value", "rate_with_force.condition");
@@ -369,6 +355,15 @@ class ForceOffset final : public ActionModel {
     fragment.add("ending", "Or");
     fragment.link(contribution.path_clock + ".at_end", "ending.a");
     fragment.feed(fragment.cancel(), "ending.b");
+    std::string rests = "ending.value";
+    if (begin() > 0.0) {
+      fragment.add("not_yet", "Not");
+      fragment.link("force_begun.value", "not_yet.input");
+      fragment.add("rests", "Or");
+      fragment.link("not_yet.value", "rests.a");
+      fragment.link("ending.value", "rests.b");
+      rests = "rests.value";
+    }
     fragment.add("force_offset", "BoundedOffset",
                  {{"lower", -wish_.retreat},
                   {"upper", wish_.reach},
@@ -376,7 +371,7 @@ class ForceOffset final : public ActionModel {
                   {"acceleration_max", wish_.force.acceleration_max},
                   {"jerk_max", wish_.jerk_max}});
     fragment.link("force_law.velocity", "force_offset.velocity");
-    fragment.link("ending.value", "force_offset.rest");
+    fragment.link(rests, "force_offset.rest");
     fragment.add("pressed", "OffsetFrame", {{"direction", net::value_to_json(net::Vector(wish_.direction_M))}});
     for (const char* port : {"frame", "twist", "acceleration"}) {
       contribution.set_point.feed(fragment, port, std::string("pressed.") + port);
@@ -397,12 +392,13 @@ class ForceOffset final : public ActionModel {
   std::shared_ptr<const ActionModel> motion_;
   ExpressionPtr pressing_;
   ForceOffsetWish wish_;
+  std::size_t first_;
 };
 
 }  // namespace
 
-Action force_offset(const Action& motion, const RealSensor& pressing, const ForceOffsetWish& wish) {
-  return Action(std::make_shared<const ForceOffset>(motion.shared_model(), pressing.node(), wish));
+Action force_offset(const Action& motion, const RealSensor& pressing, const ForceOffsetWish& wish, std::size_t first) {
+  return Action(std::make_shared<const ForceOffset>(motion.shared_model(), pressing.node(), wish, first));
 }
 
 RealSensor pressing_along(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_M,
@@ -414,8 +410,14 @@ RealSensor pressing_along(const Cell& cell, const std::string& sensor, const Eig
   return dot(felt, Eigen::Vector3d(-(R_SM * direction_M.normalized())));
 }
 
-Action weave(const Action& motion, const WeaveWish& wish) {
-  return Action(std::make_shared<const Woven>(motion.shared_model(), wish));
+Action weave(const Action& motion, const WeaveWish& wish) { return weave_each(motion, {wish}); }
+
+Action weave_each(const Action& motion, const WeaveWishes& wishes) {
+  return Action(std::make_shared<const Woven>(motion.shared_model(), wishes, std::nullopt));
+}
+
+Action woven(const Action& motion, const WeavePlan& plan) {
+  return Action(std::make_shared<const Woven>(motion.shared_model(), WeaveWishes{}, plan));
 }
 
 }  // namespace takt::command

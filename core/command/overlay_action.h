@@ -1,21 +1,18 @@
 #pragma once
 
 #include "core/command/online_action.h"
+#include "core/command/weave_plan.h"
 
 /// What is laid over planned motions of a frame, between their set points and the actuator. Realtime: setup.
 namespace takt::command {
 
-/// A sine beside the path, over path time: it stands while the motion is paused, and slows down with it.
-struct WeaveWish {
-  double amplitude = 0.002;                                ///< m
-  double frequency = 2.0;                                  ///< Hz
-  Eigen::Vector3d direction_M = Eigen::Vector3d::UnitY();  ///< in the axes of the frame that moves; length 1
-  double ramp = 0.5;  ///< path time in which it grows from the start and fades to the end, s
-};
-
-/// The motion with a weave. Only motions of a frame (LIN, CIRC, splines of poses) can weave; a weave faster than what
-/// plans leave of the Cartesian limits is refused. Offers what the motion offers.
+/// The motion with a weave. Only motions of a frame (LIN, CIRC, splines of poses) can weave; a weave with which the
+/// path would be beyond a limit of the tool or of a joint is refused (plan_weaves). Offers what the motion offers.
 [[nodiscard]] Action weave(const Action& motion, const WeaveWish& wish = {});
+/// The same for a sequence: each of its motions with a weave of its own, or without one.
+[[nodiscard]] Action weave_each(const Action& motion, const WeaveWishes& wishes);
+/// The same for a motion whose weaves are planned already.
+[[nodiscard]] Action woven(const Action& motion, const WeavePlan& plan);
 
 /// A force that is held while a path is followed, as in polishing or along a seam: the path is shifted along a
 /// direction of the frame that moves, as far as the force wants it and the range allows.
@@ -25,6 +22,8 @@ struct ForceOffsetWish {
   Eigen::Vector3d direction_M = Eigen::Vector3d::UnitZ();  ///< of the force that the tool exerts; length 1
   double reach = 0.005;                                    ///< along the direction at most, m, >= 0
   double retreat = 0.005;                                  ///< against it at most, m, >= 0
+
+  bool operator==(const ForceOffsetWish&) const = default;
 };
 
 /// The motion with a force offset. Only motions of a frame (LIN, CIRC, splines of poses), which leave the offset what
@@ -36,7 +35,10 @@ struct ForceOffsetWish {
 /// in the run.
 /// @param pressing  with which the tool presses along the direction, N (pressing_along)
 /// Offers what the motion offers, `in_contact`, and `no_force`: the force is not known.
-[[nodiscard]] Action force_offset(const Action& motion, const RealSensor& pressing, const ForceOffsetWish& wish = {});
+/// @param first  of a sequence: the motion with which it begins, from 0; in the middle of the blend before, or, where
+///               that is one of joints, at its end. From there to the end it is one and the same.
+[[nodiscard]] Action force_offset(const Action& motion, const RealSensor& pressing, const ForceOffsetWish& wish = {},
+                                  std::size_t first = 0);
 
 /// With how much force a tool presses along a direction of a frame M that is fixed to the flange: a sensor on that arm
 /// feels the opposite. @param X_FM  M in the flange, m

@@ -50,10 +50,11 @@ class Weave final : public Primitive {
                                          {.unit = "m", .doc = "largest offset", .range = "[0,1]", .example = "0.002"})),
         frequency_(setup.parameter<Real>(
             "frequency", {.unit = "Hz", .doc = "per path time", .range = "[0,1000]", .example = "2.0"})),
-        duration_(setup.parameter<Real>("duration",
-                                        {.unit = "s", .doc = "of the path", .range = "[0,inf)", .example = "4.0"})),
+        begin_(setup.parameter<Real>("begin", 0.0, {.unit = "s", .doc = "path time", .range = "[0,inf)"})),
+        duration_(setup.parameter<Real>(
+            "duration", {.unit = "s", .doc = "path time from there to its end", .range = "[0,inf)", .example = "4.0"})),
         ramp_(setup.parameter<Real>("ramp", {.unit = "s",
-                                             .doc = "path time in which it grows from the start and fades to the end",
+                                             .doc = "path time in which it grows, and in which it fades to the end",
                                              .range = "(0,inf)",
                                              .example = "0.5"})) {}
 
@@ -62,7 +63,7 @@ class Weave final : public Primitive {
       for (Out<Real>* out : {&value_, &velocity_, &acceleration_}) out->set_null();
       return;
     }
-    const double omega = 2.0 * std::numbers::pi * frequency_, t = *time_;
+    const double omega = 2.0 * std::numbers::pi * frequency_, t = *time_ - begin_;
     const double sine = std::sin(omega * t), cosine = std::cos(omega * t);
     const Jet wave{amplitude_ * sine, amplitude_ * omega * cosine, -amplitude_ * omega * omega * sine};
     const double ramp = std::min(ramp_, 0.5 * duration_);
@@ -76,7 +77,7 @@ class Weave final : public Primitive {
  private:
   In<Real> time_, rate_, rate_derivative_;
   Out<Real> value_, velocity_, acceleration_;
-  double amplitude_, frequency_, duration_, ramp_;
+  double amplitude_, frequency_, begin_, duration_, ramp_;
 };
 
 /// p + R d w, with the velocity and acceleration that follow.
@@ -210,9 +211,10 @@ TAKT_PRIMITIVE(BoundedOffset, "overlay",
                "velocity, acceleration and jerk; it stops in front of the ends. A velocity of null counts as 0, and so "
                "does any while `rest` holds or is null, and once the net is to stop. It begins at 0, at rest; in the "
                "first cycle it has already run for one period.");
-TAKT_PRIMITIVE(Weave, "overlay",
-               "A sine over the path time of a motion, which grows smoothly from its start and fades to its end. The "
-               "first cycle is like any other.");
+TAKT_PRIMITIVE(
+    Weave, "overlay",
+    "A sine over the path time of a motion, or of a part of it, which grows smoothly from its begin and fades "
+    "to its end; before and after it is 0. The first cycle is like any other.");
 TAKT_PRIMITIVE(OffsetFrame, "overlay",
                "A moving frame displaced along a direction of its own, with velocity and acceleration. The first cycle "
                "is like any other.");

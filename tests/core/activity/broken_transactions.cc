@@ -146,6 +146,13 @@ std::vector<BrokenRule> online() {
   };
 }
 
+/// Two lines that are blended, with keys of each.
+std::string blended(const std::string& a, const std::string& b) {
+  return R"({"do": "sequence", "steps": [{"do": "lin", "name": "a", "to": {"by_m": [0, 0, 0.05]}, "blend_m": 0.01)" +
+         a + R"(}, {"do": "lin", "name": "b", "to": {"by_m": [0.05, 0, 0]})" + b + "}]}";
+}
+const std::string kOffset5 = R"(, "force_offset": {"sensor": "wrist", "force_N": 5})";
+
 std::vector<BrokenRule> overlays() {
   const auto over = [](const std::string& keys) { return "{" + kUp + ", " + keys + "}"; };
   const std::string weave = R"("weave": {"amplitude_m": 0.002, "frequency_Hz": 2)";
@@ -156,6 +163,8 @@ std::vector<BrokenRule> overlays() {
       {over(weave + R"(, "direction": [0, 0, 0]})"), "/weave/direction", "a direction of no length",
        "a vector that is not zero"},
       {over(weave + "}, " + offset + "}"), "/force_offset", "a weave and a force offset", "one of them"},
+      {R"({"do": "ptp", "to": "home", "weave": {"amplitude_m": 0.002, "frequency_Hz": 2}})", "/weave",
+       "C8: PTP moves joints, so there is nothing to weave beside", "a motion of a frame"},
       {over(R"("force_offset": {"sensor": "foot", "force_N": 5})"), "/force_offset/sensor", "'foot' is not on 'arm'",
        "a sensor on this arm"},
       {over(R"("force_offset": {"sensor": "wrist", "force_N": 0})"), "/force_offset/force_N", "0 stands here",
@@ -237,8 +246,10 @@ std::vector<BrokenRule> broken_transaction_plans() {
        "an arm that is mounted \"on\" a base"},
       {R"({"do": "jog", "channel": "stick", "in": "nowhere", "while": {"channel": "enable"}})", "",
        "there is no frame 'nowhere'", "allowed: "},
-      {R"({"do": "ptp", "to": "home", "weave": {"amplitude_m": 0.002, "frequency_Hz": 2}})", "",
-       "C8: PTP moves joints, so there is nothing to weave beside", "a motion of a frame"},
+      {blended(kOffset5, R"(, "force_offset": {"sensor": "wrist", "force_N": 6})"), "/steps/0/force_offset",
+       "does not go on in 'b'", "the same 'force_offset' at both, or no blend"},
+      {blended(R"(, "weave": {"amplitude_m": 0.001, "frequency_Hz": 2})", kOffset5), "/steps/0/weave", "a weave of 'a'",
+       "one of them, or no blend"},
       {"{" + kUp + R"(, "weave": {"amplitude_m": 0.1, "frequency_Hz": 50}})", "", "a weave with an acceleration of",
        "a smaller amplitude or frequency"},
       {"{" + kUp + R"(, "weave": {"amplitude_m": 0.002, "frequency_Hz": 2, "ramp_s": 0.02}})", "/weave/ramp_s",

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/motion/leg.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::command {
@@ -27,6 +28,31 @@ class ForceOffsetTest : public testing::Test {
                            force_offset(lin(cell.moved(0, 0.12, 0), motion), pressing(wish.direction_M), wish));
     command.observe("force", pressing(wish.direction_M));
     command.observe("contact", BooleanSensor(command.action().state("in_contact").node()));
+    command.observe("no force", BooleanSensor(command.action().state("no_force").node()));
+    return command;
+  }
+  /// Two such lines with a corner, the force from motion `first` on.
+  RuntimeCommand round_the_corner(std::size_t first) {
+    const Eigen::Isometry3d X_BT = cell.arm->chain->forward(cell.q()) * cell.cell.arms.at("arm").X_FT;
+    ForceOffsetWish wish{.reach = 0.012, .retreat = 0.008};
+    wish.direction_M = X_BT.linear().transpose() * -Eigen::Vector3d::UnitZ();
+    wish.force = {.force = 8.0, .approach_velocity = 0.01, .gain = 1e-3, .acceleration_max = 0.3};
+    const auto line = [this](const Eigen::Vector3d& way, double blend) {
+      MotionWish motion{.acceleration = 0.8, .linear_velocity = 0.03};
+      motion.clock = override_of(cell.cell);
+      const auto leg = [this, way](const device::JointVector& q) {
+        const motion::ArmModel model = planning_model(cell.cell.arms.at("arm"));
+        Eigen::Isometry3d X_goal = model.chain.forward(q) * model.X_FM;
+        X_goal.translation() += way;
+        return motion::lin_leg(model, q, X_goal);
+      };
+      const auto kind = blend > 0.0 ? motion::Blend::Kind::kDistance : motion::Blend::Kind::kNone;
+      return SequencePart{.geometry = leg, .wish = motion, .blend = {kind, blend}};
+    };
+    RuntimeCommand command("polish", cell.arm_actuator(),
+                           force_offset(sequence({line({0, 0.08, 0}, 0.015), line({-0.08, 0, 0}, 0.0)}),
+                                        pressing(wish.direction_M), wish, first));
+    command.observe("force", pressing(wish.direction_M));
     command.observe("no force", BooleanSensor(command.action().state("no_force").node()));
     return command;
   }
@@ -82,6 +108,45 @@ TEST_F(ForceOffsetTest, TheForceStaysInItsBandOnAnInclinedSurface) {
     // Back, for the next slope.
     ASSERT_TRUE(cell.runtime.execute(RuntimeCommand("back", cell.arm_actuator(), ptp(cell.arm->home))).succeeded());
   }
+}
+
+TEST_F(ForceOffsetTest, OneForceIsHeldRoundACorner) {
+  CommandHandle handle = begin(round_the_corner(0));
+  double least = 1e9, most = 0.0, slowest = 1e9;
+  for (int i = 0; i < 20'000 && !handle.status().ended(); ++i) {
+    const Eigen::Vector3d before = tool();
+    step(0.002, 0.03);
+    const bool corner = (before - from - Eigen::Vector3d(0, 0.08, 0)).head<2>().norm() < 0.02;
+    if (corner) slowest = std::min(slowest, (tool() - before).head<2>().norm() / 1e-3);
+    if (i < 2000) continue;
+    least = std::min(least, handle.value<net::Real>("force").value_or(0.0));
+    most = std::max(most, handle.value<net::Real>("force").value_or(0.0));
+  }
+  EXPECT_TRUE(handle.status().succeeded()) << handle.status().to_string();
+  EXPECT_GT(slowest, 0.8 * 0.03) << "it does not stop there";
+  EXPECT_GT(least, 6.5);
+  EXPECT_LT(most, 9.5);
+  EXPECT_LT((tool() - from - Eigen::Vector3d(-0.08, 0.08, 0)).head<2>().norm(), 1e-6);
+  EXPECT_LE(cell.worst_limit_share(), 1.0);
+}
+
+TEST_F(ForceOffsetTest, ItBeginsInTheMiddleOfABlendAndNobodyNeedsTheForceBefore) {
+  CommandHandle handle = begin(round_the_corner(1));
+  double before_corner = 0.0, force = 0.0;
+  for (int i = 0; i < 20'000 && !handle.status().ended(); ++i) {
+    if (i == 200) cell.sensor->silent = true;
+    if (along() > 0.05 && cell.sensor->silent) {
+      cell.sensor->silent = false;
+      cell.sensor->sample.sequence += i - 200;  // its clock has gone on
+    }
+    step(0.002, 0.0);
+    if (tool().x() > from.x() - 1e-9) before_corner = std::max(before_corner, std::abs(offset()));
+    if (tool().x() < from.x() - 0.02) force = handle.value<net::Real>("force").value_or(force);
+  }
+  EXPECT_TRUE(handle.status().succeeded()) << handle.status().to_string();
+  EXPECT_LT(before_corner, 1e-9);
+  EXPECT_NEAR(force, 8.0, 1.0);
+  EXPECT_LE(cell.worst_limit_share(), 1.0);
 }
 
 TEST_F(ForceOffsetTest, TheRangeIsNeverLeft) {

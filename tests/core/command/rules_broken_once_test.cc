@@ -17,24 +17,14 @@
 #include "core/command/mapping.h"
 #include "core/command/online_action.h"
 #include "core/command/overlay_action.h"
-#include "tests/core/command/command_cell.h"
+#include "tests/core/command/broken_commands.h"
 #include "tests/support/error_sites.h"
 
 namespace takt::command {
 namespace {
 
-using World = test::CommandCell;
-
-/// A command that breaks one rule.
-struct BrokenCommand {
-  std::string rule;  ///< of docs/command-layer.md; empty: one without a number
-  std::function<Command(World& world)> make;
-  std::string place, message, way_out;
-};
-
 RuntimeCommand driver(const World& world, const std::string& name) { return {name, world.driver(), set_value(true)}; }
 RuntimeCommand lamp(const World& world, const std::string& name) { return {name, world.lamp(), set_value(true)}; }
-RuntimeCommand move(const World& world, const Action& action) { return {"move", world.arm_actuator(), action}; }
 WaitCommand wait_for(const State& until) { return {"wait", until}; }
 WaitCommand see(const World& world, const RealSensor& sensor) {
   (void)world;
@@ -239,32 +229,6 @@ std::vector<BrokenCommand> actions() {
        "is outside its range", "from -"},
       {"", [](World& world) -> Command { return move(world, ptp(world.joints(0.1), {.velocity = 0.0})); },
        "/move/options/velocity", "share 0", "above 0, at most 1"},
-      {"C8", [](World& world) -> Command { return move(world, weave(ptp(world.joints(0.1)))); }, "/move",
-       "PTP moves joints, so there is nothing to weave beside", "a motion of a frame"},
-      {"",
-       [](World& world) -> Command {
-         return move(world, weave(lin(world.moved(0, 0.1, 0)), {.amplitude = 0.1, .frequency = 50.0}));
-       },
-       "/move", "a weave with an acceleration of", "a smaller amplitude or frequency"},
-      {"",
-       [](World& world) -> Command {
-         return move(world,
-                     weave(lin(world.moved(0, 0.1, 0), {.linear_velocity = 0.03}), {.amplitude = 0.002, .ramp = 0.02}));
-       },
-       "/move/ramp", "a weave that grows or fades in 0.02 s, with a", "a ramp of 0."},
-      {"",
-       [](World& world) -> Command {
-         return move(world, weave(lin(world.moved(0, 0.001, 0)), {.amplitude = 0.004, .ramp = 0.02}));
-       },
-       "/move/ramp", "a weave that grows or fades in 0.02 s", "a longer motion"},
-      {"",
-       [](World& world) -> Command { return move(world, weave(lin(world.moved(0, 0.1, 0)), {.amplitude = -0.002})); },
-       "/move/amplitude", "-0.002 m", "above 0"},
-      {"",
-       [](World& world) -> Command {
-         return move(world, weave(lin(world.moved(0, 0.1, 0)), {.direction_M = {0.0, 2.0, 0.0}}));
-       },
-       "/move/direction", "a direction of length 2", "length 1"},
       {"", [](World& world) -> Command { return RuntimeCommand("a", output(world.cell, "valve"), set_value(11.0)); },
        "/a", "11 V is not for 'valve'", "0 to 10 V"},
       {"",
@@ -294,39 +258,6 @@ std::vector<BrokenCommand> actions() {
          return move(world, hold_force(pressing, net::Frame(there), Eigen::Vector3d::Zero()));
        },
        "/move", "a direction of no length", "a vector that is not zero"},
-  };
-}
-
-/// What a line of 0.1 m to the side is laid under.
-Action line(const World& world, double acceleration = 1.0) {
-  return lin(world.moved(0, 0.1, 0), {.acceleration = acceleration, .linear_velocity = 0.05});
-}
-Action offset(const World& world, const Action& motion, const ForceOffsetWish& wish) {
-  const Eigen::Isometry3d& X_FT = world.cell.arms.at("arm").X_FT;
-  return force_offset(motion, pressing_along(world.cell, "wrist", wish.direction_M, X_FT), wish);
-}
-
-std::vector<BrokenCommand> overlays() {
-  return {
-      {"C8", [](World& world) -> Command { return move(world, offset(world, ptp(world.joints(0.1)), {})); }, "/move",
-       "PTP moves joints, so there is nothing to shift", "a motion of a frame"},
-      {"",
-       [](World& world) -> Command {
-         return move(world, offset(world, line(world, 0.8), {.reach = 0.0, .retreat = 0.0}));
-       },
-       "/move", "a force offset from 0 to 0 m", "not both 0"},
-      {"", [](World& world) -> Command { return move(world, offset(world, weave(line(world)), {})); }, "/move",
-       "something is laid over LIN already", "a force offset or a weave"},
-      {"", [](World& world) -> Command { return move(world, weave(offset(world, line(world, 0.8), {}))); }, "/move",
-       "something is laid over LIN already", "a force offset or a weave"},
-      {"",
-       [](World& world) -> Command {
-         return move(world, offset(world, line(world, 0.8), {.force = {.acceleration_max = 10.0}}));
-       },
-       "/move", "the offset may need 10 of the acceleration of the tool", "a smaller share of its acceleration"},
-      {"",
-       [](World& world) -> Command { return move(world, offset(world, with_compliance(line(world), Stiff{}), {})); },
-       "/move", "of the acceleration of the tool, where the motion leaves 0", "a smaller share of its acceleration"},
   };
 }
 
@@ -430,7 +361,7 @@ void expect_told(const Findings& findings, const std::string& place, const std::
 }
 
 void break_commands() {
-  for (const auto& table : {starts(), ends(), trees(), actions(), overlays(), compliances(), names()}) {
+  for (const auto& table : {starts(), ends(), trees(), actions(), broken_overlays(), compliances(), names()}) {
     for (const BrokenCommand& rule : table) {
       World world;
       const Command command = rule.make(world);

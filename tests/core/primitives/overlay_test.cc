@@ -15,8 +15,9 @@ struct Sample {
   double value, velocity, acceleration;
 };
 
-Sample weave_at(double time, double rate = 1.0, double change = 0.0) {
-  PrimitiveHarness weave("Weave", {{"amplitude", 0.01}, {"frequency", 3.0}, {"duration", 2.0}, {"ramp", 0.4}});
+Sample weave_at(double time, double rate = 1.0, double change = 0.0, double begin = 0.0) {
+  PrimitiveHarness weave("Weave",
+                         {{"amplitude", 0.01}, {"frequency", 3.0}, {"begin", begin}, {"duration", 2.0}, {"ramp", 0.4}});
   weave.set("time", time).set("rate", rate).set("rate_derivative", change).step();
   return {*weave.get<double>("value"), *weave.get<double>("velocity"), *weave.get<double>("acceleration")};
 }
@@ -40,6 +41,21 @@ TEST(Weave, BeginsAndEndsAtRestAndReachesItsAmplitude) {
   double most = 0.0;
   for (double t = 0.0; t < 2.0; t += 1e-2) most = std::max(most, std::abs(weave_at(t).value));
   EXPECT_NEAR(most, 0.01, 1e-4);
+}
+
+TEST(Weave, LiesWhereItBeginsAndIsNothingBeforeAndAfter) {
+  for (const double t : {0.3, 0.77, 1.6}) {
+    const Sample there = weave_at(t + 5.0, 0.7, 1.3, 5.0), here = weave_at(t, 0.7, 1.3);
+    EXPECT_NEAR(there.value, here.value, 1e-14);
+    EXPECT_NEAR(there.velocity, here.velocity, 1e-12);
+    EXPECT_NEAR(there.acceleration, here.acceleration, 1e-10);
+  }
+  for (const double t : {0.0, 4.9, 5.0, 7.0, 7.1, 100.0}) {
+    const Sample outside = weave_at(t, 1.0, 0.0, 5.0);
+    EXPECT_EQ(outside.value, 0.0) << t;
+    EXPECT_EQ(outside.velocity, 0.0) << t;
+    EXPECT_EQ(outside.acceleration, 0.0) << t;
+  }
 }
 
 TEST(Weave, SlowsDownWithThePath) {

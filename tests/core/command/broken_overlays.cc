@@ -1,0 +1,114 @@
+// What is wrong with weaves and force offsets, each once.
+#include "core/command/compliance_action.h"
+#include "core/command/overlay_action.h"
+#include "tests/core/command/broken_commands.h"
+
+namespace takt::command {
+namespace {
+
+/// What a line of 0.1 m to the side is laid under.
+Action line(const World& world, double acceleration = 1.0) {
+  return lin(world.moved(0, 0.1, 0), {.acceleration = acceleration, .linear_velocity = 0.05});
+}
+Action offset(const World& world, const Action& motion, const ForceOffsetWish& wish) {
+  const Eigen::Isometry3d& X_FT = world.cell.arms.at("arm").X_FT;
+  return force_offset(motion, pressing_along(world.cell, "wrist", wish.direction_M, X_FT), wish);
+}
+
+/// Weaves that reach so far beside a line that the arm cannot follow, or not so fast.
+RuntimeCommand far_weave(const World& world, const Eigen::Vector3d& direction_B, double amplitude, double frequency,
+                         double velocity = 0.002) {
+  const Eigen::Matrix3d R = world.moved(0, 0, 0).linear();
+  return move(
+      world,
+      weave(lin(world.moved(0, 0.05, 0), {.acceleration = 0.8, .linear_velocity = velocity}),
+            {.amplitude = amplitude, .frequency = frequency, .direction_M = R.transpose() * direction_B, .ramp = 2.0}));
+}
+
+}  // namespace
+
+std::vector<BrokenCommand> broken_overlays() {
+  const WeaveWish small{.amplitude = 0.001, .frequency = 1.0};
+  return {
+      {"C8", [](World& world) -> Command { return move(world, weave(ptp(world.joints(0.1)))); }, "/move",
+       "PTP moves joints, so there is nothing to weave beside", "a motion of a frame"},
+      {"",
+       [](World& world) -> Command {
+         return move(world, weave(lin(world.moved(0, 0.1, 0)), {.amplitude = 0.1, .frequency = 50.0}));
+       },
+       "/move", "a weave with an acceleration of", "a smaller amplitude or frequency"},
+      {"",
+       [](World& world) -> Command {
+         return move(world,
+                     weave(lin(world.moved(0, 0.1, 0), {.linear_velocity = 0.03}), {.amplitude = 0.002, .ramp = 0.02}));
+       },
+       "/move/ramp", "a weave that grows or fades in 0.02 s, with a", "a ramp of 0."},
+      {"",
+       [](World& world) -> Command {
+         return move(world, weave(lin(world.moved(0, 0.001, 0)), {.amplitude = 0.004, .ramp = 0.02}));
+       },
+       "/move/ramp", "a weave that grows or fades in 0.02 s", "a longer motion"},
+      {"",
+       [](World& world) -> Command { return move(world, weave(lin(world.moved(0, 0.1, 0)), {.amplitude = -0.002})); },
+       "/move/amplitude", "-0.002 m", "above 0"},
+      {"",
+       [](World& world) -> Command {
+         return move(world, weave(lin(world.moved(0, 0.1, 0)), {.direction_M = {0.0, 2.0, 0.0}}));
+       },
+       "/move/direction", "a direction of length 2", "length 1"},
+      {"",
+       [small](World& world) -> Command {
+         return move(world, weave_each(line(world), {small, std::nullopt}));
+       },
+       "/move", "2 weaves for 1 motions", "one for each, or one"},
+      {"C8",
+       [small](World& world) -> Command {
+         const auto line = [&world, goal = world.moved(0, 0.05, 0)](const device::JointVector& q) {
+           return motion::lin_leg(planning_model(world.cell.arms.at("arm")), q, goal);
+         };
+         const auto turn = [&world](device::JointVector q) {
+           const device::JointVector q_start = q;
+           q[0] += 0.3;
+           return motion::ptp_leg(planning_model(world.cell.arms.at("arm")), q_start, q);
+         };
+         return move(world, weave_each(sequence({{.geometry = line}, {.geometry = turn}}), {std::nullopt, small}));
+       },
+       "/move/1", "a motion of joints, so there is nothing to weave beside", "a motion of a frame"},
+      {"",
+       [](World& world) -> Command {
+         return far_weave(world, {1, 0, 0}, 0.3, 0.04);
+       },
+       "/move", "the weave leads where the arm does not reach", "a smaller amplitude"},
+      {"",
+       [](World& world) -> Command {
+         return far_weave(world, {-1, 0, 0}, 0.3, 0.04);
+       },
+       "/move", "with the weave joint 4 leaves its range", "a smaller amplitude"},
+      {"",
+       [](World& world) -> Command {
+         return far_weave(world, {1, 0, 0}, 0.22, 0.2, 0.02);
+       },
+       "/move", "path and weave together need", "a smaller amplitude or frequency"},
+      {"C8", [](World& world) -> Command { return move(world, offset(world, ptp(world.joints(0.1)), {})); }, "/move",
+       "PTP moves joints, so there is nothing to shift", "a motion of a frame"},
+      {"",
+       [](World& world) -> Command {
+         return move(world, offset(world, line(world, 0.8), {.reach = 0.0, .retreat = 0.0}));
+       },
+       "/move", "a force offset from 0 to 0 m", "not both 0"},
+      {"", [](World& world) -> Command { return move(world, offset(world, weave(line(world)), {})); }, "/move",
+       "something is laid over LIN already", "a force offset or a weave"},
+      {"", [](World& world) -> Command { return move(world, weave(offset(world, line(world, 0.8), {}))); }, "/move",
+       "something is laid over LIN already", "a force offset or a weave"},
+      {"",
+       [](World& world) -> Command {
+         return move(world, offset(world, line(world, 0.8), {.force = {.acceleration_max = 10.0}}));
+       },
+       "/move", "the offset may need 10 of the acceleration of the tool", "a smaller share of its acceleration"},
+      {"",
+       [](World& world) -> Command { return move(world, offset(world, with_compliance(line(world), Stiff{}), {})); },
+       "/move", "of the acceleration of the tool, where the motion leaves 0", "a smaller share of its acceleration"},
+  };
+}
+
+}  // namespace takt::command
