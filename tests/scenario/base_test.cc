@@ -210,6 +210,8 @@ TEST(ArmOnBase, MistakesOfAMotionWithTheBaseAreFindings) {
        "/program/steps/0/base_to: error: the goal is where the 3 joints cannot go"},
       {R"("base_to": {"by_m": [3, 0, 0]})", "/program/steps/0/to"},
       {R"("base_to": {"by_m": [0.1, 0, 0]}, "blend_m": 0.1)", "/program/steps/0/blend_m"},
+      {R"("base_to": {"by_m": [0.1, 0, 0]}, "weave": {"amplitude_m": 0.001, "frequency_Hz": 2})",
+       "/program/steps/0/weave: error: a motion with a base has no 'weave'"},
       {R"("base_to": {"in": "nowhere", "position_m": [0, 0, 0]})", "/program/steps/0/base_to"}};
   for (const auto& [base, found] : mistakes)
     EXPECT_THAT(refusal(mounted(R"({"do": "lin", "arm": "arm", )" + to + ", " + base + "}")), HasSubstr(found));

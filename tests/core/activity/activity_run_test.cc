@@ -45,6 +45,29 @@ TEST_F(ActivityRunTest, P4_AMotionIsBlendedIntoTheNextAndTheOneAfterBeginsAtRest
   EXPECT_LE(cell.worst_limit_share(), 1.0);
 }
 
+TEST_F(ActivityRunTest, AWeaveGoesOnThroughTheBlendsOfOnePlanAndIsGoneBeforeAnotherOne) {
+  const Eigen::Matrix3d R = cell.robot.tool().linear();
+  const command::WeaveWish weave{.amplitude = 0.002, .direction_M = R.transpose() * Eigen::Vector3d::UnitZ()};
+  const auto seam = [&](const Eigen::Isometry3d& to) {
+    return cell.motion.lin(to, {.linear_velocity = 0.05, .blend = 0.7, .weave = weave});
+  };
+  const double plane = goal.translation().z();
+  const RunPtr one = sequence({seam(goal), seam(goal2)}).begin_execute();
+  const RunPtr next = cell.motion.lin(goal3).execute();
+  EXPECT_EQ(cell.cycles_at_rest(one->first_cycle() + 2, one->last_cycle() - 20), 0) << "not in the corner";
+  EXPECT_FALSE(next->blended()) << "it would have driven the rest of the seam bare";
+  double in_corner = 0.0;
+  for (const auto& sent : cell.backend->sent) {
+    const Eigen::Vector3d p = (cell.arm->chain->forward(sent.q) * cell.cell.arms.at("arm").X_FT).translation();
+    if ((p - goal.translation()).head<2>().norm() < 0.03) in_corner = std::max(in_corner, std::abs(p.z() - plane));
+  }
+  EXPECT_NEAR(in_corner, weave.amplitude, 1e-4);
+  EXPECT_LT(cell.nearest_to(goal2.translation()), 1e-6);
+  EXPECT_LE(cell.worst_limit_share(), 1.0);
+  EXPECT_THAT(error_of([&] { cell.motion.lin(goal, {.weave = command::WeaveWish{.frequency = 0.0}}).execute(); }),
+              HasSubstr("/weave/frequency"));
+}
+
 TEST_F(ActivityRunTest, L8_ASuccessorThatComesTooLateBeginsAfterTheNaturalEndWithoutAnEmptyCycle) {
   const RunPtr first = cell.motion.lin(goal, {.blend = 0.7}).begin_execute();
   const double duration = first->value<double>("none").value_or(0.0);

@@ -137,6 +137,30 @@ TEST_F(WeaveStepTest, L6_P2_CancelAtEveryTenthCycleLeavesTheArmAtRestInsideItsLi
   }
 }
 
+// Row D3: the steps that became one motion are begun again from where the arm is.
+TEST_F(WeaveStepTest, D3_ASnapshotInASeamBeginsItAgain) {
+  const Program program = good(sequence(seam(kWeave, kWeave, kOther)));
+  std::string text;
+  ASSERT_EQ(run(program,
+                [&](int, ProgramRunner& runner) {
+                  if (!text.empty() || runner.current() != "two" || tool_in_block(fake.q()).x() > -0.03) return;
+                  text = runner.snapshot().dump();
+                  runner.cancel();
+                }),
+            Progress::kDone);
+  ASSERT_FALSE(text.empty());
+  Context context{fake.cell, fake.core, variables, latency, [](auto, auto, auto) {}};
+  ProgramRunner runner(program, context);
+  const Findings found = runner.restore(test::Json::parse(text));
+  ASSERT_TRUE(found.empty()) << found.to_string();
+  fake.backend->sent.clear();
+  for (int i = 0; i < 20'000 && runner.advance() == Progress::kRunning; ++i) fake.step();
+  ASSERT_EQ(runner.progress(), Progress::kDone) << runner.findings().to_string();
+  EXPECT_LT((tool_in_block(fake.q()) - Eigen::Vector3d(-0.06, -0.03, 0.2)).norm(), 1e-6);
+  EXPECT_GT(swing(1), 0.0012) << "it weaves as before";
+  EXPECT_LE(fake.worst_limit_share(), 1.0);
+}
+
 TEST_F(WeaveStepTest, P2_PausedAndSlowedAnywhereItGoesOnWhereItWas) {
   const Program program = good(sequence(seam(kWeave, kWeave, kOther)));
   ASSERT_EQ(run(program,
