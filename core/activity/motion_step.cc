@@ -113,7 +113,7 @@ class MotionStep final : public Step {
     const MotionRequest& last = requests_.back();
     if (!gives_way_as_it_can(rehearsal, pointer, findings)) return;
     const bool goes_on = rehearsal.open && rehearsal.open->arm == moved_arm() && may_go_on(rehearsal.cell);
-    if (!goes_on) settle_rehearsal(rehearsal, findings);
+    if (!goes_on) note_open_begin(rehearsal, findings);
     rehearsal.open.reset();
     if (last.blend.kind != motion::Blend::Kind::kNone) note_open_end(rehearsal, findings);
     if (!last.follower.empty()) rehearsal.touched[last.follower] = false;
@@ -141,6 +141,20 @@ class MotionStep final : public Step {
   }
 
  private:
+  static std::string laid_over(const MotionRequest& request) {
+    return request.overlay.weave ? "weave" : "force offset";
+  }
+  /// The one before is not gone on with: its blend is in vain.
+  void note_open_begin(Rehearsal& rehearsal, Findings& findings) const {
+    const MotionRequest& first = requests_.front();
+    const bool of_same_arm = rehearsal.open && rehearsal.open->arm == moved_arm();
+    if (!of_same_arm || !first.overlay.any()) return settle_rehearsal(rehearsal, findings);
+    findings.note(rehearsal.open->pointer,
+                  fmt::format("'{}' ({}) does not stand directly behind it, and begins with a {}, at rest: it stops at "
+                              "the goal",
+                              first.name, first.pointer, laid_over(first)),
+                  "the two right behind each other in the file, or no blend");
+  }
   /// The next motion is decided in the run: whatever is laid over this one has to be gone, and so it stops.
   void note_open_end(Rehearsal& rehearsal, Findings& findings) const {
     const MotionRequest& last = requests_.back();
@@ -150,7 +164,7 @@ class MotionStep final : public Step {
     }
     findings.note(last.pointer,
                   fmt::format("no motion of this arm stands directly behind it, and it has a {}: it stops at the goal",
-                              last.overlay.weave ? "weave" : "force offset"),
+                              laid_over(last)),
                   "the next motion right behind it in the file, or no blend");
   }
   /// The mode and the values of its compliance. @return false: with findings

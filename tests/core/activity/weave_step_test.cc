@@ -186,6 +186,7 @@ TEST_F(WeaveStepTest, WhereTheRunDecidesWhatComesNextItBeginsAndEndsAtRest) {
   const std::string into =
       sequence(kApproach + lin("one", kFirst, kBlend) + "," + branch + "," + lin("two", kSecond, kWeave));
   EXPECT_THAT(pointers(rehearsed(into)), ElementsAre("/program/steps/1"));
+  EXPECT_THAT(rehearsed(into).to_string(), HasSubstr("'two' (/program/steps/3) does not stand directly behind it"));
   ASSERT_EQ(run(into), Progress::kDone) << findings.to_string();
   EXPECT_GT(swing(1), 0.0009);
   // What lies in the middle of a plan does not hinder it.
