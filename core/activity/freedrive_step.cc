@@ -76,15 +76,6 @@ class FreedriveStep final : public Step {
   FreedriveRequest request_;
 };
 
-std::optional<command::Condition> read_condition(ObjectReader& reader, const char* key, const command::Cell& cell) {
-  const Json* json = reader.object(key, false);
-  if (json == nullptr) return std::nullopt;
-  auto condition = command::parse_condition(*json, reader.at(key), cell);
-  if (condition) return std::move(*condition);
-  reader.findings().append(condition.error());
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::unique_ptr<Step> parse_freedrive(const Json& json, const std::string& pointer, const command::Cell& cell,
@@ -96,8 +87,8 @@ std::unique_ptr<Step> parse_freedrive(const Json& json, const std::string& point
   for (const auto& [name, arm] : cell.arms) arms.push_back(name);
   FreedriveRequest request;
   request.arm = reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms.front()) : std::nullopt);
-  request.enabled = read_condition(reader, "enabled", cell);
-  request.until = read_condition(reader, "until", cell);
+  request.enabled = command::read_condition(reader, "enabled", cell);
+  request.until = command::read_condition(reader, "until", cell);
   if (reader.has("seconds")) request.seconds = reader.number("seconds", {}, {.low = 0.0, .high = 3600.0});
   if (!reader.has("until") && !reader.has("seconds"))
     findings.error(pointer, "nothing says when it ends", "'until' or 'seconds'");

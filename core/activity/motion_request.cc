@@ -29,16 +29,6 @@ std::string read_arm(ObjectReader& reader, const command::Cell& cell) {
   return reader.choice("arm", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
 }
 
-std::optional<command::Condition> read_condition(ObjectReader& reader, std::string_view key,
-                                                 const command::Cell& cell) {
-  const Json* json = reader.object(key, false);
-  if (json == nullptr) return std::nullopt;
-  auto condition = command::parse_condition(*json, reader.at(key), cell);
-  if (condition) return std::move(*condition);
-  reader.findings().append(condition.error());
-  return std::nullopt;
-}
-
 void read_follower(ObjectReader& reader, const command::Cell& cell, MotionRequest& request) {
   if (!reader.has("follower")) return;
   std::vector<std::string> names;
@@ -92,9 +82,9 @@ void read_laid_over(ObjectReader& reader, const command::Cell& cell, MotionReque
 
 /// When it ends before its goal.
 void read_ends(ObjectReader& reader, const command::Cell& cell, MotionRequest& request) {
-  request.until = read_condition(reader, "until", cell);
+  request.until = command::read_condition(reader, "until", cell);
   if (reader.has("until")) request.must_touch = reader.choice("on_end", {"fail", "continue"}, "fail") == "fail";
-  request.unless = read_condition(reader, "unless", cell);
+  request.unless = command::read_condition(reader, "unless", cell);
   if (request.follower.empty()) return;
   for (const auto& [key, condition] : {std::pair("until", &request.until), {"unless", &request.unless}}) {
     if (*condition) check_internal_force(**condition, cell, reader.at(key), request, reader.findings());

@@ -67,14 +67,7 @@ void read_end(ObjectReader& reader, const command::Cell& cell, OnlineCommand& co
   command.of_arm = reader.choice("arm", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
   if (reader.has("seconds")) command.seconds = reader.number("seconds", {}, {.low = 0.0, .high = 3600.0});
   command.compliance = read_compliance(reader);
-  const Json* until = reader.object("until", false);
-  if (until == nullptr) return;
-  auto condition = command::parse_condition(*until, reader.at("until"), cell);
-  if (condition) {
-    command.until = std::move(*condition);
-  } else {
-    reader.findings().append(condition.error());
-  }
+  command.until = command::read_condition(reader, "until", cell);
 }
 
 void read_bounds(ObjectReader& reader, command::FollowWish& bounds) {
@@ -184,14 +177,7 @@ std::unique_ptr<CommandRequest> read_jog_command(const Json& json, const std::st
   } else {
     findings.error(pointer, "nothing says how fast", "'channel', 'linear_m_s' or 'angular_deg_s'");
   }
-  if (const Json* held = reader.object("while")) {
-    auto condition = command::parse_condition(*held, reader.at("while"), cell);
-    if (condition) {
-      command->held = std::move(*condition);
-    } else {
-      findings.append(condition.error());
-    }
-  }
+  command->held = command::read_condition(reader, "while", cell, true).value_or(command::Condition());
   reader.finish();
   return command;
 }

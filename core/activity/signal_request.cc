@@ -8,15 +8,6 @@ namespace {
 
 constexpr Range kTime{.low = 0, .high = 3600};
 
-std::optional<command::Condition> read_until(ObjectReader& reader, const command::Cell& cell) {
-  const nlohmann::ordered_json* json = reader.object("until", false);
-  if (json == nullptr) return std::nullopt;
-  auto condition = command::parse_condition(*json, reader.at("until"), cell);
-  if (condition) return std::move(*condition);
-  reader.findings().append(condition.error());
-  return std::nullopt;
-}
-
 SetRequest::Following read_following(ObjectReader& reader, const command::Cell& cell) {
   SetRequest::Following following;
   following.value = read_value(*reader.object("value"), reader.at("value"), cell, reader.findings());
@@ -24,7 +15,7 @@ SetRequest::Following read_following(ObjectReader& reader, const command::Cell& 
   if (reader.has("factor")) following.factor = reader.number("factor");
   if (reader.has("offset")) following.offset = reader.number("offset");
   if (reader.has("seconds")) following.seconds = reader.number("seconds", {}, kTime);
-  following.until = read_until(reader, cell);
+  following.until = command::read_condition(reader, "until", cell);
   return following;
 }
 
@@ -85,7 +76,7 @@ WaitRequest read_wait(ObjectReader& reader, const command::Cell& cell) {
     request.seconds = reader.number("seconds", {}, kTime);
     return request;
   }
-  request.until = read_until(reader, cell);
+  request.until = command::read_condition(reader, "until", cell);
   if (reader.has("timeout_s")) request.timeout = reader.number("timeout_s", {}, kTime);
   return request;
 }

@@ -56,13 +56,13 @@ bool known_device(ObjectReader& reader, const char* key, const char* what, const
   return false;
 }
 
-Condition read_condition(const Json& json, const std::string& pointer, const Cell& cell, Findings& findings);
+Condition condition_of(const Json& json, const std::string& pointer, const Cell& cell, Findings& findings);
 
 std::vector<Condition> read_operands(ObjectReader& reader, std::string_view key, const Cell& cell) {
   std::vector<Condition> operands;
   const Json* list = reader.array(key);
   for (std::size_t i = 0; list && i < list->size(); ++i) {
-    operands.push_back(read_condition((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.findings()));
+    operands.push_back(condition_of((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.findings()));
   }
   if (operands.empty()) reader.findings().error(reader.at(key), "no condition stands here", "at least one");
   return operands;
@@ -169,7 +169,7 @@ Condition read_channel(ObjectReader& reader, const Cell& cell) {
 }
 
 /// Recursion is bounded by the depth that JSON files may have.
-Condition read_condition(const Json& json, const std::string& pointer, const Cell& cell, Findings& findings) {
+Condition condition_of(const Json& json, const std::string& pointer, const Cell& cell, Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   Condition condition;
   if (reader.has("all")) {
@@ -180,7 +180,7 @@ Condition read_condition(const Json& json, const std::string& pointer, const Cel
     condition.operands = read_operands(reader, "any", cell);
   } else if (reader.has("not")) {
     condition.kind = Condition::Kind::kNot;
-    condition.operands.push_back(read_condition(*reader.child("not"), reader.at("not"), cell, findings));
+    condition.operands.push_back(condition_of(*reader.child("not"), reader.at("not"), cell, findings));
   } else if (reader.has("internal_force")) {
     condition = read_internal_force(reader, cell);
   } else if (reader.has("input")) {
@@ -210,9 +210,18 @@ void collect(const Condition& condition, std::vector<std::string>& names) {
 
 Result<Condition> parse_condition(const Json& json, const std::string& pointer, const Cell& cell) {
   Findings findings;
-  Condition condition = read_condition(json, pointer, cell, findings);
+  Condition condition = condition_of(json, pointer, cell, findings);
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   return condition;
+}
+
+std::optional<Condition> read_condition(ObjectReader& reader, std::string_view key, const Cell& cell, bool required) {
+  const Json* json = reader.object(key, required);
+  if (json == nullptr) return std::nullopt;
+  auto condition = parse_condition(*json, reader.at(key), cell);
+  if (condition) return std::move(*condition);
+  reader.findings().append(condition.error());
+  return std::nullopt;
 }
 
 std::vector<std::string> sensors_of(const Condition& condition) {

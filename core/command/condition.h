@@ -1,6 +1,8 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -58,6 +60,9 @@ struct Condition {
 /// that does not fit the quantity. Realtime: setup.
 [[nodiscard]] Result<Condition> parse_condition(const nlohmann::ordered_json& json, const std::string& pointer,
                                                 const Cell& cell);
+/// The condition at a key of an object; nothing: it is not there, or is none, with findings. Realtime: setup.
+[[nodiscard]] std::optional<Condition> read_condition(ObjectReader& reader, std::string_view key, const Cell& cell,
+                                                      bool required = false);
 
 /// Names of all force/torque sensors in a condition, each once, in order of first use. Realtime: setup.
 [[nodiscard]] std::vector<std::string> sensors_of(const Condition& condition);

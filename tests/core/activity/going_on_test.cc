@@ -217,25 +217,12 @@ TEST_F(GoingOnTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
                                         R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "")));
   for (const double y : {-0.05, 0.0, 0.04}) {
     SCOPED_TRACE(y);
-    std::string text;
-    ASSERT_EQ(run(program,
-                  [&](int, ProgramRunner& runner) {
-                    if (!text.empty() || runner.current() != "there" || tool_in_block().y() < y) return;
-                    text = runner.snapshot().dump();
-                    runner.cancel();
-                  }),
-              Progress::kDone);
+    const std::string text = snapshot_when(
+        program, [&](const ProgramRunner& runner) { return runner.current() == "there" && tool_in_block().y() >= y; });
     ASSERT_THAT(text, HasSubstr("\"open\""));
-    Context context{fake.cell, fake.core, variables, latency, [](auto, auto, auto) {}};
-    ProgramRunner runner(program, context);
-    const Findings found = runner.restore(test::Json::parse(text));
-    ASSERT_TRUE(found.empty()) << found.to_string();
     double farthest = -1.0;
-    for (int i = 0; i < 20'000 && runner.advance() == Progress::kRunning; ++i) {
-      fake.step();
-      farthest = std::max(farthest, tool_in_block().y());
-    }
-    ASSERT_EQ(runner.progress(), Progress::kDone) << runner.findings().to_string();
+    const auto look = [&](int, ProgramRunner&) { farthest = std::max(farthest, tool_in_block().y()); };
+    ASSERT_EQ(go_on(program, text, look), Progress::kDone) << findings.to_string();
     EXPECT_GT(farthest, 0.07) << "the way of the first motion";
     EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
   }
@@ -246,24 +233,13 @@ TEST_F(GoingOnTest, D3_AnOpenMotionKeepsItsOwnPlaceOfALoop) {
   const Program program = good(sequence(std::string(kApproach) + R"({"do": "for_each", "as": "at", "in": [
       {"in": "block", "position_m": [0, 0.1, 0.2]}, {"in": "block", "position_m": [-0.15, 0.1, 0.2]}],
       "steps": [{"do": "lin", "name": "on", "to": {"in": "$at", "position_m": [0, 0, 0]}, "blend_m": 0.04}]})"));
-  std::string text;
-  ASSERT_EQ(run(program,
-                [&](int, ProgramRunner& runner) {
-                  if (!text.empty() || runner.current() != "on" || tool_in_block().y() < -0.05) return;
-                  text = runner.snapshot().dump();
-                  runner.cancel();
-                }),
-            Progress::kDone);
-  Context context{fake.cell, fake.core, variables, latency, [](auto, auto, auto) {}};
-  ProgramRunner runner(program, context);
-  const Findings found = runner.restore(test::Json::parse(text));
-  ASSERT_TRUE(found.empty()) << found.to_string();
+  const std::string text = snapshot_when(
+      program, [&](const ProgramRunner& runner) { return runner.current() == "on" && tool_in_block().y() >= -0.05; });
   double farthest = -1.0;
-  for (int i = 0; i < 20'000 && runner.advance() == Progress::kRunning; ++i) {
-    fake.step();
+  const auto look = [&](int, ProgramRunner&) {
     if (tool_in_block().x() > -0.01) farthest = std::max(farthest, tool_in_block().y());
-  }
-  ASSERT_EQ(runner.progress(), Progress::kDone) << runner.findings().to_string();
+  };
+  ASSERT_EQ(go_on(program, text, look), Progress::kDone) << findings.to_string();
   EXPECT_GT(farthest, 0.07) << "straight ahead to the first place, and only then aside";
   EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
 }
@@ -271,20 +247,9 @@ TEST_F(GoingOnTest, D3_AnOpenMotionKeepsItsOwnPlaceOfALoop) {
 TEST_F(GoingOnTest, D3_AMotionThatIsTheWholeProgramIsBegunAgainOnce) {
   ASSERT_EQ(run(sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")), Progress::kDone);
   const Program program = good(R"({"do": "lin", "name": "up", "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.02})");
-  std::string text;
-  ASSERT_EQ(run(program,
-                [&](int, ProgramRunner& runner) {
-                  if (!text.empty() || tool_in_block().z() < 0.22) return;
-                  text = runner.snapshot().dump();
-                  runner.cancel();
-                }),
-            Progress::kDone);
+  const std::string text = snapshot_when(program, [&](const ProgramRunner&) { return tool_in_block().z() >= 0.22; });
   const double begin = tool_in_block().z();
-  Context context{fake.cell, fake.core, variables, latency, [](auto, auto, auto) {}};
-  ProgramRunner runner(program, context);
-  ASSERT_TRUE(runner.restore(test::Json::parse(text)).empty());
-  for (int i = 0; i < 20'000 && runner.advance() == Progress::kRunning; ++i) fake.step();
-  ASSERT_EQ(runner.progress(), Progress::kDone) << runner.findings().to_string();
+  ASSERT_EQ(go_on(program, text), Progress::kDone) << findings.to_string();
   EXPECT_NEAR(tool_in_block().z(), begin + 0.1, 1e-6);
 }
 

@@ -1,25 +1,20 @@
 #pragma once
 
 #include <algorithm>
-#include <functional>
 #include <string>
-#include <vector>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
-#include "core/activity/program.h"
+#include "tests/core/activity/program_runs.h"
 #include "tests/core/activity/two_arm_cell.h"
 #include "tests/support/limit_oracle.h"
 
 namespace takt::test {
 
 /// Programs on two arms that move as one.
-class PairProgramTest : public testing::Test, public TwoArmCell {
+class PairProgramTest : public ProgramRuns, public TwoArmCell {
  protected:
-  using AtCycle = std::function<void(int, activity::ProgramRunner&)>;
-
   static std::string sequence(const std::string& steps) { return R"({"do": "sequence", "steps": [)" + steps + "]}"; }
   /// A LIN of both; `more` are keys with a comma before them.
   static std::string both(const char* name, const char* by, const std::string& more = kBlend) {
@@ -36,45 +31,8 @@ class PairProgramTest : public testing::Test, public TwoArmCell {
   }
   static std::string unless(double newton) { return R"(, "unless": )" + squeezed(newton); }
 
-  activity::Program good(const std::string& text) {
-    auto tree = activity::Program::parse(nlohmann::ordered_json::parse(text), "/program", cell);
-    if (!tree) {
-      ADD_FAILURE() << tree.error().to_string();
-      return {};
-    }
-    rehearsed = tree->rehearse(cell, &core.environment()).findings;
-    EXPECT_FALSE(rehearsed.has_errors()) << rehearsed.to_string();
-    return std::move(*tree);
-  }
-  Findings wrong(const std::string& text) {
-    const auto tree = activity::Program::parse(nlohmann::ordered_json::parse(text), "/program", cell);
-    return tree ? tree->rehearse(cell, &core.environment()).findings : tree.error();
-  }
-  activity::Context context() {
-    return {cell, core, variables, latency, [this](auto source, auto name, auto text) {
-              log.push_back(std::string(source) + ": " + std::string(name) + " " + std::string(text));
-            }};
-  }
-  activity::Progress run(const activity::Program& tree, const AtCycle& at_cycle = {}) {
-    activity::Context own = context();
-    activity::ProgramRunner runner(tree, own);
-    return follow(runner, at_cycle);
-  }
+  using ProgramRuns::run;
   activity::Progress run(const std::string& text, const AtCycle& at_cycle = {}) { return run(good(text), at_cycle); }
-  activity::Progress follow(activity::ProgramRunner& runner, const AtCycle& at_cycle = {}) {
-    X_LF_first = X_LF();
-    apart = 0.0;
-    standing = 0;
-    for (cycles = 0; cycles < 60'000; ++cycles) {
-      if (at_cycle) at_cycle(cycles, runner);
-      if (runner.advance() != activity::Progress::kRunning) break;
-      core.step();
-      apart = std::max(apart, (X_LF().matrix() - X_LF_first.matrix()).cwiseAbs().maxCoeff());
-      standing += on_the_way() && speed("left") < 1e-4;
-    }
-    findings = runner.findings();
-    return runner.progress();
-  }
 
   /// Neither in the first nor in the last motion's ramps: between begin and end of what moves.
   bool on_the_way() const {
@@ -110,25 +68,24 @@ class PairProgramTest : public testing::Test, public TwoArmCell {
       EXPECT_LE(std::max({oracle.velocity.share, oracle.acceleration.share, oracle.jerk.share}), 1.0) << name;
     }
   }
-  std::vector<std::string> begun() const {
-    std::vector<std::string> names;
-    for (const std::string& line : log)
-      if (line.starts_with("program: begin ")) names.push_back(line.substr(15));
-    return names;
-  }
-  static std::vector<std::string> pointers(const Findings& findings) {
-    std::vector<std::string> pointers;
-    for (const Finding& finding : findings.list()) pointers.push_back(finding.pointer);
-    return pointers;
-  }
 
-  activity::Variables variables;
-  std::int64_t latency = 2;
-  std::vector<std::string> log;
-  Findings findings, rehearsed;
-  int cycles = 0, standing = 0;
+  int standing = 0;
   double apart = 0.0;
   Eigen::Isometry3d X_LF_first = Eigen::Isometry3d::Identity();
+
+ private:
+  [[nodiscard]] command::Cell& programs_cell() override { return cell; }
+  [[nodiscard]] rcc::ControlCore& programs_core() override { return core; }
+  void before_first_cycle() override {
+    X_LF_first = X_LF();
+    apart = 0.0;
+    standing = 0;
+  }
+  void one_cycle() override {
+    core.step();
+    apart = std::max(apart, (X_LF().matrix() - X_LF_first.matrix()).cwiseAbs().maxCoeff());
+    standing += on_the_way() && speed("left") < 1e-4;
+  }
 };
 
 }  // namespace takt::test

@@ -235,22 +235,12 @@ TEST_F(PairStepTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
       std::string(kLog) +
       R"({"do": "lin", "arm": "left", "follower": "right", "name": "aside",
           "to": {"in": "world", "position_m": [0.56, 0.08, 1.05]}})"));
-  std::string text;
-  const double begin = tool().z();
-  ASSERT_EQ(run(tree,
-                [&](int, ProgramRunner& runner) {
-                  if (!text.empty() || runner.current() != "up" || tool().z() < 0.5 * (begin + 1.05)) return;
-                  text = runner.snapshot().dump();
-                  runner.cancel();
-                }),
-            Progress::kDone);
+  const double half = 0.5 * (tool().z() + 1.05);
+  const std::string text =
+      snapshot_when(tree, [&](const ProgramRunner& runner) { return runner.current() == "up" && tool().z() >= half; });
   ASSERT_THAT(text, HasSubstr("\"open\""));
   ASSERT_THAT(text, HasSubstr("\"follower\""));
-  Context own = context();
-  ProgramRunner runner(tree, own);
-  const Findings found = runner.restore(Json::parse(text));
-  ASSERT_TRUE(found.empty()) << found.to_string();
-  ASSERT_EQ(follow(runner), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(go_on(tree, text), Progress::kDone) << findings.to_string();
   EXPECT_LT(apart, 1e-9);
   EXPECT_LT((tool() - Eigen::Vector3d(0.56, 0.08, 1.05)).norm(), 1e-6);
   expect_good_end();

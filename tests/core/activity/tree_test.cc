@@ -456,14 +456,7 @@ TEST_F(TreeTest, D3_AProgramGoesOnFromItsStateAsData) {
     });
     // A new runner, from the text.
     log.clear();
-    Context context{fake.cell, fake.core, variables, latency, [this](auto source, auto name, auto line) {
-                      log.push_back(std::string(source) + ": " + std::string(name) + " " + std::string(line));
-                    }};
-    ProgramRunner runner(*program, context);
-    const Findings found = runner.restore(test::Json::parse(text));
-    ASSERT_TRUE(found.empty()) << found.to_string();
-    for (int i = 0; i < 1000 && runner.advance() == Progress::kRunning; ++i) fake.step();
-    ASSERT_EQ(runner.progress(), Progress::kDone) << runner.findings().to_string();
+    ASSERT_EQ(go_on(*program, text), Progress::kDone) << findings.to_string();
     for (const std::string& line : said()) before.push_back(line);
     EXPECT_EQ(before, whole);
   }
@@ -487,15 +480,9 @@ TEST_F(TreeTest, D3_ARestoredParallelKnowsOfTheBranchThatHasFailed) {
   ASSERT_GT(states.size(), 2u);
   for (const std::string& text : states) {
     const auto from = fake.q();
-    Context context{fake.cell, fake.core, variables, latency, [this](auto source, auto name, auto line) {
-                      log.push_back(std::string(source) + ": " + std::string(name) + " " + std::string(line));
-                    }};
-    ProgramRunner runner(program, context);
-    ASSERT_TRUE(runner.restore(test::Json::parse(text)).empty());
-    for (int i = 0; i < 5000 && runner.advance() == Progress::kRunning; ++i) fake.step();
-    EXPECT_EQ(runner.progress(), Progress::kFailed);
-    EXPECT_THAT(runner.findings().to_string(), HasSubstr("the part is lost"));
-    EXPECT_EQ(runner.findings().list().size(), 1u) << runner.findings().to_string();
+    EXPECT_EQ(go_on(program, text), Progress::kFailed);
+    EXPECT_THAT(findings.to_string(), HasSubstr("the part is lost"));
+    EXPECT_EQ(findings.list().size(), 1u) << findings.to_string();
     EXPECT_TRUE(said().empty()) << "nothing goes on after it";
     EXPECT_EQ(fake.q(), from) << "and what was to end does not begin again";
   }

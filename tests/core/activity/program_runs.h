@@ -1,0 +1,115 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "core/activity/program.h"
+
+namespace takt::test {
+
+using Json = nlohmann::ordered_json;
+
+/// Reads programs and runs them, cycle for cycle, on the cell that a fixture has.
+class ProgramRuns : public testing::Test {
+ protected:
+  /// Called before each cycle with its number, from 0.
+  using AtCycle = std::function<void(int, activity::ProgramRunner&)>;
+
+  [[nodiscard]] virtual command::Cell& programs_cell() = 0;
+  [[nodiscard]] virtual rcc::ControlCore& programs_core() = 0;
+  virtual void before_first_cycle() {}
+  virtual void one_cycle() = 0;
+
+  /// All that is wrong with a program, before anything moves.
+  Findings wrong(const std::string& text) {
+    const auto program = activity::Program::parse(Json::parse(text), "/program", programs_cell());
+    if (!program) return program.error();
+    return program->rehearse(programs_cell(), &programs_core().environment()).findings;
+  }
+  /// A program whose rehearsal finds no errors.
+  activity::Program good(const std::string& text) {
+    auto program = activity::Program::parse(Json::parse(text), "/program", programs_cell());
+    if (!program) {
+      ADD_FAILURE() << program.error().to_string();
+      return {};
+    }
+    rehearsed = program->rehearse(programs_cell(), &programs_core().environment()).findings;
+    EXPECT_FALSE(rehearsed.has_errors()) << rehearsed.to_string();
+    return std::move(*program);
+  }
+
+  activity::Context context() {
+    return {programs_cell(), programs_core(), variables, latency, [this](auto source, auto name, auto text) {
+              log.push_back(std::string(source) + ": " + std::string(name) + " " + std::string(text));
+            }};
+  }
+  /// To its end.
+  activity::Progress run(const activity::Program& program, const AtCycle& at_cycle = {}, int most = 100'000) {
+    activity::Context own = context();
+    activity::ProgramRunner runner(program, own);
+    return follow(runner, at_cycle, most);
+  }
+  /// From the state that a snapshot has as text.
+  activity::Progress go_on(const activity::Program& program, const std::string& snapshot, const AtCycle& at_cycle = {},
+                           int most = 100'000) {
+    activity::Context own = context();
+    activity::ProgramRunner runner(program, own);
+    const Findings found = runner.restore(Json::parse(snapshot));
+    EXPECT_TRUE(found.empty()) << found.to_string();
+    return follow(runner, at_cycle, most);
+  }
+  /// Runs a program until this holds, takes a snapshot there, and cancels it.
+  std::string snapshot_when(const activity::Program& program,
+                            const std::function<bool(const activity::ProgramRunner&)>& there) {
+    std::string snapshot;
+    EXPECT_EQ(run(program,
+                  [&](int, activity::ProgramRunner& runner) {
+                    if (!snapshot.empty() || !there(runner)) return;
+                    snapshot = runner.snapshot().dump();
+                    runner.cancel();
+                  }),
+              activity::Progress::kDone);
+    return snapshot;
+  }
+
+  /// Names of the steps in the order in which they began.
+  std::vector<std::string> begun() const {
+    std::vector<std::string> names;
+    for (const std::string& line : log)
+      if (line.starts_with("program: begin ")) names.push_back(line.substr(15));
+    return names;
+  }
+  static std::vector<std::string> pointers(const Findings& findings) {
+    std::vector<std::string> pointers;
+    for (const Finding& finding : findings.list()) pointers.push_back(finding.pointer);
+    return pointers;
+  }
+
+  activity::Variables variables;
+  std::int64_t latency = 2;
+  std::vector<std::string> log;
+  Findings rehearsed;  ///< of the last good program
+  Findings findings;   ///< of the last run
+  std::int64_t steps_done = 0;
+  int cycles = 0;
+
+ private:
+  activity::Progress follow(activity::ProgramRunner& runner, const AtCycle& at_cycle, int most) {
+    before_first_cycle();
+    for (cycles = 0; cycles < most; ++cycles) {
+      if (at_cycle) at_cycle(cycles, runner);
+      if (runner.advance() != activity::Progress::kRunning) break;
+      one_cycle();
+    }
+    findings = runner.findings();
+    steps_done = runner.steps_done();
+    return runner.progress();
+  }
+};
+
+}  // namespace takt::test
