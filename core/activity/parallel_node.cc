@@ -1,48 +1,17 @@
 // Branches side by side.
 #include <algorithm>
 #include <set>
-#include <stdexcept>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/outcome_json.h"
 #include "core/activity/strand.h"
 
 namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// What the branches that are over have come to.
-constexpr std::pair<Outcome, const char*> kResults[] = {
-    {Outcome::kDone, "done"}, {Outcome::kFailed, "failed"}, {Outcome::kStopped, "stopped"}};
-
-Json to_json(Outcome result) {
-  return std::ranges::find(kResults, result, &std::pair<Outcome, const char*>::first)->second;
-}
-Outcome result_of(const Json& json) {
-  const auto* found = std::ranges::find_if(kResults, [&json](const auto& one) { return json == one.second; });
-  if (found == std::end(kResults)) throw std::out_of_range("there is no such result");
-  return found->first;
-}
-
-Json to_json(const Findings& findings) {
-  Json list = Json::array();
-  for (const Finding& one : findings.list())
-    list.push_back({{"severity", one.severity}, {"pointer", one.pointer}, {"text", one.message}, {"hint", one.hint}});
-  return list;
-}
-Findings findings_of(const Json& json) {
-  Findings findings;
-  for (const Json& one : json) {
-    findings.add({.severity = one.at("severity").get<Severity>(),
-                  .file = {},
-                  .pointer = one.at("pointer").get<std::string>(),
-                  .message = one.at("text").get<std::string>(),
-                  .hint = one.at("hint").get<std::string>()});
-  }
-  return findings;
-}
 
 class ParallelNode final : public Node {
  public:
@@ -139,8 +108,8 @@ class ParallelRun final : public NodeRun {
       open.push_back(branch.strand.state());
     }
     Json state{{"branches", std::move(list)}, {"open", std::move(open)}, {"ends", ends_}, {"begun", begun_}};
-    state["result"] = to_json(result_);
-    state["failures"] = to_json(failures_);
+    state["result"] = outcome_to_json(result_);
+    state["failures"] = findings_to_json(failures_);
     return state;
   }
   void restore(const Json& state, Execution& execution, Findings& findings) override {
@@ -157,8 +126,8 @@ class ParallelRun final : public NodeRun {
     }
     begun_ = state.at("begun").get<bool>();
     ends_ = state.at("ends").get<bool>();
-    result_ = result_of(state.at("result"));
-    failures_ = to_tell_ = findings_of(state.at("failures"));
+    result_ = outcome_from_json(state.at("result"));
+    failures_ = to_tell_ = findings_from_json(state.at("failures"));
   }
 
  private:

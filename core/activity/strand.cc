@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/outcome_json.h"
+
 namespace takt::activity {
 
 using Json = nlohmann::ordered_json;
@@ -111,6 +113,19 @@ Outcome SettledRun::advance(Execution& execution, Findings& findings) {
   const Outcome outcome = of_others ? *ended_ : strand.settle(*ended_, execution, findings_);
   if (outcome != Outcome::kRunning) findings.append(findings_);
   return outcome;
+}
+
+Json SettledRun::state() const {
+  Json state = run_->state();
+  if (ended_) state["ended"] = {{"outcome", outcome_to_json(*ended_)}, {"findings", findings_to_json(findings_)}};
+  return state;
+}
+
+void SettledRun::restore(const Json& state, Execution& execution, Findings& findings) {
+  opened_before_ = execution.strand->opened();
+  if (!state.contains("ended")) return run_->restore(state, execution, findings);
+  ended_ = outcome_from_json(state.at("ended").at("outcome"));
+  findings_ = findings_from_json(state.at("ended").at("findings"));
 }
 
 void SettledRun::cancel(Execution& execution) {

@@ -87,11 +87,9 @@ class SettledRun final : public NodeRun {
 
   Outcome advance(Execution& execution, Findings& findings) override;
   void cancel(Execution& execution) override;
-  [[nodiscard]] nlohmann::ordered_json state() const override { return run_->state(); }
-  void restore(const nlohmann::ordered_json& state, Execution& execution, Findings& findings) override {
-    opened_before_ = execution.strand->opened();
-    run_->restore(state, execution, findings);
-  }
+  /// That of the node; once that has ended, also what it has come to.
+  [[nodiscard]] nlohmann::ordered_json state() const override;
+  void restore(const nlohmann::ordered_json& state, Execution& execution, Findings& findings) override;
 
  private:
   std::unique_ptr<NodeRun> run_;

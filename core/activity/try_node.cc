@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/outcome_json.h"
 #include "core/activity/strand.h"
 
 namespace takt::activity {
@@ -111,9 +112,12 @@ class TryRun final : public NodeRun {
   }
 
   [[nodiscard]] Json state() const override {
-    Json state{{"phase", static_cast<int>(phase_)},   {"after", static_cast<int>(after_)}, {"attempts", attempts_},
-               {"result", static_cast<int>(result_)}, {"variables", scope_.to_json()},     {"errors", Json::array()}};
-    for (const Finding& finding : failure_.list()) state["errors"].push_back({finding.pointer, finding.message});
+    Json state{{"phase", static_cast<int>(phase_)},
+               {"after", static_cast<int>(after_)},
+               {"attempts", attempts_},
+               {"result", static_cast<int>(result_)},
+               {"variables", scope_.to_json()}};
+    state["errors"] = findings_to_json(failure_);
     if (run_) state["run"] = run_->state();
     return state;
   }
@@ -124,9 +128,7 @@ class TryRun final : public NodeRun {
     after_ = static_cast<Phase>(std::clamp(state.value("after", 0), 0, static_cast<int>(Phase::kCleanup)));
     attempts_ = state.value("attempts", std::int64_t{0});
     result_ = static_cast<Outcome>(std::clamp(state.value("result", 1), 1, 3));
-    for (const Json& error : state.value("errors", Json::array())) {
-      failure_.error(error.at(0).get<std::string>(), error.at(1).get<std::string>());
-    }
+    failure_ = findings_from_json(state.value("errors", Json::array()));
     if (state.contains("variables") && !state.at("variables").empty()) {
       node_.declare_error(scope_, "");
       scope_.from_json(state.at("variables"));

@@ -488,6 +488,43 @@ TEST_F(TreeTest, D3_ARestoredParallelKnowsOfTheBranchThatHasFailed) {
   }
 }
 
+// The way on cannot be found while the motion that was left open for a blend still runs: it brakes, and the failure is
+// part of the state.
+TEST_F(TreeTest, D3_ARestoredSequenceKnowsThatItHasFailedWhileItsOpenMotionBrakes) {
+  const std::string open = R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "velocity_m_s": 0.1, "blend_m": 0.01})";
+  const std::string fails = R"({"do": "sequence", "steps": [{"do": "log", "text": "once"},
+      {"do": "repeat", "times": "$n", "steps": [{"do": "log", "text": "round"}]}]})";
+  const auto declared = [](const std::string& steps) {
+    return R"({"do": "sequence", "variables": {"n": -1}, "steps": [)" + steps + "]}";
+  };
+  const std::string after = R"({"do": "log", "text": "went on"})";
+  for (const std::string& text :
+       {declared(open + ", " + fails + ", " + after),
+        declared(R"({"do": "parallel", "branches": [{"do": "sequence", "steps": [)" + open + ", " + fails + "]}]}")}) {
+    SCOPED_TRACE(text);
+    log.clear();
+    const Program program = good(text);
+    std::vector<std::string> states;
+    EXPECT_EQ(run(program,
+                  [&](int, ProgramRunner& runner) {
+                    if (!said().empty()) states.push_back(runner.snapshot().dump());
+                  }),
+              Progress::kFailed);
+    const Findings told = findings;
+    EXPECT_THAT(told.to_string(), HasSubstr("-1 rounds"));
+    ASSERT_GT(states.size(), 20u) << "it brakes";
+    for (std::size_t i = 0; i < states.size(); i += 9) {
+      log.clear();
+      const auto from = fake.q();
+      EXPECT_EQ(go_on(program, states[i]), Progress::kFailed);
+      EXPECT_EQ(findings.to_string(), told.to_string());
+      EXPECT_TRUE(said().empty()) << "nothing is begun again, and nothing goes on after it";
+      EXPECT_EQ(fake.q(), from) << "and what was to end does not begin again";
+    }
+    EXPECT_EQ(run(R"({"do": "ptp", "to": "home"})"), Progress::kDone);
+  }
+}
+
 TEST_F(TreeTest, D3_AForeignStateIsRefused) {
   const Program program = good(sequence(wait(1)));
   for (const char* text : {"{}", "5", R"({"measured": {}, "steps_done": 1, "position": {}})"}) {
