@@ -6,7 +6,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/mode_change.h"
+#include "core/activity/step.h"
 #include "core/device/arm.h"
+#include "core/kinematics/chain.h"
 
 namespace takt::activity {
 namespace {
@@ -52,12 +55,16 @@ class Values {
  public:
   explicit Values(const ComplianceRequest& request) : values_(request.values) {}
 
-  [[nodiscard]] std::optional<command::Term<net::JointArray>> joints(const char* key, int count) const {
+  [[nodiscard]] std::optional<JointVector> joint_values(const char* key, int count) const {
     const auto found = values_.find(key);
     if (found == values_.end()) return std::nullopt;
     const std::vector<double>& numbers = found->second;
-    if (numbers.size() == 1) return net::JointArray(JointVector(JointVector::Constant(count, numbers.front())));
-    return net::JointArray(JointVector(JointVector::Map(numbers.data(), std::ssize(numbers))));
+    if (numbers.size() == 1) return JointVector(JointVector::Constant(count, numbers.front()));
+    return JointVector(JointVector::Map(numbers.data(), std::ssize(numbers)));
+  }
+  [[nodiscard]] std::optional<command::Term<net::JointArray>> joints(const char* key, int count) const {
+    const auto values = joint_values(key, count);
+    return values ? std::optional<command::Term<net::JointArray>>(net::JointArray(*values)) : std::nullopt;
   }
   [[nodiscard]] std::optional<Eigen::Vector3d> axes(const char* key) const {
     const auto found = values_.find(key);
@@ -98,6 +105,20 @@ command::CartesianCompliance cartesian_wish(const Values& values, bool in_tool_a
   return wish;
 }
 
+/// What the command layer has found, at the keys of the file.
+Findings in_file(const Findings& found, const ComplianceRequest& request) {
+  Findings placed;
+  const auto places = places_of(request);
+  for (Finding finding : found.list()) {
+    const auto place = std::ranges::find_if(places, [&](const auto& one) {
+      return finding.pointer == one.first || finding.pointer.starts_with(one.first + "/");
+    });
+    if (place != places.end()) finding.pointer.replace(0, place->first.size(), place->second);
+    placed.add(std::move(finding));
+  }
+  return placed;
+}
+
 }  // namespace
 
 std::optional<ComplianceRequest> read_compliance(ObjectReader& step) {
@@ -125,22 +146,55 @@ command::ComplianceWish wish_of(const ComplianceRequest& request, int joint_coun
   return command::Stiff{};
 }
 
-Findings check_compliance(const ComplianceRequest& request, const command::Cell& cell, const std::string& name) {
-  Findings in_file;
-  const device::Arm* arm = cell.arms.find(name)->second.device;
-  if (arm == nullptr) return in_file;
-  const device::ArmDescription& description = arm->description();
-  const auto places = places_of(request);
-  const Findings found =
-      command::check_compliance(wish_of(request, description.chain->joint_count()), description, name);
-  for (Finding finding : found.list()) {
-    const auto place = std::ranges::find_if(places, [&](const auto& one) {
-      return finding.pointer == one.first || finding.pointer.starts_with(one.first + "/");
-    });
-    if (place != places.end()) finding.pointer.replace(0, place->first.size(), place->second);
-    in_file.add(std::move(finding));
+device::Compliance springs_of(const ComplianceRequest& request, const device::ArmDescription& arm) {
+  if (request.mode == ControlMode::kPosition || !arm.modes.has(request.mode)) return {};
+  device::Compliance springs = arm.impedance.standard(request.mode);
+  springs.in_tool_axes = request.in_tool_axes;
+  const Values values(request);
+  if (request.mode == ControlMode::kJointImpedance) {
+    const int count = arm.chain->joint_count();
+    const auto put_joints = [&](const char* key, JointVector& into) {
+      const auto joints = values.joint_values(key, count);
+      if (joints && joints->size() == count) into = *joints;
+    };
+    put_joints("stiffness_Nm_rad", springs.stiffness);
+    put_joints("torque_Nm", springs.feed_forward);
+    return springs;
   }
-  return in_file;
+  const auto put_axes = [&values](const char* key, JointVector& into, Eigen::Index from) {
+    if (const auto axes = values.axes(key)) into.segment(from, 3) = *axes;
+  };
+  put_axes("stiffness_N_m", springs.stiffness, 0);
+  put_axes("rotational_stiffness_Nm_rad", springs.stiffness, 3);
+  put_axes("force_N", springs.feed_forward, 0);
+  put_axes("torque_Nm", springs.feed_forward, 3);
+  return springs;
+}
+
+Findings check_compliance(const ComplianceRequest& request, const command::Cell& cell,
+                          const std::vector<std::string>& arms) {
+  Findings found;
+  const device::ArmDescription* first = nullptr;
+  for (const std::string& name : arms) {
+    const device::Arm* arm = cell.arms.find(name)->second.device;
+    if (arm == nullptr) return found;
+    const int joint_count = arm->description().chain->joint_count();
+    if (first == nullptr) first = &arm->description();
+    if (request.mode == ControlMode::kJointImpedance && joint_count != first->chain->joint_count())
+      found.error("/compliance/mode", fmt::format("springs of the joints of '{}' and '{}'", arms.front(), name),
+                  "arms with as many joints each, or springs of the tool");
+    found.append(in_file(command::check_compliance(wish_of(request, joint_count), arm->description(), name), request));
+  }
+  return found;
+}
+
+bool rehearse_compliance(const ComplianceRequest& request, Rehearsal& rehearsal, const std::vector<std::string>& arms,
+                         const std::string& pointer, Findings& findings) {
+  Findings own;
+  for (const std::string& arm : arms) rehearse_mode(rehearsal, arm, request.mode, pointer, own);
+  own.append(check_compliance(request, rehearsal.cell, arms), pointer);
+  findings.append(own);
+  return !own.has_errors();
 }
 
 std::vector<std::pair<std::string, std::string>> places_of(const ComplianceRequest& request) {

@@ -5,11 +5,11 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "core/activity/compliance_request.h"
 #include "core/activity/search_pattern.h"
 #include "core/base/object_reader.h"
 #include "core/command/condition.h"
-#include "core/command/force_net.h"
-#include "core/motion/leg.h"
+#include "core/command/press_action.h"
 
 namespace takt::activity {
 
@@ -29,22 +29,24 @@ struct ForceRequest {
   std::optional<command::Condition> until;
   std::optional<Pattern> pattern;
   bool must_find = true;  ///< a pattern that ends without anything found is a failure
+  std::optional<ComplianceRequest> compliance;
 
-  /// The way of the tool depends on where the arm is: its own axes, or a pattern from there.
-  [[nodiscard]] bool needs_place() const { return pattern || in == "tcp"; }
+  /// What it does depends on where the arm is: along the tool's own axes, a pattern from there, springs of the joints.
+  [[nodiscard]] bool needs_place() const;
 };
 
 /// The keys of "press"; without `seconds` and `until` it presses for `hold` s, or, without that, until it is cancelled.
 [[nodiscard]] ForceRequest read_press(ObjectReader& reader, const command::Cell& cell, std::optional<double> hold);
 [[nodiscard]] ForceRequest read_search(ObjectReader& reader, const command::Cell& cell);
 
-/// A command, and the plan that it refers to.
+/// How it presses.
 struct PreparedPress {
-  command::PressCommand command;
-  std::shared_ptr<const motion::Motion> path;  ///< null: none
+  Eigen::Vector3d direction_B;  ///< of the force that the tool exerts, in the arm's base; of length 1
+  command::PressWish wish;
 };
-/// What it comes to with the arm at q (rad or m). @return findings without a place: an unknown frame, a pattern that
-/// the arm cannot follow. Realtime: setup.
+/// What it comes to with the arm at q (rad or m). Without a compliance of its own the springs are those that the arm
+/// has now. @return findings: an unknown frame, a pattern that the arm cannot follow, springs that take up the travel.
+/// Realtime: setup.
 [[nodiscard]] Result<PreparedPress> prepare_press(const ForceRequest& request, const command::Cell& cell,
                                                   const kinematics::JointVector& q);
 

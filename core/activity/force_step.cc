@@ -1,55 +1,69 @@
 #include "core/activity/force_step.h"
 
-#include <fmt/format.h>
+#include <utility>
+
 #include <nlohmann/json.hpp>
 
-#include "core/activity/force_request.h"
-#include "core/activity/goal.h"
 #include "core/activity/net_run.h"
-#include "core/activity/touch.h"
+#include "core/activity/press_command.h"
+#include "core/activity/scheduled_run.h"
+#include "core/activity/two_ways.h"
+#include "core/command/single_net.h"
 
 namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using kinematics::JointVector;
 
-class ForceRun final : public OneNetRun {
+/// From rest, to nobody knows where.
+class PressActivity final : public ActivityModel {
+ public:
+  PressActivity(const ForceRequest& request, command::Biases biases)
+      : ActivityModel(request.name), request_(request), biases_(std::move(biases)) {}
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return {request_.arm}; }
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    const command::Cell& cell = situation.cell;
+    const kinematics::JointVector& q = *situation.precedents.find(request_.arm)->second.at_end.q;
+    if (request_.compliance) {
+      Findings wrong = check_compliance(*request_.compliance, cell, actuators());
+      if (wrong.has_errors()) return std::unexpected(std::move(wrong));
+    }
+    const auto pressing = prepare_press(request_, cell, q);
+    if (!pressing) return std::unexpected(pressing.error());
+    Prepared prepared;
+    prepared.command = command_of(request_, *pressing, cell, biases_);
+    prepared.forecasts[request_.arm] = {};
+    prepared.begins[request_.arm].push_back(seam_at_rest(q));
+    return prepared;
+  }
+
+  [[nodiscard]] static command::RuntimeCommand command_of(const ForceRequest& request, const PreparedPress& pressing,
+                                                          const command::Cell& cell, const command::Biases& biases) {
+    const command::Action action = press_action(request, pressing, cell, biases);
+    return pressing_command(request, request.name, action, cell, biases, {}).command;
+  }
+
+ private:
+  ForceRequest request_;
+  command::Biases biases_;
+};
+
+class ForceRun final : public ScheduledRun {
  public:
   explicit ForceRun(const ForceRequest& request) : request_(request) {}
 
  private:
-  Progress begin(Context& context, Findings& findings) override {
-    const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
-    const JointVector& q = arm.device->set_point().q;
-    if (q.size() == 0) return Progress::kRunning;
-    const auto prepared = prepare_press(request_, context.cell, q);
-    if (!prepared) {
-      findings.append(prepared.error());
-      return Progress::kFailed;
-    }
-    return load(context, command::press_net(prepared->command, context.cell, context.variables.biases), findings);
+  [[nodiscard]] ActivityPtr activity(Context& context) override {
+    return std::make_shared<const PressActivity>(request_, context.variables.biases);
   }
 
   Progress finish(Context& context, Findings& findings) override {
-    using namespace command::press_ports;
-    const bool found = was_true(kHeld) || was_true(kFound) || was_true(kUntil);
-    // Where the tool stands pressed counts as the touch of this arm.
-    const command::MountedArm& arm = context.cell.arms.find(request_.arm)->second;
-    const bool touched = found || was_true(kTouched);
-    if (touched) findings.append(note_touch(context, request_.arm, tool_pose(arm, arm.device->sample().q)));
-    if (found) return findings.has_errors() ? Progress::kFailed : Progress::kDone;
-    if (was_true(kSilent)) {
-      findings.error("/sensor", fmt::format("'{}' did not answer, so the arm stopped", request_.sensor),
-                     "its power and its wires");
-    } else if (was_true(kTooFar)) {
-      findings.error("/travel_m", was_true(kTouched) ? "the travel was used up after the touch" : "nothing was touched",
-                     "a longer travel, another beginning or direction");
-    } else if (request_.must_find) {
-      findings.error({}, "the pattern has come to its end and nothing was found",
-                     "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
-    }
-    return findings.has_errors() ? Progress::kFailed : Progress::kDone;
+    const auto kept = [this](const std::string& what) { return run()->value<net::Frame>(what); };
+    const Findings failed = end_pressing(request_, kept, {}, cancelled(), context);
+    findings.append(failed);
+    return failed.has_errors() ? Progress::kFailed : Progress::kDone;
   }
 
   const ForceRequest& request_;
@@ -62,14 +76,17 @@ class ForceStep final : public Step {
   /// Where the surface is shows only in the run: the arm is taken to stay where it begins.
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     rehearsal.touched[request_.arm] = true;
+    if (request_.compliance && !rehearse_compliance(*request_.compliance, rehearsal, {request_.arm}, pointer, findings))
+      return;
     const auto prepared = prepare_press(request_, rehearsal.cell, rehearsal.q[request_.arm]);
     if (!prepared) {
       findings.append(prepared.error(), pointer);
       return;
     }
     rehearsal.duration += request_.hold.value_or(0.0);
-    if (prepared->path) rehearsal.duration += prepared->path->duration();
-    rehearse_net(command::press_net(prepared->command, rehearsal.cell, {}), rehearsal, pointer, findings);
+    if (prepared->wish.path) rehearsal.duration += prepared->wish.path->duration();
+    const auto command = PressActivity::command_of(request_, *prepared, rehearsal.cell, {});
+    rehearse_net(command::single_net(command, request_.name).net, rehearsal, pointer, findings);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<ForceRun>(request_); }

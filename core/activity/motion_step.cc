@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/command_step.h"
-#include "core/activity/mode_change.h"
 #include "core/activity/net_run.h"
 #include "core/activity/requested_motion.h"
 #include "core/activity/scheduled_run.h"
@@ -171,11 +170,9 @@ class MotionStep final : public Step {
   bool gives_way_as_it_can(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const {
     const MotionRequest& last = requests_.back();
     if (!last.compliance) return true;
-    Findings own;
-    rehearse_mode(rehearsal, last.arm, last.compliance->mode, pointer, own);
-    own.append(check_compliance(*last.compliance, rehearsal.cell, last.arm), pointer);
-    findings.append(own);
-    return !own.has_errors();
+    std::vector<std::string> arms{last.arm};
+    if (!last.follower.empty()) arms.push_back(last.follower);
+    return rehearse_compliance(*last.compliance, rehearsal, arms, pointer, findings);
   }
 
   std::vector<MotionRequest> requests_;  ///< one, or several that are blended, and give way alike

@@ -40,6 +40,10 @@ class Requested : public RequestedMotion {
     }
     return states;
   }
+  /// Values that one of the devices does not have.
+  [[nodiscard]] Findings wrong_springs(const command::Cell& cell) const {
+    return last().compliance ? check_compliance(*last().compliance, cell, actuators()) : Findings();
+  }
   [[nodiscard]] std::unexpected<Findings> nowhere() const {
     return failure("", fmt::format("'{}': nobody knows where the arm will be at rest", name()),
                    "a motion after the end of what runs");
@@ -64,8 +68,7 @@ class OfOneArm final : public Requested {
     if (!before.at_end.rests()) return nowhere();
     if (const Findings mixed = check_offsets(requests()); mixed.has_errors())
       return std::unexpected(of_motions(mixed, requests()));
-    Findings wrong = last().compliance ? check_compliance(*last().compliance, situation.cell, last().arm) : Findings();
-    if (wrong.has_errors()) return std::unexpected(std::move(wrong));
+    if (Findings wrong = wrong_springs(situation.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
     auto plan = plan_motions(requests(), situation.cell, *before.at_end.q);
     if (!plan) return std::unexpected(std::move(plan.error()));
     return prepare(situation, std::move(*plan), blended_plan(situation, before));
@@ -132,6 +135,7 @@ class OfTwoArms final : public Requested {
     const Precedent& leads = situation.precedents.find(last().arm)->second;
     const Precedent& follows = situation.precedents.find(last().follower)->second;
     if (!leads.at_end.rests() || !follows.at_end.rests()) return nowhere();
+    if (Findings wrong = wrong_springs(situation.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
     auto grasp = grasp_at(situation.cell, last().arm, last().follower, *leads.at_end.q, *follows.at_end.q);
     if (!grasp) return std::unexpected(std::move(grasp.error()));
     // They hold the part as before, to the last bit.

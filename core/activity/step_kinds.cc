@@ -47,7 +47,7 @@ const std::vector<StepKind>& step_kinds() {
       {"net", "Runs a net of the cell to its end. Keys: net, cancel_after_s, within_s.", parse_net_step},
       {"press",
        "Touches along a direction and presses with a force. Keys: arm, sensor, direction, in, force_N, approach_m_s, "
-       "travel_m, seconds, until.",
+       "travel_m, seconds, until, compliance.",
        parse_press},
       {"ptp",
        "Moves all joints together to a goal. Keys: arm, to, speed, acceleration, blend_m, blend_fraction, until, "

@@ -173,6 +173,12 @@ std::vector<BrokenRule> overlays() {
 }
 
 const std::string kSprings = R"("compliance": {"mode": "joint_impedance")";
+const std::string kPress = R"("do": "press", "sensor": "wrist", "direction": [0, 0, 1], "in": "world")";
+/// A stiffness along all axes is to follow.
+const std::string kSoft = R"("compliance": {"mode": "cartesian_impedance", "stiffness_N_m": )";
+std::string in_springs_of_the_tool(const std::string& step) {
+  return R"({"do": "sequence", "steps": [{"do": "control_mode", "mode": "cartesian_impedance"}, )" + step + "]}";
+}
 
 std::vector<BrokenRule> compliances() {
   const auto soft = [](const std::string& compliance) { return "{" + kUp + R"(, "compliance": )" + compliance + "}"; };
@@ -264,6 +270,18 @@ std::vector<BrokenRule> broken_transaction_plans() {
        "/compliance/torque_Nm/2", "20 N, Nm for 'arm'", "-10 to 10"},
       {tree(first("h", R"("do": "hold", "seconds": 1, )" + kSprings + "}")), "/commands/h/compliance",
        "'arm' will be in mode position, and this needs joint_impedance", "the step \"control_mode\""},
+      {"{" + kPress + ", " + kSprings + "}}", "/compliance",
+       "'arm' will be in mode position, and this needs joint_impedance", "the step \"control_mode\""},
+      {"{" + kPress + ", " + kSprings + R"(, "stiffness_Nm_rad": 2500}})", "/compliance/stiffness_Nm_rad/6",
+       "2500 Nm/rad for 'arm'", "0 to 2000 Nm/rad"},
+      {tree(first("p", kPress + ", " + kSprings + R"(, "damping_ratio": [1, 1]})")),
+       "/commands/p/compliance/damping_ratio", "2 values for 'arm'", "7 values"},
+      {in_springs_of_the_tool("{" + kPress + ", " + kSoft + "0}}"), "/steps/1/force_N",
+       "no spring holds the tool along the direction", "a stiffness above 0"},
+      {in_springs_of_the_tool("{" + kPress + ", " + kSoft + "100}}"), "/steps/1/travel_m",
+       "10 N bend the springs by 0.1 m, and the tool is sent by 0.05 m at most", "a longer travel, stiffer springs"},
+      {in_springs_of_the_tool(tree(first("p", kPress + ", " + kSoft + "100}"))), "/steps/1/commands/p/travel_m",
+       "10 N bend the springs by 0.1 m", "a part of the force beside them"},
       {"{" + kUp + R"(, "force_offset": {"sensor": "wrist", "force_N": 5, "acceleration_max_m_s2": 10}})", "",
        "the offset may need 10 of the acceleration of the tool", "smaller bounds of the offset"},
   };
@@ -272,8 +290,7 @@ std::vector<BrokenRule> broken_transaction_plans() {
 std::vector<BrokenRun> broken_transaction_runs() {
   const auto silent = [](int cycle, ActivityCell& cell) { cell.sensor->silent = cycle >= 300; };
   const auto pushed = [](int cycle, ActivityCell& cell) { cell.extra.force.x() = cycle >= 300 ? 1000.0 : 0.0; };
-  const std::string press =
-      R"("do": "press", "sensor": "wrist", "direction": [0, 0, 1], "in": "world", "approach_m_s": 0.01)";
+  const std::string press = kPress + R"(, "approach_m_s": 0.01)";
   const std::string wait = R"("do": "wait", "until": )" + kHard;
   return {
       {tree(first("w", wait + R"(, "timeout_s": 0.02)")), "/commands/w/until",

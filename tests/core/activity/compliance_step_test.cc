@@ -72,6 +72,33 @@ TEST_F(ComplianceStepTest, EveryStepThatMovesOrHoldsAnArmTakesSpringsOfTheTool) 
   expect_good_end();
 }
 
+TEST_F(ComplianceStepTest, PressAndSearchTakeSprings) {
+  const std::string soft = R"(, "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": [500, 600, 700],
+      "rotational_stiffness_Nm_rad": 50, "axes": "tool"})";
+  const std::string up = R"("sensor": "wrist", "direction": [0, 0, 1], "in": "world", "approach_m_s": 0.01)" + soft;
+  const std::string search = R"("do": "search", "radius_m": 0.01, "pitch_m": 0.002, "drop_m": 0.001, )" + up;
+  const std::string pressed = R"({"do": "press", "until": {"input": "button"}, )" + up + "}";
+  const auto inside = [](const std::string& command) {
+    return R"({"do": "transaction", "commands": {"p": {"start": true, )" + command +
+           R"(, "on": [{"entered": {"started": "p"}, "after_s": 0.8, "cancel": "p"}]}}})";
+  };
+  for (const std::string& step : {pressed, inside(R"("do": "press", )" + up), inside(search)}) {
+    SCOPED_TRACE(step);
+    cell.backend->given.clear();
+    cell.button->sample.value = false;
+    const Program program = good(steps(kIntoCartesian + R"({"do": "tare", "sensor": "wrist", "cycles": 20}, )" + step));
+    EXPECT_EQ(run(program, [&](int cycle, ProgramRunner&) { cell.button->sample.value = cycle > 800; }),
+              Progress::kDone)
+        << findings.to_string();
+    EXPECT_EQ(given().stiffness.head(3), Eigen::Vector3d(500, 600, 700));
+    EXPECT_EQ(given().stiffness[3], 50.0);
+    EXPECT_TRUE(given().in_tool_axes);
+    EXPECT_LE(worst_step(cell), 1.0 + 1e-9);
+    EXPECT_EQ(run(steps(kBackToPosition + R"(, {"do": "ptp", "to": "home"})")), Progress::kDone);
+  }
+  expect_good_end();
+}
+
 TEST_F(ComplianceStepTest, ForcesAreOfTheTool) {
   EXPECT_EQ(run(good(steps(kIntoCartesian + R"({"do": "hold", "seconds": 1, "compliance": {
       "mode": "cartesian_impedance", "axes": "tool", "force_N": [0, 0, 8], "torque_Nm": [0, 1, 0]}})"))),

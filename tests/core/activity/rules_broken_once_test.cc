@@ -414,6 +414,7 @@ const std::vector<std::pair<std::string, std::string>> kElsewhere = {
     {"the condition held, but the arm's position was not known", "the condition is null then: the case before it"},
     {"a list of more than 100 000 elements", "takes minutes to fill, one by one"},
     {"an arm of fewer than three joints follows no line", "no model has so few"},
+    {"springs of the joints of '{}' and '{}'", "all models with such springs have as many joints"},
     {"'{}': nobody knows where the arm will be at rest", "steps wait for the end of what moved their arm before"},
 };
 
