@@ -146,6 +146,14 @@ command::ComplianceWish wish_of(const ComplianceRequest& request, int joint_coun
   return command::Stiff{};
 }
 
+void check_springs_of_two(const ComplianceRequest& request, const std::string& pointer, Findings& findings) {
+  for (const char* key : {"force_N", "torque_Nm"}) {
+    if (request.values.contains(key))
+      findings.error(pointer + "/compliance/" + key, "two arms that move as one push with springs alone",
+                     "springs, or a motion of one arm");
+  }
+}
+
 device::Compliance springs_of(const ComplianceRequest& request, const device::ArmDescription& arm) {
   if (request.mode == ControlMode::kPosition || !arm.modes.has(request.mode)) return {};
   device::Compliance springs = arm.impedance.standard(request.mode);

@@ -30,6 +30,9 @@ struct ComplianceRequest {
 /// @param joint_count  of the arm
 [[nodiscard]] command::ComplianceWish wish_of(const ComplianceRequest& request, int joint_count);
 
+/// Two arms as one exert nothing beside their springs: findings at its keys below the pointer of the step.
+void check_springs_of_two(const ComplianceRequest& request, const std::string& pointer, Findings& findings);
+
 /// The springs that the device has with it: what the request does not say is the device's standard. Of mode position if
 /// it has none, or not that mode.
 [[nodiscard]] device::Compliance springs_of(const ComplianceRequest& request, const device::ArmDescription& arm);

@@ -226,9 +226,7 @@ void check_movers(const MotionCommand& command, const std::string& pointer, Find
                      fmt::format("{} after {}", movers(request), movers(first)), "the same 'follower' at all of them");
     }
   }
-  if (command.compliance && !first.follower.empty())
-    findings.error(pointer + "/compliance", "two arms that move as one give way as they are",
-                   "no 'compliance', or one arm");
+  if (command.compliance && !first.follower.empty()) check_springs_of_two(*command.compliance, pointer, findings);
 }
 
 }  // namespace

@@ -59,8 +59,7 @@ void check_internal_force(const command::Condition& condition, const command::Ce
 void read_springs(ObjectReader& reader, MotionRequest& request) {
   request.compliance = read_compliance(reader);
   if (request.compliance && !request.follower.empty())
-    reader.findings().error(reader.at("compliance"), "two arms that move as one give way as they are",
-                            "no 'compliance', or one arm");
+    check_springs_of_two(*request.compliance, reader.pointer(), reader.findings());
 }
 
 /// What is laid over its path.

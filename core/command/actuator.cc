@@ -31,6 +31,16 @@ Driver driver_in(std::optional<device::ControlMode> mode) {
   return {"ArmCommand"};
 }
 
+/// What drives an arm in the fragment, in the mode of the set point and with its springs.
+void add_driver(FragmentWriter& fragment, const std::string& id, const std::string& arm, const SetPoint& set_point) {
+  const Driver driver = driver_in(set_point.mode);
+  Json parameters = {{"device", arm}};
+  if (set_point.mode == device::ControlMode::kPosition) parameters["mode"] = std::string(name_of(*set_point.mode));
+  if (set_point.in_tool_axes) parameters["axes"] = "tool";
+  fragment.add(id, driver.primitive, parameters);
+  for (const char* port : driver.springs) set_point.feed(fragment, port, fmt::format("{}.{}", id, port));
+}
+
 /// Primitive "arm" in the fragment, that of the control mode; inverse kinematics before it where the set point is a
 /// pose.
 class ArmActuator final : public ActuatorModel {
@@ -56,7 +66,7 @@ class ArmActuator final : public ActuatorModel {
   }
 
   void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
-    add_driver(fragment, set_point);
+    add_driver(fragment, "arm", name(), set_point);
     switch (set_point.kind) {
       case SetPointKind::kJoints:
         for (const char* port : kJointPorts) set_point.feed(fragment, port, std::string("arm.") + port);
@@ -86,15 +96,6 @@ class ArmActuator final : public ActuatorModel {
     return {{"device", name()}, {"tool", net::value_to_json(net::Frame(set_point.X_FM))}};
   }
 
-  void add_driver(FragmentWriter& fragment, const SetPoint& set_point) const {
-    const Driver driver = driver_in(set_point.mode);
-    Json parameters = {{"device", name()}};
-    if (set_point.mode == device::ControlMode::kPosition) parameters["mode"] = std::string(name_of(*set_point.mode));
-    if (set_point.in_tool_axes) parameters["axes"] = "tool";
-    fragment.add("arm", driver.primitive, parameters);
-    for (const char* port : driver.springs) set_point.feed(fragment, port, std::string("arm.") + port);
-  }
-
   /// Inverse kinematics that is active on Cartesian pieces only, so that it begins at the arm's set point whenever the
   /// path enters one; else the joints of the path.
   void add_both_spaces(FragmentWriter& fragment, const SetPoint& set_point) const {
@@ -121,7 +122,7 @@ class ArmActuator final : public ActuatorModel {
   std::map<std::string, State> states_;
 };
 
-/// Two arms that are fed each with its part of the set point.
+/// Two arms that are fed each with its part of the set point, and give way alike.
 class PairActuator final : public ActuatorModel {
  public:
   PairActuator(const Actuator& leader, const Actuator& follower)
@@ -138,6 +139,13 @@ class PairActuator final : public ActuatorModel {
 
   [[nodiscard]] std::vector<std::string> devices() const override { return names_; }
   [[nodiscard]] std::vector<SetPointKind> takes() const override { return {SetPointKind::kPair}; }
+  /// Those that both have.
+  [[nodiscard]] std::vector<device::ControlMode> modes() const override {
+    std::vector<device::ControlMode> both = kept_.front().model().modes();
+    const auto others = kept_.back().model().modes();
+    std::erase_if(both, [&](device::ControlMode mode) { return std::ranges::find(others, mode) == others.end(); });
+    return both;
+  }
   [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
   [[nodiscard]] std::optional<Finding> fault() const override { return fault_; }
   [[nodiscard]] std::vector<const MountedArm*> arms() const override {
@@ -148,7 +156,7 @@ class PairActuator final : public ActuatorModel {
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const SetPoint& part = set_point.parts.at(i);
       const std::string arm = fmt::format("arm_{}", i + 1), inverse = fmt::format("inverse_{}", i + 1);
-      fragment.add(arm, "ArmCommand", {{"device", names_[i]}});
+      add_driver(fragment, arm, names_[i], set_point);
       if (part.kind == SetPointKind::kJoints) {
         for (const char* port : kJointPorts) part.feed(fragment, port, arm + "." + port);
         continue;

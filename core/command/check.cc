@@ -23,6 +23,15 @@ std::string_view word_for(Kind kind) {
   return kWords.at(static_cast<std::size_t>(kind));
 }
 
+/// Of several arms the one that does not have the mode.
+std::string without_mode(const ActuatorModel& actuator, device::ControlMode mode) {
+  for (const MountedArm* arm : actuator.arms()) {
+    const bool one_of_many = actuator.arms().size() > 1;
+    if (one_of_many && !arm->device->description().modes.has(mode)) return arm->device->name();
+  }
+  return actuator.name();
+}
+
 class Checker {
  public:
   Checker(const CommandTree& tree, bool planned) : tree_(tree), planned_(planned) {}
@@ -149,7 +158,7 @@ class Checker {
       for (const device::ControlMode one : modes) names.push_back(device::name_of(one));
       return error(path(i), "C8",
                    fmt::format("{} gives {} for mode {}, which '{}' does not take", action.name(), name_of(gives),
-                               device::name_of(*mode), actuator.name()),
+                               device::name_of(*mode), without_mode(actuator, *mode)),
                    names.empty() ? std::string("it takes them without a mode")
                                  : fmt::format("it takes them for {}", fmt::join(names, ", ")));
     }

@@ -136,8 +136,10 @@ class Compliant final : public ActionModel {
     if (const auto other = action_->mode(); other && *other != mode_)
       findings.error({}, fmt::format("{} for mode {} is to be for mode {}", name(), name_of(*other), name_of(mode_)),
                      "one compliance");
-    if (actuator.arm() != nullptr)
-      check_constants(values_, mode_, actuator.arm()->device->description(), actuator.name(), findings);
+    const auto arms = actuator.arms();
+    for (const MountedArm* arm : arms)
+      check_constants(values_, mode_, arm->device->description(), arm->device->name(), findings);
+    if (arms.size() > 1) check_of_two(findings);
     return findings;
   }
 
@@ -164,10 +166,24 @@ class Compliant final : public ActionModel {
   /// The springs are those of what drives the arm, in the same fragment.
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
                                       const Json& parameters) const override {
-    return name == kSettled ? "arm.settled" : action_->add_state(fragment, name, parameters);
+    if (name != kSettled) return action_->add_state(fragment, name, parameters);
+    if (fragment.has("arm")) return "arm.settled";
+    fragment.add("both_settled", "And");
+    fragment.link("arm_1.settled", "both_settled.a");
+    fragment.link("arm_2.settled", "both_settled.b");
+    return "both_settled.value";
   }
 
  private:
+  /// A force of both would press on what they hold from two sides, and nobody would bound it.
+  void check_of_two(Findings& findings) const {
+    for (const SpringValue& value : values_) {
+      if (std::string_view(value.port) != "wrench" && std::string_view(value.port) != "torque") continue;
+      findings.error(std::string("/compliance/") + value.port, "two arms as one exert nothing beside their springs",
+                     "springs alone, or a motion of one arm");
+    }
+  }
+
   static constexpr const char* kSettled = "settled";
 
   std::shared_ptr<const ActionModel> action_;

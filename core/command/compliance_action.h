@@ -43,7 +43,8 @@ using ComplianceWish = std::variant<Stiff, JointCompliance, CartesianCompliance>
 /// springs may be a formula; it is approached with the rates of the device, and null there ends the net (row N4).
 /// Constants that the device does not allow are refused, values of formulas are the guard's. Offers what the action
 /// offers, and `settled`: the springs are as they are wanted. An arm that has no such mode is refused (rule C8). In
-/// which mode the arm is, START looks at.
+/// which mode the arm is, START looks at. Two arms as one have the same springs, each in its own axes, and exert
+/// nothing beside them.
 [[nodiscard]] Action with_compliance(const Action& action, const ComplianceWish& wish);
 
 }  // namespace takt::command

@@ -246,6 +246,61 @@ TEST_F(PairStepTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
   expect_good_end();
 }
 
+/// Brings both into a mode of impedance, then the steps.
+std::string on_springs(const std::string& steps) {
+  const std::string change = R"({"do": "control_mode", "mode": "cartesian_impedance", "arm": )";
+  return R"({"do": "sequence", "steps": [)" + change + R"("left"}, )" + change + R"("right"}, )" + steps + "]}";
+}
+std::string springs(double stiffness) {
+  return fmt::format(R"(, "compliance": {{"mode": "cartesian_impedance", "stiffness_N_m": {}}})", stiffness);
+}
+
+TEST_F(PairStepTest, P5_BothGiveWayAlikeAndBlendWithEqualSprings) {
+  for (const bool alike : {true, false}) {
+    SCOPED_TRACE(alike);
+    for (const auto& [name, backend] : backends) backend->given.clear();
+    log.clear();
+    const std::string own = springs(alike ? 800 : 400);
+    EXPECT_EQ(run(on_springs(both("up", "0, 0, 0.08", kBlend + springs(800)) + ", " +
+                             both("last", "0.04, 0, 0", kBlend + own) + ", " + both("back", "0, 0, -0.02", own))),
+              Progress::kDone)
+        << findings.to_string();
+    EXPECT_EQ(standing == 0, alike) << "what has other springs begins at rest";
+    EXPECT_LT(apart, 1e-9);
+    for (const auto& [name, backend] : backends) {
+      EXPECT_EQ(backend->given.back().stiffness.head(3), Eigen::Vector3d::Constant(alike ? 800 : 400)) << name;
+      const auto had = [&](double k) {
+        return std::ranges::any_of(backend->given, [&](const auto& one) { return one.stiffness[2] == k; });
+      };
+      EXPECT_TRUE(had(800)) << name;
+    }
+    const std::string back = R"({"do": "control_mode", "mode": "position", "arm": )";
+    EXPECT_EQ(run(sequence(back + R"("left"}, )" + back + R"("right"})")), Progress::kDone);
+  }
+  expect_good_end();
+}
+
+TEST_F(PairStepTest, InATransactionBothGiveWayToo) {
+  const std::string command = both("m", "0, 0, 0.02", R"(, "start": true)" + springs(600));
+  EXPECT_EQ(run(on_springs(R"({"do": "transaction", "commands": {"m": )" +
+                           std::string(command).replace(command.find(R"("name": "m", )"), 13, "") + "}}")),
+            Progress::kDone)
+      << findings.to_string();
+  for (const auto& [name, backend] : backends) EXPECT_EQ(backend->given.back().stiffness[0], 600) << name;
+  EXPECT_LT(apart, 1e-9);
+  expect_good_end();
+}
+
+TEST_F(PairStepTest, TheArmThatIsNotInTheModeIsNamed) {
+  const Findings one = wrong(sequence(R"({"do": "control_mode", "mode": "cartesian_impedance", "arm": "left"}, )" +
+                                      both("up", "0, 0, 0.02", springs(800))));
+  EXPECT_THAT(pointers(one), ElementsAre("/program/steps/1/compliance")) << one.to_string();
+  EXPECT_THAT(one.to_string(), HasSubstr("'right' will be in mode position, and this needs cartesian_impedance"));
+  const Findings too_stiff = wrong(on_springs(both("up", "0, 0, 0.02", springs(6000))));
+  EXPECT_THAT(too_stiff.to_string(), HasSubstr("6000 N/m for 'left'"));
+  EXPECT_THAT(too_stiff.to_string(), HasSubstr("6000 N/m for 'right'"));
+}
+
 TEST_F(PairStepTest, WhatTheFollowerCannotDoIsSeenBeforeAnythingMoves) {
   const Findings far = wrong(sequence(both("aside", "-0.1, 0.55, 0", "")));
   EXPECT_THAT(pointers(far), Contains("/program/steps/0/follower")) << far.to_string();

@@ -314,7 +314,11 @@ void break_pair_steps() {
   told(both(R"("follower": "left wrist")"), "/follower", "'left wrist' is not known here", "allowed: left, right");
   told(both(R"("follower": 5)"), "/follower", "5 stands here", "a text");
   told(both(follows + R"(, "compliance": {"mode": "joint_impedance"})"), "/compliance",
-       "two arms that move as one give way as they are", "one arm");
+       "'right' will be in mode position, and this needs joint_impedance", "the step \"control_mode\"");
+  told(both(follows + R"(, "compliance": {"mode": "joint_impedance", "torque_Nm": [1, 0, 0, 0, 0, 0, 0]})"),
+       "/compliance/torque_Nm", "two arms that move as one push with springs alone", "a motion of one arm");
+  told(both(follows + R"(, "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": 6000})"),
+       "/compliance/stiffness_N_m/0", "6000 N/m for 'right'", "0 to 5000");
   told(both(follows, "ptp"), "/follower", "two arms move as one on the path of a frame", "lin or circ");
   told(R"({"do": "spline", "arm": "left", "through": ["home", "home"], "follower": "right"})", "/follower",
        "two arms move as one on the path of a frame", "lin or circ");
@@ -340,7 +344,9 @@ void break_pair_steps() {
   told(several(both(follows + blend) + "," + both(alone)), "/commands/m/steps/1",
        "'left' alone after 'left' and 'right' as one", "the same 'follower' at all of them");
   told(several(both(follows), R"(, "compliance": {"mode": "joint_impedance"})"), "/commands/m/compliance",
-       "two arms that move as one give way as they are", "one arm");
+       "'right' will be in mode position, and this needs joint_impedance", "the step \"control_mode\"");
+  told(several(both(follows), R"(, "compliance": {"mode": "cartesian_impedance", "force_N": [0, 0, 5]})"),
+       "/commands/m/compliance/force_N", "two arms that move as one push with springs alone", "a motion of one arm");
   told(both(follows + R"(, "base_to": "home")"), "/follower", "a motion with a base has no 'follower'", "two motions");
   told(both(R"("unless": {"sensor": "left wrist", "above_N": 5}, "base_to": "home")"), "/unless",
        "a motion with a base has no 'unless'", "two motions");

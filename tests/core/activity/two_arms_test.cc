@@ -69,6 +69,64 @@ TEST_F(TwoArmTest, P5_PauseOverrideAndCancelStopBothOnThePath) {
   expect_limits_kept();
 }
 
+command::CartesianCompliance springs(double stiffness) {
+  return {.stiffness = command::VectorTerm(net::Vector(Eigen::Vector3d::Constant(stiffness)))};
+}
+
+TEST_F(TwoArmTest, P5_BothGiveWayAlikeAndBlendWithEqualSprings) {
+  const TwoArms both = pair();
+  for (const char* name : {"left", "right"})
+    Actuator(program, name).use<ControlModeInterface>().switch_to("cartesian_impedance").execute();
+  const RunPtr first = both.lin_by({0, 0, 0.1}, {.blend = 0.6, .compliance = springs(700)}).schedule();
+  const RunPtr alike = both.lin_by({0, 0.1, 0}, {.blend = 0.6, .compliance = springs(700)}).schedule();
+  const RunPtr softer = both.lin_by({0, 0, -0.05}, {.compliance = springs(300)}).schedule();
+  EXPECT_LT(follow(both, softer), 1e-9);
+  require(softer);
+  EXPECT_TRUE(alike->blended());
+  EXPECT_FALSE(softer->blended()) << "the rest of the motion before is done with the springs of that one";
+  for (const auto& [name, backend] : backends) {
+    const auto had = [&](double k) {
+      return std::ranges::any_of(backend->given, [&](const auto& one) { return one.stiffness[0] == k; });
+    };
+    EXPECT_TRUE(had(700)) << name;
+    EXPECT_EQ(backend->given.back().stiffness[0], 300) << name;
+  }
+  expect_limits_kept();
+}
+
+TEST_F(TwoArmTest, WhatOneOfThemCannotDoIsRefused) {
+  const auto refused = [](const Activity& activity) -> std::string {
+    try {
+      activity.execute();
+    } catch (const ActivityError& error) {
+      return error.findings().to_string();
+    }
+    return "done";
+  };
+  const TwoArms both = pair();
+  EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = springs(700)})),
+              HasSubstr("'right' will be in mode position, and this needs cartesian_impedance"));
+  for (const char* name : {"left", "right"})
+    Actuator(program, name).use<ControlModeInterface>().switch_to("cartesian_impedance").execute();
+  EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = springs(6000)})), HasSubstr("6000 N/m for 'right'"));
+  command::CartesianCompliance pushes = springs(700);
+  pushes.wrench.emplace(net::Wrench{.force = {0, 0, 5}, .torque = {}});
+  EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = pushes})),
+              HasSubstr("/compliance/wrench: error: two arms as one exert nothing beside their springs"));
+  // One of them has no such mode.
+  const auto stiff = device::read_arm("models/ur5").value();
+  ASSERT_FALSE(cell.frames.add("third", "world", Eigen::Isometry3d(Eigen::Translation3d(1.2, 0, 0.4))).has_errors());
+  const auto backend = std::make_shared<test::FakeArm>(stiff->home);
+  backend->now = core.time();
+  cell.arms["third"].start = stiff->home;
+  cell.arms["third"].device = &core.add(std::make_unique<device::Arm>("third", stiff, backend, core.period()));
+  core.step();
+  core.step();
+  const TwoArms mixed(Actuator(program, "left"), Actuator(program, "third"), both.centre());
+  EXPECT_THAT(refused(mixed.lin_by({0, 0, 0.01}, {.compliance = springs(700)})),
+              HasSubstr("for mode cartesian_impedance, which 'third' does not take"));
+}
+
 TEST_F(TwoArmTest, AForceBetweenThemStopsBoth) {
   const TwoArms both = pair();
   const auto squeezed = is_greater(internal_force(cell, "left wrist", "right wrist"), 20.0);
