@@ -26,7 +26,8 @@ constexpr const char* kTwoArms = R"({
     {"do": "lin", "arm": "left", "follower": "right", "to": {"by_m": [0, 0, 0.05]}, "blend_m": 0.01,
      "unless": {"internal_force": ["left wrist", "right wrist"], "above_N": 40}},
     {"do": "circ", "arm": "left", "follower": "right", "about": {"position_m": [0.6, 0, 0.6], "angle_deg": 10},
-     "until": {"internal_force": ["left wrist", "right wrist"], "below_N": "$5[N]"}, "on_end": "continue"},
+     "until": {"internal_force": ["left wrist", "right wrist"], "below_N": "$5[N]"}, "on_end": "continue",
+     "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": 500}},
     {"do": "ptp", "arm": "left", "to": "home", "unless": {"sensor": "left wrist", "above_N": 50}},
     {"do": "spline", "arm": "left", "through": ["home", "home"], "unless": {"sensor": "left wrist", "above_N": 50}},
     {"do": "transaction", "commands": {
@@ -62,6 +63,8 @@ TEST(PairSchema, TwoArmsAsOneAreKnownToBothAndSoAreTheirMistakes) {
       {"/program/steps/0/unless/internal_force", "[\"left wrist\"]"},
       {"/program/steps/0/unless/internal_force", "\"left wrist\""},
       {"/program/steps/1/until/internal_force/0", "1"},
+      {"/program/steps/1/compliance/force_N", "[0, 0, 5]"},
+      {"/program/steps/1/compliance", R"({"mode": "joint_impedance", "torque_Nm": [1, 0, 0, 0, 0, 0, 0]})"},
       {"/program/steps/2/follower", "\"right\""},
       {"/program/steps/2/unless", "40"},
       {"/program/steps/3/follower", "\"right\""},
