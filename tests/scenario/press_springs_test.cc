@@ -122,6 +122,16 @@ TEST(PressOnSprings, WhatASearchFindsIsADropOfTheToolAndNotABentSpring) {
   EXPECT_GT(goes_on.mean(500), 8.0);
 }
 
+TEST(PressOnSprings, ASearchOnSpringsFindsTheEdge) {
+  // The block ends 80 mm from where it begins; bent by 5 mm, the springs push the tool down there at once.
+  const Pressed found = run("cartesian_impedance", R"({"do": "lin", "to": {"by_m": [0.072, 0, 0]}}, {"do": "search",
+      "direction": [0, 0, -1], "in": "world", "force_N": 10, "radius_m": 0.015, "pitch_m": 0.005, "velocity_m_s": 0.02,
+      "drop_m": 0.003, "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": [4000, 4000, 2000]}})");
+  EXPECT_EQ(found.report.verdict, Verdict::kPassed) << found.report.findings.to_string();
+  EXPECT_TRUE(found.rests);
+  EXPECT_GT(found.most(), 8.0) << "it pressed before";
+}
+
 TEST(PressOnSprings, InATransactionAndAfterACancelNothingIsLeftBehind) {
   const std::string press_once = press(springs_of_tool(500));
   const std::string inside = R"({"do": "transaction", "commands": {"p": )" +
