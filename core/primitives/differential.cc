@@ -132,7 +132,7 @@ class DifferentialInverseKinematics final : public Primitive {
     const int n = kinematics_.arm->joint_count();
     if (seed_.size != 0 && seed_.size != n)
       findings.error("/seed", "wrong number of joints", "one number per joint of the arm");
-    follower_.emplace(kinematics_.arm->description().limits);
+    follower_.emplace(kinematics_.arm->description().limits, bounds_);
     stop_time_ = motion::longest_stop(kinematics_.arm->description().limits);
     return findings;
   }
@@ -144,7 +144,7 @@ class DifferentialInverseKinematics final : public Primitive {
     const JointVector& q = follower_->state().q;
     if (!known_ || !kinematics_.look(q)) return give_up();
     const JointVector target = cycle.stop_requested ? JointVector(JointVector::Zero(q.size())) : wanted(q, cycle.dt);
-    if (!follower_->advance(target, cycle.dt, kinematics_, bounds_)) return give_up();
+    if (!follower_->advance(target, cycle.dt, kinematics_)) return give_up();
     const RateFollower::State& state = follower_->state();
     q_.set(JointArray(state.q));
     dq_.set(JointArray(state.dq));
@@ -215,8 +215,9 @@ TAKT_PRIMITIVE(
     DifferentialInverseKinematics, "kinematics",
     "Joint motion for a wanted twist, from where the arm is: damped near singularities, and never beyond the "
     "limits of any joint in position, velocity, acceleration and jerk. Where these forbid the twist, the "
-    "motion is the nearest that they allow; `achieved` tells. All joints reach new rates at the same time, so a tool "
-    "that is bounded stays inside its bounds meanwhile. A twist of null counts as 0, and so does any once the "
+    "motion is the nearest that they allow; `achieved` tells. For a tool that is bounded all joints reach new rates at "
+    "the "
+    "same time, so that it stays inside its bounds meanwhile. A twist of null counts as 0, and so does any once the "
     "net is to stop: the joints come to "
     "rest. In the first cycle it has already run for one period. Null if the arm has no set point yet.");
 

@@ -40,7 +40,7 @@ class JointJog final : public Primitive {
   Findings prepare() override {
     Findings findings = kinematics_.check();
     if (findings.has_errors() || kinematics_.arm == nullptr) return findings;
-    follower_.emplace(kinematics_.arm->description().limits);
+    follower_.emplace(kinematics_.arm->description().limits, bounds_);
     stop_time_ = motion::longest_stop(kinematics_.arm->description().limits);
     return findings;
   }
@@ -53,7 +53,7 @@ class JointJog final : public Primitive {
     const auto count = follower_->state().q.size();
     const bool stands = cycle.stop_requested || rates_.null() || rates_->size != count;
     const JointVector target = stands ? JointVector(JointVector::Zero(count)) : wanted(cycle.dt);
-    if (!follower_->advance(target, cycle.dt, kinematics_, bounds_)) return give_up();
+    if (!follower_->advance(target, cycle.dt, kinematics_)) return give_up();
     const RateFollower::State& state = follower_->state();
     q_.set(JointArray(state.q));
     dq_.set(JointArray(state.dq));

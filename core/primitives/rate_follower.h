@@ -28,18 +28,22 @@ struct ToolBounds {
 };
 
 /// Joints that follow wanted rates and never leave a limit: position, velocity, acceleration, jerk. Each cycle the
-/// rates become targets of a jerk-limited generator, which leads all joints there at the same time: so the rates on the
-/// way lie between those of now and the wanted ones, and a tool that is slow enough at both is so in between. A cycle
-/// after which it could become too fast is not gone: its joints lose their accelerations instead. A joint whose next
-/// state could no longer stop in front of its limit gets the target 0, and that it can follow: the state before could
-/// stop. That comes before the speed of the tool. Owned by one primitive. Realtime: cyclic but for the constructor.
+/// rates become targets of a jerk-limited generator. Each joint goes there as soon as it can, which is what controllers
+/// around it want. Of a bounded tool all joints are led there at the same time: so the rates on the way lie between
+/// those of now and the wanted ones, and a tool that is slow enough at both is so in between. A cycle after which it
+/// could become too fast is not gone: its joints lose their accelerations instead. A joint whose next state could no
+/// longer stop in front of its limit gets the target 0, and that it can follow: the state before could stop. That comes
+/// before the speed of the tool. Owned by one primitive. Realtime: cyclic but for the constructor.
 class RateFollower {
  public:
   using State = motion::OnlineGenerator::State;
 
-  explicit RateFollower(const motion::JointLimits& limits)
+  RateFollower(const motion::JointLimits& limits, const ToolBounds& tool)
       : limits_(limits),
-        together_(static_cast<int>(limits.velocity.size()), motion::OnlineGenerator::Synchronization::kPhase),
+        tool_(tool),
+        usual_(static_cast<int>(limits.velocity.size()), tool.bounded()
+                                                             ? motion::OnlineGenerator::Synchronization::kPhase
+                                                             : motion::OnlineGenerator::Synchronization::kNone),
         each_(static_cast<int>(limits.velocity.size()), motion::OnlineGenerator::Synchronization::kNone) {}
 
   /// At rest at q. @param margin  inside of the ranges that it keeps away from their ends; a joint that is nearer to
@@ -48,9 +52,9 @@ class RateFollower {
     const kinematics::JointVector rest = kinematics::JointVector::Zero(q.size());
     lower_ = (limits_.lower.array() + margin).matrix().cwiseMin(q).cwiseMax(limits_.lower);
     upper_ = (limits_.upper.array() - margin).matrix().cwiseMax(q).cwiseMin(limits_.upper);
-    together_.start({.q = q, .dq = rest, .ddq = rest});
+    usual_.start({.q = q, .dq = rest, .ddq = rest});
   }
-  [[nodiscard]] const State& state() const { return together_.state(); }
+  [[nodiscard]] const State& state() const { return usual_.state(); }
 
   /// Rates from which every joint can brake in good time: half of the acceleration, since it takes time to build up.
   /// What is wanted outside of them is refused later and less gently.
@@ -59,17 +63,17 @@ class RateFollower {
   }
 
   /// One period on. @param kinematics  left at state().q   @return false: no number, or the generator knows no way
-  bool advance(kinematics::JointVector target, double dt, ArmKinematics& kinematics, const ToolBounds& tool) {
-    const Jacobians J = jacobians(kinematics, tool);
+  bool advance(kinematics::JointVector target, double dt, ArmKinematics& kinematics) {
+    const Jacobians J = jacobians(kinematics);
     const State before = state();
-    if (!step(together_, target, dt)) return false;
-    if (too_fast(state(), J, tool)) {
-      target = bounded(calmed(before), J, tool);
-      together_.start(before);
-      if (!step(together_, target, dt)) return false;
+    if (!step(usual_, target, dt)) return false;
+    if (too_fast(state(), J)) {
+      target = bounded(calmed(before), J);
+      usual_.start(before);
+      if (!step(usual_, target, dt)) return false;
     }
     if (!refuse(state(), target)) return true;
-    target = bounded(target, J, tool);
+    target = bounded(target, J);
     each_.start(before);
     if (!step(each_, target, dt)) return false;
     // Those that were led there more slowly before may be too near to an end now.
@@ -77,7 +81,7 @@ class RateFollower {
       each_.start(before);
       if (!step(each_, target, dt)) return false;
     }
-    together_.start(each_.state());
+    usual_.start(each_.state());
     return true;
   }
 
@@ -88,8 +92,8 @@ class RateFollower {
   struct Jacobians {
     kinematics::Jacobian now, ahead;
   };
-  [[nodiscard]] Jacobians jacobians(ArmKinematics& kinematics, const ToolBounds& tool) const {
-    if (!tool.bounded()) return {kinematics.J_BT, kinematics.J_BT};
+  [[nodiscard]] Jacobians jacobians(ArmKinematics& kinematics) const {
+    if (!tool_.bounded()) return {kinematics.J_BT, kinematics.J_BT};
     Jacobians J{.now = kinematics.J_BT, .ahead = {}};
     const double time = 2.0 * (limits_.acceleration.array() / limits_.jerk.array()).maxCoeff();
     kinematics.look(JointVector(state().q + time * state().dq));
@@ -104,20 +108,20 @@ class RateFollower {
     return status == kMoving || status == kArrived;
   }
 
-  static double share(const JointVector& dq, const Jacobians& J, const ToolBounds& tool) {
-    return std::max(tool.share(J.now * dq), tool.share(J.ahead * dq));
+  [[nodiscard]] double share(const JointVector& dq, const Jacobians& J) const {
+    return std::max(tool_.share(J.now * dq), tool_.share(J.ahead * dq));
   }
   /// All by one factor.
-  static JointVector bounded(const JointVector& dq, const Jacobians& J, const ToolBounds& tool) {
-    return dq / std::max(1.0, share(dq, J, tool));
+  [[nodiscard]] JointVector bounded(const JointVector& dq, const Jacobians& J) const {
+    return dq / std::max(1.0, share(dq, J));
   }
   /// The rates once all joints have lost their accelerations together.
   [[nodiscard]] JointVector calmed(const State& state) const {
     const double time = (state.ddq.array().abs() / limits_.jerk.array()).maxCoeff();
     return state.dq + 0.5 * time * state.ddq;
   }
-  [[nodiscard]] bool too_fast(const State& state, const Jacobians& J, const ToolBounds& tool) const {
-    return share(state.dq, J, tool) > ToolBounds::kTooFast || share(calmed(state), J, tool) > ToolBounds::kTooFast;
+  [[nodiscard]] bool too_fast(const State& state, const Jacobians& J) const {
+    return share(state.dq, J) > ToolBounds::kTooFast || share(calmed(state), J) > ToolBounds::kTooFast;
   }
 
   /// Joints that could no longer stop inside their ranges get the target 0. @return whether there are any
@@ -135,8 +139,9 @@ class RateFollower {
 
   const motion::JointLimits& limits_;  ///< of the arm's description, which outlives every primitive
   JointVector lower_, upper_;
-  motion::OnlineGenerator together_;  ///< holds the state
-  motion::OnlineGenerator each_;      ///< every joint as soon as it can
+  ToolBounds tool_;
+  motion::OnlineGenerator usual_;  ///< holds the state
+  motion::OnlineGenerator each_;   ///< every joint as soon as it can
 };
 
 }  // namespace takt::primitives
