@@ -17,8 +17,9 @@ using Kind = command::Effect::Kind;
 
 /// One name, or several.
 void read_effects(ObjectReader& reader, const char* key, Kind kind, HandlerRequest& handler) {
-  if (!reader.has(key)) return;
-  const Json& json = *reader.child(key);
+  const Json* given = reader.child(key);
+  if (given == nullptr) return;
+  const Json& json = *given;
   const std::string pointer = reader.at(key);
   if (json.is_string()) return handler.effects.push_back({kind, json.get<std::string>(), pointer});
   if (!json.is_array() || json.empty() || kind == Kind::kExternal) {
@@ -46,8 +47,7 @@ HandlerRequest read_handler(const Json& json, const std::string& pointer, const 
   }
   handler.entered = !reader.has("left");
   for (const char* key : {"entered", "left"}) {
-    if (const Json* state = reader.has(key) ? reader.child(key) : nullptr)
-      handler.state = read_state(*state, reader.at(key), cell, findings);
+    if (const Json* state = reader.child(key)) handler.state = read_state(*state, reader.at(key), cell, findings);
   }
   read_effects(reader, "start", Kind::kStart, handler);
   read_effects(reader, "stop", Kind::kStop, handler);

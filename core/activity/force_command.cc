@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/command_request.h"
+#include "core/activity/moving_frames.h"
 #include "core/activity/press_command.h"
 #include "core/base/object_reader.h"
 
@@ -38,7 +39,7 @@ class ForceCommand final : public CommandRequest {
 
  private:
   [[nodiscard]] command::Action action_of(const Making& making) const {
-    if (!request.needs_place()) {
+    if (!request.needs_place() && !moves(making.cell.frames, request.in, request.arm)) {
       const auto prepared = prepare_press(request, making.cell, place_now(making.cell));
       if (prepared) return press_action(request, *prepared, making.cell, making.biases);
     }

@@ -397,7 +397,9 @@ Findings of_motions(const Findings& findings, const std::vector<MotionRequest>& 
       const bool mine = finding.pointer == prefix || finding.pointer.starts_with(prefix + "/");
       if (!mine && (i != 0 || finding.pointer.starts_with("/start") == false)) continue;
       if (mine) finding.pointer.erase(0, prefix.size());
-      if (i > 0) finding.message = fmt::format("in '{}', which is blended into: {}", requests[i].name, finding.message);
+      const bool named = finding.message.contains(fmt::format("'{}'", requests[i].name));
+      if (i > 0 && !named)
+        finding.message = fmt::format("in '{}', which is blended into: {}", requests[i].name, finding.message);
       own.add(std::move(finding));
     }
     result.append(as_seen_in_file(own));

@@ -71,7 +71,9 @@ class OfOneArm final : public Requested {
     if (Findings wrong = wrong_springs(situation.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
     auto plan = plan_motions(requests(), situation.cell, *before.at_end.q);
     if (!plan) return std::unexpected(std::move(plan.error()));
-    return prepare(situation, std::move(*plan), blended_plan(situation, before));
+    // What is laid over the first motion begins at rest.
+    return prepare(situation, std::move(*plan),
+                   requests().front().overlay.any() ? std::nullopt : blended_plan(situation, before));
   }
 
   [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q) const override {

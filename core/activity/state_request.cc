@@ -93,7 +93,7 @@ bool read_own_form(ObjectReader& reader, const command::Cell& cell, StateRequest
 }
 
 bool is_known_form(const Json& json) {
-  static constexpr std::array<const char*, 4> kConditions = {"sensor", "input", "gripper", "channel"};
+  static constexpr std::array<const char*, 5> kConditions = {"sensor", "input", "gripper", "channel", "internal_force"};
   return std::ranges::any_of(kConditions, [&](const char* key) { return json.contains(key); });
 }
 

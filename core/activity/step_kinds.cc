@@ -15,8 +15,7 @@ const std::vector<StepKind>& step_kinds() {
   static const std::vector<StepKind> kinds{
       {"circ",
        "Moves the tool centre point on a circle. Keys: arm, to and via, or about, orientation, follower, speed, "
-       "acceleration, velocity_m_s, blend_m, blend_fraction, until, on_end, unless, "
-       "compliance.",
+       "acceleration, velocity_m_s, blend_m, blend_fraction, until, on_end, unless, compliance, weave, force_offset.",
        parse_circ},
       {"control_mode", "Brings an arm into a control mode while nothing holds it. Keys: arm, mode.",
        parse_control_mode},
@@ -40,9 +39,8 @@ const std::vector<StepKind>& step_kinds() {
        parse_command_step},
       {"lin",
        "Moves the tool centre point on a straight line. Keys: arm, to, follower, speed, acceleration, velocity_m_s, "
-       "blend_m, blend_fraction, until, on_end, unless, compliance; base_to: where the base that carries the arm "
-       "drives "
-       "meanwhile.",
+       "blend_m, blend_fraction, until, on_end, unless, compliance, weave, force_offset; base_to: where the base that "
+       "carries the arm drives meanwhile.",
        parse_lin},
       {"net", "Runs a net of the cell to its end. Keys: net, cancel_after_s, within_s.", parse_net_step},
       {"press",
@@ -57,7 +55,8 @@ const std::vector<StepKind>& step_kinds() {
        parse_record_contact},
       {"release", "Opens a gripper. Keys: gripper, width_m, speed_m_s, force_N.", parse_release},
       {"search",
-       "Presses and follows a pattern until something is found. Keys: as of press, pattern, radius_m, pitch_m, "
+       "Presses and follows a pattern until something is found. Keys: as of press but seconds, pattern, radius_m, "
+       "pitch_m, "
        "velocity_m_s, drop_m, on_end.",
        parse_search},
       {"set",
@@ -66,7 +65,7 @@ const std::vector<StepKind>& step_kinds() {
        parse_set},
       {"spline",
        "Moves smoothly through points. Keys: arm, through, speed, acceleration, velocity_m_s, blend_m, blend_fraction, "
-       "until, on_end, unless, compliance.",
+       "until, on_end, unless, compliance, weave, force_offset.",
        parse_spline},
       {"tare", "Averages a force/torque sensor at rest; its offset is then taken out. Keys: sensor, cycles.",
        parse_tare},

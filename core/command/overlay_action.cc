@@ -1,9 +1,7 @@
 #include "core/command/overlay_action.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>

@@ -35,6 +35,7 @@ class Press final : public VelocityModel {
     formulas.push_back(pressing_);
     return formulas;
   }
+  [[nodiscard]] double duration() const override { return wish_.path ? wish_.path->duration() : 0.0; }
   [[nodiscard]] std::vector<std::string> states() const override {
     std::vector<std::string> states{"in_contact", "touched", "at_force", "too_far", "error"};
     if (wish_.sink) states.emplace_back("sunk");

@@ -83,6 +83,7 @@ Peaks peaks_in_ramps(const WeaveWish& wish, double duration) {
 std::string longer_ramp(const WeaveWish& wish, double duration, const Peaks& most) {
   constexpr double kStep = 1.02;
   WeaveWish longer = wish;
+  longer.ramp = std::max(wish.ramp, 1e-3);
   const auto fits = [&] { return larger_of(peaks_in_ramps(longer, duration), most) == most; };
   while (longer.ramp < 0.5 * duration) {
     longer.ramp = std::min(kStep * longer.ramp, 0.5 * duration);

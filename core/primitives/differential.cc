@@ -215,11 +215,10 @@ TAKT_PRIMITIVE(
     DifferentialInverseKinematics, "kinematics",
     "Joint motion for a wanted twist, from where the arm is: damped near singularities, and never beyond the "
     "limits of any joint in position, velocity, acceleration and jerk. Where these forbid the twist, the "
-    "motion is the nearest that they allow; `achieved` tells. For a tool that is bounded all joints reach new rates at "
-    "the "
-    "same time, so that it stays inside its bounds meanwhile. A twist of null counts as 0, and so does any once the "
-    "net is to stop: the joints come to "
-    "rest. In the first cycle it has already run for one period. Null if the arm has no set point yet.");
+    "motion is the nearest that they allow; `achieved` tells. For a tool that is bounded all joints reach new rates "
+    "at the same time, so that it nearly stays inside its bounds meanwhile. A twist of null counts as 0, and so does "
+    "any once the net is to stop: the joints come to rest. In the first cycle it has already run for one period. Null "
+    "if the arm has no set point yet.");
 
 }  // namespace
 }  // namespace takt::primitives

@@ -31,9 +31,10 @@ struct ToolBounds {
 /// rates become targets of a jerk-limited generator. Each joint goes there as soon as it can, which is what controllers
 /// around it want. Of a bounded tool all joints are led there at the same time: so the rates on the way lie between
 /// those of now and the wanted ones, and a tool that is slow enough at both is so in between. A cycle after which it
-/// could become too fast is not gone: its joints lose their accelerations instead. A joint whose next state could no
-/// longer stop in front of its limit gets the target 0, and that it can follow: the state before could stop. That comes
-/// before the speed of the tool. Owned by one primitive. Realtime: cyclic but for the constructor.
+/// could become too fast is not gone: its joints lose their accelerations instead, unless all are to stop. A joint
+/// whose next state could no longer stop in front of its limit gets the target 0, and that it can follow: the state
+/// before could stop. That comes before the speed of the tool. Owned by one primitive. Realtime: cyclic but for the
+/// constructor.
 class RateFollower {
  public:
   using State = motion::OnlineGenerator::State;
@@ -62,12 +63,13 @@ class RateFollower {
     return kinematics::rate_bounds(state().q, lower_, upper_, limits_.velocity, 0.5 * limits_.acceleration, dt);
   }
 
-  /// One period on. @param kinematics  left at state().q   @return false: no number, or the generator knows no way
+  /// One period on. @param kinematics  looked at state().q; then it has looked elsewhere   @return false: no number, or
+  /// the generator knows no way
   bool advance(kinematics::JointVector target, double dt, ArmKinematics& kinematics) {
     const Jacobians J = jacobians(kinematics);
     const State before = state();
     if (!step(usual_, target, dt)) return false;
-    if (too_fast(state(), J)) {
+    if (!target.isZero() && too_fast(state(), J)) {
       target = bounded(calmed(before), J);
       usual_.start(before);
       if (!step(usual_, target, dt)) return false;

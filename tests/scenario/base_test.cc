@@ -234,6 +234,24 @@ TEST(ArmOnBase, InATransactionTheToolGoesStraightAndGoalsInTheRoomAreReached) {
        "position_within_m": 0.003, "angle_within_deg": 0.3}])")));
 }
 
+/// The base has turned by a quarter before the press begins: the room's axes are others to the arm by then.
+TEST(ArmOnBase, APressInTheRoomKnowsHowTheBaseStandsByThen) {
+  expect_passed(run(parsed(R"({"devices": {"base": {"model": "youbot_base"}, "arm": {"model": "lwr4plus", "on": "base"},
+      "wrist": {"model": "ft_gamma", "on": "arm"}}, "program": {"do": "sequence", "steps": [
+      {"do": "ptp", "arm": "arm", "to": {"in": "arm", "position_m": [0.5, 0, 0.5], "rpy_deg": [0, 180, 0]}},
+      {"do": "tare", "sensor": "wrist"},
+      {"do": "transaction", "name": "t", "commands": {
+         "turn": {"do": "lin", "start": true, "arm": "base", "to": {"by_m": [0, 0, 0], "by_rpy_deg": [0, 0, 90]}},
+         "feel": {"do": "press", "arm": "arm", "sensor": "wrist", "direction": [1, 0, 0], "in": "world",
+                  "approach_m_s": 0.02, "travel_m": 0.3}},
+       "on": [{"entered": {"completed": "turn"}, "start": "feel"},
+              {"entered": {"started": "feel"}, "after_s": 3, "cancel": "feel"}]},
+      {"do": "wait", "seconds": 0.2}]},
+      "expectations": [{"kind": "limits", "arm": "arm"},
+      {"kind": "tool_pose", "arm": "arm", "position_m": [0.06, 0.643, 0.6275], "rpy_deg": [0, 180, 90],
+       "position_within_m": 0.005, "angle_within_deg": 0.5}]})")));
+}
+
 /// Both move at once, each by its own step.
 TEST(ArmOnBase, BaseAndArmMoveAtTheSameTimeByPart) {
   expect_passed(run(mounted(R"({"do": "parallel", "branches": [

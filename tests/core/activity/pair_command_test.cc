@@ -193,6 +193,21 @@ TEST_F(PairCommandTest, AnInternalForceIsALimitThatFailsTheTransactionAtItsPlace
   expect_good_end();
 }
 
+/// As a state of the transaction it may do anything; here it cancels them in order.
+TEST_F(PairCommandTest, AnInternalForceIsAStateOfTheTransaction) {
+  const Eigen::Vector3d from = tool();
+  const std::string on = R"(, "on": [{"entered": )" + squeezed(20) + R"(, "cancel": "up", "tell": "squeezed"}])";
+  ASSERT_EQ(run(tree(lin("up", "0, 0, 0.15", R"(, "start": true, "velocity_m_s": 0.1)"), on),
+                [&](int, ProgramRunner&) { squeeze(tool().z() > from.z() + 0.05 ? 30.0 : 5.0); }),
+            Progress::kDone)
+      << findings.to_string();
+  EXPECT_EQ(told("squeezed"), "1");
+  EXPECT_LT(apart, 1e-9);
+  EXPECT_GT(tool().z(), from.z() + 0.05);
+  EXPECT_LT(tool().z(), from.z() + 0.07);
+  expect_good_end();
+}
+
 TEST_F(PairCommandTest, N3_ASilentSensorStopsThemAndIsTold) {
   ASSERT_EQ(run(tree(lin("up", "0, 0, 0.15", R"(, "start": true, "velocity_m_s": 0.1, "until": )" + squeezed(20))),
                 [this](int cycle, ProgramRunner&) { wrists["right"]->silent = cycle > 300; }),
