@@ -270,7 +270,7 @@ TEST_F(WeaveStepTest, AForceOffsetGoesOnThroughItsCornersAndMayBeginInOne) {
   }
   EXPECT_THAT(
       rehearsed(sequence(seam(offset(5), offset(6), ""))).to_string(),
-      AllOf(HasSubstr("in 'two', which is blended into: the force offset of 'one' (/program/steps/1) does not"),
+      AllOf(HasSubstr("/program/steps/1/force_offset: error: the force offset of 'one' (/program/steps/1) does not"),
             HasSubstr("in 'two' (/program/steps/2)"), HasSubstr("the same 'force_offset' at both, or no blend")));
   EXPECT_THAT(rehearsed(sequence(seam(offset(5), kWeave, ""))).to_string(), HasSubstr("a weave of 'two'"));
   EXPECT_THAT(refused(sequence(kApproach + std::string(R"({"do": "transaction", "commands": {"m": {"start": true,
