@@ -24,8 +24,8 @@ class CommandRequest;
 struct Making {
   const command::Cell& cell;
   const command::Biases& biases;
-  Findings& notes;                            ///< gets what planners have to say, with pointers of the file
-  const command::Action* followed = nullptr;  ///< of the command that this one follows()
+  Findings& notes;                                   ///< gets what planners have to say, with pointers of the file
+  std::optional<command::RealSensor> progress = {};  ///< of the command that this one follows()
 };
 
 /// One command that was made. Nothing that it does itself is set: for a wait or a transaction.

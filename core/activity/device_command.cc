@@ -114,9 +114,7 @@ class OutputCommand final : public CommandRequest {
 
   [[nodiscard]] static command::RealSensor value_of(const ValueRequest& value, const Making& making) {
     if (value.kind != ValueRequest::Kind::kProgress) return number_of(value, making.cell, making.biases);
-    if (making.followed != nullptr) return making.followed->progress();
-    return command::RealSensor(
-        command::broken(net::ValueType::kReal, fmt::format("C8: '{}' is no motion", value.of), "a motion"));
+    return *making.progress;
   }
 };
 

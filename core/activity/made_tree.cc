@@ -92,10 +92,7 @@ void MadeTree::add(const CommandRequest& request, int parent) {
 
 void MadeTree::make(Part& part, Making making) {
   const CommandRequest& request = *part.request;
-  if (!request.follows().empty()) {
-    const auto& action = named(part, request.follows()).made.action;
-    making.followed = action ? &*action : nullptr;
-  }
+  if (!request.follows().empty()) making.progress = progress_of(named(part, request.follows()));
   part.made = request.make(making, part.key);
   places_.emplace_back(part.key, request.pointer);
   for (const auto& [theirs, ours] : part.made.places) places_.emplace_back(part.key + theirs, request.pointer + ours);

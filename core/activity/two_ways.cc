@@ -53,21 +53,22 @@ motion::Blend blend_of(const BlendingCondition& wish, const motion::Motion& moti
   return {motion::Blend::Kind::kFraction, std::clamp(share, 1e-3, 0.5)};
 }
 
-/// Names of what a guarded motion shows: each way has its own.
-struct EndNames {
+/// One of the two ways: under which names it shows how it ended, and how many motions of somebody else it does first.
+struct Way {
   const char *touch, *progress, *no_force, *way;
+  int before = 0;
 
   [[nodiscard]] std::string broken(int motion) const { return fmt::format("unless {}{}", motion, way); }
   [[nodiscard]] std::string silent(int motion) const { return fmt::format("unless {} silent{}", motion, way); }
 };
-constexpr EndNames kFromRest{"touch", "progress", "no force", ""};
-constexpr EndNames kFromBlend{"touch after a blend", "progress after a blend", "no force after a blend",
-                              " after a blend"};
+constexpr Way kFromRest{"touch", "progress", "no force", ""};
+constexpr Way kFromBlend{"touch after a blend", "progress after a blend", "no force after a blend", " after a blend",
+                         1};
 
 /// What must not hold stops it, each while its motion is being done.
-/// @param first  the number of the first of `unless`
-void add_unless(const std::vector<std::optional<State>>& unless, int first, const command::PlannedMotion& motion,
-                const EndNames& names, command::RuntimeCommand& command) {
+/// @param unless  of each motion, those of somebody else, with numbers below 0, first
+void add_unless(const std::vector<std::optional<State>>& unless, const command::PlannedMotion& motion, const Way& way,
+                command::RuntimeCommand& command) {
   const command::Action action = command.action();
   for (int i = 0; i < static_cast<int>(unless.size()); ++i) {
     const auto& one = unless[static_cast<std::size_t>(i)];
@@ -76,8 +77,8 @@ void add_unless(const std::vector<std::optional<State>>& unless, int first, cons
     if (i > 0) holds = holds && action.via_passed(i - 1);
     if (i < static_cast<int>(motion.handed_over.size())) holds = holds && !action.via_passed(i);
     command.on_entered(holds, cancel(command));
-    command.capture(names.broken(first + i), action.progress(), holds);
-    command.capture(names.silent(first + i), action.progress(), is_null(command::BooleanSensor(holds.node())));
+    command.capture(way.broken(i - way.before), action.progress(), holds);
+    command.capture(way.silent(i - way.before), action.progress(), is_null(command::BooleanSensor(holds.node())));
   }
 }
 
@@ -89,23 +90,23 @@ std::vector<std::optional<State>> with_before(const Situation& situation, const 
 }
 
 /// @param before  how many motions of somebody else come first
-command::Action offset_over(const command::Action& motion, const OffsetPlan& offset, std::size_t before) {
-  return command::force_offset(motion, offset.pressing, offset.wish, offset.first + before);
+command::Action offset_over(const command::Action& motion, const OffsetPlan& offset, int before) {
+  return command::force_offset(motion, offset.pressing, offset.wish, offset.first + static_cast<std::size_t>(before));
 }
 
 /// A condition counts from where the motion that it stands at begins: others may be blended into it.
 command::RuntimeCommand command_of(const Cell& cell, const TwoWays& ways, const std::string& name,
                                    const command::PlannedMotion& motion, const MotionParameters& wish,
-                                   const std::optional<command::WeavePlan>& weaves, const EndNames& names) {
+                                   const std::optional<command::WeavePlan>& weaves, const Way& way) {
   command::Action action = command::planned(motion);
   if (weaves) action = command::woven(action, *weaves);
-  if (ways.offset) action = offset_over(action, *ways.offset, &motion == &ways.from_rest ? 0 : 1);
+  if (ways.offset) action = offset_over(action, *ways.offset, way.before);
   if (wish.compliance) action = with_compliance(action, *wish.compliance);
   command::RuntimeCommand command(name, ways.actuator, action);
   if (ways.offset) {
     const State silent = action.state("no_force");
     command.on_entered(silent, cancel(command));
-    command.capture(names.no_force, command::tool_pose(cell, ways.clock), silent);
+    command.capture(way.no_force, command::tool_pose(cell, ways.clock), silent);
   }
   if (!wish.until) return command;
   State until = *wish.until;
@@ -113,8 +114,8 @@ command::RuntimeCommand command_of(const Cell& cell, const TwoWays& ways, const 
   command.on_entered(until, cancel(command));
   if (!ways.tells_end) return command;
   // A sensor that is silent stops the arm, but it has not felt anything.
-  command.capture(names.touch, command::tool_pose(cell, ways.clock), until);
-  command.observe(names.progress, action.progress());
+  command.capture(way.touch, command::tool_pose(cell, ways.clock), until);
+  command.observe(way.progress, action.progress());
   return command;
 }
 
@@ -177,15 +178,16 @@ Findings add_weaves(const Cell& cell, const ArmPlans& plans, TwoWays& ways, Moti
 Findings add_offset(const ArmPlans& plans, TwoWays& ways, MotionParameters& wish) {
   if (!plans.offset) return {};
   ways.offset = plans.offset;
-  const auto check = [&](const command::PlannedMotion& motion, std::size_t before) {
+  const auto check = [&](const command::PlannedMotion& motion, const Way& way) {
     Findings placed;
-    const auto action = offset_over(command::planned(motion), *plans.offset, before);
+    const auto action = offset_over(command::planned(motion), *plans.offset, way.before);
     placed.append(action.model().check(ways.actuator.model()), pointer_segment(plans.offset->first));
     return placed;
   };
-  if (Findings wrong = check(ways.from_rest, 0); wrong.has_errors()) return wrong;
+  if (Findings wrong = check(ways.from_rest, kFromRest); wrong.has_errors()) return wrong;
   wish.blend = {};
-  if (plans.offset->first == 0 || (ways.from_blend && check(*ways.from_blend, 1).has_errors())) ways.from_blend.reset();
+  if (plans.offset->first == 0 || (ways.from_blend && check(*ways.from_blend, kFromBlend).has_errors()))
+    ways.from_blend.reset();
   return {};
 }
 
@@ -223,7 +225,7 @@ Prepared prepare_two_ways(const Situation& situation, TwoWays ways, const Motion
     ways.from_blend.reset();
   auto rest = command_of(cell, ways, ways.from_blend ? "from rest" : ways.name, ways.from_rest, wish,
                          ways.weaves_from_rest, kFromRest);
-  add_unless(ways.unless, 0, ways.from_rest, kFromRest, rest);
+  add_unless(ways.unless, ways.from_rest, kFromRest, rest);
   prepared.motions.push_back({rest.subject(), ways.from_rest.handed_over, 0.0});
   if (leavable_later) add_last(rest.subject(), leavable(ways, ways.from_rest, wish, duration), prepared);
   prepared.command = rest;
@@ -232,7 +234,7 @@ Prepared prepare_two_ways(const Situation& situation, TwoWays ways, const Motion
 
   connect(cell, ways.clock, ways.tau, *ways.from_blend);
   auto going_on = command_of(cell, ways, "from a blend", *ways.from_blend, wish, ways.weaves_from_blend, kFromBlend);
-  add_unless(with_before(situation, ways), -1, *ways.from_blend, kFromBlend, going_on);
+  add_unless(with_before(situation, ways), *ways.from_blend, kFromBlend, going_on);
   std::vector<double> handed_over = ways.from_blend->handed_over;
   const double own_begin = handed_over.empty() ? 0.0 : handed_over.front();
   if (!handed_over.empty()) handed_over.erase(handed_over.begin());
@@ -294,13 +296,13 @@ std::optional<motion::Departure> departure_of(const Precedent& before, const Eig
 GuardedEnd guarded_end(const ActivityRun& run, int motions) {
   constexpr double kRounding = 1e-9;
   GuardedEnd end;
-  for (const EndNames& names : {kFromRest, kFromBlend}) {
-    if (const auto touch = run.value<net::Frame>(names.touch)) end.touch = touch;
-    end.no_force = end.no_force || run.value<net::Frame>(names.no_force).has_value();
-    end.at_goal = end.at_goal || run.value<net::Real>(names.progress).value_or(0.0) > 1.0 - kRounding;
+  for (const Way& way : {kFromRest, kFromBlend}) {
+    if (const auto touch = run.value<net::Frame>(way.touch)) end.touch = touch;
+    end.no_force = end.no_force || run.value<net::Frame>(way.no_force).has_value();
+    end.at_goal = end.at_goal || run.value<net::Real>(way.progress).value_or(0.0) > 1.0 - kRounding;
     for (int i = -1; i < motions; ++i) {
-      if (run.value<net::Real>(names.silent(i))) end.broken = {.motion = i, .silent = true};
-      if (run.value<net::Real>(names.broken(i))) end.broken = {.motion = i, .silent = false};
+      if (run.value<net::Real>(way.silent(i))) end.broken = {.motion = i, .silent = true};
+      if (run.value<net::Real>(way.broken(i))) end.broken = {.motion = i, .silent = false};
     }
   }
   return end;

@@ -58,6 +58,25 @@ class ActivityTest : public ProgramRuns {
   using ProgramRuns::run;
   activity::Progress run(const std::string& text) { return run(good(text)); }
 
+  /// Rows L6, P2: wherever it is cancelled, the arm comes to rest in time, inside its limits, without a finding, and is
+  /// free again: it goes home.
+  void cancel_at_every_tenth_cycle(const activity::Program& program) {
+    const activity::Program home = good(R"({"do": "ptp", "to": "home"})");
+    ASSERT_EQ(run(program), activity::Progress::kDone) << findings.to_string();
+    const int whole = cycles;
+    ASSERT_EQ(run(home), activity::Progress::kDone);
+    for (int at = 0; at < whole; at += 10) {
+      SCOPED_TRACE(at);
+      fake.backend->sent.clear();
+      ASSERT_EQ(run(program, cancelling(at)), activity::Progress::kDone);
+      EXPECT_LT(cycles, at + 800);
+      EXPECT_TRUE(findings.empty()) << findings.to_string();
+      EXPECT_TRUE(fake.core_arm().at_rest());
+      ASSERT_EQ(run(home), activity::Progress::kDone) << "the arm is free again";
+      ASSERT_LE(fake.worst_limit_share(), 1.0);
+    }
+  }
+
   FakeCell fake{[this] {
     const Findings wrong = activity::declare_channels(fake.core, fake.cell);
     EXPECT_FALSE(wrong.has_errors()) << wrong.to_string();

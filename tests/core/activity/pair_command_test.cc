@@ -100,22 +100,7 @@ TEST_F(PairCommandTest, AHandlerThatCancelsStopsBothOnThePath) {
 TEST_F(PairCommandTest, L6_ACancelAtAnyCycleStopsBothOnThePath) {
   const Program both_ways = good(tree(std::string(kCorner) + "," + lin("down", "0, -0.1, -0.1"),
                                       R"(, "on": [{"entered": {"completed": "corner"}, "start": "down"}])"));
-  const Program home = good(R"({"do": "parallel", "branches": [{"do": "ptp", "arm": "left", "to": "home"},
-                                                             {"do": "ptp", "arm": "right", "to": "home"}]})");
-  ASSERT_EQ(run(both_ways), Progress::kDone) << findings.to_string();
-  const int whole = cycles;
-  for (int at = 1; at < whole; at += 130) {
-    SCOPED_TRACE(at);
-    ASSERT_EQ(run(both_ways,
-                  [at](int cycle, ProgramRunner& runner) {
-                    if (cycle == at) runner.cancel();
-                  }),
-              Progress::kDone);
-    EXPECT_LT(cycles, at + 800);
-    EXPECT_LT(apart, 1e-9);
-    EXPECT_TRUE(findings.empty()) << findings.to_string();
-    ASSERT_EQ(run(home), Progress::kDone) << "the arms are free again";
-  }
+  cancel_at_every(130, both_ways);
   expect_good_end();
 }
 

@@ -55,6 +55,26 @@ class PairProgramTest : public ProgramRuns, public TwoArmCell {
     }
   }
 
+  /// Rows L6, P2: wherever it is cancelled, both come to rest on the path, together, and are free again: they go home.
+  void cancel_at_every(int step, const activity::Program& cancelled) {
+    const activity::Program home = good(R"({"do": "parallel", "branches": [{"do": "ptp", "arm": "left", "to": "home"},
+                                                {"do": "ptp", "arm": "right", "to": "home"}]})");
+    ASSERT_EQ(run(cancelled), activity::Progress::kDone) << findings.to_string();
+    const int whole = cycles;
+    for (int at = 0; at < whole; at += step) {
+      SCOPED_TRACE(at);
+      ASSERT_EQ(run(cancelled, cancelling(at)), activity::Progress::kDone);
+      EXPECT_LT(cycles, at + 800);
+      EXPECT_LT(apart, 1e-9);
+      EXPECT_TRUE(findings.empty()) << findings.to_string();
+      for (const char* name : {"left", "right"}) {
+        EXPECT_TRUE(device_of(name).at_rest());
+        EXPECT_FALSE(device_of(name).held());
+      }
+      ASSERT_EQ(run(home), activity::Progress::kDone) << "the arms are free again";
+    }
+  }
+
   void expect_good_end() {
     for (int i = 0; i < 600; ++i) core.step();
     for (const char* name : {"left", "right"}) {

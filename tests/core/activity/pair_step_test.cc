@@ -100,26 +100,7 @@ TEST_F(PairStepTest, EveryProgramLatencyGivesARightProgram) {
 TEST_F(PairStepTest, L6_ACancelAtAnyCycleStopsBothOnThePath) {
   const Program tree = good(sequence(both("up", "0, 0, 0.06") + "," + kLog + both("aside", "0, 0.06, 0") + "," +
                                      both("back", "0, -0.06, -0.06", "")));
-  const Program home = good(R"({"do": "parallel", "branches": [{"do": "ptp", "arm": "left", "to": "home"},
-                                                             {"do": "ptp", "arm": "right", "to": "home"}]})");
-  ASSERT_EQ(run(tree), Progress::kDone) << findings.to_string();
-  const int whole = cycles;
-  for (int at = 0; at < whole; at += 70) {
-    SCOPED_TRACE(at);
-    ASSERT_EQ(run(tree,
-                  [at](int cycle, ProgramRunner& runner) {
-                    if (cycle == at) runner.cancel();
-                  }),
-              Progress::kDone);
-    EXPECT_LT(cycles, at + 800);
-    EXPECT_LT(apart, 1e-9);
-    EXPECT_TRUE(findings.empty()) << findings.to_string();
-    for (const char* name : {"left", "right"}) {
-      EXPECT_TRUE(device_of(name).at_rest());
-      EXPECT_FALSE(device_of(name).held());
-    }
-    ASSERT_EQ(run(home), Progress::kDone) << "the arms are free again";
-  }
+  cancel_at_every(70, tree);
   expect_good_end();
 }
 

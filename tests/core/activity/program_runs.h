@@ -54,6 +54,12 @@ class ProgramRuns : public testing::Test {
     activity::ProgramRunner runner(program, own);
     return follow(runner, at_cycle, most);
   }
+  /// Cancels a program in this cycle.
+  static AtCycle cancelling(int at) {
+    return [at](int cycle, activity::ProgramRunner& runner) {
+      if (cycle == at) runner.cancel();
+    };
+  }
   /// From the state that a snapshot has as text.
   activity::Progress go_on(const activity::Program& program, const std::string& snapshot, const AtCycle& at_cycle = {},
                            int most = 100'000) {

@@ -117,24 +117,7 @@ TEST_F(WeaveStepTest, IntoItAndOutOfItByMotionsOfJoints) {
 // Rows L6, P2.
 TEST_F(WeaveStepTest, L6_P2_CancelAtEveryTenthCycleLeavesTheArmAtRestInsideItsLimits) {
   const Program program = good(sequence(seam(kWeave, "", kOther)));
-  const Program home = good(R"({"do": "ptp", "to": "home"})");
-  ASSERT_EQ(run(program), Progress::kDone) << findings.to_string();
-  const int whole = cycles;
-  ASSERT_EQ(run(home), Progress::kDone);
-  for (int at = 0; at < whole; at += 10) {
-    SCOPED_TRACE(at);
-    fake.backend->sent.clear();
-    ASSERT_EQ(run(program,
-                  [at](int cycle, ProgramRunner& runner) {
-                    if (cycle == at) runner.cancel();
-                  }),
-              Progress::kDone);
-    EXPECT_LT(cycles, at + 800);
-    EXPECT_TRUE(findings.empty()) << findings.to_string();
-    EXPECT_TRUE(fake.core_arm().at_rest());
-    ASSERT_EQ(run(home), Progress::kDone) << "the arm is free again";
-    ASSERT_LE(fake.worst_limit_share(), 1.0);
-  }
+  cancel_at_every_tenth_cycle(program);
 }
 
 // Row D3: the steps that became one motion are begun again from where the arm is.
