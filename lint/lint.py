@@ -15,7 +15,15 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 # A layer may include its own folder and those listed; docs/architecture.md draws the same picture.
 CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion", "core/world", "core/device",
-        "core/primitives", "core/rcc", "core/command", "core/activity"]
+        "core/primitives", "core/rcc", "core/expression", "core/command", "core/command/actions", "core/activity",
+        "core/operations", "core/program/language", "core/program/tree"]
+
+
+def up_to(layer):
+    """The layers of CORE below this one."""
+    return CORE[:CORE.index(layer)]
+
+
 MAY_INCLUDE = {
     "core/base": [],
     "core/net": ["core/base"],
@@ -27,8 +35,13 @@ MAY_INCLUDE = {
     "core/emulation": ["core/base", "core/net", "core/kinematics", "core/motion", "core/device"],
     "core/primitives": ["core/base", "core/net", "core/kinematics", "core/motion", "core/world", "core/device"],
     "core/rcc": ["core/base", "core/net", "core/kinematics", "core/motion", "core/device"],
-    "core/command": CORE[:-1],
-    "core/activity": CORE,
+    "core/expression": up_to("core/expression"),
+    "core/command": up_to("core/command"),
+    "core/command/actions": up_to("core/command/actions"),
+    "core/activity": up_to("core/activity"),
+    "core/operations": up_to("core/operations"),
+    "core/program/language": up_to("core/operations"),
+    "core/program/tree": up_to("core/program/tree"),
     "record": ["core/base"],
     "sim": CORE,
     "scenario": CORE + ["core/emulation", "sim", "record"],

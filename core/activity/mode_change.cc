@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/step.h"
+#include "core/activity/context.h"
 #include "core/command/command_tree.h"
 
 namespace takt::activity {

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/command/device_sensors.h"
 #include "core/command/single_net.h"
+#include "core/expression/device_sensors.h"
 
 namespace takt::command {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "core/command/cell.h"
 #include "core/command/command.h"
+#include "core/expression/cell.h"
 #include "core/net/description.h"
 
 namespace takt::command {

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/command/carried_motion.h"
+#include "core/command/actions/carried_motion.h"
 #include "core/command/single_net.h"
 #include "core/kinematics/chain.h"
 #include "scenario/cell_builder.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json.h"
-#include "core/command/condition_state.h"
+#include "core/expression/condition_state.h"
 #include "core/kinematics/chain.h"
 #include "scenario/session.h"
 

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/program.h"
+#include "core/program/tree/program.h"
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
 #include "scenario/expectations.h"

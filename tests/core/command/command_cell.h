@@ -2,11 +2,11 @@
 
 #include <numbers>
 
+#include "core/activity/handle.h"
+#include "core/command/actions/device_action.h"
+#include "core/command/actions/motion_action.h"
 #include "core/command/command.h"
-#include "core/command/device_action.h"
-#include "core/command/device_sensors.h"
-#include "core/command/handle.h"
-#include "core/command/motion_action.h"
+#include "core/expression/device_sensors.h"
 #include "tests/support/fake_cell.h"
 #include "tests/support/fake_signals.h"
 

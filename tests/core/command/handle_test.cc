@@ -1,10 +1,10 @@
 // Commands in a control core: start, schedule, cancel, abort, wait, external effects, what a failure tells.
-#include "core/command/handle.h"
+#include "core/activity/handle.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/command/online_action.h"
+#include "core/command/actions/online_action.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::command {

@@ -1,0 +1,244 @@
+#include "core/operations/measure_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/object_reader.h"
+#include "core/command/tare.h"
+#include "core/operations/net_run.h"
+#include "core/world/pose_fit.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class Map>
+std::vector<std::string> keys_of(const Map& map) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : map) keys.push_back(key);
+  return keys;
+}
+
+/// A step that does its work at once, without a net.
+class ImmediateRun final : public StepRun {
+ public:
+  explicit ImmediateRun(std::function<bool(Context&, Findings&)> work) : work_(std::move(work)) {}
+  Progress advance(Context& context, Findings& findings) override {
+    return work_(context, findings) ? Progress::kDone : Progress::kFailed;
+  }
+
+ private:
+  std::function<bool(Context&, Findings&)> work_;
+};
+
+// -- tare ----------------------------------------------------------------------------------------------------------
+
+class TareRun final : public OneNetRun {
+ public:
+  TareRun(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
+
+ private:
+  Progress begin(Context& context, Findings& findings) override {
+    return load(context, command::tare_net(sensor_, cycles_, context.cell), findings);
+  }
+
+  Progress finish(Context& context, Findings& findings) override {
+    const auto bias = value_of<net::Wrench>(command::tare_ports::kBias);
+    if (!bias) {
+      findings.error("/sensor", fmt::format("'{}' did not answer while it was tared", sensor_),
+                     "its power and its wires; \"try\" with \"retry\" tares again");
+      return Progress::kFailed;
+    }
+    context.variables.biases[sensor_] = *bias;
+    return Progress::kDone;
+  }
+
+  std::string sensor_;
+  std::int64_t cycles_;
+};
+
+class TareStep final : public Step {
+ public:
+  TareStep(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+    rehearsal.duration += 1e-3 * static_cast<double>(cycles_);
+    rehearse_net(command::tare_net(sensor_, cycles_, rehearsal.cell), rehearsal, pointer, findings);
+  }
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<TareRun>(sensor_, cycles_); }
+
+ private:
+  std::string sensor_;
+  std::int64_t cycles_;
+};
+
+// -- record_contact ------------------------------------------------------------------------------------------------
+
+class RecordContactStep final : public Step {
+ public:
+  RecordContactStep(std::string arm, std::string name) : arm_(std::move(arm)), name_(std::move(name)) {}
+
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+    if (!rehearsal.touched[arm_]) {
+      findings.error(pointer, fmt::format("the last motion of '{}' was not guarded, so there is no contact", arm_),
+                     "a motion with \"until\" directly before");
+    }
+    if (rehearsal.contacts.contains(name_)) {
+      findings.warning(pointer + "/as", fmt::format("contact '{}' is recorded again; the later one counts", name_));
+    }
+    rehearsal.contacts[name_] = arm_;
+  }
+
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
+    return std::make_unique<ImmediateRun>([this](Context& context, Findings& findings) {
+      const auto touch = context.variables.touches.find(arm_);
+      if (touch == context.variables.touches.end()) {
+        findings.error({}, fmt::format("the last motion of '{}' ended without a contact", arm_),
+                       "known(touch('...')) asks before");
+        return false;
+      }
+      context.variables.contacts[name_] = {name_, touch->second.p_W, touch->second.radius};
+      return true;
+    });
+  }
+
+ private:
+  std::string arm_, name_;
+};
+
+// -- fit_pose ------------------------------------------------------------------------------------------------------
+
+struct FitRequest {
+  std::string object, as;
+  std::vector<std::string> contacts;
+  std::vector<world::Coordinate> free;
+  double max_residual = 1e-3;
+};
+
+class FitPoseStep final : public Step {
+ public:
+  explicit FitPoseStep(FitRequest request) : request_(std::move(request)) {}
+
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+    for (std::size_t i = 0; i < request_.contacts.size(); ++i) {
+      const std::string& name = request_.contacts[i];
+      if (rehearsal.contacts.contains(name)) continue;
+      findings.error(pointer + "/contacts" + pointer_segment(i),
+                     fmt::format("no contact '{}' is recorded before this", name),
+                     nearest_choice(name, keys_of(rehearsal.contacts)));
+    }
+    if (request_.contacts.size() < request_.free.size()) {
+      findings.error(pointer + "/contacts",
+                     fmt::format("{} contacts for {} free coordinates", request_.contacts.size(), request_.free.size()),
+                     "at least one contact a coordinate");
+    }
+    const auto X_WO = rehearsal.cell.frames.pose(request_.object);
+    if (X_WO) findings.append(rehearsal.cell.frames.set(request_.as, "world", *X_WO), pointer + "/as");
+    rehearsal.estimates.insert(request_.as);
+  }
+
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
+    return std::make_unique<ImmediateRun>(
+        [this](Context& context, Findings& findings) { return fit(context, findings); });
+  }
+
+ private:
+  /// The fit is done in the axes of the object's nominal frame, so that "x" in the file is the object's own x.
+  bool fit(Context& context, Findings& findings) const {
+    const Eigen::Isometry3d X_WN = *context.cell.frames.pose(request_.object);
+    std::vector<world::Contact> contacts;
+    for (const std::string& name : request_.contacts) {
+      const auto found = context.variables.contacts.find(name);
+      if (found == context.variables.contacts.end()) {
+        findings.error("/contacts", fmt::format("contact '{}' was not recorded", name),
+                       nearest_choice(name, keys_of(context.variables.contacts)));
+        continue;
+      }
+      contacts.push_back(found->second);
+      contacts.back().p_R = X_WN.inverse() * found->second.p_R;
+    }
+    if (findings.has_errors()) return false;
+    const world::Object& object = context.cell.objects.find(request_.object)->second;
+    const auto fit =
+        world::fit_pose(object, contacts, Eigen::Isometry3d::Identity(), request_.free, request_.max_residual);
+    if (!fit) {
+      findings.append(fit.error());
+      return false;
+    }
+    const Eigen::Isometry3d X_WO = X_WN * fit->X_RO;
+    context.variables.estimates[request_.as] = X_WO;
+    context.variables.residuals[request_.as] = fit->rms_residual;
+    findings.append(context.cell.frames.set(request_.as, "world", X_WO), "/as");
+    const Eigen::Vector3d step = fit->X_RO.translation() * 1e3;
+    context.event(
+        "program", "estimate",
+        fmt::format("{}: ({:+.3f}, {:+.3f}, {:+.3f}) mm off nominal", request_.as, step.x(), step.y(), step.z()));
+    return !findings.has_errors();
+  }
+
+  FitRequest request_;
+};
+
+}  // namespace
+
+std::unique_ptr<Step> parse_tare(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                 Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  (void)reader.text("do");
+  (void)reader.text("name", "");
+  const auto sensors = keys_of(cell.sensors);
+  const std::string sensor =
+      reader.choice("sensor", sensors, sensors.size() == 1 ? std::optional(sensors[0]) : std::nullopt);
+  const auto cycles = reader.integer("cycles", 500, {.low = 1, .high = 100'000});
+  reader.finish();
+  return std::make_unique<TareStep>(sensor, cycles);
+}
+
+std::unique_ptr<Step> parse_record_contact(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                           Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  (void)reader.text("do");
+  (void)reader.text("name", "");
+  const auto arms = keys_of(cell.arms);
+  const std::string arm = reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms[0]) : std::nullopt);
+  const std::string as = reader.text("as");
+  if (reader.has("as") && as.empty()) findings.error(reader.at("as"), "an empty name", "the name of the contact");
+  reader.finish();
+  return std::make_unique<RecordContactStep>(arm, as);
+}
+
+std::unique_ptr<Step> parse_fit_pose(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                     Findings& findings) {
+  static const std::vector<std::string> kCoordinates{"x", "y", "z", "roll", "pitch", "yaw"};
+  ObjectReader reader(json, pointer, findings);
+  (void)reader.text("do");
+  (void)reader.text("name", "");
+  FitRequest request;
+  request.object = reader.choice("object", keys_of(cell.objects));
+  request.as = reader.text("as");
+  // The fit of an object may replace what the file says of this object, and of nothing else.
+  if (request.as != request.object && cell.frames.contains(request.as)) {
+    findings.error(reader.at("as"), fmt::format("'{}' cannot be the name of an estimate", request.as),
+                   fmt::format("a new name, or '{}'", request.object));
+  }
+  request.contacts = reader.texts("contacts");
+  const auto free = reader.texts("free");
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const auto found = std::ranges::find(kCoordinates, free[i]);
+    if (found == kCoordinates.end()) {
+      findings.error(reader.at("free") + pointer_segment(i), fmt::format("'{}' is no coordinate", free[i]),
+                     nearest_choice(free[i], kCoordinates));
+    } else {
+      request.free.push_back(static_cast<world::Coordinate>(found - kCoordinates.begin()));
+    }
+  }
+  request.max_residual = reader.number("max_residual_m", 1e-3, kPositive);
+  reader.finish();
+  return std::make_unique<FitPoseStep>(std::move(request));
+}
+
+}  // namespace takt::activity

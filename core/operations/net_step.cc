@@ -1,0 +1,115 @@
+#include "core/operations/net_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/object_reader.h"
+#include "core/net/value_json.h"
+#include "core/operations/net_run.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct NetRequest {
+  std::string net;
+  std::optional<double> cancel_after_s;
+  double within_s = 60.0;
+};
+
+std::int64_t cycles_in(double seconds, const Context& context) {
+  return static_cast<std::int64_t>(std::llround(seconds / to_seconds(context.core.period())));
+}
+
+/// Loads and starts the net, cancels it when asked to, and keeps the last values of its monitors.
+class NetStepRun final : public StepRun {
+ public:
+  explicit NetStepRun(const NetRequest& request) : request_(request) {}
+
+  Progress advance(Context& context, Findings& findings) override {
+    if (!net_.begun()) return begin(context, findings);
+    const std::int64_t cycle = context.core.cycle();
+    if (cycle >= cancel_cycle_) net_.cancel();
+    const Progress progress = net_.advance(context, findings);
+    if (progress != Progress::kRunning) {
+      keep_monitors(context);
+      return progress;
+    }
+    if (cycle < last_cycle_) return progress;
+    net_.abort();
+    findings.error("/within_s", fmt::format("the net '{}' still runs after {:g} s", request_.net, request_.within_s),
+                   "a longer time, or a net that ends");
+    return Progress::kFailed;
+  }
+
+  void cancel(Context&) override { net_.cancel(); }
+
+ private:
+  Progress begin(Context& context, Findings& findings) {
+    const std::int64_t start = context.core.cycle() + context.program_latency_cycles;
+    if (request_.cancel_after_s) cancel_cycle_ = start + cycles_in(*request_.cancel_after_s, context);
+    last_cycle_ = start + cycles_in(request_.within_s, context);
+    return net_.begin(context, *context.cell.nets.find(request_.net)->second, {}, findings);
+  }
+
+  void keep_monitors(Context& context) {
+    if (net_.net() == nullptr) return;
+    for (const auto& monitor : net_.net()->monitors()) {
+      const std::string text = net::slot_to_json(monitor.type, monitor.slot).dump();
+      context.variables.monitors[request_.net][monitor.name] = text;
+      context.event(request_.net, monitor.name, text);
+    }
+  }
+
+  const NetRequest& request_;
+  NetRun net_;
+  std::int64_t cancel_cycle_ = std::numeric_limits<std::int64_t>::max();
+  std::int64_t last_cycle_ = 0;
+};
+
+class NetStep final : public Step {
+ public:
+  explicit NetStep(NetRequest request) : request_(std::move(request)) {}
+
+  /// Where a net leaves its devices is not known before it runs: arms are taken to stay where they were.
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+    rehearse_net(*rehearsal.cell.nets.find(request_.net)->second, rehearsal, pointer + "/net", findings);
+    // It may have changed control modes where START can do that.
+    std::erase_if(rehearsal.modes, [&](const auto& known) {
+      const auto& changes = rehearsal.cell.arms.find(known.first)->second.device->description().modes.changes;
+      return std::ranges::any_of(changes,
+                                 [](const auto& change) { return change.change != device::ChangeClass::kOutsideNet; });
+    });
+  }
+
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<NetStepRun>(request_); }
+
+ private:
+  NetRequest request_;
+};
+
+}  // namespace
+
+std::unique_ptr<Step> parse_net_step(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                     Findings& findings) {
+  ObjectReader reader(json, pointer, findings);
+  (void)reader.text("do");
+  (void)reader.text("name", "");
+  std::vector<std::string> nets;
+  for (const auto& [name, net] : cell.nets) nets.push_back(name);
+  NetRequest request;
+  request.net = reader.choice("net", nets);
+  constexpr Range kTime{.low = 0.0, .high = 3600.0};
+  if (reader.has("cancel_after_s")) request.cancel_after_s = reader.number("cancel_after_s", {}, kTime);
+  request.within_s = reader.number("within_s", 60.0, kTime);
+  reader.finish();
+  return std::make_unique<NetStep>(std::move(request));
+}
+
+}  // namespace takt::activity
