@@ -9,6 +9,7 @@
 
 #include "core/base/findings.h"
 #include "core/expression/cell.h"
+#include "core/expression/file_unit.h"
 
 namespace takt {
 class ObjectReader;
@@ -63,6 +64,10 @@ struct Condition {
 /// The condition at a key of an object; nothing: it is not there, or is none, with findings. Realtime: setup.
 [[nodiscard]] std::optional<Condition> read_condition(ObjectReader& reader, std::string_view key, const Cell& cell,
                                                       bool required = false);
+
+/// The unit of the number at a JSON pointer inside a condition: its key names it ("above_N"). Nothing: the device's
+/// own.
+[[nodiscard]] std::optional<FileUnit> unit_in_condition(std::string_view pointer);
 
 /// Names of all force/torque sensors in a condition, each once, in order of first use. Realtime: setup.
 [[nodiscard]] std::vector<std::string> sensors_of(const Condition& condition);

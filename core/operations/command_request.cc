@@ -247,6 +247,28 @@ const std::vector<CommandKind>& command_kinds() {
   return kinds;
 }
 
+const std::vector<ParameterInfo>& transaction_parameter_list() {
+  using Type = ParameterInfo::Type;
+  static const auto list = [] {
+    const auto row = [](const char* key, Type type, const char* definition, const char* doc) {
+      ParameterInfo info{.key = key, .type = type, .definition = definition};
+      info.doc = doc;
+      return info;
+    };
+    std::vector<ParameterInfo> rows{
+        row("commands", Type::kObject, "commands", "Commands by name: operations with 'start' and 'on'."),
+        row("on", Type::kObject, "handlers", "Handlers of the transaction itself."),
+        row("raised", Type::kTexts, "", "States that handlers may raise."),
+        row("capture", Type::kObject, "captured", "Values that are kept under a name."),
+        row("on_cancel", Type::kObject, "on_cancel",
+            "Whom a cancel reaches: forward (all), ignore, or names of commands.")};
+    rows.front().required = true;
+    rows.back().fallback = "forward";
+    return rows;
+  }();
+  return list;
+}
+
 std::unique_ptr<CommandRequest> read_transaction(const Json& json, const std::string& pointer,
                                                  const command::Cell& cell, Findings& findings) {
   auto request = std::make_unique<Transaction>();

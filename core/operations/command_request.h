@@ -144,6 +144,8 @@ struct CommandKind {
 };
 /// All kinds, by name.
 [[nodiscard]] const std::vector<CommandKind>& command_kinds();
+/// The parameters of a transaction beside what its commands have.
+[[nodiscard]] const std::vector<ParameterInfo>& transaction_parameter_list();
 
 /// Reads a command that is a step of its own, with all in it. Findings: all that is wrong with its form, names of
 /// commands and raised states included. Never null. Realtime: setup.

@@ -121,6 +121,36 @@ Findings in_file(const Findings& found, const ComplianceRequest& request) {
 
 }  // namespace
 
+const ParameterInfo& compliance_parameter() {
+  static const ParameterInfo parameter = [] {
+    const auto field = [](std::string key, std::string unit, std::string doc) {
+      return ParameterInfo{
+          .key = std::move(key), .type = ParameterInfo::Type::kNumbers, .unit = std::move(unit), .doc = std::move(doc)};
+    };
+    ParameterInfo whole{.key = "compliance", .type = ParameterInfo::Type::kObject, .definition = "compliance"};
+    whole.doc = "How the arm yields to forces meanwhile; the arm has to be in that control mode.";
+    ParameterInfo mode{.key = "mode", .type = ParameterInfo::Type::kChoice, .required = true};
+    for (const ControlMode one : device::all_control_modes()) mode.choices.emplace_back(name_of(one));
+    mode.doc = "Control mode whose stiffness is set.";
+    whole.fields = {
+        std::move(mode),
+        {.key = "axes",
+         .type = ParameterInfo::Type::kChoice,
+         .choices = {"base", "tool"},
+         .fallback = "base",
+         .doc = "Axes of Cartesian stiffness, force and torque."},
+        field("stiffness_Nm_rad", "Nm/rad", "Joint stiffness: one number for all joints, or one for each."),
+        field("torque_Nm", "Nm", "Torque added to the springs: of each joint, or about each axis."),
+        field("stiffness_N_m", "N/m", "Cartesian stiffness along x, y, z."),
+        field("rotational_stiffness_Nm_rad", "Nm/rad", "Cartesian stiffness about x, y, z."),
+        field("damping_ratio", "", "Share of critical damping."),
+        field("force_N", "N", "Force that the tool exerts beside the springs."),
+        field("nullspace_stiffness_Nm_rad", "Nm/rad", "Stiffness of the posture where the tool does not move.")};
+    return whole;
+  }();
+  return parameter;
+}
+
 std::optional<ComplianceRequest> read_compliance(ObjectReader& step) {
   const nlohmann::ordered_json* json = step.object("compliance", false);
   if (json == nullptr) return std::nullopt;

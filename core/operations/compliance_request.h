@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/object_reader.h"
 #include "core/command/actions/compliance_action.h"
+#include "core/operations/parameter.h"
 
 namespace takt::activity {
 
@@ -23,6 +23,8 @@ struct ComplianceRequest {
   [[nodiscard]] bool operator==(const ComplianceRequest&) const = default;
 };
 
+/// The parameter "compliance" of an operation, for its table.
+[[nodiscard]] const ParameterInfo& compliance_parameter();
 /// The key "compliance" of a step; nothing: the step has none. Findings: all that is wrong with its form. Realtime:
 /// setup.
 [[nodiscard]] std::optional<ComplianceRequest> read_compliance(ObjectReader& step);

@@ -7,6 +7,7 @@
 
 #include "core/activity/mode_change.h"
 #include "core/base/object_reader.h"
+#include "core/operations/parameter_table.h"
 #include "core/operations/scheduled_run.h"
 
 namespace takt::activity {
@@ -14,10 +15,23 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct ModeRequest {
+struct ModeRequest : OperationHead {
   std::string arm;
   device::ControlMode mode = device::ControlMode::kPosition;
 };
+
+const ParameterTable<ModeRequest>& control_mode_parameters() {
+  static const auto table = [] {
+    std::vector<std::pair<std::string, device::ControlMode>> modes;
+    for (const device::ControlMode mode : device::all_control_modes()) modes.emplace_back(name_of(mode), mode);
+    ParameterTable<ModeRequest> change;
+    change.name("arm", NameOf::kArm, &ModeRequest::arm, "Arm whose mode changes; nothing may hold it.")
+        .choice("mode", &ModeRequest::mode, modes, "The new control mode.")
+        .required();
+    return change;
+  }();
+  return table;
+}
 
 class ControlModeRun final : public ScheduledRun {
  public:
@@ -50,20 +64,12 @@ class ControlModeStep final : public Step {
 
 }  // namespace
 
+const std::vector<ParameterInfo>& control_mode_parameter_list() { return control_mode_parameters().list(); }
+
 std::unique_ptr<Step> parse_control_mode(const Json& json, const std::string& pointer, const command::Cell& cell,
                                          Findings& findings) {
   ObjectReader reader(json, pointer, findings);
-  (void)reader.text("do");
-  (void)reader.text("name", "");
-  std::vector<std::string> arms, modes;
-  for (const auto& [name, arm] : cell.arms) arms.push_back(name);
-  for (const device::ControlMode mode : device::all_control_modes()) modes.emplace_back(name_of(mode));
-  ModeRequest request;
-  request.arm = reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms.front()) : std::nullopt);
-  const auto mode = device::control_mode_of(reader.choice("mode", modes));
-  reader.finish();
-  request.mode = mode.value_or(device::ControlMode::kPosition);  // with a finding: such a program is never run
-  return std::make_unique<ControlModeStep>(std::move(request));
+  return std::make_unique<ControlModeStep>(control_mode_parameters().read(reader, cell));
 }
 
 }  // namespace takt::activity

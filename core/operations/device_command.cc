@@ -63,7 +63,7 @@ class OutputCommand final : public CommandRequest {
   SetRequest request;
 
   [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
-    if (request.following) return make_following(*request.following, making, key);
+    if (request.source) return make_following(making, key);
     const bool* level = std::get_if<bool>(&request.value);
     const command::Action action =
         level != nullptr ? command::set_value(*level) : command::set_value(std::get<double>(request.value));
@@ -74,11 +74,11 @@ class OutputCommand final : public CommandRequest {
     (void)check_range(request, cell, pointer, findings);
   }
   [[nodiscard]] std::string follows() const override {
-    const bool progress = request.following && request.following->value.kind == ValueRequest::Kind::kProgress;
-    return progress ? request.following->value.of : std::string();
+    const bool progress = request.source && request.source->kind == ValueRequest::Kind::kProgress;
+    return progress ? request.source->of : std::string();
   }
   void rehearse(Rehearsal& rehearsal, Findings&) const override {
-    if (request.following) rehearsal.duration += request.following->seconds.value_or(0.0);
+    if (request.source) rehearsal.duration += request.seconds.value_or(0.0);
   }
   void finish(const EndedTree& ended, const std::string& key, bool, Context&, Findings& findings) const override {
     if (!ended.was_true(key + " silent")) return;
@@ -87,25 +87,24 @@ class OutputCommand final : public CommandRequest {
   }
 
  private:
-  [[nodiscard]] MadeCommand make_following(const SetRequest::Following& following, const Making& making,
-                                           const std::string& key) const {
-    command::RealSensor value = value_of(following.value, making);
-    if (following.factor) value = value * *following.factor;
-    if (following.offset) value = value + *following.offset;
+  [[nodiscard]] MadeCommand make_following(const Making& making, const std::string& key) const {
+    command::RealSensor value = value_of(*request.source, making);
+    if (request.factor) value = value * *request.factor;
+    if (request.offset) value = value + *request.offset;
     const command::Action action = command::track_value(value);
     const command::Actuator actuator = command::output(making.cell, request.output);
     command::RuntimeCommand set(name, actuator, action);
     MadeCommand made{.command = set, .action = action, .actuator = actuator};
-    if (following.seconds) {
-      set.on_entered(set.started(), cancel(set), {.delay = *following.seconds});
+    if (request.seconds) {
+      set.on_entered(set.started(), cancel(set), {.delay = *request.seconds});
       made.handler_places.emplace_back("/seconds");
     }
-    if (following.until) {
-      set.on_entered(command::state_of(*following.until, making.cell, making.biases), cancel(set));
+    if (request.until) {
+      set.on_entered(command::state_of(*request.until, making.cell, making.biases), cancel(set));
       made.handler_places.emplace_back("/until");
     }
     // A motion that does not run has no progress; that is no fault.
-    if (following.value.kind == ValueRequest::Kind::kProgress) return made;
+    if (request.source->kind == ValueRequest::Kind::kProgress) return made;
     set.on_entered(action.error(), cancel(set));
     made.handler_places.emplace_back("/value");
     set.capture(key + " silent", BooleanSensor(action.error().node()), action.error());
@@ -152,7 +151,6 @@ std::unique_ptr<CommandRequest> read_grip_command(const Json& json, const std::s
   auto command = std::make_unique<GripperCommand>();
   ObjectReader reader(json, pointer, findings);
   command->request = read_grip(reader, cell);
-  reader.finish();
   return command;
 }
 
@@ -161,7 +159,6 @@ std::unique_ptr<CommandRequest> read_release_command(const Json& json, const std
   auto command = std::make_unique<GripperCommand>();
   ObjectReader reader(json, pointer, findings);
   command->request = read_release(reader, cell);
-  reader.finish();
   return command;
 }
 
@@ -170,7 +167,6 @@ std::unique_ptr<CommandRequest> read_set_command(const Json& json, const std::st
   auto command = std::make_unique<OutputCommand>();
   ObjectReader reader(json, pointer, findings);
   command->request = read_set(reader, cell);
-  reader.finish();
   return command;
 }
 
@@ -179,7 +175,6 @@ std::unique_ptr<CommandRequest> read_wait_command(const Json& json, const std::s
   auto command = std::make_unique<TimeCommand>();
   ObjectReader reader(json, pointer, findings);
   command->request = read_wait(reader, cell);
-  reader.finish();
   return command;
 }
 

@@ -60,7 +60,6 @@ std::unique_ptr<CommandRequest> read_press_command(const Json& json, const std::
   auto command = std::make_unique<ForceCommand>();
   ObjectReader reader(json, pointer, findings);
   command->request = read_press(reader, cell, std::nullopt);
-  reader.finish();
   return command;
 }
 
@@ -69,7 +68,6 @@ std::unique_ptr<CommandRequest> read_search_command(const Json& json, const std:
   auto command = std::make_unique<ForceCommand>();
   ObjectReader reader(json, pointer, findings);
   command->request = read_search(reader, cell);
-  reader.finish();
   return command;
 }
 

@@ -51,36 +51,57 @@ Result<motion::SequencePlan> plan_pattern(const ForceRequest& request, const com
   return plan_motions({motion}, cell, q);
 }
 
-template <class Map>
-std::string read_device(ObjectReader& reader, const char* key, const Map& devices) {
-  std::vector<std::string> names;
-  for (const auto& [name, device] : devices) names.push_back(name);
-  return reader.choice(key, names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
+void check_sensor(ForceRequest& request, const ReadContext& from) {
+  const auto sensor = from.cell.sensors.find(request.sensor);
+  if (sensor == from.cell.sensors.end() || sensor->second.arm == request.arm) return;
+  from.reader.findings().error(from.reader.at("sensor"),
+                               fmt::format("'{}' is not on '{}'", request.sensor, request.arm), "a sensor on this arm");
 }
 
-ForceRequest read_request(ObjectReader& reader, const command::Cell& cell) {
-  ForceRequest request;
-  request.pointer = reader.pointer();
-  request.name = reader.text("name", reader.text("do"));
-  request.arm = read_device(reader, "arm", cell.arms);
-  request.sensor = read_device(reader, "sensor", cell.sensors);
-  const auto sensor = cell.sensors.find(request.sensor);
-  if (sensor != cell.sensors.end() && sensor->second.arm != request.arm) {
-    reader.findings().error(reader.at("sensor"), fmt::format("'{}' is not on '{}'", request.sensor, request.arm),
-                            "a sensor on this arm");
+void check_direction(ForceRequest& request, const ReadContext& from) {
+  if (request.direction.norm() > 1e-9) return;
+  from.reader.findings().error(from.reader.at("direction"), "a direction of length 0", "a vector that is not zero");
+  request.direction = Eigen::Vector3d::UnitZ();
+}
+
+/// What press and search have in common.
+ParameterTable<ForceRequest> common_parameters() {
+  ParameterTable<ForceRequest> table;
+  table.name("arm", NameOf::kArm, &ForceRequest::arm, "Arm that presses.")
+      .name("sensor", NameOf::kSensor, &ForceRequest::sensor, "Force/torque sensor on that arm.")
+      .vector("direction", "", &ForceRequest::direction, "Direction of the motion and of the force; any length but 0.")
+      .text("in", &ForceRequest::in, "Frame whose axes the direction is along; \"tcp\": those of the tool.")
+      .number("force_N", "N", &ForceRequest::force, {.low = 0.1, .high = 1000.0}, "Force that the tool exerts.")
+      .number("approach_m_s", "m/s", &ForceRequest::approach, {.low = 0.0, .high = 0.1, .low_open = true},
+              "Speed until contact.")
+      .number("travel_m", "m", &ForceRequest::travel, {.low = 0.0, .high = 2.0, .low_open = true},
+              "Largest distance along the direction, from the start.")
+      .condition("until", &ForceRequest::until, "Ends the operation when it becomes true.")
+      .compliance(&ForceRequest::compliance)
+      .rule(check_sensor)
+      .rule(check_direction);
+  return table;
+}
+
+/// A pattern with too many points takes longer to plan than anybody waits.
+void check_pattern(ForceRequest& request, const ReadContext& from) {
+  ObjectReader& reader = from.reader;
+  const ForceRequest::Pattern& pattern = *request.pattern;
+  if (reader.has("radius_m") && reader.has("pitch_m") && pattern.pitch > 0.0) {
+    const std::size_t size = search_size(pattern.kind, pattern.radius, pattern.pitch);
+    if (size > kMostSearchPoints) {
+      reader.findings().error(reader.at("pitch_m"), fmt::format("{} points for this radius", size),
+                              fmt::format("a wider pitch: at most {} points", kMostSearchPoints));
+    }
   }
-  request.direction = reader.vector("direction", request.direction);
-  if (!(request.direction.norm() > 1e-9)) {
-    reader.findings().error(reader.at("direction"), "a direction of no length", "a vector that is not zero");
-    request.direction = Eigen::Vector3d::UnitZ();
+  if (!request.drop && !reader.has("until")) {
+    reader.findings().error(reader.pointer(), "nothing says when something is found", "'drop_m' or 'until'");
   }
-  request.in = reader.text("in", "tcp");
-  request.force = reader.number("force_N", 10.0, {.low = 0.1, .high = 1000.0});
-  request.approach = reader.number("approach_m_s", 0.002, {.low = 0.0, .high = 0.1, .low_open = true});
-  request.travel = reader.number("travel_m", 0.05, {.low = 0.0, .high = 2.0, .low_open = true});
-  request.until = command::read_condition(reader, "until", cell);
-  request.compliance = read_compliance(reader);
-  return request;
+}
+
+ForceRequest::Pattern& pattern_of(ForceRequest& request) {
+  if (!request.pattern) request.pattern.emplace();
+  return *request.pattern;
 }
 
 // -- Springs ---------------------------------------------------------------------------------------------------------
@@ -173,35 +194,52 @@ Result<PreparedPress> prepare_press(const ForceRequest& request, const command::
   return PreparedPress{*direction, std::move(wish)};
 }
 
+const ParameterTable<ForceRequest>& press_parameters() {
+  static const auto table = common_parameters().number(
+      "seconds", "s", &ForceRequest::hold, {.low = 0.0, .high = 3600.0},
+      "How long the force is held once it is reached; without 'until' 0.5 as a step, without end in a transaction.");
+  return table;
+}
+
+const ParameterTable<ForceRequest>& search_parameters() {
+  static const auto table = [] {
+    const std::vector<std::pair<std::string, SearchPattern>> patterns{{"spiral", SearchPattern::kSpiral},
+                                                                      {"zigzag", SearchPattern::kZigzag}};
+    const std::vector<std::pair<std::string, bool>> ends{{"fail", true}, {"continue", false}};
+    auto search = common_parameters();
+    search
+        .choice(
+            "pattern", [](ForceRequest & p) -> auto& { return pattern_of(p).kind; }, patterns,
+            "Path across the direction.")
+        .number(
+            "radius_m", "m", [](ForceRequest & p) -> auto& { return pattern_of(p).radius; }, {.low = 1e-4, .high = 1.0},
+            "Radius of the spiral, half the side of the zigzag.")
+        .required()
+        .number(
+            "pitch_m", "m", [](ForceRequest & p) -> auto& { return pattern_of(p).pitch; }, {.low = 1e-5, .high = 1.0},
+            "Distance between neighbouring turns or lanes.")
+        .required()
+        .number(
+            "velocity_m_s", "m/s", [](ForceRequest & p) -> auto& { return pattern_of(p).velocity; },
+            {.low = 0.0, .high = 1.0, .low_open = true}, "Speed along the pattern.")
+        .number("drop_m", "m", &ForceRequest::drop, kPositive, "Found: the tool is this much deeper than at contact.")
+        .choice("on_end", &ForceRequest::must_find, ends, "Whether a pattern that ends without a find fails the step.")
+        .rule(check_pattern);
+    return search;
+  }();
+  return table;
+}
+
 ForceRequest read_press(ObjectReader& reader, const command::Cell& cell, std::optional<double> hold) {
-  ForceRequest request = read_request(reader, cell);
-  request.hold = hold;
-  if (reader.has("until")) request.hold.reset();
-  if (reader.has("seconds")) request.hold = reader.number("seconds", {}, {.low = 0.0, .high = 3600.0});
+  ForceRequest request = press_parameters().read(reader, cell);
+  if (request.name.empty()) request.name = "press";
+  if (!request.hold && !reader.has("until")) request.hold = hold;
   return request;
 }
 
 ForceRequest read_search(ObjectReader& reader, const command::Cell& cell) {
-  ForceRequest request = read_request(reader, cell);
-  ForceRequest::Pattern pattern;
-  const bool zigzag = reader.choice("pattern", {"spiral", "zigzag"}, "spiral") == "zigzag";
-  pattern.kind = zigzag ? SearchPattern::kZigzag : SearchPattern::kSpiral;
-  pattern.radius = reader.number("radius_m", {}, {.low = 1e-4, .high = 1.0});
-  pattern.pitch = reader.number("pitch_m", {}, {.low = 1e-5, .high = 1.0});
-  pattern.velocity = reader.number("velocity_m_s", 0.01, {.low = 0.0, .high = 1.0, .low_open = true});
-  if (reader.has("radius_m") && reader.has("pitch_m") && pattern.pitch > 0.0) {
-    const std::size_t size = search_size(pattern.kind, pattern.radius, pattern.pitch);
-    if (size > kMostSearchPoints) {
-      reader.findings().error(reader.at("pitch_m"), fmt::format("{} points for this radius", size),
-                              fmt::format("a wider pitch: at most {} points", kMostSearchPoints));
-    }
-  }
-  if (reader.has("drop_m")) request.drop = reader.number("drop_m", {}, kPositive);
-  if (!request.drop && !reader.has("until")) {
-    reader.findings().error(reader.pointer(), "nothing says when something is found", "'drop_m' or 'until'");
-  }
-  request.must_find = reader.choice("on_end", {"fail", "continue"}, "fail") == "fail";
-  request.pattern = pattern;
+  ForceRequest request = search_parameters().read(reader, cell);
+  if (request.name.empty()) request.name = "search";
   return request;
 }
 

@@ -102,7 +102,6 @@ std::unique_ptr<Step> parse_press(const Json& json, const std::string& pointer, 
   constexpr double kHold_s = 0.5;
   ObjectReader reader(json, pointer, findings);
   ForceRequest request = read_press(reader, cell, kHold_s);
-  reader.finish();
   return std::make_unique<ForceStep>(std::move(request));
 }
 
@@ -110,7 +109,6 @@ std::unique_ptr<Step> parse_search(const Json& json, const std::string& pointer,
                                    Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   ForceRequest request = read_search(reader, cell);
-  reader.finish();
   return std::make_unique<ForceStep>(std::move(request));
 }
 

@@ -1,6 +1,5 @@
 #include "core/operations/freedrive_step.h"
 
-#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "core/base/object_reader.h"
 #include "core/expression/condition_state.h"
 #include "core/operations/net_run.h"
+#include "core/operations/parameter_table.h"
 #include "core/operations/scheduled_run.h"
 
 namespace takt::activity {
@@ -18,12 +18,34 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct FreedriveRequest {
+struct FreedriveRequest : OperationHead {
   std::string arm;
   std::optional<command::Condition> enabled, until;
   std::optional<double> seconds;
   command::FreedriveWish wish;
 };
+
+const ParameterTable<FreedriveRequest>& freedrive_parameters() {
+  static const auto table = [] {
+    ParameterTable<FreedriveRequest> freedrive;
+    freedrive.name("arm", NameOf::kArm, &FreedriveRequest::arm, "Arm that a person guides.")
+        .condition("enabled", &FreedriveRequest::enabled, "Dead-man switch: the arm yields only while this is true.")
+        .condition("until", &FreedriveRequest::until, "Ends when this becomes true.")
+        .number("seconds", "s", &FreedriveRequest::seconds, {.low = 0.0, .high = 3600.0}, "Ends after this time.")
+        .number(
+            "velocity_m_s", "m/s", [](FreedriveRequest & p) -> auto& { return p.wish.linear_max; },
+            {.low = 0.0, .high = 1.0, .low_open = true}, "Largest speed of the tool.")
+        .number(
+            "turn_deg_s", "deg/s", [](FreedriveRequest & p) -> auto& { return p.wish.angular_max; },
+            {.low = 0.0, .high = 180.0, .low_open = true}, "Largest angular speed of the tool.")
+        .rule([](FreedriveRequest&, const ReadContext& from) {
+          if (from.reader.has("until") || from.reader.has("seconds")) return;
+          from.reader.findings().error(from.reader.pointer(), "nothing says when it ends", "'until' or 'seconds'");
+        });
+    return freedrive;
+  }();
+  return table;
+}
 
 /// What the request says, with the sensors of a cell.
 struct Guiding {
@@ -78,27 +100,12 @@ class FreedriveStep final : public Step {
 
 }  // namespace
 
+const std::vector<ParameterInfo>& freedrive_parameter_list() { return freedrive_parameters().list(); }
+
 std::unique_ptr<Step> parse_freedrive(const Json& json, const std::string& pointer, const command::Cell& cell,
                                       Findings& findings) {
   ObjectReader reader(json, pointer, findings);
-  (void)reader.text("do");
-  (void)reader.text("name", "");
-  std::vector<std::string> arms;
-  for (const auto& [name, arm] : cell.arms) arms.push_back(name);
-  FreedriveRequest request;
-  request.arm = reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms.front()) : std::nullopt);
-  request.enabled = command::read_condition(reader, "enabled", cell);
-  request.until = command::read_condition(reader, "until", cell);
-  if (reader.has("seconds")) request.seconds = reader.number("seconds", {}, {.low = 0.0, .high = 3600.0});
-  if (!reader.has("until") && !reader.has("seconds"))
-    findings.error(pointer, "nothing says when it ends", "'until' or 'seconds'");
-  constexpr double kDegree = std::numbers::pi / 180.0;
-  request.wish.linear_max =
-      reader.number("velocity_m_s", request.wish.linear_max, {.low = 0.0, .high = 1.0, .low_open = true});
-  request.wish.angular_max = kDegree * reader.number("turn_deg_s", request.wish.angular_max / kDegree,
-                                                     {.low = 0.0, .high = 180.0, .low_open = true});
-  reader.finish();
-  return std::make_unique<FreedriveStep>(std::move(request));
+  return std::make_unique<FreedriveStep>(freedrive_parameters().read(reader, cell));
 }
 
 }  // namespace takt::activity

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "core/operations/parameter.h"
 #include "core/operations/step.h"
 
 namespace takt::activity {
@@ -11,5 +12,7 @@ namespace takt::activity {
 /// hand.
 [[nodiscard]] std::unique_ptr<Step> parse_freedrive(const nlohmann::ordered_json& json, const std::string& pointer,
                                                     const command::Cell& cell, Findings& findings);
+
+[[nodiscard]] const std::vector<ParameterInfo>& freedrive_parameter_list();
 
 }  // namespace takt::activity

@@ -37,6 +37,24 @@ Goal::Step read_step(ObjectReader& reader) {
 
 }  // namespace
 
+const std::vector<ParameterInfo>& goal_fields() {
+  using Type = ParameterInfo::Type;
+  static const auto fields = [] {
+    const auto field = [](const char* key, Type type, const char* unit, const char* doc) {
+      return ParameterInfo{.key = key, .type = type, .unit = unit, .doc = doc};
+    };
+    return std::vector<ParameterInfo>{
+        field("joints_deg", Type::kNumbers, "deg", "Joint positions."),
+        field("in", Type::kText, "", "Frame of a pose; of a step its axes, \"tcp\" for those of the tool."),
+        field("position_m", Type::kVector, "m", "Position of the tool centre point in that frame."),
+        field("rpy_deg", Type::kVector, "deg", "Orientation: roll, pitch, yaw; without one the tool keeps its own."),
+        field("quaternion", Type::kNumbers, "", "Orientation: w, x, y, z."),
+        field("by_m", Type::kVector, "m", "Step from the present set point."),
+        field("by_rpy_deg", Type::kVector, "deg", "Turn about the tool's own axes.")};
+  }();
+  return fields;
+}
+
 Goal read_goal(ObjectReader& parent, const command::MountedArm* arm, std::string_view key) {
   if (const Json* json = parent.child(key)) return read_goal(*json, parent.at(key), arm, parent.findings());
   parent.findings().error(parent.pointer(), fmt::format("key '{}' is missing", key), "\"home\" or an object {...}");

@@ -6,8 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/object_reader.h"
-#include "core/expression/cell.h"
+#include "core/operations/parameter.h"
 
 namespace takt::activity {
 
@@ -40,6 +39,9 @@ struct Goal {
     return std::holds_alternative<Home>(value) || std::holds_alternative<Joints>(value);
   }
 };
+
+/// The keys of all forms of a goal, for the tables of operations.
+[[nodiscard]] const std::vector<ParameterInfo>& goal_fields();
 
 /// Reads key "to" of a motion step (or another key). Findings in the reader: not a goal, numbers that do not fit the
 /// arm.

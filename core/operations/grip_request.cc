@@ -46,25 +46,22 @@ void leave_former(const GripRequest& request, const kinematics::JointVector& q, 
 void take(const GripRequest& request, const kinematics::JointVector& q, Context& context) {
   const std::string& arm = context.cell.grippers.find(request.gripper)->second.arm;
   device::Arm& device = *context.cell.arms.find(arm)->second.device;
-  CarriedPart part{.object = request.part, .before = device.tool()};
-  if (!request.part.empty()) part.X_TO = part_in_tool(context.cell, arm, q, request.part);
+  CarriedPart part{.object = request.part.value_or(""), .before = device.tool()};
+  if (request.part) part.X_TO = part_in_tool(context.cell, arm, q, *request.part);
   // The payload of an arm changes between nets only; one that moves while it grips keeps what it believes.
   part.told = request.mass > 0.0 && !device.held();
   if (part.told) tell_payload(device, part, request.mass);
   context.variables.carried[request.gripper] = part;
 }
 
-GripRequest read_request(ObjectReader& reader, const command::Cell& cell) {
-  GripRequest request;
-  (void)reader.text("do");
-  (void)reader.text("name", "");
-  std::vector<std::string> names;
-  for (const auto& [name, gripper] : cell.grippers) names.push_back(name);
-  request.gripper = reader.choice("gripper", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
-  if (reader.has("width_m")) request.width = reader.number("width_m", {}, kNotNegative);
-  if (reader.has("speed_m_s")) request.speed = reader.number("speed_m_s", {}, kPositive);
-  if (reader.has("force_N")) request.force = reader.number("force_N", {}, kPositive);
-  return request;
+/// What grip and release have in common.
+ParameterTable<GripRequest> common_parameters() {
+  ParameterTable<GripRequest> table;
+  table.name("gripper", NameOf::kGripper, &GripRequest::gripper, "Gripper that moves.")
+      .number("width_m", "m", &GripRequest::width, kNotNegative, "Width to move to: 0 to close, the stroke to open.")
+      .number("speed_m_s", "m/s", &GripRequest::speed, kPositive, "Speed of the fingers: a quarter of the fastest.")
+      .number("force_N", "N", &GripRequest::force, kPositive, "Gripping force: half of the largest.");
+  return table;
 }
 
 }  // namespace
@@ -123,29 +120,35 @@ void rehearse_grip(const GripRequest& request, Rehearsal& rehearsal, Findings& f
     leave_part(rehearsal.cell, mounted.arm, q, carried->second, findings);
     rehearsal.carried.erase(carried);
   }
-  if (request.opens || request.part.empty()) return;
-  rehearsal.carried[request.gripper] = {.object = request.part,
-                                        .X_TO = part_in_tool(rehearsal.cell, mounted.arm, q, request.part)};
+  if (request.opens || !request.part) return;
+  rehearsal.carried[request.gripper] = {.object = *request.part,
+                                        .X_TO = part_in_tool(rehearsal.cell, mounted.arm, q, *request.part)};
 }
 
-GripRequest read_grip(ObjectReader& reader, const command::Cell& cell) {
-  GripRequest request = read_request(reader, cell);
-  const std::string expect = reader.choice("expect", {"part", "nothing", "any"}, "part");
-  request.expect = expect == "part"      ? GripRequest::Expect::kPart
-                   : expect == "nothing" ? GripRequest::Expect::kNothing
-                                         : GripRequest::Expect::kAny;
-  if (reader.has("part")) {
-    std::vector<std::string> objects;
-    for (const auto& [name, object] : cell.objects) objects.push_back(name);
-    request.part = reader.choice("part", objects);
-  }
-  request.mass = reader.number("part_mass_kg", 0.0, kNotNegative);
-  return request;
+const ParameterTable<GripRequest>& grip_parameters() {
+  using Expect = GripRequest::Expect;
+  static const auto table = [] {
+    const std::vector<std::pair<std::string, Expect>> words{
+        {"part", Expect::kPart}, {"nothing", Expect::kNothing}, {"any", Expect::kAny}};
+    return common_parameters()
+        .choice("expect", &GripRequest::expect, words, "What has to be between the fingers at the end.")
+        .name("part", NameOf::kObject, &GripRequest::part, "Object that is gripped.")
+        .number("part_mass_kg", "kg", &GripRequest::mass, kNotNegative, "Mass that the arm is to expect.");
+  }();
+  return table;
 }
+
+const ParameterTable<GripRequest>& release_parameters() {
+  static const auto table = common_parameters();
+  return table;
+}
+
+GripRequest read_grip(ObjectReader& reader, const command::Cell& cell) { return grip_parameters().read(reader, cell); }
 
 GripRequest read_release(ObjectReader& reader, const command::Cell& cell) {
-  GripRequest request = read_request(reader, cell);
+  GripRequest request = release_parameters().read(reader, cell);
   request.opens = true;
+  request.expect = GripRequest::Expect::kAny;
   return request;
 }
 

@@ -3,21 +3,23 @@
 #include <optional>
 #include <string>
 
-#include "core/base/object_reader.h"
 #include "core/command/actions/device_net.h"
+#include "core/operations/parameter_table.h"
 #include "core/operations/step.h"
 
 namespace takt::activity {
 
 /// What a step "grip" or "release" says, in numbers. Absent figures are those of the gripper. Keys: docs/scenarios.md.
-struct GripRequest {
+struct GripRequest : OperationHead {
   std::string gripper;
   bool opens = false;
   std::optional<double> width, speed, force;  ///< m, m/s, N
-  enum class Expect { kPart, kNothing, kAny } expect = Expect::kAny;
-  std::string part;   ///< object that the arm now carries; empty: none that matters
-  double mass = 0.0;  ///< kg of the part, told to the arm; 0: the arm is told nothing
+  enum class Expect { kPart, kNothing, kAny } expect = Expect::kPart;
+  std::optional<std::string> part;  ///< object that the arm now carries; nothing: none that matters
+  double mass = 0.0;                ///< kg of the part, told to the arm; 0: the arm is told nothing
 };
+[[nodiscard]] const ParameterTable<GripRequest>& grip_parameters();
+[[nodiscard]] const ParameterTable<GripRequest>& release_parameters();
 [[nodiscard]] GripRequest read_grip(ObjectReader& reader, const command::Cell& cell);
 [[nodiscard]] GripRequest read_release(ObjectReader& reader, const command::Cell& cell);
 

@@ -54,7 +54,6 @@ std::unique_ptr<Step> parse_grip(const Json& json, const std::string& pointer, c
                                  Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   GripRequest request = read_grip(reader, cell);
-  reader.finish();
   return std::make_unique<GripStep>(std::move(request));
 }
 
@@ -62,7 +61,6 @@ std::unique_ptr<Step> parse_release(const Json& json, const std::string& pointer
                                     Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   GripRequest request = read_release(reader, cell);
-  reader.finish();
   return std::make_unique<GripStep>(std::move(request));
 }
 

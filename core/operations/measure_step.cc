@@ -10,6 +10,7 @@
 #include "core/base/object_reader.h"
 #include "core/command/tare.h"
 #include "core/operations/net_run.h"
+#include "core/operations/parameter_table.h"
 #include "core/world/pose_fit.h"
 
 namespace takt::activity {
@@ -38,6 +39,21 @@ class ImmediateRun final : public StepRun {
 
 // -- tare ----------------------------------------------------------------------------------------------------------
 
+struct TareParameters : OperationHead {
+  std::string sensor;
+  std::int64_t cycles = 500;
+};
+
+const ParameterTable<TareParameters>& tare_parameters() {
+  static const auto table = [] {
+    ParameterTable<TareParameters> tare;
+    tare.name("sensor", NameOf::kSensor, &TareParameters::sensor, "Force/torque sensor, at rest and without contact.")
+        .integer("cycles", &TareParameters::cycles, {.low = 1, .high = 100'000}, "Samples that are averaged.");
+    return tare;
+  }();
+  return table;
+}
+
 class TareRun final : public OneNetRun {
  public:
   TareRun(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
@@ -64,7 +80,7 @@ class TareRun final : public OneNetRun {
 
 class TareStep final : public Step {
  public:
-  TareStep(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
+  explicit TareStep(const TareParameters& tare) : sensor_(tare.sensor), cycles_(tare.cycles) {}
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     rehearsal.duration += 1e-3 * static_cast<double>(cycles_);
     rehearse_net(command::tare_net(sensor_, cycles_, rehearsal.cell), rehearsal, pointer, findings);
@@ -78,9 +94,24 @@ class TareStep final : public Step {
 
 // -- record_contact ------------------------------------------------------------------------------------------------
 
+struct RecordContactParameters : OperationHead {
+  std::string arm, as;
+};
+
+const ParameterTable<RecordContactParameters>& record_contact_parameters() {
+  static const auto table = [] {
+    ParameterTable<RecordContactParameters> record;
+    record.name("arm", NameOf::kArm, &RecordContactParameters::arm, "Arm whose last motion ended with the contact.")
+        .text("as", &RecordContactParameters::as, "Name under which the contact is kept.")
+        .required();
+    return record;
+  }();
+  return table;
+}
+
 class RecordContactStep final : public Step {
  public:
-  RecordContactStep(std::string arm, std::string name) : arm_(std::move(arm)), name_(std::move(name)) {}
+  explicit RecordContactStep(const RecordContactParameters& record) : arm_(record.arm), name_(record.as) {}
 
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     if (!rehearsal.touched[arm_]) {
@@ -112,12 +143,63 @@ class RecordContactStep final : public Step {
 
 // -- fit_pose ------------------------------------------------------------------------------------------------------
 
-struct FitRequest {
+struct FitRequest : OperationHead {
   std::string object, as;
   std::vector<std::string> contacts;
   std::vector<world::Coordinate> free;
-  double max_residual = 1e-3;
+  double max_residual = 1e-3;  ///< m
 };
+
+/// The fit of an object may replace what the file says of this object, and of nothing else.
+void check_estimate(FitRequest& request, const ReadContext& from) {
+  if (request.as == request.object || !from.cell.frames.contains(request.as)) return;
+  from.reader.findings().error(from.reader.at("as"), fmt::format("'{}' cannot be the name of an estimate", request.as),
+                               fmt::format("a new name, or '{}'", request.object));
+}
+
+const std::vector<std::string>& coordinate_names() {
+  static const std::vector<std::string> names{"x", "y", "z", "roll", "pitch", "yaw"};
+  return names;
+}
+
+void read_coordinates(const ParameterInfo& row, const ReadContext& from, FitRequest& request) {
+  const auto free = from.reader.texts(row.key);
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const auto found = std::ranges::find(coordinate_names(), free[i]);
+    if (found == coordinate_names().end()) {
+      from.reader.findings().error(from.reader.at(row.key) + pointer_segment(i),
+                                   fmt::format("unknown coordinate '{}'", free[i]),
+                                   nearest_choice(free[i], coordinate_names()));
+    } else {
+      request.free.push_back(static_cast<world::Coordinate>(found - coordinate_names().begin()));
+    }
+  }
+}
+
+void write_coordinates(const ParameterInfo& row, const FitRequest& request, ParameterWriter& to) {
+  std::vector<std::string> names;
+  for (const world::Coordinate one : request.free)
+    names.push_back(coordinate_names().at(static_cast<std::size_t>(one)));
+  to.texts(row.key, names);
+}
+
+const ParameterTable<FitRequest>& fit_pose_parameters() {
+  static const auto table = [] {
+    ParameterInfo free{.key = "free", .type = ParameterInfo::Type::kTexts, .required = true};
+    free.doc = "Coordinates that are fitted: x, y, z, roll, pitch, yaw of the object.";
+    ParameterTable<FitRequest> fit;
+    fit.name("object", NameOf::kObject, &FitRequest::object, "Object that was touched.")
+        .required()
+        .text("as", &FitRequest::as, "Name of the frame that gets the fitted pose.")
+        .required()
+        .texts("contacts", &FitRequest::contacts, "Names of recorded contacts.")
+        .object(std::move(free), read_coordinates, write_coordinates)
+        .number("max_residual_m", "m", &FitRequest::max_residual, kPositive, "Largest residual (rms) of a good fit.")
+        .rule(check_estimate);
+    return fit;
+  }();
+  return table;
+}
 
 class FitPoseStep final : public Step {
  public:
@@ -185,60 +267,26 @@ class FitPoseStep final : public Step {
 
 }  // namespace
 
+const std::vector<ParameterInfo>& tare_parameter_list() { return tare_parameters().list(); }
+const std::vector<ParameterInfo>& record_contact_parameter_list() { return record_contact_parameters().list(); }
+const std::vector<ParameterInfo>& fit_pose_parameter_list() { return fit_pose_parameters().list(); }
+
 std::unique_ptr<Step> parse_tare(const Json& json, const std::string& pointer, const command::Cell& cell,
                                  Findings& findings) {
   ObjectReader reader(json, pointer, findings);
-  (void)reader.text("do");
-  (void)reader.text("name", "");
-  const auto sensors = keys_of(cell.sensors);
-  const std::string sensor =
-      reader.choice("sensor", sensors, sensors.size() == 1 ? std::optional(sensors[0]) : std::nullopt);
-  const auto cycles = reader.integer("cycles", 500, {.low = 1, .high = 100'000});
-  reader.finish();
-  return std::make_unique<TareStep>(sensor, cycles);
+  return std::make_unique<TareStep>(tare_parameters().read(reader, cell));
 }
 
 std::unique_ptr<Step> parse_record_contact(const Json& json, const std::string& pointer, const command::Cell& cell,
                                            Findings& findings) {
   ObjectReader reader(json, pointer, findings);
-  (void)reader.text("do");
-  (void)reader.text("name", "");
-  const auto arms = keys_of(cell.arms);
-  const std::string arm = reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms[0]) : std::nullopt);
-  const std::string as = reader.text("as");
-  if (reader.has("as") && as.empty()) findings.error(reader.at("as"), "an empty name", "the name of the contact");
-  reader.finish();
-  return std::make_unique<RecordContactStep>(arm, as);
+  return std::make_unique<RecordContactStep>(record_contact_parameters().read(reader, cell));
 }
 
 std::unique_ptr<Step> parse_fit_pose(const Json& json, const std::string& pointer, const command::Cell& cell,
                                      Findings& findings) {
-  static const std::vector<std::string> kCoordinates{"x", "y", "z", "roll", "pitch", "yaw"};
   ObjectReader reader(json, pointer, findings);
-  (void)reader.text("do");
-  (void)reader.text("name", "");
-  FitRequest request;
-  request.object = reader.choice("object", keys_of(cell.objects));
-  request.as = reader.text("as");
-  // The fit of an object may replace what the file says of this object, and of nothing else.
-  if (request.as != request.object && cell.frames.contains(request.as)) {
-    findings.error(reader.at("as"), fmt::format("'{}' cannot be the name of an estimate", request.as),
-                   fmt::format("a new name, or '{}'", request.object));
-  }
-  request.contacts = reader.texts("contacts");
-  const auto free = reader.texts("free");
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    const auto found = std::ranges::find(kCoordinates, free[i]);
-    if (found == kCoordinates.end()) {
-      findings.error(reader.at("free") + pointer_segment(i), fmt::format("'{}' is no coordinate", free[i]),
-                     nearest_choice(free[i], kCoordinates));
-    } else {
-      request.free.push_back(static_cast<world::Coordinate>(found - kCoordinates.begin()));
-    }
-  }
-  request.max_residual = reader.number("max_residual_m", 1e-3, kPositive);
-  reader.finish();
-  return std::make_unique<FitPoseStep>(std::move(request));
+  return std::make_unique<FitPoseStep>(fit_pose_parameters().read(reader, cell));
 }
 
 }  // namespace takt::activity

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "core/operations/parameter.h"
 #include "core/operations/step.h"
 
 namespace takt::activity {
@@ -18,5 +19,9 @@ namespace takt::activity {
 /// "fit_pose": finds the pose of an object whose surface explains recorded contacts; makes it a frame.
 [[nodiscard]] std::unique_ptr<Step> parse_fit_pose(const nlohmann::ordered_json& json, const std::string& pointer,
                                                    const command::Cell& cell, Findings& findings);
+
+[[nodiscard]] const std::vector<ParameterInfo>& tare_parameter_list();
+[[nodiscard]] const std::vector<ParameterInfo>& record_contact_parameter_list();
+[[nodiscard]] const std::vector<ParameterInfo>& fit_pose_parameter_list();
 
 }  // namespace takt::activity

@@ -1,6 +1,7 @@
 #include "core/operations/motion_request.h"
 
 #include <algorithm>
+#include <charconv>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -19,143 +20,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
-
-// -- Reading -------------------------------------------------------------------------------------------------------
-
-std::string read_arm(ObjectReader& reader, const command::Cell& cell) {
-  std::vector<std::string> names;
-  for (const auto& [name, arm] : cell.arms) names.push_back(name);
-  // With a single arm there is nothing to choose.
-  return reader.choice("arm", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
-}
-
-void read_follower(ObjectReader& reader, const command::Cell& cell, MotionRequest& request) {
-  if (!reader.has("follower")) return;
-  std::vector<std::string> names;
-  for (const auto& [name, arm] : cell.arms) names.push_back(name);
-  request.follower = reader.choice("follower", names);
-  if (request.kind != PathKind::kLin && request.kind != PathKind::kCirc) {
-    reader.findings().error(reader.at("follower"), "two arms move as one on the path of a frame", "lin or circ");
-  } else if (request.follower == request.arm && !request.arm.empty()) {
-    reader.findings().error(reader.at("follower"), fmt::format("'{}' leads already", request.arm), "another arm");
-  }
-}
-
-/// What two arms do to each other is felt by their own sensors.
-void check_internal_force(const command::Condition& condition, const command::Cell& cell, const std::string& place,
-                          const MotionRequest& request, Findings& findings) {
-  for (const command::Condition& operand : condition.operands)
-    check_internal_force(operand, cell, place, request, findings);
-  if (condition.kind != command::Condition::Kind::kInternalForce) return;
-  for (const std::string& name : {condition.device, condition.other}) {
-    const std::string& arm = cell.sensors.find(name)->second.arm;
-    if (arm.empty() || arm == request.arm || arm == request.follower) continue;
-    findings.error(place, fmt::format("an internal force that '{}' feels, which is on '{}'", name, arm),
-                   fmt::format("sensors of '{}' and '{}'", request.arm, request.follower));
-  }
-}
-
-/// How it gives way.
-void read_springs(ObjectReader& reader, MotionRequest& request) {
-  request.compliance = read_compliance(reader);
-  if (request.compliance && !request.follower.empty())
-    check_springs_of_two(*request.compliance, reader.pointer(), reader.findings());
-}
-
-/// What is laid over its path.
-void read_laid_over(ObjectReader& reader, const command::Cell& cell, MotionRequest& request) {
-  request.overlay = read_overlay(reader, request.arm, cell);
-  if (!request.overlay.any()) return;
-  request.acceleration = std::min(request.acceleration, command::kShareWithOverlay);
-  const char* key = request.overlay.weave ? "weave" : "force_offset";
-  if (!request.follower.empty())
-    reader.findings().error(reader.at("follower"), "two arms as one with something laid over their path",
-                            "a motion with nothing but its path, or one arm");
-  if (request.kind != PathKind::kPtp && (request.through.empty() || !request.through.front().is_joints())) return;
-  reader.findings().error(reader.at(key),
-                          fmt::format("C8: {} moves joints, so there is nothing to {}",
-                                      request.kind == PathKind::kPtp ? "PTP" : "a spline of joints",
-                                      request.overlay.weave ? "weave beside" : "shift"),
-                          "a motion of a frame");
-}
-
-/// When it ends before its goal.
-void read_ends(ObjectReader& reader, const command::Cell& cell, MotionRequest& request) {
-  request.until = command::read_condition(reader, "until", cell);
-  if (reader.has("until")) request.must_touch = reader.choice("on_end", {"fail", "continue"}, "fail") == "fail";
-  request.unless = command::read_condition(reader, "unless", cell);
-  if (request.follower.empty()) return;
-  for (const auto& [key, condition] : {std::pair("until", &request.until), {"unless", &request.unless}}) {
-    if (*condition) check_internal_force(**condition, cell, reader.at(key), request, reader.findings());
-  }
-}
-
-MotionRequest::About read_about(ObjectReader& parent) {
-  MotionRequest::About about;
-  const Json* json = parent.object("about");
-  if (!json) return about;
-  ObjectReader reader(*json, parent.at("about"), parent.findings());
-  about.in = reader.text("in", "world");
-  about.centre = reader.vector("position_m");
-  about.axis = reader.vector("axis", about.axis);
-  constexpr double kDegree = std::numbers::pi / 180.0;
-  about.angle = kDegree * reader.number("angle_deg", {}, {.low = -36000, .high = 36000});
-  if (!(about.axis.norm() > 1e-9)) {
-    reader.findings().error(reader.at("axis"), "an axis without direction", "a vector that is not zero");
-  }
-  reader.finish();
-  return about;
-}
-
-void read_arc(ObjectReader& reader, const command::MountedArm* arm, MotionRequest& request) {
-  const bool about = reader.has("about");
-  const std::vector<std::string> names =
-      about ? std::vector<std::string>{"fixed", "tangential"} : std::vector<std::string>{"goal", "fixed", "tangential"};
-  const std::string orientation = reader.choice("orientation", names, names.front());
-  request.orientation = orientation == "goal"    ? motion::ArcOrientation::kToGoal
-                        : orientation == "fixed" ? motion::ArcOrientation::kFixed
-                                                 : motion::ArcOrientation::kTangential;
-  if (about) {
-    request.about = read_about(reader);
-  } else {
-    request.goal = read_goal(reader, arm, "to");
-    request.via = read_goal(reader, arm, "via");
-  }
-}
-
-void read_through(ObjectReader& reader, const command::MountedArm* arm, MotionRequest& request) {
-  const Json* list = reader.array("through");
-  if (!list) return;
-  const std::string pointer = reader.at("through");
-  std::size_t joints = 0;
-  for (std::size_t i = 0; i < list->size(); ++i) {
-    request.through.push_back(read_goal((*list)[i], pointer + pointer_segment(i), arm, reader.findings()));
-    joints += request.through.back().is_joints();
-  }
-  constexpr std::size_t kMost = 200;
-  if (list->size() < 2 || list->size() > kMost) {
-    reader.findings().error(pointer, fmt::format("{} points", list->size()), fmt::format("from 2 to {}", kMost));
-  }
-  if (joints != 0 && joints != list->size()) {
-    reader.findings().error(pointer, "joint positions and poses stand side by side", "points of one kind");
-  }
-}
-
-void read_blend(ObjectReader& reader, MotionRequest& request) {
-  const bool distance = reader.has("blend_m");
-  const bool fraction = reader.has("blend_fraction");
-  const double m = distance ? reader.number("blend_m", {}, kPositive) : 0.0;
-  const double share = fraction ? reader.number("blend_fraction", {}, {.low = 0, .high = 0.5, .low_open = true}) : 0.0;
-  if (distance && fraction) {
-    reader.findings().error(reader.at("blend_fraction"), "a blend by distance and by fraction", "one of them");
-  }
-  if ((distance || fraction) && request.until) {
-    reader.findings().error(reader.at(distance ? "blend_m" : "blend_fraction"), "a guarded motion is not blended",
-                            "a motion without 'until'");
-  }
-  if (distance) request.blend = {motion::Blend::Kind::kDistance, m};
-  if (fraction) request.blend = {motion::Blend::Kind::kFraction, share};
-}
 
 // -- Planning ------------------------------------------------------------------------------------------------------
 
@@ -323,12 +187,18 @@ Result<motion::Motion> plan_single(const MotionRequest& request, const command::
   return motion::plan_lin(arm.chain, *arm.inverse, arm.limits, arm.cartesian, q, *X_goal, {}, options);
 }
 
+/// The number of the motion that a pointer "/1/blend" of the planner means; one without a number is of the first.
+std::size_t index_in(std::string_view pointer) {
+  std::size_t index = 0;
+  if (pointer.starts_with('/')) std::from_chars(pointer.data() + 1, pointer.data() + pointer.size(), index);
+  return index;
+}
+
 /// Notes speak of "/1/blend"; the file has that at the key of that step.
 Findings as_notes(const Findings& notes, const std::vector<MotionRequest>& requests) {
   Findings result;
   for (Finding finding : notes.list()) {
-    const auto index = static_cast<std::size_t>(std::stoul(finding.pointer.substr(1)));
-    const MotionRequest& request = requests[index];
+    const MotionRequest& request = requests.at(index_in(finding.pointer));
     finding.pointer =
         request.pointer + (request.blend.kind == motion::Blend::Kind::kDistance ? "/blend_m" : "/blend_fraction");
     result.add(std::move(finding));
@@ -355,37 +225,6 @@ Result<JointVector> goal_joints(const Goal& goal, const command::Cell& cell, con
   if (!resolved) return std::unexpected(resolved.error());
   if (const auto* joints = std::get_if<JointVector>(&*resolved)) return *joints;
   return nearest_configuration(arm, std::get<Eigen::Isometry3d>(*resolved), q, notes);
-}
-
-MotionRequest read_motion(PathKind kind, const Json& json, const std::string& pointer, const command::Cell& cell,
-                          Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
-  MotionRequest request;
-  request.kind = kind;
-  request.pointer = pointer;
-  request.name = reader.text("name", reader.text("do"));
-  request.arm = read_arm(reader, cell);
-  const auto found = cell.arms.find(request.arm);
-  const command::MountedArm* arm = found == cell.arms.end() ? nullptr : &found->second;
-  if (kind == PathKind::kCirc) {
-    read_arc(reader, arm, request);
-  } else if (kind == PathKind::kSpline) {
-    read_through(reader, arm, request);
-  } else {
-    request.goal = read_goal(reader, arm, "to");
-  }
-  request.velocity = reader.number("speed", 1.0, {.low = 0, .high = 1, .low_open = true});
-  request.acceleration = reader.number("acceleration", 1.0, {.low = 0, .high = 1, .low_open = true});
-  if (kind != PathKind::kPtp && reader.has("velocity_m_s")) {
-    request.linear_velocity = reader.number("velocity_m_s", {}, kPositive);
-  }
-  read_follower(reader, cell, request);
-  read_springs(reader, request);
-  read_laid_over(reader, cell, request);
-  read_ends(reader, cell, request);
-  read_blend(reader, request);
-  reader.finish();
-  return request;
 }
 
 Findings of_motions(const Findings& findings, const std::vector<MotionRequest>& requests) {

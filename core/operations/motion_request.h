@@ -17,7 +17,7 @@ namespace takt::activity {
 enum class PathKind { kPtp, kLin, kCirc, kSpline };
 
 /// What a motion step says, in numbers. Keys: docs/scenarios.md.
-struct MotionRequest {
+struct MotionRequest : OperationHead {
   /// CIRC about an axis in place of a goal.
   struct About {
     std::string in = "world";
@@ -27,10 +27,8 @@ struct MotionRequest {
   };
 
   PathKind kind = PathKind::kPtp;
-  std::string name;
   std::string arm;
   std::string follower;  ///< a second arm that moves as one with it; empty: none
-  std::string pointer;   ///< of the step in its file
   Goal goal;             ///< all but splines, and arcs about an axis
   std::optional<Goal> via;
   std::optional<About> about;
@@ -49,6 +47,8 @@ struct MotionRequest {
 
 /// The arms that motions move, as one name.
 [[nodiscard]] std::string moved_by(const MotionRequest& request);
+
+[[nodiscard]] const ParameterTable<MotionRequest>& motion_parameters(PathKind kind);
 
 /// Reads a step. Findings: all that is wrong with its form.
 [[nodiscard]] MotionRequest read_motion(PathKind kind, const nlohmann::ordered_json& json, const std::string& pointer,

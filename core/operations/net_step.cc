@@ -11,13 +11,14 @@
 #include "core/base/object_reader.h"
 #include "core/net/value_json.h"
 #include "core/operations/net_run.h"
+#include "core/operations/parameter_table.h"
 
 namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct NetRequest {
+struct NetRequest : OperationHead {
   std::string net;
   std::optional<double> cancel_after_s;
   double within_s = 60.0;
@@ -94,22 +95,27 @@ class NetStep final : public Step {
   NetRequest request_;
 };
 
+const ParameterTable<NetRequest>& net_parameters() {
+  static const auto table = [] {
+    constexpr Range kTime{.low = 0.0, .high = 3600.0};
+    ParameterTable<NetRequest> net;
+    net.name("net", NameOf::kNet, &NetRequest::net, "Net of the cell that runs.")
+        .required()
+        .number("cancel_after_s", "s", &NetRequest::cancel_after_s, kTime, "The net is cancelled after this time.")
+        .number("within_s", "s", &NetRequest::within_s, kTime, "The step fails if the net has not ended by then.");
+    return net;
+  }();
+  return table;
+}
+
 }  // namespace
+
+const std::vector<ParameterInfo>& net_parameter_list() { return net_parameters().list(); }
 
 std::unique_ptr<Step> parse_net_step(const Json& json, const std::string& pointer, const command::Cell& cell,
                                      Findings& findings) {
   ObjectReader reader(json, pointer, findings);
-  (void)reader.text("do");
-  (void)reader.text("name", "");
-  std::vector<std::string> nets;
-  for (const auto& [name, net] : cell.nets) nets.push_back(name);
-  NetRequest request;
-  request.net = reader.choice("net", nets);
-  constexpr Range kTime{.low = 0.0, .high = 3600.0};
-  if (reader.has("cancel_after_s")) request.cancel_after_s = reader.number("cancel_after_s", {}, kTime);
-  request.within_s = reader.number("within_s", 60.0, kTime);
-  reader.finish();
-  return std::make_unique<NetStep>(std::move(request));
+  return std::make_unique<NetStep>(net_parameters().read(reader, cell));
 }
 
 }  // namespace takt::activity

@@ -6,61 +6,14 @@
 namespace takt::activity {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// Of length 1, in the axes of the tool.
-Eigen::Vector3d read_direction(ObjectReader& reader, const Eigen::Vector3d& fallback) {
-  const Eigen::Vector3d direction = reader.vector("direction", fallback);
-  if (direction.norm() > 1e-9) return direction.normalized();
-  reader.findings().error(reader.at("direction"), "a direction of no length", "a vector that is not zero");
-  return fallback;
-}
-
-command::WeaveWish read_weave(const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
-  command::WeaveWish wish;
-  wish.amplitude = reader.number("amplitude_m", {}, {.low = 0.0, .high = 1.0, .low_open = true});
-  wish.frequency = reader.number("frequency_Hz", {}, {.low = 0.0, .high = 100.0, .low_open = true});
-  wish.direction_M = read_direction(reader, wish.direction_M);
-  wish.ramp = reader.number("ramp_s", wish.ramp, {.low = 0.0, .high = 100.0, .low_open = true});
-  reader.finish();
-  return wish;
-}
-
-std::string read_sensor(ObjectReader& reader, const std::string& arm, const command::Cell& cell) {
-  std::vector<std::string> names;
-  for (const auto& [name, sensor] : cell.sensors) names.push_back(name);
-  const std::string sensor =
-      reader.choice("sensor", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
-  const auto mounted = cell.sensors.find(sensor);
-  if (mounted != cell.sensors.end() && mounted->second.arm != arm) {
-    reader.findings().error(reader.at("sensor"), fmt::format("'{}' is not on '{}'", sensor, arm),
-                            "a sensor on this arm");
+/// Directions become unit vectors, in the axes of the tool.
+void normalize(Eigen::Vector3d& direction, const Eigen::Vector3d& fallback, const ReadContext& from) {
+  if (direction.norm() > 1e-9) {
+    direction.normalize();
+    return;
   }
-  return sensor;
-}
-
-OverlayRequest::ForceOffset read_force_offset(const Json& json, const std::string& pointer, const std::string& arm,
-                                              const command::Cell& cell, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
-  OverlayRequest::ForceOffset request;
-  request.sensor = read_sensor(reader, arm, cell);
-  command::ForceOffsetWish& wish = request.wish;
-  command::ForceWish& force = wish.force;
-  wish.direction_M = read_direction(reader, wish.direction_M);
-  wish.reach = reader.number("reach_m", wish.reach, {.low = 0.0, .high = 1.0});
-  wish.retreat = reader.number("retreat_m", wish.reach, {.low = 0.0, .high = 1.0});
-  force.force = reader.number("force_N", {}, {.low = 0.1, .high = 1000.0});
-  force.approach_velocity = reader.number("approach_m_s", 0.005, {.low = 0.0, .high = 0.1});
-  force.velocity_max = reader.number("velocity_max_m_s", 0.02, {.low = 0.0, .high = 1.0, .low_open = true});
-  force.acceleration_max = reader.number("acceleration_max_m_s2", 0.3, {.low = 0.0, .high = 10.0, .low_open = true});
-  wish.jerk_max = reader.number("jerk_max_m_s3", 10.0, {.low = 0.0, .high = 1000.0, .low_open = true});
-  force.gain = reader.number("gain_m_s_per_N", 5e-4, {.low = 0.0, .high = 1.0, .low_open = true});
-  // As with "press": contact is from a third of the wanted force on, and lost below a third of that.
-  force.contact_force = 0.3 * force.force;
-  force.release_share = 1.0 / 3.0;
-  reader.finish();
-  return request;
+  from.reader.findings().error(from.reader.at("direction"), "a direction of length 0", "a vector that is not zero");
+  direction = fallback;
 }
 
 }  // namespace
@@ -70,16 +23,74 @@ command::RealSensor OverlayRequest::ForceOffset::pressing(const std::string& arm
   return command::pressing_along(cell, sensor, wish.direction_M, cell.arms.find(arm)->second.X_FT, biases);
 }
 
-OverlayRequest read_overlay(ObjectReader& reader, const std::string& arm, const command::Cell& cell) {
-  OverlayRequest overlay;
-  Findings& findings = reader.findings();
-  if (const Json* weave = reader.object("weave", false))
-    overlay.weave = read_weave(*weave, reader.at("weave"), findings);
-  if (const Json* force = reader.object("force_offset", false))
-    overlay.force = read_force_offset(*force, reader.at("force_offset"), arm, cell, findings);
-  if (overlay.weave && overlay.force)
-    findings.error(reader.at("force_offset"), "a weave and a force offset", "one of them");
-  return overlay;
+OverlayRequest::ForceOffset::ForceOffset() {
+  wish.force.approach_velocity = 0.005;
+  wish.force.velocity_max = 0.02;
+  wish.force.acceleration_max = 0.3;
+  // As with "press": contact from a third of the wanted force on, and lost below a third of that.
+  wish.force.release_share = 1.0 / 3.0;
+}
+
+const ParameterTable<command::WeaveWish>& weave_parameters() {
+  using Weave = command::WeaveWish;
+  static const auto table = [] {
+    ParameterTable<Weave> weave;
+    weave
+        .number("amplitude_m", "m", &Weave::amplitude, {.low = 0.0, .high = 1.0, .low_open = true},
+                "Largest distance from the path.")
+        .required()
+        .number("frequency_Hz", "Hz", &Weave::frequency, {.low = 0.0, .high = 100.0, .low_open = true},
+                "Oscillations in a second.")
+        .required()
+        .vector("direction", "", &Weave::direction_M, "Direction in the axes of the tool; any length but 0.")
+        .number("ramp_s", "s", &Weave::ramp, {.low = 0.0, .high = 100.0, .low_open = true},
+                "Time in which it grows at the start and fades at the end.")
+        .rule([](Weave& weave, const ReadContext& from) { normalize(weave.direction_M, Weave().direction_M, from); });
+    return weave;
+  }();
+  return table;
+}
+
+const ParameterTable<OverlayRequest::ForceOffset>& force_offset_parameters() {
+  using Offset = OverlayRequest::ForceOffset;
+  static const auto force = [](double command::ForceWish::*member) {
+    return [member](Offset & p) -> auto& { return p.wish.force.*member; };
+  };
+  using command::ForceWish;
+  static const auto table = [] {
+    ParameterTable<Offset> offset;
+    offset.name("sensor", NameOf::kSensor, &Offset::sensor, "Force/torque sensor on the arm.")
+        .vector(
+            "direction", "", [](Offset & p) -> auto& { return p.wish.direction_M; },
+            "Direction of the force in the axes of the tool; any length but 0.")
+        .number(
+            "reach_m", "m", [](Offset & p) -> auto& { return p.wish.reach; }, {.low = 0.0, .high = 1.0},
+            "Largest distance from the path along the direction.")
+        .number(
+            "retreat_m", "m", [](Offset & p) -> auto& { return p.wish.retreat; }, {.low = 0.0, .high = 1.0},
+            "Largest distance from the path against the direction.")
+        .fallback("as reach_m")
+        .number("force_N", "N", force(&ForceWish::force), {.low = 0.1, .high = 1000.0}, "Force that the tool exerts.")
+        .required()
+        .number("approach_m_s", "m/s", force(&ForceWish::approach_velocity), {.low = 0.0, .high = 0.1},
+                "Speed of the offset until contact.")
+        .number("velocity_max_m_s", "m/s", force(&ForceWish::velocity_max), {.low = 0.0, .high = 1.0, .low_open = true},
+                "Largest speed of the offset.")
+        .number("acceleration_max_m_s2", "m/s^2", force(&ForceWish::acceleration_max),
+                {.low = 0.0, .high = 10.0, .low_open = true}, "Largest acceleration of the offset.")
+        .number(
+            "jerk_max_m_s3", "m/s^3", [](Offset & p) -> auto& { return p.wish.jerk_max; },
+            {.low = 0.0, .high = 1000.0, .low_open = true}, "Largest jerk of the offset.")
+        .number("gain_m_s_per_N", "m/s/N", force(&ForceWish::gain), {.low = 0.0, .high = 1.0, .low_open = true},
+                "Speed for each newton that is missing.")
+        .rule([](Offset& p, const ReadContext& from) {
+          normalize(p.wish.direction_M, command::ForceOffsetWish().direction_M, from);
+          if (!from.reader.has("retreat_m")) p.wish.retreat = p.wish.reach;
+          p.wish.force.contact_force = 0.3 * p.wish.force.force;
+        });
+    return offset;
+  }();
+  return table;
 }
 
 }  // namespace takt::activity

@@ -3,16 +3,16 @@
 #include <optional>
 #include <string>
 
-#include "core/base/findings.h"
-#include "core/base/object_reader.h"
 #include "core/command/actions/overlay_action.h"
 #include "core/expression/cell.h"
+#include "core/operations/parameter_table.h"
 
 namespace takt::activity {
 
 /// What a motion of a file has laid over it: keys "weave" and "force_offset" (docs/scenarios.md).
 struct OverlayRequest {
   struct ForceOffset {
+    ForceOffset();  ///< the defaults of files
     std::string sensor;
     command::ForceOffsetWish wish;
     /// With how much force the tool of an arm presses.
@@ -26,7 +26,8 @@ struct OverlayRequest {
   [[nodiscard]] bool any() const { return weave || force; }
 };
 
-/// @param reader  of the motion. Findings: all that is wrong with the form of these two keys. Realtime: setup.
-[[nodiscard]] OverlayRequest read_overlay(ObjectReader& reader, const std::string& arm, const command::Cell& cell);
+/// The parameters of the two, as objects of a motion. Realtime: setup.
+[[nodiscard]] const ParameterTable<command::WeaveWish>& weave_parameters();
+[[nodiscard]] const ParameterTable<OverlayRequest::ForceOffset>& force_offset_parameters();
 
 }  // namespace takt::activity

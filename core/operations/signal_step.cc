@@ -123,7 +123,6 @@ std::unique_ptr<Step> parse_set(const Json& json, const std::string& pointer, co
   if (sets_by_following(json)) return parse_command_step(json, pointer, cell, findings);
   ObjectReader reader(json, pointer, findings);
   SetRequest request = read_set(reader, cell);
-  reader.finish();
   return std::make_unique<SetStep>(std::move(request));
 }
 
@@ -131,7 +130,6 @@ std::unique_ptr<Step> parse_wait(const Json& json, const std::string& pointer, c
                                  Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   WaitRequest request = read_wait(reader, cell);
-  reader.finish();
   if (request.until) return std::make_unique<WaitStep>(std::move(request));
   return std::make_unique<PauseStep>(request.seconds.value_or(0.0));
 }

@@ -1,9 +1,7 @@
 #include "core/program/language/value_template.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
@@ -34,42 +32,11 @@ void for_each_expression(const Json& json, const std::string& pointer, const Vis
   }
 }
 
-/// What the name of a key says of the unit of its number.
-struct KeyUnit {
-  net::Dimension unit;
-  double factor = 1.0;  ///< the file's number is the SI number times this
-  bool any = false;     ///< the key does not say
-};
-
-KeyUnit unit_of_key(std::string_view key) {
-  struct Suffix {
-    std::string_view text, unit;
-    double factor;
-  };
-  constexpr double kDegrees = 180.0 / std::numbers::pi;
-  static constexpr std::array<Suffix, 13> kSuffixes{{{"_m_s_per_N", "m/s/N", 1.0},
-                                                     {"_deg_s", "rad/s", kDegrees},
-                                                     {"_m_s2", "m/s^2", 1.0},
-                                                     {"_m_s", "m/s", 1.0},
-                                                     {"_deg", "rad", kDegrees},
-                                                     {"_Nm", "Nm", 1.0},
-                                                     {"_kg", "kg", 1.0},
-                                                     {"_N", "N", 1.0},
-                                                     {"_m", "m", 1.0},
-                                                     {"_s", "s", 1.0},
-                                                     {"_V", "V", 1.0},
-                                                     {"_Hz", "Hz", 1.0},
-                                                     {"seconds", "s", 1.0}}};
-  for (const Suffix& suffix : kSuffixes) {
-    if (key.ends_with(suffix.text)) return {unit_dimension(suffix.unit), suffix.factor, false};
-  }
-  // Thresholds of analog inputs name the unit of the input.
-  for (const std::string_view start : {"above_", "below_"}) {
-    if (key.starts_with(start)) return {unit_dimension(key.substr(start.size())), 1.0, false};
-  }
-  // The unit of an output stands in its model, that of a channel where it is declared.
-  static constexpr std::array<std::string_view, 6> kOfDevices{"value", "is", "above", "below", "factor", "offset"};
-  return {{}, 1.0, std::ranges::find(kOfDevices, key) != kOfDevices.end()};
+/// Keys of a pose: position_m, rpy_deg, quaternion.
+std::optional<FileUnit> unit_in_pose(std::string_view pointer) {
+  if (pointer.find("/position_m") != std::string_view::npos) return file_unit("m");
+  if (pointer.find("/rpy_deg") != std::string_view::npos) return file_unit("deg");
+  return FileUnit{};
 }
 
 Json number_json(double value) {
@@ -83,8 +50,9 @@ Json number_json(double value) {
 /// Replaces expressions, walking down a piece of a file.
 class ValueTemplate::Resolver {
  public:
-  Resolver(const ValueTemplate& whole, const Sight& sight, command::Cell& cell, Findings& findings)
-      : whole_(whole), sight_(sight), cell_(cell), findings_(findings) {}
+  Resolver(const ValueTemplate& whole, const Sight& sight, command::Cell& cell, const UnitOf& unit_of,
+           Findings& findings)
+      : whole_(whole), sight_(sight), cell_(cell), unit_of_(unit_of), findings_(findings) {}
 
   Json resolve(const Json& json, const std::string& pointer, std::string_view key) {
     if (json.is_object()) {
@@ -141,14 +109,15 @@ class ValueTemplate::Resolver {
   }
 
   Json number(const Value& value, const std::string& pointer, std::string_view key) {
-    const KeyUnit wanted = unit_of_key(key);
+    const std::optional<FileUnit> wanted = unit_of_(std::string_view(pointer).substr(whole_.pointer_.size()));
     const bool bare = value.type.unit.zero();
-    if (!wanted.any && !bare && value.type.unit != wanted.unit) {
-      findings_.error(pointer, fmt::format("a {} stands at '{}'", to_string(value.type), key),
-                      wanted.unit.zero() ? "a number without a unit" : "a number in " + net::to_string(wanted.unit));
+    if (wanted && !bare && value.type.unit != wanted->dimension) {
+      findings_.error(
+          pointer, fmt::format("'{}' is given a {}", key, to_string(value.type)),
+          wanted->dimension.zero() ? "a number without a unit" : "a number in " + net::to_string(wanted->dimension));
     }
     if (value.null()) return 1;
-    return number_json(bare ? value.number() : value.number() * wanted.factor);
+    return number_json(bare || !wanted ? value.number() : value.number() * wanted->units_per_si);
   }
 
   /// At "in" a pose is a frame; elsewhere it stands as it would be written.
@@ -167,6 +136,7 @@ class ValueTemplate::Resolver {
   const ValueTemplate& whole_;
   const Sight& sight_;
   command::Cell& cell_;
+  const UnitOf& unit_of_;
   Findings& findings_;
 };
 
@@ -220,8 +190,9 @@ bool ValueTemplate::depends_on_key(std::string_view key) const {
   return false;
 }
 
-ValueTemplate::Resolved ValueTemplate::resolve(const Sight& sight, command::Cell& cell, Findings& findings) const {
-  Resolver resolver(*this, sight, cell, findings);
+ValueTemplate::Resolved ValueTemplate::resolve(const Sight& sight, command::Cell& cell, const UnitOf& unit_of,
+                                               Findings& findings) const {
+  Resolver resolver(*this, sight, cell, unit_of, findings);
   auto json = std::make_shared<const Json>(resolver.resolve(*json_, pointer_, ""));
   return {std::move(json), std::move(resolver.unknown)};
 }
@@ -284,7 +255,8 @@ Value ValueTemplate::value(const Sight& sight, Findings& findings) const {
     Value place(const Json& json, const std::string& pointer) {
       command::Cell frames;
       if (sight.cell) frames.frames = sight.cell->frames;
-      Resolver resolver(whole, sight, frames, findings);
+      const UnitOf unit_of = unit_in_pose;
+      Resolver resolver(whole, sight, frames, unit_of, findings);
       const Json resolved = resolver.resolve(json, pointer, "");
       Sight inside = sight;
       inside.cell = &frames;

@@ -1,13 +1,16 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/base/findings.h"
+#include "core/expression/file_unit.h"
 #include "core/program/language/expression.h"
 
 namespace takt::activity {
@@ -31,14 +34,18 @@ class ValueTemplate {
   /// Is there an expression below this key?
   [[nodiscard]] bool depends_on_key(std::string_view key) const;
 
-  /// The piece with all expressions replaced by what they are worth, in the form that readers of files know. A number
-  /// is held to the unit in the name of its key (velocity_m_s) and told in it.
+  /// The unit of the number at a JSON pointer below the piece ("/compliance/stiffness_N_m"); nothing: any unit.
+  using UnitOf = std::function<std::optional<FileUnit>(std::string_view pointer)>;
+
+  /// The piece with all expressions replaced by their values, in the form that readers of files know. A number with a
+  /// unit must have that of its key, and is converted to it.
   struct Resolved {
     std::shared_ptr<const nlohmann::ordered_json> json;
     std::vector<std::string> unknown;  ///< expressions that are not known yet; placeholders stand for them
   };
   /// @param cell  gets a frame for each pose at a key "in"
-  [[nodiscard]] Resolved resolve(const Sight& sight, command::Cell& cell, Findings& findings) const;
+  [[nodiscard]] Resolved resolve(const Sight& sight, command::Cell& cell, const UnitOf& unit_of,
+                                 Findings& findings) const;
 
   /// The piece as one value: numbers, Booleans, texts, arrays as lists, places {"in", "position_m", ...} as poses.
   [[nodiscard]] Value value(const Sight& sight, Findings& findings) const;

@@ -19,6 +19,7 @@ struct Part {
   std::string name, pointer;
   const StepKind* kind = nullptr;
   ValueTemplate piece;
+  ValueTemplate::UnitOf unit_of;
   bool blends = false;  ///< into the step after it
 };
 
@@ -62,7 +63,7 @@ class LeafNode final : public Node {
     if (step) result.push_back({nullptr, step.get(), name, pointer, absorbed});
     for (const Part& part : parts) {
       if (step && !is_motion(part)) break;  // nothing is to be put in, and nobody goes on with it
-      const auto resolved = part.piece.resolve(sight, cell, findings);
+      const auto resolved = part.piece.resolve(sight, cell, part.unit_of, findings);
       unknown.insert(unknown.end(), resolved.unknown.begin(), resolved.unknown.end());
       if (findings.has_errors() || !unknown.empty()) return {};
       if (!step && !add(part, *resolved.json, cell, result, findings)) return {};
@@ -261,7 +262,7 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) 
 void check_form(const Part& part, NodeParser& parser) {
   Findings own;
   command::Cell cell = parser.cell();
-  const auto resolved = part.piece.resolve(parser.sight(), cell, own);
+  const auto resolved = part.piece.resolve(parser.sight(), cell, part.unit_of, own);
   parser.findings().append(own);
   Findings form;
   (void)part.kind->parse(*resolved.json, part.pointer, cell, form);
@@ -278,8 +279,11 @@ std::unique_ptr<Node> parse_leaf(const StepKind& kind, const Json& json, const s
                                  NodeParser& parser) {
   auto leaf = std::make_unique<LeafNode>();
   leaf->pointer = pointer;
-  Part part{.name = {}, .pointer = pointer, .kind = &kind, .piece = {}, .blends = false};
+  Part part{.name = {}, .pointer = pointer, .kind = &kind, .piece = {}, .unit_of = {}, .blends = false};
   part.piece = ValueTemplate::parse(json, pointer, parser.findings());
+  part.unit_of = [whole = std::make_shared<const Json>(json)](std::string_view at) {
+    return unit_in_operation(*whole, at);
+  };
   part.blends = json.contains("blend_m") || json.contains("blend_fraction");
   const auto name = json.find("name");
   part.name = leaf->name = name != json.end() && name->is_string() ? name->get<std::string>() : std::string(kind.name);
@@ -290,7 +294,7 @@ std::unique_ptr<Node> parse_leaf(const StepKind& kind, const Json& json, const s
   }
   if (part.piece.constant()) {
     command::Cell none;  // without expressions nothing is asked
-    const auto resolved = part.piece.resolve(parser.sight(), none, parser.findings());
+    const auto resolved = part.piece.resolve(parser.sight(), none, part.unit_of, parser.findings());
     leaf->step = kind.parse(*resolved.json, pointer, parser.cell(), parser.findings());
   } else {
     check_form(part, parser);

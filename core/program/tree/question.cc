@@ -33,7 +33,7 @@ Question Question::parse(const Json& json, const std::string& pointer, NodeParse
   question.piece_ = ValueTemplate::parse(json, pointer, parser.findings());
   Findings own;
   command::Cell cell = parser.cell();
-  const auto resolved = question.piece_.resolve(parser.sight(), cell, own);
+  const auto resolved = question.piece_.resolve(parser.sight(), cell, command::unit_in_condition, own);
   const auto condition = command::parse_condition(*resolved.json, pointer, parser.cell());
   if (!condition) own.append(condition.error());
   for (const Finding& finding : own.list()) {
@@ -50,7 +50,7 @@ std::optional<bool> Question::rehearse(Rehearsal& rehearsal, const Scope& scope,
     return value.null() ? std::nullopt : std::optional(value.boolean());
   }
   Findings own;
-  const auto resolved = piece_.resolve(sight, rehearsal.cell, own);
+  const auto resolved = piece_.resolve(sight, rehearsal.cell, command::unit_in_condition, own);
   const auto condition = command::parse_condition(*resolved.json, piece_.pointer(), rehearsal.cell);
   if (!condition) own.append(condition.error());
   if (condition && !own.has_errors()) {
@@ -87,7 +87,8 @@ Progress QuestionRun::advance(Execution& execution, Findings& findings) {
 Progress QuestionRun::begin(Execution& execution, Findings& findings) {
   Context& context = execution.context;
   Findings own;
-  const auto resolved = question_.piece_.resolve(execution.sight(scope_), context.cell, own);
+  const auto resolved =
+      question_.piece_.resolve(execution.sight(scope_), context.cell, command::unit_in_condition, own);
   findings.append(own);
   if (own.has_errors()) return Progress::kFailed;
   if (!resolved.unknown.empty()) return no_answer(findings);
