@@ -12,6 +12,7 @@
 #include "core/command/mapping.h"
 #include "core/net/compiled_net.h"
 #include "core/operations/command_request.h"
+#include "core/operations/compliance_request.h"
 #include "core/operations/made_tree.h"
 #include "core/operations/net_run.h"
 

@@ -226,6 +226,17 @@ Findings check_compliance(const ComplianceRequest& request, const command::Cell&
   return found;
 }
 
+void rehearse_mode(Rehearsal& rehearsal, const std::string& name, ControlMode needed, const std::string& pointer,
+                   Findings& findings) {
+  const device::Arm* arm = rehearsal.cell.arms.find(name)->second.device;
+  if (arm == nullptr) return;  // only names are known
+  const auto is = rehearsal.modes.find(name);
+  const Findings refused =
+      check_needed_mode(*arm, is != rehearsal.modes.end() ? std::optional(is->second) : std::nullopt, needed);
+  findings.append(refused, pointer + "/compliance");
+  if (!refused.has_errors()) rehearsal.modes[name] = needed;
+}
+
 bool rehearse_compliance(const ComplianceRequest& request, Rehearsal& rehearsal, const std::vector<std::string>& arms,
                          const std::string& pointer, Findings& findings) {
   Findings own;

@@ -49,6 +49,11 @@ void check_springs_of_two(const ComplianceRequest& request, const std::string& p
 bool rehearse_compliance(const ComplianceRequest& request, Rehearsal& rehearsal, const std::vector<std::string>& arms,
                          const std::string& pointer, Findings& findings);
 
+/// A step of a rehearsal needs a control mode: whether START can give it there, with findings at "/compliance" below
+/// the step if not. After it the arm is in that mode.
+void rehearse_mode(Rehearsal& rehearsal, const std::string& arm, device::ControlMode needed, const std::string& pointer,
+                   Findings& findings);
+
 /// Where below the step stands what the command layer finds at a place below a command: theirs, ours.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> places_of(const ComplianceRequest& request);
 

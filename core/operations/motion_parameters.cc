@@ -29,8 +29,7 @@ const command::MountedArm* arm_of(const MotionRequest& request, const command::C
   return found == cell.arms.end() ? nullptr : &found->second;
 }
 
-// -- Where it goes
-// -----------------------------------------------------------------------------------------------------
+// -- Where it goes -------------------------------------------------------------------------------------------------
 
 void add_goal(Table& table, const char* key, const char* doc, Goal& (*member)(MotionRequest&)) {
   ParameterInfo info = row(key, Type::kObject, "goal", doc);
@@ -51,8 +50,8 @@ const ParameterTable<MotionRequest::About>& about_parameters() {
         .vector("axis", "", &About::axis, "Axis of the turn; any length but 0.")
         .number("angle_deg", "deg", &About::angle, {.low = -36000, .high = 36000}, "Angle of the turn.")
         .required()
-        .rule([](About& about, const ReadContext& from) {
-          if (about.axis.norm() > 1e-9) return;
+        .rule([](About& p, const ReadContext& from) {
+          if (p.axis.norm() > 1e-9) return;
           from.reader.findings().error(from.reader.at("axis"), "an axis of length 0", "a vector that is not zero");
         });
     return about;
@@ -126,8 +125,7 @@ void add_through(Table& table) {
   table.object(std::move(info), read_through);
 }
 
-// -- How it goes
-// -------------------------------------------------------------------------------------------------------
+// -- How it goes ---------------------------------------------------------------------------------------------------
 
 void add_follower(Table& table) {
   ParameterInfo info = row("follower", Type::kName, "", "Second arm that moves as one with this one.");
@@ -202,8 +200,7 @@ void check_overlay(MotionRequest& request, const ReadContext& from) {
                           "a motion of a frame");
 }
 
-// -- How it goes on
-// ----------------------------------------------------------------------------------------------------
+// -- How it goes on ------------------------------------------------------------------------------------------------
 
 void add_blend(Table& table, const char* key, motion::Blend::Kind kind, const Range& range, const char* doc) {
   ParameterInfo info = row(key, Type::kNumber, "", doc);

@@ -45,7 +45,7 @@ const ParameterTable<command::WeaveWish>& weave_parameters() {
         .vector("direction", "", &Weave::direction_M, "Direction in the axes of the tool; any length but 0.")
         .number("ramp_s", "s", &Weave::ramp, {.low = 0.0, .high = 100.0, .low_open = true},
                 "Time in which it grows at the start and fades at the end.")
-        .rule([](Weave& weave, const ReadContext& from) { normalize(weave.direction_M, Weave().direction_M, from); });
+        .rule([](Weave& p, const ReadContext& from) { normalize(p.direction_M, Weave().direction_M, from); });
     return weave;
   }();
   return table;

@@ -44,18 +44,18 @@ struct ParameterInfo {
     kObject
   };
 
-  std::string key;  ///< in files
+  std::string key = {};  ///< in files
   Type type = Type::kNumber;
-  std::string unit;                   ///< in files: "N", "deg/s"; empty: none
-  bool unit_of_device = false;        ///< the unit is that of a device, an output for instance
-  Range range;                        ///< of numbers, in that unit
-  std::vector<std::string> choices;   ///< of kChoice
-  NameOf names = NameOf::kArm;        ///< of kName
-  std::string definition;             ///< of kObject: its name in the schema of scenario files
-  std::vector<ParameterInfo> fields;  ///< of kObject: its own parameters
+  std::string unit = {};                   ///< in files: "N", "deg/s"; empty: none
+  bool unit_of_device = false;             ///< the unit is that of a device, an output for instance
+  Range range = {};                        ///< of numbers, in that unit
+  std::vector<std::string> choices = {};   ///< of kChoice
+  NameOf names = NameOf::kArm;             ///< of kName
+  std::string definition = {};             ///< of kObject: its name in the schema of scenario files
+  std::vector<ParameterInfo> fields = {};  ///< of kObject: its own parameters
   bool required = false;
-  std::string fallback;  ///< the default for people; empty: there is none
-  std::string doc;       ///< one line
+  std::string fallback = {};  ///< the default for people; empty: there is none
+  std::string doc = {};       ///< one line
 };
 
 /// 0.05, [0, 0, 1]: a default as a file would have it.
