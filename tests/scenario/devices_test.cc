@@ -15,7 +15,7 @@
 #include "tests/scenario/described.h"
 #include "tests/support/scratch_folder.h"
 
-namespace takt::scenario {
+namespace takt::scenario::devices_test {
 namespace {
 
 using test::models;
@@ -298,4 +298,4 @@ TEST(Payload, ALoadThatTheMotorsCannotHoldOnTheWayIsFoundBeforeTheRun) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::devices_test
