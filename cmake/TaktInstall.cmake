@@ -67,6 +67,22 @@ if(TAKT_SIM)
   install(DIRECTORY ${mujoco_headers}/mujoco DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
 endif()
 
+# The licences of all that is in what is installed: MuJoCo is copied, Ruckig and headers are compiled in, the rest is linked.
+set(licences ${data}/licenses)
+install(FILES ${TAKT_RUCKIG_LICENCES} DESTINATION ${licences}/ruckig)
+if(TAKT_SIM)
+  install(FILES ${TAKT_MUJOCO_LICENCES} DESTINATION ${licences}/mujoco)
+  set(compiled_in)
+  foreach(header eigen3/Eigen/Core nlohmann/json.hpp CLI/CLI.hpp boost/version.hpp)
+    find_file(found_header ${header} NO_CACHE)
+    list(APPEND compiled_in ${found_header})
+    unset(found_header)
+  endforeach()
+  string(REPLACE ";" " " compiled_in "${compiled_in}")
+  install(CODE "execute_process(COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_SOURCE_DIR}/third_party/collect_licences.py
+    $<TARGET_FILE:takt> \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${licences}/debian ${compiled_in} COMMAND_ERROR_IS_FATAL ANY)")
+endif()
+
 # The package.
 configure_package_config_file(cmake/taktConfig.cmake.in ${CMAKE_BINARY_DIR}/taktConfig.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt)

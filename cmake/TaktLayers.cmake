@@ -5,7 +5,7 @@
 # 3 s for JSON, 1 s for itself), so several files of a folder are compiled as one: a third of the time for all of them.
 # Names in unnamed namespaces are therefore unique within a folder. An edit compiles its whole batch, up to 20 s; for
 # work on one folder -DTAKT_BATCH=1 (preset dev) compiles each file by itself.
-set(TAKT_BATCH 8 CACHE STRING "Files of a folder that are compiled together; 1: each by itself")
+set(TAKT_BATCH 12 CACHE STRING "Files of a folder that are compiled together; 1: each by itself")
 
 # takt_batches(<variable> <target> <sources...> [ALONE <files...>]): what to compile for these sources. A batch includes
 # by paths from the root and not by absolute ones, so that every clone shares the compiler's cache.
@@ -18,6 +18,9 @@ function(takt_batches variable target)
   endif()
   set(result)
   foreach(file ${BATCH_ALONE})
+    if(NOT ${CMAKE_CURRENT_SOURCE_DIR}/${file} IN_LIST sources)
+      message(FATAL_ERROR "${target}: ALONE names ${file}, which is not in ${CMAKE_CURRENT_SOURCE_DIR}")
+    endif()
     list(REMOVE_ITEM sources ${CMAKE_CURRENT_SOURCE_DIR}/${file})
     list(APPEND result ${CMAKE_CURRENT_SOURCE_DIR}/${file})
   endforeach()

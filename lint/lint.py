@@ -4,12 +4,14 @@
 Rules: layers include only downwards; headers have '#pragma once'; no left-over marks; no path or registry of a machine;
 no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead somewhere; every row
 of docs/semantics.md is named by a test or says which issue brings it; no file over 600 lines; no capturing lambda inside
-of a co_await expression.
+of a co_await expression; no name twice in the unnamed namespaces of a folder (unnamed.py).
 """
 import pathlib
 import re
 import subprocess
 import sys
+
+import unnamed
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
@@ -155,6 +157,8 @@ def main():
             check_links(name, text, say)
     check_folders(set(names), say)
     check_semantics(names, say)
+    for collision in unnamed.collisions(ROOT, names):
+        say(*collision)
     print("\n".join(findings) if findings else "lint: no findings")
     return 1 if findings else 0
 

@@ -12,7 +12,7 @@
 #include "scenario/session.h"
 #include "tests/scenario/described.h"
 
-namespace takt::scenario {
+namespace takt::scenario::base_test {
 namespace {
 
 using test::models;
@@ -263,4 +263,4 @@ TEST(ArmOnBase, BaseAndArmMoveAtTheSameTimeByPart) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::base_test

@@ -8,7 +8,7 @@
 #include "scenario/expectations.h"
 #include "tests/scenario/scenario_schema.h"
 
-namespace takt::scenario {
+namespace takt::scenario::pair_schema_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -89,4 +89,4 @@ TEST(PairSchema, TwoArmsAsOneAreKnownToBothAndSoAreTheirMistakes) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::pair_schema_test

@@ -11,7 +11,7 @@
 #include "core/kinematics/chain.h"
 #include "scenario/session.h"
 
-namespace takt::scenario {
+namespace takt::scenario::pair_springs_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -100,4 +100,4 @@ TEST(PairOnSprings, P5_SofterSpringsPushLessAgainstWhatIsInTheWayAndWhatIsSentAg
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::pair_springs_test

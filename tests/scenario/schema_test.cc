@@ -16,7 +16,7 @@
 #include "scenario/session.h"
 #include "tests/scenario/scenario_schema.h"
 
-namespace takt::scenario {
+namespace takt::scenario::schema_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -532,4 +532,4 @@ TEST(ScenarioSchema, TheExampleOfTheDocumentationIsReadyToRun) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::schema_test
