@@ -249,7 +249,9 @@ class Operator {
     rcc::Transaction transaction;
     if (const NetId id = any_active()) transaction.abort = {id};
     transaction.start = {new_net(from_rest())};
-    if (random_.unit() < 0.5) ASSERT_TRUE(transaction.start.add(new_net(from_rest())));
+    if (random_.unit() < 0.5) {
+      ASSERT_TRUE(transaction.start.add(new_net(from_rest())));
+    }
     (void)cell_.core.post(transaction);
   }
   void cancel_at_the_end_of(NetId id) {
