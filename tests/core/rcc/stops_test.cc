@@ -198,7 +198,7 @@ TEST_F(GroupStopTest, S2_WhatHasNoPathIsStoppedByTheGuard) {
 
 TEST_F(StopsTest, StopAllEndsEveryNetWithItsCause) {
   const auto left = load_ptp("left"), right = load_ptp("right"), late = load_ptp("left");
-  core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
+  (void)core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
   steps(300);
   core->stop_all(Cause::Code::kOverrun, "too slow");
   core->start(late);
