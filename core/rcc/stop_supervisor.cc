@@ -1,5 +1,7 @@
 #include "core/rcc/stop_supervisor.h"
 
+#include "core/net/format_text.h"
+
 namespace takt::rcc {
 
 using device::StopCategory;
@@ -9,6 +11,12 @@ const device::EmergencyStop* StopSupervisor::strongest() const {
   for (const device::EmergencyStop* stop : latches_)
     if (stop->latched() && (strongest == nullptr || stop->category() < strongest->category())) strongest = stop;
   return strongest;
+}
+
+net::Cause StopSupervisor::cause_of(const device::EmergencyStop& stop, std::int64_t cycle) {
+  const net::Text text =
+      stop.silent() ? net::format_text("{}: its input sends nothing", stop.name()) : net::Text(stop.name());
+  return {.code = net::Cause::Code::kDevice, .text = text, .cycle = cycle};
 }
 
 void StopSupervisor::begin(std::int64_t cycle) {

@@ -39,9 +39,7 @@ class StopSupervisor {
   void close_brakes(bool at_once);
   /// Of those that are latched the one with the lowest category; nullptr: none is.
   [[nodiscard]] const device::EmergencyStop* strongest() const;
-  [[nodiscard]] static net::Cause cause_of(const device::EmergencyStop& stop, std::int64_t cycle) {
-    return {.code = net::Cause::Code::kDevice, .text = net::Text(stop.name()), .cycle = cycle};
-  }
+  [[nodiscard]] static net::Cause cause_of(const device::EmergencyStop& stop, std::int64_t cycle);
 
   /// The cause of stop_all() if somebody has asked; takes it.
   [[nodiscard]] std::optional<net::Cause> take_stop_of_all();
