@@ -85,7 +85,7 @@ TEST(PlanPair, P5_BothArmsSeeTheFrameAtTheSamePlaceUnderAnyClockAndKeepTheirLimi
     if (!plan) continue;
     ++planned;
     for (const bool steady : {true, false}) {
-      const Together seen = run_both(pair, *plan, PathClock(plan->leader.clock, plan->leader.duration(), false),
+      const Together seen = run_both(pair, *plan, PathClock(plan->leader.clock, plan->leader.law, false),
                                      steady ? always(1.0) : at_random(random, false));
       expect_kept(seen.first, "first");
       expect_kept(seen.second, "second");
@@ -99,7 +99,7 @@ TEST(PlanPair, P5_BothArmsSeeTheFrameAtTheSamePlaceUnderAnyClockAndKeepTheirLimi
     if (!after) continue;
     ++relayed;
     const Together seen =
-        run_both(pair, *after, PathClock(after->leader.clock, after->leader.duration(), false, true), always(1.0));
+        run_both(pair, *after, PathClock(after->leader.clock, after->leader.law, false, true), always(1.0));
     EXPECT_LT(seen.apart, 1e-9);
     const ArmModel second = pair.second.model();
     const auto was = joints_at(second, plan->follower, from.tau), is = joints_at(second, after->follower, 0.0);
