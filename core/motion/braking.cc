@@ -98,8 +98,8 @@ bool Braking::begins(const ClockState& clock, const LawPoint& at, double directi
   return stop.way < way && stop.time <= usual->time;
 }
 
-std::optional<double> Braking::time_of(double s, const ClockState& clock, double period) const {
-  const double steady = clock.tau + clock.rate * period;
+std::optional<double> Braking::time_of(double s, const ClockState& clock, double fastest, double period) const {
+  const double steady = clock.tau + fastest * period;
   double low = std::min(clock.tau, steady), high = std::max(clock.tau, steady);
   const double furthest = plan_->law.at(steady).s;
   if (clock.rate > 0.0 ? s > furthest : s < furthest) return std::nullopt;
@@ -128,10 +128,13 @@ bool Braking::advance(ClockState& clock, double target, double period, const Clo
   const LawPoint at = plan_->law.at(clock.tau);
   if (!(at.ds > 0.0)) return leave();
   const double direction = clock.rate < 0.0 ? -1.0 : 1.0, rate = std::abs(clock.rate);
+  // A rate that is rising goes on rising for a while, by itself at most that far.
+  const double change = direction * clock.rate_change, rising = std::max(0.0, change);
+  const double fastest = std::min(1.0, rate + rising * rising / (2.0 * bounds.jerk_max));
   Motion now{.way = 0.0,
              .velocity = at.ds * rate,
              .acceleration = direction * (at.dds * rate * rate + at.ds * clock.rate_change)};
-  const auto here = bounds_from(at.s, direction, rate, now);
+  const auto here = bounds_from(at.s, direction, fastest, now);
   if (here && (!held_ || (here->deceleration >= held_->deceleration && here->jerk >= held_->jerk))) {
     if (!held_ && usual && !begins(clock, at, direction, *to_rest(now, *here), bounds)) return false;
     held_ = here;
@@ -151,7 +154,7 @@ bool Braking::advance(ClockState& clock, double target, double period, const Clo
     }
     if (stop->time <= period) now.velocity = now.acceleration = 0.0;
   }
-  const auto tau = time_of(at.s + direction * now.way, clock, period);
+  const auto tau = time_of(at.s + direction * now.way, clock, direction * fastest, period);
   if (tau) {
     const LawPoint there = plan_->law.at(*tau);
     if (!(now.velocity > 0.0) || !(there.ds > 0.0)) {
@@ -159,13 +162,14 @@ bool Braking::advance(ClockState& clock, double target, double period, const Clo
       held_.reset();
       return true;
     }
-    const double slower = now.velocity / there.ds;
-    const double change = (now.acceleration - direction * there.dds * slower * slower) / there.ds;
-    if (slower <= rate && change <= 0.0) {
-      clock = {.tau = *tau, .rate = direction * slower, .rate_change = direction * change};
+    const double rate_then = now.velocity / there.ds;
+    const double change_then = (now.acceleration - direction * there.dds * rate_then * rate_then) / there.ds;
+    if (rate_then <= fastest && change_then <= std::max(0.0, change - bounds.jerk_max * period)) {
+      clock = {.tau = *tau, .rate = direction * rate_then, .rate_change = direction * change_then};
       return true;
     }
   }
+  if (change > 0.0) return leave();  // the clock by itself is no slower to turn the rate
   // The law itself is slowing down at least as hard: the rate gets steady.
   clock.tau += period * (clock.rate + period / 3 * clock.rate_change);
   clock.rate = direction * std::max(0.0, rate + direction * period / 2 * clock.rate_change);

@@ -47,8 +47,8 @@ class Braking {
   [[nodiscard]] std::optional<Bounds> bounds_from(double s, double direction, double rate, const Motion& now) const;
   [[nodiscard]] bool begins(const ClockState& clock, const LawPoint& at, double direction, const Profile& stop,
                             const ClockBounds& bounds) const;
-  /// Path time within one period from now at which s is `s`; nothing: not before the constant rate gets there.
-  [[nodiscard]] std::optional<double> time_of(double s, const ClockState& clock, double period) const;
+  /// Path time within one period from now at which s is `s`; nothing: the rate `fastest` does not get there.
+  [[nodiscard]] std::optional<double> time_of(double s, const ClockState& clock, double fastest, double period) const;
   bool leave();
 
   std::shared_ptr<const Plan> plan_;
