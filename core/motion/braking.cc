@@ -80,8 +80,9 @@ std::optional<Braking::Bounds> Braking::bounds_from(double s, double direction, 
     if (!(bounds.deceleration > 0.0 && bounds.jerk > 0.0) || strongest * rate > cell.product) return std::nullopt;
     const auto stop = to_rest(now, bounds);
     if (!stop) return std::nullopt;
-    // A stop that is eased goes on for the time in which its deceleration fades.
-    const double reach = stop->way + now.velocity * bounds.deceleration / bounds.jerk;
+    // A stop that is eased at its worst moment loses its deceleration an eighth of D^3 / J^2 further on than it ends.
+    const double D = bounds.deceleration, J = bounds.jerk;
+    const double reach = stop->way + D * D * D / (8.0 * J * J);
     const double begin = index == 0 ? 0.0 : table[index - 1].s_end;
     const bool last = direction > 0.0 ? index + 1 == table.size() : index == 0;
     if (last || reach <= (direction > 0.0 ? cell.s_end - s : s - begin)) return bounds;
@@ -135,7 +136,8 @@ bool Braking::advance(ClockState& clock, double target, double period, const Clo
              .velocity = at.ds * rate,
              .acceleration = direction * (at.dds * rate * rate + at.ds * clock.rate_change)};
   const auto here = bounds_from(at.s, direction, fastest, now);
-  if (here && (!held_ || (here->deceleration >= held_->deceleration && here->jerk >= held_->jerk))) {
+  const bool better = here && held_ && here->deceleration >= held_->deceleration && here->jerk >= held_->jerk;
+  if (here && (!held_ || better || target != 0.0)) {
     if (!held_ && usual && !begins(clock, at, direction, *to_rest(now, *here), bounds)) return false;
     held_ = here;
   }

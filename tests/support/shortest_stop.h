@@ -2,83 +2,106 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <tuple>
+#include <vector>
 
-#include <ruckig/ruckig.hpp>
-
+#include "core/kinematics/inverse.h"
 #include "core/motion/leg.h"
-#include "core/motion/motion_state.h"
 
-/// The shortest stops that limits allow, by an independent generator (Ruckig).
+/// The shortest stop on a path that the limits of an arm allow, found by itself: it shares nothing with the planners but
+/// the geometry of the path.
 namespace takt::test {
 
-/// A stop from a velocity > 0 and an acceleration to rest: s, and how far it goes. NaN if the generator has no answer.
-struct ShortestStop {
-  double time, way;
-};
-inline ShortestStop shortest_stop(double velocity, double acceleration, double acceleration_max, double jerk_max) {
-  ruckig::InputParameter<1> input;  // all members set: the generator leaves its own uninitialised
-  input.control_interface = ruckig::ControlInterface::Velocity;
-  input.current_position = input.target_position = input.target_velocity = input.target_acceleration = {0.0};
-  input.current_velocity = {velocity};
-  input.current_acceleration = {acceleration};
-  input.max_velocity = {2.0 * velocity};
-  input.max_acceleration = {acceleration_max};
-  input.max_jerk = {jerk_max};
-  ruckig::Ruckig<1> generator;
-  ruckig::Trajectory<1> trajectory;
-  const double nothing = std::numeric_limits<double>::quiet_NaN();
-  if (generator.calculate(input, trajectory) != ruckig::Result::Working) return {nothing, nothing};
-  ShortestStop stop{.time = trajectory.get_duration(), .way = 0.0};
-  double at_rest = 0.0, none = 0.0;
-  trajectory.at_time(stop.time, stop.way, at_rest, none);
-  return stop;
-}
-
-/// What no stop on the path can be below: s at which it ends, and its time (s). Each joint, and a frame on a line, needs
-/// the way and the time that an axis with its limits needs that is alone.
-struct LeastStop {
-  double s, time;
-};
-/// @param from  path time of the motion, s   @param rate  of its clock, steady, in (0, 1]
-inline LeastStop least_stop(const motion::ArmModel& arm, const motion::Motion& motion, double from, double rate) {
-  const auto now = motion::joints_at(arm, motion, from);
-  if (!now) return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
-  const motion::LawPoint law = motion.law.at(from);
-  LeastStop least{.s = law.s, .time = 0.0};
-  kinematics::JointVector ways = kinematics::JointVector::Zero(now->q.size());
-  for (Eigen::Index i = 0; i < ways.size(); ++i) {
-    const double v = now->dq[i] * rate, a = now->ddq[i] * rate * rate, sign = v < 0.0 ? -1.0 : 1.0;
-    if (std::abs(v) < 1e-6) continue;
-    const ShortestStop stop = shortest_stop(std::abs(v), sign * a, arm.limits.acceleration[i], arm.limits.jerk[i]);
-    ways[i] = stop.way;
-    least.time = std::max(least.time, stop.time);
-  }
-  if (const auto* line = std::get_if<motion::CartesianLine>(&motion.path)) {
-    const motion::CartesianLimits& c = arm.cartesian;
-    for (const auto& [length, a, j] : {std::tuple(line->length, c.linear_acceleration, c.linear_jerk),
-                                       std::tuple(line->angle, c.angular_acceleration, c.angular_jerk)}) {
-      if (length < 1e-6) continue;
-      const ShortestStop stop = shortest_stop(length * law.ds * rate, length * law.dds * rate * rate, a, j);
-      least.s = std::max(least.s, law.s + stop.way / length);
-      least.time = std::max(least.time, stop.time);
+/// Derivatives of the joints by s are differences of positions that inverse kinematics finds on a fine grid; a frame on
+/// a line has its own. A stop takes the strongest jerk until some moment and from then on the opposite one, between the
+/// limits of acceleration; the moment is found by bisection.
+class ShortestStop {
+ public:
+  ShortestStop(const motion::ArmModel& arm, const motion::Motion& motion) : arm_(arm), motion_(motion) {
+    kinematics::JointVector q = motion.q_start;
+    for (int i = 0; i <= kNodes; ++i) {
+      const auto there = motion::sample(motion.path, {.s = static_cast<double>(i) / kNodes});
+      if (!there.cartesian)
+        q = there.joints.q;
+      else if (arm.inverse->solve(there.frame.X_BM * arm.X_FM.inverse(), there.held.q, q) != kinematics::IkStatus::kOk)
+        break;
+      q_.push_back(q);
     }
   }
-  const auto enough = [&](double tau) {
-    const auto then = motion::joints_at(arm, motion, tau);
-    return then && ((then->q - now->q).cwiseAbs().array() >= ways.array()).all();
+  /// Every node of the path is known.
+  [[nodiscard]] bool known() const { return q_.size() == kNodes + 1; }
+
+  struct Stop {
+    double s, time;
   };
-  constexpr double kStep = 5e-3;  // s
-  double high = from;
-  while (high < motion.duration() && !enough(high)) high += kStep;
-  double low = std::max(from, high - kStep);
-  for (int i = 0; i < 12; ++i) {
-    const double middle = 0.5 * (low + high);
-    (enough(middle) ? high : low) = middle;
+  /// @param from  path time of the motion, s   @param rate  of its clock, steady, in (0, 1]
+  [[nodiscard]] Stop from(double from, double rate) const {
+    const motion::LawPoint law = motion_.law.at(from);
+    const State begin{.s = law.s, .v = law.ds * rate, .b = law.dds * rate * rate};
+    double low = 0.0, high = 2.0;  // s until the landing begins
+    constexpr int kRounds = 30;
+    for (int i = 0; i < kRounds; ++i) {
+      const double middle = 0.5 * (low + high);
+      (run(begin, middle).v > 0.0 ? low : high) = middle;
+    }
+    const State end = run(begin, high);
+    return {.s = end.s, .time = end.t};
   }
-  least.s = std::max(least.s, motion.law.at(low).s);
-  return least;
-}
+
+ private:
+  static constexpr std::size_t kNodes = 400;
+  static constexpr double kStep = 1e-4;  // s
+
+  struct State {
+    double s, v, b, t = 0.0;
+  };
+  struct Range {
+    double low = -1e300, high = 1e300;
+    /// |by x + rest| <= limit
+    void keep(double by, double rest, double limit) {
+      if (std::abs(by) < 1e-9) return;
+      const double one = (-limit - rest) / by, other = (limit - rest) / by;
+      low = std::max(low, std::min(one, other));
+      high = std::min(high, std::max(one, other));
+    }
+  };
+
+  /// Calls visit(q', q'', q''', limits of acceleration and jerk) for each bounded quantity at s.
+  template <class Visit>
+  void look(double s, Visit visit) const {
+    const auto k = std::clamp(static_cast<std::size_t>(s * kNodes + 0.5), std::size_t{2}, kNodes - 2);
+    constexpr double h = 1.0 / kNodes;
+    for (Eigen::Index i = 0; i < q_[0].size(); ++i) {
+      const double a = q_[k - 2][i], b = q_[k - 1][i], c = q_[k][i], d = q_[k + 1][i], e = q_[k + 2][i];
+      visit((d - b) / (2 * h), (d - 2 * c + b) / (h * h), (e - 2 * d + 2 * b - a) / (2 * h * h * h),
+            arm_.limits.acceleration[i], arm_.limits.jerk[i]);
+    }
+    const auto* line = std::get_if<motion::CartesianLine>(&motion_.path);
+    if (line == nullptr) return;
+    visit(line->length, 0.0, 0.0, arm_.cartesian.linear_acceleration, arm_.cartesian.linear_jerk);
+    visit(line->angle, 0.0, 0.0, arm_.cartesian.angular_acceleration, arm_.cartesian.angular_jerk);
+  }
+
+  /// Until the deceleration is gone or the arm at rest; v <= 0: it began to land too late.
+  [[nodiscard]] State run(State now, double landing) const {
+    while (now.v > 0.0 && now.s < 1.0 && !(now.t >= landing && now.b >= 0.0)) {
+      Range jerk, acceleration;
+      look(now.s, [&](double first, double second, double third, double a, double j) {
+        acceleration.keep(first, second * now.v * now.v, a);
+        jerk.keep(first, 3.0 * second * now.v * now.b + third * now.v * now.v * now.v, j);
+      });
+      double b = now.b + kStep * (now.t < landing ? jerk.low : jerk.high);
+      if (now.t < landing) b = std::max(b, std::min(now.b, acceleration.low));
+      now.s += kStep * (now.v + kStep / 6.0 * (2.0 * now.b + b));
+      now.v += kStep / 2.0 * (now.b + b);
+      now.b = b;
+      now.t += kStep;
+    }
+    return now;
+  }
+
+  const motion::ArmModel arm_;
+  const motion::Motion& motion_;
+  std::vector<kinematics::JointVector> q_;
+};
 
 }  // namespace takt::test

@@ -59,13 +59,15 @@ struct Ratios {
 /// Stops of one motion at random moments and overrides, over the least way; with the way of one cycle to both, in which
 /// a clock that is asked cannot do anything yet.
 void measure(Random& random, const RandomArm& arm, const Motion& motion, Ratios& ratios) {
-  for (int k = 0; k < 6; ++k) {
+  const takt::test::ShortestStop shortest(arm.model(), motion);
+  if (!shortest.known()) return;
+  for (int k = 0; k < 4; ++k) {
     const double from = random.uniform(0.02, 0.98) * motion.duration();
     const double rate = k % 3 == 0 ? 1.0 : random.uniform(0.05, 1.0);
     const double s = motion.law.at(from).s, cycle = motion.law.at(from).ds * rate * kPeriod;
     const Stopped stop = stopped(motion, from, rate);
     if (stop.at.tau >= motion.duration()) continue;
-    const double least = takt::test::least_stop(arm.model(), motion, from, rate).s - s;
+    const double least = shortest.from(from, rate).s - s;
     ratios.note((motion.law.at(stop.at.tau).s - s + cycle) / (least + cycle));
   }
 }
@@ -83,8 +85,8 @@ TEST(Stop, P2_OfAPtpTakesTheWayThatItsLimitsNeed) {
     const RandomArm arm(urdf(i), random);
     if (const auto motion = planned(arm, arm.good_q(random), ptp_near(arm, random))) measure(random, arm, *motion, ratios);
   }
-  EXPECT_GT(ratios.count, 150);
-  EXPECT_LT(ratios.most, 1.3) << ratios.sum / ratios.count;
+  EXPECT_GT(ratios.count, 100);
+  EXPECT_LT(ratios.most, 1.1) << ratios.sum / ratios.count;
   EXPECT_GE(ratios.sum / ratios.count, 1.0) << "nothing can be shorter";
 }
 
@@ -100,7 +102,7 @@ TEST(Stop, P2_OfALinTakesTheWayThatItsLimitsNeed) {
   }
   EXPECT_GT(ratios.count, 100);
   EXPECT_LT(ratios.sum / ratios.count, 1.15);
-  EXPECT_LE(ratios.above, ratios.count / 50) << "of " << ratios.count << ", the longest " << ratios.most;
+  EXPECT_LE(ratios.above, ratios.count / 20) << "of " << ratios.count << ", the longest " << ratios.most;
 }
 
 /// Targets that change after a few cycles, mostly between stop and go: stops that are eased and begun again.
@@ -201,7 +203,8 @@ TEST(Stop, L6_TheBoundOfTheClockHoldsForStopsOfTheTable) {
 TEST(Stop, OfASlowProbeTakesMilliseconds) {
   Random random(86);
   RandomArm arm(robots::lwr_urdf(), random);
-  arm.limits.jerk.setConstant(300.0);
+  arm.limits.acceleration.setConstant(50.0);  // so that the frame's limits are those that count
+  arm.limits.jerk.setConstant(1e4);
   arm.cartesian.linear_jerk = 100.0;
   const JointVector q = arm.good_q(random);
   const auto down = [&](const JointVector& at) {
@@ -211,7 +214,7 @@ TEST(Stop, OfASlowProbeTakesMilliseconds) {
   };
   const auto motion = planned(arm, q, down);
   ASSERT_TRUE(motion);
-  const double least = takt::test::shortest_stop(0.005, 0.0, 5.0, 100.0).time;
+  const double least = 2.0 * std::sqrt(0.005 / arm.cartesian.linear_jerk);  // jerk and its opposite
   EXPECT_LE(stopped(*motion, 0.5 * motion->duration(), 1.0).time, 1.05 * least + kPeriod);
 }
 
