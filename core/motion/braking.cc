@@ -61,7 +61,7 @@ std::optional<Braking::Profile> Braking::to_rest(const Motion& now, const Bounds
   return profile;
 }
 
-std::optional<Braking::Bounds> Braking::bounds_from(double s, double direction, double rate, const Motion& now) const {
+std::optional<Braking::Bounds> Braking::bounds_from(double s, double rate, const Motion& now) const {
   const StopTable& table = plan_->table;
   const auto here = std::upper_bound(table.begin(), table.end(), s,
                                      [](double value, const StopCell& cell) { return value < cell.s_end; });
@@ -83,27 +83,23 @@ std::optional<Braking::Bounds> Braking::bounds_from(double s, double direction, 
     // A stop that is eased at its worst moment loses its deceleration an eighth of D^3 / J^2 further on than it ends.
     const double D = bounds.deceleration, J = bounds.jerk;
     const double reach = stop->way + D * D * D / (8.0 * J * J);
-    const double begin = index == 0 ? 0.0 : table[index - 1].s_end;
-    const bool last = direction > 0.0 ? index + 1 == table.size() : index == 0;
-    if (last || reach <= (direction > 0.0 ? cell.s_end - s : s - begin)) return bounds;
-    index += direction > 0.0 ? 1 : std::size_t(-1);
+    if (index + 1 == table.size() || reach <= cell.s_end - s) return bounds;
+    ++index;
   }
 }
 
-bool Braking::begins(const ClockState& clock, const LawPoint& at, double direction, const Profile& stop,
+bool Braking::begins(const ClockState& clock, const LawPoint& at, const Profile& stop,
                      const ClockBounds& bounds) const {
-  const Motion rate{.way = 0.0, .velocity = std::abs(clock.rate), .acceleration = direction * clock.rate_change};
+  const Motion rate{.way = 0.0, .velocity = clock.rate, .acceleration = clock.rate_change};
   const auto usual = to_rest(rate, {bounds.acceleration_max, bounds.jerk_max});
   if (!usual) return true;
-  const double way = std::abs(plan_->law.at(clock.tau + direction * usual->way).s - at.s);
+  const double way = plan_->law.at(clock.tau + usual->way).s - at.s;
   return stop.way < way && stop.time <= usual->time;
 }
 
 std::optional<double> Braking::time_of(double s, const ClockState& clock, double fastest, double period) const {
-  const double steady = clock.tau + fastest * period;
-  double low = std::min(clock.tau, steady), high = std::max(clock.tau, steady);
-  const double furthest = plan_->law.at(steady).s;
-  if (clock.rate > 0.0 ? s > furthest : s < furthest) return std::nullopt;
+  double low = clock.tau, high = clock.tau + fastest * period;
+  if (s > plan_->law.at(high).s) return std::nullopt;
   double tau = std::clamp(clock.tau + period * (clock.rate + period / 2 * clock.rate_change), low, high);
   constexpr int kMost = 40;
   for (int i = 0; i < kMost; ++i) {
@@ -125,30 +121,26 @@ bool Braking::leave() {
 
 bool Braking::advance(ClockState& clock, double target, double period, const ClockBounds& bounds, double lowest) {
   const bool usual = is_usual(clock, bounds, lowest);
-  if (clock.rate == 0.0 || (target != 0.0 && usual)) return leave();
+  if (!(clock.rate > 0.0) || (target != 0.0 && usual)) return leave();
   const LawPoint at = plan_->law.at(clock.tau);
   if (!(at.ds > 0.0)) return leave();
-  const double direction = clock.rate < 0.0 ? -1.0 : 1.0, rate = std::abs(clock.rate);
+  const double rate = clock.rate, change = clock.rate_change, rising = std::max(0.0, change);
   // A rate that is rising goes on rising for a while, by itself at most that far.
-  const double change = direction * clock.rate_change, rising = std::max(0.0, change);
   const double fastest = std::min(1.0, rate + rising * rising / (2.0 * bounds.jerk_max));
-  Motion now{.way = 0.0,
-             .velocity = at.ds * rate,
-             .acceleration = direction * (at.dds * rate * rate + at.ds * clock.rate_change)};
-  const auto here = bounds_from(at.s, direction, fastest, now);
+  Motion now{.way = 0.0, .velocity = at.ds * rate, .acceleration = at.dds * rate * rate + at.ds * change};
+  const auto here = bounds_from(at.s, fastest, now);
   const bool better = here && held_ && here->deceleration >= held_->deceleration && here->jerk >= held_->jerk;
   if (here && (!held_ || better || target != 0.0)) {
-    if (!held_ && usual && !begins(clock, at, direction, *to_rest(now, *here), bounds)) return false;
+    if (!held_ && usual && !begins(clock, at, *to_rest(now, *here), bounds)) return false;
     held_ = here;
   }
   if (!held_) return false;
   const auto stop = to_rest(now, *held_);
   if (!stop) return leave();
-
-  double left = period;
   if (target != 0.0) {
     now.go({period, held_->jerk}, period);
   } else {
+    double left = period;
     for (const Piece& piece : stop->pieces) {
       const double time = std::min(piece.time, left);
       now.go(piece, time);
@@ -156,25 +148,28 @@ bool Braking::advance(ClockState& clock, double target, double period, const Clo
     }
     if (stop->time <= period) now.velocity = now.acceleration = 0.0;
   }
-  const auto tau = time_of(at.s + direction * now.way, clock, direction * fastest, period);
-  if (tau) {
+  return move(clock, at.s + now.way, now, {.fastest = fastest, .jerk_max = bounds.jerk_max, .period = period});
+}
+
+bool Braking::move(ClockState& clock, double s, const Motion& then, const Step& step) {
+  const double change = clock.rate_change;
+  if (const auto tau = time_of(s, clock, step.fastest, step.period)) {
     const LawPoint there = plan_->law.at(*tau);
-    if (!(now.velocity > 0.0) || !(there.ds > 0.0)) {
+    if (!(then.velocity > 0.0) || !(there.ds > 0.0)) {
       clock = {.tau = *tau};
-      held_.reset();
-      return true;
+      return !leave();
     }
-    const double rate_then = now.velocity / there.ds;
-    const double change_then = (now.acceleration - direction * there.dds * rate_then * rate_then) / there.ds;
-    if (rate_then <= fastest && change_then <= std::max(0.0, change - bounds.jerk_max * period)) {
-      clock = {.tau = *tau, .rate = direction * rate_then, .rate_change = direction * change_then};
+    const double rate = then.velocity / there.ds;
+    const double change_then = (then.acceleration - there.dds * rate * rate) / there.ds;
+    if (rate <= step.fastest && change_then <= std::max(0.0, change - step.jerk_max * step.period)) {
+      clock = {.tau = *tau, .rate = rate, .rate_change = change_then};
       return true;
     }
   }
   if (change > 0.0) return leave();  // the clock by itself is no slower to turn the rate
   // The law itself is slowing down at least as hard: the rate gets steady.
-  clock.tau += period * (clock.rate + period / 3 * clock.rate_change);
-  clock.rate = direction * std::max(0.0, rate + direction * period / 2 * clock.rate_change);
+  clock.tau += step.period * (clock.rate + step.period / 3 * change);
+  clock.rate = std::max(0.0, clock.rate + step.period / 2 * change);
   clock.rate_change = 0.0;
   return true;
 }

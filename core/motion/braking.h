@@ -10,7 +10,8 @@ namespace takt::motion {
 
 /// Brings a path clock to rest as hard as the limits allow where the arm is (docs/motion.md, "Stops"): s is braked in
 /// the shortest way under the bounds that a stop table gives for the cells that the stop crosses; path time and rate
-/// follow from it by the law. The rate never rises meanwhile, so no limit is met that the law does not keep.
+/// follow from it by the law. The rate never rises meanwhile, so no limit is met that the law does not keep. A clock that
+/// runs backwards is left to its own bounds.
 ///
 /// One for each path clock. Copyable: a copy continues bit for bit as the original.
 class Braking {
@@ -32,7 +33,7 @@ class Braking {
   struct Piece {
     double time, jerk;
   };
-  /// Velocity and its derivative in the direction of motion, and the way done.
+  /// Of s: way done, velocity and its derivative.
   struct Motion {
     double way, velocity, acceleration;
     void go(const Piece& piece, double time);
@@ -44,9 +45,15 @@ class Braking {
   };
 
   [[nodiscard]] static std::optional<Profile> to_rest(const Motion& now, const Bounds& bounds);
-  [[nodiscard]] std::optional<Bounds> bounds_from(double s, double direction, double rate, const Motion& now) const;
-  [[nodiscard]] bool begins(const ClockState& clock, const LawPoint& at, double direction, const Profile& stop,
+  [[nodiscard]] std::optional<Bounds> bounds_from(double s, double rate, const Motion& now) const;
+  [[nodiscard]] bool begins(const ClockState& clock, const LawPoint& at, const Profile& stop,
                             const ClockBounds& bounds) const;
+  /// A cycle, and what bounds the rate in it.
+  struct Step {
+    double fastest, jerk_max, period;
+  };
+  /// Takes the clock to s, or makes its rate steady where it would rise.
+  bool move(ClockState& clock, double s, const Motion& then, const Step& step);
   /// Path time within one period from now at which s is `s`; nothing: the rate `fastest` does not get there.
   [[nodiscard]] std::optional<double> time_of(double s, const ClockState& clock, double fastest, double period) const;
   bool leave();

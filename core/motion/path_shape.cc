@@ -145,7 +145,7 @@ void add_stop_loads(const PathShape& shape, const PathShape::Cell& cell, const P
   const int n = shape.joint_count;
   for (int i = 0; i < n; ++i) {
     loads.push_back({.first = std::abs(d.first[i]),
-                     .along = std::abs(d.second[i]),
+                     .along = d.first[i] < 0.0 ? -d.second[i] : d.second[i],
                      .across = 0.0,
                      .third = std::abs(d.third[i]),
                      .acceleration = limits.hard_acceleration[i],
@@ -154,7 +154,7 @@ void add_stop_loads(const PathShape& shape, const PathShape::Cell& cell, const P
   for (int i = 0; i < 2; ++i) {
     const Eigen::Vector3d first = d.first.segment<3>(n + 3 * i), second = d.second.segment<3>(n + 3 * i);
     const double length = first.norm();
-    const double along = length > 0.0 ? std::abs(first.dot(second)) / length : 0.0;
+    const double along = length > 0.0 ? first.dot(second) / length : 0.0;
     loads.push_back({.first = length,
                      .along = along,
                      .across = std::sqrt(std::max(0.0, second.squaredNorm() - along * along)),

@@ -27,12 +27,12 @@ StopCell stricter(const StopCell& a, const StopCell& b, double s_end) {
           .jerk_by_product = std::max(a.jerk_by_product, b.jerk_by_product)};
 }
 
-/// Largest D for which neither sign of the curvature takes a load above its limit.
+/// Largest D at full rate: the path itself may slow a quantity down, or help to.
 double deceleration_of(const StopLoad& load, double fastest) {
   const double square = fastest * fastest;
   const double limit = kAllowed * load.acceleration, across = load.across * square;
   if (across >= limit) return 0.0;
-  return std::max(0.0, (std::sqrt(limit * limit - across * across) - load.along * square) / load.first);
+  return std::max(0.0, (std::sqrt(limit * limit - across * across) + load.along * square) / load.first);
 }
 
 /// Largest product of D and r for which curvature leaves a stop a share of the jerk.
@@ -53,6 +53,7 @@ StopCell stop_cell(std::span<const StopLoad> loads, double fastest, double s_end
     cell.deceleration = std::min(cell.deceleration, kAllowed * load.acceleration / load.first);
     cell.deceleration_at_full_rate = std::min(cell.deceleration_at_full_rate, deceleration_of(load, fastest));
   }
+  cell.deceleration_at_full_rate = std::min(cell.deceleration_at_full_rate, cell.deceleration);
   cell.product = std::min(cell.product, cell.deceleration);
 
   // The least jerk over the loads is concave in r^3 and r D: a plane that is below it at the corners of their ranges is

@@ -12,7 +12,7 @@
 namespace takt::motion {
 
 /// How hard the path parameter s may be braked on a part of a path (docs/motion.md, "Stops"). At rate r of the path
-/// clock (its absolute value) a stop keeps every limit with
+/// clock a stop keeps every limit with
 ///
 ///     deceleration of s   D <= min(deceleration - (deceleration - deceleration_at_full_rate) r^2, product / r)
 ///     third derivative    |s'''| <= jerk - jerk_by_cube r^3 - jerk_by_product r D
@@ -31,12 +31,12 @@ struct StopCell {
 /// Cells from s = 0 to s = 1. Empty: nothing is known.
 using StopTable = std::vector<StopCell>;
 
-/// One bounded quantity at one point of a path: absolute derivatives by s, and its limits.
+/// One bounded quantity at one point of a path: derivatives by s, and its limits.
 struct StopLoad {
-  double first = 0.0;
-  double along = 0.0;   ///< part of the second derivative in the direction of the first
+  double first = 0.0;   ///< its length
+  double along = 0.0;   ///< part of the second derivative in the direction of the first; < 0: against it
   double across = 0.0;  ///< part at right angles to it (vectors only)
-  double third = 0.0;
+  double third = 0.0;   ///< length of the third one
   double acceleration = std::numeric_limits<double>::infinity();
   double jerk = std::numeric_limits<double>::infinity();
 };

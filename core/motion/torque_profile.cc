@@ -125,7 +125,7 @@ StopTable TorqueProfile::stop_table(const TimeLaw& law) const {
         if (!std::isfinite(limit)) continue;
         const double left = room(i, node.gravity[i]) - std::abs(node.viscous[i]) * speed;
         loads.push_back({.first = std::abs(node.inertial[i]),
-                         .along = std::abs(node.centrifugal[i]),
+                         .along = node.inertial[i] < 0.0 ? -node.centrifugal[i] : node.centrifugal[i],
                          .acceleration = std::max(left, kLeastRoom * limit)});
       }
     }
