@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 
 #include <fmt/format.h>
 
+#include "core/base/output_file.h"
 #include "core/base/xml_text.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/differential.h"
@@ -327,10 +327,8 @@ Result<Reach> draw_reach(const device::ArmDescription& arm, const std::filesyste
   reach.farthest_m = any_orientation(chain, any);
   straight_down(chain, down);
   reach.best_measure = std::max(any.largest(), down.largest());
-  std::ofstream out(file);
-  out << picture(arm, any, down, reach.farthest_m);
-  out.close();
-  if (!out) return failure("--reach", fmt::format("cannot write '{}'", file.string()));
+  if (Findings findings = write_file(file, picture(arm, any, down, reach.farthest_m), "--reach"); findings.has_errors())
+    return std::unexpected(std::move(findings));
   return reach;
 }
 

@@ -8,6 +8,7 @@
 #include "core/activity/mode_change.h"
 #include "core/activity/scheduled_run.h"
 #include "core/base/object_reader.h"
+#include "core/base/read_parts.h"
 
 namespace takt::activity {
 namespace {
@@ -54,7 +55,7 @@ std::unique_ptr<Step> parse_control_mode(const Json& json, const std::string& po
                                          Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   std::vector<std::string> arms, modes;
   for (const auto& [name, arm] : cell.arms) arms.push_back(name);
   for (const device::ControlMode mode : device::all_control_modes()) modes.emplace_back(name_of(mode));

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/motion_request.h"
+#include "core/base/read_parts.h"
 #include "core/kinematics/chain.h"
 
 namespace takt::activity {
@@ -61,7 +62,7 @@ std::string read_device(ObjectReader& reader, const char* key, const Map& device
 ForceRequest read_request(ObjectReader& reader, const command::Cell& cell) {
   ForceRequest request;
   request.pointer = reader.pointer();
-  request.name = reader.text("name", reader.text("do"));
+  request.name = read_name(reader, reader.text("do"));
   request.arm = read_device(reader, "arm", cell.arms);
   request.sensor = read_device(reader, "sensor", cell.sensors);
   const auto sensor = cell.sensors.find(request.sensor);
@@ -69,11 +70,7 @@ ForceRequest read_request(ObjectReader& reader, const command::Cell& cell) {
     reader.findings().error(reader.at("sensor"), fmt::format("'{}' is not on '{}'", request.sensor, request.arm),
                             "a sensor on this arm");
   }
-  request.direction = reader.vector("direction", request.direction);
-  if (!(request.direction.norm() > 1e-9)) {
-    reader.findings().error(reader.at("direction"), "a direction of no length", "a vector that is not zero");
-    request.direction = Eigen::Vector3d::UnitZ();
-  }
+  request.direction = read_direction(reader, "direction", request.direction);
   request.in = reader.text("in", "tcp");
   request.force = reader.number("force_N", 10.0, {.low = 0.1, .high = 1000.0});
   request.approach = reader.number("approach_m_s", 0.002, {.low = 0.0, .high = 0.1, .low_open = true});

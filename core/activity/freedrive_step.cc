@@ -11,6 +11,7 @@
 #include "core/activity/net_run.h"
 #include "core/activity/scheduled_run.h"
 #include "core/base/object_reader.h"
+#include "core/base/read_parts.h"
 #include "core/command/condition_state.h"
 
 namespace takt::activity {
@@ -82,7 +83,7 @@ std::unique_ptr<Step> parse_freedrive(const Json& json, const std::string& point
                                       Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   std::vector<std::string> arms;
   for (const auto& [name, arm] : cell.arms) arms.push_back(name);
   FreedriveRequest request;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/goal.h"
+#include "core/base/read_parts.h"
 
 namespace takt::activity {
 namespace {
@@ -57,7 +58,7 @@ void take(const GripRequest& request, const kinematics::JointVector& q, Context&
 GripRequest read_request(ObjectReader& reader, const command::Cell& cell) {
   GripRequest request;
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   std::vector<std::string> names;
   for (const auto& [name, gripper] : cell.grippers) names.push_back(name);
   request.gripper = reader.choice("gripper", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);

@@ -9,6 +9,7 @@
 
 #include "core/activity/net_run.h"
 #include "core/base/object_reader.h"
+#include "core/base/read_parts.h"
 #include "core/command/tare.h"
 #include "core/world/pose_fit.h"
 
@@ -44,7 +45,10 @@ class TareRun final : public OneNetRun {
 
  private:
   Progress begin(Context& context, Findings& findings) override {
-    return load(context, command::tare_net(sensor_, cycles_, context.cell), findings);
+    const auto net = command::tare_net(sensor_, cycles_, context.cell);
+    if (net) return load(context, *net, findings);
+    findings.append(net.error());
+    return Progress::kFailed;
   }
 
   Progress finish(Context& context, Findings& findings) override {
@@ -67,7 +71,9 @@ class TareStep final : public Step {
   TareStep(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     rehearsal.duration += 1e-3 * static_cast<double>(cycles_);
-    rehearse_net(command::tare_net(sensor_, cycles_, rehearsal.cell), rehearsal, pointer, findings);
+    const auto net = command::tare_net(sensor_, cycles_, rehearsal.cell);
+    if (!net) return findings.append(net.error(), pointer);
+    rehearse_net(*net, rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<TareRun>(sensor_, cycles_); }
 
@@ -189,7 +195,7 @@ std::unique_ptr<Step> parse_tare(const Json& json, const std::string& pointer, c
                                  Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   const auto sensors = keys_of(cell.sensors);
   const std::string sensor =
       reader.choice("sensor", sensors, sensors.size() == 1 ? std::optional(sensors[0]) : std::nullopt);
@@ -202,7 +208,7 @@ std::unique_ptr<Step> parse_record_contact(const Json& json, const std::string& 
                                            Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   const auto arms = keys_of(cell.arms);
   const std::string arm = reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms[0]) : std::nullopt);
   const std::string as = reader.text("as");
@@ -216,7 +222,7 @@ std::unique_ptr<Step> parse_fit_pose(const Json& json, const std::string& pointe
   static const std::vector<std::string> kCoordinates{"x", "y", "z", "roll", "pitch", "yaw"};
   ObjectReader reader(json, pointer, findings);
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   FitRequest request;
   request.object = reader.choice("object", keys_of(cell.objects));
   request.as = reader.text("as");

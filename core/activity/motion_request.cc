@@ -8,9 +8,11 @@
 
 #include "core/activity/moving_frames.h"
 #include "core/base/object_reader.h"
+#include "core/base/read_parts.h"
 #include "core/kinematics/nearest_place.h"
 #include "core/kinematics/plane.h"
 #include "core/kinematics/solutions.h"
+#include "core/motion/blend_limits.h"
 #include "core/motion/plan_checks.h"
 #include "core/motion/planner.h"
 
@@ -97,12 +99,9 @@ MotionRequest::About read_about(ObjectReader& parent) {
   ObjectReader reader(*json, parent.at("about"), parent.findings());
   about.in = reader.text("in", "world");
   about.centre = reader.vector("position_m");
-  about.axis = reader.vector("axis", about.axis);
+  about.axis = read_direction(reader, "axis", about.axis);
   constexpr double kDegree = std::numbers::pi / 180.0;
   about.angle = kDegree * reader.number("angle_deg", {}, {.low = -36000, .high = 36000});
-  if (!(about.axis.norm() > 1e-9)) {
-    reader.findings().error(reader.at("axis"), "an axis without direction", "a vector that is not zero");
-  }
   reader.finish();
   return about;
 }
@@ -144,8 +143,9 @@ void read_through(ObjectReader& reader, const command::MountedArm* arm, MotionRe
 void read_blend(ObjectReader& reader, MotionRequest& request) {
   const bool distance = reader.has("blend_m");
   const bool fraction = reader.has("blend_fraction");
-  const double m = distance ? reader.number("blend_m", {}, kPositive) : 0.0;
-  const double share = fraction ? reader.number("blend_fraction", {}, {.low = 0, .high = 0.5, .low_open = true}) : 0.0;
+  const double m = distance ? reader.number("blend_m", {}, {.low = motion::kLeastBlend_m}) : 0.0;
+  const Range shares{.low = motion::kLeastBlendShare, .high = motion::kMostBlendShare};
+  const double share = fraction ? reader.number("blend_fraction", {}, shares) : 0.0;
   if (distance && fraction) {
     reader.findings().error(reader.at("blend_fraction"), "a blend by distance and by fraction", "one of them");
   }
@@ -363,7 +363,7 @@ MotionRequest read_motion(PathKind kind, const Json& json, const std::string& po
   MotionRequest request;
   request.kind = kind;
   request.pointer = pointer;
-  request.name = reader.text("name", reader.text("do"));
+  request.name = read_name(reader, reader.text("do"));
   request.arm = read_arm(reader, cell);
   const auto found = cell.arms.find(request.arm);
   const command::MountedArm* arm = found == cell.arms.end() ? nullptr : &found->second;

@@ -10,6 +10,7 @@
 
 #include "core/activity/net_run.h"
 #include "core/base/object_reader.h"
+#include "core/base/read_parts.h"
 #include "core/net/value_json.h"
 
 namespace takt::activity {
@@ -100,7 +101,7 @@ std::unique_ptr<Step> parse_net_step(const Json& json, const std::string& pointe
                                      Findings& findings) {
   ObjectReader reader(json, pointer, findings);
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   std::vector<std::string> nets;
   for (const auto& [name, net] : cell.nets) nets.push_back(name);
   NetRequest request;

@@ -8,6 +8,7 @@
 #include "core/activity/command_request.h"
 #include "core/activity/compliance_request.h"
 #include "core/base/object_reader.h"
+#include "core/base/read_parts.h"
 #include "core/command/condition_state.h"
 #include "core/command/device_action.h"
 #include "core/command/device_sensors.h"
@@ -61,7 +62,7 @@ class OnlineCommand : public CommandRequest {
 
 void read_end(ObjectReader& reader, const command::Cell& cell, OnlineCommand& command) {
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   std::vector<std::string> names;
   for (const auto& [name, arm] : cell.arms) names.push_back(name);
   command.of_arm = reader.choice("arm", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);

@@ -3,17 +3,16 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/read_parts.h"
+
 namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
 /// Of length 1, in the axes of the tool.
-Eigen::Vector3d read_direction(ObjectReader& reader, const Eigen::Vector3d& fallback) {
-  const Eigen::Vector3d direction = reader.vector("direction", fallback);
-  if (direction.norm() > 1e-9) return direction.normalized();
-  reader.findings().error(reader.at("direction"), "a direction of no length", "a vector that is not zero");
-  return fallback;
+Eigen::Vector3d read_unit_vector(ObjectReader& reader, const Eigen::Vector3d& fallback) {
+  return read_direction(reader, "direction", fallback).normalized();
 }
 
 command::WeaveWish read_weave(const Json& json, const std::string& pointer, Findings& findings) {
@@ -21,7 +20,7 @@ command::WeaveWish read_weave(const Json& json, const std::string& pointer, Find
   command::WeaveWish wish;
   wish.amplitude = reader.number("amplitude_m", {}, {.low = 0.0, .high = 1.0, .low_open = true});
   wish.frequency = reader.number("frequency_Hz", {}, {.low = 0.0, .high = 100.0, .low_open = true});
-  wish.direction_M = read_direction(reader, wish.direction_M);
+  wish.direction_M = read_unit_vector(reader, wish.direction_M);
   wish.ramp = reader.number("ramp_s", wish.ramp, {.low = 0.0, .high = 100.0, .low_open = true});
   reader.finish();
   return wish;
@@ -47,7 +46,7 @@ OverlayRequest::ForceOffset read_force_offset(const Json& json, const std::strin
   request.sensor = read_sensor(reader, arm, cell);
   command::ForceOffsetWish& wish = request.wish;
   command::ForceWish& force = wish.force;
-  wish.direction_M = read_direction(reader, wish.direction_M);
+  wish.direction_M = read_unit_vector(reader, wish.direction_M);
   wish.reach = reader.number("reach_m", wish.reach, {.low = 0.0, .high = 1.0});
   wish.retreat = reader.number("retreat_m", wish.reach, {.low = 0.0, .high = 1.0});
   force.force = reader.number("force_N", {}, {.low = 0.1, .high = 1000.0});

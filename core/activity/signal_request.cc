@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/read_parts.h"
+
 namespace takt::activity {
 namespace {
 
@@ -38,7 +40,7 @@ bool sets_by_following(const nlohmann::ordered_json& json) {
 
 SetRequest read_set(ObjectReader& reader, const command::Cell& cell) {
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   std::vector<std::string> names;
   for (const auto& [name, output] : cell.digital_outputs) names.push_back(name);
   for (const auto& [name, output] : cell.analog_outputs) names.push_back(name);
@@ -70,7 +72,7 @@ bool check_range(const SetRequest& request, const command::Cell& cell, const std
 
 WaitRequest read_wait(ObjectReader& reader, const command::Cell& cell) {
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   WaitRequest request;
   if (!reader.has("until")) {
     request.seconds = reader.number("seconds", {}, kTime);
