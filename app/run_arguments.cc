@@ -107,7 +107,8 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
     findings.error("--size", fmt::format("'{}' is not a size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
   }
   if (arguments.fps < 1 || arguments.fps > sim::kMostFps) {
-    findings.error("--fps", fmt::format("{} pictures per second", arguments.fps), fmt::format("1 to {}", sim::kMostFps));
+    findings.error("--fps", fmt::format("{} pictures per second", arguments.fps),
+                   fmt::format("1 to {}", sim::kMostFps));
   }
   check_products(arguments, inputs, findings);
   parsed.open.overrides = parse_sets(arguments.sets, findings);

@@ -12,10 +12,11 @@ namespace {
 constexpr std::size_t kMessageHead = 22;  ///< bytes: channel, sequence, two times
 
 bool room_for_stretch(const Record& record, std::uint64_t raw_size, Contents& contents) {
-  const bool room = contents.stretches.size() < ReadLimits::kStretches &&
-                    raw_size <= ReadLimits::kRawBytes - contents.raw_bytes;
+  const bool room =
+      contents.stretches.size() < ReadLimits::kStretches && raw_size <= ReadLimits::kRawBytes - contents.raw_bytes;
   if (room) contents.raw_bytes += raw_size;
-  if (!room) note_damage(contents, fmt::format("record at byte {}: left out, the recording is too large", record.offset));
+  if (!room)
+    note_damage(contents, fmt::format("record at byte {}: left out, the recording is too large", record.offset));
   return room;
 }
 
@@ -98,7 +99,8 @@ bool check_data_end(const Record& record, std::string_view bytes, Contents& cont
   const auto crc = cursor.get<std::uint32_t>();
   if (!cursor.ok()) return false;
   // Each byte is summed once, however many such records there are.
-  contents.data_crc = crc32(contents.data_crc, bytes.substr(contents.data_crc_end, record.offset - contents.data_crc_end));
+  contents.data_crc =
+      crc32(contents.data_crc, bytes.substr(contents.data_crc_end, record.offset - contents.data_crc_end));
   contents.data_crc_end = record.offset;
   if (crc != 0 && crc != contents.data_crc) note_damage(contents, "checksum of the data section");
   contents.in_summary = !contents.channels.empty();
@@ -185,8 +187,7 @@ bool take_definition(const Record& record, Contents& contents) {
     cursor.get_text();
     cursor.get_text();
     if (!cursor.ok() || !cursor.at_end()) return false;
-    if (contents.schema_names.size() < ReadLimits::kDefinitions)
-      contents.schema_names.try_emplace(id, std::move(name));
+    if (contents.schema_names.size() < ReadLimits::kDefinitions) contents.schema_names.try_emplace(id, std::move(name));
     return true;
   }
   ChannelRecord channel;

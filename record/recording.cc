@@ -35,10 +35,10 @@ struct Recording::Impl {
   mcap::Contents contents;
   std::vector<ChannelInfo> channels;
   std::vector<AttachmentInfo> attachments;
-  std::vector<std::optional<std::string>> unpacked;      ///< per stretch
-  std::vector<std::vector<std::uint16_t>> ids;           ///< per stretch: channels with messages in it, sorted
-  std::map<std::uint16_t, std::size_t> rows;             ///< messages per channel
-  std::uint64_t visit_bytes = 0;                         ///< to read all channels one by one
+  std::vector<std::optional<std::string>> unpacked;  ///< per stretch
+  std::vector<std::vector<std::uint16_t>> ids;       ///< per stretch: channels with messages in it, sorted
+  std::map<std::uint16_t, std::size_t> rows;         ///< messages per channel
+  std::uint64_t visit_bytes = 0;                     ///< to read all channels one by one
   std::uint64_t message_count = 0;
   Nanoseconds start = 0, end = 0;
 

@@ -78,7 +78,8 @@ Result<std::unique_ptr<Session>> session_of(const record::Recording& recording, 
 Result<Again> run_again(const record::Recording& recording, std::uint64_t cycle, const device::ModelLibrary& models) {
   // Cycles are numbered from 0 and have a digest each: running again costs no more than the recorded run did.
   if (cycle >= recording.digests().size()) {
-    return failure({}, fmt::format("the recording names cycle {} and has {} digests", cycle, recording.digests().size()),
+    return failure({},
+                   fmt::format("the recording names cycle {} and has {} digests", cycle, recording.digests().size()),
                    "a recording with all of its cycles");
   }
   auto session = session_of(recording, models);

@@ -154,7 +154,8 @@ Result<void> FilmEncoder::write(const Image& image) {
     if (polled == 0) {
       (void)kill(process_, SIGKILL);
       (void)wait();
-      return failure("/ffmpeg", fmt::format("{} took no picture for {} s, and was ended", program_, kPatience_ms / 1000));
+      return failure("/ffmpeg",
+                     fmt::format("{} took no picture for {} s, and was ended", program_, kPatience_ms / 1000));
     }
     const ssize_t count = send(input_, yuv_.data() + sent, yuv_.size() - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (count < 0 && (errno == EINTR || errno == EAGAIN)) continue;

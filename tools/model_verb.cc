@@ -1,4 +1,6 @@
 // model: what takt knows of a robot, sensor or thing: figures, kinematics, pictures.
+#include <unistd.h>
+
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -86,7 +88,8 @@ Findings check_numbers(const ModelArguments& arguments) {
       findings.error(option, fmt::format("{} is out of range", number), fmt::format("numbers up to {:g}", kMost));
     }
   }
-  for (const auto& [option, number] : {std::pair{"--arm-angle", arguments.ik.arm_angle}, {"--held", arguments.ik.held}}) {
+  for (const auto& [option, number] :
+       {std::pair{"--arm-angle", arguments.ik.arm_angle}, {"--held", arguments.ik.held}}) {
     if (number && !(std::abs(*number) <= kMost))
       findings.error(option, fmt::format("{} is out of range", *number), fmt::format("up to {:g}", kMost));
   }
@@ -102,6 +105,7 @@ int draw(const ModelArguments& arguments, const LoadedModel& model, const Common
     fmt::print(stderr, "{}: {}x{}\n", arguments.image, options.width, options.height);
   }
   if (!arguments.reach.empty()) {
+    if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "the work space is sampled, which takes some seconds ...\n");
     const auto drawn = draw_reach(*model.arm, arguments.reach);
     if (!drawn) return report(drawn.error(), common);
     fmt::print(stderr, "{}: reach {:.3f} m\n", arguments.reach, drawn->farthest_m);

@@ -39,8 +39,7 @@ class SetStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     if (!check_range(request_, rehearsal.cell, pointer, findings)) return;
     // The form of the net does not depend on the period.
-    const auto net =
-        command::set_net(request_.output, request_.value, rehearsal.cell, to_seconds(kMillisecond));
+    const auto net = command::set_net(request_.output, request_.value, rehearsal.cell, to_seconds(kMillisecond));
     if (!net) return findings.append(net.error(), pointer);
     rehearse_net(*net, rehearsal, pointer, findings);
   }

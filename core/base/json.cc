@@ -163,7 +163,8 @@ Result<std::string> read_file(const std::filesystem::path& path, std::size_t max
     return std::unexpected(std::move(findings));
   };
   const auto status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::none) return fail(fmt::format("cannot be read: {}", error.message()));
+  if (status.type() == std::filesystem::file_type::none)
+    return fail(fmt::format("cannot be read: {}", error.message()));
   if (!std::filesystem::exists(status)) return fail("there is no such file");
   if (!std::filesystem::is_regular_file(status)) return fail("this is not a regular file");
   const auto size = std::filesystem::file_size(path, error);

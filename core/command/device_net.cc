@@ -10,7 +10,8 @@ namespace takt::command {
 
 Result<net::NetDescription> grip_net(const GripCommand& command, const Cell& cell) {
   const GripWish wish{.width = command.width, .speed = command.speed, .force = command.force};
-  return net_of(single_net(RuntimeCommand("grip", gripper(cell, command.gripper), grip(wish)), "grip " + command.gripper));
+  return net_of(
+      single_net(RuntimeCommand("grip", gripper(cell, command.gripper), grip(wish)), "grip " + command.gripper));
 }
 
 Result<net::NetDescription> set_net(const std::string& output, const SignalValue& value, const Cell& cell,

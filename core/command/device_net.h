@@ -33,8 +33,8 @@ using SignalValue = std::variant<bool, double>;
 
 /// Brings an output of the cell to a value, an analog one as fast as it may; the value stays when the net has ended.
 /// @param period  of the core, s
-[[nodiscard]] Result<net::NetDescription> set_net(const std::string& output, const SignalValue& value,
-                                                  const Cell& cell, double period);
+[[nodiscard]] Result<net::NetDescription> set_net(const std::string& output, const SignalValue& value, const Cell& cell,
+                                                  double period);
 
 /// A net that waits, and where the answer stands when it has ended.
 struct WaitNet {

@@ -182,8 +182,9 @@ class SequencePlanner {
     const bool fraction = blend.kind == Blend::Kind::kFraction;
     const double least = fraction ? kLeastBlendShare : kLeastBlend_m, most = fraction ? kMostBlendShare : kInfinity;
     if (blend.kind == Blend::Kind::kNone || (blend.value >= least && blend.value <= most)) return;
-    findings.error("/blend", fmt::format("{}", blend.value),
-                   fraction ? fmt::format("at least {}, at most {}", least, most) : fmt::format("at least {} m", least));
+    findings.error(
+        "/blend", fmt::format("{}", blend.value),
+        fraction ? fmt::format("at least {}, at most {}", least, most) : fmt::format("at least {} m", least));
   }
 
   /// Time of the motion if it ran at its velocity limits all the way.
@@ -229,9 +230,8 @@ class SequencePlanner {
       if (!blended) {
         stop_after(i);
         const auto first = plan_group(i, i), second = plan_group(i + 1, i + 1);
-        return first && *first && second && *second
-                   ? (**first).motion.duration() + (**second).motion.duration()
-                   : kInfinity;
+        return first && *first && second && *second ? (**first).motion.duration() + (**second).motion.duration()
+                                                    : kInfinity;
       }
       const auto both = plan_group(i, i + 1);
       return both && *both ? (**both).motion.duration() : 0.0;  // refused or given up later, with its reason

@@ -434,8 +434,8 @@ TEST(RulesBrokenOnce, EveryPlaceInTheSourceHasACase) {
     once(table);
   std::vector<test::ErrorSite> sites = test::error_sites("core/activity");
   for (const test::ErrorSite& site : test::error_sites("core/base")) {
-    if (site.place.find("object_reader") != std::string::npos ||
-        site.place.find("read_parts") != std::string::npos) sites.push_back(site);
+    if (site.place.find("object_reader") != std::string::npos || site.place.find("read_parts") != std::string::npos)
+      sites.push_back(site);
   }
   ASSERT_GT(sites.size(), 100u) << "the look through the source finds nothing any more";
   for (const test::ErrorSite& site : sites) {

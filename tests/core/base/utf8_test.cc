@@ -20,8 +20,9 @@ TEST(Utf8, BytesThatAreNoTextAreCutAnywhere) { EXPECT_EQ(cut_utf8(std::string(10
 
 TEST(Utf8, EverySequenceThatTheStandardForbidsIsFound) {
   EXPECT_TRUE(is_utf8("plain, \u00e9, \u20ac, \U0001F600, \U0010FFFF"));
-  for (const std::string_view wrong : {"\x80", "\xC3", "\xC0\x80", "\xC1\xBF", "\xE0\x80\x80", "\xED\xA0\x80", "\xE2\x82",
-                                       "\xF0\x80\x80\x80", "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xFF", "\xC3z"}) {
+  for (const std::string_view wrong :
+       {"\x80", "\xC3", "\xC0\x80", "\xC1\xBF", "\xE0\x80\x80", "\xED\xA0\x80", "\xE2\x82", "\xF0\x80\x80\x80",
+        "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xFF", "\xC3z"}) {
     EXPECT_FALSE(is_utf8(wrong));
     EXPECT_TRUE(is_utf8(to_valid_utf8(wrong)));
   }

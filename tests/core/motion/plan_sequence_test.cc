@@ -143,7 +143,8 @@ TEST(PlanSequence, ABlendNeverTakesLongerThanAStop) {
       if (!plan) continue;
       ++compared;
       stopped += !plan->notes.empty();
-      EXPECT_LT(plan->motion.duration(), 1.001 * rest->motion.duration()) << "sequence " << i << ", blend " << m << " m";
+      EXPECT_LT(plan->motion.duration(), 1.001 * rest->motion.duration())
+          << "sequence " << i << ", blend " << m << " m";
     }
   }
   EXPECT_GT(compared, 12);
@@ -154,11 +155,11 @@ TEST(PlanSequence, ABlendThatIsTooSmallIsRefused) {
   Random random(78);
   const RandomArm arm(robots::lwr_urdf(), random);
   const JointVector q0 = arm.good_q(random), q1 = arm.good_q(random);
-  for (const auto& [blend, what] : std::initializer_list<std::pair<Blend, const char*>>
-       {{Blend{Blend::Kind::kDistance, 1e-9}, "1e-09 (at least 1e-05 m)"},
-        {Blend{Blend::Kind::kDistance, 1e-300}, "1e-300 (at least 1e-05 m)"},
-        {Blend{Blend::Kind::kFraction, 1e-9}, "1e-09 (at least 0.0001, at most 0.5)"},
-        {Blend{Blend::Kind::kFraction, 0.6}, "0.6 (at least 0.0001, at most 0.5)"}}) {
+  for (const auto& [blend, what] : std::initializer_list<std::pair<Blend, const char*>>{
+           {Blend{Blend::Kind::kDistance, 1e-9}, "1e-09 (at least 1e-05 m)"},
+           {Blend{Blend::Kind::kDistance, 1e-300}, "1e-300 (at least 1e-05 m)"},
+           {Blend{Blend::Kind::kFraction, 1e-9}, "1e-09 (at least 0.0001, at most 0.5)"},
+           {Blend{Blend::Kind::kFraction, 0.6}, "0.6 (at least 0.0001, at most 0.5)"}}) {
     const auto to = [&](const JointVector& goal) {
       return [&, goal](const JointVector& q) {
         auto leg = ptp_leg(arm.model(), q, goal);
