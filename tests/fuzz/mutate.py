@@ -36,6 +36,7 @@ STATUSES = (0, 1, 2, 3, 130)
 CRASH = re.compile(r"AddressSanitizer|ThreadSanitizer|LeakSanitizer|runtime error:|terminate called|internal:|"
                    r"Assertion|stack smashing|double free|corrupted|basic_string|vector::|std::|json\.exception")
 
+EXTREMES = (0, -1, 1e300, -1e300, 1e-300, 1e-9)
 NUMBERS = (0, -0.0, 1, -1, 0.5, 2, 7, 1e-300, -1e-300, 1e-9, 1e-5, 1e9, 1e300, -1e300, 1.7976931348623157e308, 2**31, 2**53 + 1,
            2**63, 2**64 - 1, -2**63, 360, 1e6, 0.1 + 0.2)
 TEXTS = ("", " ", "world", "home", "$", "$$", "$1/0", "$x", "$text([1,2])", "../x", "/etc/passwd", "a/b", "~0", "\u0000",
@@ -76,9 +77,13 @@ def deep(rng):
 
 
 def other_value(rng, old, words):
-    if isinstance(old, (int, float)) and not isinstance(old, bool) and rng.random() < 0.7:
-        return rng.choice(NUMBERS) if rng.random() < 0.6 else old * rng.choice([-1, 0, 0.001, 0.5, 1.01, 2, 10, 1e3, 1e6])
-    if isinstance(old, str) and rng.random() < 0.7:
+    if isinstance(old, (int, float)) and not isinstance(old, bool) and rng.random() < 0.8:
+        if rng.random() < 0.3:
+            return rng.choice(EXTREMES)
+        return rng.choice(NUMBERS) if rng.random() < 0.5 else old * rng.choice([-1, 0, 0.001, 0.5, 1.01, 2, 10, 1e3, 1e6])
+    if isinstance(old, str) and rng.random() < 0.8:
+        if rng.random() < 0.25:
+            return ""
         return rng.choice(words) if rng.random() < 0.6 else rng.choice(TEXTS)
     return rng.choice([rng.choice(NUMBERS), rng.choice(TEXTS), True, False, None, [], {}, [old], {"a": old}, deep(rng)])
 
@@ -249,6 +254,9 @@ VALUES = ("", " ", "0", "-1", "1", "1e9", "1e300", "nan", "inf", "0x10", "999999
           "-4x-4", "99999x99999", "x", "128x", "/", "/x=1", "/seed=2", "/seed=1e999", "/program=[]", "/=1", "=", "a=b", "arm=slow:8ms",
           "arm=slow:0ms", "arm=slow:1e300ms", "arm=:", "\u20ac", "a" * 5000, "/nowhere/file", "..", "/dev/null", "--", "1,2,3",
           "0,0,0,0,0,0", "0,-0.5,0,1.5,0,-1,0", "nan,nan,nan,nan,nan,nan,nan", "0.5,0,0.5,0,1,0,0", "1e300,0,0,1,0,0,0", "home", "arm")
+NUMERIC = ("", "0", "-1", "1e300", "nan", "0x10", "2.5", "99999999999999999999")
+TYPICAL = {"--fps": NUMERIC, "--seed": NUMERIC, "--seconds": NUMERIC, "--arm-angle": NUMERIC, "--held": NUMERIC,
+           "--size": ("0x0", "-4x-4", "128x96garbage", "99999x99999", "63x64", "x", "128x", "64x64")}
 VERBS = {
     "run": (["{root}/scenarios/touch.json", "--dry-run"], ["--size", "--fps", "--seed", "--set", "--site", "--backend", "--models", "--from",
                                                     "--plugin", "--camera", "--json", "--realtime", "--record-blocks"]),
@@ -271,9 +279,12 @@ def mutated_arguments(rng, scratch, recording):
     words = list(words)
     for _ in range(rng.choice([1, 1, 2, 3])):
         option = rng.choice(options)
-        words.insert(rng.randrange(len(words) + 1) if rng.random() < 0.3 else len(words), option)
-        if rng.random() < 0.8:
-            words.insert(words.index(option) + 1, rng.choice(VALUES))
+        value = rng.choice(TYPICAL.get(option, VALUES) if rng.random() < 0.5 else VALUES)
+        if option in words and words.index(option) + 1 < len(words):
+            words[words.index(option) + 1] = value
+        else:
+            at = rng.randrange(len(words) + 1) if rng.random() < 0.3 else len(words)
+            words[at:at] = [option, value] if rng.random() < 0.8 else [option]
     if rng.random() < 0.1 and words:
         words[rng.randrange(len(words))] = rng.choice(VALUES)
     for mark, path in (("{root}", ROOT), ("{recording}", recording), ("{out}", scratch / "out")):
@@ -314,6 +325,8 @@ def make_case(kind, rng, corpus, scratch):
         file.write_bytes(mutated_text(rng, document))
         for net in source.parent.glob("*.net.json"):
             shutil.copy(net, scratch)
+        if rng.random() < 0.3:
+            return ["run", file, "--json", "--set", "/time_limit_s=0.5", *rng.choice([[], ["--record", scratch / "a.mcap"]])]
         return ["validate", file] if rng.random() < 0.8 else ["run", file, "--dry-run", "--json"]
     if kind == "device":
         source, document = rng.choice(corpus.devices)
