@@ -21,6 +21,7 @@ namespace {
 
 constexpr int kFault = 3;
 constexpr int kInterrupted = 130;
+constexpr std::string_view kLostOutput = "takt: error: the output could not be written\n";
 constexpr unsigned kGrace_s = 3;  ///< from the second interrupt to the end
 
 std::atomic<int> interrupts = 0;
@@ -123,13 +124,17 @@ void prepare_process() {
 
 int run_guarded(const std::string& what, const std::function<int()>& work) {
   set_task(what);
-  int status = kFault;
   try {
-    status = work();
+    const int status = work();
     // A script must not take lost output for an answer.
     if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout.flush()) return status;
-    tell("takt: error: the output could not be written\n");
+    tell(kLostOutput);
   } catch (...) {
+    // A stream that is full is met while it is written to, too.
+    if (std::ferror(stdout)) {
+      tell(kLostOutput);
+      return kFault;
+    }
     tell(fmt::format("takt: error: internal: {}; while doing: {}\n", current_exception_text(), what));
   }
   return kFault;
