@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "core/command/cause_text.h"
 #include "core/command/command_tree.h"
 
 namespace takt::activity {
@@ -258,7 +259,7 @@ void Scheduler::finish(ActivityRun& run) {
     Findings why;
     why.error("",
               fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), status.last_cycle,
-                          net::name_of(status.cause.code), status.cause.text.view()),
+                          net::name_of(status.cause.code), command::cause_text(status.cause, cell_)),
               kAgain);
     return fail(run, std::move(why));
   }

@@ -32,8 +32,8 @@ WaitCommand tare_command(const std::string& sensor, std::int64_t cycles, const C
   return tared;
 }
 
-net::NetDescription tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell) {
-  return single_net(tare_command(sensor, cycles, cell), "tare " + sensor).net;
+Result<net::NetDescription> tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell) {
+  return net_of(single_net(tare_command(sensor, cycles, cell), "tare " + sensor));
 }
 
 }  // namespace takt::command

@@ -15,8 +15,8 @@ namespace takt::command {
 /// cancelled.
 [[nodiscard]] WaitCommand tare_command(const std::string& sensor, std::int64_t cycles, const Cell& cell);
 
-/// The net of tare_command(). Its result is on kBias. Realtime: setup.
-[[nodiscard]] net::NetDescription tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell);
+/// The net of tare_command(), or what is wrong with it. Its result is on kBias. Realtime: setup.
+[[nodiscard]] Result<net::NetDescription> tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell);
 namespace tare_ports {
 inline constexpr std::string_view kBias = "tare.bias";  ///< Wrench in the measuring frame
 }

@@ -17,7 +17,10 @@ class GripRun final : public OneNetRun {
  private:
   Progress begin(Context& context, Findings& findings) override {
     const auto& gripper = context.cell.grippers.find(request_.gripper)->second.device->description();
-    return load(context, command::grip_net(command_of(request_, gripper), context.cell), findings);
+    const auto net = command::grip_net(command_of(request_, gripper), context.cell);
+    if (net) return load(context, *net, findings);
+    findings.append(net.error());
+    return Progress::kFailed;
   }
 
   Progress finish(Context& context, Findings& findings) override {
@@ -38,7 +41,9 @@ class GripStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     const auto& gripper = rehearsal.cell.grippers.find(request_.gripper)->second.device->description();
     if (!check_figures(request_, gripper, pointer, findings)) return;
-    rehearse_net(command::grip_net(command_of(request_, gripper), rehearsal.cell), rehearsal, pointer, findings);
+    const auto net = command::grip_net(command_of(request_, gripper), rehearsal.cell);
+    if (!net) return findings.append(net.error(), pointer);
+    rehearse_net(*net, rehearsal, pointer, findings);
     rehearse_grip(request_, rehearsal, findings);
   }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/object_reader.h"
+#include "core/base/read_parts.h"
 #include "core/command/tare.h"
 #include "core/operations/net_run.h"
 #include "core/operations/parameter_table.h"
@@ -60,7 +61,10 @@ class TareRun final : public OneNetRun {
 
  private:
   Progress begin(Context& context, Findings& findings) override {
-    return load(context, command::tare_net(sensor_, cycles_, context.cell), findings);
+    const auto net = command::tare_net(sensor_, cycles_, context.cell);
+    if (net) return load(context, *net, findings);
+    findings.append(net.error());
+    return Progress::kFailed;
   }
 
   Progress finish(Context& context, Findings& findings) override {
@@ -83,7 +87,9 @@ class TareStep final : public Step {
   explicit TareStep(const TareParameters& tare) : sensor_(tare.sensor), cycles_(tare.cycles) {}
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     rehearsal.duration += 1e-3 * static_cast<double>(cycles_);
-    rehearse_net(command::tare_net(sensor_, cycles_, rehearsal.cell), rehearsal, pointer, findings);
+    const auto net = command::tare_net(sensor_, cycles_, rehearsal.cell);
+    if (!net) return findings.append(net.error(), pointer);
+    rehearse_net(*net, rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<TareRun>(sensor_, cycles_); }
 

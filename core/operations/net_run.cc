@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/activity/motion_activity.h"
+#include "core/command/cause_text.h"
 
 namespace takt::activity {
 
@@ -77,7 +78,7 @@ Progress NetRun::advance(Context& context, Findings& findings) {
   if (status.cause.in_order()) return Progress::kDone;
   findings.error({},
                  fmt::format("the net was stopped in cycle {} ({}): {}", status.last_cycle, name_of(code),
-                             status.cause.text.view()),
+                             command::cause_text(status.cause, context.cell)),
                  "\"try\" around the step, where the program can go on");
   return Progress::kFailed;
 }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/object_reader.h"
+#include "core/base/read_parts.h"
 #include "core/net/value_json.h"
 #include "core/operations/net_run.h"
 #include "core/operations/parameter_table.h"

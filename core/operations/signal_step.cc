@@ -24,7 +24,10 @@ class SetRun final : public OneNetRun {
  private:
   Progress begin(Context& context, Findings& findings) override {
     const double period = to_seconds(context.core.period());
-    return load(context, command::set_net(request_.output, request_.value, context.cell, period), findings);
+    const auto net = command::set_net(request_.output, request_.value, context.cell, period);
+    if (net) return load(context, *net, findings);
+    findings.append(net.error());
+    return Progress::kFailed;
   }
 
   const SetRequest& request_;
@@ -36,8 +39,9 @@ class SetStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     if (!check_range(request_, rehearsal.cell, pointer, findings)) return;
     // The form of the net does not depend on the period.
-    rehearse_net(command::set_net(request_.output, request_.value, rehearsal.cell, to_seconds(kMillisecond)), rehearsal,
-                 pointer, findings);
+    const auto net = command::set_net(request_.output, request_.value, rehearsal.cell, to_seconds(kMillisecond));
+    if (!net) return findings.append(net.error(), pointer);
+    rehearse_net(*net, rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<SetRun>(request_); }
 
@@ -83,8 +87,12 @@ class WaitRun final : public OneNetRun {
  private:
   Progress begin(Context& context, Findings& findings) override {
     const auto wait = command::wait_net(*request_.until, request_.timeout, context.cell, context.variables.biases);
-    condition_port_ = wait.condition_port;
-    return load(context, wait.net, findings);
+    if (!wait) {
+      findings.append(wait.error());
+      return Progress::kFailed;
+    }
+    condition_port_ = wait->condition_port;
+    return load(context, wait->net, findings);
   }
 
   Progress finish(Context&, Findings& findings) override {
@@ -107,8 +115,9 @@ class WaitStep final : public Step {
  public:
   explicit WaitStep(WaitRequest request) : request_(std::move(request)) {}
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
-    rehearse_net(command::wait_net(*request_.until, request_.timeout, rehearsal.cell, {}).net, rehearsal, pointer,
-                 findings);
+    const auto wait = command::wait_net(*request_.until, request_.timeout, rehearsal.cell, {});
+    if (!wait) return findings.append(wait.error(), pointer);
+    rehearse_net(wait->net, rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<WaitRun>(request_); }
 

@@ -9,7 +9,8 @@
 #include "core/expression/condition.h"
 #include "core/net/description.h"
 
-/// Nets of single commands that move no arm, through the one mapping (mapping.h). Realtime: setup.
+/// Nets of single commands that move no arm, through the one mapping (mapping.h); or all that is wrong with them.
+/// Realtime: setup.
 namespace takt::command {
 
 /// Tells a gripper what to do and waits until its fingers stand.
@@ -21,7 +22,7 @@ struct GripCommand {
 };
 
 /// The net ends when the fingers stand, or when it is cancelled: then the stop reaction keeps the grip.
-[[nodiscard]] net::NetDescription grip_net(const GripCommand& command, const Cell& cell);
+[[nodiscard]] Result<net::NetDescription> grip_net(const GripCommand& command, const Cell& cell);
 namespace grip_ports {
 inline constexpr std::string_view kHolding = "grip/state.holding";  ///< Boolean
 inline constexpr std::string_view kWidth = "grip/state.width";      ///< Real, m
@@ -32,8 +33,8 @@ using SignalValue = std::variant<bool, double>;
 
 /// Brings an output of the cell to a value, an analog one as fast as it may; the value stays when the net has ended.
 /// @param period  of the core, s
-[[nodiscard]] net::NetDescription set_net(const std::string& output, const SignalValue& value, const Cell& cell,
-                                          double period);
+[[nodiscard]] Result<net::NetDescription> set_net(const std::string& output, const SignalValue& value, const Cell& cell,
+                                                  double period);
 
 /// A net that waits, and where the answer stands when it has ended.
 struct WaitNet {
@@ -42,7 +43,7 @@ struct WaitNet {
 };
 
 /// Waits until a condition holds, or `timeout` s have passed, or the net is cancelled.
-[[nodiscard]] WaitNet wait_net(const Condition& condition, std::optional<double> timeout, const Cell& cell,
-                               const Biases& biases);
+[[nodiscard]] Result<WaitNet> wait_net(const Condition& condition, std::optional<double> timeout, const Cell& cell,
+                                       const Biases& biases);
 
 }  // namespace takt::command

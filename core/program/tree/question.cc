@@ -11,8 +11,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// A net that ends in its first cycle, with the answer on its port.
-command::WaitNet ask_net(const command::Condition& condition, const command::Cell& cell,
-                         const command::Biases& biases) {
+Result<command::WaitNet> ask_net(const command::Condition& condition, const command::Cell& cell,
+                                 const command::Biases& biases) {
   return command::wait_net(condition, 0.0, cell, biases);
 }
 
@@ -54,7 +54,12 @@ std::optional<bool> Question::rehearse(Rehearsal& rehearsal, const Scope& scope,
   const auto condition = command::parse_condition(*resolved.json, piece_.pointer(), rehearsal.cell);
   if (!condition) own.append(condition.error());
   if (condition && !own.has_errors()) {
-    rehearse_net(ask_net(*condition, rehearsal.cell, {}).net, rehearsal, piece_.pointer(), own);
+    const auto ask = ask_net(*condition, rehearsal.cell, {});
+    if (ask) {
+      rehearse_net(ask->net, rehearsal, piece_.pointer(), own);
+    } else {
+      own.append(ask.error(), piece_.pointer());
+    }
   }
   findings.append(own);
   return std::nullopt;
@@ -99,9 +104,13 @@ Progress QuestionRun::begin(Execution& execution, Findings& findings) {
     return Progress::kFailed;
   }
   const auto ask = ask_net(*condition, context.cell, context.variables.biases);
-  port_ = ask.condition_port;
+  if (!ask) {
+    findings.append(ask.error(), question_.piece_.pointer());
+    return Progress::kFailed;
+  }
+  port_ = ask->condition_port;
   Findings rejected;
-  const Progress progress = net_.begin(context, ask.net, {}, rejected);
+  const Progress progress = net_.begin(context, ask->net, {}, rejected);
   findings.append(rejected, question_.piece_.pointer());
   return progress;
 }

@@ -75,7 +75,7 @@ TEST_F(MotionNetTest, EveryNetReadsBackFromItsJson) {
   const Condition nested = condition(R"({"all": [{"any": [{"sensor": "wrist", "quantity": "force_z", "above_N": 5},
       {"sensor": "wrist", "quantity": "torque", "above_Nm": 2}]}, {"not": {"sensor": "wrist", "below_N": 1}}]})");
   for (const auto& net : {net_of(joints), net_of(line), net_of(line, condition(kForce)), net_of(joints, nested),
-                          net_of(line, nested), tare_net("wrist", 100, fake.cell)}) {
+                          net_of(line, nested), tare_net("wrist", 100, fake.cell).value()}) {
     const auto again = net::net_from_json(Json::parse(net::net_to_json(net).dump()));
     ASSERT_TRUE(again.has_value()) << again.error().to_string();
     EXPECT_EQ(*again, net);
@@ -223,7 +223,7 @@ TEST_F(MotionNetTest, L6_CancelAtEveryFiftiethCycleEndsAtRestWithinTheBound) {
 }
 
 TEST_F(MotionNetTest, TareFindsTheBiasUnderTheWeightOfTheTool) {
-  const auto net = load(tare_net("wrist", 100, fake.cell));
+  const auto net = load(tare_net("wrist", 100, fake.cell).value());
   fake.core.start(net);
   EXPECT_EQ(run_to_end(net), 101);
   const auto bias = read<net::Wrench>(net, tare_ports::kBias);
@@ -233,7 +233,7 @@ TEST_F(MotionNetTest, TareFindsTheBiasUnderTheWeightOfTheTool) {
 }
 
 TEST_F(MotionNetTest, TareOfASilentSensorGivesUp) {
-  const auto net = load(tare_net("wrist", 100, fake.cell));
+  const auto net = load(tare_net("wrist", 100, fake.cell).value());
   fake.core.start(net);
   fake.sensor->silent = true;
   EXPECT_LT(run_to_end(net), 1000);
@@ -241,7 +241,7 @@ TEST_F(MotionNetTest, TareOfASilentSensorGivesUp) {
 }
 
 TEST_F(MotionNetTest, TareCanBeCancelled) {
-  const auto net = load(tare_net("wrist", 100'000, fake.cell));
+  const auto net = load(tare_net("wrist", 100'000, fake.cell).value());
   fake.core.start(net);
   fake.step(10);
   fake.core.cancel(net);
