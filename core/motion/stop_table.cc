@@ -90,8 +90,9 @@ StopTable common(const StopTable& a, const StopTable& b) {
 StopTable simplified(const StopTable& table) {
   constexpr double kAlike = 0.96;
   const auto values = [](const StopCell& cell) {
-    return std::array{cell.deceleration, cell.deceleration_at_full_rate, cell.product, cell.jerk,
-                      cell.jerk - cell.jerk_by_cube, cell.jerk - cell.jerk_by_product * cell.product};
+    return std::array{
+        cell.deceleration, cell.deceleration_at_full_rate, cell.product,
+        cell.jerk,         cell.jerk - cell.jerk_by_cube,  cell.jerk - cell.jerk_by_product * cell.product};
   };
   // What a cell loses to its neighbours adds up, so it is compared with the best that is merged into it.
   std::array<double, 6> best{};

@@ -7,8 +7,8 @@
 #include "core/kinematics/inverse.h"
 #include "core/motion/leg.h"
 
-/// The shortest stop on a path that the limits of an arm allow, found by itself: it shares nothing with the planners but
-/// the geometry of the path.
+/// The shortest stop on a path that the limits of an arm allow, found by itself: it shares nothing with the planners
+/// but the geometry of the path.
 namespace takt::test {
 
 /// Derivatives of the joints by s are differences of positions that inverse kinematics finds on a fine grid; a frame on
@@ -18,7 +18,7 @@ class ShortestStop {
  public:
   ShortestStop(const motion::ArmModel& arm, const motion::Motion& motion) : arm_(arm), motion_(motion) {
     kinematics::JointVector q = motion.q_start;
-    for (int i = 0; i <= kNodes; ++i) {
+    for (std::size_t i = 0; i <= kNodes; ++i) {
       const auto there = motion::sample(motion.path, {.s = static_cast<double>(i) / kNodes});
       if (!there.cartesian)
         q = there.joints.q;
