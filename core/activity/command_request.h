@@ -13,6 +13,7 @@
 #include "core/activity/state_request.h"
 #include "core/activity/step.h"
 #include "core/command/command.h"
+#include "core/rcc/control_core.h"
 
 /// Commands as files have them: what stands in a step "transaction" (docs/programs.md). Read once; made into commands
 /// of the command layer each time their step begins.
@@ -41,8 +42,8 @@ struct MadeCommand {
 /// What stood in the net of a tree when it had ended.
 class EndedTree {
  public:
-  EndedTree(const net::CompiledNet* net, const std::map<std::string, std::string>& observed)
-      : net_(net), observed_(observed) {}
+  EndedTree(rcc::NetHandle net, const std::map<std::string, std::string>& observed)
+      : net_(std::move(net)), observed_(observed) {}
   /// An observed or captured value; nothing for null.
   template <class T>
   [[nodiscard]] std::optional<T> value(const std::string& name) const {
@@ -54,7 +55,7 @@ class EndedTree {
   [[nodiscard]] bool was_true(const std::string& name) const { return value<net::Boolean>(name).value_or(false); }
 
  private:
-  const net::CompiledNet* net_;
+  rcc::NetHandle net_;
   const std::map<std::string, std::string>& observed_;
 };
 

@@ -38,7 +38,7 @@ class NetRun {
   }
   [[nodiscard]] rcc::NetId id() const { return id_; }
   /// The net, to read ports after it has ended; null before begin().
-  [[nodiscard]] const net::CompiledNet* net() const { return core_ ? core_->net(id_) : nullptr; }
+  [[nodiscard]] rcc::NetHandle net() const { return core_ ? core_->net(id_) : nullptr; }
 
  private:
   rcc::ControlCore* core_ = nullptr;
@@ -70,11 +70,12 @@ class OneNetRun : public StepRun {
   }
   [[nodiscard]] bool loaded() const { return net_.begun(); }
   [[nodiscard]] rcc::NetId net_id() const { return net_.id(); }
-  [[nodiscard]] const net::CompiledNet* net() const { return net_.net(); }
+  [[nodiscard]] rcc::NetHandle net() const { return net_.net(); }
   /// Last value of a port of the loaded net; nothing if it is null or the net has no such port.
   template <class T>
   [[nodiscard]] std::optional<T> value_of(std::string_view port) const {
-    const auto* slot = net_.net()->find<T>(port);
+    const rcc::NetHandle net = net_.net();
+    const auto* slot = net->template find<T>(port);
     return slot && !slot->null ? std::optional(slot->value) : std::nullopt;
   }
   [[nodiscard]] bool was_true(std::string_view port) const { return value_of<net::Boolean>(port).value_or(false); }

@@ -59,8 +59,9 @@ class NetStepRun final : public StepRun {
   }
 
   void keep_monitors(Context& context) {
-    if (net_.net() == nullptr) return;
-    for (const auto& monitor : net_.net()->monitors()) {
+    const rcc::NetHandle net = net_.net();
+    if (net == nullptr) return;
+    for (const auto& monitor : net->monitors()) {
       const std::string text = net::slot_to_json(monitor.type, monitor.slot).dump();
       context.variables.monitors[request_.net][monitor.name] = text;
       context.event(request_.net, monitor.name, text);

@@ -78,7 +78,8 @@ Progress QuestionRun::advance(Execution& execution, Findings& findings) {
   const Progress progress = net_.advance(execution.context, own);
   findings.append(own, question_.piece_.pointer());
   if (progress != Progress::kDone) return progress;
-  const auto* held = net_.net()->find<net::Boolean>(port_);
+  const rcc::NetHandle net = net_.net();
+  const auto* held = net->find<net::Boolean>(port_);
   if (!held || held->null) return no_answer(findings);
   answer_ = held->value;
   return Progress::kDone;

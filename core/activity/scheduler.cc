@@ -49,7 +49,7 @@ ActivityRun::~ActivityRun() {
 template <class T>
 std::optional<T> ActivityRun::value(const std::string& observation) const {
   const auto found = observed_.find(observation);
-  const net::CompiledNet* net = net_ != 0 ? core_.net(net_) : nullptr;
+  const rcc::NetHandle net = net_ != 0 ? core_.net(net_) : nullptr;
   if (found == observed_.end() || net == nullptr) return std::nullopt;
   const auto* slot = net->find<T>(found->second);
   return slot != nullptr && slot->null == 0 ? std::optional<T>(slot->value) : std::nullopt;
@@ -62,7 +62,8 @@ template std::optional<net::Frame> ActivityRun::value(const std::string&) const;
 template std::optional<net::Wrench> ActivityRun::value(const std::string&) const;
 
 void ActivityRun::watch_brakes(const std::vector<command::BrakePorts>& brakes) {
-  const net::CompiledNet& net = *core_.net(net_);
+  const rcc::NetHandle handle = core_.net(net_);
+  const net::CompiledNet& net = *handle;
   for (const command::BrakePorts& brake : brakes) {
     const Watched watched{.event = net.find<net::Boolean>(brake.event),
                           .rate = net.find<net::Real>(brake.clock + ".rate"),
@@ -112,7 +113,7 @@ bool ActivityRun::shares_actuator(const ActivityRun& other) const {
 
 const net::Slot<net::Real>* ActivityRun::clock_port(const command::SubjectPtr& command, const char* port) const {
   const auto fragment = fragments_.find(command.get());
-  const net::CompiledNet* net = core_.net(net_);
+  const rcc::NetHandle net = core_.net(net_);
   return fragment == fragments_.end() || net == nullptr ? nullptr
                                                         : net->find<net::Real>(fragment->second + "/clock." + port);
 }
@@ -147,14 +148,26 @@ void Scheduler::poll() {
       begin_change(*run);
       continue;
     }
-    if (!run->rule_) continue;
-    run->request_ = core_.post(*run->rule_);
-    run->rule_.reset();
+    if (run->rule_) post(*run);
   }
   for (const RunPtr& run : runs_) {
     if (run->over()) reactions_.insert(reactions_.end(), run->reactions_.begin(), run->reactions_.end());
   }
   std::erase_if(runs_, [](const RunPtr& run) { return run->over(); });
+}
+
+/// The queue of the core may be full of requests of others: then it is posted again in the next cycle.
+void Scheduler::post(ActivityRun& run) {
+  run.request_ = core_.post(*run.rule_);
+  if (run.request_ != 0) return run.rule_.reset();
+  if (run.queue_full_since_ < 0) run.queue_full_since_ = core_.cycle();
+  if (core_.cycle() - run.queue_full_since_ < rcc::Rule::kPatience) return;
+  Findings why;
+  why.error("",
+            fmt::format("'{}' was not started: the control core's queue of requests was full for {} cycles", run.name(),
+                        rcc::Rule::kPatience),
+            "fewer requests in one cycle");
+  fail(run, std::move(why));
 }
 
 void Scheduler::cancel() {
@@ -414,24 +427,25 @@ void Scheduler::load(ActivityRun& run, const Predecessors& before, const Situati
   for (int i = 0; i < tree.size(); ++i)
     run.fragments_[tree.at(i).node->subject.get()] = mapped->commands[static_cast<std::size_t>(i)].fragment;
   run.watch_brakes(mapped->brakes);
-  run.rule_ = rule_for(run, before, situation);
+  auto rule = rule_for(run, before, situation);
+  if (!rule) return fail(run, std::move(rule.error()));
+  run.rule_ = *rule;
 }
 
-rcc::Rule Scheduler::rule_for(const ActivityRun& run, const Predecessors& before, const Situation& situation) const {
+Result<rcc::Rule> Scheduler::rule_for(const ActivityRun& run, const Predecessors& before,
+                                      const Situation& situation) const {
   rcc::Rule rule;
-  rule.action.start.add(run.net_);
+  rule.action.start = {run.net_};
   if (before.running.empty()) return rule;
-  rule.otherwise.start.add(run.net_);
-  const auto add = [&rule](const rcc::Term& term) {
-    if (rule.condition.size < rcc::Condition::kCapacity)
-      rule.condition.terms[static_cast<std::size_t>(rule.condition.size++)] = term;
-  };
+  rule.otherwise.start = {run.net_};
+  bool fits = true;
+  const auto add = [&](const rcc::Term& term) { fits = rule.condition.add(term) && fits; };
   for (const ActivityRun* other : before.running) {
     if (run.prepared_.taken_over.empty()) {
       add(rcc::Term::state(other->net_, {NetState::kTerminated}));
       continue;
     }
-    rule.action.end.add(other->net_);
+    fits = rule.action.end.add(other->net_) && fits;
     for (const auto& [actuator, forecast] : other->prepared_.forecasts) {
       const auto& leaving = situation.precedents.find(actuator)->second.leaving;
       for (const auto& [command, motion] : forecast.last) {
@@ -443,7 +457,13 @@ rcc::Rule Scheduler::rule_for(const ActivityRun& run, const Predecessors& before
       }
     }
   }
-  return rule;
+  if (fits) return rule;
+  return failure(
+      "",
+      fmt::format("'{}' follows {} running activities at once; a rule of the control core ends at most {} nets "
+                  "on at most {} conditions",
+                  run.name(), before.running.size(), rcc::NetSet::kCapacity, rcc::Condition::kCapacity),
+      "fewer activities before it that it has to wait for together");
 }
 
 }  // namespace takt::activity

@@ -111,10 +111,11 @@ class ActivityRun {
   std::int64_t due_cycle_ = 0;  ///< its start takes effect from here on (row D2)
   rcc::NetId net_ = 0;
   rcc::RequestId request_ = 0;
-  std::optional<rcc::Rule> rule_;     ///< to be posted
-  std::optional<ModeChange> change_;  ///< of control modes, before or after its net
-  ControlModes modes_before_;         ///< in which its arms were; empty: nothing was changed yet
-  bool goes_back_ = false;            ///< the change is the one after it
+  std::optional<rcc::Rule> rule_;       ///< to be posted
+  std::int64_t queue_full_since_ = -1;  ///< cycle in which it could not be posted for the first time
+  std::optional<ModeChange> change_;    ///< of control modes, before or after its net
+  ControlModes modes_before_;           ///< in which its arms were; empty: nothing was changed yet
+  bool goes_back_ = false;              ///< the change is the one after it
 };
 using RunPtr = std::shared_ptr<ActivityRun>;
 
@@ -178,8 +179,10 @@ class Scheduler {
   [[nodiscard]] static bool is_as_planned(const ActivityRun& run, const command::SubjectPtr& command, double period);
   [[nodiscard]] std::optional<Precedent::Leaving> leaving(const ActivityRun& run, const Forecast& forecast) const;
   void load(ActivityRun& run, const Predecessors& before, const Situation& situation);
-  [[nodiscard]] rcc::Rule rule_for(const ActivityRun& run, const Predecessors& before,
-                                   const Situation& situation) const;
+  /// When the run's net starts, and what it takes over. An error: no rule has room for that.
+  [[nodiscard]] Result<rcc::Rule> rule_for(const ActivityRun& run, const Predecessors& before,
+                                           const Situation& situation) const;
+  void post(ActivityRun& run);
 
   rcc::ControlCore& core_;
   const command::Cell& cell_;

@@ -45,6 +45,7 @@ struct CommandHandle::Impl {
   rcc::RequestId request = 0;
   std::optional<net::Cause> refused;
   bool begun = false, called_off = false;
+  bool wants_start = false, wants_cancel = false;  ///< not posted yet: the core's queue was full
 
   Impl() = default;
   Impl(const Impl&) = delete;
@@ -54,6 +55,9 @@ struct CommandHandle::Impl {
   [[nodiscard]] rcc::ControlCore& core() const { return runtime->core; }
   Findings attach(const MappedCommand& mapped);
   void poll();
+  void ask();
+  /// @return true if it will not begin: it was not started, or its start was not posted yet
+  bool call_off();
   void note_trace();
 };
 
@@ -87,7 +91,15 @@ void CommandHandle::Impl::note_trace() {
   while (trace.size() > kTracedCycles) trace.erase(trace.begin());
 }
 
+/// Posts what is wanted; what finds no room is posted again after the next cycle.
+void CommandHandle::Impl::ask() {
+  if (wants_start) request = core().start(id);
+  wants_start = wants_start && request == 0;
+  wants_cancel = wants_cancel && core().cancel(id) == 0;
+}
+
 void CommandHandle::Impl::poll() {
+  ask();
   for (const rcc::Event& event : core().events()) {
     if (event.kind != rcc::Event::Kind::kRefused || request == 0 || event.request != request) continue;
     refused = net::Cause{net::Cause::Code::kError, event.cause.text, core().cycle() - 1};
@@ -119,8 +131,8 @@ std::string CommandStatus::to_string() const {
 
 void CommandHandle::start() {
   if (impl_->called_off || impl_->begun) return;
-  impl_->begun = true;
-  impl_->request = impl_->core().start(impl_->id);
+  impl_->begun = impl_->wants_start = true;
+  impl_->ask();
 }
 
 Findings CommandHandle::schedule_after(const CommandHandle& predecessor, const CommandHandle* from_rest) {
@@ -142,17 +154,19 @@ Findings CommandHandle::schedule_after(const CommandHandle& predecessor, const C
   return findings;
 }
 
+bool CommandHandle::Impl::call_off() {
+  called_off = called_off || !begun || std::exchange(wants_start, false);
+  return called_off;
+}
+
 void CommandHandle::cancel() {
-  if (impl_->begun) {
-    impl_->core().cancel(impl_->id);
-  } else {
-    impl_->called_off = true;
-  }
+  if (impl_->call_off()) return;
+  impl_->wants_cancel = true;
+  impl_->ask();
 }
 
 void CommandHandle::abort() {
-  impl_->called_off = !impl_->begun;
-  if (impl_->begun) impl_->core().abort(impl_->id);
+  if (!impl_->call_off()) impl_->core().abort(impl_->id);
 }
 
 CommandStatus CommandHandle::wait(std::int64_t most_cycles) {
@@ -192,7 +206,7 @@ CommandStatus CommandHandle::status() const {
 template <class T>
 std::optional<T> CommandHandle::value(const std::string& name) const {
   const auto port = impl_->observed.find(name);
-  const auto* net = impl_->core().net(impl_->id);
+  const rcc::NetHandle net = impl_->core().net(impl_->id);
   if (port == impl_->observed.end() || net == nullptr) return std::nullopt;
   const auto* slot = net->template find<T>(port->second);
   return slot == nullptr || slot->null != 0 ? std::nullopt : std::optional<T>(slot->value);

@@ -86,6 +86,24 @@ TEST_F(HandleTest, BeforeTheStartACancelMeansThatItNeverBegins) {
   EXPECT_EQ(cell.q(), cell.arm->home);
 }
 
+TEST_F(HandleTest, StartAndCancelAreNotLostWhenTheCoresQueueIsFull) {
+  const auto fill = [this] {
+    while (cell.core.cancel(4711) != 0) continue;
+  };
+  CommandHandle handle = load(move(0.6)), never = load(move(0.6));
+  fill();
+  handle.start();
+  never.start();
+  never.cancel();
+  for (int i = 0; i < 300; ++i) cell.runtime.step();
+  EXPECT_EQ(handle.status().state, rcc::NetState::kRunning);
+  EXPECT_EQ(never.status().cause.code, Cause::Code::kCancelled);
+  EXPECT_EQ(cell.core.state(never.net()), rcc::NetState::kReady) << "its start was never posted";
+  fill();
+  handle.cancel();
+  EXPECT_EQ(handle.wait(2000).cause.code, Cause::Code::kCancelled);
+}
+
 TEST_F(HandleTest, ARefusedStartSaysWhoHoldsTheArm) {
   CommandHandle first = load(move(0.6)), second = load(move(-0.6));
   first.start();
