@@ -11,7 +11,7 @@ namespace {
 
 using Rule = Violation::Rule;
 
-constexpr double kNoise = 3e-9;       // rad or m: set points may begin that far from where the arm was told to be
+constexpr double kNoise = 3e-9;             // rad or m: set points may begin that far from where the arm was told to be
 constexpr double kAnswerRangeNoise = 1e-4;  // rad or m: a stop may end that far outside, as the core's guard allows
 // The polynomial between two set points meets a motion whose jerk switches between them but for this share of
 // jerk * period in acceleration and of acceleration * period in velocity.

@@ -86,20 +86,6 @@ bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Findings& findings)
   return rehearsal.effort < kMostEffort;
 }
 
-void keep_agreed_modes(const Rehearsal& other, Rehearsal& rehearsal) {
-  std::erase_if(rehearsal.modes, [&](const auto& known) {
-    const auto found = other.modes.find(known.first);
-    return found == other.modes.end() || found->second != known.second;
-  });
-}
-
-void settle_rehearsal(Rehearsal& rehearsal, Findings& findings) {
-  if (!rehearsal.open) return;
-  findings.note(rehearsal.open->pointer, "what comes next is no motion of this arm: it stops at the goal",
-                "a motion of the same arm next, or no blend");
-  rehearsal.open.reset();
-}
-
 Findings as_warnings(const Findings& findings, std::string_view why) {
   Findings result;
   for (Finding finding : findings.list()) {

@@ -1,0 +1,20 @@
+// What steps and nodes of a rehearsal have in common.
+#include "core/operations/step.h"
+
+namespace takt::activity {
+
+void keep_agreed_modes(const Rehearsal& other, Rehearsal& rehearsal) {
+  std::erase_if(rehearsal.modes, [&](const auto& known) {
+    const auto found = other.modes.find(known.first);
+    return found == other.modes.end() || found->second != known.second;
+  });
+}
+
+void settle_rehearsal(Rehearsal& rehearsal, Findings& findings) {
+  if (!rehearsal.open) return;
+  findings.note(rehearsal.open->pointer, "what comes next is no motion of this arm: it stops at the goal",
+                "a motion of the same arm next, or no blend");
+  rehearsal.open.reset();
+}
+
+}  // namespace takt::activity
