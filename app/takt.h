@@ -30,6 +30,7 @@ using activity::Activity;
 using activity::ActivityError;
 using activity::ProgramCancelled;
 using activity::Reaction;
+using activity::RunFailure;
 using activity::RunPtr;
 using activity::RunState;
 

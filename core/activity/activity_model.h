@@ -73,7 +73,7 @@ struct PlannedPart {
 /// Control modes of arms, by name.
 using ControlModes = std::map<std::string, device::ControlMode, std::less<>>;
 
-/// An activity that can be mapped to a net.
+/// An activity that can become a net: of a command, or one that was written by hand.
 struct Prepared {
   std::optional<command::Command> command;
   std::map<std::string, Forecast, std::less<>> forecasts;                ///< of each of its actuators
@@ -85,6 +85,7 @@ struct Prepared {
   /// activities that begin alone.
   ControlModes modes;
   bool returns = false;  ///< after the command they go back into the modes that they were in
+  std::shared_ptr<const net::NetDescription> net = {};  ///< written by hand, in place of a command
 };
 
 /// An operation in real time that knows what comes before it. Immutable: it may be carried out any number of times,

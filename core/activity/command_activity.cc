@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/command/check.h"
 #include "core/command/command_tree.h"
 #include "core/command/motion_action.h"
 
@@ -19,7 +20,13 @@ class CommandActivity final : public ActivityModel {
   [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
     Prepared prepared;
     prepared.command = make_(situation);
-    if (Findings wrong = command::plan(*prepared.command); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    command::Places places;
+    for (const auto& [device, before] : situation.precedents)
+      if (before.at_end.q) places[device] = *before.at_end.q;
+    const Findings unplanned = command::plan(*prepared.command, places);
+    Findings wrong = command::check(*prepared.command, false);
+    command::add_news(unplanned, wrong);
+    if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     for (const std::string& actuator : actuators_) {
       Forecast& forecast = prepared.forecasts[actuator];
       const auto before = situation.precedents.find(actuator);

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/activity/net_run.h"
 #include "core/activity/press_command.h"
+#include "core/activity/rehearsed_net.h"
 #include "core/activity/scheduled_run.h"
 #include "core/activity/two_ways.h"
 #include "core/command/single_net.h"

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/freedrive_activity.h"
-#include "core/activity/net_run.h"
+#include "core/activity/rehearsed_net.h"
 #include "core/activity/scheduled_run.h"
 #include "core/base/object_reader.h"
 #include "core/command/condition_state.h"
@@ -47,7 +47,7 @@ class FreedriveRun final : public ScheduledRun {
     return freedrive_activity(context.cell, request_.arm, guiding.wish, guiding.end, biases);
   }
   /// The control mode, and what the activity is made of, are not among the keys of this step.
-  [[nodiscard]] std::string place_of(std::string) const override { return {}; }
+  [[nodiscard]] std::string location_of(std::string) const override { return {}; }
 
   const FreedriveRequest& request_;
 };

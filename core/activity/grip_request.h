@@ -5,7 +5,7 @@
 
 #include "core/activity/step.h"
 #include "core/base/object_reader.h"
-#include "core/command/device_net.h"
+#include "core/command/device_commands.h"
 
 namespace takt::activity {
 

@@ -7,8 +7,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/net_run.h"
+#include "core/activity/command_activity.h"
+#include "core/activity/rehearsed_net.h"
+#include "core/activity/scheduled_run.h"
 #include "core/base/object_reader.h"
+#include "core/command/device_commands.h"
+#include "core/command/single_net.h"
 #include "core/command/tare.h"
 #include "core/world/pose_fit.h"
 
@@ -38,17 +42,20 @@ class ImmediateRun final : public StepRun {
 
 // -- tare ----------------------------------------------------------------------------------------------------------
 
-class TareRun final : public OneNetRun {
+class TareRun final : public ScheduledRun {
  public:
   TareRun(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
 
  private:
-  Progress begin(Context& context, Findings& findings) override {
-    return load(context, command::tare_net(sensor_, cycles_, context.cell), findings);
+  [[nodiscard]] ActivityPtr activity(Context&) override {
+    return command_activity("tare " + sensor_, {}, [sensor = sensor_, cycles = cycles_](const Situation& situation) {
+      return command::tare_command(sensor, cycles, situation.cell);
+    });
   }
 
   Progress finish(Context& context, Findings& findings) override {
-    const auto bias = value_of<net::Wrench>(command::tare_ports::kBias);
+    if (cancelled()) return Progress::kDone;
+    const auto bias = run()->value<net::Wrench>(command::observed::kBias);
     if (!bias) {
       findings.error("/sensor", fmt::format("'{}' did not answer while it was tared", sensor_),
                      "its power and its wires; \"try\" with \"retry\" tares again");
@@ -67,7 +74,8 @@ class TareStep final : public Step {
   TareStep(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     rehearsal.duration += 1e-3 * static_cast<double>(cycles_);
-    rehearse_net(command::tare_net(sensor_, cycles_, rehearsal.cell), rehearsal, pointer, findings);
+    const auto command = command::tare_command(sensor_, cycles_, rehearsal.cell);
+    rehearse_net(command::single_net(command, "tare " + sensor_).net, rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<TareRun>(sensor_, cycles_); }
 

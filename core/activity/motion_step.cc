@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/command_step.h"
-#include "core/activity/net_run.h"
+#include "core/activity/rehearsed_net.h"
 #include "core/activity/requested_motion.h"
 #include "core/activity/scheduled_run.h"
 #include "core/activity/touch.h"

@@ -8,7 +8,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/net_run.h"
+#include "core/activity/net_activity.h"
+#include "core/activity/rehearsed_net.h"
+#include "core/activity/scheduled_run.h"
 #include "core/base/object_reader.h"
 #include "core/net/value_json.h"
 
@@ -27,40 +29,32 @@ std::int64_t cycles_in(double seconds, const Context& context) {
   return static_cast<std::int64_t>(std::llround(seconds / to_seconds(context.core.period())));
 }
 
-/// Loads and starts the net, cancels it when asked to, and keeps the last values of its monitors.
-class NetStepRun final : public StepRun {
+/// Cancels the net when it is due, and keeps the last values of its monitors.
+class NetStepRun final : public ScheduledRun {
  public:
   explicit NetStepRun(const NetRequest& request) : request_(request) {}
 
-  Progress advance(Context& context, Findings& findings) override {
-    if (!net_.begun()) return begin(context, findings);
+ private:
+  [[nodiscard]] ActivityPtr activity(Context& context) override {
+    const std::int64_t start = context.core.cycle() + context.program_latency_cycles;
+    if (request_.cancel_after_s) cancel_cycle_ = start + cycles_in(*request_.cancel_after_s, context);
+    last_cycle_ = start + cycles_in(request_.within_s, context);
+    return net_activity(request_.net, context.cell.nets.find(request_.net)->second, context.core.environment());
+  }
+
+  Progress watch(Context& context, Findings& findings) override {
     const std::int64_t cycle = context.core.cycle();
-    if (cycle >= cancel_cycle_) net_.cancel();
-    const Progress progress = net_.advance(context, findings);
-    if (progress != Progress::kRunning) {
-      keep_monitors(context);
-      return progress;
-    }
-    if (cycle < last_cycle_) return progress;
-    net_.abort();
+    if (cycle >= cancel_cycle_) run()->cancel();
+    if (cycle < last_cycle_) return Progress::kRunning;
+    run()->abort();
     findings.error("/within_s", fmt::format("the net '{}' still runs after {:g} s", request_.net, request_.within_s),
                    "a longer time, or a net that ends");
     return Progress::kFailed;
   }
 
-  void cancel(Context&) override { net_.cancel(); }
-
- private:
-  Progress begin(Context& context, Findings& findings) {
-    const std::int64_t start = context.core.cycle() + context.program_latency_cycles;
-    if (request_.cancel_after_s) cancel_cycle_ = start + cycles_in(*request_.cancel_after_s, context);
-    last_cycle_ = start + cycles_in(request_.within_s, context);
-    return net_.begin(context, *context.cell.nets.find(request_.net)->second, {}, findings);
-  }
-
-  void keep_monitors(Context& context) {
-    if (net_.net() == nullptr) return;
-    for (const auto& monitor : net_.net()->monitors()) {
+  void ended(Context& context) override {
+    if (run()->compiled_net() == nullptr) return;
+    for (const auto& monitor : run()->compiled_net()->monitors()) {
       const std::string text = net::slot_to_json(monitor.type, monitor.slot).dump();
       context.variables.monitors[request_.net][monitor.name] = text;
       context.event(request_.net, monitor.name, text);
@@ -68,7 +62,6 @@ class NetStepRun final : public StepRun {
   }
 
   const NetRequest& request_;
-  NetRun net_;
   std::int64_t cancel_cycle_ = std::numeric_limits<std::int64_t>::max();
   std::int64_t last_cycle_ = 0;
 };

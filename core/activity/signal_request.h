@@ -6,7 +6,7 @@
 #include "core/activity/state_request.h"
 #include "core/base/object_reader.h"
 #include "core/command/condition.h"
-#include "core/command/device_net.h"
+#include "core/command/device_commands.h"
 
 namespace takt::activity {
 

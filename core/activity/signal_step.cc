@@ -6,9 +6,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/command_activity.h"
 #include "core/activity/command_step.h"
-#include "core/activity/net_run.h"
+#include "core/activity/rehearsed_net.h"
+#include "core/activity/scheduled_run.h"
 #include "core/activity/signal_request.h"
+#include "core/command/single_net.h"
 
 namespace takt::activity {
 namespace {
@@ -17,14 +20,15 @@ using Json = nlohmann::ordered_json;
 
 // -- set -----------------------------------------------------------------------------------------------------------
 
-class SetRun final : public OneNetRun {
+class SetRun final : public ScheduledRun {
  public:
   explicit SetRun(const SetRequest& request) : request_(request) {}
 
  private:
-  Progress begin(Context& context, Findings& findings) override {
-    const double period = to_seconds(context.core.period());
-    return load(context, command::set_net(request_.output, request_.value, context.cell, period), findings);
+  [[nodiscard]] ActivityPtr activity(Context&) override {
+    return command_activity("set " + request_.output, {request_.output}, [request = request_](const Situation& situation) {
+      return command::set_command(request.output, request.value, situation.cell);
+    });
   }
 
   const SetRequest& request_;
@@ -36,8 +40,8 @@ class SetStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     if (!check_range(request_, rehearsal.cell, pointer, findings)) return;
     // The form of the net does not depend on the period.
-    rehearse_net(command::set_net(request_.output, request_.value, rehearsal.cell, to_seconds(kMillisecond)), rehearsal,
-                 pointer, findings);
+    const auto command = command::set_command(request_.output, request_.value, rehearsal.cell);
+    rehearse_net(command::single_net(command, "set " + request_.output).net, rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<SetRun>(request_); }
 
@@ -76,19 +80,21 @@ class PauseStep final : public Step {
   double seconds_;
 };
 
-class WaitRun final : public OneNetRun {
+class WaitRun final : public ScheduledRun {
  public:
   explicit WaitRun(const WaitRequest& request) : request_(request) {}
 
  private:
-  Progress begin(Context& context, Findings& findings) override {
-    const auto wait = command::wait_net(*request_.until, request_.timeout, context.cell, context.variables.biases);
-    condition_port_ = wait.condition_port;
-    return load(context, wait.net, findings);
+  [[nodiscard]] ActivityPtr activity(Context& context) override {
+    const auto make = [request = request_, biases = context.variables.biases](const Situation& situation) {
+      return command::wait_command(*request.until, request.timeout, situation.cell, biases);
+    };
+    return command_activity("wait", {}, make);
   }
 
   Progress finish(Context&, Findings& findings) override {
-    const auto held = value_of<net::Boolean>(condition_port_);
+    if (cancelled()) return Progress::kDone;
+    const auto held = run()->value<net::Boolean>(command::observed::kCondition);
     if (held && *held) return Progress::kDone;
     if (!held) {
       findings.error("/until", "a sensor of the condition did not answer", "its power and its wires");
@@ -100,15 +106,14 @@ class WaitRun final : public OneNetRun {
   }
 
   const WaitRequest& request_;
-  std::string condition_port_;
 };
 
 class WaitStep final : public Step {
  public:
   explicit WaitStep(WaitRequest request) : request_(std::move(request)) {}
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
-    rehearse_net(command::wait_net(*request_.until, request_.timeout, rehearsal.cell, {}).net, rehearsal, pointer,
-                 findings);
+    const auto command = command::wait_command(*request_.until, request_.timeout, rehearsal.cell, {});
+    rehearse_net(command::single_net(command, "wait").net, rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<WaitRun>(request_); }
 

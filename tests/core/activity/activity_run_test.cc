@@ -151,6 +151,40 @@ TEST_F(ActivityRunTest, AfterACancelNothingStartsByItself) {
   EXPECT_EQ(cell.motion.lin(goal2).execute()->state(), RunState::kCompleted);
 }
 
+TEST_F(ActivityRunTest, AnActivityForAnArmWithAFaultIsGivenUpWithTheFault) {
+  const RunPtr first = cell.motion.lin(goal).begin_execute();
+  for (int i = 0; i < 50; ++i) cell.program.step();
+  cell.backend->state().ready = false;
+  cell.backend->state().fault = 7;
+  cell.program.run_until([&] { return first->over(); });
+  EXPECT_EQ(first->failure(), RunFailure::kStopped);
+  const RunPtr second = cell.motion.lin(goal).schedule();
+  for (int i = 0; i < 10; ++i) cell.program.step();
+  ASSERT_EQ(second->state(), RunState::kFailed) << "it does not stay queued without a word";
+  EXPECT_EQ(second->failure(), RunFailure::kFault);
+  EXPECT_THAT(second->findings().to_string(), testing::AllOf(HasSubstr("'arm LIN' was given up"), HasSubstr("fault 7"),
+                                                             HasSubstr("fake fault"), HasSubstr("ask for it again")));
+  const Actuator lamp(cell.program, "lamp");
+  EXPECT_EQ(lamp.use<OutputInterface>().set(true).execute()->state(), RunState::kCompleted) << "others go on";
+  cell.backend->state().ready = true;
+  cell.backend->state().fault = 0;
+  for (int i = 0; i < 1'000; ++i) cell.program.step();
+  EXPECT_EQ(cell.motion.lin(goal).execute()->state(), RunState::kCompleted) << "asked for again, it goes";
+}
+
+TEST_F(ActivityRunTest, AFullQueueOfRequestsOnlyDelaysAStart) {
+  const RunPtr run = cell.motion.lin(goal).schedule();
+  while (run->state() == RunState::kQueued) cell.program.step();
+  for (int i = 0; i < 5; ++i) {
+    while (cell.core.cancel(999) != 0) {
+    }
+    cell.program.step();
+  }
+  EXPECT_EQ(run->state(), RunState::kLoaded);
+  cell.program.run_until([&] { return run->over(); });
+  EXPECT_EQ(run->state(), RunState::kCompleted) << run->findings().to_string();
+}
+
 TEST_F(ActivityRunTest, AGuardedMotionEndsNobodyKnowsWhereSoTheNextWaitsForIt) {
   const auto down = cell.motion.lin_by({0, 0, -0.05}, {.linear_velocity = 0.05, .until = cell.hard()});
   const RunPtr first = down.begin_execute();

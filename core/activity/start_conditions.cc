@@ -1,0 +1,171 @@
+#include "core/activity/start_conditions.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace takt::activity {
+namespace {
+
+using rcc::NetState;
+
+/// Path time that a clock needs at most until its rate is steady: half the time from rest to full rate.
+double time_to_steady(const motion::Motion& motion) {
+  constexpr double kShare = 0.6;
+  return kShare * motion::PathClock(motion.clock, motion.duration(), false).stop_time_bound();
+}
+
+/// The motion is where its plan says that it is in a whole cycle.
+bool is_as_planned(double time, double rate, double period) {
+  constexpr double kRounding = 1e-6;  // of a cycle
+  const double cycles = time / period;
+  return rate == 1.0 && std::abs(cycles - std::round(cycles)) < kRounding;
+}
+
+/// A condition that tells whether all of it found room.
+class Terms {
+ public:
+  explicit Terms(rcc::Condition& condition) : condition_(condition) {}
+  void add(const rcc::Term& term) {
+    complete_ = complete_ && condition_.size < rcc::Condition::kCapacity;
+    if (complete_) condition_.terms[static_cast<std::size_t>(condition_.size++)] = term;
+  }
+  [[nodiscard]] bool complete() const { return complete_; }
+
+ private:
+  rcc::Condition& condition_;
+  bool complete_ = true;
+};
+
+}  // namespace
+
+bool is_busy(const device::Arm& arm) {
+  return arm.phase() == device::Arm::Phase::kBraking || arm.phase() == device::Arm::Phase::kChanging;
+}
+
+bool has_fault(const device::Arm& arm) {
+  const bool was_ready = arm.set_point().q.size() > 0;
+  return arm.lost() && (was_ready || (arm.has_sample() && arm.sample().fault != 0));
+}
+
+Predecessors StartConditions::predecessors_of(const ActivityRun& run,
+                                              std::span<const std::shared_ptr<ActivityRun>> runs) {
+  Predecessors before;
+  for (const auto& other : runs) {
+    if (other.get() == &run) break;
+    if (other->over() || !other->shares_actuator(run)) continue;
+    if (other->state() != RunState::kRunning) {
+      before.wait = true;
+      continue;
+    }
+    before.running.push_back(other.get());
+    // Who changes control modes begins when all before have ended; no net shows its own end.
+    before.wait = before.wait || run.model_->begins_alone() || other->model_->begins_alone();
+  }
+  return before;
+}
+
+std::string StartConditions::fault_of(const ActivityRun& run) const {
+  for (const std::string& actuator : run.model_->actuators()) {
+    const auto arm = cell_.arms.find(actuator);
+    if (arm != cell_.arms.end() && has_fault(*arm->second.device))
+      return fmt::format("{} ({})", arm->second.device->fault().view(), arm->second.device->fault_text());
+  }
+  return {};
+}
+
+std::optional<Situation> StartConditions::situation_of(const ActivityRun& run, const Predecessors& before) const {
+  Situation situation{.cell = cell_, .period = core_.period(), .precedents = {}};
+  bool wait = false, all_leave = true;
+  const auto own = run.model_->actuators();
+  for (const std::string& actuator : own) {
+    auto one = precedent(actuator, before, wait);
+    if (wait || !one) return std::nullopt;
+    // Where a predecessor leaves it is not known yet: that one has to end first.
+    if (cell_.arms.contains(actuator) && !one->at_end.rests()) return std::nullopt;
+    situation.precedents[actuator] = std::move(*one);
+  }
+  for (const ActivityRun* other : before.running) {
+    for (const std::string& actuator : other->model_->actuators()) {
+      const auto found = situation.precedents.find(actuator);
+      all_leave = all_leave && found != situation.precedents.end() && found->second.leaving.has_value();
+    }
+  }
+  if (!all_leave) {
+    for (auto& [name, one] : situation.precedents) one.leaving.reset();
+  }
+  // Without a seam only the end itself says that the next one may begin.
+  const bool only_arms = std::ranges::all_of(own, [this](const auto& name) { return cell_.arms.contains(name); });
+  if (!before.running.empty() && !only_arms) return std::nullopt;
+  return situation;
+}
+
+std::optional<Precedent> StartConditions::precedent(const std::string& actuator, const Predecessors& before,
+                                                    bool& wait) const {
+  for (const ActivityRun* run : before.running) {
+    const auto forecast = run->planned_.forecasts.find(actuator);
+    if (forecast == run->planned_.forecasts.end()) continue;
+    Precedent precedent{.at_end = forecast->second.after, .leaving = leaving(*run, forecast->second)};
+    // It may be left, but has not come to the motion that may.
+    wait = wait || (!forecast->second.last.empty() && !precedent.leaving);
+    return precedent;
+  }
+  const auto arm = cell_.arms.find(actuator);
+  return arm == cell_.arms.end() ? Precedent{} : at_rest(*arm->second.device);
+}
+
+/// Nothing: no sample yet, or it moves.
+std::optional<Precedent> StartConditions::at_rest(const device::Arm& arm) const {
+  if (arm.set_point().q.size() == 0 || !arm.at_rest() || is_busy(arm)) return std::nullopt;
+  Precedent precedent{.at_end = ActuatorState::at_rest(arm.set_point().q), .leaving = std::nullopt};
+  precedent.at_end.mode = name_of(arm.mode());
+  return precedent;
+}
+
+std::optional<Precedent::Leaving> StartConditions::leaving(const ActivityRun& run, const Forecast& forecast) const {
+  const double period = to_seconds(core_.period());
+  for (const auto& [command, motion] : forecast.last) {
+    const ActivityRun::Clock* clock = run.clock_of(command);
+    if (clock == nullptr || !clock->runs()) continue;
+    const double time = clock->time->value;
+    double soonest = time / period + static_cast<double>(options_.latency_cycles + options_.margin_cycles);
+    if (!clock->is_steady()) soonest += time_to_steady(*motion.motion) / period;
+    return Precedent::Leaving{.motion = motion,
+                              .tau = std::ceil(soonest) * period,
+                              .lead = static_cast<double>(options_.lead_cycles) * period,
+                              .exact = clock->is_steady() && is_as_planned(time, clock->rate->value, period)};
+  }
+  return std::nullopt;
+}
+
+std::optional<rcc::Rule> StartConditions::rule_for(const ActivityRun& run, const Predecessors& before,
+                                                   const Situation& situation) {
+  rcc::Rule rule;
+  rule.action.start.add(run.net_);
+  if (before.running.empty()) return rule;
+  rule.otherwise.start.add(run.net_);
+  Terms terms(rule.condition);
+  bool ends = true;
+  for (const ActivityRun* other : before.running) {
+    if (run.planned_.taken_over.empty()) {
+      terms.add(rcc::Term::state(other->net_, {NetState::kTerminated}));
+      continue;
+    }
+    ends = ends && rule.action.end.add(other->net_);
+    for (const auto& [actuator, forecast] : other->planned_.forecasts) {
+      const auto& leaving = situation.precedents.find(actuator)->second.leaving;
+      for (const auto& [command, motion] : forecast.last) {
+        const ActivityRun::Clock* clock = other->clock_of(command);
+        if (!leaving || motion.motion != leaving->motion.motion || clock == nullptr) continue;
+        constexpr double kRounding = 1e-7;  // s
+        terms.add(rcc::Term::in_range(other->net_, clock->time, leaving->tau - kRounding,
+                                      leaving->tau + leaving->lead + kRounding));
+        terms.add(rcc::Term::in_range(other->net_, clock->rate_derivative, 0.0, 0.0));
+      }
+    }
+  }
+  return ends && terms.complete() ? std::optional(rule) : std::nullopt;
+}
+
+}  // namespace takt::activity
