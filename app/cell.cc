@@ -9,7 +9,7 @@
 
 #include "app/cell_setup.h"
 #include "core/activity/command_activity.h"
-#include "core/command/online_action.h"
+#include "core/command/actions/online_action.h"
 #include "core/command/tare.h"
 #include "scenario/cell_run.h"
 #include "scenario/data_folder.h"

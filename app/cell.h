@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/activity/actuator_interfaces.h"
-#include "core/command/device_sensors.h"
+#include "core/expression/device_sensors.h"
 #include "scenario/run_report.h"
 
 namespace takt::app {

@@ -15,10 +15,10 @@
 #include "core/activity/command_activity.h"
 #include "core/activity/composition.h"
 #include "core/activity/two_arms.h"
-#include "core/command/device_sensors.h"
-#include "core/command/frame_sensors.h"
-#include "core/command/online_action.h"
-#include "core/command/overlay_action.h"
+#include "core/command/actions/online_action.h"
+#include "core/command/actions/overlay_action.h"
+#include "core/expression/device_sensors.h"
+#include "core/expression/frame_sensors.h"
 
 namespace takt::app {
 

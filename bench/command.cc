@@ -14,10 +14,10 @@
 
 #include <fmt/format.h>
 
-#include "core/command/device_sensors.h"
+#include "core/command/actions/motion_action.h"
 #include "core/command/mapping.h"
-#include "core/command/motion_action.h"
 #include "core/device/device_file.h"
+#include "core/expression/device_sensors.h"
 #include "core/kinematics/chain.h"
 #include "core/rcc/control_core.h"
 #include "tests/support/fake_arm.h"

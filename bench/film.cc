@@ -17,6 +17,7 @@
 #include "sim/render_shapes.h"
 #include "sim/renderer.h"
 #include "sim/stage.h"
+#include "tests/support/scratch_folder.h"
 
 namespace takt::sim {
 namespace {
@@ -114,7 +115,8 @@ BENCHMARK(yuv)->Unit(benchmark::kMillisecond);
 // A film of 100 frames, ffmpeg included; the argument is the number of workers. 40 ms of wall time a frame keep up.
 void film(benchmark::State& state) {
   FilmOptions options;
-  options.path = std::filesystem::temp_directory_path() / "takt_bench_film.mp4";
+  const takt::test::ScratchFolder folder;
+  options.path = folder / "film.mp4";
   options.workers = static_cast<int>(state.range(0));
   mjData* data = mj_makeData(scene());
   constexpr int kFrames = 100;
@@ -132,7 +134,6 @@ void film(benchmark::State& state) {
   }
   state.SetItemsProcessed(state.iterations() * kFrames);
   mj_deleteData(data);
-  std::filesystem::remove(options.path);
 }
 BENCHMARK(film)->Arg(1)->Arg(2)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond)->Iterations(1);
 

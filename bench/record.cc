@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "record/recording.h"
+#include "tests/support/scratch_folder.h"
 
 using namespace takt;
 using namespace takt::record;
@@ -45,7 +46,8 @@ struct Arm {
 
 int main(int count, char** words) {
   const int cycles = 1000 * (count > 1 ? std::atoi(words[1]) : 30);
-  const auto path = std::filesystem::temp_directory_path() / "takt_bench.mcap";
+  const takt::test::ScratchFolder folder;
+  const auto path = folder / "bench.mcap";
   std::vector<double> values(64);
   std::vector<float> costs(static_cast<std::size_t>(cycles));
 
@@ -89,6 +91,5 @@ int main(int count, char** words) {
       1e-3 * cycles, wall, 1e-3 * cycles / wall, 1e-6 * static_cast<double>(raw) / wall,
       1e-6 * static_cast<double>(status.bytes), 1e-6 * static_cast<double>(raw), status.messages,
       status.error.empty() ? "" : ", error: " + status.error);
-  std::filesystem::remove(path);
   return 0;
 }

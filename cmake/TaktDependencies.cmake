@@ -1,4 +1,4 @@
-# Debian's packages by find_package; the two things Debian lacks by pip with pinned hashes (third_party/README.md).
+# Debian's packages by find_package; the two things Debian lacks as archives with pinned hashes (third_party/README.md).
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(Eigen3 REQUIRED)

@@ -9,49 +9,43 @@ endif()
 set(MUJOCO_ROOT "" CACHE PATH "An unpacked MuJoCo (include/ and the shared library) to use in place of the pinned wheel")
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 
-# takt_pip_archive(<requirement file in third_party> <name pattern> <extra pip arguments...>): path of the archive in
-# TAKT_ARCHIVE. pip checks the hash that the requirement file pins.
-function(takt_pip_archive requirement pattern)
-  file(MAKE_DIRECTORY ${TAKT_CACHE_DIR})
-  file(GLOB found ${TAKT_CACHE_DIR}/${pattern})
-  if(NOT found)
-    message(STATUS "Fetching ${requirement} with pip")
-    execute_process(
-      COMMAND ${Python3_EXECUTABLE} -m pip download --quiet --disable-pip-version-check --no-deps --require-hashes
-              --requirement ${CMAKE_SOURCE_DIR}/third_party/${requirement} --dest ${TAKT_CACHE_DIR} ${ARGN}
-      RESULT_VARIABLE failed)
-    file(GLOB found ${TAKT_CACHE_DIR}/${pattern})
-    if(failed OR NOT found)
-      message(FATAL_ERROR "pip could not fetch third_party/${requirement}. Is python3-pip installed and the network up?")
-    endif()
+# takt_archive(<requirement file in third_party>): path of the archive in TAKT_ARCHIVE. Its hash is checked at each
+# configuration, also when the archive lies in the cache; nothing of it is run.
+function(takt_archive requirement)
+  execute_process(
+    COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_SOURCE_DIR}/third_party/fetch_archive.py
+            ${CMAKE_SOURCE_DIR}/third_party/${requirement} ${TAKT_CACHE_DIR}
+    OUTPUT_VARIABLE archive OUTPUT_STRIP_TRAILING_WHITESPACE RESULT_VARIABLE failed)
+  if(failed)
+    message(FATAL_ERROR "No archive for third_party/${requirement} (see above). Is the network up?")
   endif()
-  list(GET found 0 archive)
   set(TAKT_ARCHIVE ${archive} PARENT_SCOPE)
 endfunction()
 
 function(takt_fetch_mujoco)
   set(root ${MUJOCO_ROOT})
   if(NOT root)
-    takt_pip_archive(mujoco.txt mujoco_core-4.0.1-*.whl --only-binary=:all: --python-version 3.11
-      --implementation cp --platform manylinux_2_28_x86_64)
-    set(root ${CMAKE_BINARY_DIR}/_deps/mujoco)
-    if(NOT EXISTS ${root}/mujoco)
-      file(ARCHIVE_EXTRACT INPUT ${TAKT_ARCHIVE} DESTINATION ${root})
+    takt_archive(mujoco.txt)
+    set(unpacked ${CMAKE_BINARY_DIR}/_deps/mujoco-4.0.1)
+    if(NOT EXISTS ${unpacked})
+      file(ARCHIVE_EXTRACT INPUT ${TAKT_ARCHIVE} DESTINATION ${unpacked})
     endif()
-    set(root ${root}/mujoco)
+    set(root ${unpacked}/mujoco)
   endif()
   file(GLOB library ${root}/libmujoco.so* ${root}/lib/libmujoco.so*)
   if(NOT library OR NOT EXISTS ${root}/include/mujoco/mujoco.h)
     message(FATAL_ERROR "No MuJoCo in ${root}: include/mujoco/mujoco.h and libmujoco.so.* are expected there")
   endif()
   list(GET library 0 library)
+  file(GLOB licences ${unpacked}/*.dist-info/licenses/LICENSE* ${MUJOCO_ROOT}/LICENSE* ${MUJOCO_ROOT}/THIRD_PARTY*)
+  set(TAKT_MUJOCO_LICENCES ${licences} PARENT_SCOPE)
   add_library(mujoco SHARED IMPORTED GLOBAL)
   set_target_properties(mujoco PROPERTIES IMPORTED_LOCATION ${library} INTERFACE_SYSTEM_INCLUDE_DIRECTORIES ${root}/include
     INTERFACE_INCLUDE_DIRECTORIES ${root}/include)
 endfunction()
 
 function(takt_fetch_ruckig)
-  takt_pip_archive(ruckig.txt ruckig-0.19.4.tar.gz --no-binary=ruckig)
+  takt_archive(ruckig.txt)
   set(root ${CMAKE_BINARY_DIR}/_deps/ruckig-0.19.4)
   if(NOT EXISTS ${root})
     file(ARCHIVE_EXTRACT INPUT ${TAKT_ARCHIVE} DESTINATION ${CMAKE_BINARY_DIR}/_deps)
@@ -62,4 +56,5 @@ function(takt_fetch_ruckig)
   add_library(ruckig STATIC ${sources})
   target_include_directories(ruckig SYSTEM PUBLIC $<BUILD_INTERFACE:${root}/include>)
   target_compile_options(ruckig PRIVATE -w)
+  set(TAKT_RUCKIG_LICENCES ${root}/LICENSE PARENT_SCOPE)
 endfunction()

@@ -6,7 +6,8 @@ include(CMakePackageConfigHelpers)
 # Whoever loads plug-ins has to have all that they may ask for, and show it to them: takt_hosts_plugins(<target>). The
 # libraries go in whole; a linker drops what the program itself does not use otherwise.
 set(TAKT_HOSTED takt_core_base takt_core_net takt_core_plugin takt_core_kinematics takt_core_motion takt_core_world
-    takt_core_device takt_core_emulation takt_core_primitives takt_core_rcc takt_core_command takt_core_activity takt_record)
+    takt_core_device takt_core_emulation takt_core_primitives takt_core_rcc takt_core_expression takt_core_command takt_core_command_actions
+    takt_core_activity takt_core_operations takt_core_program_language takt_core_program_tree takt_record)
 if(TAKT_SIM)
   list(APPEND TAKT_HOSTED takt_sim takt_scenario takt_app)
 endif()
@@ -64,6 +65,22 @@ if(TAKT_SIM)
   get_filename_component(mujoco_file ${mujoco_library} NAME)
   install(FILES ${mujoco_library} DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt)
   install(DIRECTORY ${mujoco_headers}/mujoco DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
+endif()
+
+# The licences of all that is in what is installed: MuJoCo is copied, Ruckig and headers are compiled in, the rest is linked.
+set(licences ${data}/licenses)
+install(FILES ${TAKT_RUCKIG_LICENCES} DESTINATION ${licences}/ruckig)
+if(TAKT_SIM)
+  install(FILES ${TAKT_MUJOCO_LICENCES} DESTINATION ${licences}/mujoco)
+  set(compiled_in)
+  foreach(header eigen3/Eigen/Core nlohmann/json.hpp CLI/CLI.hpp boost/version.hpp)
+    find_file(found_header ${header} NO_CACHE)
+    list(APPEND compiled_in ${found_header})
+    unset(found_header)
+  endforeach()
+  string(REPLACE ";" " " compiled_in "${compiled_in}")
+  install(CODE "execute_process(COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_SOURCE_DIR}/third_party/collect_licences.py
+    $<TARGET_FILE:takt> \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${licences}/debian ${compiled_in} COMMAND_ERROR_IS_FATAL ANY)")
 endif()
 
 # The package.

@@ -4,18 +4,28 @@
 Rules: layers include only downwards; headers have '#pragma once'; no left-over marks; no path or registry of a machine;
 no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead somewhere; every row
 of docs/semantics.md is named by a test or says which issue brings it; no file over 600 lines; no capturing lambda inside
-of a co_await expression.
+of a co_await expression; no name twice in the unnamed namespaces of a folder (unnamed.py).
 """
 import pathlib
 import re
 import subprocess
 import sys
 
+import unnamed
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 # A layer may include its own folder and those listed; docs/architecture.md draws the same picture.
 CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion", "core/world", "core/device",
-        "core/primitives", "core/rcc", "core/command", "core/activity"]
+        "core/primitives", "core/rcc", "core/expression", "core/command", "core/command/actions", "core/activity",
+        "core/operations", "core/program/language", "core/program/tree"]
+
+
+def up_to(layer):
+    """The layers of CORE below this one."""
+    return CORE[:CORE.index(layer)]
+
+
 MAY_INCLUDE = {
     "core/base": [],
     "core/net": ["core/base"],
@@ -27,8 +37,13 @@ MAY_INCLUDE = {
     "core/emulation": ["core/base", "core/net", "core/kinematics", "core/motion", "core/device"],
     "core/primitives": ["core/base", "core/net", "core/kinematics", "core/motion", "core/world", "core/device"],
     "core/rcc": ["core/base", "core/net", "core/kinematics", "core/motion", "core/device"],
-    "core/command": CORE[:-1],
-    "core/activity": CORE,
+    "core/expression": up_to("core/expression"),
+    "core/command": up_to("core/command"),
+    "core/command/actions": up_to("core/command/actions"),
+    "core/activity": up_to("core/activity"),
+    "core/operations": up_to("core/operations"),
+    "core/program/language": up_to("core/operations"),
+    "core/program/tree": up_to("core/program/tree"),
     "record": ["core/base"],
     "sim": CORE,
     "scenario": CORE + ["core/emulation", "sim", "record"],
@@ -142,6 +157,8 @@ def main():
             check_links(name, text, say)
     check_folders(set(names), say)
     check_semantics(names, say)
+    for collision in unnamed.collisions(ROOT, names):
+        say(*collision)
     print("\n".join(findings) if findings else "lint: no findings")
     return 1 if findings else 0
 

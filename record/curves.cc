@@ -9,7 +9,7 @@ namespace takt::record {
 
 namespace {
 
-constexpr double kNull = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// Least and greatest value of a reference over a window that only moves forward.
@@ -79,7 +79,7 @@ double deviation_of(double value, const SlidingRange::Range& range) {
 }  // namespace
 
 double value_at(const CurveView& curve, Nanoseconds time) {
-  if (curve.time.empty()) return kNull;
+  if (curve.time.empty()) return kNoValue;
   const auto after = std::ranges::lower_bound(curve.time, time);
   if (after == curve.time.end()) return curve.value.back();
   const auto i = static_cast<std::size_t>(after - curve.time.begin());

@@ -9,6 +9,7 @@
 
 #include "foxglove/FrameTransforms.pb.h"
 #include "foxglove/JointStates.pb.h"
+#include "record/parse_message.h"
 #include "record/schemas.h"
 #include "takt/SimState.pb.h"
 #include "takt/Wrench.pb.h"
@@ -31,11 +32,6 @@ std::vector<std::string> list_of(const ChannelInfo& channel, const std::string& 
   if (!json.is_array()) return list;
   for (const auto& item : json) list.push_back(item.is_string() ? item.get<std::string>() : "");
   return list;
-}
-
-template <class Message>
-bool parse_message(const MessageView& view, Message& message) {
-  return message.ParseFromArray(view.data.data(), static_cast<int>(view.data.size()));
 }
 
 struct Quantity {

@@ -19,11 +19,11 @@ constexpr std::size_t kMostText = 4000;
 /// Field numbers from 19000 on belong to protobuf.
 constexpr std::size_t kMostColumns = 18'000;
 
-constexpr double kNull = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNullRecorded = std::numeric_limits<double>::quiet_NaN();
 
 void copy_values(std::uint64_t* to, std::span<const double> values) {
   for (const double value : values) {
-    const double recorded = std::isfinite(value) ? value : kNull;
+    const double recorded = std::isfinite(value) ? value : kNullRecorded;
     std::memcpy(to++, &recorded, sizeof(recorded));
   }
 }
@@ -158,7 +158,7 @@ void Recorder::write_joints(ChannelId channel, std::span<const double> q, std::s
   const auto put = [&](bool carried, std::span<const double> values) {
     if (!carried) return;
     if (values.empty()) {
-      std::fill_n(words, n, std::bit_cast<std::uint64_t>(kNull));
+      std::fill_n(words, n, std::bit_cast<std::uint64_t>(kNullRecorded));
     } else {
       copy_values(words, values);
     }

@@ -8,6 +8,7 @@
 #include "foxglove/Log.pb.h"
 #include "record/decode.h"
 #include "record/mcap_reader.h"
+#include "record/parse_message.h"
 #include "record/schemas.h"
 #include "takt/Digest.pb.h"
 #include "takt/Event.pb.h"
@@ -21,11 +22,6 @@ constexpr std::size_t kKeptBytes = 256u << 20;
 
 bool is_event_channel(const ChannelInfo& channel) {
   return channel.encoding == "protobuf" && (channel.schema == kEventSchema || channel.schema == kLogSchema);
-}
-
-template <class Message>
-bool parse_message(const MessageView& view, Message& message) {
-  return message.ParseFromArray(view.data.data(), static_cast<int>(view.data.size()));
 }
 
 }  // namespace

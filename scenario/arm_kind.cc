@@ -2,13 +2,13 @@
 #include "scenario/arm_kind.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include <fmt/format.h>
 
 #include "core/device/device_file.h"
 #include "scenario/cell_builder.h"
 #include "scenario/cell_models.h"
+#include "scenario/degrees.h"
 #include "scenario/device_kinds.h"
 #include "sim/description_check.h"
 #include "sim/from_model.h"
@@ -61,7 +61,6 @@ void ArmKind::check(const LoadedDevice& device, Findings& findings) const {
   if (!wanted.empty() && wanted.size() != count) {
     return findings.error(pointer, fmt::format("{} numbers for an arm of {} joints", wanted.size(), count));
   }
-  constexpr double kDegree = std::numbers::pi / 180.0;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const auto j = static_cast<Eigen::Index>(i);
     if (wanted[i] >= arm.limits.lower[j] && wanted[i] <= arm.limits.upper[j]) continue;

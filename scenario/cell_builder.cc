@@ -1,7 +1,6 @@
 #include "scenario/cell_builder.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -9,6 +8,7 @@
 #include "core/device/composed_device.h"
 #include "core/kinematics/chain.h"
 #include "scenario/cell_models.h"
+#include "scenario/degrees.h"
 #include "scenario/faults.h"
 #include "scenario/operator.h"
 #include "sim/from_model.h"
@@ -18,8 +18,6 @@
 
 namespace takt::scenario {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 std::string object_pointer(const ObjectEntry& object) { return "/objects" + pointer_segment(object.name); }
 

@@ -4,9 +4,9 @@
 #include <memory>
 #include <string>
 
-#include "core/command/cell.h"
 #include "core/device/device_file.h"
 #include "core/device/emergency_stop.h"
+#include "core/expression/cell.h"
 #include "core/rcc/control_core.h"
 #include "scenario/description.h"
 #include "scenario/site_devices.h"

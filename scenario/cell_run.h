@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/activity/step.h"
+#include "core/operations/step.h"
 #include "scenario/expectations.h"
 #include "scenario/faults.h"
 #include "scenario/run_film.h"

@@ -11,14 +11,13 @@
 #include "core/base/object_reader.h"
 #include "core/base/random.h"
 #include "core/device/channel_file.h"
+#include "scenario/degrees.h"
 #include "scenario/faults.h"
 
 namespace takt::scenario {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 Placement read_placement(const Json& json, const std::string& pointer, Findings& findings) {
   ObjectReader reader(json, pointer, findings);

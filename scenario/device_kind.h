@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/base/registration.h"
-#include "core/command/cell.h"
 #include "core/device/description.h"
+#include "core/expression/cell.h"
 #include "scenario/description.h"
 #include "sim/world_description.h"
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -15,13 +14,12 @@
 #include "core/base/object_reader.h"
 #include "core/net/description.h"
 #include "core/net/registry.h"
+#include "scenario/degrees.h"
 #include "scenario/device_expectations.h"
 #include "scenario/pair_expectations.h"
 
 namespace takt::scenario {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 template <class Map>
 std::vector<std::string> keys_of(const Map& map) {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/activity/step.h"
+#include "core/operations/step.h"
 #include "scenario/cell_builder.h"
 #include "scenario/expectation_result.h"
 #include "scenario/limit_monitor.h"

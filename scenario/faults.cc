@@ -11,10 +11,11 @@ namespace takt::scenario {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Kind = FaultEntry::Kind;
+using FaultKind = FaultEntry::Kind;
 
 constexpr const char* kLatchName = "emergency_stop";
-const std::vector<std::string> kWords = {"stop", "release", "emergency_stop", "reset", "push"};  // in the order of Kind
+const std::vector<std::string> kWords = {"stop", "release", "emergency_stop", "reset",
+                                         "push"};  // in the order of FaultKind
 
 Nanoseconds nanoseconds(double seconds) { return static_cast<Nanoseconds>(std::llround(1e9 * seconds)); }
 
@@ -28,11 +29,12 @@ void read_stop(ObjectReader& reader, FaultEntry& fault) {
   fault.arm = reader.text("arm", "");
   fault.category = static_cast<device::StopCategory>(reader.integer("category", 1, {.low = 0, .high = 2}));
   fault.brakes_after = nanoseconds(reader.number("brakes_after_s", 1.0, {.low = 0.0, .high = 60.0}));
-  const bool delays = fault.kind == Kind::kEmergencyStop && fault.category == device::StopCategory::kStopThenBrakes;
+  const bool delays =
+      fault.kind == FaultKind::kEmergencyStop && fault.category == device::StopCategory::kStopThenBrakes;
   if (reader.has("brakes_after_s") && !delays)
     reader.findings().error(reader.at("brakes_after_s"), "nothing waits here",
                             "only with \"do\": \"emergency_stop\" of category 1");
-  const bool of_the_cell = fault.kind == Kind::kEmergencyStop || fault.kind == Kind::kReset;
+  const bool of_the_cell = fault.kind == FaultKind::kEmergencyStop || fault.kind == FaultKind::kReset;
   if (of_the_cell && !fault.arm.empty())
     reader.findings().error(reader.at("arm"), "an emergency stop concerns all arms", "no arm, or \"do\": \"stop\"");
 }
@@ -43,8 +45,8 @@ FaultEntry read_fault(const Json& json, const std::string& pointer, Findings& fi
   fault.pointer = pointer;
   fault.at = nanoseconds(reader.number("at_s", {}, {.low = 0.0, .high = 3600.0}));
   const auto word = std::ranges::find(kWords, reader.choice("do", kWords, "stop"));
-  if (word != kWords.end()) fault.kind = static_cast<Kind>(word - kWords.begin());
-  if (fault.kind == Kind::kPush) {
+  if (word != kWords.end()) fault.kind = static_cast<FaultKind>(word - kWords.begin());
+  if (fault.kind == FaultKind::kPush) {
     read_push(reader, fault);
   } else {
     read_stop(reader, fault);
@@ -69,12 +71,12 @@ void add_emergency_stop(const Description& description, BuiltCell& built, Findin
     if (!fault.arm.empty() && std::ranges::find(arms, fault.arm) == arms.end())
       findings.error(fault.pointer + "/arm", fmt::format("there is no arm '{}'", fault.arm),
                      nearest_choice(fault.arm, arms));
-    if (fault.kind == Kind::kPush && built.world->body(fault.body) < 0)
+    if (fault.kind == FaultKind::kPush && built.world->body(fault.body) < 0)
       findings.error(fault.pointer + "/body", fmt::format("there is no body '{}'", fault.body),
                      "DEVICE/LINK with a link of its model, or an object that moves");
   }
-  const bool pressed = std::ranges::any_of(description.faults,
-                                           [](const FaultEntry& fault) { return fault.kind == Kind::kEmergencyStop; });
+  const bool pressed = std::ranges::any_of(
+      description.faults, [](const FaultEntry& fault) { return fault.kind == FaultKind::kEmergencyStop; });
   if (!pressed) return;
   if (built.core->environment().find(kLatchName) != nullptr)
     return findings.error("/faults", fmt::format("a device is called '{}'", kLatchName), "another name for it");
@@ -100,22 +102,22 @@ void Faults::apply(const Note& note) {
 }
 
 void Faults::happen(const FaultEntry& fault, Nanoseconds now, const Note& note) {
-  if (fault.kind == Kind::kPush) {
+  if (fault.kind == FaultKind::kPush) {
     const Eigen::Vector3d& f = fault.force;
     note("push", fmt::format("{} with {:g}, {:g}, {:g} N", fault.body, f.x(), f.y(), f.z()));
     return begin_push(fault, now);
   }
   const auto category = static_cast<int>(fault.category);
-  const bool stops = fault.kind == Kind::kStop || fault.kind == Kind::kEmergencyStop;
+  const bool stops = fault.kind == FaultKind::kStop || fault.kind == FaultKind::kEmergencyStop;
   note(kWords[static_cast<std::size_t>(fault.kind)],
        stops ? fmt::format("{} category {}", fault.arm, category) : fault.arm);
-  if (fault.kind == Kind::kEmergencyStop) return press(fault, now);
+  if (fault.kind == FaultKind::kEmergencyStop) return press(fault, now);
   for (const auto& [name, arm] : built_.cell.arms) {
     if (!fault.arm.empty() && fault.arm != name) continue;
     sim::SimArm& machine = *built_.world->arm(name);
     stops ? machine.stop(fault.category) : machine.release_brakes();
   }
-  if (fault.kind != Kind::kReset || built_.emergency_stop == nullptr) return;
+  if (fault.kind != FaultKind::kReset || built_.emergency_stop == nullptr) return;
   brakes_at_.reset();
   built_.emergency_stop->set_healthy(true);
   reset_pending_ = true;

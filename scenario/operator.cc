@@ -14,26 +14,26 @@ namespace takt::scenario {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Kind = OperatorAction::Kind;
+using ActionKind = OperatorAction::Kind;
 
 struct KindName {
-  Kind kind;
+  ActionKind kind;
   const char* name;
 };
 
-constexpr std::array<KindName, 6> kKinds{{{Kind::kPause, "pause"},
-                                          {Kind::kResume, "resume"},
-                                          {Kind::kOverride, "override"},
-                                          {Kind::kCancel, "cancel"},
-                                          {Kind::kAbort, "abort"},
-                                          {Kind::kWrite, "write"}}};
+constexpr std::array<KindName, 6> kKinds{{{ActionKind::kPause, "pause"},
+                                          {ActionKind::kResume, "resume"},
+                                          {ActionKind::kOverride, "override"},
+                                          {ActionKind::kCancel, "cancel"},
+                                          {ActionKind::kAbort, "abort"},
+                                          {ActionKind::kWrite, "write"}}};
 
-Kind read_kind(ObjectReader& reader) {
+ActionKind read_kind(ObjectReader& reader) {
   std::vector<std::string> names;
   for (const KindName& entry : kKinds) names.emplace_back(entry.name);
   const std::string name = reader.choice("do", names);
   const auto found = std::ranges::find(kKinds, name, [](const KindName& entry) { return std::string(entry.name); });
-  return found == kKinds.end() ? Kind::kPause : found->kind;
+  return found == kKinds.end() ? ActionKind::kPause : found->kind;
 }
 
 OperatorAction read_action(const Json& json, const std::string& pointer, Findings& findings) {
@@ -49,8 +49,8 @@ OperatorAction read_action(const Json& json, const std::string& pointer, Finding
   } else {
     action.after_s = reader.number("at_s", {}, kTime);
   }
-  if (action.kind == Kind::kOverride) action.override_ = reader.number("value", {}, {.low = 0.0, .high = 1.0});
-  if (action.kind == Kind::kWrite) {
+  if (action.kind == ActionKind::kOverride) action.override_ = reader.number("value", {}, {.low = 0.0, .high = 1.0});
+  if (action.kind == ActionKind::kWrite) {
     action.channel = reader.text("channel");
     if (const Json* value = reader.child("value")) {
       action.value = value->dump();
@@ -80,7 +80,7 @@ Findings check_operator(const std::vector<OperatorAction>& actions, rcc::Control
       findings.error(action.pointer + "/at_step", fmt::format("there is no step '{}'", action.step),
                      nearest_choice(action.step, *steps));
     }
-    if (action.kind != Kind::kWrite) continue;
+    if (action.kind != ActionKind::kWrite) continue;
     const device::Channel* channel = core.find_channel(action.channel);
     if (!channel) {
       findings.error(action.pointer + "/channel", fmt::format("there is no channel '{}'", action.channel),
@@ -127,17 +127,17 @@ void Operator::step_begun(std::string_view step) {
 
 void Operator::act(const OperatorAction& action) {
   switch (action.kind) {
-    case Kind::kPause:
+    case ActionKind::kPause:
       return pause();
-    case Kind::kResume:
+    case ActionKind::kResume:
       return resume();
-    case Kind::kOverride:
+    case ActionKind::kOverride:
       return set_override(action.override_);
-    case Kind::kCancel:
+    case ActionKind::kCancel:
       return cancel();
-    case Kind::kAbort:
+    case ActionKind::kAbort:
       return abort();
-    case Kind::kWrite:
+    case ActionKind::kWrite:
       return write(action);
   }
 }

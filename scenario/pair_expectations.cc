@@ -1,15 +1,13 @@
 #include "scenario/pair_expectations.h"
+#include "scenario/degrees.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 namespace takt::scenario {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 class RelativePoseExpectation final : public Expectation {
  public:

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/activity/program.h"
 #include "core/base/time.h"
+#include "core/program/tree/program.h"
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
 #include "scenario/expectations.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/command/cell.h"
+#include "core/expression/cell.h"
 
 namespace takt::scenario {
 

@@ -10,12 +10,12 @@ namespace {
 
 using device::GripperState;
 
-constexpr double kFrequency = 100.0;  // rad/s of the width's position loop: a tenth of what a 1 ms step carries
-constexpr double kAtGoal = 3e-4;      // m: nearer than this the goal is reached
-constexpr double kStandstill = 2e-3;  // m/s
-constexpr double kStallTime = 0.03;   // s: longer than the start of any motion takes to pass kStandstill
-constexpr double kLostWay = 1.5e-3;   // m: farther than pads give way
-constexpr double kOpenSpeed = 1e-6;   // m/s: below it a profile has arrived
+constexpr double kFrequency = 100.0;     // rad/s of the width's position loop: a tenth of what a 1 ms step carries
+constexpr double kAtGoal = 3e-4;         // m: nearer than this the goal is reached
+constexpr double kFingersAtRest = 2e-3;  // m/s
+constexpr double kStallTime = 0.03;      // s: longer than the start of any motion takes to pass kFingersAtRest
+constexpr double kLostWay = 1.5e-3;      // m: farther than pads give way
+constexpr double kOpenSpeed = 1e-6;      // m/s: below it a profile has arrived
 
 double sign_of(double x) { return x < 0.0 ? -1.0 : 1.0; }
 
@@ -88,7 +88,7 @@ void SimGripper::watch() {
     return;
   }
   if (state_ != GripperState::kMoving) return;
-  const bool still = std::abs(speed_) < std::min(kStandstill, 0.4 * command_.speed);
+  const bool still = std::abs(speed_) < std::min(kFingersAtRest, 0.4 * command_.speed);
   still_ = still ? still_ + plant_.timestep : 0.0;
   if (at_goal && still) {
     state_ = GripperState::kIdle;

@@ -41,6 +41,7 @@ std::pair<CLI::App*, Verb> add_compare(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_bless(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_render(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_net(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_operations(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_primitives(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_model(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common);

@@ -20,7 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 Json matrix(const Eigen::Isometry3d& X) {
   Json rows = Json::array();
@@ -28,7 +28,7 @@ Json matrix(const Eigen::Isometry3d& X) {
   return rows;
 }
 
-Json numbers(const JointVector& q) { return std::vector<double>(q.data(), q.data() + q.size()); }
+Json joint_numbers(const JointVector& q) { return std::vector<double>(q.data(), q.data() + q.size()); }
 
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
@@ -46,7 +46,7 @@ PostureReport report_of(const kinematics::Chain& chain, const JointVector& q) {
           arm ? arm->of(q) : std::nullopt};
 }
 
-Json to_json(const PostureReport& report, const kinematics::Chain& chain) {
+Json posture_json(const PostureReport& report, const kinematics::Chain& chain) {
   const auto& [posture, singularity, margin, arm_angle] = report;
   Json json = {{"branch", posture.name()}};
   if (!posture.shoulder.empty()) {
@@ -69,7 +69,7 @@ std::string limit_text(const PostureReport& report, const kinematics::Chain& cha
   const auto& margin = report.margin;
   if (margin.joint < 0) return "no limits";
   const bool slides = chain.is_prismatic(margin.joint);
-  return fmt::format("{:.{}f} {} ({})", slides ? margin.distance : margin.distance * kDegrees, slides ? 4 : 1,
+  return fmt::format("{:.{}f} {} ({})", slides ? margin.distance : margin.distance * kDegreesPerRadian, slides ? 4 : 1,
                      slides ? "m" : "deg", chain.joint_names()[static_cast<std::size_t>(margin.joint)]);
 }
 
@@ -80,7 +80,7 @@ std::string singularity_text(const PostureReport& report) {
 
 /// One joint position as people read it.
 double shown(const kinematics::Chain& chain, int i, double value) {
-  return chain.is_prismatic(i) ? value : value * kDegrees;
+  return chain.is_prismatic(i) ? value : value * kDegreesPerRadian;
 }
 
 void print_text(const PostureReport& report, const kinematics::Chain& chain, const Eigen::Isometry3d& X_BF,
@@ -91,7 +91,7 @@ void print_text(const PostureReport& report, const kinematics::Chain& chain, con
   fmt::print("  quaternion      ({:.6f}, {:.6f}, {:.6f}, {:.6f}), w first\n", r.w(), r.x(), r.y(), r.z());
   const std::string name = report.posture.name();
   fmt::print("branch            {}\n", name.empty() ? "no name for this geometry" : name);
-  if (report.arm_angle) fmt::print("arm angle         {:.4f} deg\n", *report.arm_angle * kDegrees);
+  if (report.arm_angle) fmt::print("arm angle         {:.4f} deg\n", *report.arm_angle * kDegreesPerRadian);
   fmt::print("singularity       {}; manipulability {:.4g}, condition {:.4f}\n", singularity_text(report),
              report.singularity.manipulability, report.singularity.condition);
   fmt::print("nearest limit     {}\n", limit_text(report, chain));
@@ -167,8 +167,9 @@ int print_forward(const device::ArmDescription& arm, const std::vector<double>& 
     print_text(posture, chain, X_BF, arm.robot->total_mass());
     return kHeld;
   }
-  Json json = {{"model", arm.model}, {"pose", matrix(X_BF)}, {"mass", arm.robot->total_mass()}, {"q", numbers(q)}};
-  json.update(to_json(posture, chain));
+  Json json = {
+      {"model", arm.model}, {"pose", matrix(X_BF)}, {"mass", arm.robot->total_mass()}, {"q", joint_numbers(q)}};
+  json.update(posture_json(posture, chain));
   print(json);
   return kHeld;
 }
@@ -191,8 +192,8 @@ int print_inverse(const device::ArmDescription& arm, const InverseQuestion& ques
   }
   Json list = Json::array(), branches = Json::array();
   for (const JointVector& q : solutions) {
-    list.push_back(numbers(q));
-    branches.push_back(to_json(report_of(chain, q), chain));
+    list.push_back(joint_numbers(q));
+    branches.push_back(posture_json(report_of(chain, q), chain));
   }
   print({{"model", arm.model}, {"way", way_to_solutions(arm)}, {"solutions", list}, {"branches", branches}});
   return kHeld;

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json to_json(const ImportReport& report) {
+Json report_json(const ImportReport& report) {
   Json notes = Json::array();
   for (const ImportNote& note : report.notes) {
     notes.push_back({{"key", note.key}, {"value", note.value}, {"why", note.why}});
@@ -37,7 +37,7 @@ int new_robot(const ImportOptions& options, const Common& common) {
   const auto made = import_robot(options);
   if (!made) return report(made.error(), common);
   if (common.json) {
-    print(to_json(*made));
+    print(report_json(*made));
   } else {
     print_text(*made, options);
   }

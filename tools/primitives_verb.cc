@@ -45,12 +45,12 @@ void add_note(std::string& notes, std::string_view note) {
 }
 
 /// One row of the table of a primitive.
-struct Row {
+struct PortRow {
   std::string kind, name, type, unit, frame, text;
 };
 
-std::vector<Row> rows_of(const PrimitiveInfo& info) {
-  std::vector<Row> rows;
+std::vector<PortRow> rows_of(const PrimitiveInfo& info) {
+  std::vector<PortRow> rows;
   const auto& breaking = info.loop_breaking_inputs;
   for (const auto& port : info.inputs) {
     std::string notes;
@@ -143,18 +143,18 @@ std::string payloads_of(const Kin& kin) {
 
 // -- For a terminal ---------------------------------------------------------------------------------------------------
 
-std::size_t width_of(const std::vector<Row>& rows, std::string Row::*column) {
+std::size_t width_of(const std::vector<PortRow>& rows, std::string PortRow::*column) {
   std::size_t width = 0;
-  for (const Row& row : rows) width = std::max(width, (row.*column).size());
+  for (const PortRow& row : rows) width = std::max(width, (row.*column).size());
   return width;
 }
 
 void print_primitive(const PrimitiveInfo& info) {
   fmt::print("{} ({})\n  {}\n\n", info.type, info.family, info.doc);
-  const std::vector<Row> rows = rows_of(info);
-  const std::size_t name = width_of(rows, &Row::name), type = width_of(rows, &Row::type),
-                    unit = width_of(rows, &Row::unit), frame = width_of(rows, &Row::frame);
-  for (const Row& row : rows) {
+  const std::vector<PortRow> rows = rows_of(info);
+  const std::size_t name = width_of(rows, &PortRow::name), type = width_of(rows, &PortRow::type),
+                    unit = width_of(rows, &PortRow::unit), frame = width_of(rows, &PortRow::frame);
+  for (const PortRow& row : rows) {
     fmt::print("  {:<3}  {:<{}}  {:<{}}  {:<{}}  ", row.kind, row.name, name, row.type, type, row.unit, unit);
     if (frame > 0) fmt::print("{:<{}}  ", row.frame, frame);
     fmt::print("{}\n", row.text);
@@ -191,9 +191,9 @@ std::string cell(std::string_view text) {
 void print_kin(const Kin& kin) {
   fmt::print("### {}\n{}\n", kin.name, cell(kin.shown->doc));
   if (kin.types.size() > 1) fmt::print("\nFor {}; here as {}.\n", payloads_of(kin), kin.shown->type);
-  const std::vector<Row> rows = rows_of(*kin.shown);
+  const std::vector<PortRow> rows = rows_of(*kin.shown);
   if (!rows.empty()) fmt::print("\n| | name | type | unit | frame | what |\n|---|---|---|---|---|---|\n");
-  for (const Row& row : rows) {
+  for (const PortRow& row : rows) {
     fmt::print("| {} | `{}` | {} | {} | {} | {} |\n", row.kind, row.name, row.type, cell(row.unit), cell(row.frame),
                cell(row.text));
   }
@@ -277,7 +277,7 @@ Json describe(const PrimitiveInfo& info) {
           {"example", net_to_json(net::example_net(info))}};
 }
 
-struct Arguments {
+struct PrimitivesArguments {
   std::string name;
   bool markdown = false;
 };
@@ -291,7 +291,7 @@ std::vector<const PrimitiveInfo*> choose(const std::string& name) {
   return all;
 }
 
-int primitives(const Arguments& arguments, const Common& common) {
+int primitives(const PrimitivesArguments& arguments, const Common& common) {
   const auto chosen = choose(arguments.name);
   if (chosen.empty()) {
     std::vector<std::string> names = net::Registry::global().names();
@@ -320,7 +320,7 @@ int primitives(const Arguments& arguments, const Common& common) {
 }  // namespace
 
 std::pair<CLI::App*, Verb> add_primitives(CLI::App& app, Common& common) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PrimitivesArguments>();
   CLI::App* verb = app.add_subcommand("primitives", "Print the primitives with ports, parameters and documentation");
   verb->add_option("NAME", arguments->name, "One primitive, with a net to try, or one family");
   verb->add_flag("--markdown", arguments->markdown, "As a page: docs/primitives.md");

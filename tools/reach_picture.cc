@@ -137,7 +137,7 @@ int level(double measure, double largest) {
   return measure < 0.0 ? -1 : std::min(kLevels - 1, static_cast<int>(kLevels * measure / std::max(largest, 1e-12)));
 }
 
-class Drawing {
+class Canvas {
  public:
   void text(double x, double y, std::string_view style, std::string_view words) {
     body_ += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"{}\">{}</text>\n", x, y, style, xml_text(words));
@@ -192,7 +192,7 @@ class Panel {
   }
 
   /// Fields of a row with the same colour are one rectangle.
-  void fields(double largest, Drawing& drawing) const {
+  void fields(double largest, Canvas& drawing) const {
     const double size = kPanel / kFields;
     for (int row = 0; row < kFields; ++row) {
       int begin = 0;
@@ -208,7 +208,7 @@ class Panel {
     }
   }
 
-  void axes(std::string_view title, Drawing& drawing) const {
+  void axes(std::string_view title, Canvas& drawing) const {
     drawing.text(left_, kTop - 14, "panel", title);
     drawing.raw(
         fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" "
@@ -232,7 +232,7 @@ class Panel {
   }
 
   /// The joints from the base to the flange, at home.
-  void skeleton(const device::ArmDescription& arm, Drawing& drawing) const {
+  void skeleton(const device::ArmDescription& arm, Canvas& drawing) const {
     const auto lines = kinematics::joint_lines(*arm.chain, arm.home);
     const Eigen::Vector3d flange = arm.chain->forward(arm.home).translation();
     std::vector<Eigen::Vector3d> points{Eigen::Vector3d::Zero()};
@@ -262,7 +262,7 @@ class Panel {
     return level(section_.best[static_cast<std::size_t>(row * kFields + column)], largest);
   }
   static std::string label(double value) { return fmt::format("{:.3g}", std::abs(value) < 1e-9 ? 0.0 : value); }
-  static void grid(double x1, double y1, double x2, double y2, Drawing& drawing) {
+  static void grid(double x1, double y1, double x2, double y2, Canvas& drawing) {
     drawing.raw(
         fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#0f172a\" "
                     "stroke-opacity=\"0.12\"/>\n",
@@ -273,7 +273,7 @@ class Panel {
   double left_;
 };
 
-void legend(double largest, double left, double width, double y, Drawing& drawing) {
+void legend(double largest, double left, double width, double y, Canvas& drawing) {
   const double step = width / kLevels;
   for (int i = 0; i < kLevels; ++i) {
     drawing.rectangle(left + i * step, y, step + 0.3, 14, colour((i + 0.5) / kLevels));
@@ -284,7 +284,7 @@ void legend(double largest, double left, double width, double y, Drawing& drawin
 }
 
 std::string picture(const device::ArmDescription& arm, const Section& any, const Section& down, double farthest) {
-  Drawing drawing;
+  Canvas drawing;
   const double right = kLeft + kPanel + kGap;
   const double largest = std::max(any.largest(), down.largest());
   drawing.text(kLeft - 50, 34, "title", fmt::format("{}: where the flange gets", arm.title));

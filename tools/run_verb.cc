@@ -13,7 +13,7 @@
 namespace takt::tools {
 namespace {
 
-struct Arguments : app::RunArguments {
+struct RunVerbArguments : app::RunArguments {
   std::string file, from;
   bool dry_run = false, step = false;
 };
@@ -53,7 +53,7 @@ int dry_run(const scenario::Session& session, const Common& common) {
   return kHeld;
 }
 
-int run(const Arguments& arguments, const Common& common) {
+int run(const RunVerbArguments& arguments, const Common& common) {
   Findings findings;
   auto [opening, options] = app::parse(arguments, findings);
   if (arguments.step && arguments.realtime) {
@@ -88,7 +88,7 @@ int run(const Arguments& arguments, const Common& common) {
 }  // namespace
 
 std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RunVerbArguments>();
   CLI::App* verb =
       parser.add_subcommand("run", "Run a scenario file: a verdict, and a film and a recording if asked for");
   verb->add_option("FILE", arguments->file, "Scenario file")->required();

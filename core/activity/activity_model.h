@@ -11,8 +11,8 @@
 #include "core/activity/actuator_state.h"
 #include "core/base/findings.h"
 #include "core/base/time.h"
+#include "core/command/actions/compliance_action.h"
 #include "core/command/command.h"
-#include "core/command/compliance_action.h"
 #include "core/motion/leg.h"
 
 /// What an activity is made of (docs/activity-layer.md). Realtime: setup.

@@ -8,8 +8,8 @@
 #include "core/activity/activity.h"
 #include "core/activity/freedrive_activity.h"
 #include "core/activity/motion_activity.h"
-#include "core/command/device_action.h"
-#include "core/command/online_action.h"
+#include "core/command/actions/device_action.h"
+#include "core/command/actions/online_action.h"
 
 /// What the actuators of a cell offer to programs: groups of activities that belong together (docs/activity-layer.md).
 /// Poses are of the arm's tool centre point T in its base B, in m. Realtime: setup.

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/command/actions/motion_action.h"
 #include "core/command/check.h"
 #include "core/command/command_tree.h"
-#include "core/command/motion_action.h"
 
 namespace takt::activity {
 namespace {

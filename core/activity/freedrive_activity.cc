@@ -4,7 +4,7 @@
 
 #include "core/activity/motion_activity.h"
 #include "core/activity/two_ways.h"
-#include "core/command/device_sensors.h"
+#include "core/expression/device_sensors.h"
 
 namespace takt::activity {
 namespace {

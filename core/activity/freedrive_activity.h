@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/activity/activity_model.h"
-#include "core/command/freedrive_action.h"
+#include "core/command/actions/freedrive_action.h"
 
 namespace takt::activity {
 

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/step.h"
+#include "core/activity/context.h"
 #include "core/command/command_tree.h"
 
 namespace takt::activity {
@@ -149,19 +149,11 @@ Findings check_mode_change(const device::Arm& arm, ControlMode from, ControlMode
   return findings;
 }
 
-void rehearse_mode(Rehearsal& rehearsal, const std::string& name, ControlMode needed, const std::string& pointer,
-                   Findings& findings) {
-  const device::Arm* arm = rehearsal.cell.arms.find(name)->second.device;
-  if (arm == nullptr) return;  // only names are known
+Findings check_needed_mode(const device::Arm& arm, std::optional<ControlMode> is, ControlMode needed) {
+  if (!arm.description().modes.has(needed)) return check_mode_change(arm, needed, needed);
   Findings refused;
-  const auto is = rehearsal.modes.find(name);
-  if (!arm->description().modes.has(needed)) {
-    refused = check_mode_change(*arm, needed, needed);
-  } else if (is != rehearsal.modes.end()) {
-    check_start(*arm, is->second, needed, refused);
-  }
-  findings.append(refused, pointer + "/compliance");
-  if (!refused.has_errors()) rehearsal.modes[name] = needed;
+  if (is) check_start(arm, *is, needed, refused);
+  return refused;
 }
 
 Findings agree_on_modes(Prepared& prepared, const Situation& situation) {

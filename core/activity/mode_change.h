@@ -8,8 +8,6 @@
 
 namespace takt::activity {
 
-struct Rehearsal;
-
 /// Brings arms into control modes while no net holds them, all at the same time (ControlCore::change_mode). Thread: the
 /// one that steps the core, between cycles. Realtime: setup.
 class ModeChange {
@@ -40,10 +38,10 @@ class ModeChange {
 /// Whether an arm can be brought from one mode into another; a finding with what is allowed if not.
 [[nodiscard]] Findings check_mode_change(const device::Arm& arm, device::ControlMode from, device::ControlMode to);
 
-/// A step of a rehearsal needs a control mode: whether START can give it there, with findings at "/compliance" below
-/// the step if not. After it the arm is in that mode.
-void rehearse_mode(Rehearsal& rehearsal, const std::string& arm, device::ControlMode needed, const std::string& pointer,
-                   Findings& findings);
+/// Whether an arm that is in mode `is` (nothing: not known) can start in mode `needed`; a finding with what to do if
+/// not.
+[[nodiscard]] Findings check_needed_mode(const device::Arm& arm, std::optional<device::ControlMode> is,
+                                         device::ControlMode needed);
 
 /// Looks at what the commands of an activity want of the control modes of their arms: whether START can give it, and in
 /// which mode each arm is after it, if the activity does not say so.

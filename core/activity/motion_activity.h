@@ -6,9 +6,9 @@
 #include <variant>
 
 #include "core/activity/activity_model.h"
-#include "core/command/compliance_action.h"
-#include "core/command/motion_action.h"
-#include "core/command/weave_plan.h"
+#include "core/command/actions/compliance_action.h"
+#include "core/command/actions/motion_action.h"
+#include "core/command/actions/weave_plan.h"
 
 /// Motions of one arm as activities. Realtime: setup.
 namespace takt::activity {

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/moving_frames.h"
 #include "core/activity/two_ways.h"
+#include "core/expression/moving_frames.h"
 #include "core/kinematics/chain.h"
 #include "core/motion/motion_state.h"
 

@@ -4,7 +4,7 @@
 
 #include "core/activity/actuator_interfaces.h"
 #include "core/activity/pair_motion.h"
-#include "core/command/condition_state.h"
+#include "core/expression/condition_state.h"
 
 namespace takt::activity {
 

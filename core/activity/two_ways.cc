@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "core/command/device_sensors.h"
+#include "core/expression/device_sensors.h"
 #include "core/motion/motion_state.h"
 
 namespace takt::activity {

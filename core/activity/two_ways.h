@@ -6,7 +6,7 @@
 
 #include "core/activity/motion_activity.h"
 #include "core/activity/scheduler.h"
-#include "core/command/overlay_action.h"
+#include "core/command/actions/overlay_action.h"
 
 namespace takt::activity {
 

@@ -16,9 +16,6 @@ struct Motion;
 
 namespace takt::command {
 
-/// Joint positions by device, rad or m.
-using Places = std::map<std::string, kinematics::JointVector, std::less<>>;
-
 /// What an action has put into its fragment.
 struct Contribution {
   SetPoint set_point;

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/command/device_sensors.h"
+#include "core/expression/device_sensors.h"
 #include "core/net/value_json.h"
 
 namespace takt::command {

@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include "core/command/cell.h"
-#include "core/command/net_writer.h"
-#include "core/command/state.h"
 #include "core/device/control_mode.h"
+#include "core/expression/cell.h"
+#include "core/expression/net_writer.h"
+#include "core/expression/state.h"
 
 namespace takt::command {
 

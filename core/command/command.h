@@ -10,7 +10,7 @@
 
 #include "core/command/action.h"
 #include "core/command/actuator.h"
-#include "core/command/state.h"
+#include "core/expression/state.h"
 
 namespace takt::command {
 

@@ -10,7 +10,7 @@
 
 #include "core/command/check.h"
 #include "core/command/command_tree.h"
-#include "core/command/net_writer.h"
+#include "core/expression/net_writer.h"
 
 namespace takt::command {
 namespace {

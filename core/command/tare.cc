@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/command/device_commands.h"
-#include "core/command/device_sensors.h"
+#include "core/command/actions/device_commands.h"
+#include "core/expression/device_sensors.h"
 
 namespace takt::command {
 namespace {

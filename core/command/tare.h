@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <string>
 
-#include "core/command/cell.h"
 #include "core/command/command.h"
+#include "core/expression/cell.h"
 
 namespace takt::command {
 

@@ -12,17 +12,11 @@ namespace takt::device {
 
 namespace {
 
-bool finite(const JointVector& v) {
-  for (int i = 0; i < v.size(); ++i)
-    if (!std::isfinite(v[i])) return false;
-  return true;
-}
-
 /// Row N5: what a driver gives is finite and has the right size, or it is no sample.
 bool usable(const ArmSample& sample, int joint_count) {
-  return sample.q.size() == joint_count && sample.dq.size() == joint_count && finite(sample.q) && finite(sample.dq) &&
-         finite(sample.tau) && finite(sample.commanded) && finite(sample.tau_external) &&
-         (sample.commanded.size() == 0 || sample.commanded.size() == joint_count);
+  return sample.q.size() == joint_count && sample.dq.size() == joint_count && sample.q.allFinite() &&
+         sample.dq.allFinite() && sample.tau.allFinite() && sample.commanded.allFinite() &&
+         sample.tau_external.allFinite() && (sample.commanded.size() == 0 || sample.commanded.size() == joint_count);
 }
 
 /// Cycles of a device after which a sample must show what was asked for a device cycle ago, its age included.

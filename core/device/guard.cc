@@ -37,12 +37,6 @@ bool exceeds(double value, double limit, double noise) {
   return std::abs(value) > limit * (1.0 + Guard::kShare) + noise;
 }
 
-bool finite(const JointVector& v) {
-  for (int i = 0; i < v.size(); ++i)
-    if (!std::isfinite(v[i])) return false;
-  return true;
-}
-
 /// A stop that begins here goes on from q with dq and ddq, whatever they were before. Its first two third differences
 /// are `first` + J h^3 / 6 and `second` + 5 J h^3 / 6 with the jerk J of the stop. In a motion of bounded jerk both
 /// parts are what these bounds say, so they cost planners nothing.
@@ -110,7 +104,7 @@ std::optional<Violation> Guard::check(const ArmSetPoint& set_point) const {
   for (const JointVector* part : {&set_point.q, &set_point.dq, &set_point.ddq})
     if (part->size() != joint_count)
       return Violation{Rule::kSize, -1, static_cast<double>(part->size()), static_cast<double>(joint_count)};
-  if (!finite(set_point.q) || !finite(set_point.dq) || !finite(set_point.ddq)) {
+  if (!set_point.q.allFinite() || !set_point.dq.allFinite() || !set_point.ddq.allFinite()) {
     for (int i = 0; i < joint_count; ++i)
       for (const double x : {set_point.q[i], set_point.dq[i], set_point.ddq[i]})
         if (!std::isfinite(x)) return Violation{Rule::kNotFinite, i, x, 0.0};

@@ -12,11 +12,11 @@
 namespace takt::kinematics {
 namespace {
 
-constexpr int kSeeds = 200;
+constexpr int kNearestSeeds = 200;
 constexpr int kMostSteps = 100;
-constexpr double kTurnWeight = 1e-3;  // of rad against the reach
-constexpr double kMaxStep = 0.4;      // rad or m of one joint: the linear picture is good no further
-constexpr double kAtPlace = 1e-9;     // m
+constexpr double kNearestTurnWeight = 1e-3;  // of rad against the reach
+constexpr double kNearestMaxStep = 0.4;      // rad or m of one joint: the linear picture is good no further
+constexpr double kAtPlace = 1e-9;            // m
 
 class Nearest {
  public:
@@ -28,7 +28,7 @@ class Nearest {
     q = clamped(q);
     double damping = 1e-6;
     for (int k = 0; k < kMostSteps; ++k) {
-      const JointVector next = clamped(q + step(q, kTurnWeight, damping));
+      const JointVector next = clamped(q + step(q, kNearestTurnWeight, damping));
       const bool better = cost(next) < cost(q);
       damping = std::clamp(better ? 0.2 * damping : 10.0 * damping, 1e-12, 1e3);
       if (!better && damping >= 1e3) break;
@@ -50,7 +50,7 @@ class Nearest {
   [[nodiscard]] double cost(const JointVector& q) const {
     const Vector6 error = error_at(q);
     return error.head<3>().squaredNorm() / (length_ * length_) +
-           kTurnWeight * kTurnWeight * error.tail<3>().squaredNorm();
+           kNearestTurnWeight * kNearestTurnWeight * error.tail<3>().squaredNorm();
   }
 
   [[nodiscard]] JointVector step(const JointVector& q, double turn_weight, double damping) const {
@@ -68,7 +68,7 @@ class Nearest {
     normal.diagonal().array() += damping * turn_weight * turn_weight + 1e-15;
     JointVector delta = normal.ldlt().solve(JointVector(J.transpose() * error));
     const double longest = delta.cwiseAbs().maxCoeff();
-    if (longest > kMaxStep) delta *= kMaxStep / longest;
+    if (longest > kNearestMaxStep) delta *= kNearestMaxStep / longest;
     return delta;
   }
 
@@ -91,7 +91,7 @@ std::optional<NearestPlace> nearest_place(const Chain& chain, const Eigen::Isome
   if (auto near = nearest.from(reference)) return near;
   std::optional<NearestPlace> best;
   Random random(1, "nearest place");
-  for (int k = 0; k < kSeeds; ++k) {
+  for (int k = 0; k < kNearestSeeds; ++k) {
     JointVector q(chain.joint_count());
     for (int i = 0; i < q.size(); ++i) {
       const double most = chain.is_prismatic(i) ? 10.0 : std::numbers::pi;

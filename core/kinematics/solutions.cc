@@ -18,7 +18,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 /// Seeds per held value, and for the search with all joints free: enough that on the arms of the tests no branch and
 /// no pose was missed.
-constexpr int kSeeds = 60;
+constexpr int kSolutionSeeds = 60;
 constexpr int kFreeSeeds = 400;
 /// The last resort where a closed form has found nothing: mostly, the pose is out of reach.
 constexpr int kLastSeeds = 20;
@@ -29,9 +29,9 @@ constexpr std::array<double, 3> kTilts = {1e-3, 0.0, 1e-2};  // rad and shares o
 constexpr int kHeldGrid = 16;
 constexpr int kFineGrid = 720;
 constexpr int kMaxIterations = 60;
-constexpr double kMaxStep = 0.6;    // rad: a damped step further than this trusts the linear picture too far
-constexpr int kThird = 2;           // the joint of seven that a human elbow is moved by
-constexpr double kDistinct = 1e-5;  // rad or m: two results nearer than this are one solution
+constexpr double kSolutionMaxStep = 0.6;  // rad: a damped step further than this trusts the linear picture too far
+constexpr int kThird = 2;                 // the joint of seven that a human elbow is moved by
+constexpr double kDistinct = 1e-5;        // rad or m: two results nearer than this are one solution
 
 class Search {
  public:
@@ -204,7 +204,7 @@ class Search {
     held_ = redundant_;
     branches_.clear();
     Random random(1, "held");
-    for (int k = 0; k <= kSeeds && !enough(); ++k) {
+    for (int k = 0; k <= kSolutionSeeds && !enough(); ++k) {
       JointVector q = seed(k, random);
       q[redundant_] = value;
       try_seed(q);
@@ -340,7 +340,7 @@ class Search {
     square.diagonal().array() += damping + 1e-30;
     JointVector delta = J.transpose().lazyProduct(Vector6(square.ldlt().solve(error)));
     const double longest = delta.cwiseAbs().maxCoeff();
-    if (longest > kMaxStep) delta *= kMaxStep / longest;
+    if (longest > kSolutionMaxStep) delta *= kSolutionMaxStep / longest;
     return delta;
   }
 
@@ -350,7 +350,7 @@ class Search {
     square.diagonal().array() += damping + 1e-30;
     JointVector delta = square.ldlt().solve(JointVector(J.transpose().lazyProduct(error)));
     const double longest = delta.cwiseAbs().maxCoeff();
-    if (longest > kMaxStep) delta *= kMaxStep / longest;
+    if (longest > kSolutionMaxStep) delta *= kSolutionMaxStep / longest;
     return delta;
   }
 

@@ -13,8 +13,6 @@ namespace {
 using kinematics::Chain;
 using kinematics::InverseKinematics;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 void check_held(const InverseKinematics& inverse, const JointLimits& limits, const JointVector& held,
                 Findings& findings) {
   const auto& joints = inverse.held_joints();
@@ -55,10 +53,11 @@ Result<Motion> plan_lin(const Chain& chain, const InverseKinematics& inverse, co
   const bool stands = line.length == 0.0 && line.angle == 0.0 && line.held_start.isApprox(line.held_goal, 1e-14);
   if (stands)
     return Motion{.path = line, .law = {}, .clock = {}, .q_start = q_start, .q_goal = q_start, .shares = {{}}};
-  PlannedPiece piece{.piece = {.geometry = line},
-                     .shares = {.velocity = options.velocity,
-                                .acceleration = options.acceleration,
-                                .linear_velocity = options.linear_velocity.value_or(kInfinity)}};
+  PlannedPiece piece{
+      .piece = {.geometry = line},
+      .shares = {.velocity = options.velocity,
+                 .acceleration = options.acceleration,
+                 .linear_velocity = options.linear_velocity.value_or(std::numeric_limits<double>::infinity())}};
   std::size_t failed = 0;
   const DriveLoad* load = options.load ? &*options.load : nullptr;
   return PathPlanner(chain, &inverse, limits, cartesian_limits, options.X_FM, load)

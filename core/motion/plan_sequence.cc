@@ -13,12 +13,11 @@
 namespace takt::motion {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A motion gives at most this share of its way to a blend, so that two blends always fit.
 constexpr double kMostShare = 0.5;
 /// Motions that meet at less than this cosine turn back on themselves: a blend would be a needle.
 constexpr double kReversal = -0.985;
-constexpr double kLargestTurn = 170.0 * std::numbers::pi / 180.0;
+constexpr double kLargestBlendTurn = 170.0 * std::numbers::pi / 180.0;
 /// Below this cost (s) a motion has no way: rounding of the goals.
 constexpr double kNoWay = 1e-9;
 constexpr int kSteps = 32;
@@ -106,9 +105,10 @@ class SequencePlanner {
         findings.append(wrong, pointer_segment(i));
         return findings;
       }
-      const PieceShares shares{.velocity = leg->velocity,
-                               .acceleration = leg->acceleration,
-                               .linear_velocity = leg->linear_velocity.value_or(kInfinity)};
+      const PieceShares shares{
+          .velocity = leg->velocity,
+          .acceleration = leg->acceleration,
+          .linear_velocity = leg->linear_velocity.value_or(std::numeric_limits<double>::infinity())};
       Part part{.leg = std::move(*leg), .shares = {}, .walks = {}, .q_start = q, .q_goal = q};
       part.shares.assign(part.leg.pieces.size(), shares);
       if (Findings walked = walk(part, place_of(i, "goal")); walked.has_errors()) return walked;
@@ -180,7 +180,7 @@ class SequencePlanner {
 
   static void check_blend(const Blend& blend, Findings& findings) {
     const bool fraction = blend.kind == Blend::Kind::kFraction;
-    const double most = fraction ? kMostShare : kInfinity;
+    const double most = fraction ? kMostShare : std::numeric_limits<double>::infinity();
     if (blend.kind == Blend::Kind::kNone || (blend.value > 0.0 && blend.value <= most)) return;
     findings.error("/blend", fmt::format("{}", blend.value), fraction ? "above 0, at most 0.5" : "above 0 m");
   }
@@ -342,7 +342,7 @@ class SequencePlanner {
   [[nodiscard]] Geometry blend_curve(std::size_t i, double width) const {
     const Place a = place_at(parts_[i], parts_[i].end);
     const Place b = place_at(parts_[i + 1], parts_[i + 1].begin);
-    if (a.cartesian && b.cartesian && log_rotation(b.frame.R * a.frame.R.transpose()).norm() < kLargestTurn) {
+    if (a.cartesian && b.cartesian && log_rotation(b.frame.R * a.frame.R.transpose()).norm() < kLargestBlendTurn) {
       return CartesianCurve::between(scaled(a.frame, width), scaled(b.frame, width));
     }
     return JointCurve{Quintic<JointVector>::between(scaled(a.joints, width), scaled(b.joints, width))};

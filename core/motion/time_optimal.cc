@@ -10,7 +10,7 @@
 namespace takt::motion {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 /// The window that keeps the jerk of every channel where the law's acceleration jumps; `before` the law it is that.
 double window_for_jumps(const PathShape& shape, const AccelerationLaw& law, double before = 0.0) {
@@ -41,9 +41,9 @@ ReachabilityPlanner::ReachabilityPlanner(const PathShape& shape, int cuts) : sha
                   .cell = cell,
                   .first_row = rows_.size(),
                   .last_row = 0,
-                  .x_most = kInfinity,
-                  .y_most = kInfinity,
-                  .x_most_by_acceleration = kInfinity};
+                  .x_most = kUnbounded,
+                  .y_most = kUnbounded,
+                  .x_most_by_acceleration = kUnbounded};
       const Channels v0 = shape.channels(begin.first);
       const Channels v1 = shape.channels(end.first);
       for (Eigen::Index i = 0; i < v0.size(); ++i) {
@@ -94,7 +94,7 @@ void ReachabilityPlanner::add_rows(const PathShape::Derivatives& d, const ShapeL
 }
 
 ReachabilityPlanner::Interval ReachabilityPlanner::interval(const Piece& piece, double x, double scale) const {
-  Interval result{-kInfinity, kInfinity, 0.0, 0.0};
+  Interval result{-kUnbounded, kUnbounded, 0.0, 0.0};
   for (std::size_t i = piece.first_row; i < piece.last_row; ++i) {
     const Row& row = rows_[i];
     const double r = row.r * scale;
@@ -104,7 +104,7 @@ ReachabilityPlanner::Interval ReachabilityPlanner::interval(const Piece& piece, 
       const double cx = row.c * x;
       g = std::sqrt(std::max(0.0, r * r - cx * cx));
       // At the edge of the disc it falls straight down. Zero would send Newton's method far beyond the solution.
-      slope = g > 0.0 ? -row.c * cx / g : -kInfinity;
+      slope = g > 0.0 ? -row.c * cx / g : -kUnbounded;
     }
     const double middle = row.m * x;
     if (middle - g > result.low) {
@@ -142,7 +142,7 @@ double ReachabilityPlanner::scale_of(const Piece& piece, const std::vector<doubl
 
 std::vector<double> ReachabilityPlanner::reachable(const std::vector<double>& slow, std::size_t first) const {
   const std::size_t n = pieces_.size();
-  std::vector<double> most(n + 1, kInfinity);
+  std::vector<double> most(n + 1, kUnbounded);
   for (std::size_t i = 0; i < n; ++i) {
     const double k = scale_of(pieces_[i], slow);
     most[i] = std::min({most[i], k * pieces_[i].x_most, k * pieces_[i].x_most_by_acceleration});
@@ -325,7 +325,7 @@ class WindowSearch {
   }
 
   void run(int rounds, std::optional<OptimalLaw>& best, double& best_duration) {
-    double own_best = kInfinity;
+    double own_best = kUnbounded;
     int idle = 0;
     for (int round = 0; round < rounds && idle < kIdleRounds; ++round) {
       const auto raw = planner_.plan(slow_);

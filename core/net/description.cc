@@ -11,8 +11,6 @@ using Json = nlohmann::ordered_json;
 using Ports = std::vector<std::pair<std::string, std::string>>;
 
 /// Fragments nest at most this deep; the reader below goes level by level, files are bounded to the like anyway.
-constexpr std::size_t kMaxNesting = 32;
-
 /// Eleven days at 1 ms: a bound beyond that is a slip.
 constexpr double kMostDemandedCycles = 1e9;
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,6 +12,9 @@
 #include "core/base/findings.h"
 
 namespace takt::net {
+
+/// Fragments may lie in fragments, this many levels at most.
+inline constexpr std::size_t kMaxNesting = 32;
 
 /// One primitive of a net as the user wrote it. Parameters may also give a constant to an input port of the same name.
 struct PrimitiveDescription {

@@ -12,7 +12,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMaxNesting = 32;
 constexpr std::size_t kMaxIdBytes = 128;
 constexpr int kMostBridgedCycles = 1000;
 

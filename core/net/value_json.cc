@@ -12,9 +12,6 @@
 
 namespace takt::net {
 
-template <>
-Findings value_from_json(const nlohmann::ordered_json& json, Real& value);
-
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -23,6 +23,51 @@ template <class T>
 template <class T>
 [[nodiscard]] nlohmann::ordered_json value_to_json(const T& value);
 
+template <>
+Findings value_from_json(const nlohmann::ordered_json& json, Boolean& value);
+template <>
+Findings value_from_json(const nlohmann::ordered_json& json, Integer& value);
+template <>
+Findings value_from_json(const nlohmann::ordered_json& json, Real& value);
+template <>
+Findings value_from_json(const nlohmann::ordered_json& json, std::string& value);
+template <>
+Findings value_from_json(const nlohmann::ordered_json& json, Text& value);
+template <>
+Findings value_from_json(const nlohmann::ordered_json& json, Vector& value);
+template <>
+Findings value_from_json(const nlohmann::ordered_json& json, Rotation& value);
+template <>
+Findings value_from_json(const nlohmann::ordered_json& json, Frame& value);
+template <>
+Findings value_from_json(const nlohmann::ordered_json& json, Twist& value);
+template <>
+Findings value_from_json(const nlohmann::ordered_json& json, Wrench& value);
+template <>
+Findings value_from_json(const nlohmann::ordered_json& json, JointArray& value);
+template <>
+nlohmann::ordered_json value_to_json(const Boolean& value);
+template <>
+nlohmann::ordered_json value_to_json(const Integer& value);
+template <>
+nlohmann::ordered_json value_to_json(const Real& value);
+template <>
+nlohmann::ordered_json value_to_json(const std::string& value);
+template <>
+nlohmann::ordered_json value_to_json(const Text& value);
+template <>
+nlohmann::ordered_json value_to_json(const Vector& value);
+template <>
+nlohmann::ordered_json value_to_json(const Rotation& value);
+template <>
+nlohmann::ordered_json value_to_json(const Frame& value);
+template <>
+nlohmann::ordered_json value_to_json(const Twist& value);
+template <>
+nlohmann::ordered_json value_to_json(const Wrench& value);
+template <>
+nlohmann::ordered_json value_to_json(const JointArray& value);
+
 /// What lies in a slot (const Slot<T>*, T by `type`), null as JSON null.
 [[nodiscard]] nlohmann::ordered_json slot_to_json(ValueType type, const void* slot);
 

@@ -7,7 +7,7 @@
 #include "core/net/registry.h"
 #include "core/primitives/function.h"
 
-namespace takt::primitives {
+namespace takt::primitives::numbers {
 namespace {
 
 using net::Boolean;
@@ -189,4 +189,4 @@ TAKT_PRIMITIVE(IntegerToReal, "arithmetic", "A whole number as a real one; beyon
 TAKT_PRIMITIVE(BooleanToInteger, "arithmetic", "1 if true, 0 if false.");
 
 }  // namespace
-}  // namespace takt::primitives
+}  // namespace takt::primitives::numbers

@@ -8,14 +8,14 @@ namespace {
 
 using namespace net;
 
-constexpr const char* kWrenchUnit = "N,N*m";
+constexpr const char* kReadingUnit = "N,N*m";
 
 class ForceTorqueSensor final : public Primitive {
  public:
   explicit ForceTorqueSensor(Setup& setup)
       : wrench_(setup.out<Wrench>(
             "wrench",
-            {.unit = kWrenchUnit, .frame = "S", .doc = "raw reading in measuring frame S", .may_be_null = true})),
+            {.unit = kReadingUnit, .frame = "S", .doc = "raw reading in measuring frame S", .may_be_null = true})),
         overload_(setup.out<Boolean>("overload", {.doc = "a channel is at its range", .may_be_null = true})),
         age_(setup.out<Real>("age", {.unit = "s", .doc = "age of the sample", .may_be_null = true})),
         sensor_(setup.device<device::ForceTorqueSensor>("device", device::ForceTorqueSensor::kKind,
@@ -43,16 +43,17 @@ class Tare final : public Primitive {
  public:
   explicit Tare(Setup& setup)
       : wrench_(setup.in<Wrench>(
-            "wrench", {.unit = kWrenchUnit, .frame = "S", .doc = "what is tared", .on_null = OnNull::kHandled})),
+            "wrench", {.unit = kReadingUnit, .frame = "S", .doc = "what is tared", .on_null = OnNull::kHandled})),
         trigger_(setup.in<Boolean>("trigger",
                                    {.doc = "begins a tare when it becomes true", .on_null = OnNull::kCountsAsFalse})),
-        tared_(setup.out<Wrench>("tared", {.unit = kWrenchUnit,
+        tared_(setup.out<Wrench>("tared", {.unit = kReadingUnit,
                                            .frame = "S",
                                            .doc = "wrench - bias; null until the first tare is done and during a tare",
                                            .may_be_null = true})),
-        bias_(setup.out<Wrench>(
-            "bias",
-            {.unit = kWrenchUnit, .frame = "S", .doc = "mean over the newest tare; null before", .may_be_null = true})),
+        bias_(setup.out<Wrench>("bias", {.unit = kReadingUnit,
+                                         .frame = "S",
+                                         .doc = "mean over the newest tare; null before",
+                                         .may_be_null = true})),
         done_(setup.out<Boolean>("done", {.doc = "a bias is known and no tare runs; never null"})),
         cycles_(setup.parameter<Integer>("cycles",
                                          {.doc = "samples in the mean", .range = "[1,1000000]", .example = "3"})) {
@@ -110,14 +111,14 @@ class Tare final : public Primitive {
 class PayloadCompensation final : public Primitive {
  public:
   explicit PayloadCompensation(Setup& setup)
-      : wrench_(setup.in<Wrench>("wrench", {.unit = kWrenchUnit, .frame = "S", .doc = "raw reading in S"})),
+      : wrench_(setup.in<Wrench>("wrench", {.unit = kReadingUnit, .frame = "S", .doc = "raw reading in S"})),
         frame_(setup.in<Frame>("frame", {.unit = "m", .frame = "W>S", .doc = "pose of S in the world W"})),
         acceleration_(setup.in<Vector>(
             "acceleration", {.unit = "m/s^2",
                              .frame = "W",
                              .doc = "of the payload's centre in W; the constant [0, 0, 0] leaves inertia in"})),
         compensated_(setup.out<Wrench>(
-            "compensated", {.unit = kWrenchUnit, .frame = "S", .doc = "without weight and inertia of the payload"})),
+            "compensated", {.unit = kReadingUnit, .frame = "S", .doc = "without weight and inertia of the payload"})),
         mass_(setup.parameter<Real>(
             "mass", {.unit = "kg", .doc = "of all on the tool side", .range = "[0,inf)", .example = "0.5"})),
         centre_(setup.parameter<Vector>("centre",

@@ -7,7 +7,7 @@
 #include "core/primitives/linear.h"
 #include "core/primitives/rotation.h"
 
-namespace takt::primitives {
+namespace takt::primitives::frames {
 namespace {
 
 using net::Frame;
@@ -115,4 +115,4 @@ TAKT_PRIMITIVE(InterpolateFrames, "frame",
                "share 1; also beyond. Null where that is beyond all numbers.");
 
 }  // namespace
-}  // namespace takt::primitives
+}  // namespace takt::primitives::frames

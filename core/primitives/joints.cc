@@ -6,7 +6,7 @@
 #include "core/primitives/function.h"
 #include "core/primitives/linear.h"
 
-namespace takt::primitives {
+namespace takt::primitives::joint_arrays {
 namespace {
 
 using net::Integer;
@@ -125,4 +125,4 @@ TAKT_PRIMITIVE(JoinJoints, "joints", "One array behind the other. Null where the
 TAKT_PRIMITIVE(JointsFromReal, "joints", "An array of one element; JoinJoints makes longer ones.");
 
 }  // namespace
-}  // namespace takt::primitives
+}  // namespace takt::primitives::joint_arrays

@@ -5,7 +5,7 @@
 #include "core/net/registry.h"
 #include "core/primitives/function.h"
 
-namespace takt::primitives {
+namespace takt::primitives::booleans {
 namespace {
 
 using namespace net;
@@ -89,4 +89,4 @@ TAKT_MEANING(Equivalent, "value", "!(a ^ b)");
 TAKT_MEANING(Majority, "value", "a & b | b & c | a & c");
 
 }  // namespace
-}  // namespace takt::primitives
+}  // namespace takt::primitives::booleans

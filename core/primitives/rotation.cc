@@ -5,7 +5,7 @@
 #include "core/primitives/function.h"
 #include "core/primitives/rotation.h"
 
-namespace takt::primitives {
+namespace takt::primitives::rotations {
 namespace {
 
 using net::Rotation;
@@ -131,4 +131,4 @@ TAKT_PRIMITIVE(RotationBetween, "rotation",
                "The smallest rotation that turns one direction into another. Null where one has no length.");
 
 }  // namespace
-}  // namespace takt::primitives
+}  // namespace takt::primitives::rotations

@@ -5,7 +5,7 @@
 #include "core/primitives/function.h"
 #include "core/primitives/linear.h"
 
-namespace takt::primitives {
+namespace takt::primitives::twists {
 namespace {
 
 using net::Frame;
@@ -84,4 +84,4 @@ TAKT_PRIMITIVE(ShiftTwist, "twist", "The velocity of a body told at another poin
 TAKT_PRIMITIVE(LimitTwist, "twist", "The same direction of both parts, but neither longer than allowed.");
 
 }  // namespace
-}  // namespace takt::primitives
+}  // namespace takt::primitives::twists

@@ -7,7 +7,7 @@
 #include "core/primitives/function.h"
 #include "core/primitives/linear.h"
 
-namespace takt::primitives {
+namespace takt::primitives::vectors {
 namespace {
 
 using net::Vector;
@@ -112,4 +112,4 @@ TAKT_PRIMITIVE(VectorComponents, "vector", "The three numbers of a vector.");
 TAKT_PRIMITIVE(AssembleVector, "vector", "A vector from three numbers.");
 
 }  // namespace
-}  // namespace takt::primitives
+}  // namespace takt::primitives::vectors

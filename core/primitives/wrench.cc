@@ -4,7 +4,7 @@
 #include "core/primitives/function.h"
 #include "core/primitives/linear.h"
 
-namespace takt::primitives {
+namespace takt::primitives::wrenches {
 namespace {
 
 using net::Frame;
@@ -92,4 +92,4 @@ TAKT_PRIMITIVE(DeadBandWrench, "wrench",
 TAKT_PRIMITIVE(LimitWrench, "wrench", "Force and torque with their directions, but neither longer than allowed.");
 
 }  // namespace
-}  // namespace takt::primitives
+}  // namespace takt::primitives::wrenches

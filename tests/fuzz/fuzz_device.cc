@@ -15,6 +15,7 @@
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/promise.h"
 #include "tests/support/json_mutator.h"
+#include "tests/support/scratch_folder.h"
 
 namespace takt {
 namespace {
@@ -26,8 +27,6 @@ using Json = nlohmann::ordered_json;
 class Models {
  public:
   Models() {
-    const fs::path memory = "/dev/shm";
-    root_ = (fs::exists(memory) ? memory : fs::temp_directory_path()) / ("takt-fuzz-" + std::to_string(getpid()));
     for (const auto& entry : fs::directory_iterator("models")) {
       if (!fs::exists(entry.path() / "device.json")) continue;
       fs::create_directories(root_ / entry.path().filename());
@@ -37,12 +36,6 @@ class Models {
       for (std::string& word : test::words_of(*json)) words_.push_back(std::move(word));
     }
   }
-  ~Models() {
-    std::error_code ignored;
-    fs::remove_all(root_, ignored);
-  }
-  Models(const Models&) = delete;
-  Models& operator=(const Models&) = delete;
 
   /// The folder in which a file of that name would stand; that of an arm for names that nobody has.
   [[nodiscard]] fs::path folder_of(std::string_view text) const {
@@ -58,7 +51,8 @@ class Models {
   [[nodiscard]] const std::vector<std::string>& words() const { return words_; }
 
  private:
-  fs::path root_;
+  const takt::test::ScratchFolder scratch_{"fuzz", fs::exists("/dev/shm") ? "/dev/shm" : fs::temp_directory_path()};
+  const fs::path root_ = scratch_.path();
   std::vector<std::string> words_;
 };
 

@@ -15,7 +15,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/program.h"
+#include "core/program/tree/program.h"
 #include "tests/support/fake_cell.h"
 
 extern "C" {

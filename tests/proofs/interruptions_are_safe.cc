@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/program.h"
+#include "core/program/tree/program.h"
 #include "scenario/interruptions.h"
 #include "scenario/session.h"
 #include "tests/support/random_runs.h"

@@ -5,14 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/command/carried_motion.h"
+#include "core/command/actions/carried_motion.h"
 #include "core/command/single_net.h"
 #include "core/kinematics/chain.h"
 #include "scenario/cell_builder.h"
 #include "scenario/session.h"
 #include "tests/scenario/described.h"
 
-namespace takt::scenario {
+namespace takt::scenario::base_test {
 namespace {
 
 using test::models;
@@ -263,4 +263,4 @@ TEST(ArmOnBase, BaseAndArmMoveAtTheSameTimeByPart) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::base_test

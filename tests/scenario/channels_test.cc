@@ -4,7 +4,7 @@
 
 #include "scenario/session.h"
 
-namespace takt::scenario {
+namespace takt::scenario::channels_test {
 namespace {
 
 const device::ModelLibrary& models() {
@@ -53,4 +53,4 @@ TEST(ChannelsOfAScenario, U1_TheirUnitsHoldForTheNetsBeforeAnythingRuns) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::channels_test

@@ -15,7 +15,7 @@
 #include "scenario/cell_builder.h"
 #include "scenario/session.h"
 
-namespace takt::scenario {
+namespace takt::scenario::compliance_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -182,4 +182,4 @@ TEST(ComplianceOfSteps, ASofterStepGivesWayMoreUnderTheSamePush) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::compliance_test

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace takt::scenario {
+namespace takt::scenario::description_test {
 namespace {
 
 using testing::ElementsAre;
@@ -164,4 +164,4 @@ TEST(DrawnPose, EveryCoordinateStaysInItsBoundsAndComesNearThem) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::description_test

@@ -13,8 +13,9 @@
 #include "scenario/cell_builder.h"
 #include "scenario/session.h"
 #include "tests/scenario/described.h"
+#include "tests/support/scratch_folder.h"
 
-namespace takt::scenario {
+namespace takt::scenario::devices_test {
 namespace {
 
 using test::models;
@@ -251,8 +252,7 @@ TEST(Mounting, MistakesAreFindingsWithTheirPlace) {
 /// A tool of that mass, made for the test.
 class Weight {
  public:
-  explicit Weight(double kg)
-      : folder_(std::filesystem::temp_directory_path() / fmt::format("takt-weight-{}", getpid())) {
+  explicit Weight(double kg) {
     std::filesystem::create_directories(folder_ / "weight");
     std::ofstream(folder_ / "weight/device.json") << R"({"kind": "tool", "name": "weight", "title": "Weight",
         "urdf": "weight.urdf", "base": "base", "tcp": "tcp"})";
@@ -264,16 +264,10 @@ class Weight {
         </robot>)",
                                                                  kg);
   }
-  ~Weight() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  Weight(const Weight&) = delete;
-  Weight& operator=(const Weight&) = delete;
 
   /// The session of an arm that carries it and goes from its home to a place, or why there is none.
   [[nodiscard]] std::string refusal(const std::string& arm, const std::string& to) const {
-    const device::ModelLibrary library({"models", folder_});
+    const device::ModelLibrary library({"models", folder_.path()});
     const auto session = Session::create(parsed(R"({"devices": {"arm": {"model": ")" + arm +
                                                 R"("}, "load": {"model": "weight", "on": "arm"}},
         "program": {"do": "ptp", "to": {"joints_deg": )" +
@@ -283,7 +277,7 @@ class Weight {
   }
 
  private:
-  std::filesystem::path folder_;
+  takt::test::ScratchFolder folder_{"weight"};
 };
 
 TEST(Payload, MoreThanTheArmCarriesIsRefused) {
@@ -304,4 +298,4 @@ TEST(Payload, ALoadThatTheMotorsCannotHoldOnTheWayIsFoundBeforeTheRun) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::devices_test

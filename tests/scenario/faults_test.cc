@@ -6,7 +6,7 @@
 
 #include "scenario/session.h"
 
-namespace takt::scenario {
+namespace takt::scenario::faults_test {
 namespace {
 
 using testing::AllOf;
@@ -137,4 +137,4 @@ TEST(Faults, WhatIsWrongIsFoundAtOnce) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::faults_test

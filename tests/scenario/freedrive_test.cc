@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/actuator_interfaces.h"
-#include "core/command/device_sensors.h"
+#include "core/expression/device_sensors.h"
 #include "scenario/session.h"
 #include "tests/scenario/described.h"
 #include "tests/support/limit_oracle.h"
 
-namespace takt::scenario {
+namespace takt::scenario::freedrive_test {
 namespace {
 
 using activity::FreedriveInterface;
@@ -251,4 +251,4 @@ TEST_P(FreedriveStepTest, WhatIsMissingOrWrongIsToldAllAtOnce) {
 INSTANTIATE_TEST_SUITE_P(Arms, FreedriveStepTest, testing::Values("lwr4plus", "ur5"));
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::freedrive_test

@@ -10,7 +10,7 @@
 
 #include "scenario/session.h"
 
-namespace takt::scenario {
+namespace takt::scenario::interruptions_test {
 namespace {
 
 using Way = Interruptions::Way;
@@ -85,4 +85,4 @@ TEST_F(InterruptionsTest, ABrokenLimitIsTold) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::interruptions_test

@@ -9,7 +9,7 @@
 #include "scenario/session.h"
 #include "tests/scenario/described.h"
 
-namespace takt::scenario {
+namespace takt::scenario::jog_test {
 namespace {
 
 constexpr const char* kCell = R"({
@@ -60,4 +60,4 @@ TEST(Jog, TheArmMovesOnlyWhileTheSwitchIsHeldAndRestsInTheCyclesOfTheBound) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::jog_test

@@ -10,7 +10,7 @@
 #include "tests/support/random_runs.h"
 #include "tests/support/scenario_names.h"
 
-namespace takt::scenario {
+namespace takt::scenario::latency_test {
 namespace {
 
 /// The expectation that the run repeats would take a second run each; other tests hold it.
@@ -34,7 +34,7 @@ constexpr int kLongest = 50;
 
 /// None and the longest, and some between that the seed chooses; with TAKT_RUNS=20 all of them.
 std::set<int> latencies() {
-  const test::RandomRuns runs(3);
+  const takt::test::RandomRuns runs(3);
   std::set<int> chosen{0, kLongest};
   Random random(runs.first_seed, "latency");
   const auto wanted = static_cast<std::size_t>(std::min<long>(runs.count, kLongest + 1));
@@ -55,8 +55,8 @@ TEST_P(Latency, RowD2EveryExpectationStillHolds) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Each, Latency, testing::ValuesIn(test::scenario_names()),
+INSTANTIATE_TEST_SUITE_P(Each, Latency, testing::ValuesIn(takt::test::scenario_names()),
                          [](const auto& one) { return one.param; });
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::latency_test

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace takt::scenario {
+namespace takt::scenario::limit_monitor_test {
 namespace {
 
 using kinematics::JointVector;
@@ -123,4 +123,4 @@ TEST(LimitMonitor, ARestartBeginsANewMotion) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::limit_monitor_test

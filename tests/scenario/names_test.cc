@@ -7,7 +7,7 @@
 
 #include "scenario/description.h"
 
-namespace takt::scenario {
+namespace takt::scenario::names_test {
 namespace {
 
 using testing::HasSubstr;
@@ -42,4 +42,4 @@ TEST(Names, TheFilmNamesCamerasThatExist) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::names_test

@@ -9,7 +9,7 @@
 #include "record/recording.h"
 #include "scenario/session.h"
 
-namespace takt::scenario {
+namespace takt::scenario::operator_test {
 namespace {
 
 using testing::AllOf;
@@ -180,4 +180,4 @@ TEST(Operator, AProgramIsEnteredAtAStep) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::operator_test

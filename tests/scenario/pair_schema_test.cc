@@ -2,13 +2,13 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/program.h"
+#include "core/program/tree/program.h"
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
 #include "scenario/expectations.h"
 #include "tests/scenario/scenario_schema.h"
 
-namespace takt::scenario {
+namespace takt::scenario::pair_schema_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -89,4 +89,4 @@ TEST(PairSchema, TwoArmsAsOneAreKnownToBothAndSoAreTheirMistakes) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::pair_schema_test

@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json.h"
-#include "core/command/condition_state.h"
+#include "core/expression/condition_state.h"
 #include "core/kinematics/chain.h"
 #include "scenario/session.h"
 
-namespace takt::scenario {
+namespace takt::scenario::pair_springs_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -100,4 +100,4 @@ TEST(PairOnSprings, P5_SofterSpringsPushLessAgainstWhatIsInTheWayAndWhatIsSentAg
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::pair_springs_test

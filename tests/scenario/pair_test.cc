@@ -11,7 +11,7 @@
 #include "scenario/cell_builder.h"
 #include "tests/support/limit_oracle.h"
 
-namespace takt::scenario {
+namespace takt::scenario::pair_test {
 namespace {
 
 using activity::Activity;
@@ -106,7 +106,7 @@ class PairTest : public testing::TestWithParam<const char*> {
     for (const auto& [arm, list] : sent) {
       const motion::JointLimits& l = built->core->find_arm(arm)->description().limits;
       const auto vector = [](const device::JointVector& v) { return std::vector<double>(v.begin(), v.end()); };
-      test::LimitOracle oracle(
+      takt::test::LimitOracle oracle(
           {vector(l.lower), vector(l.upper), vector(l.velocity), vector(l.acceleration), vector(l.jerk)}, 1e-3, 1e-11);
       for (const auto& q : list)
         if (!q.empty()) oracle.add(q);
@@ -163,4 +163,4 @@ INSTANTIATE_TEST_SUITE_P(Arms, PairTest, testing::Values("lwr4plus", "ur5", "tx9
                          [](const auto& one) { return std::string(one.param); });
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::pair_test

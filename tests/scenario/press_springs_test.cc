@@ -11,7 +11,7 @@
 
 #include "scenario/session.h"
 
-namespace takt::scenario {
+namespace takt::scenario::press_springs_test {
 namespace {
 
 using testing::HasSubstr;
@@ -172,4 +172,4 @@ TEST(PressOnSprings, L6_P2_ItMayBeInterruptedAnywhere) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::press_springs_test

@@ -12,7 +12,7 @@
 
 #include "scenario/session.h"
 
-namespace takt::scenario {
+namespace takt::scenario::program_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -179,4 +179,4 @@ TEST(Rehearsal, AFittedFrameMayBeUsedAfterwardsAndNotBefore) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::program_test

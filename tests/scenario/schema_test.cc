@@ -9,14 +9,14 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/program.h"
+#include "core/program/tree/program.h"
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
 #include "scenario/expectations.h"
 #include "scenario/session.h"
 #include "tests/scenario/scenario_schema.h"
 
-namespace takt::scenario {
+namespace takt::scenario::schema_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -532,4 +532,4 @@ TEST(ScenarioSchema, TheExampleOfTheDocumentationIsReadyToRun) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::schema_test

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace takt::scenario {
+namespace takt::scenario::session_test {
 namespace {
 
 using testing::HasSubstr;
@@ -222,4 +222,4 @@ TEST(Session, AStepThatNeverRanFailsItsExpectation) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::session_test

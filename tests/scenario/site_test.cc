@@ -15,7 +15,7 @@
 #include "scenario/session.h"
 #include "scenario/site.h"
 
-namespace takt::scenario {
+namespace takt::scenario::site_test {
 namespace {
 
 using testing::HasSubstr;
@@ -240,4 +240,4 @@ TEST(SiteRun, DevicesThatAreNotThereOrCannotBeSlowAreErrors) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::site_test

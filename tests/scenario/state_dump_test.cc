@@ -12,7 +12,7 @@
 #include "record/compare.h"
 #include "scenario/session.h"
 
-namespace takt::scenario {
+namespace takt::scenario::state_dump_test {
 namespace {
 
 using testing::AllOf;
@@ -127,4 +127,4 @@ TEST(StateDump, RowD4EachFlippedBitIsFound) {
 }
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::state_dump_test

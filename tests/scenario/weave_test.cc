@@ -11,7 +11,7 @@
 #include "scenario/interruptions.h"
 #include "scenario/session.h"
 
-namespace takt::scenario {
+namespace takt::scenario::weave_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -125,4 +125,4 @@ TEST_P(WeaveTest, L6_P2_S1_InterruptedAnywhereItKeepsAllLimits) {
 INSTANTIATE_TEST_SUITE_P(Arms, WeaveTest, testing::Values("lwr4plus", "ur5", "tx90"));
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::scenario::weave_test

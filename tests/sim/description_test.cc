@@ -11,7 +11,7 @@
 namespace takt::sim::test {
 namespace {
 
-WorldDescription cell() {
+WorldDescription described_cell() {
   WorldDescription world;
   world.robots.push_back(lwr());
   add_probe(world);
@@ -27,10 +27,10 @@ std::string findings(const WorldDescription& description) {
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-TEST(Description, GoodOneHasNoFindings) { EXPECT_EQ(findings(cell()), ""); }
+TEST(Description, GoodOneHasNoFindings) { EXPECT_EQ(findings(described_cell()), ""); }
 
 TEST(Description, AllErrorsAtOnceEachAtItsPlace) {
-  WorldDescription world = cell();
+  WorldDescription world = described_cell();
   world.robots[1].mount.parent = "arm/flanch";
   world.robots[0].pointer = "/cell/devices/arm";
   world.robots[0].joints[0].joint = "a8";
@@ -48,7 +48,7 @@ TEST(Description, AllErrorsAtOnceEachAtItsPlace) {
 }
 
 TEST(Description, MountLoopIsFound) {
-  WorldDescription world = cell();
+  WorldDescription world = described_cell();
   world.objects.push_back(box("a", {1, 1, 1}, {0, 0, 0}));
   world.objects.push_back(box("b", {1, 1, 1}, {0, 0, 0}));
   world.objects[1].mount.parent = "b";
@@ -60,7 +60,7 @@ TEST(Description, MountLoopIsFound) {
 
 TEST(Description, FiguresOutOfRange) {
   const auto broken = [](auto change) {
-    WorldDescription world = cell();
+    WorldDescription world = described_cell();
     change(world);
     return findings(world);
   };
@@ -78,7 +78,7 @@ TEST(Description, FiguresOutOfRange) {
 }
 
 TEST(Description, WhatMujocoRefusesIsAFinding) {
-  WorldDescription world = cell();
+  WorldDescription world = described_cell();
   const auto path = std::filesystem::path(testing::TempDir()) / "takt_broken_mesh.stl";
   std::ofstream(path) << "no mesh at all";
   kinematics::Mesh mesh;
@@ -91,7 +91,7 @@ TEST(Description, WhatMujocoRefusesIsAFinding) {
 }
 
 TEST(Description, FreeObjectFallsOntoAFixedOneAndRests) {
-  WorldDescription world = cell();
+  WorldDescription world = described_cell();
   ObjectDescription part = box("part", {0.05, 0.05, 0.05}, {0.6, 0, 0.2});
   part.free = true;
   part.mass = 0.5;
@@ -105,7 +105,7 @@ TEST(Description, FreeObjectFallsOntoAFixedOneAndRests) {
 }
 
 TEST(Description, DivergedPhysicsIsToldAndNotRestarted) {
-  WorldDescription world = cell();
+  WorldDescription world = described_cell();
   world.arms.clear();
   world.robots.resize(1);
   world.force_torque_sensors.clear();
@@ -119,7 +119,7 @@ TEST(Description, DivergedPhysicsIsToldAndNotRestarted) {
 }
 
 TEST(Description, UnknownSidesOfAContactAreFindings) {
-  World world = make(cell());
+  World world = make(described_cell());
   const auto watch = world.watch_contact("proob", "tabel");
   ASSERT_FALSE(watch);
   EXPECT_TRUE(contains(watch.error().to_string(), "proob"));
@@ -127,7 +127,7 @@ TEST(Description, UnknownSidesOfAContactAreFindings) {
 }
 
 TEST(Description, CamerasLookWhereTheyAreTold) {
-  WorldDescription world = cell();
+  WorldDescription world = described_cell();
   CameraDescription camera;
   camera.name = "front";
   camera.mount.X_P = look_at({2, 0, 1}, {0, 0, 1});

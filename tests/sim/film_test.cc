@@ -11,6 +11,7 @@
 
 #include "sim/film_encoder.h"
 #include "tests/sim/render_fixture.h"
+#include "tests/support/scratch_folder.h"
 
 namespace takt::sim {
 namespace {
@@ -32,9 +33,6 @@ std::string bytes_of(const std::filesystem::path& path) {
 class FilmTest : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              fmt::format("takt-film-{}-{}", getpid(), testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
     const StageOptions stage;
     model_ = compile_scene(std::string(kFrontCamera) + R"(<camera name="top" pos="0 0 4"/>
         <body><joint type="slide" axis="1 0 0"/>
@@ -42,7 +40,6 @@ class FilmTest : public testing::Test {
                            &stage);
     data_ = posed_data(model_.get());
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   FilmOptions options(const char* name = "film.mp4") const {
     FilmOptions options;
@@ -76,7 +73,7 @@ class FilmTest : public testing::Test {
     return frames;
   }
 
-  std::filesystem::path folder_;
+  takt::test::ScratchFolder folder_{"film"};
   ModelPtr model_{nullptr, &mj_deleteModel};
   DataPtr data_{nullptr, &mj_deleteData};
 };

@@ -9,7 +9,7 @@
 namespace takt::sim::test {
 namespace {
 
-WorldDescription cell() {
+WorldDescription model_cell() {
   const auto arm = device::read_arm("models/lwr4plus");
   const auto sensor = device::read_force_torque_sensor("models/ft_gamma");
   const auto probe = device::read_tool("models/probe_ball");
@@ -24,7 +24,7 @@ WorldDescription cell() {
 }
 
 TEST(FromModel, FiguresOfTheDeviceFileReachTheSimulation) {
-  const WorldDescription world = cell();
+  const WorldDescription world = model_cell();
   EXPECT_EQ(world.robots[0].joints.size(), 7u);
   EXPECT_EQ(world.robots[0].joints[4].armature, 0.3);
   EXPECT_EQ(world.robots[0].joints[4].coulomb, 0.4);
@@ -37,14 +37,14 @@ TEST(FromModel, FiguresOfTheDeviceFileReachTheSimulation) {
 }
 
 TEST(FromModel, ArmIsToldWhatItCarries) {
-  World world = make(cell());
+  World world = make(model_cell());
   const double expected = model("ft_gamma")->total_mass() + model("probe_ball")->total_mass();
   EXPECT_NEAR(world.arm("arm")->payload().mass, expected, 1e-12);
   EXPECT_GT(world.arm("arm")->payload().p_FC.z(), 0.02);
 }
 
 TEST(FromModel, HoldsStillWithAllItsNoise) {
-  World world = make(cell());
+  World world = make(model_cell());
   const Pose begin = world.body_pose(world.body("probe/tcp"));
   hold(world, lwr_home(), 1000);
   const Pose end = world.body_pose(world.body("probe/tcp"));
@@ -55,7 +55,7 @@ TEST(FromModel, HoldsStillWithAllItsNoise) {
 }
 
 TEST(FromModel, CycleDoesNotAllocate) {
-  World world = make(cell());
+  World world = make(model_cell());
   hold(world, lwr_home(), 10);
   device::ArmSample s = sample(world);
   device::WrenchSample w = wrench(world);
@@ -73,7 +73,7 @@ TEST(FromModel, CycleDoesNotAllocate) {
 }
 
 TEST(FromModel, PositionsHaveNames) {
-  WorldDescription description = cell();
+  WorldDescription description = model_cell();
   ObjectDescription part = box("part", {0.05, 0.05, 0.05}, {0.6, 0.5, 0.2});
   part.free = true;
   part.mass = 0.5;

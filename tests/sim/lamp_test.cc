@@ -9,6 +9,7 @@
 #include "sim/film.h"
 #include "sim/world.h"
 #include "tests/sim/render_fixture.h"
+#include "tests/support/scratch_folder.h"
 
 namespace takt::sim {
 namespace {
@@ -94,7 +95,8 @@ TEST(Lamp, AnUnknownWireIsAFindingWithTheNearestName) {
 TEST(Lamp, TheFilmDrawsAnewWhenALampChanges) {
   World world = made(two_cubes());
   FilmOptions options;
-  options.path = std::filesystem::temp_directory_path() / ("takt-lamp-" + std::to_string(getpid()) + ".mp4");
+  const takt::test::ScratchFolder folder;
+  options.path = folder / "film.mp4";
   options.render.width = 160;
   options.render.height = 120;
   auto film = Film::open(world.model(), options);
@@ -105,7 +107,6 @@ TEST(Lamp, TheFilmDrawsAnewWhenALampChanges) {
     ASSERT_TRUE(film->push(world.data(), {}));
   }
   const auto report = film->close();
-  std::filesystem::remove(options.path);
   ASSERT_TRUE(report) << report.error().to_string();
   EXPECT_EQ(report->frames, 5);
   EXPECT_EQ(report->drawn, 3);

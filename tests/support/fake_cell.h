@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/command/cell.h"
 #include "core/device/device_file.h"
+#include "core/expression/cell.h"
 #include "core/kinematics/chain.h"
 #include "core/rcc/control_core.h"
 #include "tests/support/fake_arm.h"

@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "core/command/condition_state.h"
-#include "core/command/device_sensors.h"
-#include "core/command/motion_action.h"
+#include "core/command/actions/motion_action.h"
 #include "core/command/single_net.h"
+#include "core/expression/condition_state.h"
+#include "core/expression/device_sensors.h"
 #include "core/motion/path_clock.h"
 
 /// The net of one motion, guarded or not, as the mapping makes it from a command.

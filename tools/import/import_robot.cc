@@ -65,14 +65,21 @@ Result<Draft> read_draft(const ImportOptions& options) {
 /// A hidden folder beside the place of the model, which goes away with all that is still in it.
 class Workshop {
  public:
-  explicit Workshop(const ImportOptions& options)
-      : top_(options.out / fmt::format(".{}.{}", options.name, ::getpid())), folder_(top_ / options.name) {}
+  explicit Workshop(const ImportOptions& options) {
+    std::error_code error;
+    fs::create_directories(options.out, error);
+    std::string pattern = (options.out / fmt::format(".{}.XXXXXX", options.name)).string();
+    if (mkdtemp(pattern.data()) == nullptr) return;
+    top_ = pattern;
+    folder_ = top_ / options.name;
+  }
   ~Workshop() {
     std::error_code error;
-    fs::remove_all(top_, error);
+    if (!top_.empty()) fs::remove_all(top_, error);
   }
   Workshop(const Workshop&) = delete;
   Workshop& operator=(const Workshop&) = delete;
+  /// Empty if it could not be made.
   [[nodiscard]] const fs::path& folder() const { return folder_; }
 
  private:
@@ -175,6 +182,7 @@ Result<ImportReport> import_robot(const ImportOptions& options) {
   }
   // All is made beside its place and moved there when it is whole.
   const Workshop workshop(options);
+  if (workshop.folder().empty()) return failure("--out", fmt::format("cannot write '{}'", options.out.string()));
   auto built = build(options, *draft, workshop.folder());
   std::error_code error;
   if (built) fs::rename(workshop.folder(), options.out / options.name, error);

@@ -1,6 +1,6 @@
 // An arm together with its base, as a command of a transaction: "lin" with "base_to" (rows P5, L6, C7).
-#include "core/activity/goal.h"
 #include "core/device/base_description.h"
+#include "core/operations/goal.h"
 #include "tests/core/activity/command_fixture.h"
 
 namespace takt::activity {

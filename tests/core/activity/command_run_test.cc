@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/activity/runtime.h"
 #include "core/activity/activity.h"
+#include "core/activity/runtime.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::command {

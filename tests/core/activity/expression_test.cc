@@ -1,12 +1,12 @@
 // The language of expressions: arithmetic with units, three-valued logic, functions, and all that can be wrong.
-#include "core/activity/expression.h"
+#include "core/program/language/expression.h"
 
 #include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/activity/step.h"
+#include "core/operations/step.h"
 
 namespace takt::activity {
 namespace {

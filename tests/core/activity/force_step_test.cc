@@ -1,7 +1,7 @@
 // Steps that control a force: press and search, on a stiff block.
 #include <algorithm>
 
-#include "core/activity/search_pattern.h"
+#include "core/operations/search_pattern.h"
 #include "tests/core/activity/fixture.h"
 
 namespace takt::activity {

@@ -1,7 +1,7 @@
 // Forces and torques as values of a program: what a condition looks at, and nothing else.
 #include <nlohmann/json.hpp>
 
-#include "core/activity/expression.h"
+#include "core/program/language/expression.h"
 #include "tests/core/activity/fixture.h"
 
 namespace takt::activity {

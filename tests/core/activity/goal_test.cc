@@ -1,4 +1,4 @@
-#include "core/activity/goal.h"
+#include "core/operations/goal.h"
 
 #include <numbers>
 

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/program.h"
+#include "core/program/tree/program.h"
 
 namespace takt::test {
 

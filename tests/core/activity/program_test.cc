@@ -1,5 +1,5 @@
 // Programs: their form, their rehearsal, and running them on an arm without a body.
-#include "core/activity/program.h"
+#include "core/program/tree/program.h"
 
 #include "tests/core/activity/fixture.h"
 

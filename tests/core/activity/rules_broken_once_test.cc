@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/program.h"
 #include "core/net/description.h"
+#include "core/program/tree/program.h"
 #include "tests/core/activity/broken_activities.h"
 #include "tests/core/activity/two_arm_cell.h"
 #include "tests/support/error_sites.h"

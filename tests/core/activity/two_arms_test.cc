@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/command/device_sensors.h"
+#include "core/expression/device_sensors.h"
 #include "tests/core/activity/two_arm_cell.h"
 #include "tests/support/limit_oracle.h"
 

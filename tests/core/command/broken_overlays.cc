@@ -1,6 +1,6 @@
 // What is wrong with weaves and force offsets, each once.
-#include "core/command/compliance_action.h"
-#include "core/command/overlay_action.h"
+#include "core/command/actions/compliance_action.h"
+#include "core/command/actions/overlay_action.h"
 #include "tests/core/command/broken_commands.h"
 
 namespace takt::command {

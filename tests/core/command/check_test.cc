@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/command/actions/online_action.h"
 #include "core/command/mapping.h"
-#include "core/command/online_action.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::command {

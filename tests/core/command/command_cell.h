@@ -2,10 +2,10 @@
 
 #include <numbers>
 
+#include "core/command/actions/device_action.h"
+#include "core/command/actions/motion_action.h"
 #include "core/command/command.h"
-#include "core/command/device_action.h"
-#include "core/command/device_sensors.h"
-#include "core/command/motion_action.h"
+#include "core/expression/device_sensors.h"
 #include "tests/core/command/command_runs.h"
 #include "tests/support/fake_cell.h"
 #include "tests/support/fake_signals.h"

@@ -1,11 +1,11 @@
 // Impedance as a kind of set point: whatever an arm does, it can be told how to give way meanwhile.
-#include "core/command/compliance_action.h"
+#include "core/command/actions/compliance_action.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/command/online_action.h"
-#include "core/command/overlay_action.h"
+#include "core/command/actions/online_action.h"
+#include "core/command/actions/overlay_action.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::command {

@@ -1,4 +1,4 @@
-#include "core/command/condition.h"
+#include "core/expression/condition.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/command/device_commands.h"
+#include "core/command/actions/device_commands.h"
 #include "core/command/single_net.h"
 #include "core/command/tare.h"
 #include "core/kinematics/chain.h"

@@ -1,10 +1,10 @@
 // Actions that find their set points in the cycle: jogging with a dead-man switch, following, holding a force.
-#include "core/command/online_action.h"
+#include "core/command/actions/online_action.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/command/overlay_action.h"
+#include "core/command/actions/overlay_action.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::command {

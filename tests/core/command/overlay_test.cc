@@ -1,5 +1,5 @@
 // A force that is held while a path is followed: on an inclined surface that gives way like a spring.
-#include "core/command/overlay_action.h"
+#include "core/command/actions/overlay_action.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

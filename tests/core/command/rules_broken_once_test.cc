@@ -8,15 +8,15 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/command/carried_motion.h"
+#include "core/command/actions/carried_motion.h"
+#include "core/command/actions/compliance_action.h"
+#include "core/command/actions/freedrive_action.h"
+#include "core/command/actions/online_action.h"
+#include "core/command/actions/overlay_action.h"
 #include "core/command/check.h"
-#include "core/command/compliance_action.h"
-#include "core/command/condition.h"
-#include "core/command/frame_sensors.h"
-#include "core/command/freedrive_action.h"
 #include "core/command/mapping.h"
-#include "core/command/online_action.h"
-#include "core/command/overlay_action.h"
+#include "core/expression/condition.h"
+#include "core/expression/frame_sensors.h"
 #include "tests/core/command/broken_commands.h"
 #include "tests/support/error_sites.h"
 

@@ -1,12 +1,12 @@
 // Sensors and states: the same formula outside of a net and inside of one.
-#include "core/command/sensor.h"
+#include "core/expression/sensor.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/command/check.h"
-#include "core/command/frame_sensors.h"
 #include "core/command/mapping.h"
+#include "core/expression/frame_sensors.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::command {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
-#include "core/command/overlay_action.h"
+#include "core/command/actions/overlay_action.h"
 #include "core/motion/leg.h"
 #include "tests/core/command/command_cell.h"
 #include "tests/support/tool_oracle.h"

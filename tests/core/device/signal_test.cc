@@ -18,7 +18,7 @@ using test::FakeOutput;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 template <class T>
 struct Input {
@@ -43,7 +43,7 @@ TEST(SignalInput, OldSilentAndNotFiniteIsNoSample) {
   in.device.begin_cycle(6, 6 * kMillisecond);
   EXPECT_FALSE(in.device.has_sample()) << "older than sample_age_max";
   in.backend->sample.stamp = 6 * kMillisecond;
-  for (const double nothing : {kInfinity, -kInfinity, std::nan("")}) {
+  for (const double nothing : {kInfinite, -kInfinite, std::nan("")}) {
     in.backend->sample.value = nothing;
     in.device.begin_cycle(6, 6 * kMillisecond);
     EXPECT_FALSE(in.device.has_sample());
@@ -120,7 +120,7 @@ TEST(SignalOutput, GuardRefusesAndNeverClamps) {
   Output<double> out({.unit = "V", .initial = 1.0, .lower = 0.0, .upper = 10.0, .rate_max = 1000.0});
   out.cycle();
   const std::pair<double, const char*> wrong[] = {{std::nan(""), "not finite"},
-                                                  {kInfinity, "not finite"},
+                                                  {kInfinite, "not finite"},
                                                   {-0.1, "outside [0, 10] V"},
                                                   {10.1, "outside"},
                                                   {2.1, "step of 1.1 V beyond 1 a cycle"}};

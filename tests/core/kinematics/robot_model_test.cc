@@ -9,6 +9,7 @@
 
 #include "core/kinematics/chain.h"
 #include "tests/core/kinematics/robots.h"
+#include "tests/support/scratch_folder.h"
 
 namespace takt::kinematics {
 namespace {
@@ -18,17 +19,12 @@ using ::testing::HasSubstr;
 /// A folder of its own for one test, removed at its end.
 class Folder {
  public:
-  Folder() : path_(std::filesystem::temp_directory_path() / fmt::format("takt_urdf_{}", ::getpid())) {
-    std::filesystem::create_directories(path_ / "meshes");
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  void write(const std::string& name, const std::string& text) const { std::ofstream(path_ / name) << text; }
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  Folder() { std::filesystem::create_directories(folder_ / "meshes"); }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+  [[nodiscard]] const std::filesystem::path& path() const { return folder_.path(); }
 
  private:
-  std::filesystem::path path_;
+  takt::test::ScratchFolder folder_;
 };
 
 std::string robot(const std::string& body) { return "<robot name='r'>\n" + body + "\n</robot>\n"; }

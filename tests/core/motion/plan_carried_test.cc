@@ -149,7 +149,7 @@ Sent follow(const Bench& bench, const PairPlan& plan) {
 
 void expect_limits(const JointLimits& limits, const std::vector<JointVector>& sent) {
   const auto list = [](const JointVector& v) { return std::vector<double>(v.begin(), v.end()); };
-  test::LimitOracle oracle(
+  takt::test::LimitOracle oracle(
       {list(limits.lower), list(limits.upper), list(limits.velocity), list(limits.acceleration), list(limits.jerk)},
       1e-3, 1e-12);
   for (const JointVector& q : sent) oracle.add(list(q));

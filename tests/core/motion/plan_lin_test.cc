@@ -37,7 +37,7 @@ JointVector good_q(Random& random, const Arm& arm) {
   }
 }
 
-Eigen::Isometry3d nearby(Random& random, const Eigen::Isometry3d& X, double metres, double radians) {
+Eigen::Isometry3d pose_near(Random& random, const Eigen::Isometry3d& X, double metres, double radians) {
   Eigen::Isometry3d goal = X;
   goal.translation() += metres * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
   const Eigen::Vector3d axis = Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
@@ -103,9 +103,9 @@ TEST(PlanLin, P3_KeepsJointAndCartesianLimitsAndItsLineForAnyTargets) {
     const JointLimits limits = random_limits(random, arm.chain);
     const JointVector q0 = good_q(random, arm);
     MotionOptions options;
-    if (i % 2 == 1) options.X_FM = nearby(random, Eigen::Isometry3d::Identity(), 0.2, 1.0);
+    if (i % 2 == 1) options.X_FM = pose_near(random, Eigen::Isometry3d::Identity(), 0.2, 1.0);
     const double size = i % 5 == 0 ? 0.01 : 0.3;
-    const Eigen::Isometry3d goal = nearby(random, arm.chain.forward(q0) * options.X_FM, size, 3 * size);
+    const Eigen::Isometry3d goal = pose_near(random, arm.chain.forward(q0) * options.X_FM, size, 3 * size);
     const auto motion = plan_lin(arm.chain, arm.inverse, limits, cartesian, q0, goal, {}, options);
     if (!motion) continue;  // out of reach or range: other tests look at these
     ++planned;
@@ -140,7 +140,7 @@ TEST(PlanLin, P3_KeepsLimitsNearSingularities) {
     if (measure < 0.012 || measure > 0.04) continue;
     const JointLimits limits = random_limits(random, arm.chain);
     const auto motion =
-        plan_lin(arm.chain, arm.inverse, limits, cartesian, q0, nearby(random, arm.chain.forward(q0), 0.2, 0.3));
+        plan_lin(arm.chain, arm.inverse, limits, cartesian, q0, pose_near(random, arm.chain.forward(q0), 0.2, 0.3));
     if (!motion) continue;
     ++near;
     expect_kept(watch(arm, *motion, limits, cartesian, Eigen::Isometry3d::Identity(), always(1.0)).joints, "planned");
@@ -199,7 +199,7 @@ TEST_F(PlanLinOnLwr, GoesAtTheSpeedThatIsAskedForAndStopsFromItAtOnce) {
 }
 
 TEST_F(PlanLinOnLwr, StartsAndEndsAtRestOnItsPoses) {
-  const Eigen::Isometry3d goal = nearby(random_, X0_, 0.1, 0.5);
+  const Eigen::Isometry3d goal = pose_near(random_, X0_, 0.1, 0.5);
   const auto motion = plan(goal);
   ASSERT_TRUE(motion);
   const auto& line = std::get<CartesianLine>(motion->path);

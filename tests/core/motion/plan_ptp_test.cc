@@ -16,7 +16,7 @@ using testing::HasSubstr;
 namespace robots = kinematics::test;
 
 // Positions of a joint line are exact to the rounding of numbers below 8.
-constexpr double kSampleError = 1e-15;
+constexpr double kPtpSampleError = 1e-15;
 
 Chain chain_for(Random& random, int i) {
   switch (i % 4) {
@@ -34,7 +34,7 @@ Chain chain_for(Random& random, int i) {
 }
 
 takt::test::LimitOracle judged(const Motion& motion, const JointLimits& limits, const Targets& targets) {
-  auto oracle = joint_oracle(limits, kSampleError);
+  auto oracle = joint_oracle(limits, kPtpSampleError);
   run(motion, targets, 20000,
       [&](const PathPoint& at) { oracle.add(as_list(std::get<JointLine>(motion.path).sample(at).q)); });
   return oracle;

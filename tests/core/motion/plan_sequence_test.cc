@@ -17,7 +17,7 @@ using testing::HasSubstr;
 namespace robots = kinematics::test;
 
 // Inverse kinematics ends with a residual below 1e-12; at the singularity measures met here that is less in q than:
-constexpr double kSampleError = 1e-11;
+constexpr double kSequenceSampleError = 1e-11;
 
 /// Runs a plan and judges joints, and the frame where it is Cartesian.
 struct Watched {
@@ -29,7 +29,7 @@ struct Watched {
 };
 
 Watched watch(const RandomArm& arm, const Motion& motion, const Targets& targets) {
-  Watched seen{joint_oracle(arm.limits, kSampleError)};
+  Watched seen{joint_oracle(arm.limits, kSequenceSampleError)};
   JointVector q = motion.q_start;
   run(motion, targets, 30000, [&](const PathPoint& at) {
     const PathSample there = sample(motion.path, at);

@@ -13,8 +13,8 @@ namespace {
 using testing::HasSubstr;
 namespace robots = kinematics::test;
 
-constexpr double kSampleError = 1e-11;  // of q: what inverse kinematics leaves open
-constexpr double kLead = 4e-3;          // s
+constexpr double kTakeOverSampleError = 1e-11;  // of q: what inverse kinematics leaves open
+constexpr double kLead = 4e-3;                  // s
 
 std::vector<std::string> urdfs() { return {robots::lwr_urdf(), robots::ur5_urdf(), robots::tx90_urdf()}; }
 
@@ -81,7 +81,7 @@ class Follower {
   JointVector q_;
 };
 
-struct Seen {
+struct SeenTakeOver {
   takt::test::LimitOracle joints;
   bool taken_over = false;
   JointVector q_end = {};
@@ -89,8 +89,8 @@ struct Seen {
 };
 
 /// Runs the one until the other may take over (in the lead, at a steady rate), then that one.
-Seen run_relay(const Relay& relay, const Targets& targets) {
-  Seen seen{joint_oracle(relay.arm.limits, kSampleError)};
+SeenTakeOver run_relay(const Relay& relay, const Targets& targets) {
+  SeenTakeOver seen{joint_oracle(relay.arm.limits, kTakeOverSampleError)};
   const bool in_motion = relay.before.law.begins_in_motion();
   Follower first(relay.arm, relay.before, PathClock(relay.before.clock, relay.before.duration(), false, in_motion),
                  relay.before.q_start);
@@ -157,7 +157,7 @@ TEST(PlanTakeOver, P4_RandomRelaysKeepAllLimitsForAnyTargets) {
     ++planned;
     for (int k = 0; k < 3; ++k) {
       SCOPED_TRACE(testing::Message() << "relay " << i << ", run " << k);
-      const Seen seen = run_relay(relay, k == 0 ? always(1.0) : at_random(random, false));
+      const SeenTakeOver seen = run_relay(relay, k == 0 ? always(1.0) : at_random(random, false));
       expect_kept(seen.joints, "joints");
       most = std::max({most, seen.joints.acceleration.share, seen.joints.jerk.share});
       relayed += seen.taken_over;
@@ -183,7 +183,7 @@ TEST(PlanTakeOver, P4_AChainOfTakeOversGoesOnAndOn) {
     Relay relay(urdfs()[static_cast<std::size_t>(i) % 3], random);
     for (int link = 0; link < 6 && relay.after; ++link) {
       SCOPED_TRACE(testing::Message() << "chain " << i << ", link " << link);
-      const Seen seen = run_relay(relay, always(1.0));
+      const SeenTakeOver seen = run_relay(relay, always(1.0));
       expect_kept(seen.joints, "joints");
       ++links;
       relay.before = *relay.after;

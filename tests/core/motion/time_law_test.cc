@@ -139,25 +139,25 @@ TEST(TimeLaw, SurvivesJsonTextBitForBit) {
   }
 }
 
-std::string refusal(const char* text) {
+std::string law_refusal(const char* text) {
   const auto law = time_law_from_json(nlohmann::ordered_json::parse(text), "/law");
   return law ? "accepted" : law.error().to_string();
 }
 
 TEST(TimeLaw, RefusesWhatIsNoLawAndSaysWhy) {
   using testing::HasSubstr;
-  EXPECT_THAT(refusal("3"), HasSubstr("/law: error: a time law is no list"));
-  EXPECT_THAT(refusal("[[1, 2], [1]]"), HasSubstr("/law/1: error: a segment of a time law is no pair"));
-  EXPECT_THAT(refusal("[[-1, 2]]"), HasSubstr("/law/0: error: duration -1"));
-  EXPECT_THAT(refusal("[[1, 6]]"), HasSubstr("ends with ds = 3 1/s")) << "at s = 1, but in motion";
-  EXPECT_THAT(refusal("[[1, 1], [2, -1], [1, 1]]"), HasSubstr("ends at s = 2"));
-  EXPECT_EQ(refusal("[[1, 0.5], [2, -0.5], [1, 0.5]]"), "accepted");
-  EXPECT_EQ(refusal("[]"), "accepted");
-  EXPECT_EQ(refusal(R"({"begin": [3, -6], "pieces": [[1, 6]]})"), "accepted");
-  EXPECT_THAT(refusal(R"({"begin": [1, 0], "pieces": [[1, 0]]})"), HasSubstr("ends with ds = 1 1/s"));
-  EXPECT_THAT(refusal(R"({"begin": [-1, 0], "pieces": [[1, 0]]})"), HasSubstr("/law/begin: error: ds = -1"));
-  EXPECT_THAT(refusal(R"({"begin": [1], "peices": []})"), HasSubstr("peices"));
-  EXPECT_THAT(refusal(R"({"begin": [1, 0], "pieces": [[1]]})"), HasSubstr("/law/pieces/0"));
+  EXPECT_THAT(law_refusal("3"), HasSubstr("/law: error: a time law is no list"));
+  EXPECT_THAT(law_refusal("[[1, 2], [1]]"), HasSubstr("/law/1: error: a segment of a time law is no pair"));
+  EXPECT_THAT(law_refusal("[[-1, 2]]"), HasSubstr("/law/0: error: duration -1"));
+  EXPECT_THAT(law_refusal("[[1, 6]]"), HasSubstr("ends with ds = 3 1/s")) << "at s = 1, but in motion";
+  EXPECT_THAT(law_refusal("[[1, 1], [2, -1], [1, 1]]"), HasSubstr("ends at s = 2"));
+  EXPECT_EQ(law_refusal("[[1, 0.5], [2, -0.5], [1, 0.5]]"), "accepted");
+  EXPECT_EQ(law_refusal("[]"), "accepted");
+  EXPECT_EQ(law_refusal(R"({"begin": [3, -6], "pieces": [[1, 6]]})"), "accepted");
+  EXPECT_THAT(law_refusal(R"({"begin": [1, 0], "pieces": [[1, 0]]})"), HasSubstr("ends with ds = 1 1/s"));
+  EXPECT_THAT(law_refusal(R"({"begin": [-1, 0], "pieces": [[1, 0]]})"), HasSubstr("/law/begin: error: ds = -1"));
+  EXPECT_THAT(law_refusal(R"({"begin": [1], "peices": []})"), HasSubstr("peices"));
+  EXPECT_THAT(law_refusal(R"({"begin": [1, 0], "pieces": [[1]]})"), HasSubstr("/law/pieces/0"));
 }
 
 TEST(TimeLaw, RefusesNumbersThatAreNotFinite) {

@@ -13,7 +13,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-std::vector<std::string> errors(const NetDescription& net) {
+std::vector<std::string> error_texts(const NetDescription& net) {
   TestDevices devices;
   const auto compiled = CompiledNet::compile(net, devices);
   std::vector<std::string> lines;
@@ -46,7 +46,7 @@ TEST(Demands, RowO7AKeptBoundIsReportedWithItsCriticalPath) {
 TEST(Demands, RowO7ABrokenMaximumNamesTheLongestWay) {
   auto d = two_ways();
   d.demand("s.out", "m.in", 0);
-  EXPECT_THAT(errors(d),
+  EXPECT_THAT(error_texts(d),
               ElementsAre(AllOf(HasSubstr("/demands/0/maximum_cycles: error: 's.out' can take 1 cycle to 'm.in': "
                                           "s.out -> r.in, r.out -> g.a (delayed: 1 cycle), g.out -> sum.b, "
                                           "sum.out -> m.in"),
@@ -56,35 +56,37 @@ TEST(Demands, RowO7ABrokenMaximumNamesTheLongestWay) {
 TEST(Demands, RowO7ABrokenMinimumNamesTheShortestWay) {
   auto d = two_ways();
   d.demand("s.out", "m.in", 5).demands[0].minimum_cycles = 1;
-  EXPECT_THAT(errors(d), ElementsAre(AllOf(HasSubstr("/demands/0/minimum_cycles"), HasSubstr("can take only 0 cycles"),
-                                           HasSubstr("s.out -> r.in, r.out -> sum.a, sum.out -> m.in"))));
+  EXPECT_THAT(error_texts(d),
+              ElementsAre(AllOf(HasSubstr("/demands/0/minimum_cycles"), HasSubstr("can take only 0 cycles"),
+                                HasSubstr("s.out -> r.in, r.out -> sum.a, sum.out -> m.in"))));
 }
 
 TEST(Demands, LatenciesOfPrimitivesAreNamed) {
   NetDescription d;
   d.add("end", "TestEnd").add("s", "TestSum", {{"in", 1.0}}).add("late", "TestLags").add("m", "TestMonitor");
   d.link("s.out", "late.in").link("late.fixed", "m.in").demand("s.out", "m.in", 2);
-  EXPECT_THAT(errors(d), ElementsAre(HasSubstr("s.out -> late.in, through late: 3 cycles, late.fixed -> m.in")));
+  EXPECT_THAT(error_texts(d), ElementsAre(HasSubstr("s.out -> late.in, through late: 3 cycles, late.fixed -> m.in")));
   d.demands[0].maximum_cycles = 3;
-  EXPECT_THAT(errors(d), IsEmpty());
+  EXPECT_THAT(error_texts(d), IsEmpty());
 }
 
 TEST(Demands, RowO6ATimeThatDependsOnDataHasNoBound) {
   NetDescription d;
   d.add("end", "TestEnd").add("s", "TestSum", {{"in", 1.0}}).add("late", "TestLags").add("m", "TestMonitor");
   d.link("s.out", "late.in").link("late.some_day", "m.in").demand("s.out", "m.in", 1'000'000);
-  EXPECT_THAT(errors(d), ElementsAre(HasSubstr("the time depends on data: s.out -> late.in, through late: depends on "
-                                               "data, late.some_day -> m.in")));
+  EXPECT_THAT(error_texts(d),
+              ElementsAre(HasSubstr("the time depends on data: s.out -> late.in, through late: depends on "
+                                    "data, late.some_day -> m.in")));
 }
 
 TEST(Demands, WhatNeverArrivesKeepsNoBound) {
   auto d = two_ways();
   d.demand("m.out", "s.in", 1).demand("sum.out", "r.in", 1);
-  EXPECT_THAT(errors(d), ElementsAre(HasSubstr("/demands/0/from"), HasSubstr("/demands/0/to")));
+  EXPECT_THAT(error_texts(d), ElementsAre(HasSubstr("/demands/0/from"), HasSubstr("/demands/0/to")));
   d.demands.erase(d.demands.begin());
-  EXPECT_THAT(errors(d), ElementsAre(HasSubstr("nothing leads from 'sum.out' to 'r.in'")));
+  EXPECT_THAT(error_texts(d), ElementsAre(HasSubstr("nothing leads from 'sum.out' to 'r.in'")));
   d.demands[0].minimum_cycles = 2;
-  EXPECT_THAT(errors(d), testing::Contains(HasSubstr("no range")));
+  EXPECT_THAT(error_texts(d), testing::Contains(HasSubstr("no range")));
 }
 
 TEST(Demands, InsideFragmentsAndThroughTheirPorts) {
@@ -102,9 +104,9 @@ TEST(Demands, InsideFragmentsAndThroughTheirPorts) {
       .link("f.out", "m.in")
       .demand("r.out", "f.in", 0)
       .demand("f.out", "m.in", 0);
-  EXPECT_THAT(errors(d), IsEmpty());
+  EXPECT_THAT(error_texts(d), IsEmpty());
   d.demand("s.out", "m.in", 2);
-  EXPECT_THAT(errors(d),
+  EXPECT_THAT(error_texts(d),
               ElementsAre(HasSubstr("r.out -> f/late.in, through f/late: 3 cycles, f/late.fixed -> f/sum.a")));
 }
 
@@ -115,7 +117,7 @@ TEST(Demands, TheCriticalPathRunsThroughALoop) {
   d.add("m", "TestMonitor");
   d.link("s.out", "r.in").link("r.out", "a.a").link_delayed("a.out", "b.a", 0.0).link("r.out", "b.b");
   d.link_delayed("b.out", "a.b", 0.0).link("a.out", "m.in").demand("s.out", "m.in", 1);
-  EXPECT_THAT(errors(d), IsEmpty());
+  EXPECT_THAT(error_texts(d), IsEmpty());
   const auto net = make_net(d);
   EXPECT_THAT(net->report().demands[0].links, ElementsAre(0, 3, 4, 5));
   ASSERT_EQ(net->report().reactions.size(), 1u);
@@ -174,12 +176,14 @@ TEST(OnNull, WhatCannotBeDeclared) {
   d.primitives[1].on_null = {{"condition", "stop"}, {"unles", true}};
   d.primitives[2].on_null = {{"in", {{"bridge_cycles", -1}}}};
   d.primitives[3].on_null = {{"a", true}};
-  EXPECT_THAT(errors(d), ElementsAre(AllOf(HasSubstr("/primitives/1/on_null/condition"), HasSubstr("true or false")),
-                                     AllOf(HasSubstr("/primitives/1/on_null/unles"), HasSubstr("'unless'")),
-                                     AllOf(HasSubstr("/primitives/2/on_null/in"), HasSubstr("[0,1000]")),
-                                     AllOf(HasSubstr("/primitives/3/on_null/a"), HasSubstr("none at all"))));
+  EXPECT_THAT(error_texts(d),
+              ElementsAre(AllOf(HasSubstr("/primitives/1/on_null/condition"), HasSubstr("true or false")),
+                          AllOf(HasSubstr("/primitives/1/on_null/unles"), HasSubstr("'unless'")),
+                          AllOf(HasSubstr("/primitives/2/on_null/in"), HasSubstr("[0,1000]")),
+                          AllOf(HasSubstr("/primitives/3/on_null/a"), HasSubstr("none at all"))));
   d.primitives[1].on_null = 5;
-  EXPECT_THAT(errors(d), testing::Contains(HasSubstr("/primitives/1/on_null: error: \"on_null\" is no JSON object")));
+  EXPECT_THAT(error_texts(d),
+              testing::Contains(HasSubstr("/primitives/1/on_null: error: \"on_null\" is no JSON object")));
 }
 
 TEST(OnNull, RowN4NullPassesLogicSelectionsAndMerges) {

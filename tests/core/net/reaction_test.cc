@@ -102,7 +102,7 @@ std::vector<std::string> certificate(const NetDescription& description) {
 }
 
 /// e -> two ways -> m
-NetDescription two_ways() {
+NetDescription two_routes() {
   NetDescription d;
   d.add("end", "TestEnd").add("e", "TestEvent").add("sum", "TestAdd").add("late", "TestLate").add("m", "TestMonitor");
   d.link("e.out", "sum.a").link("e.out", "late.in").link("late.out", "sum.b").link("sum.out", "m.in");
@@ -110,7 +110,7 @@ NetDescription two_ways() {
 }
 
 TEST(Reaction, RowO6ShortestAndLongestWay) {
-  auto d = two_ways();
+  auto d = two_routes();
   EXPECT_THAT(certificate(d), testing::ElementsAre("e -> m.in 0..3"));
   d.links[0].delayed = true;
   EXPECT_THAT(certificate(d), testing::ElementsAre("e -> m.in 1..3"));
@@ -119,7 +119,7 @@ TEST(Reaction, RowO6ShortestAndLongestWay) {
 }
 
 TEST(Reaction, RowO6DataDependentWaysAreMarked) {
-  auto d = two_ways();
+  auto d = two_routes();
   d.primitives[3].type = "TestDebounce";
   EXPECT_THAT(certificate(d), testing::ElementsAre("e -> m.in 0..1 data"));
   EXPECT_THAT(make_net(d)->report().notes.to_string(),
@@ -127,7 +127,7 @@ TEST(Reaction, RowO6DataDependentWaysAreMarked) {
 }
 
 TEST(Reaction, RowO6AParameterMaySayHowManyCycles) {
-  auto d = two_ways();
+  auto d = two_routes();
   d.primitives[3].type = "TestShift";
   EXPECT_THAT(certificate(d), testing::ElementsAre("e -> m.in 0..2"));
   d.primitives[3].parameters["cycles"] = 7;

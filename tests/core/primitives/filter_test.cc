@@ -18,13 +18,13 @@ using net::Real;
 using net::Wrench;
 using Complex = std::complex<double>;
 constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr double kPeriod = 1e-3;
+constexpr double kFilterPeriod = 1e-3;
 
 /// Size and phase with which a sine of `frequency` (whole cycles in 1 s) leaves the filter, once it has settled.
 Complex response(PrimitiveHarness& filter, double frequency) {
   Complex sum = 0.0;
   for (int k = 0; k < 3000; ++k) {
-    const double phase = kTurn * frequency * k * kPeriod;
+    const double phase = kTurn * frequency * k * kFilterPeriod;
     filter.set("input", std::sin(phase)).step();
     if (k >= 2000) sum += *filter.get<Real>("value") * std::polar(1.0, -phase);
   }
@@ -33,7 +33,7 @@ Complex response(PrimitiveHarness& filter, double frequency) {
 
 /// The analogue prototype at the frequency that the bilinear transform maps there.
 Complex prototype(double frequency, double corner, double quality, double n2, double n1, double n0) {
-  const Complex s(0.0, std::tan(kTurn / 2 * frequency * kPeriod) / std::tan(kTurn / 2 * corner * kPeriod));
+  const Complex s(0.0, std::tan(kTurn / 2 * frequency * kFilterPeriod) / std::tan(kTurn / 2 * corner * kFilterPeriod));
   return (n2 * s * s + n1 * s / quality + n0) / (s * s + s / quality + 1.0);
 }
 
@@ -111,7 +111,7 @@ TEST(Filter, LowPassOfAWrenchIsThatOfItsNumbers) {
 
 TEST(Filter, FilteredDifferentiatorFindsASlope) {
   PrimitiveHarness slope("FilteredDifferentiator", {{"cutoff", 50.0}});
-  for (int k = 0; k < 200; ++k) slope.set("input", 3.0 * k * kPeriod).step();
+  for (int k = 0; k < 200; ++k) slope.set("input", 3.0 * k * kFilterPeriod).step();
   EXPECT_NEAR(*slope.get<Real>("value"), 3.0, 1e-9);
   EXPECT_EQ(PrimitiveHarness("FilteredDifferentiator", {{"cutoff", 50.0}}).set("input", 3.0).step().get<Real>("value"),
             0.0);
@@ -140,7 +140,7 @@ TEST(Control, PidDrivesAPlantToItsSetPoint) {
   double y = 0.0, largest = 0.0;
   for (int k = 0; k < 3000; ++k) {
     pid.set("set_point", 1.0).set("measured", y).step();
-    y += kPeriod / 0.2 * (*pid.get<Real>("value") - y - 0.5);  // with a load of 0.5
+    y += kFilterPeriod / 0.2 * (*pid.get<Real>("value") - y - 0.5);  // with a load of 0.5
     largest = std::max(largest, y);
   }
   EXPECT_NEAR(y, 1.0, 1e-6);
@@ -153,7 +153,7 @@ TEST(Control, PidPartsAreThoseOfTheFormula) {
   double integral = 0.0, derivative = 0.0, before = 0.0;
   Random random(4);
   for (int k = 0; k < 200; ++k) {
-    const double r = random.uniform(-1, 1), y = random.uniform(-1, 1), h = kPeriod;
+    const double r = random.uniform(-1, 1), y = random.uniform(-1, 1), h = kFilterPeriod;
     pid.set("set_point", r).set("measured", y).step();
     if (k > 0) derivative = (0.01 * derivative - 2.0 * 0.1 * (y - before)) / (0.01 + h);
     EXPECT_NEAR(*pid.get<Real>("value"), 2.0 * (r - y) + 0.25 + integral + derivative, 1e-12);

@@ -18,11 +18,12 @@ using net::Real;
 using Json = nlohmann::ordered_json;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kPeriod = 1e-3;
+constexpr double kGeneratorPeriod = 1e-3;
 
 LimitOracle oracle(std::size_t axes, double velocity, double acceleration, double jerk) {
   const auto all = [axes](double value) { return std::vector<double>(axes, value); };
-  return LimitOracle({all(-kInfinite), all(kInfinite), all(velocity), all(acceleration), all(jerk)}, kPeriod, 1e-13);
+  return LimitOracle({all(-kInfinite), all(kInfinite), all(velocity), all(acceleration), all(jerk)}, kGeneratorPeriod,
+                     1e-13);
 }
 
 /// A tenth of a per mille: the differences of samples that straddle two profiles carry rounding.
@@ -34,9 +35,9 @@ TEST(Generator, ReachesItsPositionInTheKnownTime) {
   one.set("start", 0.0).set("reset", false).set("target_velocity", 0.0).set("target", 1.0);
   const double duration = 1.0 / 0.5 + 0.5 / 2.0 + 2.0 / 20.0;
   one.step();
-  EXPECT_NEAR(*one.get<Real>("time_left"), duration - kPeriod, 1e-9);
-  EXPECT_NEAR(*one.get<Real>("position"), 20.0 * std::pow(kPeriod, 3) / 6.0, 1e-15);  // one period has run
-  one.step(static_cast<int>(duration / kPeriod) - 2);
+  EXPECT_NEAR(*one.get<Real>("time_left"), duration - kGeneratorPeriod, 1e-9);
+  EXPECT_NEAR(*one.get<Real>("position"), 20.0 * std::pow(kGeneratorPeriod, 3) / 6.0, 1e-15);  // one period has run
+  one.step(static_cast<int>(duration / kGeneratorPeriod) - 2);
   EXPECT_EQ(one.get<Boolean>("arrived"), false);
   one.step(3);
   EXPECT_EQ(one.get<Boolean>("arrived"), true);
@@ -64,7 +65,7 @@ TEST(Generator, KeepsItsLimitsWhateverTheTargetDoes) {
       ASSERT_FALSE(one.is_null("position")) << i;
       judge.add({*one.get<Real>("position")});
       // The derivatives that it gives are those of the positions.
-      sum += kPeriod * *one.get<Real>("velocity");
+      sum += kGeneratorPeriod * *one.get<Real>("velocity");
       ASSERT_NEAR(sum, *one.get<Real>("position"), 2e-3) << i;
     }
     EXPECT_LE(judge.velocity.share, kWhole);
@@ -136,7 +137,7 @@ TEST(Generator, WhatItCannotDoIsNull) {
   EXPECT_TRUE(one.set("velocity_max", 1.0).set("target", 1e12).step().is_null("velocity"));
   EXPECT_TRUE(one.set("target", 1.0).set("target_velocity", 2.0).step().is_null("arrived"));
   one.set("target_velocity", 0.0).step();  // begins anew at `start`, at rest
-  EXPECT_NEAR(*one.get<Real>("position"), 100.0 * std::pow(kPeriod, 3) / 6.0, 1e-15);
+  EXPECT_NEAR(*one.get<Real>("position"), 100.0 * std::pow(kGeneratorPeriod, 3) / 6.0, 1e-15);
   PrimitiveHarness joints("JerkLimitedJointVelocity",
                           {{"joints", 2}, {"acceleration_max", {1, 1}}, {"jerk_max", {1, 1}}});
   JointArray three;

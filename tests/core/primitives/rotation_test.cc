@@ -21,7 +21,7 @@ using net::Twist;
 using net::Vector;
 using net::Wrench;
 constexpr auto kModerate = harness::Numbers::kModerate;
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 
 double apart(const Rotation& a, const Rotation& b) { return a.angularDistance(b); }
 
@@ -30,16 +30,16 @@ TEST(Rotation, LogAndExpAreInverse) {
   for (int i = 0; i < 200; ++i) {
     const Rotation R = random_value<Rotation>(random);
     const Vector v = *PrimitiveHarness("RotationVector").set("input", R).step().get<Vector>("value");
-    EXPECT_LE(v.norm(), kPi + 1e-12);
+    EXPECT_LE(v.norm(), kHalfTurn + 1e-12);
     EXPECT_LT(apart(Rotation(Eigen::AngleAxisd(v.norm(), v.normalized())), R), 1e-7);
     EXPECT_LT(apart(*PrimitiveHarness("RotationFromVector").set("input", v).step().get<Rotation>("value"), R), 1e-7);
   }
-  for (const double angle : {0.0, 1e-12, 1e-6, 1e-3, 1.0, 3.0, kPi}) {
+  for (const double angle : {0.0, 1e-12, 1e-6, 1e-3, 1.0, 3.0, kHalfTurn}) {
     const Vector v = angle * Vector(2, -1, 0.5).normalized();
     const Rotation R = *PrimitiveHarness("RotationFromVector").set("input", v).step().get<Rotation>("value");
     const Vector again = *PrimitiveHarness("RotationVector").set("input", R).step().get<Vector>("value");
     // Half a turn has two axes.
-    EXPECT_NEAR(angle < kPi ? (again - v).norm() : again.cross(v).norm(), 0.0, 1e-12);
+    EXPECT_NEAR(angle < kHalfTurn ? (again - v).norm() : again.cross(v).norm(), 0.0, 1e-12);
     EXPECT_NEAR(again.norm(), angle, 1e-12);
   }
 }
@@ -59,7 +59,7 @@ TEST(Rotation, SlerpTurnsEvenly) {
 }
 
 TEST(Rotation, RpyBothWays) {
-  for (const double pitch : {-kPi / 2, -1.0, 0.0, 0.7, kPi / 2}) {
+  for (const double pitch : {-kHalfTurn / 2, -1.0, 0.0, 0.7, kHalfTurn / 2}) {
     for (const double roll : {-3.0, -0.2, 0.0, 2.0}) {
       for (const double yaw : {-2.5, 0.0, 0.3}) {
         const Rotation R = *PrimitiveHarness("RotationFromRpy")
@@ -75,7 +75,7 @@ TEST(Rotation, RpyBothWays) {
         EXPECT_LT((R.toRotationMatrix() - expected).norm(), 1e-12);
         PrimitiveHarness back("RotationToRpy");
         back.set("input", R).step();
-        const bool upright = std::abs(std::abs(pitch) - kPi / 2) < 1e-9;
+        const bool upright = std::abs(std::abs(pitch) - kHalfTurn / 2) < 1e-9;
         EXPECT_NEAR(*back.get<Real>("pitch"), pitch, 1e-7);
         if (!upright) {
           EXPECT_NEAR(*back.get<Real>("roll"), roll, 1e-9);
@@ -101,7 +101,7 @@ TEST(Rotation, BetweenDirectionsAndAboutAxes) {
   EXPECT_LT(((R * a).normalized() - b.normalized()).norm(), 1e-12);
   const Rotation quarter = *PrimitiveHarness("RotationFromAxis")
                                 .set("axis", Vector(0, 0, 7))
-                                .set("angle", kPi / 2)
+                                .set("angle", kHalfTurn / 2)
                                 .step()
                                 .get<Rotation>("value");
   EXPECT_LT((quarter * Vector::UnitX() - Vector::UnitY()).norm(), 1e-12);
@@ -121,7 +121,7 @@ TEST(Rotation, BetweenDirectionsAndAboutAxes) {
             1e-7);
   EXPECT_NEAR(
       *PrimitiveHarness("RotationAngle").set("a", Rotation::Identity()).set("b", quarter).step().get<Real>("value"),
-      kPi / 2, 1e-12);
+      kHalfTurn / 2, 1e-12);
 }
 
 TEST(FramePrimitives, ADifferenceLeadsFromOneToTheOther) {
@@ -214,7 +214,7 @@ TEST(VectorPrimitives, PartsAndDirections) {
                    .set("b", Vector(-1, 1e-9, 0))
                    .step()
                    .get<Real>("value"),
-              kPi - 1e-9, 1e-12);
+              kHalfTurn - 1e-9, 1e-12);
   EXPECT_EQ(PrimitiveHarness("Distance").set("a", v).set("b", Vector(0, 0, 0)).step().get<Real>("value"), 7.0);
   EXPECT_LT((*PrimitiveHarness("Normalize").set("input", v).step().get<Vector>("value") - v / 7.0).norm(), 1e-15);
   EXPECT_NEAR(PrimitiveHarness("Normalize").set("input", Vector(1e300, 1e300, 0)).step().get<Vector>("value")->norm(),

@@ -1,0 +1,222 @@
+#include "core/command/actions/device_action.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/expression/device_sensors.h"
+#include "core/net/value_json.h"
+
+namespace takt::command {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Fingers that stand for so long, in s, have answered: a command that is new shows as not answered after one cycle.
+constexpr double kStanding_s = 0.002;
+
+class SetDigital final : public ActionModel {
+ public:
+  explicit SetDigital(bool value) : value_(value) {}
+  [[nodiscard]] std::string_view name() const override { return "set value"; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kBoolean; }
+  [[nodiscard]] Contribution add_to(FragmentWriter&, const ActuatorModel&) const override {
+    return {.set_point = {.kind = SetPointKind::kBoolean, .ports = {}, .constants = {{"value", value_}}},
+            .done = Signal::always(true)};
+  }
+
+ private:
+  bool value_;
+};
+
+/// Adds sent + clamp(goal - sent, +-step) as "next.value": the goal, as near as the rate of the output allows.
+/// @param link_goal  joins the goal with an input
+void add_step(FragmentWriter& fragment, const device::SignalOutputDescription<double>& output,
+              const std::function<void(const std::string& to)>& link_goal) {
+  const double step = output.rate_max * to_seconds(fragment.period());
+  fragment.add("to_go", "Subtract");
+  link_goal("to_go.a");
+  fragment.link("state.sent", "to_go.b");
+  fragment.add("step", "Saturation", {{"lower", -step}, {"upper", step}});
+  fragment.link("to_go.value", "step.input");
+  fragment.add("next", "Add");
+  fragment.link("state.sent", "next.a");
+  fragment.link("step.value", "next.b");
+}
+
+/// Until sent is the goal.
+class SetAnalog final : public ActionModel {
+ public:
+  explicit SetAnalog(double value) : value_(value) {}
+  [[nodiscard]] std::string_view name() const override { return "set value"; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kReal; }
+
+  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
+    Findings findings;
+    const auto& output = *actuator.analog_output();
+    if (value_ >= output.lower && value_ <= output.upper) return findings;
+    findings.error({}, fmt::format("{:g} {} is not for '{}'", value_, output.unit, actuator.name()),
+                   fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
+    return findings;
+  }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    const auto& output = *actuator.analog_output();
+    SetPoint set_point{.kind = SetPointKind::kReal, .ports = {}, .constants = {}};
+    if (!std::isfinite(output.rate_max)) {
+      set_point.constants["value"] = value_;
+      return {.set_point = set_point, .done = Signal::always(true)};
+    }
+    fragment.add("state", "AnalogOutputState", {{"device", actuator.name()}});
+    add_step(fragment, output, [&](const std::string&) { fragment.set_parameter("to_go", "a", value_); });
+    // Sums of steps round: what is left then is far below any resolution, and the output stays within its rate.
+    fragment.add("rest", "Abs");
+    fragment.link("to_go.value", "rest.input");
+    fragment.add("there", "LessThan", {{"b", 1e-9 * std::max(1.0, std::abs(value_))}});
+    fragment.link("rest.value", "there.a");
+    set_point.ports["value"] = "next.value";
+    return {.set_point = set_point, .done = Signal::at(fragment.gate_with_cancel("done", "Or", "there.value"))};
+  }
+
+ private:
+  double value_;
+};
+
+/// What the sensor says, brought into the range; without it what was sent last.
+class TrackValue final : public ActionModel {
+ public:
+  explicit TrackValue(ExpressionPtr value) : value_(std::move(value)) {}
+  [[nodiscard]] std::string_view name() const override { return "track value"; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kReal; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {value_}; }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"error"}; }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    constexpr double kLargest = std::numeric_limits<double>::max();
+    const auto& output = *actuator.analog_output();
+    fragment.add("state", "AnalogOutputState", {{"device", actuator.name()}});
+    fragment.add("wanted", "DefaultToReal");
+    fragment.feed(value_, "wanted.input");
+    fragment.link("state.sent", "wanted.fallback");
+    fragment.add("in_range", "Saturation",
+                 {{"lower", std::max(output.lower, -kLargest)}, {"upper", std::min(output.upper, kLargest)}});
+    fragment.link("wanted.value", "in_range.input");
+    fragment.add("done", "Or", {{"a", false}});
+    fragment.feed(fragment.cancel(), "done.b");
+    std::string port = "in_range.value";
+    if (std::isfinite(output.rate_max)) {
+      add_step(fragment, output, [&](const std::string& to) { fragment.link("in_range.value", to); });
+      port = "next.value";
+    }
+    return {.set_point = {.kind = SetPointKind::kReal, .ports = {{"value", port}}, .constants = {}},
+            .done = Signal::at("done.value")};
+  }
+
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string&, const Json&) const override {
+    return fragment.add_null_test("wanted.input", net::ValueType::kReal);
+  }
+
+ private:
+  ExpressionPtr value_;
+};
+
+class FollowValue final : public ActionModel {
+ public:
+  explicit FollowValue(ExpressionPtr value) : value_(std::move(value)) {}
+  [[nodiscard]] std::string_view name() const override { return "follow value"; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kReal; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {value_}; }
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel&) const override {
+    fragment.add("done", "Or", {{"a", false}});
+    fragment.feed(fragment.cancel(), "done.b");
+    return {.set_point = {.kind = SetPointKind::kReal, .ports = {}, .constants = {}, .sensors = {{"value", value_}}},
+            .done = Signal::at("done.value")};
+  }
+
+ private:
+  ExpressionPtr value_;
+};
+
+class GripModel final : public ActionModel {
+ public:
+  GripModel(bool opens, const GripWish& wish) : opens_(opens), wish_(wish) {}
+  [[nodiscard]] std::string_view name() const override { return opens_ ? "release" : "grip"; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kGrip; }
+
+  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
+    Findings findings;
+    const device::GripperDescription& gripper = *actuator.gripper();
+    const auto check = [&](const char* key, double value, double low, double high) {
+      if (value >= low && value <= high) return;
+      findings.error(key, fmt::format("{:g} is not for '{}'", value, actuator.name()),
+                     fmt::format("{:g} to {:g}", low, high));
+    };
+    check("/width", width(gripper), 0.0, gripper.stroke);
+    check("/speed", speed(gripper), gripper.speed_min, gripper.speed_max);
+    check("/force", force(gripper), gripper.force_min, gripper.force_max);
+    return findings;
+  }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    const device::GripperDescription& gripper = *actuator.gripper();
+    fragment.add("state", "GripperState", {{"device", actuator.name()}});
+    fragment.add("standing", "Not");
+    fragment.link("state.moving", "standing.input");
+    fragment.add("stood", "OnDelay", {{"delay", kStanding_s}});
+    fragment.link("standing.value", "stood.input");
+    return {
+        .set_point = {.kind = SetPointKind::kGrip,
+                      .ports = {},
+                      .constants = {{"width", width(gripper)}, {"speed", speed(gripper)}, {"force", force(gripper)}}},
+        .done = Signal::at(fragment.gate_with_cancel("done", "Or", "stood.value"))};
+  }
+
+  [[nodiscard]] std::vector<std::string> states() const override { return {"holding", "error", "width"}; }
+  [[nodiscard]] std::string add_state(FragmentWriter&, const std::string& name, const Json&) const override {
+    return name == "error" ? "state.lost" : "state." + name;
+  }
+
+ private:
+  double width(const device::GripperDescription& g) const { return wish_.width.value_or(opens_ ? g.stroke : 0.0); }
+  double speed(const device::GripperDescription& g) const { return wish_.speed.value_or(0.25 * g.speed_max); }
+  double force(const device::GripperDescription& g) const { return wish_.force.value_or(0.5 * g.force_max); }
+
+  bool opens_;
+  GripWish wish_;
+};
+
+/// The set point of the cycle before the first one, again and again.
+class Hold final : public ActionModel {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "hold"; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    fragment.add("state", "ArmState", {{"device", actuator.name()}});
+    fragment.add("there", "SnapshotJoints", {{"trigger", true}});
+    fragment.link("state.set_point_q", "there.input");
+    const auto zero = net::value_to_json(
+        net::JointArray(kinematics::JointVector(kinematics::JointVector::Zero(actuator.arm()->device->joint_count()))));
+    SetPoint set_point{.kind = SetPointKind::kJoints, .ports = {{"q", "there.value"}}, .constants = {}};
+    set_point.constants["dq"] = zero;
+    set_point.constants["ddq"] = zero;
+    fragment.add("done", "Or", {{"a", false}});
+    fragment.feed(fragment.cancel(), "done.b");
+    return {.set_point = set_point, .done = Signal::at("done.value")};
+  }
+};
+
+}  // namespace
+
+Action set_value(bool value) { return Action(std::make_shared<const SetDigital>(value)); }
+Action set_value(double value) { return Action(std::make_shared<const SetAnalog>(value)); }
+Action track_value(const RealSensor& sensor) { return Action(std::make_shared<const TrackValue>(sensor.node())); }
+Action follow_value(const RealSensor& sensor) { return Action(std::make_shared<const FollowValue>(sensor.node())); }
+Action grip(const GripWish& wish) { return Action(std::make_shared<const GripModel>(false, wish)); }
+Action release(const GripWish& wish) { return Action(std::make_shared<const GripModel>(true, wish)); }
+Action hold() { return Action(std::make_shared<const Hold>()); }
+
+}  // namespace takt::command

@@ -1,0 +1,309 @@
+#include "core/command/actions/freedrive_action.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/command/actions/velocity_action.h"
+#include "core/device/description.h"
+#include "core/expression/device_sensors.h"
+#include "core/net/value_json.h"
+
+namespace takt::command {
+namespace {
+
+using device::ControlMode;
+using Json = nlohmann::ordered_json;
+using kinematics::JointVector;
+
+Json joints_json(const JointVector& q) { return net::value_to_json(net::JointArray(q)); }
+Json three(double value) { return net::value_to_json(net::Vector(net::Vector::Constant(value))); }
+
+/// Joints that are slower and change their velocity less than this stand, rad/s and rad/s^2.
+constexpr double kStanding = 1e-9;
+
+void check_positive(Findings& findings, const char* key, double value, const char* unit) {
+  if (std::isfinite(value) && value > 0.0) return;
+  findings.error(key, fmt::format("{:g} {}", value, unit), fmt::format("above 0 {}", unit));
+}
+
+void check_from_zero(Findings& findings, const char* key, double value, const char* unit) {
+  if (std::isfinite(value) && value >= 0.0) return;
+  findings.error(key, fmt::format("{:g} {}", value, unit), fmt::format("from 0 {}", unit));
+}
+
+void check_bounds(Findings& findings, const FreedriveWish& wish) {
+  check_positive(findings, "/linear_max", wish.linear_max, "m/s");
+  check_positive(findings, "/angular_max", wish.angular_max, "rad/s");
+}
+
+/// "guided.value": somebody has the arm in hand, and nobody has asked for the end. Never null.
+void add_guided(FragmentWriter& fragment, const std::optional<State>& enabled) {
+  fragment.add("held", "DefaultToBoolean", {{"fallback", false}});
+  if (enabled) {
+    fragment.feed(enabled->node(), "held.input");
+  } else {
+    fragment.set_parameter("held", "input", true);
+  }
+  fragment.add("goes_on", "Not");
+  fragment.feed(fragment.cancel(), "goes_on.input");
+  fragment.add("guided", "And");
+  fragment.link("held.value", "guided.a");
+  fragment.link("goes_on.value", "guided.b");
+}
+
+/// The springs' rest goes after the measured joints: velocity = gain * (what they are bent by, less a band).
+class BySprings final : public ActionModel {
+ public:
+  explicit BySprings(const FreedriveWish& wish) : wish_(wish) {}
+
+  [[nodiscard]] std::string_view name() const override { return "freedrive"; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
+  [[nodiscard]] std::optional<ControlMode> mode() const override { return ControlMode::kJointImpedance; }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"enabled", "error", "settled"}; }
+  [[nodiscard]] bool net_knows_stop_time() const override { return false; }
+  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override {
+    return time_to_rest(actuator, 1.0) + to_seconds(actuator.arm()->device->description().impedance.ramp);
+  }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
+    return wish_.enabled ? std::vector{wish_.enabled->node()} : std::vector<ExpressionPtr>();
+  }
+
+  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+    Findings findings;
+    check_bounds(findings, wish_);
+    check_positive(findings, "/springs/stiffness", wish_.springs.stiffness, "Nm/rad");
+    check_from_zero(findings, "/springs/torque", wish_.springs.torque, "Nm");
+    check_positive(findings, "/springs/gain", wish_.springs.gain, "1/s");
+    check_from_zero(findings, "/springs/margin", wish_.springs.margin, "rad");
+    return findings;
+  }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    const auto& range = actuator.arm()->device->description().impedance.joint;
+    const JointVector soft = JointVector::Constant(range.upper.stiffness.size(), wish_.springs.stiffness)
+                                 .cwiseMax(range.lower.stiffness)
+                                 .cwiseMin(range.upper.stiffness);
+    add_guided(fragment, wish_.enabled);
+    add_rates(fragment, actuator, soft);
+    fragment.add("motion", "JointJog",
+                 {{"device", actuator.name()},
+                  {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))},
+                  {"linear_max", wish_.linear_max},
+                  {"angular_max", wish_.angular_max},
+                  {"margin", wish_.springs.margin}});
+    fragment.link("led.value", "motion.rates");
+    fragment.add("springs", "SelectJoints",
+                 {{"if_true", joints_json(soft)}, {"if_false", joints_json(range.upper.stiffness)}});
+    fragment.link("guided.value", "springs.condition");
+    SetPoint set_point{.kind = SetPointKind::kJoints, .ports = {}, .constants = {}};
+    for (const char* port : {"q", "dq", "ddq"}) set_point.ports[port] = std::string("motion.") + port;
+    set_point.ports["stiffness"] = "springs.value";
+    set_point.mode = ControlMode::kJointImpedance;
+    return {.set_point = std::move(set_point), .done = Signal::at(add_rest(fragment))};
+  }
+
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+    if (name == "enabled") return "guided.value";
+    if (name == "settled") return "arm.settled";
+    fragment.add("silent", "IsNullJoints");
+    fragment.link("state.q", "silent.input");
+    return "silent.value";
+  }
+
+ private:
+  void add_rates(FragmentWriter& fragment, const ActuatorModel& actuator, const JointVector& soft) const {
+    fragment.add("state", "ArmState", {{"device", actuator.name()}});
+    fragment.add("bend", "SubtractJoints");
+    fragment.link("state.q", "bend.a");
+    fragment.link("state.set_point_q", "bend.b");
+    fragment.add("beyond", "DeadBandJoints", {{"width", joints_json(wish_.springs.torque * soft.cwiseInverse())}});
+    fragment.link("bend.value", "beyond.input");
+    fragment.add("gain", "ConstantReal", {{"value", wish_.springs.gain}});
+    fragment.add("rates", "ScaleJoints");
+    fragment.link("beyond.value", "rates.joints");
+    fragment.link("gain.value", "rates.factor");
+    fragment.add("led", "GateJoints");
+    fragment.link("rates.value", "led.input");
+    fragment.link("guided.value", "led.open");
+  }
+
+  /// Cancelled, the springs stand and are stiff. @return the port.
+  static std::string add_rest(FragmentWriter& fragment) {
+    for (const char* port : {"dq", "ddq"}) {
+      const std::string id = std::string("largest_") + port;
+      fragment.add(id, "LargestJoint");
+      fragment.link(std::string("motion.") + port, id + ".input");
+      fragment.add(id + "_none", "LessThan", {{"b", kStanding}});
+      fragment.link(id + ".value", id + "_none.a");
+    }
+    fragment.add("standing", "And");
+    fragment.link("largest_dq_none.value", "standing.a");
+    fragment.link("largest_ddq_none.value", "standing.b");
+    fragment.add("firm", "And");
+    fragment.link("standing.value", "firm.a");
+    fragment.link("arm.settled", "firm.b");
+    return fragment.gate_with_cancel("done", "And", "firm.value");
+  }
+
+  FreedriveWish wish_;
+};
+
+/// Mass and damper at the tool centre point, in its own axes; the tool goes with their velocity.
+class ByBody final : public VelocityModel {
+ public:
+  /// @param felt  weight taken out, in the sensor's measuring frame; without bias if `tared`
+  ByBody(const FreedriveWish& wish, const WrenchSensor& felt, bool tared, const Eigen::Isometry3d& X_TS)
+      : wish_(wish), felt_(felt.node()), tared_(tared), X_TS_(X_TS) {}
+
+  [[nodiscard]] std::string_view name() const override { return "freedrive"; }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"enabled", "error"}; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
+    std::vector<ExpressionPtr> formulas{felt_};
+    if (wish_.enabled) formulas.push_back(wish_.enabled->node());
+    return formulas;
+  }
+
+  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+    Findings findings;
+    const FreedriveWish::Body& body = wish_.body;
+    check_bounds(findings, wish_);
+    check_positive(findings, "/body/mass", body.mass, "kg");
+    check_positive(findings, "/body/damping", body.damping, "Ns/m");
+    check_positive(findings, "/body/inertia", body.inertia, "kg m^2");
+    check_positive(findings, "/body/rotational_damping", body.rotational_damping, "Nms/rad");
+    check_from_zero(findings, "/body/force", body.force, "N");
+    check_from_zero(findings, "/body/torque", body.torque, "Nm");
+    check_positive(findings, "/body/cutoff", body.cutoff, "Hz");
+    check_positive(findings, "/body/tare_time", body.tare_time, "s");
+    return findings;
+  }
+
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+    if (name == "enabled") return "guided.value";
+    fragment.add("silent", "IsNullWrench");
+    fragment.feed(felt_, "silent.input");
+    return "silent.value";
+  }
+
+ private:
+  [[nodiscard]] std::optional<ToolSpeed> speed() const override {
+    return ToolSpeed{.linear = wish_.linear_max, .angular = wish_.angular_max};
+  }
+  void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    const FreedriveWish::Body& body = wish_.body;
+    add_guided(fragment, wish_.enabled);
+    fragment.add("at_tool", "TransformWrench", {{"frame", net::value_to_json(net::Frame(X_TS_))}});
+    add_contact(fragment, "at_tool.wrench");
+    fragment.add("smooth", "LowPassWrench", {{"cutoff", body.cutoff}});
+    fragment.link("at_tool.value", "smooth.input");
+    fragment.add("hand", "DeadBandWrench", {{"force", body.force}, {"torque", body.torque}});
+    fragment.link("smooth.value", "hand.input");
+    // Let go, it begins anew: at rest.
+    fragment.add("let_go", "Not");
+    fragment.link("guided.value", "let_go.input");
+    fragment.add("law", "AdmittanceLaw",
+                 {{"mass", three(body.mass)},
+                  {"damping", three(body.damping)},
+                  {"stiffness", three(0.0)},
+                  {"inertia", three(body.inertia)},
+                  {"rotational_damping", three(body.rotational_damping)},
+                  {"rotational_stiffness", three(0.0)}});
+    fragment.link("hand.value", "law.wrench");
+    fragment.link("let_go.value", "law.reset");
+    add_tool(fragment, actuator, "tool", "set_point_q");
+    fragment.add("in_base", "RotateTwist");
+    fragment.link("tool.frame", "in_base.frame");
+    fragment.link("law.twist", "in_base.twist");
+    fragment.add("led", "GateTwist");
+    fragment.link("in_base.value", "led.input");
+    fragment.link("guided.value", "led.open");
+    fragment.add("bounded", "LimitTwist", {{"linear_max", wish_.linear_max}, {"angular_max", wish_.angular_max}});
+    fragment.link("led.value", "bounded.input");
+    add_caution(fragment, actuator);
+    fragment.add("wanted", "ScaleTwist");
+    fragment.link("bounded.value", "wanted.twist");
+    fragment.link("caution.value", "wanted.factor");
+  }
+
+  /// Near singular postures joints would have to change their rates faster than they can, and the tool would go astray:
+  /// there it goes slower, but still out again. "caution.value", in [kSlowest, 1].
+  static void add_caution(FragmentWriter& fragment, const ActuatorModel& actuator) {
+    constexpr double kNear = 0.25, kSlowest = 0.1;  // smallest singular value; share of the velocity
+    fragment.add("posture", "Manipulability",
+                 {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
+    fragment.link("state.set_point_q", "posture.q");
+    fragment.add("room", "Multiply", {{"b", 1.0 / kNear}});
+    fragment.link("posture.smallest", "room.a");
+    fragment.add("caution", "Saturation", {{"lower", kSlowest}, {"upper", 1.0}});
+    fragment.link("room.value", "caution.input");
+  }
+
+  /// What the hand exerts; nothing is known until an untared sensor has been tared.
+  void add_contact(FragmentWriter& fragment, const std::string& to) const {
+    if (tared_) return fragment.feed(felt_, to);
+    const double cycles = std::ceil(wish_.body.tare_time / to_seconds(fragment.period()));
+    fragment.add("tare", "Tare", {{"trigger", true}, {"cycles", static_cast<std::int64_t>(cycles)}});
+    fragment.feed(felt_, "tare.wrench");
+    fragment.link("tare.tared", to);
+  }
+
+  FreedriveWish wish_;
+  ExpressionPtr felt_;
+  bool tared_;
+  Eigen::Isometry3d X_TS_;
+};
+
+/// For arms that nobody can guide.
+class NoFreedrive final : public ActionModel {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "freedrive"; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
+  [[nodiscard]] Contribution add_to(FragmentWriter&, const ActuatorModel&) const override { return {}; }
+  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
+    Findings findings;
+    std::string modes = "none";
+    if (actuator.arm() != nullptr) modes = actuator.arm()->device->description().modes.list();
+    findings.error(
+        {},
+        fmt::format("C8: nobody can guide '{}' by hand: it feels nothing (control modes: {})", actuator.name(), modes),
+        "an arm with the mode joint_impedance, or with a force/torque sensor on its flange");
+    return findings;
+  }
+};
+
+const std::pair<const std::string, MountedSensor>* sensor_on(const Cell& cell, const std::string& arm) {
+  const auto found = std::ranges::find_if(cell.sensors, [&arm](const auto& one) { return one.second.arm == arm; });
+  return found == cell.sensors.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+FreedriveKind freedrive_kind(const Cell& cell, const std::string& arm) {
+  const auto found = cell.arms.find(arm);
+  if (found == cell.arms.end() || found->second.device == nullptr) return FreedriveKind::kNone;
+  const device::ArmDescription& model = found->second.device->description();
+  if (model.modes.has(ControlMode::kJointImpedance)) return FreedriveKind::kSprings;
+  const bool feels = model.inverse != nullptr && sensor_on(cell, arm) != nullptr;
+  return feels ? FreedriveKind::kBody : FreedriveKind::kNone;
+}
+
+Action freedrive(const Cell& cell, const std::string& arm, const FreedriveWish& wish, const Biases& biases) {
+  switch (freedrive_kind(cell, arm)) {
+    case FreedriveKind::kSprings:
+      return Action(std::make_shared<const BySprings>(wish));
+    case FreedriveKind::kBody: {
+      const auto& [name, sensor] = *sensor_on(cell, arm);
+      const Eigen::Isometry3d X_TS = cell.arms.find(arm)->second.X_FT.inverse() * sensor.X_FS;
+      return Action(
+          std::make_shared<const ByBody>(wish, contact_wrench(cell, name, biases), biases.contains(name), X_TS));
+    }
+    case FreedriveKind::kNone:
+      break;
+  }
+  return Action(std::make_shared<const NoFreedrive>());
+}
+
+}  // namespace takt::command

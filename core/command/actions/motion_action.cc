@@ -1,0 +1,349 @@
+#include "core/command/actions/motion_action.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/command/actions/planned_path.h"
+#include "core/command/command_tree.h"
+#include "core/device/description.h"
+
+namespace takt::command {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using kinematics::JointVector;
+
+/// Path clock, time law, path: a request to cancel and a pause are target rates of the clock.
+class PlannedModel final : public ActionModel {
+ public:
+  explicit PlannedModel(PlannedMotion motion) : motion_(std::move(motion)) {}
+
+  [[nodiscard]] std::string_view name() const override { return motion_.name; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override {
+    return motion_.partner ? SetPointKind::kPair : kind_of(motion_.motion->path);
+  }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
+    std::vector<ExpressionPtr> formulas = motion_.clock.formulas();
+    for (const auto* begin : {&motion_.begins.time, &motion_.begins.rate})
+      if (*begin) formulas.push_back((*begin)->node());
+    return formulas;
+  }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel&) const override {
+    const motion::Motion& motion = *motion_.motion;
+    add_clock(fragment, motion, motion_.clock);
+    add_hand_over(fragment);
+    SetPoint set_point = add_path(fragment, "path", motion.path, motion_.X_FM);
+    if (motion_.partner) {
+      const PlannedPartner& partner = *motion_.partner;
+      SetPoint pair{.kind = SetPointKind::kPair, .ports = {}, .constants = {}};
+      pair.parts = {std::move(set_point), add_path(fragment, "path_2", partner.motion->path, partner.X_FM)};
+      set_point = std::move(pair);
+    }
+    const std::string stopped = fragment.gate_with_cancel("stopped", "And", "clock.standstill");
+    fragment.add("done", "Or");
+    fragment.link("clock.at_end", "done.a");
+    fragment.link(stopped, "done.b");
+    return {.set_point = std::move(set_point),
+            .done = Signal::at("done.value"),
+            .path_clock = "clock",
+            .duration = motion.duration()};
+  }
+
+  [[nodiscard]] double stop_time(const ActuatorModel&) const override {
+    return motion::PathClock(motion_.motion->clock, motion_.motion->duration(), false).stop_time_bound();
+  }
+  [[nodiscard]] std::vector<std::string> states() const override {
+    std::vector<std::string> states{"progress", "at_path", "error"};
+    if (!motion_.handed_over.empty()) states.emplace_back("via_passed");
+    return states;
+  }
+  [[nodiscard]] int via_count() const override { return static_cast<int>(motion_.handed_over.size()); }
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
+                                      const Json& parameters) const override {
+    if (name == "progress") return "law.s";
+    if (name == "at_path") return add_threshold(fragment, "law.s", parameters.value("fraction", 1.0), "at_path");
+    if (name == "error") return add_error(fragment);
+    const auto index = parameters.value("index", std::size_t{0});
+    const double time = index < motion_.handed_over.size() ? motion_.handed_over[index] : motion_.motion->duration();
+    return add_threshold(fragment, "clock.time", time, "via_passed");
+  }
+
+  [[nodiscard]] PlannedPath planned_path() const override {
+    if (motion_.partner) return {};
+    return {.motion = motion_.motion.get(), .X_FM = motion_.X_FM, .handed_over = motion_.handed_over};
+  }
+  [[nodiscard]] double duration() const override { return motion_.motion->duration(); }
+  [[nodiscard]] std::vector<device::Seam> begins() const override {
+    // In motion it depends on when it takes over.
+    if (motion_.motion->law.begins_in_motion()) return {};
+    return at_rest(&motion::Motion::q_start);
+  }
+  [[nodiscard]] std::vector<device::Seam> ends() const override { return at_rest(&motion::Motion::q_goal); }
+
+ private:
+  static device::Seam at_rest(const JointVector& q) {
+    const JointVector zero = JointVector::Zero(q.size());
+    return {.q = q, .dq = zero, .ddq = zero};
+  }
+  /// Of each arm.
+  [[nodiscard]] std::vector<device::Seam> at_rest(JointVector motion::Motion::*q) const {
+    std::vector<device::Seam> seams{at_rest(*motion_.motion.*q)};
+    if (motion_.partner) seams.push_back(at_rest(*motion_.partner->motion.*q));
+    return seams;
+  }
+
+  /// Goes on with another clock, and tells the next one.
+  void add_hand_over(FragmentWriter& fragment) const {
+    if (motion_.motion->law.begins_in_motion()) fragment.set_parameter("clock", "in_motion", true);
+    if (motion_.begins.time) fragment.feed(motion_.begins.time->node(), "clock.begin_time");
+    if (motion_.begins.rate) fragment.feed(motion_.begins.rate->node(), "clock.begin_rate");
+    for (const auto& [channel, port] : {std::pair(&motion_.tells.time, "time"), {&motion_.tells.rate, "rate"}}) {
+      if (channel->empty()) continue;
+      const std::string id = std::string("tell_") + port;
+      fragment.add(id, "OutputReal", {{"channel", *channel}});
+      fragment.link(std::string("clock.") + port, id + ".value");
+    }
+  }
+
+  /// @return a Boolean that holds at and past a value.
+  static std::string add_threshold(FragmentWriter& fragment, const std::string& port, double value, const char* what) {
+    std::string id = fmt::format("{}_{:g}", what, value);
+    for (char& c : id) c = c == '.' ? '_' : c;
+    while (fragment.has(id)) id += '_';
+    fragment.add(id, "AtLeast", {{"b", value}});
+    fragment.link(port, id + ".a");
+    return id + ".value";
+  }
+
+  /// There are no joints for this cycle: what an arm is fed with, in the same fragment, is null.
+  std::string add_error(FragmentWriter& fragment) const {
+    if (motion_.partner) {
+      fragment.add("no_joints", "Or");
+      fragment.link(fragment.add_null_test("arm_1.q", net::ValueType::kJoints), "no_joints.a");
+      fragment.link(fragment.add_null_test("arm_2.q", net::ValueType::kJoints), "no_joints.b");
+      return "no_joints.value";
+    }
+    const SetPointKind kind = kind_of(motion_.motion->path);
+    fragment.add("no_joints", "IsNullJoints");
+    fragment.link(kind == SetPointKind::kJoints ? "path.q"
+                  : kind == SetPointKind::kPose ? "inverse.q"
+                                                : "choose_q.value",
+                  "no_joints.input");
+    return "no_joints.value";
+  }
+
+  PlannedMotion motion_;
+};
+
+/// Motions that are not planned yet.
+class MotionModel : public ActionModel {
+ public:
+  explicit MotionModel(std::string name, SetPointKind gives) : name_(std::move(name)), gives_(gives) {}
+
+  [[nodiscard]] std::string_view name() const override { return name_; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return gives_; }
+  [[nodiscard]] std::vector<std::string> states() const override {
+    return {"progress", "at_path", "via_passed", "error"};
+  }
+  [[nodiscard]] bool needs_plan() const override { return true; }
+  [[nodiscard]] Contribution add_to(FragmentWriter&, const ActuatorModel&) const override { return {}; }
+
+ private:
+  std::string name_;
+  SetPointKind gives_;
+};
+
+/// Of one arm, with goals in its base.
+class ArmMotion final : public MotionModel {
+ public:
+  using Planner =
+      std::function<Result<motion::SequencePlan>(const MountedArm& arm, const kinematics::JointVector& q_start)>;
+  /// @param wish  frame that moves and inputs of the clock; the rest is the planner's
+  ArmMotion(const char* name, MotionWish wish, Planner planner)
+      : MotionModel(name, SetPointKind::kPath), wish_(std::move(wish)), planner_(std::move(planner)) {}
+
+  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
+                                                                const Places& q_start) const override {
+    auto plan = planner_(*actuator.arm(), q_start.at(actuator.name()));
+    if (!plan) return std::unexpected(std::move(plan.error()));
+    return std::make_shared<const PlannedModel>(
+        PlannedMotion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
+                      .X_FM = wish_.X_FM.value_or(actuator.arm()->X_FT),
+                      .handed_over = std::move(plan->handed_over),
+                      .clock = wish_.clock,
+                      .name = std::string(name())});
+  }
+
+ private:
+  MotionWish wish_;
+  Planner planner_;
+};
+
+/// Planned by somebody else.
+class ForeignMotion final : public MotionModel {
+ public:
+  ForeignMotion(std::string name, SetPointKind gives, MotionPlanner planner)
+      : MotionModel(std::move(name), gives), planner_(std::move(planner)) {}
+
+  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel&,
+                                                                const Places& q_start) const override {
+    auto plan = planner_(q_start);
+    if (!plan) return std::unexpected(std::move(plan.error()));
+    return std::make_shared<const PlannedModel>(std::move(*plan));
+  }
+
+ private:
+  MotionPlanner planner_;
+};
+
+motion::MotionOptions options_of(const motion::ArmModel& arm, const MotionWish& wish) {
+  return {.velocity = wish.velocity,
+          .acceleration = wish.acceleration,
+          .linear_velocity = wish.linear_velocity,
+          .X_FM = arm.X_FM,
+          .load = arm.load};
+}
+
+/// The leg with what is wished for it.
+motion::LegMaker with_wish(const SequencePart& part) {
+  return [part](const JointVector& q) -> Result<motion::Leg> {
+    auto leg = part.geometry(q);
+    if (!leg) return leg;
+    leg->velocity = part.wish.velocity;
+    leg->acceleration = part.wish.acceleration;
+    leg->linear_velocity = part.wish.linear_velocity;
+    leg->blend = part.blend;
+    return leg;
+  };
+}
+
+Result<motion::SequencePlan> alone(Result<motion::Motion> motion) {
+  if (!motion) return std::unexpected(std::move(motion.error()));
+  motion::SequencePlan plan;
+  plan.motion = std::move(*motion);
+  return plan;
+}
+
+Action motion_action(const char* name, const MotionWish& wish, ArmMotion::Planner planner) {
+  return Action(std::make_shared<const ArmMotion>(name, wish, std::move(planner)));
+}
+
+/// A motion of one leg; `make_leg(model, q, goal)` is one of the functions of core/motion/leg.h.
+template <class Goal, class MakeLeg>
+Action one_leg(const char* name, const MotionWish& wish, const Goal& goal, MakeLeg make_leg) {
+  return motion_action(name, wish, [wish, goal, make_leg](const MountedArm& arm, const JointVector& q_start) {
+    const motion::ArmModel model = planning_model(arm, wish.X_FM);
+    const auto geometry = [&](const JointVector& q) { return make_leg(model, q, goal); };
+    return motion::plan_sequence(model, q_start, {with_wish({.geometry = geometry, .wish = wish})});
+  });
+}
+
+}  // namespace
+
+Action planned_by(std::string name, SetPointKind gives, MotionPlanner planner) {
+  return Action(std::make_shared<const ForeignMotion>(std::move(name), gives, std::move(planner)));
+}
+Action planned(PlannedMotion motion) { return Action(std::make_shared<const PlannedModel>(std::move(motion))); }
+
+Action ptp(const JointVector& q_goal, const MotionWish& wish) {
+  return motion_action("PTP", wish, [wish, q_goal](const MountedArm& arm, const JointVector& q) {
+    const motion::ArmModel model = planning_model(arm, wish.X_FM);
+    return alone(motion::plan_ptp(model.chain, model.limits, q, q_goal, options_of(model, wish)));
+  });
+}
+
+Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish) {
+  return motion_action("LIN", wish, [wish, X_BM_goal](const MountedArm& arm, const JointVector& q) {
+    const motion::ArmModel model = planning_model(arm, wish.X_FM);
+    if (!model.inverse) return Result<motion::SequencePlan>(failure({}, "the arm has no inverse kinematics", "a PTP"));
+    return alone(motion::plan_lin(model.chain, *model.inverse, model.limits, model.cartesian, q, X_BM_goal, {},
+                                  options_of(model, wish)));
+  });
+}
+
+Action circ(const motion::ArcThrough& arc, const MotionWish& wish) {
+  return one_leg("CIRC", wish, arc,
+                 [](const auto& arm, const auto& q, const auto& goal) { return motion::circ_leg(arm, q, goal); });
+}
+Action circ(const motion::ArcAbout& arc, const MotionWish& wish) {
+  return one_leg("CIRC", wish, arc,
+                 [](const auto& arm, const auto& q, const auto& goal) { return motion::circ_leg(arm, q, goal); });
+}
+Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const MotionWish& wish) {
+  return one_leg("spline", wish, poses_BM,
+                 [](const auto& arm, const auto& q, const auto& goal) { return motion::spline_leg(arm, q, goal); });
+}
+Action spline(const std::vector<JointVector>& points, const MotionWish& wish) {
+  return one_leg("spline", wish, points,
+                 [](const auto& arm, const auto& q, const auto& goal) { return motion::spline_leg(arm, q, goal); });
+}
+
+Action sequence(std::vector<SequencePart> parts) {
+  const MotionWish first = parts.empty() ? MotionWish{} : parts.front().wish;
+  return motion_action(
+      "sequence", first, [parts = std::move(parts), first](const MountedArm& arm, const JointVector& q) {
+        if (parts.empty())
+          return Result<motion::SequencePlan>(failure({}, "a sequence without motions", "one at least"));
+        std::vector<motion::LegMaker> makers;
+        for (const SequencePart& part : parts) makers.push_back(with_wish(part));
+        return motion::plan_sequence(planning_model(arm, first.X_FM), q, makers);
+      });
+}
+
+namespace {
+
+/// One action, if it needs a plan.
+Findings plan(CommandNode& node, const Result<Places>& begin) {
+  Findings findings;
+  const ActionModel& action = node.action->model();
+  if (!action.needs_plan()) return findings;
+  if (!begin) return begin.error();
+  const auto takes = node.actuator->model().takes();
+  if (std::ranges::find(takes, action.gives(node.actuator->model())) == takes.end()) return findings;  // check() tells
+  for (const std::string& device : node.actuator->model().devices()) {
+    if (begin->at(device).size() == 0)
+      findings.error({}, fmt::format("'{}' has not told yet where it is", device), "a cycle of the core before");
+  }
+  if (findings.has_errors()) return findings;
+  auto planned = action.plan(node.actuator->model(), *begin);
+  if (!planned) return planned.error();
+  node.planned = std::move(*planned);
+  return findings;
+}
+
+}  // namespace
+
+Findings plan(const Command& command) {
+  Places set_points;
+  return plan(command, set_points);
+}
+
+Findings plan(const Command& command, Places& places) {
+  Findings findings;
+  const CommandTree tree(command);
+  if (!tree.cycle_of_starts().empty()) return findings;  // check() tells
+  const std::vector<int> ranks = tree.ranks();
+  std::vector<int> order(ranks.size());
+  for (std::size_t i = 0; i < ranks.size(); ++i) order[static_cast<std::size_t>(ranks[i])] = static_cast<int>(i);
+  Whereabouts whereabouts(tree, places);
+  for (const int i : order) {
+    CommandNode& node = *tree.at(i).node;
+    if (!node.is_runtime() || node.actuator->model().arms().empty()) continue;
+    if (whereabouts.follows_unplanned(i)) {
+      whereabouts.note_unplanned(i);
+    } else if (Findings faults = plan(node, whereabouts.all_at_begin_of(i)); faults.has_errors()) {
+      findings.append(faults, tree.at(i).path);
+      whereabouts.note_unplanned(i);
+    } else {
+      whereabouts.note(i);
+    }
+  }
+  places = whereabouts.nominal_ends();
+  return findings;
+}
+
+}  // namespace takt::command

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/command/action.h"
+#include "core/command/actions/planned_path.h"
+#include "core/command/command.h"
+#include "core/command/whereabouts.h"
+#include "core/motion/leg.h"
+#include "core/motion/planner.h"
+
+/// Motions that are planned before they are carried out (docs/motion.md). Realtime: setup.
+namespace takt::command {
+
+/// A second arm on the same law and clock.
+struct PlannedPartner {
+  std::shared_ptr<const motion::Motion> motion;  ///< its law is not looked at
+  Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
+};
+
+/// A motion that is planned already, of one arm or of two (arm_pair()).
+struct PlannedMotion {
+  std::shared_ptr<const motion::Motion> motion;
+  Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();  ///< the frame that Cartesian pieces move, in the flange
+  std::vector<double> handed_over = {};                    ///< path time at which each point on the way is passed, s
+  ClockInputs clock = {};
+  std::string name = "motion";  ///< for people
+  /// Of a motion that goes on with another one: path time (s, of its own) and rate with which its clock begins; null or
+  /// not given: 0 and 1.
+  struct ClockBegin {
+    std::optional<RealSensor> time = {}, rate = {};
+  } begins = {};
+  /// Channels in which it tells where its clock is, for who goes on with it; empty: it does not.
+  struct ClockChannels {
+    std::string time = {}, rate = {};
+  } tells = {};
+  std::optional<PlannedPartner> partner = {};
+};
+[[nodiscard]] Action planned(PlannedMotion motion);
+
+/// What motions may be asked for. Shares are of the limits of the arm.
+struct MotionWish {
+  double velocity = 1.0;                       ///< (0, 1]
+  double acceleration = 1.0;                   ///< (0, 1]
+  std::optional<double> linear_velocity = {};  ///< of the tool centre point, m/s
+  std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves; default: the arm's tool centre point
+  ClockInputs clock = {};
+};
+
+// Motions from where the arm is when its command is planned. Goals of frames are in the arm's base, m. They offer
+// `at_path`, `via_passed`, `progress`, `error` (no joints for a pose).
+[[nodiscard]] Action ptp(const kinematics::JointVector& q_goal, const MotionWish& wish = {});
+[[nodiscard]] Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish = {});
+[[nodiscard]] Action circ(const motion::ArcThrough& arc, const MotionWish& wish = {});
+[[nodiscard]] Action circ(const motion::ArcAbout& arc, const MotionWish& wish = {});
+[[nodiscard]] Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const MotionWish& wish = {});
+[[nodiscard]] Action spline(const std::vector<kinematics::JointVector>& points, const MotionWish& wish = {});
+
+/// A motion of a sequence, and how it is blended into the next one.
+struct SequencePart {
+  motion::LegMaker geometry;
+  MotionWish wish = {};
+  motion::Blend blend = {};
+};
+/// Several motions as one (docs/motion.md); via_passed(i) holds from the middle of blend i on. The frame that moves and
+/// the inputs of the clock are those of the first.
+[[nodiscard]] Action sequence(std::vector<SequencePart> parts);
+
+/// Plans a motion from where its arm, or its two arms, will be (Places as ActionModel::plan() has them).
+using MotionPlanner = std::function<Result<PlannedMotion>(const Places& q_start)>;
+/// A motion that somebody else plans.
+/// @param name   for people
+/// @param gives  kPath of one arm, kPair of two as one
+[[nodiscard]] Action planned_by(std::string name, SetPointKind gives, MotionPlanner planner);
+
+/// Plans every action of the tree that needs it: from where its arm will be when what starts before it on that arm has
+/// come to its natural end; the first one from the arm's set point. An action that is cancelled ends elsewhere: a
+/// planned motion that could follow it then is refused.
+/// @return findings with paths in the tree. Realtime: setup, deterministic.
+[[nodiscard]] Findings plan(const Command& command);
+/// The same from other places than the set points of now.
+/// @param[in,out] places  where arms are; then where they are when all has come to its natural end
+[[nodiscard]] Findings plan(const Command& command, Places& places);
+
+}  // namespace takt::command

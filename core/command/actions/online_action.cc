@@ -1,0 +1,277 @@
+#include "core/command/actions/online_action.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/command/actions/velocity_action.h"
+#include "core/device/description.h"
+#include "core/expression/device_sensors.h"
+#include "core/net/value_json.h"
+
+namespace takt::command {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using kinematics::JointVector;
+
+Json joints_json(const JointVector& q) { return net::value_to_json(net::JointArray(q)); }
+
+/// A figure of a wish.
+struct Figure {
+  const char* name;
+  double value;
+  const char* unit;
+};
+
+/// All of them are above 0 and finite.
+Findings check_positive(std::initializer_list<Figure> figures) {
+  Findings findings;
+  for (const auto& [name, value, unit] : figures) {
+    if (value > 0.0 && std::isfinite(value)) continue;
+    findings.error(pointer_segment(name), fmt::format("{:g} {}", value, unit), "above 0 and finite");
+  }
+  return findings;
+}
+
+void check_share(const char* name, double value, Findings& findings) {
+  if (value > 0.0 && value <= 1.0) return;
+  findings.error(pointer_segment(name), fmt::format("a share of {:g}", value), "above 0, at most 1");
+}
+
+void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWish& wish) {
+  const std::string limited = wish.speed ? "limited" : "wanted";
+  fragment.add(limited, "LimitTwist", {{"linear_max", wish.linear_max}, {"angular_max", wish.angular_max}});
+  fragment.link(from, limited + ".input");
+  if (!wish.speed) return;
+  fragment.add("wanted", "ScaleTwist");
+  fragment.link("limited.value", "wanted.twist");
+  fragment.feed(wish.speed->node(), "wanted.factor");
+}
+
+ToolSpeed speed_of(const FollowWish& wish) { return {.linear = wish.linear_max, .angular = wish.angular_max}; }
+
+/// What it follows, and its speed.
+std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const FollowWish& wish) {
+  if (wish.speed) formulas.push_back(wish.speed->node());
+  return formulas;
+}
+
+constexpr double kShortest = 1e-9;  ///< of a direction that is none
+
+ExpressionPtr no_direction(net::ValueType type) {
+  return broken(type, "a direction of no length", "a vector that is not zero");
+}
+
+class Jog final : public VelocityModel {
+ public:
+  Jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds)
+      : velocity_(velocity.node()), enabled_(enabled.node()), bounds_(bounds) {}
+  [[nodiscard]] std::string_view name() const override { return "jog"; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
+    return with_speed({velocity_, enabled_}, bounds_);
+  }
+  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+    return check_positive({{"linear_max", bounds_.linear_max, "m/s"}, {"angular_max", bounds_.angular_max, "rad/s"}});
+  }
+
+ private:
+  void add_velocity(FragmentWriter& fragment, const ActuatorModel&) const override {
+    fragment.add("held", "GateTwist");
+    fragment.feed(velocity_, "held.input");
+    fragment.feed(enabled_, "held.open");
+    add_limit(fragment, "held.value", bounds_);
+  }
+  [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(bounds_); }
+
+  ExpressionPtr velocity_, enabled_;
+  FollowWish bounds_;
+};
+
+class FollowPose final : public VelocityModel {
+ public:
+  FollowPose(const FrameSensor& target, const FollowWish& wish) : target_(target.node()), wish_(wish) {}
+  [[nodiscard]] std::string_view name() const override { return "follow"; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return with_speed({target_}, wish_); }
+  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+    return check_positive({{"linear_max", wish_.linear_max, "m/s"},
+                           {"angular_max", wish_.angular_max, "rad/s"},
+                           {"gain", wish_.gain, "1/s"},
+                           {"distance", wish_.distance, "m"},
+                           {"angle", wish_.angle, "rad"}});
+  }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
+
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+    if (name == "error") {
+      fragment.add("no_target", "IsNullFrame");
+      fragment.feed(target_, "no_target.input");
+      return "no_target.value";
+    }
+    fragment.add("arrived", "FramesNear", {{"distance_max", wish_.distance}, {"angle_max", wish_.angle}});
+    fragment.link("now.frame", "arrived.a");
+    fragment.feed(target_, "arrived.b");
+    return "arrived.value";
+  }
+
+ private:
+  /// From where the tool was sent last to the target, with a gain.
+  void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    add_tool(fragment, actuator, "now", "set_point_q");
+    fragment.add("difference", "FrameDifference");
+    fragment.link("now.frame", "difference.from");
+    fragment.feed(target_, "difference.to");
+    fragment.add("gain", "ConstantReal", {{"value", wish_.gain}});
+    fragment.add("velocity", "ScaleTwist");
+    fragment.link("difference.value", "velocity.twist");
+    fragment.link("gain.value", "velocity.factor");
+    add_limit(fragment, "velocity.value", wish_);
+  }
+  [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(wish_); }
+
+  ExpressionPtr target_;
+  FollowWish wish_;
+};
+
+class HoldForce final : public VelocityModel {
+ public:
+  HoldForce(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
+            const ForceWish& wish)
+      : pressing_(pressing.node()),
+        direction_(direction_T.norm() > kShortest ? rotate(X_BT, Eigen::Vector3d(direction_T.normalized())).node()
+                                                  : no_direction(net::ValueType::kVector)),
+        wish_(wish) {}
+  [[nodiscard]] std::string_view name() const override { return "hold force"; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {pressing_, direction_}; }
+  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+    Findings findings = check_positive({{"force", wish_.force, "N"},
+                                        {"approach_velocity", wish_.approach_velocity, "m/s"},
+                                        {"contact_force", wish_.contact_force, "N"},
+                                        {"release_time", wish_.release_time, "s"},
+                                        {"gain", wish_.gain, "m/s/N"},
+                                        {"integral_time", wish_.integral_time, "s"},
+                                        {"velocity_max", wish_.velocity_max, "m/s"},
+                                        {"acceleration_max", wish_.acceleration_max, "m/s^2"}});
+    check_share("release_share", wish_.release_share, findings);
+    return findings;
+  }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"in_contact", "error"}; }
+
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+    if (name == "in_contact") return "force_law.contact";
+    fragment.add("no_force", "IsNullReal");
+    fragment.feed(pressing_, "no_force.input");
+    return "no_force.value";
+  }
+
+ private:
+  void add_velocity(FragmentWriter& fragment, const ActuatorModel&) const override {
+    add_force_law(fragment, pressing_, wish_);
+    fragment.add("along", "ScaleVector");
+    fragment.feed(direction_, "along.vector");
+    fragment.link("force_law.velocity", "along.factor");
+    fragment.add("wanted", "AssembleTwist", {{"angular", net::value_to_json(net::Vector(net::Vector::Zero()))}});
+    fragment.link("along.value", "wanted.linear");
+  }
+
+  ExpressionPtr pressing_, direction_;
+  ForceWish wish_;
+};
+
+/// When it is cancelled, where the arm then is becomes the target.
+class FollowJoints final : public ActionModel {
+ public:
+  FollowJoints(const JointsSensor& target, double velocity, double acceleration)
+      : target_(target.node()), velocity_(velocity), acceleration_(acceleration) {}
+  [[nodiscard]] std::string_view name() const override { return "follow"; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {target_}; }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
+  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+    Findings findings;
+    check_share("velocity", velocity_, findings);
+    check_share("acceleration", acceleration_, findings);
+    return findings;
+  }
+  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override {
+    return time_to_rest(actuator, acceleration_);
+  }
+  [[nodiscard]] bool net_knows_stop_time() const override { return false; }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    const device::ArmDescription& arm = actuator.arm()->device->description();
+    fragment.add("state", "ArmState", {{"device", actuator.name()}});
+    add_target(fragment);
+    fragment.add("generator", "JerkLimitedJointPosition",
+                 {{"joints", arm.limits.velocity.size()},
+                  {"velocity_max", joints_json(velocity_ * arm.limits.velocity)},
+                  {"acceleration_max", joints_json(acceleration_ * arm.limits.acceleration)},
+                  {"jerk_max", joints_json(acceleration_ * arm.limits.jerk)}});
+    fragment.link("target.value", "generator.target");
+    fragment.link("begin.value", "generator.start");
+    SetPoint set_point{.kind = SetPointKind::kJoints, .ports = {}, .constants = {}};
+    set_point.ports["q"] = "generator.position";
+    set_point.ports["dq"] = "generator.velocity";
+    set_point.ports["ddq"] = "generator.acceleration";
+    return {.set_point = set_point, .done = Signal::at(fragment.gate_with_cancel("done", "And", "generator.arrived"))};
+  }
+
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+    if (name == "arrived") return "generator.arrived";
+    fragment.add("no_target", "IsNullJoints");
+    fragment.feed(target_, "no_target.input");
+    return "no_target.value";
+  }
+
+ private:
+  /// The newest target; before the first where the arm is; from a cancel on where it was then.
+  void add_target(FragmentWriter& fragment) const {
+    fragment.add("begin", "SnapshotJoints", {{"trigger", true}});
+    fragment.link("state.set_point_q", "begin.input");
+    fragment.add("newest", "HoldLastJoints", {{"cycles", 1'000'000'000}});
+    fragment.feed(target_, "newest.input");
+    fragment.add("known", "DefaultToJoints");
+    fragment.link("newest.value", "known.input");
+    fragment.link("begin.value", "known.fallback");
+    fragment.add("here", "SnapshotJoints");
+    fragment.link("state.set_point_q", "here.input");
+    fragment.feed(fragment.cancel(), "here.trigger");
+    fragment.add("target", "SelectJoints");
+    fragment.feed(fragment.cancel(), "target.condition");
+    fragment.link("here.value", "target.if_true");
+    fragment.link("known.value", "target.if_false");
+  }
+
+  ExpressionPtr target_;
+  double velocity_, acceleration_;
+};
+
+}  // namespace
+
+Action jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds) {
+  return Action(std::make_shared<const Jog>(velocity, enabled, bounds));
+}
+Action follow(const FrameSensor& target, const FollowWish& wish) {
+  return Action(std::make_shared<const FollowPose>(target, wish));
+}
+Action follow(const JointsSensor& target, double velocity, double acceleration) {
+  return Action(std::make_shared<const FollowJoints>(target, velocity, acceleration));
+}
+Action hold_force(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
+                  const ForceWish& wish) {
+  return Action(std::make_shared<const HoldForce>(pressing, X_BT, direction_T, wish));
+}
+
+RealSensor pressing_force(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_B,
+                          const Biases& biases) {
+  const WrenchSensor felt = contact_wrench(cell, sensor, biases);
+  const auto mounted = cell.sensors.find(sensor);
+  if (mounted == cell.sensors.end()) return norm(force(felt));  // refused by every check: the sensor is not there
+  if (!(direction_B.norm() > kShortest)) return RealSensor(no_direction(net::ValueType::kReal));
+  const FrameSensor X_BS = flange_fixed_pose(cell, mounted->second.arm, mounted->second.X_FS);
+  return dot(rotate(X_BS, force(felt)), Eigen::Vector3d(-direction_B.normalized()));
+}
+
+}  // namespace takt::command

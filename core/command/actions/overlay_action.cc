@@ -1,0 +1,421 @@
+#include "core/command/actions/overlay_action.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/command/actions/velocity_action.h"
+#include "core/device/description.h"
+#include "core/expression/device_sensors.h"
+#include "core/expression/frame_stretches.h"
+#include "core/kinematics/inverse.h"
+#include "core/motion/motion_state.h"
+#include "core/net/value_json.h"
+
+namespace takt::command {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// One thing at a time is laid over a motion.
+void check_is_bare(const ActionModel& motion, Findings& findings) {
+  if (motion.planned_path().laid_over)
+    findings.error({}, fmt::format("something is laid over {} already", motion.name()), "a force offset or a weave");
+}
+
+class Woven final : public ActionModel {
+ public:
+  /// @param plan  nothing: it is made when it is known how the motion goes
+  Woven(std::shared_ptr<const ActionModel> motion, WeaveWishes wishes, std::optional<WeavePlan> plan)
+      : motion_(std::move(motion)), wishes_(std::move(wishes)), plan_(std::move(plan)) {}
+
+  [[nodiscard]] std::string_view name() const override { return motion_->name(); }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return motion_->gives(actuator); }
+  [[nodiscard]] std::optional<device::ControlMode> mode() const override { return motion_->mode(); }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return motion_->formulas(); }
+  [[nodiscard]] std::vector<std::string> states() const override { return motion_->states(); }
+  [[nodiscard]] int via_count() const override { return motion_->via_count(); }
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
+                                      const Json& parameters) const override {
+    return motion_->add_state(fragment, name, parameters);
+  }
+  [[nodiscard]] std::vector<device::Seam> begins() const override { return motion_->begins(); }
+  [[nodiscard]] std::vector<device::Seam> ends() const override { return motion_->ends(); }
+  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override {
+    const PlannedPath path = motion_->planned_path();
+    if (!plan_ || path.motion == nullptr) return motion_->stop_time(actuator);
+    return motion::PathClock(plan_->clock, path.motion->duration(), false).stop_time_bound();
+  }
+  [[nodiscard]] PlannedPath planned_path() const override {
+    PlannedPath path = motion_->planned_path();
+    path.laid_over = true;
+    return path;
+  }
+  [[nodiscard]] double duration() const override { return motion_->duration(); }
+  [[nodiscard]] bool needs_plan() const override { return !plan_; }
+  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
+                                                                const Places& q) const override {
+    auto motion = motion_;
+    if (motion->needs_plan()) {
+      auto planned = motion->plan(actuator, q);
+      if (!planned) return planned;
+      motion = std::move(*planned);
+    }
+    std::optional<WeavePlan> plan;
+    const PlannedPath path = motion->planned_path();
+    // What is wrong with the figures check() tells.
+    if (path.motion != nullptr && !own_faults(*motion, actuator).has_errors()) {
+      auto made = plan_weaves(*actuator.arm(), path, wishes_);
+      if (!made) return std::unexpected(in_place(made.error(), path));
+      plan = std::move(*made);
+    }
+    return std::make_shared<const Woven>(std::move(motion), wishes_, plan.value_or(WeavePlan{}));
+  }
+
+  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
+    Findings findings = motion_->check(actuator);
+    findings.append(own_faults(*motion_, actuator));
+    return findings;
+  }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    Contribution contribution = motion_->add_to(fragment, actuator);
+    fragment.set_parameter(contribution.path_clock, "bounds", motion::to_json(plan_->clock));
+    for (std::size_t i = 0; i < plan_->windows.size(); ++i)
+      add_weave(fragment, plan_->windows[i], i == 0 ? "" : fmt::format("_{}", i + 1), contribution);
+    return contribution;
+  }
+
+ private:
+  /// Where several lie over one motion the others add nothing meanwhile.
+  static void add_weave(FragmentWriter& fragment, const WeaveWindow& window, const std::string& number,
+                        Contribution& contribution) {
+    const std::string weave = "weave" + number, offset = "offset" + number;
+    fragment.add(weave, "Weave",
+                 {{"amplitude", window.wish.amplitude},
+                  {"frequency", window.wish.frequency},
+                  {"begin", window.begin},
+                  {"duration", window.end - window.begin},
+                  {"ramp", window.wish.ramp}});
+    fragment.link_all(contribution.path_clock, weave, {"time", "rate", "rate_derivative"});
+    fragment.add(offset, "OffsetFrame", {{"direction", net::value_to_json(net::Vector(window.wish.direction_M))}});
+    for (const char* port : {"frame", "twist", "acceleration"}) {
+      contribution.set_point.feed(fragment, port, offset + "." + port);
+      contribution.set_point.ports[port] = offset + ".moved_" + port;
+    }
+    fragment.link(weave + ".value", offset + ".offset");
+    fragment.link(weave + ".velocity", offset + ".offset_velocity");
+    fragment.link(weave + ".acceleration", offset + ".offset_acceleration");
+  }
+
+  /// What is wrong whatever the motion is like.
+  [[nodiscard]] Findings own_faults(const ActionModel& motion, const ActuatorModel& actuator) const {
+    Findings findings;
+    const SetPointKind gives = motion.gives(actuator);
+    const bool of_frame = gives == SetPointKind::kPose || gives == SetPointKind::kPath;
+    if (!of_frame || motion.planned_path().motion == nullptr) {
+      findings.error({}, fmt::format("C8: {} moves joints, so there is nothing to weave beside", name()),
+                     "a motion of a frame");
+      return findings;
+    }
+    check_is_bare(motion, findings);
+    const std::size_t motions = motion.planned_path().handed_over.size() + 1;
+    if (wishes_.size() > 1 && wishes_.size() != motions) {
+      findings.error({}, fmt::format("{} weaves for {} motions", wishes_.size(), motions), "one for each, or one");
+    }
+    for (std::size_t i = 0; i < wishes_.size(); ++i) {
+      if (!wishes_[i] || (i > 0 && wishes_[i] == wishes_[i - 1])) continue;
+      Findings own = check_figures(*wishes_[i]);
+      if (!own.has_errors()) own = check_alone(*wishes_[i], actuator.arm()->device->description().cartesian);
+      findings.append(own, wishes_.size() == 1 ? "" : pointer_segment(i));
+    }
+    return findings;
+  }
+
+  /// A motion that is alone has no number.
+  static Findings in_place(const Findings& found, const PlannedPath& path) {
+    if (!path.handed_over.empty()) return found;
+    Findings placed;
+    for (Finding finding : found.list()) {
+      finding.pointer.erase(0, pointer_segment(0).size());
+      placed.add(std::move(finding));
+    }
+    return placed;
+  }
+
+  std::shared_ptr<const ActionModel> motion_;
+  WeaveWishes wishes_;
+  std::optional<WeavePlan> plan_;
+};
+
+/// What an offset along a direction of the moving frame may add to what the joints do on a path. The path's law and its
+/// clock keep the shares of the limits that the motion was planned with, whatever the clock does (docs/motion.md).
+class OffsetRoom {
+ public:
+  /// @param begin  path time from which the offset is there, s
+  OffsetRoom(const MountedArm& arm, const ActionModel::PlannedPath& path, const ForceOffsetWish& wish, double begin)
+      : arm_(planning_model(arm, path.X_FM)),
+        motion_(*path.motion),
+        wish_(wish),
+        begin_(begin),
+        places_(kPlaces * static_cast<int>(path.handed_over.size() + 1)) {
+    const auto pieces = motion::pieces_of(motion_.path);
+    const double from = motion_.law.at(begin_).s;
+    for (std::size_t i = 0; i < motion_.shares.size(); ++i)
+      if (pieces[i].s_end > from) share_ = std::max(share_, motion_.shares[i].acceleration);
+    if (motion_.shares.empty()) share_ = 1.0;
+  }
+
+  [[nodiscard]] Findings check() {
+    Findings findings;
+    const ForceWish& force = wish_.force;
+    check_use(findings, "acceleration", -1, 0.0, force.acceleration_max,
+              (1.0 - share_) * arm_.cartesian.linear_acceleration);
+    check_use(findings, "jerk", -1, 0.0, wish_.jerk_max, (1.0 - share_) * arm_.cartesian.linear_jerk);
+    const double step = std::max((motion_.duration() - begin_) / places_, kLeastStep_s);
+    std::optional<JointVector> before, before_rate;
+    for (double at = begin_; at <= motion_.duration() && findings.empty(); at += step) {
+      const auto sample = motion::joints_at(arm_, motion_, at);
+      const auto per_metre = sample ? joints_per_metre(sample->q) : std::nullopt;
+      if (!per_metre) break;  // no plan lets that happen
+      const JointVector rate =
+          before ? JointVector((*per_metre - *before) / step) : JointVector::Zero(per_metre->size());
+      const JointVector bend = before_rate ? JointVector((rate - *before_rate) / step) : JointVector::Zero(rate.size());
+      for (Eigen::Index i = 0; i < rate.size(); ++i) {
+        const double s = std::abs((*per_metre)[i]), ds = std::abs(rate[i]), dds = std::abs(bend[i]);
+        const double v = force.velocity_max, a = force.acceleration_max, j = wish_.jerk_max;
+        const double x = std::max(wish_.reach, wish_.retreat);
+        const int joint = static_cast<int>(i);
+        const double share = at / std::max(motion_.duration(), kLeastStep_s);
+        check_use(findings, "velocity", joint, share, kMargin * (s * v + ds * x),
+                  arm_.limits.velocity[i] - std::abs(sample->dq[i]));
+        check_use(findings, "acceleration", joint, share, kMargin * (s * a + 2.0 * ds * v + dds * x),
+                  (1.0 - share_) * arm_.limits.acceleration[i]);
+        check_use(findings, "jerk", joint, share, kMargin * (s * j + 3.0 * ds * a + 3.0 * dds * v),
+                  (1.0 - share_) * arm_.limits.jerk[i]);
+      }
+      before = per_metre;
+      before_rate = rate;
+    }
+    return findings;
+  }
+
+ private:
+  using JointVector = kinematics::JointVector;
+  static constexpr double kLeastStep_s = 1e-3;
+  static constexpr int kPlaces = 100;  ///< on each motion
+  /// What differs between places, and at the offset from on the path.
+  static constexpr double kMargin = 1.1;
+  static constexpr double kRounding = 1e-9;
+
+  /// How far the joints go for a metre along the direction.
+  [[nodiscard]] std::optional<JointVector> joints_per_metre(const JointVector& q) const {
+    if (arm_.inverse == nullptr) return std::nullopt;
+    kinematics::Vector6 V = kinematics::Vector6::Zero();
+    V.head<3>() = (arm_.chain.forward(q) * arm_.X_FM).linear() * wish_.direction_M;
+    const JointVector held = JointVector::Zero(static_cast<Eigen::Index>(arm_.inverse->held_joints().size()));
+    JointVector rates = q;
+    if (arm_.inverse->rates(q, V, held, rates) != kinematics::IkStatus::kOk) return std::nullopt;
+    return rates;
+  }
+
+  /// @param joint  -1: the frame that moves
+  static void check_use(Findings& findings, const char* what, int joint, double share, double value, double room) {
+    if (value <= room * (1.0 + kRounding)) return;
+    const std::string whose = joint < 0 ? "the tool" : fmt::format("joint {}", joint + 1);
+    findings.error(
+        {},
+        fmt::format("the offset may need {:.3g} of the {} of {}, where the motion leaves {:.3g} (at {:.0f} % "
+                    "of its time)",
+                    value, what, whose, std::max(room, 0.0), 100.0 * share),
+        "a slower motion, a smaller share of its acceleration, or smaller bounds of the offset");
+  }
+
+  motion::ArmModel arm_;
+  const motion::Motion& motion_;
+  const ForceOffsetWish& wish_;
+  double begin_;
+  int places_;
+  double share_ = 0.0;  ///< of the limits of acceleration and jerk that the motion may use
+};
+
+class ForceOffset final : public ActionModel {
+ public:
+  ForceOffset(std::shared_ptr<const ActionModel> motion, ExpressionPtr pressing, const ForceOffsetWish& wish,
+              std::size_t first)
+      : motion_(std::move(motion)), pressing_(std::move(pressing)), wish_(wish), first_(first) {}
+
+  [[nodiscard]] std::string_view name() const override { return motion_->name(); }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return motion_->gives(actuator); }
+  [[nodiscard]] std::optional<device::ControlMode> mode() const override { return motion_->mode(); }
+  [[nodiscard]] int via_count() const override { return motion_->via_count(); }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
+    std::vector<ExpressionPtr> formulas = motion_->formulas();
+    formulas.push_back(pressing_);
+    return formulas;
+  }
+  [[nodiscard]] std::vector<std::string> states() const override {
+    std::vector<std::string> states = motion_->states();
+    states.insert(states.end(), {"in_contact", "no_force"});
+    return states;
+  }
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
+                                      const Json& parameters) const override {
+    if (name == "in_contact") return "force_law.contact";
+    return name == "no_force" ? "no_force.value" : motion_->add_state(fragment, name, parameters);
+  }
+  [[nodiscard]] std::vector<device::Seam> begins() const override { return motion_->begins(); }
+  [[nodiscard]] PlannedPath planned_path() const override {
+    PlannedPath path = motion_->planned_path();
+    path.laid_over = true;
+    return path;
+  }
+  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return motion_->stop_time(actuator); }
+  [[nodiscard]] double duration() const override { return motion_->duration(); }
+  [[nodiscard]] bool needs_plan() const override { return motion_->needs_plan(); }
+  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
+                                                                const Places& q) const override {
+    auto planned = motion_->plan(actuator, q);
+    if (!planned) return planned;
+    return std::make_shared<const ForceOffset>(std::move(*planned), pressing_, wish_, first_);
+  }
+
+  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
+    Findings findings = motion_->check(actuator);
+    const PlannedPath path = motion_->planned_path();
+    if (path.motion == nullptr || !begin_of(path)) {
+      findings.error({}, fmt::format("C8: {} moves joints, so there is nothing to shift", name()),
+                     "a motion of a frame");
+      return findings;
+    }
+    if (!(wish_.reach >= 0.0 && wish_.retreat >= 0.0 && wish_.reach + wish_.retreat > 0.0)) {
+      findings.error({}, fmt::format("a force offset from {:g} to {:g} m", 0.0 - wish_.retreat, wish_.reach),
+                     "a reach and a retreat from 0, not both 0");
+    }
+    check_is_bare(*motion_, findings);
+    if (!path.laid_over && actuator.arm() != nullptr)
+      findings.append(OffsetRoom(*actuator.arm(), path, wish_, *begin_of(path)).check());
+    return findings;
+  }
+
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    Contribution contribution = motion_->add_to(fragment, actuator);
+    add_force_law(fragment, pressing_, wish_.force);
+    add_begin(fragment, contribution.path_clock);
+    add_stand(fragment, contribution.path_clock);
+    add_offset(fragment, contribution);
+    contribution.done = Signal::at(add_done(fragment, contribution.done.port));
+    return contribution;
+  }
+
+ private:
+  /// Path time from which the motion is one of the frame to its end, with motion first_ or in it; nothing: it is not.
+  [[nodiscard]] std::optional<double> begin_of(const PlannedPath& path) const {
+    if (first_ > path.handed_over.size()) return std::nullopt;
+    const double wanted = first_ == 0 ? 0.0 : path.handed_over[first_ - 1];
+    const double after = first_ == path.handed_over.size() ? path.motion->duration() : path.handed_over[first_];
+    const auto stretches = stretches_of_frame(*path.motion);
+    if (stretches.empty() || stretches.back().end < path.motion->duration()) return std::nullopt;
+    const double begin = std::max(wanted, stretches.back().begin);
+    const bool from_rest = first_ == 0 && begin > 0.0;  // a motion of joints of its own comes first
+    return from_rest || begin > after ? std::nullopt : std::optional(begin);
+  }
+  [[nodiscard]] double begin() const { return begin_of(motion_->planned_path()).value_or(0.0); }
+
+  /// Before it begins nobody asks for the force.
+  void add_begin(FragmentWriter& fragment, const std::string& clock) const {
+    const std::string unknown = begin() > 0.0 ? "force_unknown" : "no_force";
+    fragment.add(unknown, "IsNullReal");
+    fragment.feed(pressing_, unknown + ".input");
+    if (begin() == 0.0) return;
+    fragment.add("force_begun", "AtLeast", {{"b", begin()}});
+    fragment.link(clock + ".time", "force_begun.a");
+    fragment.add("no_force", "And");
+    fragment.link_delayed("force_begun.value", "no_force.a", false);  // it acts on the clock that tells it
+    fragment.link("force_unknown.value", "no_force.b");
+  }
+
+  /// While the force is not known the path stands.
+  void add_stand(FragmentWriter& fragment, const std::string& clock) const {
+    const std::string rate = fragment.take_link(clock + ".target_rate");
+    fragment.add("rate_with_force", "SelectReal", {{"if_true", 0.0}});
+    fragment.link("no_force.value", "rate_with_force.condition");
+    fragment.link(rate, "rate_with_force.if_false");
+    fragment.link("rate_with_force.value", clock + ".target_rate");
+  }
+
+  void add_offset(FragmentWriter& fragment, Contribution& contribution) const {
+    fragment.add("ending", "Or");
+    fragment.link(contribution.path_clock + ".at_end", "ending.a");
+    fragment.feed(fragment.cancel(), "ending.b");
+    std::string rests = "ending.value";
+    if (begin() > 0.0) {
+      fragment.add("not_yet", "Not");
+      fragment.link("force_begun.value", "not_yet.input");
+      fragment.add("rests", "Or");
+      fragment.link("not_yet.value", "rests.a");
+      fragment.link("ending.value", "rests.b");
+      rests = "rests.value";
+    }
+    fragment.add("force_offset", "BoundedOffset",
+                 {{"lower", -wish_.retreat},
+                  {"upper", wish_.reach},
+                  {"velocity_max", wish_.force.velocity_max},
+                  {"acceleration_max", wish_.force.acceleration_max},
+                  {"jerk_max", wish_.jerk_max}});
+    fragment.link("force_law.velocity", "force_offset.velocity");
+    fragment.link(rests, "force_offset.rest");
+    fragment.add("pressed", "OffsetFrame", {{"direction", net::value_to_json(net::Vector(wish_.direction_M))}});
+    for (const char* port : {"frame", "twist", "acceleration"}) {
+      contribution.set_point.feed(fragment, port, std::string("pressed.") + port);
+      contribution.set_point.ports[port] = std::string("pressed.moved_") + port;
+    }
+    fragment.link("force_offset.value", "pressed.offset");
+    fragment.link("force_offset.rate", "pressed.offset_velocity");
+    fragment.link("force_offset.acceleration", "pressed.offset_acceleration");
+  }
+
+  static std::string add_done(FragmentWriter& fragment, const std::string& path_done) {
+    fragment.add("all_done", "And");
+    fragment.link(path_done, "all_done.a");
+    fragment.link("force_offset.standing", "all_done.b");
+    return "all_done.value";
+  }
+
+  std::shared_ptr<const ActionModel> motion_;
+  ExpressionPtr pressing_;
+  ForceOffsetWish wish_;
+  std::size_t first_;
+};
+
+}  // namespace
+
+Action force_offset(const Action& motion, const RealSensor& pressing, const ForceOffsetWish& wish, std::size_t first) {
+  return Action(std::make_shared<const ForceOffset>(motion.shared_model(), pressing.node(), wish, first));
+}
+
+RealSensor pressing_along(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_M,
+                          const Eigen::Isometry3d& X_FM, const Biases& biases) {
+  const VectorSensor felt = force(contact_wrench(cell, sensor, biases));
+  const auto mounted = cell.sensors.find(sensor);
+  if (mounted == cell.sensors.end()) return norm(felt);  // refused by every check: the sensor is not there
+  const Eigen::Matrix3d R_SM = mounted->second.X_FS.linear().transpose() * X_FM.linear();
+  return dot(felt, Eigen::Vector3d(-(R_SM * direction_M.normalized())));
+}
+
+Action weave(const Action& motion, const WeaveWish& wish) { return weave_each(motion, {wish}); }
+
+Action weave_each(const Action& motion, const WeaveWishes& wishes) {
+  return Action(std::make_shared<const Woven>(motion.shared_model(), wishes, std::nullopt));
+}
+
+Action woven(const Action& motion, const WeavePlan& plan) {
+  return Action(std::make_shared<const Woven>(motion.shared_model(), WeaveWishes{}, plan));
+}
+
+}  // namespace takt::command

@@ -1,0 +1,94 @@
+#include "core/command/actions/planned_path.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/expression/device_sensors.h"
+#include "core/motion/path.h"
+
+namespace takt::command {
+namespace {
+
+struct PathKind {
+  const char* primitive;
+  SetPointKind kind;
+};
+
+PathKind primitive_of(const motion::Path& path) {
+  if (std::holds_alternative<motion::JointLine>(path)) return {"JointLine", SetPointKind::kJoints};
+  if (std::holds_alternative<motion::CartesianLine>(path)) return {"CartesianLine", SetPointKind::kPose};
+  if (std::holds_alternative<motion::CartesianArc>(path)) return {"CartesianArc", SetPointKind::kPose};
+  const auto& composite = std::get<motion::CompositePath>(path);
+  if (!composite.has_cartesian_pieces()) return {"CompositePath", SetPointKind::kJoints};
+  return {"CompositePath", composite.has_joint_pieces() ? SetPointKind::kPath : SetPointKind::kPose};
+}
+
+/// The rate of "target_rate" while a Boolean in here does not hold, else 0.
+std::string add_stand(FragmentWriter& fragment, const std::string& id, const std::string& stands,
+                      const std::string& rate) {
+  fragment.add(id, "SelectReal", {{"if_true", 0.0}});
+  fragment.link(stands, id + ".condition");
+  fragment.link(rate, id + ".if_false");
+  return id + ".value";
+}
+
+}  // namespace
+
+std::vector<ExpressionPtr> ClockInputs::formulas() const {
+  std::vector<ExpressionPtr> formulas;
+  if (speed) formulas.push_back(speed->node());
+  if (pause) formulas.push_back(pause->node());
+  return formulas;
+}
+
+ClockInputs override_of(const Cell& cell) {
+  if (cell.override_channel.empty()) return {};
+  return {.speed = min(max(channel<net::Real>(cell, cell.override_channel), 0.0), 1.0)};
+}
+
+void add_clock(FragmentWriter& fragment, const motion::Motion& motion, const ClockInputs& inputs,
+               const std::string& waits_for) {
+  fragment.add("target_rate", "SelectReal", {{"if_true", 0.0}});
+  fragment.feed(fragment.cancel(), "target_rate.condition");
+  if (inputs.speed) {
+    fragment.feed(inputs.speed->node(), "target_rate.if_false");
+  } else {
+    fragment.set_parameter("target_rate", "if_false", 1.0);
+  }
+  std::string rate = "target_rate.value";
+  if (inputs.pause) {
+    fragment.add("paused", "DefaultToBoolean", {{"fallback", true}});
+    fragment.feed(inputs.pause->node(), "paused.input");
+    rate = add_stand(fragment, "rate", "paused.value", rate);
+  }
+  if (!waits_for.empty()) {
+    fragment.add("waits", "Not");
+    fragment.link(waits_for, "waits.input");
+    rate = add_stand(fragment, "rate_after", "waits.value", rate);
+  }
+  fragment.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
+  fragment.link(rate, "clock.target_rate");
+  fragment.add("law", "TimeLaw", {{"law", motion::to_json(motion.law)}});
+  fragment.link_all("clock", "law", {"time", "rate", "rate_derivative"});
+}
+
+SetPointKind kind_of(const motion::Path& path) { return primitive_of(path).kind; }
+
+SetPoint add_path(FragmentWriter& fragment, const std::string& id, const motion::Path& path,
+                  const Eigen::Isometry3d& X_FM) {
+  const PathKind kind = primitive_of(path);
+  fragment.add(id, kind.primitive, {{"path", motion::to_json(path)}});
+  fragment.link_all("law", id, {"s", "ds", "dds"});
+  SetPoint set_point{.kind = kind.kind, .ports = {}, .constants = {}, .X_FM = X_FM};
+  const auto offer = [&](std::initializer_list<const char*> names) {
+    for (const char* name : names) set_point.ports[name] = fmt::format("{}.{}", id, name);
+  };
+  if (kind.kind != SetPointKind::kPose) offer({"q", "dq", "ddq"});
+  if (kind.kind != SetPointKind::kJoints) {
+    offer({"frame", "twist", "acceleration", "held", "held_velocity", "held_acceleration"});
+  }
+  if (kind.kind == SetPointKind::kPath) offer({"cartesian"});
+  return set_point;
+}
+
+}  // namespace takt::command

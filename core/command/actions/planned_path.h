@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/command/actuator.h"
+#include "core/expression/cell.h"
+#include "core/motion/planner.h"
+
+/// The parts of a fragment that follow a planned motion. Realtime: setup.
+namespace takt::command {
+
+/// What acts on a planned motion while it runs, through its path clock (rows P1, P2).
+struct ClockInputs {
+  std::optional<RealSensor> speed = {};  ///< rate of path time, 0 to 1; null: it stands
+  std::optional<State> pause = {};       ///< while it holds the motion stands on its path; null counts as true
+
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const;
+};
+
+/// The cell's override, as the speed of a motion; where its channel says nothing the motion stands.
+[[nodiscard]] ClockInputs override_of(const Cell& cell);
+
+/// Adds "clock" (PathClock) and "law" (TimeLaw) of a motion. A cancel of the fragment and the inputs are target rates
+/// of the clock.
+/// @param waits_for  a Boolean in the fragment until which, and without which, the motion stands; empty: nothing
+void add_clock(FragmentWriter& fragment, const motion::Motion& motion, const ClockInputs& inputs,
+               const std::string& waits_for = {});
+
+[[nodiscard]] SetPointKind kind_of(const motion::Path& path);
+/// Adds a path that follows "law". @return the set point that it gives
+[[nodiscard]] SetPoint add_path(FragmentWriter& fragment, const std::string& id, const motion::Path& path,
+                                const Eigen::Isometry3d& X_FM);
+
+}  // namespace takt::command

@@ -1,0 +1,198 @@
+#include "core/command/actions/press_action.h"
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include "core/command/actions/velocity_action.h"
+#include "core/net/value_json.h"
+
+namespace takt::command {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// How fast a deviation from where the tool should be is taken back, 1/s.
+constexpr double kHoldGain = 5.0;
+/// From this share of the wanted force on it has been brought up.
+constexpr double kReachedShare = 0.9;
+/// How fast a lack of force is taken away by an arm on springs that presses on something hard, 1/s: slower than the
+/// arm swings on its springs. On something soft it is slower still.
+constexpr double kSpringRate = 3.0;
+
+Json vector_json(const Eigen::Vector3d& v) { return net::value_to_json(net::Vector(v)); }
+
+class Press final : public VelocityModel {
+ public:
+  Press(const RealSensor& pressing, const Eigen::Vector3d& direction_B, PressWish wish)
+      : pressing_(pressing.node()), direction_B_(direction_B.normalized()), wish_(std::move(wish)) {
+    if (wish_.softness) wish_.force.gain = std::max(wish_.force.gain, kSpringRate * *wish_.softness);
+  }
+
+  [[nodiscard]] std::string_view name() const override { return "press"; }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
+    std::vector<ExpressionPtr> formulas = wish_.clock.formulas();
+    formulas.push_back(pressing_);
+    return formulas;
+  }
+  [[nodiscard]] double duration() const override { return wish_.path ? wish_.path->duration() : 0.0; }
+  [[nodiscard]] std::vector<std::string> states() const override {
+    std::vector<std::string> states{"in_contact", "touched", "at_force", "too_far", "error"};
+    if (wish_.sink) states.emplace_back("sunk");
+    if (wish_.path) states.emplace_back("path_ended");
+    return states;
+  }
+
+  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+    if (name == "in_contact") return "contact_known.value";
+    if (name == "touched") return "touched.value";
+    if (name == "path_ended") return "clock.at_end";
+    if (name == "too_far") {
+      fragment.add("too_far", "AtLeast", {{"b", wish_.travel}});
+      fragment.link("depth.value", "too_far.a");
+      return "too_far.value";
+    }
+    if (name == "at_force") return add_at_force(fragment);
+    if (name == "sunk") return add_sunk(fragment);
+    fragment.add("no_force", "IsNullReal");
+    fragment.feed(pressing_, "no_force.input");
+    return "no_force.value";
+  }
+
+ private:
+  void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    add_tool(fragment, actuator, "sent", "set_point_q");
+    if (wish_.sink || holds_measured_place()) add_tool(fragment, actuator, "felt", "q");
+    fragment.add("begin", "SnapshotFrame", {{"trigger", true}});
+    fragment.link("sent.frame", "begin.input");
+    add_depth(fragment);
+    add_force_law(fragment, pressing_, wish_.force);
+    // A silent sensor has not felt anything.
+    fragment.add("contact_known", "DefaultToBoolean", {{"fallback", false}});
+    fragment.link("force_law.contact", "contact_known.input");
+    fragment.add("touched", "SetResetLatch", {{"reset", false}});
+    fragment.link("contact_known.value", "touched.set");
+    add_follow(fragment);
+    add_push(fragment);
+  }
+
+  /// How far the tool was sent along the direction: springs that meet something which the sensor does not feel are not
+  /// bent further than that.
+  void add_depth(FragmentWriter& fragment) const {
+    fragment.add("here", "FrameComponents");
+    fragment.link("sent.frame", "here.input");
+    fragment.add("there", "FrameComponents");
+    fragment.link("begin.value", "there.input");
+    fragment.add("way", "SubtractVectors");
+    fragment.link("here.position", "way.a");
+    fragment.link("there.position", "way.b");
+    fragment.add("depth", "DotProduct", {{"b", vector_json(direction_B_)}});
+    fragment.link("way.value", "depth.a");
+  }
+
+  /// Twist of the tool towards where it should be, the path or where it began, as "follow_parts".
+  void add_follow(FragmentWriter& fragment) const {
+    fragment.add("off", "FrameDifference");
+    fragment.link("sent.frame", "off.from");
+    fragment.add("back", "ScaleTwist", {{"factor", kHoldGain}});
+    fragment.link("off.value", "back.twist");
+    fragment.add("follow_parts", "TwistComponents");
+    if (!wish_.path) {
+      fragment.link(add_place(fragment), "off.to");
+      return fragment.link("back.value", "follow_parts.input");
+    }
+    add_clock(fragment, *wish_.path, wish_.clock, "touched.value");
+    const SetPoint path = add_path(fragment, "path", wish_.path->path, Eigen::Isometry3d::Identity());
+    path.feed(fragment, "frame", "off.to");
+    fragment.add("follow", "AddTwists");
+    fragment.link("back.value", "follow.a");
+    path.feed(fragment, "twist", "follow.b");
+    fragment.link("follow.value", "follow_parts.input");
+  }
+
+  /// A stiff tool that was pressed to a side is not pressed there any more. Springs stay bent as they are: to follow
+  /// the tool would let it sink by its weight a little more each time.
+  [[nodiscard]] bool holds_measured_place() const { return !wish_.path && !wish_.softness; }
+  /// Where the tool is held without a path. @return the port.
+  std::string add_place(FragmentWriter& fragment) const {
+    if (!holds_measured_place()) return "begin.value";
+    fragment.add("place", "SnapshotFrame", {{"trigger", true}});
+    fragment.link("felt.frame", "place.input");
+    return "place.value";
+  }
+
+  /// Along the direction as the force wants, across it after where the tool should be.
+  void add_push(FragmentWriter& fragment) const {
+    fragment.add("split", "SplitVector", {{"direction", vector_json(direction_B_)}});
+    fragment.link("follow_parts.linear", "split.input");
+    fragment.add("push", "ScaleVector", {{"vector", vector_json(direction_B_)}});
+    fragment.link("force_law.velocity", "push.factor");
+    fragment.add("linear", "AddVectors");
+    fragment.link("split.across", "linear.a");
+    fragment.link("push.value", "linear.b");
+    const std::string twist = wish_.clock.speed ? "moves" : "wanted";
+    fragment.add(twist, "AssembleTwist");
+    fragment.link("linear.value", twist + ".linear");
+    fragment.link("follow_parts.angular", twist + ".angular");
+    if (wish_.clock.speed) add_stand(fragment);
+  }
+
+  /// While the clock is to stand there is no approach; a force that has been brought up is held.
+  void add_stand(FragmentWriter& fragment) const {
+    fragment.add("speed_known", "DefaultToReal", {{"fallback", 0.0}});
+    fragment.feed(wish_.clock.speed->node(), "speed_known.input");
+    fragment.add("goes_on", "GreaterThan", {{"b", 0.0}});
+    fragment.link("speed_known.value", "goes_on.a");
+    fragment.add("may_move", "Or");
+    fragment.link("goes_on.value", "may_move.a");
+    fragment.link("touched.value", "may_move.b");
+    fragment.add("wanted", "GateTwist");
+    fragment.link("moves.value", "wanted.input");
+    fragment.link("may_move.value", "wanted.open");
+  }
+
+  std::string add_at_force(FragmentWriter& fragment) const {
+    fragment.add("brought_up", "AtLeast", {{"b", kReachedShare * wish_.force.force}});
+    fragment.feed(pressing_, "brought_up.a");
+    fragment.add("brought_up_known", "DefaultToBoolean", {{"fallback", false}});
+    fragment.link("brought_up.value", "brought_up_known.input");
+    fragment.add("no_contact", "Not");
+    fragment.link("contact_known.value", "no_contact.input");
+    fragment.add("at_force", "SetResetLatch");
+    fragment.link("brought_up_known.value", "at_force.set");
+    fragment.link("no_contact.value", "at_force.reset");
+    return "at_force.value";
+  }
+
+  /// The tool as measured: springs are bent further after the touch, and the set point goes on meanwhile.
+  std::string add_sunk(FragmentWriter& fragment) const {
+    fragment.add("felt_here", "FrameComponents");
+    fragment.link("felt.frame", "felt_here.input");
+    fragment.add("felt_depth", "DotProduct", {{"b", vector_json(direction_B_)}});
+    fragment.link("felt_here.position", "felt_depth.a");
+    fragment.add("depth_at_touch", "SnapshotReal");
+    fragment.link("felt_depth.value", "depth_at_touch.input");
+    fragment.link("touched.value", "depth_at_touch.trigger");
+    fragment.add("sunk_by", "Subtract");
+    fragment.link("felt_depth.value", "sunk_by.a");
+    fragment.link("depth_at_touch.value", "sunk_by.b");
+    fragment.add("sunk", "AtLeast", {{"b", *wish_.sink}});
+    fragment.link("sunk_by.value", "sunk.a");
+    // Before the touch nobody knows a depth to compare with.
+    fragment.add("sunk_known", "DefaultToBoolean", {{"fallback", false}});
+    fragment.link("sunk.value", "sunk_known.input");
+    return "sunk_known.value";
+  }
+
+  ExpressionPtr pressing_;
+  Eigen::Vector3d direction_B_;
+  PressWish wish_;
+};
+
+}  // namespace
+
+Action press(const RealSensor& pressing, const Eigen::Vector3d& direction_B, const PressWish& wish) {
+  return Action(std::make_shared<const Press>(pressing, direction_B, wish));
+}
+
+}  // namespace takt::command

@@ -1,0 +1,81 @@
+#include "core/command/actions/velocity_action.h"
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include "core/device/description.h"
+#include "core/net/value_json.h"
+
+namespace takt::command {
+namespace {
+
+/// Joints that are slower and change their velocity less than this stand, rad/s and rad/s^2.
+constexpr double kStanding = 1e-9;
+
+/// It was cancelled, and the joints stand. @return the port.
+std::string add_rest(FragmentWriter& fragment) {
+  for (const char* port : {"dq", "ddq"}) {
+    const std::string id = std::string("largest_") + port;
+    fragment.add(id, "LargestJoint");
+    fragment.link(std::string("inverse.") + port, id + ".input");
+    fragment.add(id + "_none", "LessThan", {{"b", kStanding}});
+    fragment.link(id + ".value", id + "_none.a");
+  }
+  fragment.add("standing", "And");
+  fragment.link("largest_dq_none.value", "standing.a");
+  fragment.link("largest_ddq_none.value", "standing.b");
+  return fragment.gate_with_cancel("done", "And", "standing.value");
+}
+
+}  // namespace
+
+double time_to_rest(const ActuatorModel& actuator, double acceleration) {
+  const auto& limits = actuator.arm()->device->description().limits;
+  double longest = 0.0;
+  for (Eigen::Index i = 0; i < limits.velocity.size(); ++i) {
+    const double ramp = limits.acceleration[i] / limits.jerk[i];
+    longest = std::max(longest, limits.velocity[i] / (acceleration * limits.acceleration[i]) + 2.0 * ramp);
+  }
+  return 4.0 * longest;
+}
+
+Contribution VelocityModel::add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const {
+  add_velocity(fragment, actuator);
+  fragment.add("go", "Not");
+  fragment.feed(fragment.cancel(), "go.input");
+  fragment.add("twist", "GateTwist");
+  fragment.link("wanted.value", "twist.input");
+  fragment.link("go.value", "twist.open");
+  return {.set_point = {.kind = SetPointKind::kTwist,
+                        .ports = {{"twist", "twist.value"}},
+                        .constants = {},
+                        .sensors = {},
+                        .X_FM = actuator.arm()->X_FT,
+                        .speed = speed()},
+          .done = Signal::at(add_rest(fragment))};
+}
+
+void VelocityModel::add_tool(FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& id,
+                             const std::string& joints) {
+  if (!fragment.has("state")) fragment.add("state", "ArmState", {{"device", actuator.name()}});
+  fragment.add(id, "ForwardKinematics",
+               {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
+  fragment.link("state." + joints, id + ".q");
+}
+
+void add_force_law(FragmentWriter& fragment, const ExpressionPtr& pressing, const ForceWish& wish) {
+  fragment.add("force_law", "ForceController",
+               {{"wanted", wish.force},
+                {"approach_velocity", wish.approach_velocity},
+                {"contact_force", wish.contact_force},
+                {"release_force", wish.release_share * wish.contact_force},
+                {"release_time", wish.release_time},
+                {"gain", wish.gain},
+                {"integral_time", wish.integral_time},
+                {"velocity_max", wish.velocity_max},
+                {"acceleration_max", wish.acceleration_max}});
+  fragment.feed(pressing, "force_law.force");
+}
+
+}  // namespace takt::command

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "core/command/actions/online_action.h"
+
+namespace takt::command {
+
+/// From any state that the limits of an arm allow to rest, with room for a generator that swings back, s.
+/// @param acceleration  share of the limits of acceleration and jerk
+[[nodiscard]] double time_to_rest(const ActuatorModel& actuator, double acceleration);
+
+/// An action that moves an arm by a wanted velocity of its tool. Cancelled, or without a velocity, the arm comes to
+/// rest.
+class VelocityModel : public ActionModel {
+ public:
+  [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return time_to_rest(actuator, 1.0); }
+  [[nodiscard]] bool net_knows_stop_time() const override { return false; }
+  [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kTwist; }
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override;
+
+ protected:
+  /// What the tool is never faster than, whatever velocity is wanted; nothing: what the limits of the arm allow.
+  [[nodiscard]] virtual std::optional<ToolSpeed> speed() const { return std::nullopt; }
+  /// Adds what gives "wanted.value", a twist of the tool centre point in the axes of the base; null: come to rest.
+  virtual void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const = 0;
+
+  /// The pose of the tool centre point in the base as "ID.frame"; `joints` is an output of ArmState.
+  static void add_tool(FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& id,
+                       const std::string& joints);
+};
+
+/// Adds the velocity that brings a force up and holds it, as "force_law.velocity"; null while the force is.
+void add_force_law(FragmentWriter& fragment, const ExpressionPtr& pressing, const ForceWish& wish);
+
+}  // namespace takt::command

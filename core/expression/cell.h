@@ -1,0 +1,85 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <Eigen/Geometry>
+
+#include "core/device/arm.h"
+#include "core/device/channel.h"
+#include "core/device/force_torque_sensor.h"
+#include "core/device/gripper.h"
+#include "core/device/signal.h"
+#include "core/motion/leg.h"
+#include "core/net/value.h"
+#include "core/world/frame_graph.h"
+#include "core/world/shape.h"
+
+namespace takt::net {
+struct NetDescription;
+}
+
+namespace takt::command {
+
+/// An arm as it stands in the cell. Its base is the frame of its name in the frame graph.
+struct MountedArm {
+  device::Arm* device = nullptr;                           ///< owned by the control core
+  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< tool centre point in the flange, m
+  double ball_radius = 0.0;                    ///< of a probing ball around the tool centre point, m; 0 = none
+  kinematics::JointVector start;               ///< where the arm stands before the program, rad or m
+  Eigen::Vector3d gravity_B{0.0, 0.0, -9.81};  ///< m/s^2 in its base
+};
+
+/// What the planners of motions need to know of an arm. It refers to the arm's description.
+/// @param X_FM  the frame that Cartesian motions move, in the flange; default: the tool centre point
+/// @param tool  what it will carry then; default: what it carries now. Realtime: setup.
+[[nodiscard]] motion::ArmModel planning_model(const MountedArm& arm,
+                                              const std::optional<Eigen::Isometry3d>& X_FM = std::nullopt,
+                                              const std::optional<device::ToolSetting>& tool = std::nullopt);
+
+/// Pose X_BT of the tool centre point of an arm in its base at q (rad or m). Realtime: setup.
+[[nodiscard]] Eigen::Isometry3d tool_pose(const MountedArm& arm, const kinematics::JointVector& q);
+
+/// A force/torque sensor on the flange of an arm.
+struct MountedSensor {
+  device::ForceTorqueSensor* device = nullptr;             ///< owned by the control core
+  std::string arm;                                         ///< name of the arm it is mounted on
+  Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();  ///< measuring frame in the flange, m
+  double tool_mass = 0.0;                                  ///< of all that hangs on the measuring side, kg
+  Eigen::Vector3d p_SC = Eigen::Vector3d::Zero();          ///< its centre of mass in the measuring frame, m
+};
+
+/// A gripper on the flange of an arm.
+struct MountedGripper {
+  device::Gripper* device = nullptr;  ///< owned by the control core
+  std::string arm;                    ///< name of the arm it is mounted on
+};
+
+/// What the application knows of its cell: devices, frames, objects at their nominal places. Where things really are
+/// only sensors tell. Names are unique over all members. Thread: the program's.
+struct Cell {
+  world::FrameGraph frames;
+  std::map<std::string, world::Object, std::less<>> objects;
+  std::map<std::string, MountedArm, std::less<>> arms;
+  std::map<std::string, MountedSensor, std::less<>> sensors;
+  std::map<std::string, MountedGripper, std::less<>> grippers;
+  // Signals, owned by the control core; null where only names are known.
+  std::map<std::string, device::DigitalInput*, std::less<>> digital_inputs;
+  std::map<std::string, device::AnalogInput*, std::less<>> analog_inputs;
+  std::map<std::string, device::DigitalOutput*, std::less<>> digital_outputs;
+  std::map<std::string, device::AnalogOutput*, std::less<>> analog_outputs;
+  std::map<std::string, device::Channel*, std::less<>> channels;                        ///< owned by the control core
+  std::map<std::string, std::shared_ptr<const net::NetDescription>, std::less<>> nets;  ///< written by hand
+  std::string override_channel;                ///< scales the rate of all planned motions, 0 to 1; empty: none
+  Eigen::Vector3d gravity_W{0.0, 0.0, -9.81};  ///< m/s^2
+};
+
+/// Joint positions by device, rad or m.
+using Places = std::map<std::string, kinematics::JointVector, std::less<>>;
+
+/// Constant offsets of sensors as found by taring: sensor name to wrench in its measuring frame.
+using Biases = std::map<std::string, net::Wrench, std::less<>>;
+
+}  // namespace takt::command

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "core/expression/cell.h"
+#include "core/expression/condition.h"
+#include "core/expression/state.h"
+
+namespace takt::command {
+
+/// The number of a force/torque sensor that a comparison looks at, N or Nm: the weight of what hangs on it and its bias
+/// taken out, in its measuring frame. Null while it does not answer. Realtime: setup.
+[[nodiscard]] RealSensor contact_quantity(const Cell& cell, const std::string& sensor, Quantity quantity,
+                                          const Biases& biases);
+
+/// Half the difference of what two wrist sensors feel, as forces in the world (N): what their arms do to the part
+/// between them and not to its weight. Of arms whose bases stand. Null while one of them does not answer. Realtime:
+/// setup.
+[[nodiscard]] RealSensor internal_force(const Cell& cell, const std::string& one_sensor,
+                                        const std::string& other_sensor, const Biases& biases = {});
+
+/// A condition of a file as a state; a sensor that was never tared has no bias. Realtime: setup.
+[[nodiscard]] State state_of(const Condition& condition, const Cell& cell, const Biases& biases);
+
+}  // namespace takt::command

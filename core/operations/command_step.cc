@@ -1,0 +1,179 @@
+#include "core/operations/command_step.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/activity/mode_change.h"
+#include "core/command/actions/motion_action.h"
+#include "core/command/check.h"
+#include "core/command/mapping.h"
+#include "core/operations/command_request.h"
+#include "core/operations/compliance_request.h"
+#include "core/operations/made_tree.h"
+#include "core/operations/rehearsed_net.h"
+#include "core/operations/scheduled_run.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Checks and plans a tree. @return findings with locations of the file
+/// @param[in,out] places  as command::plan() has them
+Findings plan(const MadeTree& tree, const command::Cell& cell, command::Places& places) {
+  Findings found;
+  for (const MadeTree::Part& part : tree.parts()) part.request->check(cell, found);
+  // What is planned is checked as a plan.
+  const Findings planned = command::plan(tree.command(), places);
+  command::add_news(tree.in_file(command::check(tree.command(), false)), found);
+  command::add_news(tree.in_file(planned), found);
+  return found;
+}
+
+/// A tree of commands that was made for one execution. Its locations are those below the step.
+struct MadeStep {
+  MadeStep(const CommandRequest& root, Context& context, const command::ExternalHandler& tell)
+      : tree(root, {.cell = context.cell, .biases = context.variables.biases, .notes = notes, .tell = tell}) {}
+  Findings notes;  ///< of planners; what there is to say was said in the rehearsal
+  MadeTree tree;
+};
+
+/// Locations are whole; those of a step are below it.
+Findings below(const CommandRequest& root, const Findings& findings) {
+  Findings inside;
+  for (Finding finding : findings.list()) {
+    if (finding.pointer.starts_with(root.pointer)) finding.pointer.erase(0, root.pointer.size());
+    inside.add(std::move(finding));
+  }
+  return inside;
+}
+
+/// The devices that a tree drives, each once.
+std::vector<std::string> driven_by(const MadeTree& tree) {
+  std::vector<std::string> devices;
+  for (const MadeTree::Part& part : tree.parts()) {
+    if (!part.made.actuator) continue;
+    for (std::string& device : part.made.actuator->model().devices())
+      if (std::ranges::find(devices, device) == devices.end()) devices.push_back(std::move(device));
+  }
+  return devices;
+}
+
+/// The tree as an activity that begins at rest; where it leaves its arms depends on the run.
+class TreeActivity final : public ActivityModel {
+ public:
+  TreeActivity(const CommandRequest& root, std::shared_ptr<MadeStep> made)
+      : ActivityModel(root.name), root_(root), made_(std::move(made)), actuators_(driven_by(made_->tree)) {}
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return actuators_; }
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    command::Places places;
+    for (const auto& [device, before] : situation.precedents)
+      if (before.at_end.q) places[device] = *before.at_end.q;
+    if (const Findings wrong = plan(made_->tree, situation.cell, places); wrong.has_errors())
+      return std::unexpected(below(root_, wrong));
+    Prepared prepared;
+    prepared.command = made_->tree.command();
+    for (const std::string& device : actuators_) prepared.forecasts[device] = {};
+    return prepared;
+  }
+
+ private:
+  const CommandRequest& root_;
+  std::shared_ptr<MadeStep> made_;
+  std::vector<std::string> actuators_;
+};
+
+class CommandRun final : public ScheduledRun {
+ public:
+  explicit CommandRun(const CommandRequest& root) : root_(root) {}
+
+ private:
+  [[nodiscard]] ActivityPtr activity(Context& context) override {
+    const auto tell = [&context, step = root_.name](const command::ExternalEvent& event) {
+      context.variables.monitors[step][event.name] = std::to_string(event.count);
+      context.event(step, "told",
+                    event.cycle ? fmt::format("{} (cycle {})", event.name, *event.cycle)
+                                : fmt::format("{} (cycle not known)", event.name));
+    };
+    const auto made = std::make_shared<MadeStep>(root_, context, tell);
+    keys_.clear();
+    for (const MadeTree::Part& part : made->tree.parts()) keys_.emplace_back(part.request, part.key);
+    return std::make_shared<const TreeActivity>(root_, made);
+  }
+
+  Progress finish(Context& context, Findings& findings) override {
+    if (run()->first_cycle() < 0) return Progress::kDone;  // it was called off before its start
+    Findings own;
+    for (const auto& [request, key] : keys_) {
+      request->finish(*run(), key, cancelled(), context, own);
+      if (request->transaction() != nullptr) keep_captures(*request, key, context);
+    }
+    findings.append(below(root_, own));
+    return own.has_errors() ? Progress::kFailed : Progress::kDone;
+  }
+
+  /// What was captured, for `monitor(step, name)` in expressions.
+  void keep_captures(const CommandRequest& transaction, const std::string& key, Context& context) const {
+    for (const CaptureRequest& capture : transaction.transaction()->captures) {
+      const std::string name = MadeTree::capture_name(key, capture.name);
+      if (!run()->observes(name)) continue;
+      const auto number = run()->value<net::Real>(name);
+      const auto level = run()->value<net::Boolean>(name);
+      const std::string text = number ? Json(*number).dump() : level ? Json(*level).dump() : "null";
+      context.variables.monitors[root_.name][capture.name] = text;
+      context.event(root_.name, capture.name, text);
+    }
+  }
+
+  const CommandRequest& root_;
+  std::vector<std::pair<const CommandRequest*, std::string>> keys_;
+};
+
+class CommandStep final : public Step {
+ public:
+  explicit CommandStep(std::unique_ptr<CommandRequest> root) : root_(std::move(root)) {}
+
+  /// Arms go to the natural end of what moves them; where that is not known before they stay.
+  void rehearse(Rehearsal& rehearsal, const std::string&, Findings& findings) const override {
+    const command::Biases untared;
+    Findings notes;
+    const Making making{.cell = rehearsal.cell, .biases = untared, .notes = notes};
+    const MadeTree tree(*root_, making);
+    command::Places places = rehearsal.q;
+    const Findings wrong = plan(tree, rehearsal.cell, places);
+    findings.append(notes);
+    if (wrong.has_errors()) return findings.append(wrong);
+    const auto mapped = command::map(tree.command());
+    if (!mapped) return findings.append(tree.in_file(mapped.error()));
+    for (const MadeTree::Part& part : tree.parts()) {
+      const auto mode = part.made.action ? part.made.action->model().mode() : std::nullopt;
+      if (!mode) continue;
+      for (const std::string& arm : part.made.actuator->model().devices())
+        rehearse_mode(rehearsal, arm, *mode, part.request->pointer, findings);
+    }
+    rehearse_net(mapped->net, rehearsal, root_->pointer, findings);
+    for (const MadeTree::Part& part : tree.parts()) {
+      if (part.made.action) rehearsal.duration += part.made.command.node()->model().duration();
+    }
+    rehearsal.q = std::move(places);
+    for (const MadeTree::Part& part : tree.parts()) part.request->rehearse(rehearsal, findings);
+  }
+
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<CommandRun>(*root_); }
+
+ private:
+  std::unique_ptr<CommandRequest> root_;
+};
+
+}  // namespace
+
+std::unique_ptr<Step> parse_command_step(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                         Findings& findings) {
+  return std::make_unique<CommandStep>(read_command_step(json, pointer, cell, findings));
+}
+
+}  // namespace takt::activity

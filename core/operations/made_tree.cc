@@ -1,0 +1,259 @@
+#include "core/operations/made_tree.h"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/expression/condition_state.h"
+#include "core/expression/device_sensors.h"
+
+namespace takt::activity {
+namespace {
+
+using command::Command;
+using command::State;
+using Kind = command::Effect::Kind;
+
+State command_state(const Command& command, const std::string& which) {
+  if (which == "started") return command.started();
+  if (which == "active") return command.active();
+  if (which == "stopped") return command.stopped();
+  if (which == "cancelled") return command.cancelled();
+  if (which == "timed_out") return State(command::leaf(net::ValueType::kBoolean, command.subject(), "timed_out"));
+  return command.completed();
+}
+
+command::Actuator actuator_of(const command::Cell& cell, const std::string& name) {
+  if (cell.arms.contains(name)) return command::arm(cell, name);
+  if (cell.grippers.contains(name)) return command::gripper(cell, name);
+  return command::output(cell, name);
+}
+
+State actuator_state(const command::Actuator& actuator, const std::string& which) {
+  if (which == "completed") return actuator.completed();
+  if (which == "emergency_stop") return actuator.emergency_stop();
+  return actuator.invalid_set_point();
+}
+
+command::RealSensor progress_of(const MadeTree::Part& part) {
+  if (part.made.action) return part.made.action->progress();
+  return command::RealSensor(
+      command::broken(net::ValueType::kReal, fmt::format("C8: '{}' is no motion", part.request->name), "a motion"));
+}
+
+/// What the command layer calls its own functions is something else in a file.
+std::string in_words_of_files(std::string text) {
+  static constexpr std::array<std::pair<const char*, const char*>, 3> kWords = {
+      {{"add() in place of add_started()", "no \"start\": true"},
+       {"add_started()", "\"start\": true"},
+       {"TransactionCommand::raised()", "'raised'"}}};
+  for (const auto& [theirs, ours] : kWords) {
+    const auto at = text.find(theirs);
+    if (at != std::string::npos) text.replace(at, std::string_view(theirs).size(), ours);
+  }
+  return text;
+}
+
+}  // namespace
+
+MadeTree::MadeTree(const CommandRequest& root, const Making& making) {
+  add(root, -1);
+  // What follows another command comes after it.
+  for (const bool follows : {false, true}) {
+    for (Part& part : parts_) {
+      if (part.request->follows().empty() != follows) make(part, making);
+    }
+  }
+  for (Part& part : parts_) {
+    if (part.request->transaction() != nullptr) set_up(part);
+  }
+  for (const Part& part : parts_) {
+    add_handlers(part, making);
+    if (part.request->transaction() == nullptr) continue;
+    set_cancel_policy(part);
+    add_captures(part, making);
+  }
+  // The longest path that fits is the right one.
+  std::ranges::stable_sort(places_, [](const auto& a, const auto& b) { return a.first.size() > b.first.size(); });
+}
+
+/// A place for a command before what is inside of it.
+void MadeTree::add(const CommandRequest& request, int parent) {
+  const int own = static_cast<int>(parts_.size());
+  const std::string around = parent < 0 ? std::string() : parts_[static_cast<std::size_t>(parent)].key;
+  indices_[&request] = own;
+  parts_.push_back({.request = &request,
+                    .parent = parent,
+                    .key = around + pointer_segment(request.name),
+                    .made = {command::WaitCommand(request.name, 0.0)}});
+  for (const auto& part : request.parts()) add(*part, own);
+}
+
+void MadeTree::make(Part& part, Making making) {
+  const CommandRequest& request = *part.request;
+  if (!request.follows().empty()) making.progress = progress_of(named(part, request.follows()));
+  part.made = request.make(making, part.key);
+  places_.emplace_back(part.key, request.pointer);
+  for (const auto& [theirs, ours] : part.made.places) places_.emplace_back(part.key + theirs, request.pointer + ours);
+  for (std::size_t i = 0; i < part.made.handler_places.size(); ++i) {
+    places_.emplace_back(part.key + "/handlers" + pointer_segment(i), request.pointer + part.made.handler_places[i]);
+  }
+}
+
+/// Children and raised states.
+void MadeTree::set_up(Part& part) {
+  const TransactionRequest& transaction = *part.request->transaction();
+  command::CommandNode& node = *part.made.command.node();
+  for (const auto& child : part.request->parts()) {
+    node.children.push_back(part_of(*child).made.command.node());
+    node.started_with.push_back(child->starts);
+  }
+  for (const std::string& name : transaction.raised) {
+    node.raised.emplace_back(name);
+    part.raised.emplace(name, node.raised.back());
+  }
+}
+
+/// Its targets may stand anywhere in the tree: whether they may is a rule (C4).
+void MadeTree::set_cancel_policy(const Part& part) {
+  const TransactionRequest& transaction = *part.request->transaction();
+  command::CommandNode& node = *part.made.command.node();
+  using enum command::CancelPolicy::Kind;
+  if (transaction.on_cancel == TransactionRequest::OnCancel::kIgnore) node.cancel_policy.kind = kIgnore;
+  if (transaction.on_cancel != TransactionRequest::OnCancel::kForwardTo) return;
+  node.cancel_policy.kind = kForwardTo;
+  for (const std::string& name : transaction.forward_to)
+    node.cancel_policy.targets.push_back(named(part, name).made.command.subject());
+}
+
+const MadeTree::Part& MadeTree::part_of(const CommandRequest& request) const {
+  return parts_[static_cast<std::size_t>(indices_.at(&request))];
+}
+
+const MadeTree::Part& MadeTree::named(const Part& from, const std::string& name) const {
+  return part_of(*from.request->find(name));
+}
+
+command::RaisedState MadeTree::raised(const Part& from, const std::string& name) const {
+  return part_of(*from.request->find_raised(name)).raised.find(name)->second;
+}
+
+// -- Events ----------------------------------------------------------------------------------------------------------
+
+void MadeTree::add_handlers(const Part& part, const Making& making) {
+  Command command = part.made.command;
+  for (const HandlerRequest& handler : part.request->handlers) {
+    const State state = state_of(part, handler.state, making);
+    for (const HandlerRequest::Effect& effect : handler.effects) {
+      places_.emplace_back(part.key + "/handlers" + pointer_segment(command.node()->handlers.size()), handler.pointer);
+      if (handler.entered) {
+        command.on_entered(state, effect_of(part, effect, making), handler.occasion);
+      } else {
+        command.on_left(state, effect_of(part, effect, making), handler.occasion);
+      }
+    }
+  }
+}
+
+command::Effect MadeTree::effect_of(const Part& owner, const HandlerRequest::Effect& effect,
+                                    const Making& making) const {
+  switch (effect.kind) {
+    case Kind::kStart:
+      return start(named(owner, effect.name).made.command);
+    case Kind::kStop:
+      return stop(named(owner, effect.name).made.command);
+    case Kind::kCancel:
+      return cancel(named(owner, effect.name).made.command);
+    case Kind::kRaise:
+      return raise(raised(owner, effect.name));
+    default:
+      return command::external(effect.name, making.tell);
+  }
+}
+
+State MadeTree::state_of(const Part& owner, const StateRequest& state, const Making& making) const {
+  const State formula = formula_of(owner, state, making);
+  return state.held_for ? formula.held_for(*state.held_for) : formula;
+}
+
+/// Recursion is bounded by the depth of the file.
+State MadeTree::formula_of(const Part& owner, const StateRequest& state, const Making& making) const {
+  switch (state.kind) {
+    case StateRequest::Kind::kCondition:
+      return command::state_of(state.condition, making.cell, making.biases);
+    case StateRequest::Kind::kCommand:
+      return command_state(named(owner, state.of).made.command, state.is);
+    case StateRequest::Kind::kAction:
+      return action_state(owner, state);
+    case StateRequest::Kind::kActuator:
+      return actuator_state(actuator_of(making.cell, state.of), state.is);
+    case StateRequest::Kind::kRaised:
+      return raised(owner, state.of).state();
+    case StateRequest::Kind::kNot:
+      return !state_of(owner, state.operands.front(), making);
+    default:
+      break;
+  }
+  State result = state_of(owner, state.operands.front(), making);
+  for (std::size_t i = 1; i < state.operands.size(); ++i) {
+    const State operand = state_of(owner, state.operands[i], making);
+    result = state.kind == StateRequest::Kind::kAll ? (result && operand) : (result || operand);
+  }
+  return result;
+}
+
+State MadeTree::action_state(const Part& owner, const StateRequest& state) const {
+  const Part& part = named(owner, state.of);
+  if (!part.made.action) {
+    return State(command::broken(net::ValueType::kBoolean,
+                                 fmt::format("C8: '{}' is no action, so it has no state '{}'", state.of, state.is),
+                                 "started, active, completed, stopped, cancelled of a command"));
+  }
+  if (state.is == "at_path") return part.made.action->at_path(state.share);
+  if (state.is == "via_passed") return part.made.action->via_passed(state.index);
+  return part.made.action->state(state.is);
+}
+
+// -- Captures --------------------------------------------------------------------------------------------------------
+
+void MadeTree::add_captures(const Part& part, const Making& making) {
+  Command command = part.made.command;
+  for (const CaptureRequest& capture : part.request->transaction()->captures) {
+    const std::string name = capture_name(part.key, capture.name);
+    places_.emplace_back(part.key + "/observations" + pointer_segment(name), capture.pointer);
+    const auto keep = [&](const auto& sensor) {
+      if (capture.when) {
+        command.capture(name, sensor, state_of(part, *capture.when, making));
+      } else {
+        command.observe(name, sensor);
+      }
+    };
+    const ValueRequest& value = capture.value;
+    if (value.kind == ValueRequest::Kind::kProgress) {
+      keep(progress_of(named(part, value.of)));
+    } else if (is_boolean(value, making.cell)) {
+      keep(command::BooleanSensor(boolean_of(value, making.cell).node()));
+    } else {
+      keep(number_of(value, making.cell, making.biases));
+    }
+  }
+}
+
+Findings MadeTree::in_file(const Findings& findings) const {
+  Findings result;
+  for (Finding finding : findings.list()) {
+    finding.hint = in_words_of_files(std::move(finding.hint));
+    for (const auto& [path, pointer] : places_) {
+      const bool below = finding.pointer.starts_with(path + "/");
+      if (finding.pointer != path && !below) continue;
+      finding.pointer = pointer + finding.pointer.substr(path.size());
+      break;
+    }
+    result.add(std::move(finding));
+  }
+  return result;
+}
+
+}  // namespace takt::activity

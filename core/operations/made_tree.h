@@ -1,0 +1,57 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/operations/command_request.h"
+
+namespace takt::activity {
+
+/// The commands of a file as a tree of the command layer, and where in the file each of them stands. Made when its step
+/// is rehearsed or begins; the requests must outlive it. Realtime: setup.
+class MadeTree {
+ public:
+  MadeTree(const CommandRequest& root, const Making& making);
+
+  [[nodiscard]] const command::Command& command() const { return parts_.front().made.command; }
+  /// Commands in the order of the tree, each with the key of what it observes.
+  struct Part {
+    const CommandRequest* request;
+    int parent;
+    std::string key;  ///< "/screwing/insert"
+    MadeCommand made;
+    std::map<std::string, command::RaisedState, std::less<>> raised = {};
+  };
+  [[nodiscard]] const std::vector<Part>& parts() const { return parts_; }
+  /// The name under which a capture of a transaction is observed.
+  [[nodiscard]] static std::string capture_name(const std::string& key, const std::string& capture) {
+    return key + " captures " + capture;
+  }
+
+  /// Findings of the command layer in the words of the file, with its pointers.
+  [[nodiscard]] Findings in_file(const Findings& findings) const;
+
+ private:
+  void add(const CommandRequest& request, int parent);
+  void make(Part& part, Making making);
+  void set_up(Part& part);
+  void set_cancel_policy(const Part& part);
+  void add_handlers(const Part& part, const Making& making);
+  void add_captures(const Part& part, const Making& making);
+  [[nodiscard]] const Part& part_of(const CommandRequest& request) const;
+  [[nodiscard]] const Part& named(const Part& from, const std::string& name) const;
+  [[nodiscard]] command::RaisedState raised(const Part& from, const std::string& name) const;
+  [[nodiscard]] command::Effect effect_of(const Part& owner, const HandlerRequest::Effect& effect,
+                                          const Making& making) const;
+  [[nodiscard]] command::State state_of(const Part& owner, const StateRequest& state, const Making& making) const;
+  [[nodiscard]] command::State formula_of(const Part& owner, const StateRequest& state, const Making& making) const;
+  [[nodiscard]] command::State action_state(const Part& owner, const StateRequest& state) const;
+
+  std::vector<Part> parts_;
+  std::map<const CommandRequest*, int> indices_;
+  std::vector<std::pair<std::string, std::string>> places_;  ///< path in the tree, pointer in the file
+};
+
+}  // namespace takt::activity

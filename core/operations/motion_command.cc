@@ -1,0 +1,306 @@
+// Planned motions as commands of a transaction.
+#include <algorithm>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/activity/pair_motion.h"
+#include "core/base/object_reader.h"
+#include "core/command/actions/motion_action.h"
+#include "core/expression/condition_state.h"
+#include "core/expression/device_sensors.h"
+#include "core/expression/moving_frames.h"
+#include "core/operations/command_request.h"
+#include "core/operations/motion_request.h"
+#include "core/operations/overlay_request.h"
+#include "core/operations/touch.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using command::State;
+using kinematics::JointVector;
+using Planned = Result<command::PlannedMotion>;
+
+const char* name_of(PathKind kind) {
+  switch (kind) {
+    case PathKind::kPtp:
+      return "PTP";
+    case PathKind::kLin:
+      return "LIN";
+    case PathKind::kCirc:
+      return "CIRC";
+    default:
+      return "spline";
+  }
+}
+
+/// One motion, or several that are blended into one.
+class MotionCommand final : public CommandRequest {
+ public:
+  std::vector<MotionRequest> requests;
+  std::vector<std::string> places;  ///< of each motion, below the pointer of this
+  std::optional<ComplianceRequest> compliance;
+
+  [[nodiscard]] const std::string& arm() const { return requests.front().arm; }
+  [[nodiscard]] const std::string& follower() const { return requests.front().follower; }
+
+  [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
+    const bool alone = follower().empty();
+    const command::Actuator actuator =
+        alone ? command::arm(making.cell, arm()) : command::arm_pair(making.cell, arm(), follower());
+    command::Action action = with_overlay(making, alone ? motion(making) : pair_motion(making));
+    if (compliance) {
+      const auto& chain = *making.cell.arms.find(arm())->second.device->description().chain;
+      action = with_compliance(action, wish_of(*compliance, chain.joint_count()));
+    }
+    command::RuntimeCommand moved(name, actuator, action);
+    MadeCommand made{.command = moved, .action = action, .actuator = actuator};
+    if (compliance) made.places = places_of(*compliance);
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+      const std::string theirs = requests.size() == 1 ? "" : pointer_segment(i);
+      made.places.emplace_back(theirs + "/ramp", places[i] + "/weave/ramp_s");
+      if (!theirs.empty()) made.places.emplace_back(theirs, places[i]);
+    }
+    moved.observe(key + " cancelled", command::BooleanSensor(moved.cancelled().node()));
+    moved.observe(key + " completed", command::BooleanSensor(moved.completed().node()));
+    if (first_offset(requests)) {
+      const State silent = action.state("no_force");
+      moved.on_entered(silent, cancel(moved));
+      moved.capture(key + " no force", command::tool_pose(making.cell, arm()), silent);
+      made.handler_places.push_back(offset_place() + "/sensor");
+    }
+    add_unless(making, key, action, moved, made);
+    const auto& condition = requests.back().until;
+    if (!condition) return made;
+    State until = command::state_of(*condition, making.cell, making.biases);
+    if (requests.size() > 1) until = until && action.via_passed(static_cast<int>(requests.size()) - 2);
+    moved.on_entered(until, cancel(moved));
+    made.handler_places.push_back(places.back() + "/until");
+    moved.capture(key + " touch", command::tool_pose(making.cell, arm()), until);
+    moved.capture(key + " silent", command::tool_pose(making.cell, arm()),
+                  is_null(command::BooleanSensor(until.node())));
+    return made;
+  }
+
+  void rehearse(Rehearsal& rehearsal, Findings&) const override {
+    if (!follower().empty()) rehearsal.touched[follower()] = false;
+    rehearsal.touched[arm()] = requests.back().until.has_value();
+  }
+
+  void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
+              Findings& findings) const override {
+    if (ended.value<net::Frame>(key + " no force")) {
+      findings.error(pointer + offset_place() + "/sensor",
+                     fmt::format("'{}' did not answer, so the arm stopped on its path", force().sensor),
+                     "its power and its wires");
+    }
+    tell_broken(ended, key, findings);
+    const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
+    if (!completed && !was_cancelled) return;  // it was never started
+    for (const std::string& moved : {arm(), follower()}) context.variables.touches.erase(moved);
+    if (!requests.back().until) return;
+    if (const auto X_BT = ended.value<net::Frame>(key + " touch"))
+      return findings.append(note_touch(context, arm(), *X_BT), pointer);
+    const std::string place = pointer + places.back() + "/until";
+    if (ended.value<net::Frame>(key + " silent")) {
+      findings.error(place, "a sensor of the condition did not answer, so the arm stopped on its path",
+                     "its power and its wires");
+    } else if (requests.back().must_touch && !was_cancelled && !cancelled) {
+      findings.error(place, "the motion reached its end and the condition never held",
+                     "a longer motion, another threshold, or \"on_end\": \"continue\"");
+    }
+  }
+
+ private:
+  [[nodiscard]] static std::string unless_of(const std::string& key, std::size_t part) {
+    return fmt::format("{} unless {}", key, part);
+  }
+  /// What must not hold cancels it, each while its motion is being done.
+  void add_unless(const Making& making, const std::string& key, const command::Action& action,
+                  command::RuntimeCommand& moved, MadeCommand& made) const {
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+      if (!requests[i].unless) continue;
+      State holds = command::state_of(*requests[i].unless, making.cell, making.biases);
+      if (i > 0) holds = holds && action.via_passed(static_cast<int>(i) - 1);
+      if (i + 1 < requests.size()) holds = holds && !action.via_passed(static_cast<int>(i));
+      moved.on_entered(holds, cancel(moved));
+      made.handler_places.push_back(places[i] + "/unless");
+      moved.capture(unless_of(key, i), action.progress(), holds);
+      moved.capture(unless_of(key, i) + " silent", action.progress(), is_null(command::BooleanSensor(holds.node())));
+    }
+  }
+  void tell_broken(const ActivityRun& ended, const std::string& key, Findings& findings) const {
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+      const std::string place = pointer + places[i] + "/unless";
+      if (ended.value<net::Real>(unless_of(key, i))) {
+        findings.error(place, "this must not hold and did, so the arm stopped on its path",
+                       "what made it hold; \"try\" around the step");
+      } else if (ended.value<net::Real>(unless_of(key, i) + " silent")) {
+        findings.error(place, "a sensor of the condition did not answer, so the arm stopped on its path",
+                       "its power and its wires");
+      }
+    }
+  }
+  /// Planned when everything before it is, with machines where they are then.
+  [[nodiscard]] command::Action motion(const Making& making) const {
+    return command::planned_by(kind(), command::SetPointKind::kPath, [this, making](const command::Places& q_start) {
+      const command::Cell cell = cell_at(making.cell, q_start);
+      auto plan = plan_motions(requests, cell, q_start.at(arm()));
+      if (!plan) return Planned(placed(plan.error()));
+      making.notes.append(plan->notes);
+      return Planned({.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
+                      .X_FM = cell.arms.find(arm())->second.X_FT,
+                      .handed_over = std::move(plan->handed_over),
+                      .clock = command::override_of(cell),
+                      .name = kind()});
+    });
+  }
+  /// Of two arms as one, which hold what they move as they stand where it begins.
+  [[nodiscard]] command::Action pair_motion(const Making& making) const {
+    return command::planned_by(kind(), command::SetPointKind::kPair, [this, making](const command::Places& q_start) {
+      const command::Cell cell = cell_at(making.cell, q_start);
+      const JointVector &q = q_start.at(arm()), &q_follower = q_start.at(follower());
+      const auto grasp = grasp_at(cell, arm(), follower(), q, q_follower);
+      if (!grasp) return Planned(placed(grasp.error()));
+      auto plan = plan_pair_motions(requests, cell, pair_of(cell, *grasp), q, q_follower);
+      if (!plan) return Planned(placed(plan.error()));
+      making.notes.append(plan->notes);
+      command::PlannedMotion motion = planned(*grasp, kind(), std::move(*plan));
+      motion.clock = command::override_of(cell);
+      return Planned(std::move(motion));
+    });
+  }
+  [[nodiscard]] const char* kind() const { return requests.size() == 1 ? name_of(requests.front().kind) : "motions"; }
+  /// Findings of a plan, below the pointer of this.
+  [[nodiscard]] std::unexpected<Findings> placed(const Findings& findings) const {
+    Findings below;
+    below.append(findings, places.front());
+    return std::unexpected(std::move(below));
+  }
+
+  [[nodiscard]] command::Action with_overlay(const Making& making, command::Action motion) const {
+    if (std::ranges::any_of(requests, [](const auto& request) { return request.overlay.weave.has_value(); }))
+      motion = command::weave_each(motion, weaves_of(requests));
+    if (const auto first = first_offset(requests))
+      motion = command::force_offset(motion, force().pressing(arm(), making.cell, making.biases), force().wish, *first);
+    return motion;
+  }
+  /// Of a motion that has one.
+  [[nodiscard]] const OverlayRequest::ForceOffset& force() const {
+    return *requests[*first_offset(requests)].overlay.force;
+  }
+  [[nodiscard]] std::string offset_place() const { return places[*first_offset(requests)] + "/force_offset"; }
+};
+
+std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std::string& pointer,
+                                     const command::Cell& cell, Findings& findings) {
+  auto command = std::make_unique<MotionCommand>();
+  command->requests.push_back(read_motion(kind, json, pointer, cell, findings));
+  command->places.emplace_back();
+  const MotionRequest& request = command->requests.back();
+  command->compliance = request.compliance;
+  if (request.blend.kind != motion::Blend::Kind::kNone) {
+    findings.error(pointer + (json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
+                   "a command of its own has nothing to blend into", "\"do\": \"motions\" with several");
+  }
+  return command;
+}
+
+/// One arm, or the same two as one.
+void check_movers(const MotionCommand& command, const std::string& pointer, Findings& findings) {
+  const MotionRequest& first = command.requests.front();
+  for (std::size_t i = 0; i < command.requests.size(); ++i) {
+    const MotionRequest& request = command.requests[i];
+    const std::string place = pointer + command.places[i];
+    if (request.arm != first.arm) {
+      findings.error(place + "/arm", fmt::format("'{}' after '{}'", request.arm, first.arm), "one arm for all of them");
+    } else if (request.follower != first.follower) {
+      const auto movers = [](const MotionRequest& one) {
+        return one.follower.empty() ? fmt::format("'{}' alone", one.arm)
+                                    : fmt::format("'{}' and '{}' as one", one.arm, one.follower);
+      };
+      findings.error(place + (request.follower.empty() ? "" : "/follower"),
+                     fmt::format("{} after {}", movers(request), movers(first)), "the same 'follower' at all of them");
+    }
+  }
+  if (command.compliance && !first.follower.empty()) check_springs_of_two(*command.compliance, pointer, findings);
+}
+
+}  // namespace
+
+std::unique_ptr<CommandRequest> read_ptp_command(const Json& json, const std::string& pointer,
+                                                 const command::Cell& cell, Findings& findings) {
+  return read(PathKind::kPtp, json, pointer, cell, findings);
+}
+std::unique_ptr<CommandRequest> read_lin_command(const Json& json, const std::string& pointer,
+                                                 const command::Cell& cell, Findings& findings) {
+  if (json.contains("base_to")) return read_carried_command(json, pointer, cell, findings);
+  return read(PathKind::kLin, json, pointer, cell, findings);
+}
+std::unique_ptr<CommandRequest> read_circ_command(const Json& json, const std::string& pointer,
+                                                  const command::Cell& cell, Findings& findings) {
+  return read(PathKind::kCirc, json, pointer, cell, findings);
+}
+std::unique_ptr<CommandRequest> read_spline_command(const Json& json, const std::string& pointer,
+                                                    const command::Cell& cell, Findings& findings) {
+  return read(PathKind::kSpline, json, pointer, cell, findings);
+}
+
+std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std::string& pointer,
+                                                     const command::Cell& cell, Findings& findings) {
+  static constexpr std::pair<const char*, PathKind> kKinds[] = {
+      {"ptp", PathKind::kPtp}, {"lin", PathKind::kLin}, {"circ", PathKind::kCirc}, {"spline", PathKind::kSpline}};
+  auto command = std::make_unique<MotionCommand>();
+  ObjectReader reader(json, pointer, findings);
+  (void)reader.text("do");
+  (void)reader.text("name", "");
+  command->compliance = read_compliance(reader);
+  const Json* steps = reader.array("steps");
+  for (std::size_t i = 0; steps != nullptr && i < steps->size(); ++i) {
+    const Json& step = (*steps)[i];
+    const std::string place = "/steps" + pointer_segment(i);
+    const Json word = step.is_object() ? step.value("do", Json()) : Json();
+    const auto* kind = std::ranges::find_if(kKinds, [&](const auto& one) { return word == one.first; });
+    if (kind == std::end(kKinds)) {
+      findings.error(pointer + place + "/do", fmt::format("{} is no planned motion", short_dump(word)),
+                     "ptp, lin, circ or spline");
+      continue;
+    }
+    Json alone = step;
+    if (alone.erase("base_to") > 0)
+      findings.error(pointer + place + "/base_to", "a motion with a base is not blended", "a 'lin' of its own");
+    command->requests.push_back(read_motion(kind->second, alone, pointer + place, cell, findings));
+    command->places.push_back(place);
+  }
+  reader.finish();
+  if (command->requests.empty()) {
+    findings.error(pointer + "/steps", "no motion stands here", "one at least");
+    command->requests.emplace_back();
+    command->places.emplace_back();
+  }
+  check_movers(*command, pointer, findings);
+  const Findings mixed = check_offsets(command->requests);
+  for (Finding finding : mixed.list()) {
+    finding.pointer = pointer + "/steps" + finding.pointer;
+    findings.add(std::move(finding));
+  }
+  for (std::size_t i = 0; i < command->requests.size(); ++i) {
+    const MotionRequest& request = command->requests[i];
+    const bool last = i + 1 == command->requests.size(), blends = request.blend.kind != motion::Blend::Kind::kNone;
+    if (request.compliance)
+      findings.error(pointer + command->places[i] + "/compliance", "one motion of several gives way otherwise",
+                     "'compliance' beside 'steps', for all of them");
+    if (!last && request.until)
+      findings.error(pointer + command->places[i] + "/until", "only the last of them may be guarded", "on the last");
+    if (last == blends && steps != nullptr && !steps->empty())
+      findings.error(pointer + command->places[i],
+                     last ? "the last motion has nothing to blend into" : "a motion that is not blended into the next",
+                     "'blend_m' or 'blend_fraction' on all but the last");
+  }
+  return command;
+}
+
+}  // namespace takt::activity

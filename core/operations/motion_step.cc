@@ -1,0 +1,210 @@
+#include "core/operations/motion_step.h"
+
+#include <algorithm>
+#include <iterator>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/activity/two_ways.h"
+#include "core/command/single_net.h"
+#include "core/operations/command_step.h"
+#include "core/operations/rehearsed_net.h"
+#include "core/operations/requested_motion.h"
+#include "core/operations/scheduled_run.h"
+#include "core/operations/touch.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Takes note of a touch at its end. Several motions are one: they are blended into each other.
+class MotionRun final : public ScheduledRun {
+ public:
+  explicit MotionRun(const std::vector<MotionRequest>& requests) : requests_(requests), request_(requests.back()) {}
+
+  [[nodiscard]] std::size_t part() const override { return run() ? run()->part().value_or(0) : 0; }
+  [[nodiscard]] bool begun() const override { return run() && run()->part().has_value(); }
+  [[nodiscard]] bool has_taken_over() const override { return run() && run()->blended(); }
+  [[nodiscard]] bool may_be_left() const override {
+    // Who takes it over carries out the rest of it too, but not with its springs, nor with what is laid over it.
+    const bool blends =
+        request_.blend.kind != motion::Blend::Kind::kNone && !request_.compliance && !request_.overlay.any();
+    return blends && begun() && part() + 1 == requests_.size();
+  }
+
+ private:
+  [[nodiscard]] ActivityPtr activity(Context& context) override {
+    return requested_motion(requests_, context.variables.biases);
+  }
+
+  Progress finish(Context& context, Findings& findings) override {
+    for (const std::string& arm : {request_.arm, request_.follower}) context.variables.touches.erase(arm);
+    const GuardedEnd end = guarded_end(*run(), static_cast<int>(requests_.size()));
+    if (end.no_force) return tell_no_force(findings);
+    if (end.broken) return tell_broken(*end.broken, findings);
+    if (!request_.until) return Progress::kDone;
+    if (end.touch) {
+      const Findings lost = note_touch(context, request_.arm, *end.touch);
+      findings.append(lost, "/until");
+      return lost.has_errors() ? Progress::kFailed : Progress::kDone;
+    }
+    if (cancelled()) return Progress::kDone;
+    if (!end.at_goal) {
+      findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path",
+                     "its power and its wires");
+      return Progress::kFailed;
+    }
+    if (!request_.must_touch) return Progress::kDone;
+    findings.error("/until", "the motion reached its end and the condition never held",
+                   "a longer motion, another threshold, or \"on_end\": \"continue\"");
+    return Progress::kFailed;
+  }
+
+  Progress tell_no_force(Findings& findings) const {
+    const std::size_t first = first_offset(requests_).value_or(0);
+    const MotionRequest& with_force = requests_[first];
+    std::string message =
+        fmt::format("'{}' did not answer, so the arm stopped on its path", with_force.overlay.force->sensor);
+    if (first > 0) message = fmt::format("in '{}', which is blended into: {}", with_force.name, message);
+    const std::string way_out = "its power and its wires";
+    findings.error(first > 0 ? "" : "/force_offset/sensor", message, way_out);
+    return Progress::kFailed;
+  }
+
+  /// What must not hold did: this is where it stands, or which motion it stands at.
+  Progress tell_broken(const GuardedEnd::Broken& broken, Findings& findings) const {
+    std::string message = broken.silent ? "a sensor of the condition did not answer, so the arm stopped on its path"
+                                        : "this must not hold and did, so the arm stopped on its path";
+    if (broken.motion < 0) message = fmt::format("'unless' of the motion that it went on with: {}", message);
+    if (broken.motion > 0) {
+      const MotionRequest& part = requests_[static_cast<std::size_t>(broken.motion)];
+      message = fmt::format("in '{}', which is blended into: {}", part.name, message);
+    }
+    const std::string way_out =
+        broken.silent ? "its power and its wires" : "what made it hold; \"try\" around the step";
+    findings.error(broken.motion < 0 ? "" : "/unless", message, way_out);
+    return Progress::kFailed;
+  }
+
+  const std::vector<MotionRequest>& requests_;
+  const MotionRequest& request_;  ///< the last: only a motion alone may be guarded
+};
+
+class MotionStep final : public Step {
+ public:
+  explicit MotionStep(MotionRequest request) { requests_.push_back(std::move(request)); }
+
+  bool absorb(Step& next) override {
+    auto* motion = dynamic_cast<MotionStep*>(&next);
+    if (!motion || requests_.back().blend.kind == motion::Blend::Kind::kNone) return false;
+    const MotionRequest& follower = motion->requests_.front();
+    if (moved_by(follower) != moved_by(requests_.front())) return false;
+    if (follower.compliance != requests_.back().compliance) return false;
+    requests_.insert(requests_.end(), std::make_move_iterator(motion->requests_.begin()),
+                     std::make_move_iterator(motion->requests_.end()));
+    return true;
+  }
+
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+    const MotionRequest& last = requests_.back();
+    if (!gives_way_as_it_can(rehearsal, pointer, findings)) return;
+    const bool goes_on = rehearsal.open && rehearsal.open->arm == moved_arm() && may_go_on(rehearsal.cell);
+    if (!goes_on) note_open_begin(rehearsal, findings);
+    rehearsal.open.reset();
+    if (last.blend.kind != motion::Blend::Kind::kNone) note_open_end(rehearsal, findings);
+    if (!last.follower.empty()) rehearsal.touched[last.follower] = false;
+    rehearsal.touched[last.arm] = last.until.has_value();
+    const auto alone = requested_motion(requests_, {})->alone(rehearsal.cell, rehearsal.q);
+    if (!alone) {
+      findings.append(alone.error(), pointer);
+      return;
+    }
+    findings.append(alone->notes);
+    for (const auto& [arm, q] : alone->q_goal) rehearsal.q[arm] = q;
+    rehearsal.duration += alone->duration;
+    rehearse_net(command::single_net(*alone->prepared.command, requests_.front().name).net, rehearsal, pointer,
+                 findings);
+  }
+
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<MotionRun>(requests_); }
+
+  [[nodiscard]] std::string moved_arm() const override { return moved_by(requests_.front()); }
+  [[nodiscard]] bool may_go_on(const command::Cell& cell) const override {
+    // What is laid over a path begins with it at rest, unless another motion of the same plan comes before.
+    if (requests_.front().overlay.any()) return false;
+    return std::ranges::none_of(
+        requests_, [&](const auto& request) { return request.compliance || hangs_on_motion(request, cell); });
+  }
+
+ private:
+  static std::string laid_over(const MotionRequest& request) {
+    return request.overlay.weave ? "weave" : "force offset";
+  }
+  /// The one before is not gone on with: its blend is in vain.
+  void note_open_begin(Rehearsal& rehearsal, Findings& findings) const {
+    const MotionRequest& first = requests_.front();
+    const bool of_same_arm = rehearsal.open && rehearsal.open->arm == moved_arm();
+    if (!of_same_arm || !first.overlay.any()) return settle_rehearsal(rehearsal, findings);
+    findings.note(rehearsal.open->pointer,
+                  fmt::format("'{}' ({}) does not stand directly behind it, and begins with a {}, at rest: it stops at "
+                              "the goal",
+                              first.name, first.pointer, laid_over(first)),
+                  "the two right behind each other in the file, or no blend");
+  }
+  /// The next motion is decided in the run: whatever is laid over this one has to be gone, and so it stops.
+  void note_open_end(Rehearsal& rehearsal, Findings& findings) const {
+    const MotionRequest& last = requests_.back();
+    if (!last.overlay.any()) {
+      rehearsal.open = {moved_arm(), last.pointer};
+      return;
+    }
+    findings.note(last.pointer,
+                  fmt::format("no motion of this arm stands directly behind it, and it has a {}: it stops at the goal",
+                              laid_over(last)),
+                  "the next motion right behind it in the file, or no blend");
+  }
+  /// The mode and the values of its compliance. @return false: with findings
+  bool gives_way_as_it_can(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const {
+    const MotionRequest& last = requests_.back();
+    if (!last.compliance) return true;
+    std::vector<std::string> arms{last.arm};
+    if (!last.follower.empty()) arms.push_back(last.follower);
+    return rehearse_compliance(*last.compliance, rehearsal, arms, pointer, findings);
+  }
+
+  std::vector<MotionRequest> requests_;  ///< one, or several that are blended, and give way alike
+};
+
+template <PathKind kind>
+std::unique_ptr<Step> parse(const Json& json, const std::string& pointer, const command::Cell& cell,
+                            Findings& findings) {
+  return std::make_unique<MotionStep>(read_motion(kind, json, pointer, cell, findings));
+}
+
+}  // namespace
+
+std::unique_ptr<Step> parse_ptp(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                Findings& findings) {
+  return parse<PathKind::kPtp>(json, pointer, cell, findings);
+}
+
+std::unique_ptr<Step> parse_lin(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                Findings& findings) {
+  if (json.contains("base_to")) return parse_command_step(json, pointer, cell, findings);
+  return parse<PathKind::kLin>(json, pointer, cell, findings);
+}
+
+std::unique_ptr<Step> parse_circ(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                 Findings& findings) {
+  return parse<PathKind::kCirc>(json, pointer, cell, findings);
+}
+
+std::unique_ptr<Step> parse_spline(const Json& json, const std::string& pointer, const command::Cell& cell,
+                                   Findings& findings) {
+  return parse<PathKind::kSpline>(json, pointer, cell, findings);
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,384 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "core/expression/condition.h"
+#include "core/operations/compliance_request.h"
+#include "core/operations/parameter.h"
+
+namespace takt::activity {
+
+/// The parameters of one operation: which key fills which member of P, and what is allowed. Made once; immutable then.
+///
+/// Every row takes an access: a pointer to a member of P, or a function that returns a reference to what P holds. A
+/// member that is a std::optional may be left out in files; any other has as its default what a default-constructed P
+/// has there, unless required() says that files must give it. Realtime: setup.
+template <class P>
+class ParameterTable {
+ public:
+  /// A number; SI inside, in files in `unit`.
+  template <class Access>
+  ParameterTable& number(std::string_view key, std::string_view unit, Access access, const Range& range,
+                         std::string_view doc) {
+    ParameterInfo info = make(key, ParameterInfo::Type::kNumber, doc);
+    info.unit = unit;
+    info.range = range;
+    const double si = file_unit(unit).si_per_unit;
+    if constexpr (!kOptional<Access>) info.fallback = to_text(default_of(access) / si);
+    return add(
+        std::move(info),
+        [access, si](const ParameterInfo& row, const ReadContext& from, P& p) {
+          auto& member = std::invoke(access, p);
+          if constexpr (kOptional<Access>) {
+            if (from.reader.has(row.key)) member = si * from.reader.number(row.key, {}, row.range);
+          } else {
+            member = si * from.reader.number(row.key, fallback_of(row, member / si), row.range);
+          }
+        },
+        [access, si](const ParameterInfo& row, const P& p, ParameterWriter& to) {
+          if_given<Access>(access, p, [&](double value) { to.number(row.key, value / si); });
+        });
+  }
+
+  /// A number in the unit of a device, which the table does not know.
+  template <class Access>
+  ParameterTable& device_number(std::string_view key, Access access, std::string_view doc) {
+    number(key, "", access, kAnyNumber, doc);
+    infos_.back().unit_of_device = true;
+    return *this;
+  }
+
+  template <class Access>
+  ParameterTable& integer(std::string_view key, Access access, const Range& range, std::string_view doc) {
+    ParameterInfo info = make(key, ParameterInfo::Type::kInteger, doc);
+    info.range = range;
+    info.fallback = std::to_string(default_of(access));
+    return add(
+        std::move(info),
+        [access](const ParameterInfo& row, const ReadContext& from, P& p) {
+          auto& member = std::invoke(access, p);
+          member = from.reader.integer(row.key, fallback_of<std::int64_t>(row, member), row.range);
+        },
+        [access](const ParameterInfo& row, const P& p, ParameterWriter& to) { to.integer(row.key, get(access, p)); });
+  }
+
+  template <class Access>
+  ParameterTable& boolean(std::string_view key, Access access, std::string_view doc) {
+    ParameterInfo info = make(key, ParameterInfo::Type::kBoolean, doc);
+    info.fallback = default_of(access) ? "true" : "false";
+    return add(
+        std::move(info),
+        [access](const ParameterInfo& row, const ReadContext& from, P& p) {
+          auto& member = std::invoke(access, p);
+          member = from.reader.boolean(row.key, fallback_of<bool>(row, member));
+        },
+        [access](const ParameterInfo& row, const P& p, ParameterWriter& to) { to.boolean(row.key, get(access, p)); });
+  }
+
+  template <class Access>
+  ParameterTable& text(std::string_view key, Access access, std::string_view doc) {
+    ParameterInfo info = make(key, ParameterInfo::Type::kText, doc);
+    info.fallback = default_of(access);
+    return add(
+        std::move(info),
+        [access](const ParameterInfo& row, const ReadContext& from, P& p) {
+          auto& member = std::invoke(access, p);
+          member = from.reader.text(row.key, fallback_of<std::string>(row, member));
+        },
+        [access](const ParameterInfo& row, const P& p, ParameterWriter& to) { to.text(row.key, get(access, p)); });
+  }
+
+  /// A text that may be left out.
+  template <class Access>
+  ParameterTable& optional_text(std::string_view key, Access access, std::string_view doc) {
+    return add(
+        make(key, ParameterInfo::Type::kText, doc),
+        [access](const ParameterInfo& row, const ReadContext& from, P& p) {
+          if (from.reader.has(row.key)) std::invoke(access, p) = from.reader.text(row.key);
+        },
+        [access](const ParameterInfo& row, const P& p, ParameterWriter& to) {
+          if_given<Access>(access, p, [&](const std::string& value) { to.text(row.key, value); });
+        });
+  }
+
+  /// A list of texts. Always required.
+  template <class Access>
+  ParameterTable& texts(std::string_view key, Access access, std::string_view doc) {
+    return add(
+               make(key, ParameterInfo::Type::kTexts, doc),
+               [access](const ParameterInfo& row, const ReadContext& from, P& p) {
+                 std::invoke(access, p) = from.reader.texts(row.key);
+               },
+               [access](const ParameterInfo& row, const P& p, ParameterWriter& to) {
+                 to.texts(row.key, get(access, p));
+               })
+        .required();
+  }
+
+  /// Three numbers; SI inside, in files in `unit`.
+  template <class Access>
+  ParameterTable& vector(std::string_view key, std::string_view unit, Access access, std::string_view doc) {
+    ParameterInfo info = make(key, ParameterInfo::Type::kVector, doc);
+    info.unit = unit;
+    const double si = file_unit(unit).si_per_unit;
+    if constexpr (!kOptional<Access>) info.fallback = to_text(Eigen::Vector3d(default_of(access) / si));
+    return add(
+        std::move(info),
+        [access, si](const ParameterInfo& row, const ReadContext& from, P& p) {
+          auto& member = std::invoke(access, p);
+          if constexpr (kOptional<Access>) {
+            if (from.reader.has(row.key)) member = Eigen::Vector3d(si * from.reader.vector(row.key));
+          } else {
+            member = si * from.reader.vector(row.key, fallback_of<Eigen::Vector3d>(row, member / si));
+          }
+        },
+        [access, si](const ParameterInfo& row, const P& p, ParameterWriter& to) {
+          if_given<Access>(access, p, [&](const Eigen::Vector3d& value) { to.vector(row.key, value / si); });
+        });
+  }
+
+  /// One of some words, each of which means a value of the member.
+  template <class Access, class Value>
+  ParameterTable& choice(std::string_view key, Access access, std::vector<std::pair<std::string, Value>> words,
+                         std::string_view doc) {
+    ParameterInfo info = make(key, ParameterInfo::Type::kChoice, doc);
+    for (const auto& [word, value] : words) info.choices.push_back(word);
+    const auto word_of = [words](const Value& value) {
+      for (const auto& [word, meant] : words)
+        if (meant == value) return word;
+      return std::string();
+    };
+    info.fallback = word_of(default_of(access));
+    return add(
+        std::move(info),
+        [access, words, word_of](const ParameterInfo& row, const ReadContext& from, P& p) {
+          auto& member = std::invoke(access, p);
+          const std::string given =
+              from.reader.choice(row.key, row.choices, fallback_of<std::string>(row, word_of(member)));
+          for (const auto& [word, value] : words)
+            if (word == given) member = value;
+        },
+        [access, word_of](const ParameterInfo& row, const P& p, ParameterWriter& to) {
+          to.text(row.key, word_of(get(access, p)));
+        });
+  }
+
+  /// The name of something in the cell. Default: the only one of its kind. Of a std::optional: nothing if not given.
+  template <class Access>
+  ParameterTable& name(std::string_view key, NameOf what, Access access, std::string_view doc) {
+    ParameterInfo info = make(key, ParameterInfo::Type::kName, doc);
+    info.names = what;
+    if constexpr (!kOptional<Access>) info.fallback = "the only one of the cell";
+    return add(
+        std::move(info),
+        [access](const ParameterInfo& row, const ReadContext& from, P& p) {
+          if constexpr (kOptional<Access>) {
+            if (!from.reader.has(row.key)) return;
+          }
+          const auto names = names_in(from.cell, row.names);
+          const bool only_one = !kOptional<Access> && !row.required && names.size() == 1;
+          std::invoke(access, p) =
+              from.reader.choice(row.key, names, only_one ? std::optional(names.front()) : std::nullopt);
+        },
+        [access](const ParameterInfo& row, const P& p, ParameterWriter& to) {
+          // An empty name means "the only one of the cell", as a key that is not there does.
+          if_given<Access>(access, p, [&](const std::string& value) {
+            if (!value.empty()) to.text(row.key, value);
+          });
+        });
+  }
+
+  /// A condition over sensors and inputs; nothing if the key is not there.
+  template <class Access>
+  ParameterTable& condition(std::string_view key, Access access, std::string_view doc) {
+    ParameterInfo info = make(key, ParameterInfo::Type::kCondition, doc);
+    info.definition = "condition";
+    return add(
+        std::move(info),
+        [access](const ParameterInfo& row, const ReadContext& from, P& p) {
+          std::invoke(access, p) = command::read_condition(from.reader, row.key, from.cell);
+        },
+        [](const ParameterInfo&, const P&, ParameterWriter&) {});
+  }
+
+  /// How the arm yields meanwhile; nothing if the key is not there.
+  template <class Access>
+  ParameterTable& compliance(Access access) {
+    return add(
+        compliance_parameter(),
+        [access](const ParameterInfo&, const ReadContext& from, P& p) {
+          std::invoke(access, p) = read_compliance(from.reader);
+        },
+        [](const ParameterInfo&, const P&, ParameterWriter&) {});
+  }
+
+  /// An object with a table of its own; nothing if the key is not there. @param definition  in the schema of scenario
+  /// files
+  template <class Part, class Access>
+  ParameterTable& part(std::string_view key, std::string_view definition, const ParameterTable<Part>& table,
+                       Access access, std::string_view doc) {
+    ParameterInfo info = make(key, ParameterInfo::Type::kObject, doc);
+    info.definition = definition;
+    info.fields = table.list();
+    return add(
+        std::move(info),
+        [&table, access](const ParameterInfo& row, const ReadContext& from, P& p) {
+          const auto* json = from.reader.object(row.key, false);
+          if (json == nullptr) return;
+          ObjectReader reader(*json, from.reader.at(row.key), from.reader.findings());
+          auto& member = std::invoke(access, p);
+          table.read_into(member.emplace(), {reader, from.cell});
+          reader.finish();
+        },
+        [&table, access](const ParameterInfo& row, const P& p, ParameterWriter& to) {
+          if_given<Access>(access, p, [&](const Part& value) {
+            ParameterWriter inner;
+            table.write(value, inner);
+            to.object(row.key, inner);
+          });
+        });
+  }
+
+  /// An object with a reader of its own, such as a goal. `read` is called whether or not the key is there.
+  /// @param write  may be null: programs give this parameter in a form that files cannot have
+  ParameterTable& object(ParameterInfo info, std::function<void(const ParameterInfo&, const ReadContext&, P&)> read,
+                         std::function<void(const ParameterInfo&, const P&, ParameterWriter&)> write = {}) {
+    if (!write) write = [](const ParameterInfo&, const P&, ParameterWriter&) {};
+    return add(std::move(info), std::move(read), std::move(write));
+  }
+
+  /// All parameters of another table, kept in a part of P.
+  template <class Part, class Access>
+  ParameterTable& include(const ParameterTable<Part>& table, Access access) {
+    for (std::size_t i = 0; i < table.list().size(); ++i) {
+      add(
+          table.list()[i],
+          [&table, access, i](const ParameterInfo&, const ReadContext& from, P& p) {
+            table.read_row(i, from, std::invoke(access, p));
+          },
+          [&table, access, i](const ParameterInfo&, const P& p, ParameterWriter& to) {
+            table.write_row(i, get(access, p), to);
+          });
+    }
+    return *this;
+  }
+
+  /// The parameter before this call must be given.
+  ParameterTable& required() {
+    infos_.back().required = true;
+    infos_.back().fallback.clear();
+    return *this;
+  }
+
+  /// What the default of the parameter before this call is, where it follows from others.
+  ParameterTable& fallback(std::string_view text) {
+    infos_.back().fallback = text;
+    return *this;
+  }
+
+  /// What concerns several parameters, checked after all have been read, in the order of the calls.
+  ParameterTable& rule(std::function<void(P&, const ReadContext&)> check) {
+    rules_.push_back(std::move(check));
+    return *this;
+  }
+
+  /// Reads the keys "do" and "name", all parameters, and reports keys that do not exist.
+  /// @return what could be read; diagnostics of all that is wrong are in the reader
+  [[nodiscard]] P read(ObjectReader& reader, const command::Cell& cell) const {
+    P p;
+    p.pointer = reader.pointer();
+    (void)reader.text("do", "");
+    p.name = reader.text("name", "");
+    read_into(p, {reader, cell});
+    reader.finish();
+    return p;
+  }
+  /// The parameters alone, of an object inside of an operation.
+  void read_into(P& p, const ReadContext& from) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) read_row(i, from, p);
+    for (const auto& check : rules_) check(p, from);
+  }
+  void read_row(std::size_t i, const ReadContext& from, P& p) const { rows_[i].read(infos_[i], from, p); }
+
+  /// As a file would have it.
+  void write(const P& p, ParameterWriter& to) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) write_row(i, p, to);
+  }
+  void write_row(std::size_t i, const P& p, ParameterWriter& to) const { rows_[i].write(infos_[i], p, to); }
+
+  /// What a file with these values would be told, for values that a program has set.
+  [[nodiscard]] Findings check(const P& p, const command::Cell& cell) const {
+    ParameterWriter writer;
+    write(p, writer);
+    Findings findings;
+    ObjectReader reader(writer.result(), "", findings);
+    (void)read(reader, cell);
+    return findings;
+  }
+
+  [[nodiscard]] const std::vector<ParameterInfo>& list() const { return infos_; }
+
+ private:
+  struct Row {
+    std::function<void(const ParameterInfo&, const ReadContext&, P&)> read;
+    std::function<void(const ParameterInfo&, const P&, ParameterWriter&)> write;
+  };
+
+  template <class Access>
+  using Member = std::remove_cvref_t<std::invoke_result_t<Access, P&>>;
+  template <class T>
+  struct IsOptional : std::false_type {};
+  template <class T>
+  struct IsOptional<std::optional<T>> : std::true_type {};
+  template <class Access>
+  static constexpr bool kOptional = IsOptional<Member<Access>>::value;
+
+  /// Accesses are written for P&; what is read through them here is not changed.
+  template <class Access>
+  static const auto& get(const Access& access, const P& p) {
+    return std::invoke(access, const_cast<P&>(p));
+  }
+  template <class Access>
+  static auto default_of(const Access& access) {
+    P p;
+    return std::invoke(access, p);
+  }
+  template <class T>
+  static std::optional<T> fallback_of(const ParameterInfo& row, const T& value) {
+    return row.required ? std::nullopt : std::optional<T>(value);
+  }
+  template <class Access, class Use>
+  static void if_given(const Access& access, const P& p, const Use& use) {
+    const auto& member = get(access, p);
+    if constexpr (kOptional<Access>) {
+      if (member) use(*member);
+    } else {
+      use(member);
+    }
+  }
+  static ParameterInfo make(std::string_view key, ParameterInfo::Type type, std::string_view doc) {
+    ParameterInfo info;
+    info.key = key;
+    info.type = type;
+    info.doc = doc;
+    return info;
+  }
+  ParameterTable& add(ParameterInfo info, std::function<void(const ParameterInfo&, const ReadContext&, P&)> read,
+                      std::function<void(const ParameterInfo&, const P&, ParameterWriter&)> write) {
+    infos_.push_back(std::move(info));
+    rows_.push_back({std::move(read), std::move(write)});
+    return *this;
+  }
+
+  std::vector<ParameterInfo> infos_;
+  std::vector<Row> rows_;
+  std::vector<std::function<void(P&, const ReadContext&)>> rules_;
+};
+
+}  // namespace takt::activity

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+#include "core/net/description.h"
+#include "core/operations/step.h"
+
+namespace takt::activity {
+
+/// Verifies a net as LOAD will, so that what is wrong with it is known before anything moves. Realtime: setup.
+void rehearse_net(const net::NetDescription& description, const Rehearsal& rehearsal, const std::string& pointer,
+                  Findings& findings);
+
+}  // namespace takt::activity

@@ -1,0 +1,191 @@
+#include "core/operations/requested_motion.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/activity/pair_motion.h"
+#include "core/activity/two_ways.h"
+#include "core/expression/condition_state.h"
+
+namespace takt::activity {
+namespace {
+
+using kinematics::JointVector;
+using Places = std::map<std::string, JointVector, std::less<>>;
+
+/// What is the same for one arm and for two.
+class Requested : public RequestedMotion {
+ public:
+  Requested(const std::vector<MotionRequest>& requests, command::Biases biases)
+      : RequestedMotion(requests.front().name), requests_(requests), biases_(std::move(biases)) {}
+
+ protected:
+  [[nodiscard]] const std::vector<MotionRequest>& requests() const { return requests_; }
+  [[nodiscard]] const MotionRequest& last() const { return requests_.back(); }
+  [[nodiscard]] const command::Biases& biases() const { return biases_; }
+
+  [[nodiscard]] MotionParameters wish(const command::Cell& cell) const {
+    MotionParameters wish{.blend = BlendingCondition(last().blend)};
+    if (last().until) wish.until = command::state_of(*last().until, cell, biases_);
+    const int joint_count = cell.arms.find(last().arm)->second.device->description().chain->joint_count();
+    if (last().compliance) wish.compliance = wish_of(*last().compliance, joint_count);
+    return wish;
+  }
+  [[nodiscard]] std::vector<std::optional<command::State>> unless(const command::Cell& cell) const {
+    std::vector<std::optional<command::State>> states;
+    for (const MotionRequest& request : requests_) {
+      states.push_back(request.unless ? std::optional(command::state_of(*request.unless, cell, biases_))
+                                      : std::nullopt);
+    }
+    return states;
+  }
+  /// Values that one of the devices does not have.
+  [[nodiscard]] Findings wrong_springs(const command::Cell& cell) const {
+    return last().compliance ? check_compliance(*last().compliance, cell, actuators()) : Findings();
+  }
+  [[nodiscard]] std::unexpected<Findings> nowhere() const {
+    return failure("", fmt::format("'{}': nobody knows where the arm will be at rest", name()),
+                   "a motion after the end of what runs");
+  }
+  static Situation nothing_before(const command::Cell& cell) {
+    return {.cell = cell, .period = kMillisecond, .precedents = {}};
+  }
+
+ private:
+  std::vector<MotionRequest> requests_;
+  command::Biases biases_;
+};
+
+class OfOneArm final : public Requested {
+ public:
+  using Requested::Requested;
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return {last().arm}; }
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    const Precedent& before = situation.precedents.find(last().arm)->second;
+    if (!before.at_end.rests()) return nowhere();
+    if (const Findings mixed = check_offsets(requests()); mixed.has_errors())
+      return std::unexpected(of_motions(mixed, requests()));
+    if (Findings wrong = wrong_springs(situation.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    auto plan = plan_motions(requests(), situation.cell, *before.at_end.q);
+    if (!plan) return std::unexpected(std::move(plan.error()));
+    // What is laid over the first motion begins at rest.
+    return prepare(situation, std::move(*plan),
+                   requests().front().overlay.any() ? std::nullopt : blended_plan(situation, before));
+  }
+
+  [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q) const override {
+    if (const Findings mixed = check_offsets(requests()); mixed.has_errors())
+      return std::unexpected(of_motions(mixed, requests()));
+    auto plan = plan_motions(requests(), cell, q.find(last().arm)->second);
+    if (!plan) return std::unexpected(std::move(plan.error()));
+    Alone alone{.prepared = {},
+                .notes = plan->notes,
+                .q_goal = {{last().arm, plan->motion.q_goal}},
+                .duration = plan->motion.duration()};
+    auto prepared = prepare(nothing_before(cell), std::move(*plan), std::nullopt);
+    if (!prepared) return std::unexpected(std::move(prepared.error()));
+    alone.prepared = std::move(*prepared);
+    return alone;
+  }
+
+ private:
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation, motion::SequencePlan from_rest,
+                                         std::optional<motion::SequencePlan> from_blend) const {
+    const motion::ArmModel model = command::planning_model(situation.cell.arms.find(last().arm)->second);
+    ArmPlans plans{.name = name(),
+                   .arm = last().arm,
+                   .model = model,
+                   .from_rest = std::move(from_rest),
+                   .from_blend = std::move(from_blend),
+                   .tells_end = true,
+                   .unless = unless(situation.cell),
+                   .weaves = weaves_of(requests()),
+                   .offset = offset(situation.cell)};
+    auto prepared = prepare_two_ways(situation, std::move(plans), wish(situation.cell));
+    if (!prepared) return std::unexpected(of_motions(prepared.error(), requests()));
+    return prepared;
+  }
+
+  [[nodiscard]] std::optional<OffsetPlan> offset(const command::Cell& cell) const {
+    const auto first = first_offset(requests());
+    if (!first) return std::nullopt;
+    const OverlayRequest::ForceOffset& force = *requests()[*first].overlay.force;
+    return OffsetPlan{.pressing = force.pressing(last().arm, cell, biases()), .wish = force.wish, .first = *first};
+  }
+
+  [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const Situation& situation,
+                                                                 const Precedent& before) const {
+    const command::MountedArm& arm = situation.cell.arms.find(last().arm)->second;
+    const auto from = departure_of(before, arm.X_FT);
+    if (!from) return std::nullopt;
+    auto plan = plan_motions_from(*from, requests(), situation.cell);
+    return plan ? std::optional(std::move(*plan)) : std::nullopt;
+  }
+};
+
+/// They move the leader's tool centre point, which is the common motion centre.
+class OfTwoArms final : public Requested {
+ public:
+  using Requested::Requested;
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return {last().arm, last().follower}; }
+
+  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+    const Precedent& leads = situation.precedents.find(last().arm)->second;
+    const Precedent& follows = situation.precedents.find(last().follower)->second;
+    if (!leads.at_end.rests() || !follows.at_end.rests()) return nowhere();
+    if (Findings wrong = wrong_springs(situation.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    auto grasp = grasp_at(situation.cell, last().arm, last().follower, *leads.at_end.q, *follows.at_end.q);
+    if (!grasp) return std::unexpected(std::move(grasp.error()));
+    // They hold the part as before, to the last bit.
+    if (const auto* leaving = leaving_pair(situation, grasp->leader, grasp->follower))
+      grasp->X_HF = leaving->motion.partner_X_FM;
+    auto from_rest = plan(situation.cell, *grasp, *leads.at_end.q, *follows.at_end.q);
+    if (!from_rest) return std::unexpected(std::move(from_rest.error()));
+    auto from_blend = plan_pair_on(situation, *grasp, leg_makers(requests(), situation.cell));
+    return prepare(situation, *grasp, std::move(*from_rest), std::move(from_blend));
+  }
+
+  [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q) const override {
+    const JointVector &q_leader = q.find(last().arm)->second, &q_follower = q.find(last().follower)->second;
+    const auto grasp = grasp_at(cell, last().arm, last().follower, q_leader, q_follower);
+    if (!grasp) return std::unexpected(grasp.error());
+    auto from_rest = plan(cell, *grasp, q_leader, q_follower);
+    if (!from_rest) return std::unexpected(std::move(from_rest.error()));
+    Alone alone{.prepared = {},
+                .notes = from_rest->notes,
+                .q_goal = {{last().arm, from_rest->leader.q_goal}, {last().follower, from_rest->follower.q_goal}},
+                .duration = from_rest->leader.duration()};
+    alone.prepared = prepare(nothing_before(cell), *grasp, std::move(*from_rest), std::nullopt);
+    return alone;
+  }
+
+ private:
+  [[nodiscard]] Result<motion::PairPlan> plan(const command::Cell& cell, const Grasp& grasp,
+                                              const JointVector& q_leader, const JointVector& q_follower) const {
+    return plan_pair_motions(requests(), cell, pair_of(cell, grasp), q_leader, q_follower);
+  }
+  [[nodiscard]] Prepared prepare(const Situation& situation, const Grasp& grasp, motion::PairPlan from_rest,
+                                 std::optional<motion::PairPlan> from_blend) const {
+    PairPlans plans{.name = name(),
+                    .grasp = grasp,
+                    .from_rest = std::move(from_rest),
+                    .from_blend = std::move(from_blend),
+                    .tells_end = true,
+                    .unless = unless(situation.cell)};
+    return prepare_two_ways(situation, std::move(plans), wish(situation.cell));
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionRequest>& requests,
+                                                        command::Biases biases) {
+  if (requests.front().follower.empty()) return std::make_shared<const OfOneArm>(requests, std::move(biases));
+  return std::make_shared<const OfTwoArms>(requests, std::move(biases));
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+
+#include "core/activity/scheduler.h"
+#include "core/operations/step.h"
+
+namespace takt::activity {
+
+/// The execution of a step that is one activity: asked for when the step begins, followed to its end. Realtime: setup.
+class ScheduledRun : public StepRun {
+ public:
+  ScheduledRun() = default;
+  ~ScheduledRun() override {
+    if (run_ && !run_->over()) run_->cancel();  // its program has given it up
+  }
+  ScheduledRun(const ScheduledRun&) = delete;
+  ScheduledRun& operator=(const ScheduledRun&) = delete;
+
+  Progress advance(Context& context, Findings& findings) final;
+  void cancel(Context&) final {
+    cancelled_ = true;
+    if (run_) run_->cancel();
+  }
+
+ protected:
+  /// What is to be done. Asked for again as long as its arms have given no sample.
+  [[nodiscard]] virtual ActivityPtr activity(Context& context) = 0;
+  /// After each cycle in which it was on its way. kFailed: it is not waited for any longer.
+  virtual Progress watch(Context&, Findings&) { return Progress::kRunning; }
+  /// It is over, whether it came to its end or failed.
+  virtual void ended(Context&) {}
+  /// It ended in order, by itself or because it was cancelled.
+  virtual Progress finish(Context&, Findings&) { return Progress::kDone; }
+  /// Where below the step something is that was found at this location below the activity.
+  [[nodiscard]] virtual std::string location_of(std::string location) const { return location; }
+
+  [[nodiscard]] const RunPtr& run() const { return run_; }
+  [[nodiscard]] bool cancelled() const { return cancelled_; }
+
+ private:
+  /// The first step of a program may come before the first sample.
+  static bool have_samples(const ActivityModel& model, const command::Cell& cell);
+  Progress fail(Findings& findings) const;
+
+  RunPtr run_;
+  bool cancelled_ = false;
+};
+
+}  // namespace takt::activity

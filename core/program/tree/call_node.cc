@@ -1,0 +1,185 @@
+// Programs that are called by name, with parameters and a result.
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/program/tree/node.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+class CallNode final : public Node {
+ public:
+  std::shared_ptr<const SubProgram> program;
+  std::map<std::string, ValueTemplate, std::less<>> arguments;
+  std::string as;  ///< variable that gets the result; may be empty
+
+  [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
+
+  void rehearse(Rehearsal& rehearsal, Scope& around, Findings& findings) const override {
+    if (!spend_rehearsal(rehearsal, *this, findings)) return;
+    Scope inside;
+    Findings own;
+    enter(sight_of(rehearsal, around), sight_of(rehearsal, inside), inside, own);
+    if (!own.has_errors()) program->body->rehearse(rehearsal, inside, own);
+    if (!own.has_errors()) leave(sight_of(rehearsal, inside), around, own);
+    // What is wrong inside stands inside; who called it is told too.
+    for (Finding finding : own.list()) {
+      if (!finding.pointer.starts_with(pointer)) finding.message += fmt::format(" (called by {})", pointer);
+      findings.add(std::move(finding));
+    }
+  }
+
+  [[nodiscard]] std::int64_t count() const override { return program->count; }
+  [[nodiscard]] bool constant() const override { return false; }
+
+  /// What it is begun with depends on where machines are.
+  [[nodiscard]] bool looks(const command::Cell& cell) const {
+    const auto looks = [&](const Declaration& one) { return one.initial && one.initial->changes(cell); };
+    return std::ranges::any_of(arguments, [&](const auto& one) { return one.second.changes(cell); }) ||
+           std::ranges::any_of(program->parameters, looks) || std::ranges::any_of(program->variables, looks);
+  }
+  /// The parameters, from what the caller gives, and the variables.
+  void enter(const Sight& outside, const Sight& inside, Scope& scope, Findings& findings) const {
+    declare(program->parameters, inside, scope, findings);
+    for (const auto& [parameter, argument] : arguments) {
+      scope.assign(*scope.find(parameter), argument.value(outside, findings), outside.rehearsing());
+    }
+    declare(program->variables, inside, scope, findings);
+  }
+  void leave(const Sight& inside, Scope& around, Findings& findings) const {
+    if (!program->result || as.empty()) return;
+    around.assign(*around.find(as), program->result->value(inside, findings), inside.rehearsing());
+  }
+};
+
+class CallRun final : public NodeRun {
+ public:
+  CallRun(const CallNode& node, Scope& around) : node_(node), around_(around) {}
+
+  Outcome advance(Execution& execution, Findings& findings) override {
+    if (!run_) {
+      if (cancelled_) return Outcome::kDone;
+      if (const Outcome ready = node_.looks(execution.context.cell) ? execution.settle(findings) : Outcome::kDone;
+          ready != Outcome::kDone)
+        return ready;
+      if (!execution.spend(node_.pointer, findings) || !begin(execution, findings)) return Outcome::kFailed;
+    }
+    if (!ended_) {
+      const Outcome outcome = run_->advance(execution, findings);
+      if (outcome != Outcome::kDone || cancelled_) return outcome;
+      ended_ = true;
+    }
+    const bool tells = node_.program->result && !node_.as.empty();
+    if (const Outcome ready = tells ? execution.settle_for(*node_.program->result, findings) : Outcome::kDone;
+        ready != Outcome::kDone || cancelled_)
+      return ready;
+    Findings own;
+    node_.leave(execution.sight(scope_), around_, own);
+    findings.append(own);
+    return own.has_errors() ? Outcome::kFailed : Outcome::kDone;
+  }
+
+  void cancel(Execution& execution) override {
+    cancelled_ = true;
+    if (run_) run_->cancel(execution);
+  }
+
+  [[nodiscard]] Json state() const override {
+    if (!run_) return Json::object();
+    return {{"parameters", scope_.to_json()}, {"run", run_->state()}};
+  }
+  void restore(const Json& state, Execution& execution, Findings& findings) override {
+    if (!state.contains("run") || !begin(execution, findings)) return;
+    scope_.from_json(state.at("parameters"));
+    run_->restore(state.at("run"), execution, findings);
+  }
+
+ private:
+  bool begin(Execution& execution, Findings& findings) {
+    Findings own;
+    node_.enter(execution.sight(around_), execution.sight(scope_), scope_, own);
+    findings.append(own);
+    if (own.has_errors()) return false;
+    run_ = node_.program->body->begin(scope_);
+    return true;
+  }
+
+  const CallNode& node_;
+  Scope& around_;
+  Scope scope_;  ///< a program sees nothing of its caller
+  std::unique_ptr<NodeRun> run_;
+  bool cancelled_ = false, ended_ = false;
+};
+
+std::unique_ptr<NodeRun> CallNode::begin(Scope& scope) const { return std::make_unique<CallRun>(*this, scope); }
+
+std::vector<std::string> names_of(const std::vector<Declaration>& parameters) {
+  std::vector<std::string> names;
+  for (const Declaration& parameter : parameters) names.push_back(parameter.name);
+  return names;
+}
+
+void read_arguments(const Json& json, const std::string& pointer, CallNode& node, NodeParser& parser) {
+  const auto& parameters = node.program->parameters;
+  for (const auto& [name, value] : json.items()) {
+    const std::string place = pointer + pointer_segment(name);
+    const auto found = std::ranges::find(parameters, name, &Declaration::name);
+    if (found == parameters.end()) {
+      parser.findings().error(place, fmt::format("'{}' has no parameter '{}'", node.program->name, name),
+                              nearest_choice(name, names_of(parameters)));
+      continue;
+    }
+    node.arguments.emplace(name, parser.value(value, place, found->type));
+  }
+}
+
+void read_result(ObjectReader& reader, CallNode& node, NodeParser& parser) {
+  node.as = reader.text("as", "");
+  if (!reader.has("as")) return;
+  const Variable* variable = parser.scope().find(node.as);
+  const Type& type = node.program->result_type;
+  if (!variable) {
+    parser.findings().error(reader.at("as"), fmt::format("there is no variable '{}'", node.as),
+                            nearest_choice(node.as, parser.scope().names()));
+  } else if (!node.program->result) {
+    parser.findings().error(reader.at("as"), fmt::format("'{}' has no result", node.program->name),
+                            "a \"result\" in that program, or no \"as\"");
+  } else if (!accepts(variable->type, type)) {
+    parser.findings().error(
+        reader.at("as"),
+        fmt::format("'{}' is a {}, the result a {}", node.as, to_string(variable->type), to_string(type)),
+        fmt::format("a variable that is a {}", to_string(type)));
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Node> parse_call(const Json& json, const std::string& pointer, NodeParser& parser) {
+  auto node = std::make_unique<CallNode>();
+  node->pointer = pointer;
+  ObjectReader reader(json, pointer, parser.findings());
+  parser.head(reader, *node, "call");
+  const std::string program = reader.text("program");
+  const Json* with = reader.object("with", false);
+  (void)reader.child("as");
+  reader.finish();
+  if (!reader.has("program")) return make_sequence({}, pointer);
+  node->program = parser.program(program, reader.at("program"));
+  if (!node->program) return make_sequence({}, pointer);
+  if (node->name == "call") node->name = program;
+  read_arguments(with ? *with : Json::object(), reader.at("with"), *node, parser);
+  for (const Declaration& parameter : node->program->parameters) {
+    if (parameter.initial || (with && with->contains(parameter.name))) continue;
+    parser.findings().error(pointer + "/with",
+                            fmt::format("parameter '{}' of '{}' is missing", parameter.name, program),
+                            "a " + to_string(parameter.type));
+  }
+  read_result(reader, *node, parser);
+  return node;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,322 @@
+// Leaves of a program: steps. One whose keys hold expressions is made anew each time that it begins.
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/object_reader.h"
+#include "core/expression/moving_frames.h"
+#include "core/program/tree/node.h"
+#include "core/program/tree/strand.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A step as the file has it.
+struct Part {
+  std::string name, pointer;
+  const StepKind* kind = nullptr;
+  ValueTemplate piece;
+  ValueTemplate::UnitOf unit_of;
+  bool blends = false;  ///< into the step after it
+};
+
+/// Steps that run as one, ready to run.
+struct Instance {
+  std::unique_ptr<Step> made;  ///< null if the node owns the step
+  const Step* step = nullptr;
+  std::string name, pointer;
+  std::vector<std::string> absorbed;
+  Json steps = Json::array();  ///< with what their expressions are worth; only of one that others may go on with
+};
+
+bool is_motion(const Part& part) {
+  constexpr std::string_view kMotions[] = {"ptp", "lin", "circ", "spline"};
+  return std::ranges::find(kMotions, part.kind->name) != std::end(kMotions);
+}
+
+class LeafNode final : public Node {
+ public:
+  std::vector<Part> parts;
+  std::unique_ptr<Step> step;  ///< null if a part holds an expression
+  std::vector<std::string> absorbed;
+
+  [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override;
+  [[nodiscard]] std::int64_t count() const override { return static_cast<std::int64_t>(parts.size()); }
+  void collect_names(std::vector<std::string>& names) const override {
+    for (const Part& part : parts) names.push_back(part.name);
+  }
+  [[nodiscard]] bool constant() const override { return step != nullptr; }
+  /// It has to wait for the end of whatever was left open before.
+  [[nodiscard]] bool looks(const command::Cell& cell) const {
+    return !is_motion(parts.front()) ||
+           std::ranges::any_of(parts, [&](const Part& part) { return part.piece.changes(cell); });
+  }
+
+  /// The steps with what their expressions are worth now. `unknown` gets expressions that are not known.
+  [[nodiscard]] std::vector<Instance> instances(const Sight& sight, command::Cell& cell, Findings& findings,
+                                                std::vector<std::string>& unknown) const {
+    std::vector<Instance> result;
+    if (step) result.push_back({nullptr, step.get(), name, pointer, absorbed});
+    for (const Part& part : parts) {
+      if (step && !is_motion(part)) break;  // nothing is to be put in, and nobody goes on with it
+      const auto resolved = part.piece.resolve(sight, cell, part.unit_of, findings);
+      unknown.insert(unknown.end(), resolved.unknown.begin(), resolved.unknown.end());
+      if (findings.has_errors() || !unknown.empty()) return {};
+      if (!step && !add(part, *resolved.json, cell, result, findings)) return {};
+      result.back().steps.push_back(*resolved.json);
+    }
+    return result;
+  }
+
+ private:
+  /// Makes a part that has no expressions any more; the one before may take it into itself.
+  static bool add(const Part& part, const Json& json, command::Cell& cell, std::vector<Instance>& instances,
+                  Findings& findings) {
+    auto made = part.kind->parse(json, part.pointer, cell, findings);
+    if (findings.has_errors()) return false;
+    if (!instances.empty() && instances.back().made->absorb(*made)) {
+      instances.back().absorbed.push_back(part.name);
+      return true;
+    }
+    const Step* const raw = made.get();
+    instances.push_back({std::move(made), raw, part.name, part.pointer, {}});
+    return true;
+  }
+};
+
+class LeafRun final : public NodeRun {
+ public:
+  LeafRun(const LeafNode& node, Scope& scope) : node_(node), scope_(scope) {}
+
+  Outcome advance(Execution& execution, Findings& findings) override {
+    if (!begun_) {
+      if (cancelled_) return Outcome::kDone;
+      const bool looks = node_.looks(execution.context.cell);
+      if (const Outcome ready = looks ? execution.settle(findings) : Outcome::kDone; ready != Outcome::kDone)
+        return ready;
+      if (!execution.may_begin(node_)) return Outcome::kRunning;
+      if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
+      if (!begin(execution, findings)) return Outcome::kFailed;
+    }
+    while (index_ < instances_.size()) {
+      const Outcome outcome = advance_step(execution, findings);
+      if (outcome != Outcome::kDone) return outcome;
+    }
+    return Outcome::kDone;
+  }
+
+  void cancel(Execution& execution) override {
+    cancelled_ = true;
+    if (run_) run_->cancel(execution.context);
+  }
+
+  [[nodiscard]] Json state() const override { return {{"begun", begun_}, {"done", index_}}; }
+  /// Steps that were over, or left open, are not begun again.
+  void restore(const Json& state, Execution&, Findings&) override { index_ = state.value("done", std::size_t{0}); }
+
+ private:
+  bool begin(Execution& execution, Findings& findings) {
+    begun_ = true;
+    Findings own;
+    std::vector<std::string> unknown;
+    instances_ = node_.instances(execution.sight(scope_), execution.context.cell, own, unknown);
+    for (const std::string& text : unknown) {
+      own.error(node_.pointer, fmt::format("'{}' is not known yet when this step begins", text), "a value before");
+    }
+    findings.append(own);
+    return !own.has_errors();
+  }
+
+  Outcome advance_step(Execution& execution, Findings& findings) {
+    Instance& instance = instances_[index_];
+    if (!run_) {
+      if (cancelled_) return finish();
+      const Step& step = *instance.step;
+      const bool goes_on = step.moved_arm() == execution.strand->open_arm() && step.may_go_on(execution.context.cell);
+      if (const Outcome ready = goes_on ? Outcome::kDone : execution.settle(findings); ready != Outcome::kDone)
+        return ready;
+      // What it would go on with may have failed, or ended, meanwhile.
+      if (execution.strand->advance(execution, findings) == Progress::kFailed) return give_up();
+      run_ = instance.step->begin();
+      part_ = 0;
+      entered_ = execution.strand->open_arm().empty();
+      if (entered_) enter(execution, instance.name);
+    }
+    Findings own;
+    const Progress progress = run_->advance(execution.context, own);
+    if (!entered_ && !enter_after_open(execution, instance, findings)) return give_up();
+    follow_part(execution, instance);
+    if (progress == Progress::kRunning) return cancelled_ ? Outcome::kRunning : leave_open(execution, instance);
+    run_.reset();
+    ++index_;
+    if (!entered_) enter(execution, instance.name);  // it fails before its turn, or was cancelled
+    execution.steps_done += 1 + static_cast<std::int64_t>(instance.absorbed.size());
+    execution.leave(current_, progress == Progress::kDone ? "end" : "failed");
+    if (progress == Progress::kDone) return Outcome::kDone;
+    findings.append(own, instance.pointer);
+    return Outcome::kFailed;
+  }
+
+  Outcome finish() {
+    index_ = instances_.size();
+    return Outcome::kDone;
+  }
+
+  /// What the step goes on with has failed, and with it this one.
+  Outcome give_up() {
+    run_.reset();
+    ++index_;
+    return Outcome::kFailed;
+  }
+
+  /// The step is the one that is being done as soon as what it goes on with is behind it, or over. @return false if
+  /// that has failed
+  bool enter_after_open(Execution& execution, const Instance& instance, Findings& findings) {
+    Strand& strand = *execution.strand;
+    if (!strand.open_arm().empty()) {
+      if (run_->begun()) {
+        strand.hand_over(execution);
+      } else if (run_->has_taken_over()) {
+        return true;
+      } else if (const Progress before = strand.advance(execution, findings); before != Progress::kDone) {
+        return before == Progress::kRunning;
+      } else {
+        execution.context.event("program", "no blend", fmt::format("'{}' begins at rest", instance.name));
+      }
+    }
+    entered_ = true;
+    enter(execution, instance.name);
+    return true;
+  }
+
+  /// Where the next step may go on with this one, the program looks for that. @return kRunning: not yet
+  Outcome leave_open(Execution& execution, Instance& instance) {
+    if (!entered_ || !run_->may_be_left()) return Outcome::kRunning;
+    auto steps = std::make_shared<Json>(std::move(instance.steps));
+    auto frames = std::make_shared<Json>(keep_frames(*steps, execution.context.cell.frames));
+    execution.strand->leave_open({.step = std::move(instance.made),
+                                  .run = std::move(run_),
+                                  .arm = instance.step->moved_arm(),
+                                  .name = current_,
+                                  .pointer = instance.pointer,
+                                  .parts = 1 + static_cast<std::int64_t>(instance.absorbed.size()),
+                                  .steps = std::move(steps),
+                                  .frames = std::move(frames)});
+    ++index_;
+    return Outcome::kDone;
+  }
+
+  /// Tells where a step with absorbed ones has come to. Forwards only: a path may be run back.
+  void follow_part(Execution& execution, const Instance& instance) {
+    if (!entered_) return;
+    for (const std::size_t part = std::min(run_->part(), instance.absorbed.size()); part_ < part; ++part_) {
+      execution.leave(current_, "end");
+      enter(execution, instance.absorbed[part_]);
+    }
+  }
+
+  void enter(Execution& execution, const std::string& name) {
+    current_ = name;
+    execution.enter(name);
+  }
+
+  const LeafNode& node_;
+  Scope& scope_;
+  bool begun_ = false, cancelled_ = false, entered_ = false;
+  std::vector<Instance> instances_;
+  std::size_t index_ = 0;
+  std::unique_ptr<StepRun> run_;
+  std::size_t part_ = 0;
+  std::string current_;
+};
+
+std::unique_ptr<NodeRun> LeafNode::begin(Scope& scope) const { return std::make_unique<LeafRun>(*this, scope); }
+
+void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const {
+  if (!spend_rehearsal(rehearsal, *this, findings)) return;
+  const auto planned = [&](const std::string& arm) { return rehearsal.q[arm]; };
+  see_flanges(rehearsal.cell, planned);
+  Findings own;
+  std::vector<std::string> unknown;
+  const auto made = instances(sight_of(rehearsal, scope), rehearsal.cell, own, unknown);
+  findings.append(own);
+  if (own.has_errors()) return;
+  if (!unknown.empty()) {
+    findings.note(pointer, fmt::format("not checked before the run: '{}' is not known then", unknown.front()),
+                  "\"nominal\" where the variable is declared");
+    return;
+  }
+  for (const Instance& instance : made) {
+    if (instance.step->moved_arm().empty()) settle_rehearsal(rehearsal, findings);
+    rehearsal.step = instance.name;
+    instance.step->rehearse(rehearsal, instance.pointer, findings);
+    see_flanges(rehearsal.cell, planned);
+  }
+}
+
+/// Errors of form of a step with expressions: what hangs on their values shows in the rehearsal only.
+void check_form(const Part& part, NodeParser& parser) {
+  Findings own;
+  command::Cell cell = parser.cell();
+  const auto resolved = part.piece.resolve(parser.sight(), cell, part.unit_of, own);
+  parser.findings().append(own);
+  Findings form;
+  (void)part.kind->parse(*resolved.json, part.pointer, cell, form);
+  for (const Finding& finding : form.list()) {
+    // A key that nobody knows is wrong whatever its value is.
+    const bool unknown_key = finding.message.starts_with("key '");
+    if (unknown_key || !part.piece.depends(finding.pointer)) parser.findings().add(finding);
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Node> parse_leaf(const StepKind& kind, const Json& json, const std::string& pointer,
+                                 NodeParser& parser) {
+  auto leaf = std::make_unique<LeafNode>();
+  leaf->pointer = pointer;
+  Part part{.name = {}, .pointer = pointer, .kind = &kind, .piece = {}, .unit_of = {}, .blends = false};
+  part.piece = ValueTemplate::parse(json, pointer, parser.findings());
+  part.unit_of = [whole = std::make_shared<const Json>(json)](std::string_view at) {
+    return unit_in_operation(*whole, at);
+  };
+  part.blends = json.contains("blend_m") || json.contains("blend_fraction");
+  const auto name = json.find("name");
+  part.name = leaf->name = name != json.end() && name->is_string() ? name->get<std::string>() : std::string(kind.name);
+  for (const char* key : {"do", "name"}) {
+    if (part.piece.depends_on_key(key)) {
+      parser.findings().error(pointer + "/" + key, fmt::format("an expression at '{}'", key), "a text that is fixed");
+    }
+  }
+  if (part.piece.constant()) {
+    command::Cell none;  // without expressions nothing is asked
+    const auto resolved = part.piece.resolve(parser.sight(), none, part.unit_of, parser.findings());
+    leaf->step = kind.parse(*resolved.json, pointer, parser.cell(), parser.findings());
+  } else {
+    check_form(part, parser);
+  }
+  leaf->parts.push_back(std::move(part));
+  return leaf;
+}
+
+bool absorb_leaf(Node& node, Node& next) {
+  auto* leaf = dynamic_cast<LeafNode*>(&node);
+  auto* follower = dynamic_cast<LeafNode*>(&next);
+  if (!leaf || !follower) return false;
+  if (leaf->step && follower->step) {
+    if (!leaf->step->absorb(*follower->step)) return false;
+  } else {
+    if (!leaf->parts.back().blends || !is_motion(leaf->parts.back()) || !is_motion(follower->parts.front()))
+      return false;
+    leaf->step.reset();
+  }
+  leaf->absorbed.push_back(follower->name);
+  for (Part& part : follower->parts) leaf->parts.push_back(std::move(part));
+  return true;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,143 @@
+#include "core/program/tree/node.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/program/tree/strand.h"
+
+namespace takt::activity {
+namespace {
+
+/// More steps than this without a cycle between them are a program that never waits.
+constexpr int kStepBudget = 10'000;
+
+/// A rehearsal looks at so many nodes: a few seconds of planning.
+constexpr std::int64_t kMostEffort = 3'000;
+
+}  // namespace
+
+bool Execution::spend(const std::string& pointer, Findings& findings) {
+  const std::int64_t cycle = context.core.cycle();
+  if (cycle != spent_in_cycle) {
+    spent = 0;
+    spent_in_cycle = cycle;
+  }
+  ++begun;
+  if (++spent <= kStepBudget) return true;
+  findings.error(pointer, fmt::format("{} steps without a single cycle between them", kStepBudget),
+                 "a wait or a motion inside the sequence");
+  return false;
+}
+
+bool Execution::may_begin(const Node& step) {
+  if (held) return false;
+  if (!single) return true;
+  if (permits == 0) {
+    asking.push_back({step.name, step.pointer});
+    return false;
+  }
+  --permits;
+  return true;
+}
+
+void Execution::enter(const std::string& name) {
+  current.push_back(name);
+  context.event("program", "begin", name);
+}
+
+void Execution::leave(const std::string& name, std::string_view how) {
+  current.erase(std::ranges::find(current, name));
+  context.event("program", how, name);
+}
+
+Outcome Execution::settle(Findings& findings) { return strand->settle(Outcome::kDone, *this, findings); }
+
+Outcome Execution::settle_for(const std::vector<Declaration>& declarations, Findings& findings) {
+  const auto changes = [&](const Declaration& one) { return one.initial && one.initial->changes(context.cell); };
+  return std::ranges::any_of(declarations, changes) ? settle(findings) : Outcome::kDone;
+}
+
+Sight Execution::sight(const Scope& scope) const {
+  return {.mode = Sight::Mode::kRun,
+          .scope = &scope,
+          .cell = &context.cell,
+          .measured = &context.variables,
+          .q = nullptr,
+          .time = context.core.time()};
+}
+
+void Node::collect_names(std::vector<std::string>& names) const {
+  if (!name.empty()) names.push_back(name);
+}
+
+std::optional<nlohmann::ordered_json> Node::state_before(std::string_view wanted) const {
+  if (name.empty() || name != wanted) return std::nullopt;
+  return nlohmann::ordered_json::object();
+}
+
+bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Findings& findings) {
+  if (++rehearsal.effort == kMostEffort) {
+    findings.note(node.pointer,
+                  fmt::format("the rehearsal ends here, after {} steps: what follows is not checked", kMostEffort),
+                  "fewer repetitions");
+  }
+  return rehearsal.effort < kMostEffort;
+}
+
+void keep_agreed_modes(const Rehearsal& other, Rehearsal& rehearsal) {
+  std::erase_if(rehearsal.modes, [&](const auto& known) {
+    const auto found = other.modes.find(known.first);
+    return found == other.modes.end() || found->second != known.second;
+  });
+}
+
+void settle_rehearsal(Rehearsal& rehearsal, Findings& findings) {
+  if (!rehearsal.open) return;
+  findings.note(rehearsal.open->pointer, "what comes next is no motion of this arm: it stops at the goal",
+                "a motion of the same arm next, or no blend");
+  rehearsal.open.reset();
+}
+
+Findings as_warnings(const Findings& findings, std::string_view why) {
+  Findings result;
+  for (Finding finding : findings.list()) {
+    if (finding.severity == Severity::kError) {
+      finding.severity = Severity::kWarning;
+      finding.message += fmt::format("; {}", why);
+    }
+    result.add(std::move(finding));
+  }
+  return result;
+}
+
+Sight sight_of(const Rehearsal& rehearsal, const Scope& scope) {
+  return {.mode = Sight::Mode::kRehearse,
+          .scope = &scope,
+          .cell = &rehearsal.cell,
+          .measured = nullptr,
+          .q = &rehearsal.q,
+          .time = 0};
+}
+
+bool declare(const std::vector<Declaration>& declarations, const Sight& sight, Scope& scope, Findings& findings) {
+  Findings own;
+  for (const Declaration& declaration : declarations) {
+    Variable variable{declaration.type, Value::unknown(declaration.type), {}};
+    if (declaration.nominal) variable.nominal = declaration.nominal->value(sight, own);
+    Value value = declaration.initial ? declaration.initial->value(sight, own) : Value::unknown(declaration.type);
+    scope.declare(declaration.name, variable);
+    scope.assign(*scope.find(declaration.name), std::move(value), sight.rehearsing());
+  }
+  const bool declared = !own.has_errors();
+  findings.append(own);
+  return declared;
+}
+
+std::int64_t saturated(std::int64_t times, std::int64_t count) {
+  if (times <= 0 || count <= 0) return 0;
+  return count > Node::kMostSteps / times ? Node::kMostSteps : std::min(Node::kMostSteps, times * count);
+}
+
+}  // namespace takt::activity

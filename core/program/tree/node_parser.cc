@@ -1,0 +1,238 @@
+// From JSON to the tree of a program.
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/program/tree/node.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Calls nest so deep at most: each level is a part of the stack of the run.
+constexpr int kMostCalls = 16;
+
+std::vector<std::string> kind_names() {
+  std::vector<std::string> names;
+  for (const NodeKind& kind : node_kinds()) names.emplace_back(kind.name);
+  for (const StepKind& kind : step_kinds()) names.emplace_back(kind.name);
+  std::ranges::sort(names);
+  return names;
+}
+
+/// A wait for an expression is asked between cycles, one for a condition in every cycle.
+bool waits_for_expression(const Json& json) {
+  const auto until = json.find("until");
+  return json.value("do", Json()) == "wait" && until != json.end() && until->is_string();
+}
+
+}  // namespace
+
+const std::vector<NodeKind>& node_kinds() {
+  static const std::vector<NodeKind> kinds{
+      {"branch", "Takes one of several ways. Keys: cases (when, steps), else.", parse_branch},
+      {"call", "Runs a program of the file. Keys: program, with, as.", parse_call},
+      {"fail", "Fails with a text. Keys: text.", parse_fail},
+      {"for_each", "Runs its steps for each element of a list. Keys: as, in or grid, index, steps.", parse_for_each},
+      {"let", "Gives variables values. Keys: values.", parse_let},
+      {"log", "Writes a text into the recording. Keys: text.", parse_log},
+      {"parallel", "Runs branches side by side. Keys: branches, end.", parse_parallel},
+      {"repeat", "Runs its steps again and again. Keys: times, while or until, at_most, as, steps.", parse_repeat},
+      {"sequence", "Runs steps one after the other. Keys: steps, times, variables.", parse_sequence},
+      {"stop", "Ends the program in order.", parse_stop},
+      {"try", "Deals with failures. Keys: steps, retry, recover, on_error (as, steps), finally.", parse_try},
+  };
+  return kinds;
+}
+
+NodeParser::NodeParser(const command::Cell& cell, const Json* programs, Findings& findings)
+    : cell_(cell), programs_json_(programs), findings_(findings) {}
+NodeParser::~NodeParser() = default;
+
+Sight NodeParser::sight() const {
+  return {.mode = Sight::Mode::kCheck, .scope = scope_, .cell = &cell_, .measured = nullptr, .q = nullptr, .time = 0};
+}
+
+void NodeParser::head(ObjectReader& reader, Node& node, std::string_view fallback) {
+  (void)reader.text("do", "");
+  node.name = reader.text("name", std::string(fallback));
+}
+
+/// Recursion is bounded by the depth that JSON files may have.
+std::unique_ptr<Node> NodeParser::node(const Json& json, const std::string& pointer) {
+  Findings unread;
+  ObjectReader reader(json, pointer, json.is_object() ? unread : findings_);
+  const std::string kind = reader.text("do", "");
+  if (!json.is_object()) return make_sequence({}, pointer);
+  if (waits_for_expression(json)) return activity::parse_until(json, pointer, *this);
+  const auto inner = std::ranges::find(node_kinds(), kind, &NodeKind::name);
+  if (inner != node_kinds().end()) return inner->parse(json, pointer, *this);
+  const auto leaf = std::ranges::find(step_kinds(), kind, &StepKind::name);
+  if (leaf != step_kinds().end()) return parse_leaf(*leaf, json, pointer, *this);
+  findings_.error(pointer + "/do", kind.empty() ? "'do' is missing" : fmt::format("there is no step '{}'", kind),
+                  nearest_choice(kind, kind_names(), 40));
+  return make_sequence({}, pointer);
+}
+
+NodeList NodeParser::list(ObjectReader& reader, std::string_view key, bool required) {
+  NodeList nodes;
+  const Json* steps = reader.array(key, required);
+  for (std::size_t i = 0; steps && i < steps->size(); ++i) {
+    auto next = node((*steps)[i], reader.at(key) + pointer_segment(i));
+    if (nodes.empty() || !absorb_leaf(*nodes.back(), *next)) nodes.push_back(std::move(next));
+  }
+  return nodes;
+}
+
+ValueTemplate NodeParser::value(const Json& json, const std::string& pointer, const Type& wanted, Type* type) {
+  Findings own;
+  ValueTemplate piece = ValueTemplate::parse(json, pointer, own);
+  if (!own.has_errors()) {
+    const Value value = piece.value(sight(), own);
+    if (!own.has_errors() && !accepts(wanted, value.type)) {
+      own.error(pointer, fmt::format("a {} stands here", to_string(value.type)), "a " + to_string(wanted));
+    }
+    if (type) *type = value.type;
+  }
+  findings_.append(own);
+  return piece;
+}
+
+namespace {
+
+/// {"type": ..., "unit": ..., "value": ..., "nominal": ...}, as opposed to a value.
+bool is_long_form(const Json& json) {
+  return json.is_object() &&
+         (json.contains("type") || json.contains("unit") || json.contains("value") || json.contains("nominal"));
+}
+
+Declaration read_long_form(const std::string& name, const Json& json, const std::string& pointer, NodeParser& parser) {
+  ObjectReader reader(json, pointer, parser.findings());
+  Declaration declaration{.name = name, .type = {}, .initial = {}, .nominal = {}};
+  const std::string unit = reader.text("unit", "");
+  const std::string text = reader.text("type", reader.has("unit") ? "number" : "");
+  if (const auto type = type_from_text(text, unit)) {
+    declaration.type = *type;
+  } else if (!text.empty() || !reader.has("value")) {
+    parser.findings().error(pointer, fmt::format("'{}' in '{}' is no type", text, unit),
+                            "number (with a unit), boolean, text, pose, or \"list of ...\"");
+  }
+  for (const char* key : {"value", "nominal"}) {
+    const Json* value = reader.child(key);
+    if (!value) continue;
+    Type found;
+    auto piece = parser.value(*value, reader.at(key), declaration.type, &found);
+    if (declaration.type.kind == Type::Kind::kUnknown) declaration.type = found;
+    (std::string_view(key) == "value" ? declaration.initial : declaration.nominal) = std::move(piece);
+  }
+  reader.finish();
+  return declaration;
+}
+
+}  // namespace
+
+std::vector<Declaration> NodeParser::declarations(ObjectReader& reader, std::string_view key) {
+  std::vector<Declaration> declarations;
+  const Json* json = reader.object(key, false);
+  if (!json) return declarations;
+  for (const auto& [name, value] : json->items()) {
+    const std::string place = reader.at(key) + pointer_segment(name);
+    if (!is_variable_name(name)) {
+      findings_.error(place, fmt::format("'{}' is no name of a variable", name),
+                      "letters, digits and _, not one of the words of expressions");
+      continue;
+    }
+    Declaration declaration{.name = name, .type = {}, .initial = {}, .nominal = {}};
+    if (is_long_form(value)) {
+      declaration = read_long_form(name, value, place, *this);
+    } else {
+      declaration.initial = this->value(value, place, {}, &declaration.type);
+    }
+    scope_->declare(name, {declaration.type, Value::unknown(declaration.type), {}});
+    declarations.push_back(std::move(declaration));
+  }
+  return declarations;
+}
+
+std::shared_ptr<const SubProgram> NodeParser::program(const std::string& name, const std::string& pointer) {
+  const auto cycle = std::ranges::find(being_parsed_, name);
+  if (cycle != being_parsed_.end()) {
+    std::string chain;
+    for (auto caller = cycle; caller != being_parsed_.end(); ++caller) chain += "'" + *caller + "' calls ";
+    findings_.error(pointer, fmt::format("{}'{}': a program may not call itself", chain, name),
+                    "\"repeat\" for what is done again");
+    return nullptr;
+  }
+  if (!programs_json_ || !programs_json_->is_object() || !programs_json_->contains(name)) {
+    std::vector<std::string> names;
+    if (programs_json_ && programs_json_->is_object()) {
+      for (const auto& [known, json] : programs_json_->items()) names.push_back(known);
+    }
+    findings_.error(pointer, fmt::format("there is no program '{}'", name), nearest_choice(name, names));
+    return nullptr;
+  }
+  const auto known = programs_.find(name);
+  if (known == programs_.end() && static_cast<int>(being_parsed_.size()) >= kMostCalls) return too_deep(pointer);
+  const auto program = known != programs_.end() ? known->second : parse_program(name);
+  depth_ = std::max(depth_, program->depth);
+  if (static_cast<int>(being_parsed_.size()) + program->depth > kMostCalls) return too_deep(pointer);
+  return program;
+}
+
+std::nullptr_t NodeParser::too_deep(const std::string& pointer) {
+  findings_.error(pointer, fmt::format("calls are nested more than {} deep", kMostCalls), "fewer programs in programs");
+  return nullptr;
+}
+
+std::shared_ptr<SubProgram> NodeParser::parse_program(const std::string& name) {
+  auto program = std::make_shared<SubProgram>();
+  program->name = name;
+  program->pointer = "/programs" + pointer_segment(name);
+  being_parsed_.push_back(name);
+  const int depth = std::exchange(depth_, 0);
+  {
+    ObjectReader reader(programs_json_->at(name), program->pointer, findings_);
+    const Inner inner(*this, false);
+    (void)reader.text("description", "");
+    program->parameters = declarations(reader, "parameters");
+    // The variables of the program are those of its body, so that the result can be one of them.
+    const auto variables = declarations(reader, "variables");
+    program->variables = variables;
+    program->body = steps(reader, "steps");
+    if (const Json* result = reader.child("result")) {
+      program->result = value(*result, reader.at("result"), {}, &program->result_type);
+    }
+    reader.finish();
+  }
+  program->count = program->body->count();
+  program->depth = depth_ + 1;
+  depth_ = depth;
+  being_parsed_.pop_back();
+  programs_[name] = program;
+  return program;
+}
+
+void NodeParser::all_programs() {
+  if (!programs_json_) return;
+  if (!programs_json_->is_object()) {
+    findings_.error("/programs", short_dump(*programs_json_) + " stands here", "an object {...}");
+    return;
+  }
+  for (const auto& [name, json] : programs_json_->items()) {
+    if (!programs_.contains(name)) (void)parse_program(name);
+  }
+}
+
+std::vector<std::shared_ptr<const SubProgram>> NodeParser::programs() const {
+  std::vector<std::shared_ptr<const SubProgram>> programs;
+  if (!programs_json_ || !programs_json_->is_object()) return programs;
+  for (const auto& [name, json] : programs_json_->items()) {
+    const auto found = programs_.find(name);
+    if (found != programs_.end()) programs.push_back(found->second);
+  }
+  return programs;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,186 @@
+// Branches side by side.
+#include <algorithm>
+#include <set>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/program/tree/outcome_json.h"
+#include "core/program/tree/strand.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+class ParallelNode final : public Node {
+ public:
+  NodeList branches;
+  bool first_ends = false;  ///< the branch that is done first ends the others
+
+  [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
+
+  /// One after the other, from the same beginning. What two of them drive is a conflict.
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
+    settle_rehearsal(rehearsal, findings);
+    const double begin = rehearsal.duration;
+    std::vector<double> durations;
+    std::map<std::string, std::size_t, std::less<>> owner;
+    for (std::size_t i = 0; i < branches.size(); ++i) {
+      std::set<std::string, std::less<>> claimed;
+      auto* const outer = std::exchange(rehearsal.claimed, &claimed);
+      rehearsal.duration = begin;
+      branches[i]->rehearse(rehearsal, scope, findings);
+      settle_rehearsal(rehearsal, findings);
+      rehearsal.claimed = outer;
+      durations.push_back(rehearsal.duration);
+      for (const std::string& device : claimed) {
+        const auto [found, fresh] = owner.emplace(device, i);
+        if (!fresh) conflict(device, found->second, i, findings);
+        if (outer) outer->insert(device);
+      }
+    }
+    rehearsal.duration = first_ends ? std::ranges::min(durations) : std::ranges::max(durations);
+  }
+
+  [[nodiscard]] std::int64_t count() const override {
+    std::int64_t sum = 0;
+    for (const auto& branch : branches) sum = std::min(kMostSteps, sum + branch->count());
+    return sum;
+  }
+  void collect_names(std::vector<std::string>& names) const override {
+    Node::collect_names(names);
+    for (const auto& branch : branches) branch->collect_names(names);
+  }
+  [[nodiscard]] bool constant() const override {
+    return std::ranges::all_of(branches, [](const auto& branch) { return branch->constant(); });
+  }
+
+ private:
+  void conflict(const std::string& device, std::size_t a, std::size_t b, Findings& findings) const {
+    findings.error(fmt::format("{}/branches/{}", pointer, b),
+                   fmt::format("'{}' is driven here and in branch {} at the same time", device, a),
+                   "a device in one branch only, or the branches one after the other");
+  }
+};
+
+class ParallelRun final : public NodeRun {
+ public:
+  ParallelRun(const ParallelNode& node, Scope& scope) : node_(node) {
+    for (const auto& branch : node.branches) {
+      branches_.push_back({std::make_unique<SettledRun>(branch->begin(scope)), Outcome::kRunning, {}});
+    }
+  }
+
+  /// Each branch once, in their order. One that fails or stops the program ends the others, as the first that is done
+  /// does if it is to.
+  Outcome advance(Execution& execution, Findings& findings) override {
+    if (!begun_) {
+      const Outcome ready = execution.settle(findings);
+      if (ready != Outcome::kDone) return ready;
+      begun_ = true;
+    }
+    findings.append(std::exchange(to_tell_, {}));
+    ask_for_end(execution);  // a state that was put back may say so
+    for (Branch& branch : branches_) {
+      if (branch.outcome != Outcome::kRunning) continue;
+      const OnStrand line(execution, branch.strand);
+      Findings own;
+      branch.outcome = branch.run->advance(execution, own);
+      findings.append(own);
+      if (branch.outcome == Outcome::kRunning) continue;
+      branch.run.reset();
+      note_end(branch.outcome);
+      if (branch.outcome == Outcome::kFailed) failures_.append(own);
+    }
+    ask_for_end(execution);
+    const bool running =
+        std::ranges::any_of(branches_, [](const Branch& branch) { return branch.outcome == Outcome::kRunning; });
+    return running ? Outcome::kRunning : result_;
+  }
+
+  void cancel(Execution& execution) override { cancel_all(execution); }
+
+  [[nodiscard]] Json state() const override {
+    Json list = Json::array(), open = Json::array();
+    for (const Branch& branch : branches_) {
+      list.push_back(branch.run ? branch.run->state() : Json());
+      open.push_back(branch.strand.state());
+    }
+    Json state{{"branches", std::move(list)}, {"open", std::move(open)}, {"ends", ends_}, {"begun", begun_}};
+    state["result"] = outcome_to_json(result_);
+    state["failures"] = findings_to_json(failures_);
+    return state;
+  }
+  void restore(const Json& state, Execution& execution, Findings& findings) override {
+    if (!state.contains("branches")) return;
+    for (std::size_t i = 0; i < branches_.size(); ++i) {
+      const Json& branch = state.at("branches").at(i);
+      if (branch.is_null()) {
+        branches_[i] = {nullptr, Outcome::kDone, {}};
+        continue;
+      }
+      const OnStrand line(execution, branches_[i].strand);
+      branches_[i].run->restore(branch, execution, findings);
+      branches_[i].strand.restore(state.at("open").at(i), execution, findings);
+    }
+    begun_ = state.at("begun").get<bool>();
+    ends_ = state.at("ends").get<bool>();
+    result_ = outcome_from_json(state.at("result"));
+    failures_ = to_tell_ = findings_from_json(state.at("failures"));
+  }
+
+ private:
+  struct Branch {
+    std::unique_ptr<NodeRun> run;
+    Outcome outcome = Outcome::kRunning;
+    Strand strand;
+  };
+
+  void note_end(Outcome outcome) {
+    if (outcome == Outcome::kFailed || (outcome == Outcome::kStopped && result_ == Outcome::kDone)) result_ = outcome;
+    ends_ = ends_ || outcome != Outcome::kDone || node_.first_ends;
+  }
+  void ask_for_end(Execution& execution) {
+    if (ends_ && !std::exchange(asked_, true)) cancel_all(execution);
+  }
+  void cancel_all(Execution& execution) {
+    for (Branch& branch : branches_) {
+      const OnStrand line(execution, branch.strand);
+      if (branch.run) branch.run->cancel(execution);
+    }
+  }
+
+  const ParallelNode& node_;
+  std::vector<Branch> branches_;
+  Outcome result_ = Outcome::kDone;  ///< of those that are over
+  Findings failures_;                ///< of those that have failed, as part of the state
+  Findings to_tell_;                 ///< what a state that was put back has of them
+  bool begun_ = false, ends_ = false, asked_ = false;
+};
+
+std::unique_ptr<NodeRun> ParallelNode::begin(Scope& scope) const { return std::make_unique<ParallelRun>(*this, scope); }
+
+}  // namespace
+
+std::unique_ptr<Node> parse_parallel(const Json& json, const std::string& pointer, NodeParser& parser) {
+  auto node = std::make_unique<ParallelNode>();
+  node->pointer = pointer;
+  ObjectReader reader(json, pointer, parser.findings());
+  parser.head(reader, *node, "parallel");
+  node->first_ends = reader.choice("end", {"all", "first"}, "all") == "first";
+  constexpr std::size_t kMost = 32;
+  if (const Json* branches = reader.array("branches")) {
+    for (std::size_t i = 0; i < branches->size(); ++i) {
+      node->branches.push_back(parser.node((*branches)[i], reader.at("branches") + pointer_segment(i)));
+    }
+    if (branches->empty() || branches->size() > kMost) {
+      parser.findings().error(reader.at("branches"), fmt::format("{} branches", branches->size()),
+                              fmt::format("from 1 to {}", kMost));
+    }
+  }
+  reader.finish();
+  return node;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,169 @@
+#include "core/program/tree/program.h"
+
+#include <algorithm>
+#include <exception>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "core/expression/moving_frames.h"
+#include "core/program/tree/measured_json.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Rounds that are played find the same again.
+Findings each_once(const Findings& findings) {
+  Findings result;
+  std::set<std::string> seen;
+  for (const Finding& finding : findings.list()) {
+    if (seen.insert(to_string(finding)).second) result.add(finding);
+  }
+  return result;
+}
+
+/// The scopes in the state of a node, with those of the nodes in it.
+void collect_variables(const Json& state, const std::string& place,
+                       std::map<std::string, ProgramRunner::Known>& found) {
+  if (!state.is_structured()) return;
+  for (const auto& [key, value] : state.items()) {
+    if (key != "variables") {
+      collect_variables(value, place + pointer_segment(key), found);
+      continue;
+    }
+    for (const auto& [name, variable] : value.items())
+      found[place + pointer_segment(name)] = {name, to_string(value_from_json(variable))};
+  }
+}
+
+}  // namespace
+
+Result<Program> Program::parse(const Json& json, const std::string& pointer, const command::Cell& cell,
+                               const Json* programs) {
+  Findings findings;
+  NodeParser parser(cell, programs, findings);
+  const NodeParser::Inner variables(parser);
+  Program program;
+  program.root_ = parser.node(json, pointer);
+  parser.all_programs();
+  program.programs_ = parser.programs();
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  return program;
+}
+
+Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices,
+                            std::vector<RehearsedNet>* nets) const {
+  Rehearsal rehearsal;
+  rehearsal.nets = nets;
+  rehearsal.cell = cell;
+  rehearsal.devices = devices;
+  for (const auto& [name, arm] : cell.arms) {
+    rehearsal.q[name] = arm.start;
+    if (arm.device != nullptr) rehearsal.modes[name] = arm.device->mode();
+  }
+  Findings findings;
+  Scope scope;
+  root_->rehearse(rehearsal, scope, findings);
+  settle_rehearsal(rehearsal, findings);
+  return {each_once(findings), rehearsal.duration, std::move(rehearsal.estimates)};
+}
+
+std::vector<std::string> Program::names() const {
+  std::vector<std::string> names;
+  root_->collect_names(names);
+  for (const auto& program : programs_) program->body->collect_names(names);
+  return names;
+}
+
+ProgramRunner::ProgramRunner(const Program& program, Context& context)
+    : program_(program),
+      scheduler_(context.core, context.cell, {.latency_cycles = context.program_latency_cycles}),
+      execution_(context),
+      run_(std::make_unique<SettledRun>(program.root().begin(scope_))) {
+  context.scheduler = &scheduler_;
+  execution_.strand = &strand_;
+}
+
+ProgramRunner::~ProgramRunner() {
+  if (execution_.context.scheduler == &scheduler_) execution_.context.scheduler = nullptr;
+}
+
+Progress ProgramRunner::advance() {
+  if (progress_ != Progress::kRunning) return progress_;
+  execution_.asking.clear();
+  see_flanges(execution_.context.cell);
+  scheduler_.poll();
+  const Outcome outcome = run_->advance(execution_, findings_);
+  scheduler_.poll();  // what was asked for just now
+  tell_current();
+  if (outcome == Outcome::kRunning) return progress_;
+  progress_ = outcome == Outcome::kFailed ? Progress::kFailed : Progress::kDone;
+  // A step that failed is still shown.
+  if (progress_ == Progress::kDone) current_.clear();
+  return progress_;
+}
+
+void ProgramRunner::tell_current() {
+  if (execution_.current == told_ || execution_.current.empty()) return;
+  told_ = execution_.current;
+  current_ = fmt::format("{}", fmt::join(told_, " + "));
+}
+
+void ProgramRunner::cancel() {
+  execution_.cancelled = true;
+  run_->cancel(execution_);
+}
+
+Json ProgramRunner::snapshot() const {
+  Json snapshot{{"cycle", execution_.context.core.cycle()}, {"steps_done", execution_.steps_done}};
+  snapshot["measured"] = measured_to_json(execution_.context.variables, execution_.context.cell);
+  snapshot["position"] = run_->state();
+  if (Json open = strand_.state(); !open.is_null()) snapshot["open"] = std::move(open);
+  return snapshot;
+}
+
+std::map<std::string, ProgramRunner::Known> ProgramRunner::variables() const {
+  std::map<std::string, Known> found;
+  collect_variables(run_->state(), {}, found);
+  return found;
+}
+
+Findings ProgramRunner::restore(const Json& snapshot) {
+  Findings findings;
+  try {
+    findings.append(measured_from_json(snapshot.at("measured"), execution_.context.variables, execution_.context.cell),
+                    "/measured");
+    execution_.steps_done = snapshot.at("steps_done").get<std::int64_t>();
+    findings.append(put_back(snapshot.at("position")), "/position");
+    strand_.restore(snapshot.value("open", Json()), execution_, findings);
+  } catch (const std::exception& error) {
+    findings.error({}, fmt::format("this is no state of this program: {}", error.what()),
+                   "what snapshot() gave for the same file");
+  }
+  return findings;
+}
+
+Findings ProgramRunner::enter(std::string_view name) {
+  const auto state = program_.root().state_before(name);
+  if (state) return put_back(*state);
+  Findings findings;
+  findings.error({}, fmt::format("no step '{}' can be entered", name), nearest_choice(name, program_.names()));
+  return findings;
+}
+
+Findings ProgramRunner::put_back(const Json& state) {
+  Findings findings;
+  try {
+    run_ = std::make_unique<SettledRun>(program_.root().begin(scope_));
+    run_->restore(state, execution_, findings);
+  } catch (const std::exception& error) {
+    findings.error({}, fmt::format("this is no state of this program: {}", error.what()),
+                   "what snapshot() gave for the same file");
+  }
+  return findings;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/activity/scheduler.h"
+#include "core/program/tree/node.h"
+#include "core/program/tree/strand.h"
+
+namespace takt::activity {
+
+/// What a rehearsal found out.
+struct Rehearsed {
+  Findings findings;
+  double duration = 0.0;                         ///< s: planned motions and waits, guarded motions to their end
+  std::set<std::string, std::less<>> estimates;  ///< names of the poses that the program fits
+};
+
+/// A program tree, checked for form and types. Immutable (docs/programs.md).
+class Program {
+ public:
+  /// Any step, usually {"do": "sequence", "steps": [...]}: all findings at once. Pointers start with `pointer`.
+  /// @param programs  what "call" may call: name to program, with pointers below "/programs"; may be null.
+  /// Realtime: setup.
+  [[nodiscard]] static Result<Program> parse(const nlohmann::ordered_json& json, const std::string& pointer,
+                                             const command::Cell& cell,
+                                             const nlohmann::ordered_json* programs = nullptr);
+
+  /// Plays the whole tree on nominal values: unreachable goals, limits, names that nothing defines, devices that two
+  /// branches drive. A guarded motion is taken to its end; of a branch all ways are played.
+  /// @param devices  with them every net that the run will load is verified too; may be null. Realtime: setup.
+  /// @param nets  gets the nets of all steps, in the order in which they were played; may be null
+  [[nodiscard]] Rehearsed rehearse(const command::Cell& cell, net::Environment* devices = nullptr,
+                                   std::vector<RehearsedNet>* nets = nullptr) const;
+
+  [[nodiscard]] const Node& root() const { return *root_; }
+  /// Number of steps that one run executes, repetitions counted as far as they are known; 10^12 stands for all that is
+  /// more.
+  [[nodiscard]] std::int64_t step_count() const { return root_ ? root_->count() : 0; }
+  /// Names of all nodes, in the order of the file; those of called programs after them.
+  [[nodiscard]] std::vector<std::string> names() const;
+
+ private:
+  std::unique_ptr<Node> root_;
+  std::vector<std::shared_ptr<const SubProgram>> programs_;
+};
+
+/// Runs a program: advance() between cycles until it is done. All its state can be taken as data and put back (row D3).
+/// Thread: the one that steps the core (lock-step).
+class ProgramRunner {
+ public:
+  /// `program` and `context` must outlive the runner.
+  ProgramRunner(const Program& program, Context& context);
+  ~ProgramRunner();
+  ProgramRunner(const ProgramRunner&) = delete;
+  ProgramRunner& operator=(const ProgramRunner&) = delete;
+
+  /// Runs until it has to wait for the next cycle. A program that makes more than 10 000 steps without waiting is
+  /// stopped with a finding (row D1). @return where it is.
+  Progress advance();
+  /// Graceful end: the steps that run are cancelled, nothing follows, not even a "finally".
+  void cancel();
+
+  /// No step begins while it is held; those that run go on.
+  void hold(bool held) { execution_.held = held; }
+  /// Single-step: a step begins only by step().
+  void set_single_step(bool single) { execution_.single = single; }
+  /// Lets one step begin.
+  void step() { ++execution_.permits; }
+  /// Those that wait for it, in the order of the file; the first one would begin.
+  [[nodiscard]] const std::vector<AskingStep>& asking() const { return execution_.asking; }
+
+  /// Where it is and what it knows, as data: positions in the tree, variables, measurements, frames. Exact between two
+  /// steps; a step that runs is begun anew by restore().
+  [[nodiscard]] nlohmann::ordered_json snapshot() const;
+  /// A variable, and what it is worth, for people.
+  struct Known {
+    std::string name, value;
+    bool operator==(const Known&) const = default;
+  };
+  /// All variables that live now, each by a place of its own.
+  [[nodiscard]] std::map<std::string, Known> variables() const;
+  /// Puts a snapshot into a runner that has not begun. Findings: it is none of this program.
+  [[nodiscard]] Findings restore(const nlohmann::ordered_json& snapshot);
+  /// Begins at the first node of this name, in the first round of what repeats it; what stands before is left out.
+  /// Findings: there is none, or it lies where nothing can be entered (a parallel, a called program).
+  [[nodiscard]] Findings enter(std::string_view name);
+
+  [[nodiscard]] Progress progress() const { return progress_; }
+  /// Why it failed.
+  [[nodiscard]] const Findings& findings() const { return findings_; }
+  /// Names of the steps that run, joined by " + "; empty before the first and after the last.
+  [[nodiscard]] const std::string& current() const { return current_; }
+  [[nodiscard]] std::int64_t steps_done() const { return execution_.steps_done; }
+
+ private:
+  [[nodiscard]] Findings put_back(const nlohmann::ordered_json& state);
+  void tell_current();
+
+  const Program& program_;
+  Scheduler scheduler_;  ///< of the motions
+  Execution execution_;
+  Strand strand_;
+  Scope scope_;
+  std::unique_ptr<NodeRun> run_;
+  Progress progress_ = Progress::kRunning;
+  std::vector<std::string> told_;
+  std::string current_;
+  Findings findings_;
+};
+
+}  // namespace takt::activity

@@ -1,0 +1,120 @@
+#include "core/program/tree/question.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/activity/command_activity.h"
+#include "core/command/actions/device_commands.h"
+#include "core/command/single_net.h"
+#include "core/operations/rehearsed_net.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// It ends in its first cycle, and observes the answer.
+command::WaitCommand asking(const command::Condition& condition, const command::Cell& cell,
+                            const command::Biases& biases) {
+  return command::wait_command(condition, 0.0, cell, biases);
+}
+
+}  // namespace
+
+Question Question::parse(const Json& json, const std::string& pointer, NodeParser& parser) {
+  Question question;
+  if (json.is_string() || json.is_boolean()) {
+    if (json.is_string() && !is_expression(json.get<std::string>())) {
+      parser.findings().error(pointer, fmt::format("'{}' is no expression", json.get<std::string>()),
+                              "\"$...\", or a condition {...}");
+      return question;
+    }
+    question.piece_ = parser.value(json, pointer, Type::boolean());
+    return question;
+  }
+  question.immediate_ = false;
+  question.piece_ = ValueTemplate::parse(json, pointer, parser.findings());
+  Findings own;
+  command::Cell cell = parser.cell();
+  const auto resolved = question.piece_.resolve(parser.sight(), cell, command::unit_in_condition, own);
+  const auto condition = command::parse_condition(*resolved.json, pointer, parser.cell());
+  if (!condition) own.append(condition.error());
+  for (const Finding& finding : own.list()) {
+    if (finding.message.starts_with("in '") || !question.piece_.depends(finding.pointer))
+      parser.findings().add(finding);
+  }
+  return question;
+}
+
+std::optional<bool> Question::rehearse(Rehearsal& rehearsal, const Scope& scope, Findings& findings) const {
+  const Sight sight = sight_of(rehearsal, scope);
+  if (immediate_) {
+    const Value value = piece_.value(sight, findings);
+    return value.null() ? std::nullopt : std::optional(value.boolean());
+  }
+  Findings own;
+  const auto resolved = piece_.resolve(sight, rehearsal.cell, command::unit_in_condition, own);
+  const auto condition = command::parse_condition(*resolved.json, piece_.pointer(), rehearsal.cell);
+  if (!condition) own.append(condition.error());
+  if (condition && !own.has_errors()) {
+    rehearse_net(command::single_net(asking(*condition, rehearsal.cell, {}), "question").net, rehearsal,
+                 piece_.pointer(), own);
+  }
+  findings.append(own);
+  return std::nullopt;
+}
+
+Progress QuestionRun::advance(Execution& execution, Findings& findings) {
+  const Outcome ready =
+      question_.immediate_ ? execution.settle_for(question_.piece_, findings) : execution.settle(findings);
+  if (ready != Outcome::kDone) return ready == Outcome::kRunning ? Progress::kRunning : Progress::kFailed;
+  if (question_.immediate_) {
+    Findings own;
+    const Value value = question_.piece_.value(execution.sight(scope_), own);
+    findings.append(own);
+    if (own.has_errors()) return Progress::kFailed;
+    if (value.null()) return no_answer(findings);
+    answer_ = value.boolean();
+    return Progress::kDone;
+  }
+  if (!run_) return begin(execution, findings);
+  if (!run_->over()) return Progress::kRunning;
+  if (run_->state() == RunState::kFailed) {
+    findings.append(run_->findings_inside(), question_.piece_.pointer());
+    return Progress::kFailed;
+  }
+  const auto held = run_->value<net::Boolean>(command::observed::kCondition);
+  if (!held) return no_answer(findings);
+  answer_ = *held;
+  return Progress::kDone;
+}
+
+Progress QuestionRun::begin(Execution& execution, Findings& findings) {
+  Context& context = execution.context;
+  Findings own;
+  const auto resolved =
+      question_.piece_.resolve(execution.sight(scope_), context.cell, command::unit_in_condition, own);
+  findings.append(own);
+  if (own.has_errors()) return Progress::kFailed;
+  if (!resolved.unknown.empty()) return no_answer(findings);
+  const auto condition = command::parse_condition(*resolved.json, question_.piece_.pointer(), context.cell);
+  if (!condition) {
+    findings.append(condition.error());
+    return Progress::kFailed;
+  }
+  const auto make = [condition = *condition, biases = context.variables.biases](const Situation& situation) {
+    return asking(condition, situation.cell, biases);
+  };
+  run_ = context.scheduler->schedule(command_activity("question", {}, make));
+  context.scheduler->prepare(run_);
+  return Progress::kRunning;
+}
+
+Progress QuestionRun::no_answer(Findings& findings) const {
+  findings.error(question_.piece_.pointer(),
+                 "nobody knows whether this holds: a value is not known, or a sensor silent",
+                 "known(x) asks whether a value is there");
+  return Progress::kFailed;
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/activity/scheduler.h"
+#include "core/expression/condition.h"
+#include "core/program/tree/node.h"
+
+namespace takt::activity {
+
+/// Something that a program asks before it goes on: an expression, or a condition over sensors, which an activity of one
+/// cycle answers, so that it means what it means in a motion's "until". Immutable.
+class Question {
+ public:
+  /// Findings at the parser: the form, types.
+  [[nodiscard]] static Question parse(const nlohmann::ordered_json& json, const std::string& pointer,
+                                      NodeParser& parser);
+
+  /// The answer on nominal values; nothing: it is not known before the run.
+  [[nodiscard]] std::optional<bool> rehearse(Rehearsal& rehearsal, const Scope& scope, Findings& findings) const;
+  /// An expression is answered at once.
+  [[nodiscard]] bool immediate() const { return immediate_; }
+  [[nodiscard]] const ValueTemplate& piece() const { return piece_; }
+
+ private:
+  friend class QuestionRun;
+  ValueTemplate piece_;
+  bool immediate_ = true;
+};
+
+/// Asks once.
+class QuestionRun {
+ public:
+  QuestionRun(const Question& question, const Scope& scope) : question_(question), scope_(scope) {}
+
+  /// @return kDone when answer() is there; kFailed with findings if nobody knows it.
+  Progress advance(Execution& execution, Findings& findings);
+  void cancel() {
+    if (run_) run_->cancel();
+  }
+  [[nodiscard]] bool answer() const { return answer_; }
+
+ private:
+  Progress begin(Execution& execution, Findings& findings);
+  Progress no_answer(Findings& findings) const;
+
+  const Question& question_;
+  const Scope& scope_;
+  RunPtr run_;  ///< of a condition
+  bool answer_ = false;
+};
+
+}  // namespace takt::activity

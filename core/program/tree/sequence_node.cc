@@ -1,0 +1,186 @@
+// Steps one after the other, with variables of their own.
+#include <algorithm>
+#include <stdexcept>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/object_reader.h"
+#include "core/program/tree/node.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+class SequenceNode final : public Node {
+ public:
+  NodeList children;
+  std::vector<Declaration> variables;
+  std::int64_t times = 1;
+
+  [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
+
+  /// One round of a sequence that does the same each time shows whatever the form of the steps can show; a second one
+  /// starts where the first ended. The others are taken to last as long as the last one that was played. A sequence
+  /// with expressions in it is played whole.
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
+    const std::int64_t outer = rehearsal.most_rounds;
+    const std::int64_t rounds = constant() ? std::min(times, outer) : times;
+    double last_round = 0.0;
+    std::int64_t played = 0;
+    for (; played < rounds && spend_rehearsal(rehearsal, *this, findings); ++played) {
+      const double begin = rehearsal.duration;
+      // Inside a second round one round is enough, or the effort would double with each level.
+      if (played > 0) rehearsal.most_rounds = 1;
+      const bool good = rehearse_round(rehearsal, scope, findings);
+      last_round = rehearsal.duration - begin;
+      rehearsal.most_rounds = outer;
+      if (!good) return;
+    }
+    rehearsal.duration += static_cast<double>(times - played) * last_round;
+  }
+
+  [[nodiscard]] std::int64_t count() const override {
+    std::int64_t sum = 0;
+    for (const auto& child : children) sum = std::min(kMostSteps, sum + child->count());
+    return saturated(times, sum);
+  }
+  void collect_names(std::vector<std::string>& names) const override {
+    Node::collect_names(names);
+    for (const auto& child : children) child->collect_names(names);
+  }
+  [[nodiscard]] bool constant() const override { return constant_; }
+  void find_out_if_constant() {
+    constant_ = variables.empty() && std::ranges::all_of(children, [](const auto& child) { return child->constant(); });
+  }
+
+  [[nodiscard]] std::optional<Json> state_before(std::string_view wanted) const override {
+    if (const auto own = Node::state_before(wanted)) return own;
+    for (std::size_t i = 0; i < children.size(); ++i) {
+      auto inside = children[i]->state_before(wanted);
+      if (inside) return Json{{"child", i}, {"run", std::move(*inside)}};
+    }
+    return std::nullopt;
+  }
+
+ private:
+  bool rehearse_round(Rehearsal& rehearsal, Scope& around, Findings& findings) const {
+    Findings own;
+    Scope scope(&around);
+    declare(variables, sight_of(rehearsal, scope), scope, own);
+    for (const auto& child : children) child->rehearse(rehearsal, scope, own);
+    const bool good = !own.has_errors();
+    findings.append(own);
+    return good;
+  }
+
+  bool constant_ = false;
+};
+
+class SequenceRun final : public NodeRun {
+ public:
+  SequenceRun(const SequenceNode& node, Scope& around) : node_(node), scope_(&around) {}
+
+  Outcome advance(Execution& execution, Findings& findings) override {
+    for (;;) {
+      if (!run_) {
+        const Outcome next = cancelled_ ? Outcome::kDone : find_next(execution, findings);
+        if (next != Outcome::kDone || cancelled_ || ended_) return next;
+        run_ = node_.children[child_]->begin(scope_);
+      }
+      const Outcome outcome = run_->advance(execution, findings);
+      if (outcome == Outcome::kRunning) return outcome;
+      run_.reset();
+      if (outcome != Outcome::kDone) return outcome;
+      ++child_;
+    }
+  }
+
+  void cancel(Execution& execution) override {
+    cancelled_ = true;
+    if (run_) run_->cancel(execution);
+  }
+
+  [[nodiscard]] Json state() const override {
+    Json state{{"round", round_}, {"child", child_}};
+    if (declared_) state["variables"] = scope_.to_json();
+    if (run_) state["run"] = run_->state();
+    return state;
+  }
+
+  /// A state that only says which child is next begins the round as any other.
+  void restore(const Json& state, Execution& execution, Findings& findings) override {
+    round_ = state.value("round", std::int64_t{0});
+    child_ = state.value("child", std::size_t{0});
+    if (child_ > node_.children.size()) throw std::out_of_range("there is no such step");
+    if (!declare_variables(execution, findings)) return;
+    if (state.contains("variables")) scope_.from_json(state.at("variables"));
+    if (!state.contains("run")) return;
+    run_ = node_.children.at(child_)->begin(scope_);
+    run_->restore(state.at("run"), execution, findings);
+  }
+
+ private:
+  /// Finds the child that is next, or that the sequence has ended. @return kRunning: not yet
+  Outcome find_next(Execution& execution, Findings& findings) {
+    for (;;) {
+      ended_ = round_ >= node_.times || node_.children.empty();
+      if (ended_) return Outcome::kDone;
+      if (!declared_) {
+        const Outcome ready = execution.settle_for(node_.variables, findings);
+        if (ready != Outcome::kDone) return ready;
+        if (!declare_variables(execution, findings)) return Outcome::kFailed;
+      }
+      if (child_ < node_.children.size()) return Outcome::kDone;
+      child_ = 0;
+      ++round_;
+      declared_ = false;
+      if (!execution.spend_round(mark_, node_.pointer, findings)) return Outcome::kFailed;
+    }
+  }
+
+  /// A round begins.
+  bool declare_variables(Execution& execution, Findings& findings) {
+    declared_ = true;
+    mark_ = execution.begun;
+    return declare(node_.variables, execution.sight(scope_), scope_, findings);
+  }
+
+  const SequenceNode& node_;
+  Scope scope_;
+  std::int64_t round_ = 0;
+  std::size_t child_ = 0;
+  bool declared_ = false, cancelled_ = false, ended_ = false;
+  std::int64_t mark_ = 0;  ///< steps of the program when the round began
+  std::unique_ptr<NodeRun> run_;
+};
+
+std::unique_ptr<NodeRun> SequenceNode::begin(Scope& scope) const { return std::make_unique<SequenceRun>(*this, scope); }
+
+}  // namespace
+
+std::unique_ptr<Node> make_sequence(NodeList children, const std::string& pointer) {
+  auto node = std::make_unique<SequenceNode>();
+  node->pointer = pointer;
+  node->children = std::move(children);
+  node->find_out_if_constant();
+  return node;
+}
+
+std::unique_ptr<Node> parse_sequence(const Json& json, const std::string& pointer, NodeParser& parser) {
+  auto node = std::make_unique<SequenceNode>();
+  node->pointer = pointer;
+  ObjectReader reader(json, pointer, parser.findings());
+  parser.head(reader, *node, "sequence");
+  node->times = reader.integer("times", 1, {.low = 0, .high = 1e6});
+  const NodeParser::Inner inner(parser);
+  node->variables = parser.declarations(reader, "variables");
+  node->children = parser.list(reader, "steps");
+  reader.finish();
+  node->find_out_if_constant();
+  // A million rounds of nothing would keep the runner busy without ever meeting a step.
+  if (node->count() == 0 && node->constant()) node->times = 0;
+  return node;
+}
+
+}  // namespace takt::activity

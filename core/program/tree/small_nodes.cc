@@ -1,0 +1,265 @@
+// Nodes that are done at once, and the wait for an expression.
+#include <algorithm>
+#include <functional>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/program/tree/question.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A node that is done in the moment in which it begins.
+class ImmediateNode : public Node {
+ public:
+  [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
+  [[nodiscard]] std::int64_t count() const override { return 1; }
+  virtual Outcome act(Execution& execution, Scope& scope, Findings& findings) const = 0;
+  /// It looks at machines, or ends something: a motion that was left open has to be over.
+  [[nodiscard]] virtual bool looks(const command::Cell& cell) const = 0;
+};
+
+class ImmediateRun final : public NodeRun {
+ public:
+  ImmediateRun(const ImmediateNode& node, Scope& scope) : node_(node), scope_(scope) {}
+  Outcome advance(Execution& execution, Findings& findings) override {
+    if (cancelled_) return Outcome::kDone;
+    const bool looks = node_.looks(execution.context.cell);
+    if (const Outcome ready = looks ? execution.settle(findings) : Outcome::kDone; ready != Outcome::kDone)
+      return ready;
+    if (!execution.may_begin(node_)) return Outcome::kRunning;
+    if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
+    ++execution.steps_done;
+    return node_.act(execution, scope_, findings);
+  }
+  void cancel(Execution&) override { cancelled_ = true; }
+  [[nodiscard]] Json state() const override { return Json::object(); }
+  void restore(const Json&, Execution&, Findings&) override {}
+
+ private:
+  const ImmediateNode& node_;
+  Scope& scope_;
+  bool cancelled_ = false;
+};
+
+std::unique_ptr<NodeRun> ImmediateNode::begin(Scope& scope) const {
+  return std::make_unique<ImmediateRun>(*this, scope);
+}
+
+/// Evaluates; the findings go to `findings` too. @return true if there were none.
+bool evaluate(const ValueTemplate& piece, const Sight& sight, Value& value, Findings& findings) {
+  Findings own;
+  value = piece.value(sight, own);
+  findings.append(own);
+  return !own.has_errors();
+}
+
+// -- let -----------------------------------------------------------------------------------------------------------
+
+class LetNode final : public ImmediateNode {
+ public:
+  std::vector<std::pair<std::string, ValueTemplate>> values;
+
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
+    if (spend_rehearsal(rehearsal, *this, findings)) assign(sight_of(rehearsal, scope), scope, findings, {});
+  }
+  Outcome act(Execution& execution, Scope& scope, Findings& findings) const override {
+    const auto tell = [&](const std::string& text) { execution.context.event("program", "let", text); };
+    return assign(execution.sight(scope), scope, findings, tell) ? Outcome::kDone : Outcome::kFailed;
+  }
+  [[nodiscard]] bool constant() const override { return false; }
+  [[nodiscard]] bool looks(const command::Cell& cell) const override {
+    return std::ranges::any_of(values, [&](const auto& value) { return value.second.changes(cell); });
+  }
+
+ private:
+  /// One after the other: a later one sees the earlier.
+  bool assign(const Sight& sight, Scope& scope, Findings& findings,
+              const std::function<void(const std::string&)>& tell) const {
+    for (const auto& [target, piece] : values) {
+      Value value;
+      if (!evaluate(piece, sight, value, findings)) return false;
+      Variable& variable = *scope.find(target);
+      if (!accepts(variable.type, value.type)) {
+        findings.error(
+            piece.pointer(),
+            fmt::format("'{}' is a {}, here is a {}", target, to_string(variable.type), to_string(value.type)),
+            fmt::format("a {}", to_string(variable.type)));
+        return false;
+      }
+      scope.assign(variable, std::move(value), sight.rehearsing());
+      if (tell) tell(fmt::format("{} = {}", target, to_string(variable.value)));
+    }
+    return true;
+  }
+};
+
+// -- log and fail --------------------------------------------------------------------------------------------------
+
+/// Says something, and fails or not.
+class TextNode final : public ImmediateNode {
+ public:
+  ValueTemplate text;
+  bool fails = false;
+
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
+    (void)text.value(sight_of(rehearsal, scope), findings);
+  }
+  Outcome act(Execution& execution, Scope& scope, Findings& findings) const override {
+    Value value;
+    if (!evaluate(text, execution.sight(scope), value, findings)) return Outcome::kFailed;
+    const std::string words = to_string(value);
+    if (!fails) {
+      execution.context.event("program", "log", words);
+      return Outcome::kDone;
+    }
+    execution.context.event("program", "failed", name);
+    findings.error(pointer, words);
+    return Outcome::kFailed;
+  }
+  [[nodiscard]] bool constant() const override { return text.constant(); }
+  [[nodiscard]] bool looks(const command::Cell& cell) const override { return fails || text.changes(cell); }
+};
+
+class StopNode final : public ImmediateNode {
+ public:
+  void rehearse(Rehearsal&, Scope&, Findings&) const override {}
+  Outcome act(Execution& execution, Scope&, Findings&) const override {
+    execution.context.event("program", "stop", name);
+    return Outcome::kStopped;
+  }
+  [[nodiscard]] bool constant() const override { return true; }
+  [[nodiscard]] bool looks(const command::Cell&) const override { return true; }
+};
+
+// -- wait for an expression ----------------------------------------------------------------------------------------
+
+class UntilNode final : public Node {
+ public:
+  ValueTemplate until;
+  std::optional<double> timeout;  ///< s
+
+  [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
+    settle_rehearsal(rehearsal, findings);
+    if (spend_rehearsal(rehearsal, *this, findings)) (void)until.value(sight_of(rehearsal, scope), findings);
+  }
+  [[nodiscard]] std::int64_t count() const override { return 1; }
+  [[nodiscard]] bool constant() const override { return until.constant(); }
+};
+
+/// Asks between all cycles; what is not known does not hold yet.
+class UntilRun final : public NodeRun {
+ public:
+  UntilRun(const UntilNode& node, Scope& scope) : node_(node), scope_(scope) {}
+
+  Outcome advance(Execution& execution, Findings& findings) override {
+    if (begun_ < 0) {
+      if (cancelled_) return Outcome::kDone;
+      if (const Outcome ready = execution.settle(findings); ready != Outcome::kDone) return ready;
+      if (!execution.may_begin(node_)) return Outcome::kRunning;
+      if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
+      begun_ = execution.context.core.cycle();
+      execution.enter(node_.name);
+    }
+    const Outcome outcome = look(execution, findings);
+    if (outcome == Outcome::kRunning) return outcome;
+    ++execution.steps_done;
+    execution.leave(node_.name, outcome == Outcome::kDone ? "end" : "failed");
+    return outcome;
+  }
+  void cancel(Execution&) override { cancelled_ = true; }
+  [[nodiscard]] Json state() const override { return Json::object(); }
+  void restore(const Json&, Execution&, Findings&) override {}
+
+ private:
+  Outcome look(Execution& execution, Findings& findings) {
+    Value value;
+    if (!evaluate(node_.until, execution.sight(scope_), value, findings)) return Outcome::kFailed;
+    if (cancelled_ || (!value.null() && value.boolean())) return Outcome::kDone;
+    const double waited =
+        static_cast<double>(execution.context.core.cycle() - begun_) * to_seconds(execution.context.core.period());
+    if (!node_.timeout || waited < *node_.timeout) return Outcome::kRunning;
+    findings.error(node_.pointer + "/until", fmt::format("this did not hold within {:g} s", *node_.timeout),
+                   "a longer \"timeout_s\", or \"try\" around it");
+    return Outcome::kFailed;
+  }
+
+  const UntilNode& node_;
+  Scope& scope_;
+  std::int64_t begun_ = -1;
+  bool cancelled_ = false;
+};
+
+std::unique_ptr<NodeRun> UntilNode::begin(Scope& scope) const { return std::make_unique<UntilRun>(*this, scope); }
+
+std::unique_ptr<Node> parse_text(const Json& json, const std::string& pointer, NodeParser& parser, bool fails) {
+  auto node = std::make_unique<TextNode>();
+  node->pointer = pointer;
+  node->fails = fails;
+  ObjectReader reader(json, pointer, parser.findings());
+  parser.head(reader, *node, fails ? "fail" : "log");
+  if (const Json* text = reader.child("text")) {
+    node->text = parser.value(*text, reader.at("text"), Type::text());
+  } else {
+    parser.findings().error(pointer, "key 'text' is missing", "a text, or \"$...\"");
+  }
+  reader.finish();
+  return node;
+}
+
+}  // namespace
+
+std::unique_ptr<Node> parse_let(const Json& json, const std::string& pointer, NodeParser& parser) {
+  auto node = std::make_unique<LetNode>();
+  node->pointer = pointer;
+  ObjectReader reader(json, pointer, parser.findings());
+  parser.head(reader, *node, "let");
+  const Json none = Json::object();
+  const Json* values = reader.object("values");
+  for (const auto& [name, value] : (values ? *values : none).items()) {
+    const std::string place = reader.at("values") + pointer_segment(name);
+    const Variable* variable = parser.scope().find(name);
+    if (!variable) {
+      parser.findings().error(place, fmt::format("there is no variable '{}'", name),
+                              nearest_choice(name, parser.scope().names()));
+    }
+    node->values.emplace_back(name, parser.value(value, place, variable ? variable->type : Type{}));
+  }
+  reader.finish();
+  return node;
+}
+
+std::unique_ptr<Node> parse_log(const Json& json, const std::string& pointer, NodeParser& parser) {
+  return parse_text(json, pointer, parser, false);
+}
+
+std::unique_ptr<Node> parse_fail(const Json& json, const std::string& pointer, NodeParser& parser) {
+  return parse_text(json, pointer, parser, true);
+}
+
+std::unique_ptr<Node> parse_stop(const Json& json, const std::string& pointer, NodeParser& parser) {
+  auto node = std::make_unique<StopNode>();
+  node->pointer = pointer;
+  ObjectReader reader(json, pointer, parser.findings());
+  parser.head(reader, *node, "stop");
+  reader.finish();
+  return node;
+}
+
+std::unique_ptr<Node> parse_until(const Json& json, const std::string& pointer, NodeParser& parser) {
+  auto node = std::make_unique<UntilNode>();
+  node->pointer = pointer;
+  ObjectReader reader(json, pointer, parser.findings());
+  parser.head(reader, *node, "wait");
+  node->until = parser.value(*reader.child("until"), reader.at("until"), Type::boolean());
+  if (reader.has("timeout_s")) node->timeout = reader.number("timeout_s", {}, {.low = 0, .high = 3600});
+  reader.finish();
+  return node;
+}
+
+}  // namespace takt::activity

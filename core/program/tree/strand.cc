@@ -1,0 +1,136 @@
+#include "core/program/tree/strand.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/program/tree/outcome_json.h"
+
+namespace takt::activity {
+
+using Json = nlohmann::ordered_json;
+
+const std::string& Strand::open_arm() const {
+  static const std::string kNone;
+  return open_ ? open_->arm : kNone;
+}
+
+Progress Strand::advance(Execution& execution, Findings& findings) {
+  if (!open_) return Progress::kDone;
+  Findings own;
+  const Progress progress = open_->run->advance(execution.context, own);
+  if (progress == Progress::kRunning) return progress;
+  findings.append(own, open_->pointer);
+  if (progress == Progress::kFailed) failed_ = opened_;
+  close(execution, progress == Progress::kDone ? "end" : "failed");
+  return progress;
+}
+
+Outcome Strand::settle(Outcome outcome, Execution& execution, Findings& findings) {
+  if (outcome == Outcome::kFailed && open_) open_->run->cancel(execution.context);
+  const Progress progress = advance(execution, findings);
+  if (progress == Progress::kRunning) return Outcome::kRunning;
+  return progress == Progress::kFailed ? Outcome::kFailed : outcome;
+}
+
+void Strand::cancel(Execution& execution) {
+  if (open_ && (protected_ == 0 || execution.cancelled)) open_->run->cancel(execution.context);
+}
+
+void Strand::close(Execution& execution, std::string_view how) {
+  if (!open_) return;
+  execution.steps_done += open_->parts;
+  execution.leave(open_->name, how);
+  open_.reset();
+}
+
+Json Strand::state() const {
+  if (!open_) return {};
+  return {{"pointer", open_->pointer}, {"steps", *open_->steps}, {"frames", *open_->frames}};
+}
+
+void Strand::restore(const Json& state, Execution& execution, Findings& findings) {
+  if (state.is_null()) return;
+  OpenStep open;
+  open.pointer = state.at("pointer").get<std::string>();
+  open.steps = std::make_shared<Json>(state.at("steps"));
+  open.frames = std::make_shared<Json>(state.at("frames"));
+  for (const auto& [frame, pose] : open.frames->items()) {
+    findings.append(
+        execution.context.cell.frames.set(frame, std::string(world::FrameGraph::kWorld), pose_from_json(pose)));
+  }
+  open.parts = 0;
+  for (const Json& json : *open.steps) {
+    const auto kind = std::ranges::find(step_kinds(), json.at("do").get<std::string>(), &StepKind::name);
+    if (kind == step_kinds().end()) throw std::out_of_range("there is no such step");
+    Findings own;
+    auto step = kind->parse(json, open.pointer, execution.context.cell, own);
+    findings.append(own);
+    if (own.has_errors()) return;
+    if (!open.step) open.name = json.value("name", std::string(kind->name));
+    if (!open.step) {
+      open.step = std::move(step);
+    } else if (!open.step->absorb(*step)) {
+      throw std::out_of_range("these steps are not one motion");
+    }
+    ++open.parts;
+  }
+  if (!open.step) return;
+  open.arm = open.step->moved_arm();
+  open.run = open.step->begin();
+  execution.enter(open.name);
+  leave_open(std::move(open));
+  (void)advance(execution, findings);
+}
+
+Json keep_frames(Json& steps, const world::FrameGraph& frames) {
+  Json kept = Json::object();
+  for (Json& value : steps) {
+    if (value.is_structured()) {
+      kept.update(keep_frames(value, frames));
+    } else if (value.is_string() && value.get_ref<const std::string&>().starts_with("$/")) {
+      const auto frame = value.get<std::string>();
+      const auto X_WF = frames.pose(frame);
+      if (!X_WF) continue;
+      value = "open " + frame;
+      kept["open " + frame] = pose_to_json(*X_WF);
+    }
+  }
+  return kept;
+}
+
+Outcome SettledRun::advance(Execution& execution, Findings& findings) {
+  Strand& strand = *execution.strand;
+  if (!opened_before_) opened_before_ = strand.opened();
+  if (!ended_) {
+    const Outcome outcome = run_->advance(execution, findings_);
+    if (outcome == Outcome::kRunning) return outcome;
+    ended_ = outcome;
+  }
+  const bool of_others = strand.opened() == *opened_before_;
+  const Outcome outcome = of_others ? *ended_ : strand.settle(*ended_, execution, findings_);
+  if (outcome != Outcome::kRunning) findings.append(findings_);
+  return outcome;
+}
+
+Json SettledRun::state() const {
+  Json state = run_->state();
+  if (ended_) state["ended"] = {{"outcome", outcome_to_json(*ended_)}, {"findings", findings_to_json(findings_)}};
+  return state;
+}
+
+void SettledRun::restore(const Json& state, Execution& execution, Findings& findings) {
+  opened_before_ = execution.strand->opened();
+  if (!state.contains("ended")) return run_->restore(state, execution, findings);
+  ended_ = outcome_from_json(state.at("ended").at("outcome"));
+  findings_ = findings_from_json(state.at("ended").at("findings"));
+}
+
+void SettledRun::cancel(Execution& execution) {
+  if (!ended_) run_->cancel(execution);
+  execution.strand->cancel(execution);
+}
+
+}  // namespace takt::activity

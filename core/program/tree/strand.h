@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/program/tree/node.h"
+
+namespace takt::activity {
+
+/// A motion that its step has left running, because the next step may go on with it.
+struct OpenStep {
+  std::unique_ptr<Step> step;    ///< null if the tree owns it
+  std::unique_ptr<StepRun> run;  ///< it refers to the step
+  std::string arm;               ///< that it moves
+  std::string name, pointer;     ///< of the part that is being done; of the whole step
+  std::int64_t parts = 1;        ///< steps that it consists of
+  /// The steps with what their expressions were worth, and the frames that were made of poses for them, by name: to
+  /// begin them again from a snapshot.
+  std::shared_ptr<const nlohmann::ordered_json> steps, frames;
+};
+
+/// One line of control: a program, or a branch of a parallel. It has at most one step that was left open. All steps but
+/// a motion that goes on with it wait for its end (docs/programs.md).
+class Strand {
+ public:
+  /// The arm of the motion that was left open; empty: there is none.
+  [[nodiscard]] const std::string& open_arm() const;
+  /// Leaves a step open. Its name stays among those that run.
+  void leave_open(OpenStep step) {
+    open_ = std::make_unique<OpenStep>(std::move(step));
+    ++opened_;
+  }
+  /// How many were left open so far; the number of the one that failed last, from 1.
+  [[nodiscard]] int opened() const { return opened_; }
+  [[nodiscard]] int failed() const { return failed_; }
+  /// While something cleans up, only the end of the whole program cancels what it has left open.
+  void protect(bool on) { protected_ += on ? 1 : -1; }
+  /// Looks at the step that was left open. @return kDone: there is none (any more)
+  Progress advance(Execution& execution, Findings& findings);
+  /// Something goes on with the step that was left open: it is over.
+  void hand_over(Execution& execution) { close(execution, "end"); }
+  /// What the line of control comes to, once nothing of it is left open: `outcome`, or kFailed with findings. After a
+  /// failure what is open is cancelled.
+  Outcome settle(Outcome outcome, Execution& execution, Findings& findings);
+  void cancel(Execution& execution);
+
+  /// The open step as data; null: there is none.
+  [[nodiscard]] nlohmann::ordered_json state() const;
+  /// Begins it again.
+  void restore(const nlohmann::ordered_json& state, Execution& execution, Findings& findings);
+
+ private:
+  void close(Execution& execution, std::string_view how);
+
+  std::unique_ptr<OpenStep> open_;
+  int opened_ = 0, failed_ = 0, protected_ = 0;
+};
+
+/// The frames that a step's poses were put into (ValueTemplate::resolve), in `steps` under names of their own, so that
+/// another round of the same step does not move them. @return name and pose of each
+[[nodiscard]] nlohmann::ordered_json keep_frames(nlohmann::ordered_json& steps, const world::FrameGraph& frames);
+
+/// Advances one line of control among several.
+class OnStrand {
+ public:
+  OnStrand(Execution& execution, Strand& strand)
+      : execution_(execution), before_(std::exchange(execution.strand, &strand)) {}
+  ~OnStrand() { execution_.strand = before_; }
+  OnStrand(const OnStrand&) = delete;
+  OnStrand& operator=(const OnStrand&) = delete;
+
+ private:
+  Execution& execution_;
+  Strand* before_;
+};
+
+/// The run of a node that is not over before nothing of it is left open. What was left open before it may stay so.
+class SettledRun final : public NodeRun {
+ public:
+  explicit SettledRun(std::unique_ptr<NodeRun> run) : run_(std::move(run)) {}
+
+  Outcome advance(Execution& execution, Findings& findings) override;
+  void cancel(Execution& execution) override;
+  /// That of the node; once that has ended, also what it has come to.
+  [[nodiscard]] nlohmann::ordered_json state() const override;
+  void restore(const nlohmann::ordered_json& state, Execution& execution, Findings& findings) override;
+
+ private:
+  std::unique_ptr<NodeRun> run_;
+  std::optional<int> opened_before_;
+  std::optional<Outcome> ended_;
+  Findings findings_;  ///< of what has ended
+};
+
+}  // namespace takt::activity

@@ -1,0 +1,129 @@
+// operations: what a program can ask for, from the tables of parameters.
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "core/operations/step.h"
+#include "tools/cli.h"
+
+namespace takt::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using activity::ParameterInfo;
+using activity::StepKind;
+
+/// "required", "default 0.05", or "optional".
+std::string default_text(const ParameterInfo& one) {
+  if (one.required) return "required";
+  return one.fallback.empty() ? "optional" : "default " + one.fallback;
+}
+
+void print_parameters(const std::vector<ParameterInfo>& parameters, std::size_t indent) {
+  std::size_t width = 0;
+  for (const ParameterInfo& one : parameters) width = std::max(width, one.key.size());
+  for (const ParameterInfo& one : parameters) {
+    fmt::print("{:{}}{:<{}}  {} ({}; {})\n", "", indent, one.key, width, one.doc, describe_type(one),
+               default_text(one));
+    print_parameters(one.fields, indent + 4);
+  }
+}
+
+void print_operation(const StepKind& kind) {
+  fmt::print("{}\n  {}\n\n", kind.name, kind.doc);
+  print_parameters(kind.parameters(), 2);
+}
+
+void print_list(const std::vector<const StepKind*>& kinds) {
+  std::size_t width = 0;
+  for (const StepKind* kind : kinds) width = std::max(width, kind->name.size());
+  for (const StepKind* kind : kinds) fmt::print("{:<{}}  {}\n", kind->name, width, kind->doc);
+}
+
+// -- The page of the documentation ------------------------------------------------------------------------------------
+
+void print_rows(const std::vector<ParameterInfo>& parameters, const std::string& prefix) {
+  for (const ParameterInfo& one : parameters) {
+    fmt::print("| `{}{}` | {} | {} | {} |\n", prefix, one.key, describe_type(one), default_text(one), one.doc);
+    print_rows(one.fields, prefix + one.key + ".");
+  }
+}
+
+void print_page(const std::vector<const StepKind*>& kinds) {
+  fmt::print(
+      "# Reference of operations\n\n"
+      "This page is printed by `takt operations --markdown` from the tables of parameters "
+      "([operations.md](operations.md)); a test keeps it\nup to date. Every operation also has `do` (its name here) "
+      "and "
+      "`name` (for people).\n");
+  for (const StepKind* kind : kinds) {
+    fmt::print("\n## {}\n{}\n\n| key | type | default | meaning |\n|---|---|---|---|\n", kind->name, kind->doc);
+    print_rows(kind->parameters(), "");
+  }
+}
+
+// -- For programs -----------------------------------------------------------------------------------------------------
+
+Json describe(const std::vector<ParameterInfo>& parameters) {
+  Json list = Json::array();
+  for (const ParameterInfo& one : parameters) {
+    Json json{{"key", one.key},
+              {"type", describe_type(one)},
+              {"unit", one.unit},
+              {"required", one.required},
+              {"default", one.fallback.empty() ? Json() : Json(one.fallback)},
+              {"doc", one.doc}};
+    if (!one.choices.empty()) json["choices"] = one.choices;
+    if (!one.fields.empty()) json["fields"] = describe(one.fields);
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+struct Arguments {
+  std::string name;
+  bool markdown = false;
+};
+
+int operations(const Arguments& arguments, const Common& common) {
+  std::vector<const StepKind*> chosen;
+  std::vector<std::string> names;
+  for (const StepKind& kind : activity::step_kinds()) {
+    names.emplace_back(kind.name);
+    if (arguments.name.empty() || arguments.name == kind.name) chosen.push_back(&kind);
+  }
+  if (chosen.empty()) {
+    Findings findings;
+    findings.error("", fmt::format("there is no operation '{}'", arguments.name),
+                   nearest_choice(arguments.name, names, 30));
+    return report(findings, common);
+  }
+  if (common.json) {
+    Json list = Json::array();
+    for (const StepKind* kind : chosen)
+      list.push_back({{"name", kind->name}, {"doc", kind->doc}, {"parameters", describe(kind->parameters())}});
+    print({{"operations", list}});
+  } else if (arguments.markdown) {
+    print_page(chosen);
+  } else if (arguments.name.empty()) {
+    print_list(chosen);
+  } else {
+    print_operation(*chosen.front());
+  }
+  return kHeld;
+}
+
+}  // namespace
+
+std::pair<CLI::App*, Verb> add_operations(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("operations", "Print the operations of programs with their parameters");
+  verb->add_option("NAME", arguments->name, "One operation with its parameters");
+  verb->add_flag("--markdown", arguments->markdown, "As a page: docs/operations-reference.md");
+  return {verb, [arguments, &common] { return operations(*arguments, common); }};
+}
+
+}  // namespace takt::tools
