@@ -60,9 +60,10 @@ Sample measure(const std::shared_ptr<const device::ArmDescription>& model, const
       backend->keep = false;
       core.add(std::make_unique<device::Arm>(fmt::format("arm{}", i), model, std::move(backend), core.period()));
     }
-    for (int i = 0; i < arm_count; ++i) start.start.add(core.load(lin_net(fmt::format("arm{}", i), motion)).value());
+    for (int i = 0; i < arm_count; ++i)
+      (void)start.start.add(core.load(lin_net(fmt::format("arm{}", i), motion)).value());
     core.step();
-    core.post(start);
+    (void)core.post(start);
     core.step();
     const rcc::NetId last = *(start.start.end() - 1);
     while (core.state(last) == rcc::NetState::kRunning) {

@@ -10,6 +10,7 @@ pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
 find_package(Protobuf REQUIRED)
 if(TAKT_TESTS)
   find_package(GTest REQUIRED)
+  find_package(rapidcheck REQUIRED)
 endif()
 
 include(TaktFetch)

@@ -41,7 +41,7 @@ Findings ActivityRun::findings_inside() const {
 template <class T>
 std::optional<T> ActivityRun::value(const std::string& observation) const {
   const auto found = observed_.find(observation);
-  const net::CompiledNet* net = compiled_net();
+  const rcc::NetHandle net = compiled_net();
   if (found == observed_.end() || net == nullptr) return std::nullopt;
   const auto* slot = net->find<T>(found->second);
   return slot != nullptr && slot->null == 0 ? std::optional<T>(slot->value) : std::nullopt;
@@ -86,7 +86,8 @@ std::optional<std::size_t> ActivityRun::part() const {
 }
 
 Findings ActivityRun::attach(command::MappedCommand mapped) {
-  const net::CompiledNet& net = *core_.net(net_);
+  const rcc::NetHandle handle = core_.net(net_);
+  const net::CompiledNet& net = *handle;
   if (planned_.command) {
     const command::CommandTree tree(*planned_.command);
     for (int i = 0; i < tree.size(); ++i) {

@@ -64,7 +64,7 @@ class ActivityRun {
   /// The net; 0: none was loaded.
   [[nodiscard]] rcc::NetId net() const { return net_; }
   /// The same, to read its monitors; null: none was loaded, or the run has failed a cycle ago or longer.
-  [[nodiscard]] const net::CompiledNet* compiled_net() const { return net_ != 0 ? core_.net(net_) : nullptr; }
+  [[nodiscard]] rcc::NetHandle compiled_net() const { return net_ != 0 ? core_.net(net_) : nullptr; }
   /// There is an observation of this name.
   [[nodiscard]] bool observes(const std::string& observation) const { return observed_.contains(observation); }
   /// The newest value of an observation of the command (Command::observe, capture). T: any value type.
@@ -125,6 +125,7 @@ class ActivityRun {
   rcc::NetId net_ = 0;
   rcc::RequestId request_ = 0;
   std::optional<rcc::Rule> rule_;         ///< to be posted
+  std::int64_t queue_full_since_ = -1;    ///< cycle in which it could not be posted for the first time
   std::optional<rcc::NetStatus> status_;  ///< of a net that has ended
   std::map<std::string, std::string> observed_;      ///< name, port
   std::map<const command::Subject*, Clock> clocks_;  ///< of its planned motions

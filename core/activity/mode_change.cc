@@ -111,7 +111,7 @@ ModeChange::ModeChange(rcc::ControlCore& core, const ControlModes& modes) {
       open_.push_back({request, arm});
     } else {
       findings_.error("/mode", fmt::format("'{}' cannot be asked for mode {} now", name, name_of(mode)),
-                      "an arm that the core drives, and fewer requests in one cycle");
+                      "an arm that the core drives, and fewer than 512 requests in one cycle");
     }
   }
 }

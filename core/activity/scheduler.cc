@@ -40,6 +40,20 @@ void Scheduler::poll() {
   std::erase_if(runs_, [](const RunPtr& run) { return run->over(); });
 }
 
+/// The queue of the core may be full of requests of others: then it is posted again in the next cycle.
+void Scheduler::post(ActivityRun& run) {
+  run.request_ = core_.post(*run.rule_);
+  if (run.request_ != 0) return run.rule_.reset();
+  if (run.queue_full_since_ < 0) run.queue_full_since_ = core_.cycle();
+  if (core_.cycle() - run.queue_full_since_ < rcc::Rule::kPatience) return;
+  Findings why;
+  why.error("",
+            fmt::format("'{}' was not started: the control core's queue of requests was full for {} cycles", run.name(),
+                        rcc::Rule::kPatience),
+            "fewer requests in one cycle");
+  fail(run, std::move(why));
+}
+
 void Scheduler::cancel() {
   for (const RunPtr& run : runs_) run->cancel();
 }
@@ -121,7 +135,7 @@ void Scheduler::follow_running(ActivityRun& run) {
   const NetState state = core_.state(run.net_);
   run.look_at_cycle();
   run.call_externals();
-  if (run.wants_cancel_ && state == NetState::kRunning) core_.cancel(run.net_);
+  if (run.wants_cancel_ && state == NetState::kRunning) (void)core_.cancel(run.net_);  // again, if the queue is full
   if (state == NetState::kTerminated) end_of_net(run);
 }
 
@@ -150,9 +164,19 @@ void Scheduler::try_start(ActivityRun& run) {
     run.modes_before_ = run.change_->before();
     return apply(run, run.net_ != 0 ? RunEvent::kSwitchAsked : RunEvent::kBegan);
   }
-  if (!run.rule_) return;  // it was posted
+  if (run.rule_) post(run);  // else it was posted
+}
+
+/// The queue of the core may be full of requests of others: then it is posted again in the next cycle.
+void Scheduler::post(ActivityRun& run) {
   run.request_ = core_.post(*run.rule_);
-  if (run.request_ != 0) run.rule_.reset();  // else the queue of requests is full: again in the next cycle
+  if (run.request_ != 0) return run.rule_.reset();
+  if (run.queue_full_since_ < 0) run.queue_full_since_ = core_.cycle();
+  if (core_.cycle() - run.queue_full_since_ < rcc::Rule::kPatience) return;
+  fail(run, RunFailure::kRefused,
+       single_finding(fmt::format("'{}' was not started: the control core's queue of requests was full for {} cycles",
+                                  run.name(), rcc::Rule::kPatience),
+                      "fewer requests in one cycle"));
 }
 
 // -- The end ----------------------------------------------------------------------------------------------------------

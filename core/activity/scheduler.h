@@ -52,6 +52,7 @@ class Scheduler {
   // Its way to the start.
   void try_plan(ActivityRun& run);
   void try_start(ActivityRun& run);
+  void post(ActivityRun& run);
 
   // Its end.
   void end_of_net(ActivityRun& run);

@@ -23,21 +23,6 @@ bool is_as_planned(double time, double rate, double period) {
   return rate == 1.0 && std::abs(cycles - std::round(cycles)) < kRounding;
 }
 
-/// A condition that tells whether all of it found room.
-class Terms {
- public:
-  explicit Terms(rcc::Condition& condition) : condition_(condition) {}
-  void add(const rcc::Term& term) {
-    complete_ = complete_ && condition_.size < rcc::Condition::kCapacity;
-    if (complete_) condition_.terms[static_cast<std::size_t>(condition_.size++)] = term;
-  }
-  [[nodiscard]] bool complete() const { return complete_; }
-
- private:
-  rcc::Condition& condition_;
-  bool complete_ = true;
-};
-
 }  // namespace
 
 bool is_busy(const device::Arm& arm) {
@@ -142,30 +127,30 @@ std::optional<Precedent::Leaving> StartConditions::leaving(const ActivityRun& ru
 std::optional<rcc::Rule> StartConditions::rule_for(const ActivityRun& run, const Predecessors& before,
                                                    const Situation& situation) {
   rcc::Rule rule;
-  rule.action.start.add(run.net_);
+  rule.action.start = {run.net_};
   if (before.running.empty()) return rule;
-  rule.otherwise.start.add(run.net_);
-  Terms terms(rule.condition);
-  bool ends = true;
+  rule.otherwise.start = {run.net_};
+  bool fits = true;
+  const auto add = [&](const rcc::Term& term) { fits = rule.condition.add(term) && fits; };
   for (const ActivityRun* other : before.running) {
     if (run.planned_.taken_over.empty()) {
-      terms.add(rcc::Term::state(other->net_, {NetState::kTerminated}));
+      add(rcc::Term::state(other->net_, {NetState::kTerminated}));
       continue;
     }
-    ends = ends && rule.action.end.add(other->net_);
+    fits = rule.action.end.add(other->net_) && fits;
     for (const auto& [actuator, forecast] : other->planned_.forecasts) {
       const auto& leaving = situation.precedents.find(actuator)->second.leaving;
       for (const auto& [command, motion] : forecast.last) {
         const ActivityRun::Clock* clock = other->clock_of(command);
         if (!leaving || motion.motion != leaving->motion.motion || clock == nullptr) continue;
         constexpr double kRounding = 1e-7;  // s
-        terms.add(rcc::Term::in_range(other->net_, clock->time, leaving->tau - kRounding,
+        add(rcc::Term::in_range(other->net_, clock->time, leaving->tau - kRounding,
                                       leaving->tau + leaving->lead + kRounding));
-        terms.add(rcc::Term::in_range(other->net_, clock->rate_derivative, 0.0, 0.0));
+        add(rcc::Term::in_range(other->net_, clock->rate_derivative, 0.0, 0.0));
       }
     }
   }
-  return ends && terms.complete() ? std::optional(rule) : std::nullopt;
+  return fits ? std::optional(rule) : std::nullopt;
 }
 
 }  // namespace takt::activity

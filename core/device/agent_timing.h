@@ -14,6 +14,7 @@ struct AgentTiming {
   int lead_cycles = 2;
   Nanoseconds margin = 0;   ///< for what the wire's and the core's jitter can take away
   Nanoseconds padding = 0;  ///< to be as late as the slowest arm of a group (row T3)
+  int sequence_bits = 64;   ///< of the counter of the device's cycles, 8 to 64: it wraps
 
   [[nodiscard]] Nanoseconds dead_time() const { return lead_cycles * device_cycle; }
   [[nodiscard]] Nanoseconds driver_delay() const { return core_period + margin + padding; }

@@ -77,6 +77,7 @@ void Arm::begin_cycle(std::int64_t cycle, Nanoseconds time) {
   cycle_ = cycle;
   time_ = time;
   proposed_ = compliance_proposed_ = false;
+  backend_->set_held(held_);
   has_sample_ = backend_->read(sample_) && usable(sample_, joint_count());
   sample_age_ = has_sample_ ? time - sample_.stamp : 0;
   if (sample_age_ > description_->sample_age_max) has_sample_ = false;

@@ -71,6 +71,9 @@ class ArmBackend {
   virtual ~ArmBackend() = default;
   /// Copies the newest sample. @return false if there has never been one.
   virtual bool read(ArmSample& sample) = 0;
+  /// Before read() in each cycle: a net holds the arm, or none does. A driver whose machine began anew accepts it only
+  /// while none does (row S4).
+  virtual void set_held(bool /*held*/) {}
   /// Hands over the set point of this cycle. Without one in a cycle the device holds the last position.
   virtual void write(const ArmSetPoint& set_point) = 0;
   /// Before write() in each cycle of a mode of impedance: how the arm gives way from this set point on.

@@ -7,10 +7,11 @@
 
 namespace takt::device {
 
-/// Learns how a device's clock runs against the core's from pairs (instant on the device's clock, arrival on the
-/// core's). An arrival is never early, only late by transport and jitter, so the truth is the lower edge of the pairs:
-/// of each block of packets the least delayed counts, a straight line through these gives the drift, and the line is
-/// laid under the lowest of them (docs/time.md, "The estimator", with the bound of its error).
+/// Learns how a device's clock runs against that of the core's machine, "the core's" below, from pairs (instant on the
+/// device's clock, arrival on the core's). An arrival is never early, only late by transport and jitter, so the truth
+/// is the lower edge of the pairs: of each block of packets the least delayed counts, a straight line through these
+/// gives the drift, and the line is laid under the lowest of them (docs/time.md, "The estimator", with the bound of its
+/// error).
 ///
 /// The least transport time cannot be told from an offset of the clocks: what is known of it is given as
 /// `transport_min`. One thread. Realtime: cyclic, O(1), every kBlock-th call O(kBlocks).
@@ -19,7 +20,7 @@ class ClockEstimator {
   static constexpr int kBlock = 32;                        ///< packets of which the least delayed counts
   static constexpr int kBlocks = 16;                       ///< that the line is drawn through
   static constexpr double kDriftMax = 500e-6;              ///< more than any quartz; s per s
-  static constexpr Nanoseconds kStep = 20 * kMillisecond;  ///< further off than this, a clock was set: begins anew
+  static constexpr Nanoseconds kStep = 20 * kMillisecond;  ///< further off than this, the wire changed: begins anew
 
   explicit ClockEstimator(Nanoseconds transport_min = 0) : transport_min_(transport_min) {}
 
@@ -35,7 +36,7 @@ class ClockEstimator {
   [[nodiscard]] Nanoseconds offset() const { return to_core(last_device_) - last_device_; }
   /// The largest delay behind the line in the last full block: what jitter the wire shows.
   [[nodiscard]] Nanoseconds jitter() const { return jitter_; }
-  /// How often it began anew because a clock had been set.
+  /// How often it began anew because the wire had changed or a clock had been set.
   [[nodiscard]] std::int64_t restarts() const { return restarts_; }
 
  private:

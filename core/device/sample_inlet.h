@@ -8,63 +8,58 @@ namespace takt::device {
 
 /// What became of the samples of a device.
 struct InletCounts {
-  std::uint64_t accepted = 0;   ///< newer than all before
-  std::uint64_t repeated = 0;   ///< the same sample again
-  std::uint64_t reordered = 0;  ///< came after a newer one: dropped
-  std::uint64_t lost = 0;       ///< never came
-  std::uint64_t restarts = 0;   ///< the device began to count anew
+  std::uint64_t accepted = 0;     ///< newer than all before
+  std::uint64_t repeated = 0;     ///< the same sample again
+  std::uint64_t reordered = 0;    ///< came after a newer one: dropped
+  std::uint64_t lost = 0;         ///< never came
+  std::uint64_t implausible = 0;  ///< a number, a clock or a value that cannot be: dropped
+  std::uint64_t restarts = 0;     ///< new sessions after the first (DeviceSession)
 };
 
-/// Sorts samples by the number that the device gives them: only a sample newer than all before is accepted.
+/// Sorts samples by their number, which only grows: only a sample newer than all before is accepted.
 /// One thread. Realtime: cyclic, O(1).
 class SampleInlet {
  public:
-  /// A device that counts anew is believed after so many samples in a row that are all too old, each newer than the
-  /// one before.
-  static constexpr int kRestartAfter = 8;
-
-  /// @param sequence  the device's number, > 0. @return true if this sample is the newest.
-  bool accept(std::uint64_t sequence) {
-    if (newest_ == 0 || sequence > newest_) {
-      counts_.lost += newest_ == 0 ? 0 : sequence - newest_ - 1;
-      return take(sequence);
+  /// @param number  > 0. @return true if this sample is the newest.
+  bool accept(std::uint64_t number) {
+    if (newest_ == 0 || number > newest_) {
+      counts_.lost += newest_ == 0 ? 0 : number - newest_ - 1;
+      take(number);
+      return true;
     }
-    const std::uint64_t back = newest_ - sequence;
-    const bool seen = back < 64 && (seen_ >> back & 1) != 0;
-    if (back < 64) seen_ |= std::uint64_t{1} << back;
-    if (seen) {
+    const std::uint64_t back = newest_ - number;
+    if (seen(number)) {
       ++counts_.repeated;
     } else {
       ++counts_.reordered;
-      if (back < 64 && counts_.lost > 0) --counts_.lost;
+      if (back < kWindow && counts_.lost > 0) --counts_.lost;
     }
-    old_in_a_row_ = sequence > last_old_ ? old_in_a_row_ + 1 : 1;
-    last_old_ = sequence;
-    if (seen || old_in_a_row_ < kRestartAfter) return false;
-    ++counts_.restarts;
-    newest_ = 0;
-    return take(sequence);
+    if (back < kWindow) seen_ |= std::uint64_t{1} << back;
+    return false;
   }
 
+  /// True if the sample has come and is among the last 64 numbers.
+  [[nodiscard]] bool seen(std::uint64_t number) const {
+    const std::uint64_t back = newest_ - number;
+    return number <= newest_ && back < kWindow && (seen_ >> back & 1) != 0;
+  }
   [[nodiscard]] const InletCounts& counts() const { return counts_; }
+  [[nodiscard]] InletCounts& counts() { return counts_; }
   [[nodiscard]] std::uint64_t newest() const { return newest_; }
 
  private:
-  bool take(std::uint64_t sequence) {
-    const std::uint64_t ahead = newest_ == 0 ? 64 : sequence - newest_;
-    seen_ = (ahead >= 64 ? 0 : seen_ << ahead) | 1;
-    newest_ = sequence;
-    old_in_a_row_ = 0;
-    last_old_ = 0;
+  static constexpr std::uint64_t kWindow = 64;
+
+  void take(std::uint64_t number) {
+    const std::uint64_t ahead = newest_ == 0 ? kWindow : number - newest_;
+    seen_ = (ahead >= kWindow ? 0 : seen_ << ahead) | 1;
+    newest_ = number;
     ++counts_.accepted;
-    return true;
   }
 
   InletCounts counts_;
   std::uint64_t newest_ = 0;
   std::uint64_t seen_ = 0;  // bit i: the sample `newest_ - i` has come
-  std::uint64_t last_old_ = 0;
-  int old_in_a_row_ = 0;
 };
 
 }  // namespace takt::device

@@ -38,6 +38,7 @@ class SlowArm final : public device::ArmBackend {
   SlowArm(const std::string& name, std::shared_ptr<device::ArmBackend> inner, const motion::JointLimits& limits,
           const SlowOptions& options, Nanoseconds core_period, std::uint64_t seed);
 
+  void set_held(bool held) override { agent_.set_held(held); }
   bool read(device::ArmSample& sample) override;
   void write(const device::ArmSetPoint& set_point) override { agent_.write(set_point); }
   /// Settings do not travel with the set points: the controller has it at once.

@@ -10,7 +10,7 @@ SlowForceTorque::SlowForceTorque(const std::string& name, std::shared_ptr<device
       options_(options),
       core_period_(core_period),
       device_clock_(options.clock()),
-      agent_(core_clock_),
+      agent_(core_clock_, options.cycle, options.wire.jitter),
       to_core_(options.wire, seed, name + "/to core"),
       device_cycle_(options.first_cycle()) {}
 

@@ -11,7 +11,8 @@ namespace takt::motion {
 
 ClockBounds common(const ClockBounds& a, const ClockBounds& b) {
   return {.acceleration_max = std::min(a.acceleration_max, b.acceleration_max),
-          .jerk_max = std::min(a.jerk_max, b.jerk_max)};
+          .jerk_max = std::min(a.jerk_max, b.jerk_max),
+          .stop = common(a.stop, b.stop)};
 }
 
 PathPoint follow(const TimeLaw& law, const ClockState& clock) {
@@ -20,8 +21,16 @@ PathPoint follow(const TimeLaw& law, const ClockState& clock) {
 }
 
 PathClock::PathClock(const ClockBounds& bounds, double duration, bool retraceable, bool in_motion)
-    : bounds_(bounds), duration_(duration), lowest_(retraceable && !in_motion ? -1.0 : 0.0), in_motion_(in_motion) {
+    : bounds_{.acceleration_max = bounds.acceleration_max, .jerk_max = bounds.jerk_max},
+      duration_(duration),
+      lowest_(retraceable && !in_motion ? -1.0 : 0.0),
+      in_motion_(in_motion) {
   if (in_motion_) state_.rate = 1.0;
+}
+
+PathClock::PathClock(const ClockBounds& bounds, const TimeLaw& law, bool retraceable, bool in_motion)
+    : PathClock(bounds, law.duration(), retraceable, in_motion) {
+  if (!bounds.stop.empty()) braking_.emplace(law, bounds.stop);
 }
 
 void PathClock::reset(const ClockState& state) {
@@ -37,25 +46,39 @@ void PathClock::advance(double rate_jerk, double time) {
   s.rate_change += time * rate_jerk;
 }
 
-const ClockState& PathClock::update(double target_rate, double period) {
-  const double target = std::isnan(target_rate) ? 0.0 : std::clamp(target_rate, lowest_, 1.0);
-  if (!(period > 0.0)) return state_;
+bool PathClock::stays(double target) {
   const bool stays_at_end = at_end() && target >= 0.0;
   const bool rests_at_start = at_start() && !in_motion_;
   const bool stays_at_start = rests_at_start && target <= 0.0;
   if (stays_at_end || stays_at_start) {
     state_.rate = 0.0;
     state_.rate_change = 0.0;
-    return state_;
+    return true;
   }
   if (at_end() || rests_at_start) {  // the law is at rest here: the rate may jump
     state_.rate = target;
     state_.rate_change = 0.0;
   }
+  return false;
+}
 
+const ClockState& PathClock::update(double target_rate, double period) {
+  const double target = std::isnan(target_rate) ? 0.0 : std::clamp(target_rate, lowest_, 1.0);
+  if (!(period > 0.0) || stays(target)) return state_;
+  if (!braking_ || !braking_->advance(state_, target, period, bounds_, lowest_)) follow_target(target, period);
+  const bool back_at_start = state_.tau <= 0.0 && !in_motion_;
+  if (state_.tau >= duration_ || back_at_start) {
+    state_.tau = back_at_start ? 0.0 : duration_;
+    state_.rate = 0.0;
+    state_.rate_change = 0.0;
+  }
+  return state_;
+}
+
+void PathClock::follow_target(double target, double period) {
   // Shortest profile of the rate: rate_change rises to a peak, stays there if that is the bound, and falls to 0 on the
   // target. `sign` turns the way to go into the positive direction.
-  const auto [a, j] = bounds_;
+  const double a = bounds_.acceleration_max, j = bounds_.jerk_max;
   const double v0 = state_.rate_change;
   const double rate_if_relaxed = state_.rate + v0 * std::abs(v0) / (2 * j);
   // A rate that is about to land misses its target by rounding only: it must not turn round for that.
@@ -91,18 +114,10 @@ const ClockState& PathClock::update(double target_rate, double period) {
   }
   if (v >= 0.0 && way >= 0.0 && sign * (target - state_.rate) < 0.0) state_.rate = target;  // rounding
   state_.rate = std::clamp(state_.rate, lowest_, 1.0);
-
-  const bool back_at_start = state_.tau <= 0.0 && !in_motion_;
-  if (state_.tau >= duration_ || back_at_start) {
-    state_.tau = back_at_start ? 0.0 : duration_;
-    state_.rate = 0.0;
-    state_.rate_change = 0.0;
-  }
-  return state_;
 }
 
 double PathClock::stop_time_bound() const {
-  const auto [a, j] = bounds_;
+  const double a = bounds_.acceleration_max, j = bounds_.jerk_max;
   // Worst state: still speeding up as hard as can be, on the way to full rate; then from full rate to rest.
   const double speeding = std::min(a, std::sqrt(j * (1.0 - lowest_))) / j;
   const double from_full_rate = a * a < j ? a / j + 1.0 / a : 2.0 / std::sqrt(j);
@@ -110,7 +125,9 @@ double PathClock::stop_time_bound() const {
 }
 
 nlohmann::ordered_json to_json(const ClockBounds& bounds) {
-  return {{"acceleration_max", bounds.acceleration_max}, {"jerk_max", bounds.jerk_max}};
+  nlohmann::ordered_json json = {{"acceleration_max", bounds.acceleration_max}, {"jerk_max", bounds.jerk_max}};
+  if (!bounds.stop.empty()) json["stop"] = to_json(bounds.stop);
+  return json;
 }
 
 Result<ClockBounds> clock_bounds_from_json(const nlohmann::ordered_json& json, const std::string& pointer) {
@@ -119,6 +136,13 @@ Result<ClockBounds> clock_bounds_from_json(const nlohmann::ordered_json& json, c
   ClockBounds bounds;
   bounds.acceleration_max = reader.number("acceleration_max", {}, kPositive);
   bounds.jerk_max = reader.number("jerk_max", {}, kPositive);
+  if (const auto* table = reader.has("stop") ? reader.array("stop") : nullptr) {
+    auto stop = stop_table_from_json(*table, reader.at("stop"));
+    if (stop)
+      bounds.stop = std::move(*stop);
+    else
+      findings.append(stop.error(), "");
+  }
   reader.finish();
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   return bounds;

@@ -1,29 +1,19 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/base/findings.h"
+#include "core/motion/braking.h"
+#include "core/motion/clock_state.h"
 #include "core/motion/time_law.h"
 
 namespace takt::motion {
 
-/// How fast the rate of path time may change. As JSON: {"acceleration_max": 1/s, "jerk_max": 1/s^2}.
-struct ClockBounds {
-  double acceleration_max = 1000.0;  ///< of the rate, 1/s: rest to full rate in a millisecond
-  double jerk_max = 1e6;             ///< 1/s^2
-};
-
 /// The bounds that suit both of two motions on one clock.
 [[nodiscard]] ClockBounds common(const ClockBounds& a, const ClockBounds& b);
-
-/// Where a path clock is: path time (s), its rate (1 = as planned), and the change of the rate (1/s).
-struct ClockState {
-  double tau = 0.0;
-  double rate = 0.0;
-  double rate_change = 0.0;
-};
 
 /// Path parameter and its derivatives with respect to real time: what a path is sampled with.
 struct PathPoint {
@@ -43,6 +33,8 @@ struct PathPoint {
 /// - tau stays in [0, duration] and ends on exactly these values. A planned law is at rest there, so the rate is free
 ///   to jump: it starts at its target at once when it leaves an end, and becomes 0 when it arrives.
 /// - A reached target is held exactly (rate == target, rate_change == 0) until it changes.
+/// - Under target 0 it stops as hard as the bounds' stop table allows where the arm is, if it knows the law and that is
+///   shorter; a new target ends such a stop as soon as the two bounds hold again.
 /// - `in_motion`: the law does not begin at rest, so nothing is free to jump there. The clock begins at rate 1, or with
 ///   the state of the clock that it takes over (reset()), and does not run back.
 ///
@@ -51,9 +43,12 @@ class PathClock {
  public:
   /// Stands at tau = 0. Bounds > 0, duration >= 0 (s), finite. Realtime: setup.
   PathClock(const ClockBounds& bounds, double duration, bool retraceable, bool in_motion = false);
+  /// Of a motion with this law, which the stop table of the bounds belongs to. Realtime: setup.
+  PathClock(const ClockBounds& bounds, const TimeLaw& law, bool retraceable, bool in_motion = false);
 
   /// Advances by one period (s, >= 0) towards the target. Within the period the exact profile is followed, so the
-  /// bounds hold between the cycles too. Realtime: cyclic, closed form, constant time, bitwise repeatable.
+  /// bounds hold between the cycles too. Realtime: cyclic, no allocation, bitwise repeatable; closed form but for stops
+  /// by the table.
   const ClockState& update(double target_rate, double period);
 
   /// Takes another state over, inside the allowed ranges: a hand-over in motion, or a jump while at rest.
@@ -68,9 +63,13 @@ class PathClock {
   [[nodiscard]] double stop_time_bound() const;
 
  private:
+  void follow_target(double target, double period);
   void advance(double rate_jerk, double time);
+  /// True if it is at an end of the path that the target does not leave; an end that it leaves has been left.
+  bool stays(double target);
 
-  ClockBounds bounds_;
+  ClockBounds bounds_;  ///< without the stop table
+  std::optional<Braking> braking_;
   double duration_;
   double lowest_;  ///< allowed rates: [lowest_, 1]
   bool in_motion_;

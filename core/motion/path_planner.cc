@@ -183,7 +183,10 @@ TorqueProfile::Need need_of(const Torques& torques, const TimeLaw& law, double s
 }
 
 ClockBounds within_torques(const ClockBounds& clock, const Torques& torques, const TimeLaw& law) {
-  return torques ? common(clock, torques->clock(law)) : clock;
+  if (!torques) return clock;
+  ClockBounds both = common(clock, torques->clock(law));
+  both.stop = simplified(both.stop);
+  return both;
 }
 
 }  // namespace
@@ -375,7 +378,9 @@ Result<Motion> PathPlanner::plan_in_motion(const std::vector<PlannedPiece>& piec
     const JerkPeak peak = largest_jerk(motion);
     if (peak.share <= kMostShareOfJerk) {
       raise_jerk(shape, peak.s, peak.share, best->loads);
-      motion.clock = within_torques(clock_for(shape, best->loads, 1.0), torques, motion.law);
+      motion.clock = clock_for(shape, best->loads, 1.0);
+      motion.clock.stop = stop_table_for(shape, motion.law, std::max(peak.share, kMeasuredShareOfJerk));
+      motion.clock = within_torques(motion.clock, torques, motion.law);
       return motion;
     }
     slow_down_around(shape, peak.s, 1.05 * std::cbrt(peak.share / kMeasuredShareOfJerk), slow);
@@ -412,7 +417,10 @@ PathFit PathPlanner::fit(const FollowedPath& path, const Motion& motion) const {
               .clock = {},
               .q_goal = path.q_goal};
   raise_jerk(path.shape, peak.s, peak.share, loads);
-  fit.clock = within_torques(clock_for(path.shape, loads, 1.0), path.torques, motion.law);
+  fit.clock = clock_for(path.shape, loads, 1.0);
+  fit.clock.stop =
+      stop_table_for(path.shape, motion.law, single ? 0.0 : std::max(peak.share, kMeasuredShareOfJerk));
+  fit.clock = within_torques(fit.clock, path.torques, motion.law);
   return fit;
 }
 
@@ -472,6 +480,7 @@ Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const 
       stretch *= std::cbrt(share / kMeasuredShareOfJerk);
       stretch_law();
     }
+    motion.clock.stop = stop_table_for(shape, motion.law, single ? 0.0 : kMeasuredShareOfJerk);
     motion.clock = within_torques(motion.clock, torques, motion.law);
     return motion;
   }

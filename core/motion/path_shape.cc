@@ -136,4 +136,67 @@ ClockBounds clock_for(const PathShape& shape, const Loads& loads, double stretch
   return search.bounds();
 }
 
+namespace {
+
+/// All channels at one end of a cell.
+void add_stop_loads(const PathShape& shape, const PathShape::Cell& cell, const PathShape::Derivatives& d,
+                    std::vector<StopLoad>& loads) {
+  const ShapeLimits& limits = shape.limits[cell.limits];
+  const int n = shape.joint_count;
+  for (int i = 0; i < n; ++i) {
+    loads.push_back({.first = std::abs(d.first[i]),
+                     .along = d.first[i] < 0.0 ? -d.second[i] : d.second[i],
+                     .across = 0.0,
+                     .third = std::abs(d.third[i]),
+                     .acceleration = limits.hard_acceleration[i],
+                     .jerk = limits.hard_jerk[i]});
+  }
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Vector3d first = d.first.segment<3>(n + 3 * i), second = d.second.segment<3>(n + 3 * i);
+    const double length = first.norm();
+    const double along = length > 0.0 ? first.dot(second) / length : 0.0;
+    loads.push_back({.first = length,
+                     .along = along,
+                     .across = std::sqrt(std::max(0.0, second.squaredNorm() - along * along)),
+                     .third = d.third.segment<3>(n + 3 * i).matrix().norm(),
+                     .acceleration = limits.hard_acceleration[n + i],
+                     .jerk = limits.hard_jerk[n + i]});
+  }
+}
+
+/// True if another piece begins or ends within kReach of the cell.
+bool near_joint(const PathShape& shape, std::size_t index) {
+  constexpr double kReach = 0.02;
+  const double begin = shape.nodes[shape.cells[index].node].s, end = begin + shape.cells[index].width;
+  const auto is_joint = [&shape](std::size_t i) { return shape.cells[i].node != shape.cells[i - 1].node + 1; };
+  for (std::size_t i = index; i > 0 && shape.nodes[shape.cells[i].node].s > begin - kReach; --i)
+    if (is_joint(i)) return true;
+  for (std::size_t i = index + 1; i < shape.cells.size() && shape.nodes[shape.cells[i].node].s < end + kReach; ++i)
+    if (is_joint(i)) return true;
+  return false;
+}
+
+}  // namespace
+
+StopTable stop_table_for(const PathShape& shape, const TimeLaw& law, double jerk_at_joints) {
+  StopTable table;
+  table.reserve(shape.cells.size());
+  std::vector<StopLoad> loads;
+  const FastestOf fastest(law);
+  for (std::size_t i = 0; i < shape.cells.size(); ++i) {
+    const PathShape::Cell& cell = shape.cells[i];
+    const double s_begin = shape.nodes[cell.node].s, s_end = shape.nodes[cell.node + 1].s;
+    loads.clear();
+    add_stop_loads(shape, cell, shape.derivatives(i, s_begin), loads);
+    add_stop_loads(shape, cell, shape.derivatives(i, s_end), loads);
+    table.push_back(stop_cell(loads, fastest.between(s_begin, s_end), s_end));
+    if (jerk_at_joints > 0.0 && near_joint(shape, i)) {
+      StopCell& last = table.back();
+      last.jerk_by_cube = std::max(last.jerk_by_cube, jerk_at_joints * last.jerk);
+    }
+  }
+  table.back().s_end = 1.0;
+  return simplified(table);
+}
+
 }  // namespace takt::motion

@@ -1,5 +1,6 @@
 #include "core/motion/plan_checks.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -74,6 +75,23 @@ std::vector<LawPoint> instants(const TimeLaw& law, int parts) {
     begin = points.back();
   }
   return points;
+}
+
+FastestOf::FastestOf(const TimeLaw& law) {
+  constexpr std::size_t kMany = 64;  // such a law is made of the cells of its path
+  points_ = instants(law, law.segments().size() > kMany ? 2 : kPartsPerSegment);
+}
+
+double FastestOf::between(double s_begin, double s_end) const {
+  constexpr double kHair = 1.005;
+  auto at = std::ranges::upper_bound(points_, s_begin, {}, &LawPoint::s);
+  if (at != points_.begin()) --at;
+  double fastest = 0.0;
+  for (; at != points_.end(); ++at) {
+    fastest = std::max(fastest, at->ds);
+    if (at->s >= s_end) break;
+  }
+  return kHair * fastest;
 }
 
 void check_limits(const kinematics::Chain& chain, const JointLimits& limits, Findings& findings) {

@@ -20,6 +20,17 @@ inline constexpr double kLawShareOfVelocity = 0.995;
 /// The law at parts + 1 instants of each segment, both of its ends included.
 [[nodiscard]] std::vector<LawPoint> instants(const TimeLaw& law, int parts);
 
+/// The largest s' of a law on parts of its path. Keeps no reference.
+class FastestOf {
+ public:
+  explicit FastestOf(const TimeLaw& law);
+  /// 1/s; a hair more than between the instants that are looked at. Realtime: setup.
+  [[nodiscard]] double between(double s_begin, double s_end) const;
+
+ private:
+  std::vector<LawPoint> points_;
+};
+
 /// Parts for a path that is alike all along: what a law of seven segments does between two instants differs from the
 /// next by less than 0.2 % of its largest rate.
 inline constexpr int kPartsPerSegment = 16;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -24,7 +25,11 @@ ClockBounds clock_for(const TimeLaw& law, double way_by_acceleration, double way
                 .second_by_jerk = way_by_jerk * std::abs(at.dds),
                 .third_by_jerk = way_by_jerk * std::abs(at.ddds)});
   }
-  return search.bounds();
+  ClockBounds bounds = search.bounds();
+  const std::array loads = {StopLoad{.first = way_by_acceleration, .acceleration = 1.0},
+                            StopLoad{.first = way_by_jerk, .jerk = 1.0}};
+  bounds.stop = {stop_cell(loads, 0.0, 1.0)};
+  return bounds;
 }
 
 /// The torques along a joint line, at nodes between which no joint turns by more than 0.1 rad.
@@ -77,6 +82,7 @@ Result<Motion> plan_ptp(const kinematics::Chain& chain, const JointLimits& limit
   const double stretch = torques.need(motion.law, kLawShareOfAcceleration).stretch;
   if (stretch > 1.0) motion.law = motion.law.stretched(stretch);
   motion.clock = common(clock_for(motion.law, by_acceleration, by_jerk), torques.clock(motion.law));
+  motion.clock.stop = simplified(motion.clock.stop);
   return motion;
 }
 

@@ -468,6 +468,7 @@ class SequencePlanner {
     CompositePath path;
     std::vector<TimeLaw::Segment> segments;
     TimeLaw::Begin start;
+    StopTable stop;
     double begin = 0.0;
     for (const Group* group : moving) {
       const double end = group == moving.back() ? 1.0 : begin + group->cost / total;
@@ -482,8 +483,10 @@ class SequencePlanner {
       if (group == moving.front())
         start = {.ds = group->motion.law.begin().ds * end, .dds = group->motion.law.begin().dds * end};
       motion.clock = group == moving.front() ? group->motion.clock : common(motion.clock, group->motion.clock);
+      append(stop, group->motion.clock.stop, end);
       begin = end;
     }
+    motion.clock.stop = std::move(stop);
     motion.path = std::move(path);
     motion.law = TimeLaw::create(std::move(segments), start).value();
   }

@@ -105,7 +105,34 @@ ClockBounds TorqueProfile::clock(const TimeLaw& law) const {
                 .second_by_jerk = 0.0,
                 .third_by_jerk = 0.0});
   });
-  return search.bounds();
+  ClockBounds bounds = search.bounds();
+  bounds.stop = stop_table(law);
+  return bounds;
+}
+
+StopTable TorqueProfile::stop_table(const TimeLaw& law) const {
+  StopTable table;
+  std::vector<StopLoad> loads;
+  const FastestOf fastest(law);
+  for (std::size_t k = 0; k + 1 < nodes_.size(); ++k) {
+    if (!(nodes_[k + 1].s > nodes_[k].s)) continue;
+    const double speed = fastest.between(nodes_[k].s, nodes_[k + 1].s);
+    loads.clear();
+    for (const std::size_t at : {k, k + 1}) {
+      const Node& node = nodes_[at];
+      for (int i = 0; i < chain_.joint_count(); ++i) {
+        const double limit = chain_.effort_limit()[i];
+        if (!std::isfinite(limit)) continue;
+        const double left = room(i, node.gravity[i]) - std::abs(node.viscous[i]) * speed;
+        loads.push_back({.first = std::abs(node.inertial[i]),
+                         .along = node.inertial[i] < 0.0 ? -node.centrifugal[i] : node.centrifugal[i],
+                         .acceleration = std::max(left, kLeastRoom * limit)});
+      }
+    }
+    table.push_back(stop_cell(loads, speed, nodes_[k + 1].s));
+  }
+  if (!table.empty()) table.back().s_end = 1.0;
+  return table;
 }
 
 }  // namespace takt::motion

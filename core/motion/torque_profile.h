@@ -38,7 +38,7 @@ class TorqueProfile {
   };
   /// @param share  of what gravity and friction leave
   [[nodiscard]] Need need(const TimeLaw& law, double share) const;
-  /// The fastest clock under which law and clock keep what the motors have.
+  /// The fastest clock under which law and clock keep what the motors have; its stop table knows no jerk.
   [[nodiscard]] ClockBounds clock(const TimeLaw& law) const;
 
  private:
@@ -51,6 +51,7 @@ class TorqueProfile {
   template <class Visit>
   void look(const TimeLaw& law, Visit visit) const;
   [[nodiscard]] double room(int joint, double gravity) const;
+  [[nodiscard]] StopTable stop_table(const TimeLaw& law) const;
 
   const kinematics::Chain& chain_;
   const DriveLoad& load_;

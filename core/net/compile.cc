@@ -266,6 +266,15 @@ void note_latencies(const FlatNet& flat, LoadReport& report) {
   }
 }
 
+/// Row L6: CANCEL is heard by a Cancel alone.
+void note_missing_cancel(const FlatNet& flat, LoadReport& report) {
+  const bool hears = std::ranges::any_of(
+      flat.primitives, [](const FlatPrimitive& p) { return p.info != nullptr && !p.info->cancel_bound.empty(); });
+  if (hears) return;
+  report.note("/primitives", "the net has no Cancel, so it can only be aborted: a cancel does not reach it",
+              "a primitive of type Cancel whose output leads to the Termination");
+}
+
 }  // namespace
 
 void CompiledNet::build(const FlatNet& flat, NetPlan plan, Environment& environment, LoadReport& report) {
@@ -299,6 +308,7 @@ Result<std::unique_ptr<CompiledNet>> CompiledNet::compile(const NetDescription& 
   describe(flat, order, impl.report);
   note_null_paths(flat, impl.report, report);
   note_latencies(flat, report);
+  note_missing_cancel(flat, report);
   certify_reactions(flat, impl.report, report);
   impl.report.notes = report.take();
   impl.stop_bound = find_stop_bound(flat, impl.primitives, impl.report);

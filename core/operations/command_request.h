@@ -14,6 +14,7 @@
 #include "core/command/command.h"
 #include "core/operations/state_request.h"
 #include "core/operations/step.h"
+#include "core/rcc/control_core.h"
 
 /// Commands as files have them: what stands in a step "transaction" (docs/programs.md). Read once; made into commands
 /// of the command layer each time their step begins.

@@ -54,8 +54,9 @@ class NetStepRun final : public ScheduledRun {
   }
 
   void ended(Context& context) override {
-    if (run()->compiled_net() == nullptr) return;
-    for (const auto& monitor : run()->compiled_net()->monitors()) {
+    const rcc::NetHandle net = run()->compiled_net();
+    if (net == nullptr) return;
+    for (const auto& monitor : net->monitors()) {
       const std::string text = net::slot_to_json(monitor.type, monitor.slot).dump();
       context.variables.monitors[request_.net][monitor.name] = text;
       context.event(request_.net, monitor.name, text);

@@ -2,6 +2,7 @@
 #include <optional>
 #include <utility>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/motion/path_clock.h"
@@ -34,15 +35,25 @@ class PathClock final : public Primitive {
         retraceable_(setup.parameter<Boolean>("retraceable", false, {.doc = "rates down to -1 are allowed"})),
         in_motion_(setup.parameter<Boolean>(
             "in_motion", false, {.doc = "the law does not begin at rest: no jump of the rate there, no way back"})),
-        bounds_json_(setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2} from the plan",
-                                           .example = R"({"acceleration_max": 4.0, "jerk_max": 80.0})"})) {
+        bounds_json_(setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2, \"stop\": what a stop may "
+                                                  "use on each part of the path, optional} from the plan",
+                                           .example = R"({"acceleration_max": 4.0, "jerk_max": 80.0})"})),
+        law_json_(given(setup.optional_json(
+            "law", {.doc = "the law of TimeLaw; null: stops keep to acceleration_max and jerk_max alone"}))) {
     setup.costs(60.0);
   }
 
   Findings prepare() override {
     auto bounds = motion::clock_bounds_from_json(bounds_json_, "/bounds");
     if (!bounds) return std::move(bounds.error());
-    clock_.emplace(*bounds, duration_, retraceable_, in_motion_);
+    if (law_json_.is_null() || bounds->stop.empty()) {
+      clock_.emplace(*bounds, duration_, retraceable_, in_motion_);
+    } else {
+      const auto law = motion::time_law_from_json(law_json_, "/law");
+      if (!law) return law.error();
+      if (law->duration() != duration_) return lasts_otherwise(law->duration());
+      clock_.emplace(*bounds, *law, retraceable_, in_motion_);
+    }
     clock_at_start_ = clock_;
     return {};
   }
@@ -60,6 +71,14 @@ class PathClock final : public Primitive {
   }
 
  private:
+  static nlohmann::ordered_json given(const nlohmann::ordered_json* json) {
+    return json != nullptr ? *json : nlohmann::ordered_json();
+  }
+  [[nodiscard]] Findings lasts_otherwise(double law_s) const {
+    Findings findings;
+    findings.error("/law", fmt::format("the law lasts {} s, the clock {} s", law_s, duration_), "the same duration");
+    return findings;
+  }
   static PortSpec begin(std::string_view unit, std::string_view doc) {
     return {.unit = unit, .doc = doc, .on_null = OnNull::kHandled, .optional = true};
   }
@@ -78,6 +97,7 @@ class PathClock final : public Primitive {
   double duration_;
   bool retraceable_, in_motion_;
   nlohmann::ordered_json bounds_json_;
+  nlohmann::ordered_json law_json_;  ///< may be null
   std::optional<motion::PathClock> clock_, clock_at_start_;
 };
 

@@ -9,11 +9,9 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
-#include <boost/lockfree/queue.hpp>
 #include <boost/lockfree/spsc_queue.hpp>
 
 #include "core/device/emergency_stop.h"
@@ -23,6 +21,7 @@
 #include "core/rcc/event_buffer.h"
 #include "core/rcc/executor.h"
 #include "core/rcc/net_table.h"
+#include "core/rcc/request_queue.h"
 #include "core/rcc/resources.h"
 #include "core/rcc/rule_book.h"
 #include "core/rcc/stop_supervisor.h"
@@ -34,17 +33,21 @@ namespace {
 
 constexpr std::size_t kQueueCapacity = 512;
 
-/// What travels to the cycle thread. Trivially copyable, as the queue demands.
+/// What travels to the cycle thread. Copied without allocation.
 struct Posted {
-  RequestId id;
-  NetId retire;  ///< not 0: let go of this net
-  Rule rule;
-  Watch* watch = nullptr;  ///< not nullptr: watch this value of net `watched`, 0 for a channel; or no longer
+  RequestId id = 0;
+  Rule rule = {};
+  Watch* watch = nullptr;  ///< not nullptr: watch this value of net `watched`, 0 for a channel
   NetId watched = 0;
-  bool attach = false;
   device::Arm* arm = nullptr;  ///< not nullptr: bring it into `mode`
   device::ControlMode mode = device::ControlMode::kPosition;
 };
+
+Findings full_queue() {
+  return failure("", fmt::format("{} requests wait for the next cycle: the queue holds no more", kQueueCapacity),
+                 "let the core run a cycle, then ask again")
+      .error();
+}
 
 /// A change of mode that somebody asked for and that is under way.
 struct ModeRequest {
@@ -108,7 +111,6 @@ struct ControlCore::Impl {
   void note_latches(std::int64_t k);
   void sample_watches(std::int64_t k);
   void take_requests();
-  void take_watch(const Posted& posted);
   void take_mode_request(const ModeRequest& request);
   void look_at_mode_requests();
   void answer(RequestId id, const std::optional<net::Text>& refusal);
@@ -131,7 +133,7 @@ struct ControlCore::Impl {
   RuleBook rules;
   Digest digest;
   Statistics statistics;
-  boost::lockfree::queue<Posted, boost::lockfree::capacity<kQueueCapacity>> queue;
+  RequestQueue<Posted, kQueueCapacity> queue;
   using LatchRing = boost::lockfree::spsc_queue<RawLatch>;
   std::unique_ptr<LatchRing> latches;  // nullptr: nobody asked for them
   std::atomic<std::int64_t> latches_dropped = 0;
@@ -139,8 +141,6 @@ struct ControlCore::Impl {
   WatchList watches;
   std::mutex watch_mutex;                            // of kept_watches; never taken in the cycle
   std::vector<std::shared_ptr<Watch>> kept_watches;  // until the cycle has let go of them
-  /// Those that the cycle was asked to let go of, and when: they stay until it has heard that, even if they end before.
-  std::vector<std::pair<std::shared_ptr<Watch>, std::int64_t>> leaving_watches;
   std::atomic<RequestId> last_request = 0;
   std::atomic<std::int64_t> cycle = 0;
   std::atomic<std::int64_t> begun = -1;  // the cycle that was begun last
@@ -246,27 +246,18 @@ void ControlCore::Impl::sample_watches(std::int64_t k) {
 }
 
 void ControlCore::Impl::take_requests() {
+  nets.take_retired();
   Posted posted;
-  while (queue.pop(posted)) {
+  // No more than the queue holds: who posts faster than the cycle takes does not keep it here.
+  for (std::size_t i = 0; i < kQueueCapacity && queue.pop(posted); ++i) {
     if (posted.watch != nullptr) {
-      take_watch(posted);
+      if (!watches.attach(posted.watched, *posted.watch)) posted.watch->end();
     } else if (posted.arm != nullptr) {
       take_mode_request({.id = posted.id, .arm = posted.arm, .mode = posted.mode});
-    } else if (posted.retire != 0) {
-      NetEntry* entry = nets.find(posted.retire);
-      const bool free = entry != nullptr && !is_active(entry->state) && entry->state != NetState::kLoading;
-      if (free) nets.retire(*entry);
     } else if (!rules.add(posted.id, posted.rule)) {
-      Event event{.kind = Event::Kind::kRefused, .state = {}, .net = 0, .request = posted.id, .cause = {}};
-      event.cause.text = net::Text("too many rules wait");
-      events.add(event);
+      answer(posted.id, net::format_text("{} rules wait, and there is no room for more", RuleBook::kMostWaiting));
     }
   }
-}
-
-void ControlCore::Impl::take_watch(const Posted& posted) {
-  if (!posted.attach) watches.detach(*posted.watch);
-  if (!posted.attach || !watches.attach(posted.watched, *posted.watch)) posted.watch->end();
 }
 
 void ControlCore::Impl::answer(RequestId id, const std::optional<net::Text>& refusal) {
@@ -282,7 +273,8 @@ void ControlCore::Impl::answer(RequestId id, const std::optional<net::Text>& ref
 
 void ControlCore::Impl::take_mode_request(const ModeRequest& request) {
   auto refusal = request.arm->refuse_change(request.mode);
-  if (!refusal && mode_requests.size() == mode_requests.capacity()) refusal = net::Text("too many requests wait");
+  if (!refusal && mode_requests.size() == mode_requests.capacity())
+    refusal = net::format_text("{} changes of mode are under way, and there is no room for more", kQueueCapacity);
   if (refusal) return answer(request.id, refusal);
   request.arm->change_mode(request.mode);
   mode_requests.push_back(request);
@@ -395,7 +387,7 @@ std::vector<Latch> ControlCore::take_latches() {
 std::int64_t ControlCore::latches_dropped() const { return impl_->latches_dropped.load(std::memory_order_relaxed); }
 
 Result<std::shared_ptr<Watch>> ControlCore::watch(NetId id, std::string_view port, const WatchOptions& options) {
-  const net::CompiledNet* compiled = net(id);
+  const NetHandle compiled = net(id);
   if (compiled == nullptr) return failure("", fmt::format("net {} is not loaded", id));
   std::vector<std::string> names;
   for (const auto& monitor : compiled->monitors()) {
@@ -421,22 +413,14 @@ Result<std::shared_ptr<Watch>> ControlCore::watch(std::string_view channel, cons
 
 Result<std::shared_ptr<Watch>> ControlCore::attach(NetId net, std::unique_ptr<Watch> watch) {
   const std::lock_guard lock(impl_->watch_mutex);
-  const std::int64_t heard = impl_->cycle.load() - 2;  // what was asked for in that cycle is done
-  std::erase_if(impl_->leaving_watches, [heard](const auto& leaving) { return leaving.second < heard; });
   std::erase_if(impl_->kept_watches, [](const auto& kept) { return kept.use_count() == 1 && kept->ended(); });
   std::shared_ptr<Watch> kept = impl_->kept_watches.emplace_back(std::move(watch));
-  const Posted posted{.id = 0, .retire = 0, .rule = {}, .watch = kept.get(), .watched = net, .attach = true};
-  if (impl_->queue.push(posted)) return kept;
+  if (impl_->queue.push(Posted{.watch = kept.get(), .watched = net})) return kept;
   impl_->kept_watches.pop_back();
-  return failure("", "too many requests wait", "let the core run a cycle");
+  return std::unexpected(full_queue());
 }
 
-void ControlCore::unwatch(const std::shared_ptr<Watch>& watch) {
-  const std::lock_guard lock(impl_->watch_mutex);
-  impl_->leaving_watches.emplace_back(watch, impl_->cycle.load());
-  (void)impl_->queue.push(
-      Posted{.id = 0, .retire = 0, .rule = {}, .watch = watch.get(), .watched = 0, .attach = false});
-}
+void ControlCore::unwatch(const std::shared_ptr<Watch>& watch) { watch->give_up(); }
 
 Result<NetId> ControlCore::load(const net::NetDescription& description, const LoadOptions& options) {
   return impl_->nets.load(description, options);
@@ -446,25 +430,25 @@ NetId ControlCore::load_async(net::NetDescription description, const LoadOptions
   return impl_->nets.load_async(std::move(description), options);
 }
 
-bool ControlCore::knows(NetId net) const { return impl_->nets.find(net) != nullptr; }
+bool ControlCore::knows(NetId net) const { return impl_->nets.hold(net) != nullptr; }
 
 Findings ControlCore::findings(NetId net) const {
-  const NetEntry* entry = impl_->nets.find(net);
+  const EntryHandle entry = impl_->nets.hold(net);
   const bool known = entry != nullptr && entry->state.load(std::memory_order_acquire) == NetState::kRejected;
   return known ? entry->findings : Findings{};
 }
 
 bool ControlCore::unload(NetId net) {
-  const NetEntry* entry = impl_->nets.find(net);
+  const EntryHandle entry = impl_->nets.hold(net);
   if (entry == nullptr) return false;
   const NetState state = entry->state.load(std::memory_order_acquire);
   if (is_active(state) || state == NetState::kLoading) return false;
-  return impl_->queue.push(Posted{.id = 0, .retire = net, .rule = {}});
+  return impl_->nets.ask_retire(net);
 }
 
 NetStatus ControlCore::status(NetId net) const {
   NetStatus status;
-  const NetEntry* entry = impl_->nets.find(net);
+  const EntryHandle entry = impl_->nets.hold(net);
   if (entry == nullptr) return status;
   status.state = entry->state.load(std::memory_order_acquire);
   status.first_cycle = entry->first_cycle.load(std::memory_order_relaxed);
@@ -477,44 +461,56 @@ NetStatus ControlCore::status(NetId net) const {
   return status;
 }
 
-const net::CompiledNet* ControlCore::net(NetId net) const {
-  const NetEntry* entry = impl_->nets.find(net);
-  const bool compiled = entry != nullptr && entry->state.load(std::memory_order_acquire) != NetState::kLoading;
-  return compiled ? entry->net.get() : nullptr;
+NetHandle ControlCore::net(NetId net) const {
+  const EntryHandle entry = impl_->nets.hold(net);
+  const bool compiled =
+      entry != nullptr && entry->state.load(std::memory_order_acquire) != NetState::kLoading && entry->net != nullptr;
+  return compiled ? NetHandle(entry, entry->net.get()) : nullptr;
+}
+
+RequestId ControlCore::abort(NetId net) {
+  impl_->nets.ask_abort(net);  // this is the abort; what is posted is only the question how it went
+  return post(Transaction{.abort = {net}, .cancel = {}, .start = {}});
 }
 
 RequestId ControlCore::post(const Rule& rule) {
   const RequestId id = ++impl_->last_request;
-  return impl_->queue.push(Posted{.id = id, .retire = 0, .rule = rule}) ? id : 0;
+  return impl_->queue.push(Posted{.id = id, .rule = rule}) ? id : 0;
 }
 
 RequestId ControlCore::change_mode(std::string_view name, device::ControlMode mode) {
   device::Arm* arm = find_arm(name);
   if (arm == nullptr) return 0;
   const RequestId id = ++impl_->last_request;
-  const bool taken = impl_->queue.push(Posted{.id = id, .retire = 0, .rule = {}, .arm = arm, .mode = mode});
-  return taken ? id : 0;
+  return impl_->queue.push(Posted{.id = id, .arm = arm, .mode = mode}) ? id : 0;
 }
 
 Result<RequestId> ControlCore::schedule_after(NetId predecessor, NetId successor, NetId from_rest) {
   Findings findings;
-  for (const NetId id : {predecessor, successor, from_rest})
-    if (id != 0 && !knows(id)) findings.error("", fmt::format("net {} is not loaded", id));
-  for (const NetId id : {successor, from_rest})
-    if (id != 0 && knows(id) && state(id) != NetState::kReady)
-      findings.error("", fmt::format("net {} is not Ready, it is {}", id, name_of(state(id))));
+  // Held, so that no other thread can have them freed while they are compared.
+  const EntryHandle before = impl_->nets.hold(predecessor), after = impl_->nets.hold(successor);
+  const EntryHandle rested = from_rest != 0 ? impl_->nets.hold(from_rest) : nullptr;
+  const auto check = [&findings](NetId id, const EntryHandle& entry, bool starts) {
+    if (entry == nullptr) return findings.error("", fmt::format("net {} is not loaded", id));
+    const NetState state = entry->state.load(std::memory_order_acquire);
+    if (starts && state != NetState::kReady)
+      findings.error("", fmt::format("net {} is not Ready, it is {}", id, name_of(state)));
+  };
+  check(predecessor, before, false);
+  check(successor, after, true);
+  if (from_rest != 0) check(from_rest, rested, true);
   if (findings.has_errors()) return std::unexpected(std::move(findings));
-  for (const auto& end : impl_->nets.find(predecessor)->ends) {
-    if (const auto why = impl_->misfit(end, *impl_->nets.find(successor)))
+  for (const auto& end : before->known_ends()) {
+    if (const auto why = impl_->misfit(end, *after))
       findings.error("", fmt::format("net {} cannot follow net {}: {}: {}", successor, predecessor,
                                      impl_->resources[end.place].actuator->name(), why->view()));
   }
   if (findings.has_errors()) return std::unexpected(std::move(findings));
   Rule rule{.condition = {Term::state(predecessor, {NetState::kTerminated})},
             .action = {.abort = {}, .cancel = {}, .start = {successor}}};
-  if (from_rest != 0) rule.otherwise.start.add(from_rest);
+  if (from_rest != 0) rule.otherwise.start = {from_rest};
   if (const RequestId id = post(rule)) return id;
-  return failure("", "too many requests wait", "let the core run a cycle");
+  return std::unexpected(full_queue());
 }
 
 std::optional<std::int64_t> ControlCore::running_cycle() const {
@@ -524,7 +520,10 @@ std::optional<std::int64_t> ControlCore::running_cycle() const {
 
 Stall ControlCore::where_it_is() const {
   Stall stall{.cycle = running_cycle().value_or(-1), .net = impl_->executor.current(), .net_name = {}, .primitive = {}};
-  if (stall.net != 0) std::tie(stall.net_name, stall.primitive) = impl_->nets.where_it_is(stall.net);
+  const EntryHandle entry = impl_->nets.hold(stall.net);
+  if (stall.net == 0 || entry == nullptr || entry->net == nullptr) return stall;
+  stall.net_name = entry->net->name();
+  stall.primitive = entry->net->progress();
   return stall;
 }
 
@@ -588,8 +587,8 @@ std::string ControlCore::block_name(std::uint64_t block) const {
   if (block == 0) return "number of the cycle";
   if (const device::Device* device = device_of_block(block)) return fmt::format("device '{}'", device->name());
   if (const std::string* added = impl_->digest.name_of(block)) return *added;
-  const NetEntry* entry = block <= UINT32_MAX ? impl_->nets.find(static_cast<NetId>(block)) : nullptr;
-  if (entry != nullptr && entry->net != nullptr) return fmt::format("net {} '{}'", block, entry->net->name());
+  const NetHandle one = block <= UINT32_MAX ? net(static_cast<NetId>(block)) : nullptr;
+  if (one != nullptr) return fmt::format("net {} '{}'", block, one->name());
   return fmt::format("block {}", block);
 }
 

@@ -33,6 +33,10 @@ struct NetStatus {
   double cost_ns = 0.0;                  ///< of a cycle on this machine, as far as its primitives declare it
 };
 
+/// A counted handle of a net: it stays in memory while somebody has one, whoever unloads it meanwhile. To be given back
+/// before the core is destroyed.
+using NetHandle = std::shared_ptr<const net::CompiledNet>;
+
 /// How a net takes over, or leaves, a device that it drives (row L3).
 struct NetSeam {
   std::string device;
@@ -116,7 +120,7 @@ class ControlCore {
                                                      const WatchOptions& options = {});
   /// The same for a channel.
   [[nodiscard]] Result<std::shared_ptr<Watch>> watch(std::string_view channel, const WatchOptions& options = {});
-  /// Nothing comes any more; the watch says ended() once the cycle has let go of it. Any thread.
+  /// Nothing comes any more; the watch says ended() once the cycle has let go of it. Never refused. Any thread.
   void unwatch(const std::shared_ptr<Watch>& watch);
 
   // -- Nets. Any thread. Realtime: setup. ----------------------------------------------------------------------------
@@ -126,22 +130,30 @@ class ControlCore {
   [[nodiscard]] NetId load_async(net::NetDescription description, const LoadOptions& options = {});
   /// Why a net was rejected.
   [[nodiscard]] Findings findings(NetId net) const;
-  /// Forgets a net that is not active. @return false while it is active or Loading, or unknown.
+  /// Forgets a net that is not active, in the next cycle. Needs no room: it is refused for no other reason.
+  /// @return false while it is active or Loading, or unknown.
   bool unload(NetId net);
 
   [[nodiscard]] bool knows(NetId net) const;
   [[nodiscard]] NetStatus status(NetId net) const;
   [[nodiscard]] NetState state(NetId net) const { return status(net).state; }
-  /// The net itself: ports and monitors to look at between steps (lock-step) or from the cycle thread.
-  [[nodiscard]] const net::CompiledNet* net(NetId net) const;
+  /// The net itself; nullptr: not loaded, or still Loading. Name, ports, monitors and report may be read at any time;
+  /// values of ports between steps (lock-step) or from the cycle thread: beside a running cycle watch() gives them.
+  [[nodiscard]] NetHandle net(NetId net) const;
 
-  // -- Requests. Any thread, wait-free. Carried out in the next step, after the nets were evaluated. ------------------
-  /// @return the number that kDone or kRefused will carry; 0 if the queue is full.
+  // -- Requests. Any thread, lock-free. Carried out in the next step, after the nets were evaluated. ------------------
+  /// @return the number that kDone or kRefused will carry; 0: the queue is full (512 since the last step), nothing will
+  /// be done, and the caller has to ask again.
   RequestId start(NetId net) { return post(Transaction{.abort = {}, .cancel = {}, .start = {net}}); }
   RequestId cancel(NetId net) { return post(Transaction{.abort = {}, .cancel = {net}, .start = {}}); }
-  RequestId abort(NetId net) { return post(Transaction{.abort = {net}, .cancel = {}, .start = {}}); }
-  RequestId post(const Transaction& transaction) { return post(Rule{.condition = {}, .action = transaction}); }
-  RequestId post(const Rule& rule);
+  /// The stop reaction, now. It has a path of its own, without a queue and without a limit: if the net is active in the
+  /// next step, it is aborted there, and if it is not, it does not start there.
+  /// @return as start(), but 0 only says that no event will carry an answer.
+  RequestId abort(NetId net);
+  [[nodiscard]] RequestId post(const Transaction& transaction) {
+    return post(Rule{.condition = {}, .action = transaction});
+  }
+  [[nodiscard]] RequestId post(const Rule& rule);
 
   /// Brings an arm into another control mode while no net holds it; any class of change (row L4) is allowed here.
   /// kDone tells that the device is there, kRefused why it is not. Any thread, wait-free.
@@ -158,7 +170,7 @@ class ControlCore {
   // -- The cycle. Cycle thread. Realtime: cyclic. --------------------------------------------------------------------
   void step();
   /// Ends every active net in the next step with this cause; their arms brake within their limits. No later request of
-  /// that step starts anything. For an overrun or a second Ctrl-C.
+  /// that step starts anything. For an overrun or a second Ctrl-C. Any thread, wait-free; never refused.
   void stop_all(net::Cause::Code code, std::string_view text);
   /// Counts cycles that began late; for the real-time clock.
   void count_overruns(std::int64_t late_cycles);

@@ -12,7 +12,8 @@ namespace takt::rcc {
 /// The events of one cycle, in order; what does not fit is counted. Realtime: cyclic.
 class EventBuffer {
  public:
-  static constexpr std::size_t kCapacity = 512;
+  /// An answer to each request of a full queue and to each rule that waits, and as many changes of state and stops.
+  static constexpr std::size_t kCapacity = 2048;
 
   void clear() { size_ = 0; }
   void add(const Event& event) {

@@ -23,6 +23,7 @@ Executor::Executor(NetTable& nets, ResourceTable& resources, EventBuffer& events
 }
 
 void Executor::evaluate(const net::Cycle& cycle) {
+  cycle_ = cycle.index;
   for (NetEntry* entry : active_) {
     net::Cycle own = cycle;
     own.cancel_requested = entry->cancel_cycle >= 0;
@@ -92,6 +93,15 @@ void Executor::abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycl
     events_.add({.kind = Event::Kind::kStopped, .state = {}, .net = entry.id, .request = 0, .cause = what});
   }
   end(entry, cause, cycle);
+}
+
+void Executor::abort_asked(std::int64_t cycle) {
+  nets_.take_aborts([&](NetEntry& entry) {
+    entry.abort_cycle = cycle;
+    if (is_active(entry.state.load(std::memory_order_relaxed)))
+      abort(entry, cause_of(net::Cause::Code::kAborted, format_text("abort was asked for"), cycle), cycle);
+  });
+  forget_ended();
 }
 
 bool Executor::stops_in_emergency(const NetEntry& entry) const {
@@ -196,6 +206,7 @@ device::StateAnswer Executor::answer_of(const device::Actuator& actuator, const 
 std::optional<Executor::Refusal> Executor::refuse_start(const NetEntry& entry, const Transaction& transaction) const {
   const auto refused = [&entry](const net::Text& why) { return Refusal{.net = entry.id, .text = why}; };
   if (stopped_by_) return refused(format_text("stopped by {}", stopped_by_->view()));
+  if (entry.abort_cycle == cycle_) return refused(format_text("an abort of net {} was asked for", entry.id));
   if (active_.size() == active_.capacity()) return refused(format_text("too many nets are running"));
   std::optional<Refusal> later;
   for (const int place : entry.claims) {
@@ -217,9 +228,6 @@ std::optional<Executor::Refusal> Executor::refuse_start(const NetEntry& entry, c
   }
   if (later) return later;
   if (const auto why = refuse_seam(entry)) return refused(*why);
-  const double load = load_ns() + entry.cost_ns;
-  if (budget_ns_ > 0.0 && load > budget_ns_)
-    return refused(format_text("{:.1f} us a cycle with it, but the budget is {:.1f}", 1e-3 * load, 1e-3 * budget_ns_));
   // Two nets of one transaction may not want the same thing.
   for (const NetId other : transaction.start) {
     if (other == entry.id) break;
@@ -227,6 +235,37 @@ std::optional<Executor::Refusal> Executor::refuse_start(const NetEntry& entry, c
     for (const int place : entry.claims)
       if (before != nullptr && std::count(before->claims.begin(), before->claims.end(), place) > 0)
         return refused(format_text("net {} of the same start wants the same device", other));
+  }
+  return std::nullopt;
+}
+
+std::optional<Executor::Refusal> Executor::refuse_cost(const Transaction& transaction) const {
+  if (budget_ns_ <= 0.0) return std::nullopt;
+  double load = load_ns();
+  for (const NetEntry* entry : active_)
+    if (transaction.abort.contains(entry->id) || transaction.end.contains(entry->id)) load -= entry->cost_ns;
+  for (const NetId* one = transaction.start.begin(); one != transaction.start.end(); ++one) {
+    const NetEntry& entry = *nets_.find(*one);
+    const bool runs = is_active(entry.state.load(std::memory_order_acquire));
+    if (runs || std::count(transaction.start.begin(), one, *one) > 0) continue;  // its cost is in the sum already
+    load += entry.cost_ns;
+    if (load > budget_ns_)
+      return Refusal{
+          .net = *one,
+          .text = format_text("{:.1f} us a cycle with it, but the budget is {:.1f}", 1e-3 * load, 1e-3 * budget_ns_)};
+  }
+  return std::nullopt;
+}
+
+/// A net that the transaction starts and ends at once, in whichever way.
+std::optional<Executor::Refusal> Executor::refuse_contradiction(const Transaction& transaction) {
+  const auto both = [](NetId id, std::string_view what) {
+    return Refusal{.net = id, .text = format_text("net {} is to be started and {} at once", id, what)};
+  };
+  for (const NetId id : transaction.start) {
+    if (transaction.abort.contains(id)) return both(id, "aborted");
+    if (transaction.cancel.contains(id)) return both(id, "cancelled");
+    if (transaction.end.contains(id)) return both(id, "ended");
   }
   return std::nullopt;
 }
@@ -271,6 +310,7 @@ std::optional<Executor::Refusal> Executor::check(const Transaction& transaction)
   for (const NetSet* set : {&transaction.abort, &transaction.cancel, &transaction.end, &transaction.start})
     for (const NetId id : *set)
       if (nets_.find(id) == nullptr) return Refusal{.net = id, .text = format_text("net {} is not loaded", id)};
+  if (auto contradiction = refuse_contradiction(transaction)) return contradiction;
   const auto state_of = [this](NetId id) { return nets_.find(id)->state.load(std::memory_order_acquire); };
   for (const NetSet* set : {&transaction.abort, &transaction.cancel, &transaction.end})
     for (const NetId id : *set)
@@ -290,7 +330,7 @@ std::optional<Executor::Refusal> Executor::check(const Transaction& transaction)
     if (refusal && !refusal->later) return refusal;
     if (refusal) later = refusal;
   }
-  return later;
+  return later ? later : refuse_cost(transaction);
 }
 
 void Executor::carry_out(const Transaction& transaction, std::int64_t cycle) {

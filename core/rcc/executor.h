@@ -48,6 +48,10 @@ class Executor {
   /// What the running nets cost in a cycle, ns, as far as it is known. Any thread.
   [[nodiscard]] double load_ns() const { return load_ns_.load(std::memory_order_relaxed); }
 
+  /// Carries out the aborts that were asked for by ControlCore::abort(), which nothing refuses: what runs is aborted,
+  /// what does not run is not started in this cycle. Realtime: cyclic.
+  void abort_asked(std::int64_t cycle);
+
   /// Ends a net in which something went wrong: its devices stop (rows S2, L6).
   void abort(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
 
@@ -75,6 +79,9 @@ class Executor {
   void move_to(NetEntry& entry, NetState state);
   [[nodiscard]] std::optional<net::Text> refuse_end(const NetEntry& entry, const Transaction& transaction) const;
   [[nodiscard]] std::optional<Refusal> refuse_start(const NetEntry& entry, const Transaction& transaction) const;
+  [[nodiscard]] static std::optional<Refusal> refuse_contradiction(const Transaction& transaction);
+  /// Row T5 for all nets of a transaction together; what it aborts or ends makes room.
+  [[nodiscard]] std::optional<Refusal> refuse_cost(const Transaction& transaction) const;
   /// What a net that starts needs of a device that it claims.
   [[nodiscard]] static device::StateAnswer answer_of(const device::Actuator& actuator, const NetEntry& entry,
                                                      int place);
@@ -91,6 +98,7 @@ class Executor {
   std::atomic<NetId> current_ = 0;
   std::atomic<double> load_ns_ = 0.0;
   double budget_ns_ = 0.0;
+  std::int64_t cycle_ = -1;        ///< that is being run
   std::vector<NetEntry*> active_;  ///< by number; never grows beyond its capacity
 };
 

@@ -9,9 +9,10 @@ namespace takt::rcc {
 
 NetTable::NetTable(int capacity, net::Environment& environment, Bind bind)
     : slots_(static_cast<std::size_t>(capacity)),
+      aborts_(slots_.size()),
+      retirements_(slots_.size()),
       environment_(environment),
-      bind_(std::move(bind)),
-      retired_(static_cast<std::size_t>(capacity)) {}
+      bind_(std::move(bind)) {}
 
 NetTable::~NetTable() {
   worker_.request_stop();
@@ -19,24 +20,86 @@ NetTable::~NetTable() {
 }
 
 NetEntry* NetTable::find(NetId id) const {
-  NetEntry* entry = slots_[id % slots_.size()].load(std::memory_order_acquire);
+  NetEntry* entry = slots_[slot_of(id)].entry.load(std::memory_order_acquire);
   return entry != nullptr && entry->id == id ? entry : nullptr;
 }
 
-NetEntry* NetTable::make_entry(const LoadOptions& options) {
+std::shared_ptr<NetEntry> NetTable::share(NetId id) const {
+  // In one order that all threads agree on, either `looking` is counted before collect() reads it, and the entry stays,
+  // or the slot is empty by now: take_retired() has emptied it before collect() looks.
+  const Slot& slot = slots_[slot_of(id)];
+  slot.looking.fetch_add(1, std::memory_order_seq_cst);
+  NetEntry* entry = slot.entry.load(std::memory_order_seq_cst);
+  std::shared_ptr<NetEntry> handle = entry != nullptr && entry->id == id ? entry->shared_from_this() : nullptr;
+  slot.looking.fetch_sub(1, std::memory_order_seq_cst);
+  return handle;
+}
+
+bool NetTable::ask_abort(NetId id) {
+  const std::shared_ptr<NetEntry> entry = share(id);
+  if (entry == nullptr) return false;
+  // The flag names the net, the bit only says where to look: the slot may be another net's by then.
+  entry->abort_asked.store(true, std::memory_order_release);
+  aborts_.set(slot_of(id));
+  return true;
+}
+
+bool NetTable::ask_retire(NetId id) {
+  const std::shared_ptr<NetEntry> entry = share(id);
+  if (entry == nullptr) return false;
+  entry->retire_asked.store(true, std::memory_order_release);
+  retirements_.set(slot_of(id));
+  return true;
+}
+
+void NetTable::take_retired() {
+  retirements_.take([this](std::size_t place) {
+    Slot& slot = slots_[place];
+    NetEntry* entry = slot.entry.load(std::memory_order_acquire);
+    if (entry == nullptr || !entry->retire_asked.load(std::memory_order_acquire)) return;
+    // A start in the cycle in which it was asked for came first: it is forgotten when it has ended.
+    if (is_active(entry->state.load(std::memory_order_acquire))) return retirements_.set(place);
+    slot.entry.store(nullptr, std::memory_order_seq_cst);
+    slot.retired.store(entry, std::memory_order_release);  // last: from now on collect() may free it
+  });
+}
+
+std::shared_ptr<NetEntry> NetTable::reserve(const LoadOptions& options) {
   collect();
   const std::lock_guard lock(mutex_);
   for (std::size_t tried = 0; tried < slots_.size(); ++tried) {
     const NetId id = ++last_id_;
-    auto& slot = slots_[id % slots_.size()];
-    if (id == 0 || slot.load(std::memory_order_acquire) != nullptr) continue;
-    auto entry = std::make_unique<NetEntry>();
+    Slot& slot = slots_[slot_of(id)];
+    if (id == 0 || slot.taken) continue;
+    slot.taken = true;
+    auto entry = std::make_shared<NetEntry>();
     entry->id = id;
     entry->options = options;
-    slot.store(entry.get(), std::memory_order_release);
-    return entries_.emplace_back(std::move(entry)).get();
+    return entries_.emplace_back(std::move(entry));
   }
   return nullptr;
+}
+
+void NetTable::publish(NetEntry& entry) { slots_[slot_of(entry.id)].entry.store(&entry, std::memory_order_seq_cst); }
+
+void NetTable::drop(const std::shared_ptr<NetEntry>& entry) {
+  const std::lock_guard lock(mutex_);
+  std::erase(entries_, entry);
+  slots_[slot_of(entry->id)].taken = false;
+}
+
+void NetTable::collect() {
+  std::vector<std::shared_ptr<NetEntry>> freed;  // outlives the lock: a large net takes its time to be destroyed
+  const std::lock_guard lock(mutex_);
+  std::erase_if(entries_, [&](const std::shared_ptr<NetEntry>& entry) {
+    Slot& slot = slots_[slot_of(entry->id)];
+    const bool let_go = slot.retired.load(std::memory_order_acquire) == entry.get();
+    if (!let_go || slot.looking.load(std::memory_order_seq_cst) != 0) return false;
+    slot.retired.store(nullptr, std::memory_order_relaxed);
+    slot.taken = false;
+    freed.push_back(entry);
+    return true;
+  });
 }
 
 void NetTable::compile(NetEntry& entry, const net::NetDescription& description) {
@@ -54,20 +117,22 @@ void NetTable::compile(NetEntry& entry, const net::NetDescription& description) 
 }
 
 Result<NetId> NetTable::load(const net::NetDescription& description, const LoadOptions& options) {
-  NetEntry* entry = make_entry(options);
+  const std::shared_ptr<NetEntry> entry = reserve(options);
   if (entry == nullptr)
     return failure("", fmt::format("no room for another net ({} are loaded)", slots_.size()), "unload some first");
   compile(*entry, description);
-  if (entry->state == NetState::kReady) return entry->id;
-  Findings findings = std::move(entry->findings);
-  retire(*entry);
-  collect();
-  return std::unexpected(std::move(findings));
+  if (entry->state == NetState::kReady) {
+    publish(*entry);
+    return entry->id;
+  }
+  drop(entry);
+  return std::unexpected(std::move(entry->findings));
 }
 
 NetId NetTable::load_async(net::NetDescription description, const LoadOptions& options) {
-  NetEntry* entry = make_entry(options);
+  const std::shared_ptr<NetEntry> entry = reserve(options);
   if (entry == nullptr) return 0;
+  publish(*entry);
   const std::lock_guard lock(mutex_);
   jobs_.push_back({entry, std::move(description)});
   if (!worker_.joinable()) worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
@@ -84,30 +149,6 @@ void NetTable::work(const std::stop_token& stop) {
     lock.unlock();
     compile(*job.entry, job.description);
   }
-}
-
-std::pair<std::string, std::string> NetTable::where_it_is(NetId id) {
-  const std::lock_guard lock(mutex_);  // so that nobody frees the net meanwhile
-  const NetEntry* entry = find(id);
-  if (entry == nullptr || entry->net == nullptr) return {};
-  return {entry->net->name(), std::string(entry->net->progress())};
-}
-
-void NetTable::retire(NetEntry& entry) {
-  auto& slot = slots_[entry.id % slots_.size()];
-  // The order matters: while the slot is taken nobody else gets this place, so `retired_` there is free.
-  retired_[entry.id % slots_.size()].store(&entry, std::memory_order_release);
-  slot.store(nullptr, std::memory_order_release);
-}
-
-void NetTable::collect() {
-  const std::lock_guard lock(mutex_);
-  std::erase_if(entries_, [this](const std::unique_ptr<NetEntry>& entry) {
-    auto& retired = retired_[entry->id % retired_.size()];
-    if (retired.load(std::memory_order_acquire) != entry.get()) return false;
-    retired.store(nullptr, std::memory_order_release);
-    return true;
-  });
 }
 
 }  // namespace takt::rcc

@@ -13,12 +13,6 @@ namespace takt::rcc {
 
 namespace {
 
-Nanoseconds now() {
-  timespec time{};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return time.tv_sec * kSecond + time.tv_nsec;
-}
-
 void sleep_until(Nanoseconds instant) {
   const timespec time{.tv_sec = instant / kSecond, .tv_nsec = instant % kSecond};
   // A signal may end the sleep early; then the rest is slept.
@@ -55,13 +49,15 @@ RealtimeClock::Granted RealtimeClock::run(ControlCore& core, const std::stop_tok
   if (options_.watchdog > 0)
     watchdog.emplace(core, Watchdog::Options{.limit = options_.watchdog, .grace = options_.grace});
   const Nanoseconds period = core.period();
-  Nanoseconds instant = now();
+  Nanoseconds instant = MonotonicClock::machine_time();
+  time_.align(core.time(), instant);
   while (!stop.stop_requested()) {
     core.step();
     if (after_step) after_step(core);
     instant += period;
-    const std::int64_t late_cycles = std::max<Nanoseconds>(0, now() - instant) / period;
+    const std::int64_t late_cycles = std::max<Nanoseconds>(0, MonotonicClock::machine_time() - instant) / period;
     instant += late_cycles * period;
+    if (late_cycles > 0) time_.skip(late_cycles * period);
     count(core, late_cycles);
     sleep_until(instant);
   }

@@ -4,6 +4,7 @@
 #include <functional>
 #include <stop_token>
 
+#include "core/base/clock.h"
 #include "core/base/time.h"
 #include "core/rcc/control_core.h"
 
@@ -16,6 +17,9 @@ namespace takt::rcc {
 /// without and says so. A wake-up that is a whole period late or more skips the instants it missed, so cycles are late
 /// but never bunched; each counts into a leaky counter. When that is full, all nets are stopped within their limits
 /// (cause kOverrun).
+///
+/// It keeps the core's time: cycle k begins at k periods of time(), also after instants were skipped. The I/O agents of
+/// its devices read that clock and no other, so that they agree with the set points' stamps.
 class RealtimeClock {
  public:
   struct Options {
@@ -32,6 +36,11 @@ class RealtimeClock {
   };
 
   explicit RealtimeClock(const Options& options) : options_(options) {}
+  RealtimeClock(const RealtimeClock&) = delete;
+  RealtimeClock& operator=(const RealtimeClock&) = delete;
+
+  /// The core's time, for the agents of its devices; must outlive them. Any thread.
+  [[nodiscard]] const Clock& time() const { return time_; }
 
   /// Runs on the calling thread until `stop` is requested. `after_step` runs on it after each step and must be cyclic
   /// too; may be empty. @return what was granted.
@@ -42,6 +51,7 @@ class RealtimeClock {
   void count(ControlCore& core, std::int64_t late_cycles);
 
   Options options_;
+  MonotonicClock time_;
   std::int64_t level_ = 0;  ///< of the leaky counter, in overruns * leak_cycles
 };
 

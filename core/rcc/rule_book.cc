@@ -19,11 +19,12 @@ bool is_final(NetState state) { return state == NetState::kRejected || state == 
 }  // namespace
 
 RuleBook::RuleBook(Executor& executor, EventBuffer& events) : executor_(executor), events_(events) {
-  entries_.reserve(kCapacity);
+  entries_.reserve(kMostWaiting + kMostRequests);
 }
 
 bool RuleBook::add(RequestId id, const Rule& rule) {
-  if (entries_.size() == kCapacity) return false;
+  const bool waits = rule.condition.size > 0;
+  if (entries_.size() >= kMostWaiting + (waits ? 0 : kMostRequests)) return false;
   entries_.push_back({.id = id, .rule = rule});
   return true;
 }
@@ -33,8 +34,8 @@ bool RuleBook::holds(const Term& term) const {
   if (entry == nullptr) return false;
   const NetState state = entry->state.load(std::memory_order_acquire);
   if (term.states != 0) return ((term.states >> static_cast<unsigned>(state)) & 1u) != 0;
-  const bool evaluated = entry->net != nullptr && entry->net->cycles() > 0;
-  if (!evaluated) return false;
+  const bool compiled = state != NetState::kLoading && entry->net != nullptr;
+  if (!compiled || entry->net->cycles() == 0) return false;
   if (term.port != nullptr) return term.port->null == 0 && term.port->value;
   return term.real != nullptr && term.real->null == 0 && term.real->value >= term.lower &&
          term.real->value <= term.upper;
@@ -66,6 +67,7 @@ void RuleBook::apply(std::int64_t cycle) {
     entry.hopeless = entry.fires || waits ? 0 : hopeless_net(entry.rule.condition);
     any = any || entry.fires || entry.hopeless != 0;
   }
+  executor_.abort_asked(cycle);
   if (!any) return;
   for (int turn = 0; turn < 3; ++turn)
     for (Entry& entry : entries_)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -12,14 +13,17 @@ namespace takt::rcc {
 /// The requests and rules that wait, and the one pass over them in each cycle (row L2). Cycle thread only.
 class RuleBook {
  public:
-  static constexpr int kCapacity = 256;
+  static constexpr std::size_t kMostWaiting = 256;
+  /// Requests without a condition are carried out in the cycle that takes them in; rules that wait leave this room.
+  static constexpr std::size_t kMostRequests = 512;
 
   RuleBook(Executor& executor, EventBuffer& events);
 
-  /// Takes a request or rule in. @return false if there is no room. Realtime: cyclic.
-  bool add(RequestId id, const Rule& rule);
+  /// Takes a request or rule in. @return false if there is no room: kMostWaiting rules wait. Realtime: cyclic.
+  [[nodiscard]] bool add(RequestId id, const Rule& rule);
 
-  /// One pass: all conditions are read on the same snapshot, then what holds is carried out, rules with aborts first,
+  /// One pass: all conditions are read on the same snapshot, then aborts that nothing can refuse are carried out
+  /// (Executor::abort_asked), then what holds, rules with aborts first,
   /// then those with cancels, then the rest, each in the order of posting. A rule whose condition can never hold any
   /// more, since a net in it has ended or is not known, is dropped and told as refused. Realtime: cyclic.
   void apply(std::int64_t cycle);

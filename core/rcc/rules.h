@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
 
@@ -20,11 +22,12 @@ struct NetSet {
   int size = 0;
 
   NetSet() = default;
-  NetSet(std::initializer_list<NetId> list) {
-    for (const NetId id : list) add(id);
-  }
-  /// @return false if there is no room.
-  bool add(NetId id) {
+  /// More than there is room for does not compile.
+  template <std::convertible_to<NetId>... Ids>
+  requires(sizeof...(Ids) > 0 && sizeof...(Ids) <= std::size_t{kCapacity}) NetSet(Ids... list)
+      : ids{static_cast<NetId>(list)...}, size(static_cast<int>(sizeof...(Ids))) {}
+  /// @return false if there is no room: the net is not in the set.
+  [[nodiscard]] bool add(NetId id) {
     if (size == kCapacity) return false;
     ids[static_cast<std::size_t>(size++)] = id;
     return true;
@@ -39,7 +42,8 @@ struct NetSet {
 };
 
 /// What happens in one cycle, wholly or not at all: first all aborts, then all cancels, ends and starts (row L2). Nets
-/// that are started together run their first cycle together.
+/// that are started together run their first cycle together. A net that is to be started and aborted, cancelled or
+/// ended in one transaction refuses it: both cannot be.
 ///
 /// A net in `end` has its last cycle: what it proposed is sent, then it is Terminated, cause "taken over", and its
 /// devices are free for the nets in `start`. It may be in motion; a device that would go on moving with nobody to hold
@@ -74,14 +78,21 @@ struct Term {
 
 /// All terms hold. No terms: true at once.
 struct Condition {
-  static constexpr int kCapacity = 8;
+  /// A blend out of a motion needs two terms, and as many motions as a NetSet holds nets may be left in one cycle.
+  static constexpr int kCapacity = 2 * NetSet::kCapacity;
   std::array<Term, kCapacity> terms{};
   int size = 0;
 
   Condition() = default;
-  Condition(std::initializer_list<Term> list) {
-    for (const Term& term : list)
-      if (size < kCapacity) terms[static_cast<std::size_t>(size++)] = term;
+  /// More than there is room for does not compile.
+  template <std::same_as<Term>... Terms>
+  requires(sizeof...(Terms) > 0 && sizeof...(Terms) <= std::size_t{kCapacity}) Condition(const Terms&... all)
+      : terms{all...}, size(static_cast<int>(sizeof...(Terms))) {}
+  /// @return false if there is no room: the condition does not hold what it should, and must not be posted.
+  [[nodiscard]] bool add(const Term& term) {
+    if (size == kCapacity) return false;
+    terms[static_cast<std::size_t>(size++)] = term;
+    return true;
   }
 };
 

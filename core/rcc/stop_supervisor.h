@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -20,10 +21,9 @@ class StopSupervisor {
 
   void add(device::EmergencyStop* stop) { latches_.push_back(stop); }
   void add(device::Arm* arm) { arms_.push_back({.arm = arm}); }
-  /// Everything ends in the next cycle, with this cause.
-  void stop_all(net::Cause::Code code, std::string_view text) {
-    everything_ = net::Cause{.code = code, .text = net::Text(text), .cycle = -1};
-  }
+  /// Everything ends in the next cycle, with this cause; of several that ask before that cycle, with the first one's.
+  /// Needs no room and is never refused. Any thread, wait-free.
+  void stop_all(net::Cause::Code code, std::string_view text);
 
   /// Before the nets are evaluated: what can come to rest on its path begins to.
   void begin(std::int64_t cycle);
@@ -39,14 +39,19 @@ class StopSupervisor {
   void close_brakes(bool at_once);
   /// Of those that are latched the one with the lowest category; nullptr: none is.
   [[nodiscard]] const device::EmergencyStop* strongest() const;
-  [[nodiscard]] static net::Cause cause_of(const device::EmergencyStop& stop, std::int64_t cycle) {
-    return {.code = net::Cause::Code::kDevice, .text = net::Text(stop.name()), .cycle = cycle};
-  }
+  [[nodiscard]] static net::Cause cause_of(const device::EmergencyStop& stop, std::int64_t cycle);
+
+  /// The cause of stop_all() if somebody has asked; takes it.
+  [[nodiscard]] std::optional<net::Cause> take_stop_of_all();
 
   Executor& executor_;
   std::vector<device::EmergencyStop*> latches_;
   std::vector<Braked> arms_;
-  std::optional<net::Cause> everything_;  ///< of stop_all(), for the next cycle
+  // The flag alone stops. The cause is one thread's at a time: who finds it being written leaves it.
+  enum class CauseIs : std::uint8_t { kFree, kBeingWritten, kWritten };
+  std::atomic<bool> everything_ = false;
+  std::atomic<CauseIs> cause_is_ = CauseIs::kFree;
+  net::Cause cause_;
 };
 
 }  // namespace takt::rcc

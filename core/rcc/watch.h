@@ -47,7 +47,9 @@ class Watch {
   [[nodiscard]] int every() const { return every_.load(std::memory_order_relaxed); }
   /// Values that the ring had no room for.
   [[nodiscard]] std::int64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
-  /// The net has ended: no value comes any more.
+  /// Asks the cycle to let go of it; it says ended() then. Needs no room and is never refused.
+  void give_up() { given_up_.store(true, std::memory_order_release); }
+  /// The net has ended, or the watch was given up: no value comes any more.
   [[nodiscard]] bool ended() const { return ended_.load(std::memory_order_acquire); }
 
   // -- The reader's thread, wait-free --------------------------------------------------------------------------------
@@ -58,6 +60,8 @@ class Watch {
 
   // -- The cycle thread. Realtime: cyclic ----------------------------------------------------------------------------
   void sample(std::int64_t cycle);
+  [[nodiscard]] bool given_up() const { return given_up_.load(std::memory_order_acquire); }
+  /// The last that the cycle does with it.
   void end() { ended_.store(true, std::memory_order_release); }
 
  private:
@@ -74,7 +78,7 @@ class Watch {
   std::size_t size_;
   std::atomic<int> every_;
   std::atomic<std::int64_t> dropped_ = 0;
-  std::atomic<bool> ended_ = false;
+  std::atomic<bool> ended_ = false, given_up_ = false;
   std::unique_ptr<boost::lockfree::spsc_queue<Sample>> ring_;
 
   // The newest: one place is the writer's, one the reader's, the one between them changes hands.
@@ -92,7 +96,7 @@ class WatchList {
 
   WatchList() { entries_.reserve(kCapacity); }
   /// `net` 0: the value of a channel, which never ends. @return false if the list is full.
-  bool attach(std::uint32_t net, Watch& watch) {
+  [[nodiscard]] bool attach(std::uint32_t net, Watch& watch) {
     if (entries_.size() == kCapacity) return false;
     entries_.push_back({net, &watch});
     return true;
@@ -103,17 +107,15 @@ class WatchList {
     for (Entry& entry : entries_)
       if (entry.net == 0 || is_active(entry.net)) entry.watch->sample(cycle);
   }
-  /// `has_ended(net)`: it will not be evaluated any more.
+  /// Lets go of watches that were given up, and of those whose net has ended. `has_ended(net)`: it will not be
+  /// evaluated any more.
   template <class HasEnded>
   void forget_ended(HasEnded has_ended) {
     std::erase_if(entries_, [&](const Entry& entry) {
-      const bool over = entry.net != 0 && has_ended(entry.net);
+      const bool over = entry.watch->given_up() || (entry.net != 0 && has_ended(entry.net));
       if (over) entry.watch->end();
       return over;
     });
-  }
-  void detach(const Watch& watch) {
-    std::erase_if(entries_, [&](const Entry& entry) { return entry.watch == &watch; });
   }
 
  private:

@@ -240,23 +240,25 @@ class Operator {
       way.goal = goal_from(way.start);
     }
     const NetId id = new_net(ways);
-    cell_.core.post(rcc::Rule{.condition = {rcc::Term::state(before, {NetState::kTerminated})},
-                              .action = {.abort = {}, .cancel = {}, .start = {id}}});
+    (void)cell_.core.post(rcc::Rule{.condition = {rcc::Term::state(before, {NetState::kTerminated})},
+                                    .action = {.abort = {}, .cancel = {}, .start = {id}}});
     successors_[id] = before;
   }
   /// One net goes and others come, wholly or not at all.
   void exchange() {
     rcc::Transaction transaction;
-    if (const NetId id = any_active()) transaction.abort.add(id);
-    transaction.start.add(new_net(from_rest()));
-    if (random_.unit() < 0.5) transaction.start.add(new_net(from_rest()));
-    cell_.core.post(transaction);
+    if (const NetId id = any_active()) transaction.abort = {id};
+    transaction.start = {new_net(from_rest())};
+    if (random_.unit() < 0.5) {
+      ASSERT_TRUE(transaction.start.add(new_net(from_rest())));
+    }
+    (void)cell_.core.post(transaction);
   }
   void cancel_at_the_end_of(NetId id) {
     const auto* at_end = cell_.core.net(id)->find<net::Boolean>("clock.at_end");
     rcc::Transaction transaction;
-    if (const NetId other = any_active()) transaction.cancel.add(other);
-    cell_.core.post(rcc::Rule{.condition = {rcc::Term::output(id, at_end)}, .action = transaction});
+    if (const NetId other = any_active()) transaction.cancel = {other};
+    (void)cell_.core.post(rcc::Rule{.condition = {rcc::Term::output(id, at_end)}, .action = transaction});
   }
 
   /// Row L3: the first cycle of a successor follows the last of its predecessor.

@@ -17,6 +17,7 @@ class ArmTap final : public device::ArmBackend {
  public:
   explicit ArmTap(std::shared_ptr<device::ArmBackend> behind) : behind_(std::move(behind)) {}
 
+  void set_held(bool held) override { behind_->set_held(held); }
   bool read(device::ArmSample& sample) override { return !silent && behind_->read(sample); }
   void write(const device::ArmSetPoint& set_point) override {
     told.push_back(set_point);

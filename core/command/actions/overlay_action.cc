@@ -305,6 +305,8 @@ class ForceOffset final : public ActionModel {
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     Contribution contribution = motion_->add_to(fragment, actuator);
+    // The offset counts on what the motion leaves of the limits, and stops by the table leave nothing.
+    fragment.set_parameter(contribution.path_clock, "law", nullptr);
     add_force_law(fragment, pressing_, wish_.force);
     add_begin(fragment, contribution.path_clock);
     add_stand(fragment, contribution.path_clock);

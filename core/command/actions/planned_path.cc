@@ -66,9 +66,11 @@ void add_clock(FragmentWriter& fragment, const motion::Motion& motion, const Clo
     fragment.link(waits_for, "waits.input");
     rate = add_stand(fragment, "rate_after", "waits.value", rate);
   }
-  fragment.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
+  const nlohmann::ordered_json law = motion::to_json(motion.law);
+  fragment.add("clock", "PathClock",
+               {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}, {"law", law}});
   fragment.link(rate, "clock.target_rate");
-  fragment.add("law", "TimeLaw", {{"law", motion::to_json(motion.law)}});
+  fragment.add("law", "TimeLaw", {{"law", law}});
   fragment.link_all("clock", "law", {"time", "rate", "rate_derivative"});
 }
 

@@ -75,6 +75,23 @@ TEST_F(CommandRunTest, BeforeTheStartACancelMeansThatItNeverBegins) {
   EXPECT_EQ(cell.q(), cell.arm->home);
 }
 
+TEST_F(CommandRunTest, StartAndCancelAreNotLostWhenTheCoresQueueIsFull) {
+  const auto fill = [this] {
+    while (cell.core.cancel(4711) != 0) continue;
+  };
+  LoadedCommand handle = load(move(0.6)), never = load(move(0.6));
+  fill();
+  handle.start();
+  never.start();
+  never.cancel();
+  for (int i = 0; i < 300; ++i) cell.runtime.step();
+  EXPECT_EQ(handle.status().state, activity::RunState::kRunning);
+  EXPECT_EQ(never.status().state, activity::RunState::kCancelled) << "its start was never posted";
+  fill();
+  handle.cancel();
+  EXPECT_EQ(handle.wait(2000).cause.code, Cause::Code::kCancelled);
+}
+
 TEST_F(CommandRunTest, ARefusedStartSaysWhoHoldsTheArm) {
   LoadedCommand first = load(move(0.6)), second = load(move(-0.6));
   first.start();

@@ -13,12 +13,13 @@
 
 namespace takt::test {
 
-/// Two LWR 4+ that look at each other, each with a wrist sensor, always where they were sent.
+/// Two LWR 4+ that look at each other, each with a wrist sensor, always where they were sent; or others along the x
+/// axis.
 class TwoArmCell {
  public:
-  TwoArmCell() {
+  explicit TwoArmCell(const std::map<std::string, double>& arms_x = {{"left", 0.0}, {"right", 1.2}}) {
     arm = device::read_arm("models/lwr4plus").value();
-    for (const auto& [name, x] : {std::pair("left", 0.0), {"right", 1.2}}) add(name, x);
+    for (const auto& [name, x] : arms_x) add(name, x);
     const Findings findings = activity::declare_channels(core, cell);
     EXPECT_FALSE(findings.has_errors()) << findings.to_string();
     core.step();

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/activity/actuator_interfaces.h"
+#include "core/activity/composition.h"
 #include "core/expression/device_sensors.h"
 #include "tests/core/activity/two_arm_cell.h"
 #include "tests/support/limit_oracle.h"
@@ -37,6 +39,25 @@ class TwoArmTest : public testing::Test, public test::TwoArmCell {
     for (const char* name : {"left", "right"}) EXPECT_LE(worst_share(name), 1.0) << name;
   }
 };
+
+/// Each arm that is left in motion needs two terms of a rule's condition.
+TEST(FiveArms, L8_BlendsOfFiveArmsAreLeftInOneCycle) {
+  test::TwoArmCell cell({{"a", 0.0}, {"b", 2.0}, {"c", 4.0}, {"d", 6.0}, {"e", 8.0}});
+  std::vector<RunPtr> first;
+  std::vector<Activity> next;
+  for (const auto& [name, arm] : cell.cell.arms) {
+    const MotionInterface motion = Actuator(cell.program, name).use<MotionInterface>();
+    first.push_back(motion.lin_by({0, 0.1, 0}, {.blend = 0.7}).schedule());
+    next.push_back(motion.lin_by({0, 0, -0.1}));
+  }
+  cell.program.step();
+  const RunPtr together = parallel(next).execute();
+  EXPECT_TRUE(together->blended());
+  for (const RunPtr& one : first) {
+    EXPECT_EQ(one->last_cycle() + 1, together->first_cycle()) << one->name();
+    EXPECT_EQ(cell.core.status(one->net()).cause.code, net::Cause::Code::kTakenOver) << one->name();
+  }
+}
 
 TEST_F(TwoArmTest, P5_BlendedMotionsBeginInOneCycleAndBothSeeTheCentreAtOnePlace) {
   const TwoArms both = pair();

@@ -29,21 +29,14 @@ TEST(SampleInlet, T2_OnlyWhatIsNewerIsAccepted) {
 
 TEST(SampleInlet, WhatNeverCameIsLost) { EXPECT_EQ(counts({1, 2, 5, 6, 16}).lost, 11u); }
 
-TEST(SampleInlet, ADeviceThatCountsAnewIsBelievedAfterAWhile) {
+TEST(SampleInlet, WhatHasComeIsKnown) {
   SampleInlet inlet;
-  for (std::uint64_t n = 1000; n < 1100; ++n) inlet.accept(n);
-  int refused = 0;
-  for (std::uint64_t n = 1; n < 20; ++n) refused += inlet.accept(n) ? 0 : 1;
-  EXPECT_EQ(refused, SampleInlet::kRestartAfter - 1);
-  EXPECT_EQ(inlet.counts().restarts, 1u);
-  EXPECT_EQ(inlet.newest(), 19u);
-}
-
-TEST(SampleInlet, ABurstOfOldSamplesIsNoRestart) {
-  SampleInlet inlet;
-  for (std::uint64_t n = 1; n <= 50; ++n) inlet.accept(n);
-  for (std::uint64_t n = 20; n < 40; ++n) EXPECT_FALSE(inlet.accept(n));  // repeated: seen before
-  EXPECT_EQ(inlet.counts().restarts, 0u);
+  for (const std::uint64_t n : {1, 2, 5}) inlet.accept(n);
+  EXPECT_TRUE(inlet.seen(2));
+  EXPECT_FALSE(inlet.seen(3));
+  EXPECT_FALSE(inlet.seen(6));
+  for (std::uint64_t n = 6; n <= 100; ++n) inlet.accept(n);
+  EXPECT_FALSE(inlet.seen(5)) << "too long ago to be known";
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ Targets at_random(Random& random, bool backwards) {
 
 void run(const Motion& motion, const Targets& target, int cycles_max,
          const std::function<void(const PathPoint&)>& emit) {
-  PathClock clock(motion.clock, motion.duration(), true);
+  PathClock clock(motion.clock, motion.law, true);
   for (int i = 0; i < 4; ++i) emit(follow(motion.law, clock.state()));
   for (int i = 0; i < cycles_max && (i == 0 || !clock.at_end()); ++i) {
     clock.update(target(), kPeriod);

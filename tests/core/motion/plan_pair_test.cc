@@ -73,7 +73,7 @@ TEST(PlanPair, P5_BothArmsSeeTheFrameAtTheSamePlaceUnderAnyClockAndKeepTheirLimi
   Random random(41);
   const std::vector<std::string> urdfs = {robots::lwr_urdf(), robots::ur5_urdf(), robots::tx90_urdf()};
   int planned = 0, relayed = 0;
-  for (int i = 0; i < 30; ++i) {
+  for (int i = 0; i < 45; ++i) {
     SCOPED_TRACE(testing::Message() << "pair " << i);
     const RandomPair pair(urdfs[static_cast<std::size_t>(i) % 3], urdfs[static_cast<std::size_t>(i / 3) % 3], random);
     const Blend blend{Blend::Kind::kFraction, random.uniform(0.1, 0.4)};
@@ -85,7 +85,7 @@ TEST(PlanPair, P5_BothArmsSeeTheFrameAtTheSamePlaceUnderAnyClockAndKeepTheirLimi
     if (!plan) continue;
     ++planned;
     for (const bool steady : {true, false}) {
-      const Together seen = run_both(pair, *plan, PathClock(plan->leader.clock, plan->leader.duration(), false),
+      const Together seen = run_both(pair, *plan, PathClock(plan->leader.clock, plan->leader.law, false),
                                      steady ? always(1.0) : at_random(random, false));
       expect_kept(seen.first, "first");
       expect_kept(seen.second, "second");
@@ -99,7 +99,7 @@ TEST(PlanPair, P5_BothArmsSeeTheFrameAtTheSamePlaceUnderAnyClockAndKeepTheirLimi
     if (!after) continue;
     ++relayed;
     const Together seen =
-        run_both(pair, *after, PathClock(after->leader.clock, after->leader.duration(), false, true), always(1.0));
+        run_both(pair, *after, PathClock(after->leader.clock, after->leader.law, false, true), always(1.0));
     EXPECT_LT(seen.apart, 1e-9);
     const ArmModel second = pair.second.model();
     const auto was = joints_at(second, plan->follower, from.tau), is = joints_at(second, after->follower, 0.0);
@@ -109,7 +109,7 @@ TEST(PlanPair, P5_BothArmsSeeTheFrameAtTheSamePlaceUnderAnyClockAndKeepTheirLimi
     EXPECT_LT((was->ddq - is->ddq).cwiseAbs().maxCoeff(), 1e-4);
     expect_kept(seen.second, "second, after a blend");
   }
-  std::printf("%d of 30 pairs planned, %d taken over in motion\n", planned, relayed);
+  std::printf("%d of 45 pairs planned, %d taken over in motion\n", planned, relayed);
   EXPECT_GT(planned, 15);
   EXPECT_GT(relayed, 4);
 }

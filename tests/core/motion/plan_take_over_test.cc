@@ -92,7 +92,7 @@ struct SeenTakeOver {
 SeenTakeOver run_relay(const Relay& relay, const Targets& targets) {
   SeenTakeOver seen{joint_oracle(relay.arm.limits, kTakeOverSampleError)};
   const bool in_motion = relay.before.law.begins_in_motion();
-  Follower first(relay.arm, relay.before, PathClock(relay.before.clock, relay.before.duration(), false, in_motion),
+  Follower first(relay.arm, relay.before, PathClock(relay.before.clock, relay.before.law, false, in_motion),
                  relay.before.q_start);
   for (int i = 0; i < 3 && !in_motion; ++i) seen.joints.add(as_list(first.q()));
   const auto may_switch = [&] {
@@ -104,7 +104,7 @@ SeenTakeOver run_relay(const Relay& relay, const Targets& targets) {
     seen.joints.add(as_list(first.update(targets())));
   }
   seen.taken_over = true;
-  PathClock clock(relay.after->clock, relay.after->duration(), false, true);
+  PathClock clock(relay.after->clock, relay.after->law, false, true);
   const ClockState& at = first.clock().state();
   clock.reset({.tau = at.tau - relay.tau, .rate = at.rate});
   Follower second(relay.arm, *relay.after, clock, first.q());

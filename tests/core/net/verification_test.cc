@@ -30,12 +30,21 @@ std::vector<Finding> errors(const NetDescription& net) {
   return compiled.error().list();
 }
 
-std::vector<Finding> notes(const NetDescription& net) {
+std::vector<Finding> all_notes(const NetDescription& net) {
   TestDevices devices = cell();
   const auto compiled = CompiledNet::compile(net, devices);
   if (compiled) return (*compiled)->report().notes.list();
   ADD_FAILURE() << compiled.error().to_string();
   return {};
+}
+
+constexpr const char* kNoCancel = "the net has no Cancel, so it can only be aborted";
+
+/// Without the one on Cancel, which the nets of these tests do not have.
+std::vector<Finding> notes(const NetDescription& net) {
+  std::vector<Finding> found = all_notes(net);
+  std::erase_if(found, [](const Finding& note) { return note.message.starts_with(kNoCancel); });
+  return found;
 }
 
 /// A finding at `pointer` whose message and hint contain the texts.
@@ -269,6 +278,10 @@ TEST(Verification, RowU1JointContradictionOfOpenProducts) {
 TEST(Verification, FreeUnitsAreNoted) {
   auto net = ending().add("c", "TestConstant", {{"value", 1}}).add("s", "TestAdd", {{"b", 0}}).link("c.out", "s.a");
   EXPECT_THAT(notes(net), ElementsAre(is("/primitives/2", "nothing fixes the unit u of 's'")));
+}
+
+TEST(Verification, RowL6ANetWithoutCancelIsNoted) {
+  EXPECT_THAT(all_notes(ending()), ElementsAre(is("/primitives", kNoCancel, "leads to the Termination")));
 }
 
 TEST(Verification, RowU2FramesMustMeet) {

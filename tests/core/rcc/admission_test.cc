@@ -1,6 +1,9 @@
 // Whether there is time for a net (row T5).
 #include "core/rcc/admission.h"
 
+#include <array>
+#include <memory>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -62,6 +65,58 @@ TEST(Admission, T5_InRealTimeLoadRefusesWhatDoesNotFitBesideWhatRuns) {
   core.start(third);
   guarded_step(core);
   EXPECT_EQ(core.state(third), NetState::kRunning) << "what ended makes room";
+}
+
+class AdmissionOfTransactions : public testing::Test {
+ protected:
+  /// A core whose budget is so many times the cost of one of the nets.
+  void build(double nets_in_budget) {
+    rcc::ControlCore probe({});
+    const double cost = probe.status(probe.load(adders(1'000)).value()).cost_ns;
+    core = std::make_unique<rcc::ControlCore>(
+        rcc::ControlCore::Options{.budget = static_cast<Nanoseconds>(nets_in_budget * cost)});
+    for (rcc::NetId& net : nets) net = core->load(adders(1'000)).value();
+  }
+  /// The answer to a transaction in the next cycle.
+  Event answer(const rcc::Transaction& transaction) {
+    const rcc::RequestId request = core->post(transaction);
+    guarded_step(*core);
+    for (const Event& event : core->events())
+      if (event.request == request) return event;
+    ADD_FAILURE() << "no answer";
+    return {};
+  }
+
+  std::unique_ptr<rcc::ControlCore> core;
+  std::array<rcc::NetId, 3> nets{};
+};
+
+TEST_F(AdmissionOfTransactions, T5_NetsThatFitOnlyAloneAreNotStartedTogether) {
+  build(1.5);
+  const Event both = answer({.start = {nets[0], nets[1]}});
+  EXPECT_EQ(both.kind, Event::Kind::kRefused);
+  EXPECT_EQ(both.net, nets[1]) << "the one that is too much";
+  EXPECT_THAT(std::string(both.cause.text.view()), HasSubstr("us a cycle with it, but the budget is"));
+  EXPECT_EQ(core->state(nets[0]), NetState::kReady) << "wholly or not at all";
+  EXPECT_EQ(answer({.start = {nets[0], nets[0]}}).kind, Event::Kind::kDone) << "it is one net";
+  EXPECT_EQ(answer({.start = {nets[0], nets[1]}}).kind, Event::Kind::kRefused) << "one of them runs already";
+}
+
+TEST_F(AdmissionOfTransactions, T5_WhatARuleAbortsOrEndsMakesRoomForWhatItStarts) {
+  build(1.5);
+  ASSERT_EQ(answer({.start = {nets[0]}}).kind, Event::Kind::kDone);
+  EXPECT_EQ(answer({.start = {nets[1]}}).kind, Event::Kind::kRefused);
+  EXPECT_EQ(answer({.cancel = {nets[0]}, .start = {nets[1]}}).kind, Event::Kind::kRefused) << "it may run on";
+  EXPECT_EQ(answer({.abort = {nets[0]}, .start = {nets[1]}}).kind, Event::Kind::kDone);
+  EXPECT_EQ(core->state(nets[1]), NetState::kRunning);
+  EXPECT_EQ(answer({.start = {nets[2]}, .end = {nets[1]}}).kind, Event::Kind::kDone);
+  EXPECT_EQ(core->state(nets[2]), NetState::kRunning);
+}
+
+TEST_F(AdmissionOfTransactions, T5_ANetIsNotSubtractedTwice) {
+  build(1.5);
+  ASSERT_EQ(answer({.start = {nets[0]}}).kind, Event::Kind::kDone);
+  EXPECT_EQ(answer({.abort = {nets[0]}, .start = {nets[1], nets[2]}, .end = {nets[0]}}).kind, Event::Kind::kRefused);
 }
 
 TEST(Admission, T5_InLockStepCostIsOnlyReported) {

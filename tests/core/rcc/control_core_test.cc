@@ -213,7 +213,7 @@ TEST_F(ControlCoreTest, L1_LoadingOnAWorker) {
 
 TEST_F(ControlCoreTest, PhaseLockedStartOfTwoArms) {
   const auto left = load_ptp("left", zero, goal), right = load_ptp("right", zero, goal);
-  core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
+  (void)core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
   ASSERT_TRUE(run_to_end(left));
   EXPECT_EQ(core->state(right), NetState::kTerminated);
   ASSERT_EQ(left_backend->sent.size(), right_backend->sent.size());
@@ -226,7 +226,7 @@ TEST_F(ControlCoreTest, L2_ATransactionIsDoneWhollyOrNotAtAll) {
   core->start(holder);
   guarded_step(*core);
   const auto left = load_ptp("left", zero, goal), right = load_ptp("right", zero, goal);
-  core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
+  (void)core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
   guarded_step(*core);
   ASSERT_NE(event(Event::Kind::kRefused), nullptr);
   EXPECT_EQ(event(Event::Kind::kRefused)->net, right);
@@ -238,8 +238,8 @@ TEST_F(ControlCoreTest, L2_ATransactionIsDoneWhollyOrNotAtAll) {
 TEST_F(ControlCoreTest, L3_SuccessorFollowsWithoutAnEmptyCycle) {
   const auto first = load_ptp("left", zero, goal), second = load_ptp("left", goal, zero);
   core->start(first);
-  core->post(rcc::Rule{.condition = {rcc::Term::state(first, {NetState::kTerminated})},
-                       .action = {.abort = {}, .cancel = {}, .start = {second}}});
+  (void)core->post(rcc::Rule{.condition = {rcc::Term::state(first, {NetState::kTerminated})},
+                             .action = {.abort = {}, .cancel = {}, .start = {second}}});
   ASSERT_TRUE(run_to_end(second));
   EXPECT_EQ(core->status(second).first_cycle, core->status(first).last_cycle + 1);
   EXPECT_EQ(core->status(second).cause.code, Cause::Code::kTerminated);
@@ -255,8 +255,8 @@ TEST_F(ControlCoreTest, L2_RuleOnAnOutputOfANet) {
   const auto* at_end = core->net(ptp)->find<net::Boolean>("clock.at_end");
   ASSERT_NE(at_end, nullptr);
   // `watcher` has the same law, so both reach the end in the same cycle; abort wins nothing then. Cancel it before.
-  core->post(rcc::Rule{.condition = {rcc::Term::output(ptp, at_end)},
-                       .action = {.abort = {}, .cancel = {watcher}, .start = {}}});
+  (void)core->post(rcc::Rule{.condition = {rcc::Term::output(ptp, at_end)},
+                             .action = {.abort = {}, .cancel = {watcher}, .start = {}}});
   steps(100);
   core->cancel(ptp);
   ASSERT_TRUE(run_to_end(watcher));
@@ -281,8 +281,8 @@ TEST_F(ControlCoreTest, L2_ARuleThatCanNeverHoldIsDroppedAndSaysSo) {
   EXPECT_EQ(event(Event::Kind::kRefused)->cause.text.view(), "its condition can never hold");
   EXPECT_EQ(core->state(other), NetState::kReady);
   for (int i = 0; i < 1000; ++i) {
-    core->post(rcc::Rule{.condition = {rcc::Term::state(ptp, {NetState::kRunning})},
-                         .action = {.abort = {}, .cancel = {}, .start = {other}}});
+    (void)core->post(rcc::Rule{.condition = {rcc::Term::state(ptp, {NetState::kRunning})},
+                               .action = {.abort = {}, .cancel = {}, .start = {other}}});
     guarded_step(*core);
     ASSERT_EQ(event(Event::Kind::kRefused)->cause.text.view(), "its condition can never hold");
   }
@@ -311,7 +311,7 @@ TEST_F(ControlCoreTest, D4_EqualRunsHaveEqualDigestsAndAnAddedBitCounts) {
 TEST_F(ControlCoreTest, NothingIsAllocatedInTheCycle) {
   left_backend->keep = right_backend->keep = false;
   const auto left = load_ptp("left", zero, goal), right = load_ptp("right", zero, goal);
-  core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
+  (void)core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
   steps(2);
   const AllocationGuard guard;
   steps(100);

@@ -104,7 +104,7 @@ TEST_F(ControlModesTest, L4_AMovingArmDoesNotChangeAtStandstill) {
   core->start(ptp);
   steps(100);
   const auto soft = load(in(ControlMode::kJointImpedance));
-  core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {soft}});
+  (void)core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {soft}});
   steps(1);
   ASSERT_NE(event(Event::Kind::kRefused), nullptr);
   EXPECT_EQ(event(Event::Kind::kRefused)->cause.text.view(), "left is held by net 1");

@@ -152,7 +152,7 @@ TEST_F(FaultsTest, L7_AThrowingPrimitiveEndsItsNetAndNoOther) {
     auto text = ptp_net("thrower", "left", {zero, goal});
     if (with_thrower) text.add("thrower", "TestThrow", {{"cycle", 250}});
     const auto net = load(text);
-    core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {bystander, net}});
+    (void)core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {bystander, net}});
     // Without the allocation guard: what is thrown lies on the heap.
     for (int i = 0; i < 20'000 && core->state(bystander) != NetState::kTerminated; ++i) core->step();
     EXPECT_EQ(core->state(bystander), NetState::kTerminated);

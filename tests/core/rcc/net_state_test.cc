@@ -112,11 +112,11 @@ TEST_F(LifeOfNets, L2_SixteenNetsStartInOneCycleOrNoneDoes) {
     guarded_step(*core);
     rcc::Transaction all;
     for (int i = 0; i < 16; ++i)
-      all.start.add(load(ptp_net("ptp", fmt::format("arm{}", i), {joints(0, 0, 0), joints(0.1, 0, 0)})));
+      ASSERT_TRUE(all.start.add(load(ptp_net("ptp", fmt::format("arm{}", i), {joints(0, 0, 0), joints(0.1, 0, 0)}))));
     const rcc::NetId busy = load(ptp_net("busy", "arm9", {joints(0, 0, 0), joints(0.1, 0, 0)}));
     if (one_is_busy) core->start(busy);
     guarded_step(*core);
-    core->post(all);
+    (void)core->post(all);
     guarded_step(*core);
     const Event* refused = event(Event::Kind::kRefused);
     ASSERT_EQ(refused != nullptr, one_is_busy);

@@ -59,7 +59,7 @@ class TakeOverTest : public CoreTest {
   rcc::RequestId take_over(NetId before, NetId after, NetId otherwise = 0) {
     rcc::Rule rule{.condition = {rcc::Term::output(before, core->net(before)->find<net::Boolean>("blend.value"))},
                    .action = {.start = {after}, .end = {before}}};
-    if (otherwise != 0) rule.otherwise.start.add(otherwise);
+    if (otherwise != 0) rule.otherwise.start = {otherwise};
     return core->post(rule);
   }
   std::optional<Event> answer(rcc::RequestId request, int most = 20'000) {

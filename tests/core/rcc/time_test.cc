@@ -30,7 +30,7 @@ TEST_F(TimeTest, T1_TimeIsTheNumberOfCyclesTimesThePeriod) {
 
 TEST_F(TimeTest, T1_TheSameCycleIsTheSameInstantAtEveryDevice) {
   const auto left = load_ptp("left", joints(0.5, 0, 0)), right = load_ptp("right", joints(0, 0.2, 0));
-  core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
+  (void)core->post(rcc::Transaction{.abort = {}, .cancel = {}, .start = {left, right}});
   ASSERT_TRUE(run_to_end(left));
   ASSERT_TRUE(run_to_end(right));
   ASSERT_EQ(left_backend->sent.size(), right_backend->sent.size());
