@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cell_setup.h"
+#include "app/process.h"
 #include "app/run_arguments.h"
 #include "scenario/interruptions.h"
 
@@ -101,8 +102,9 @@ int refuse(const Findings& findings, bool json) {
 
 int run(const Arguments& arguments, const Program& program) {
   Findings findings;
-  auto [open, options] = parse(arguments, findings);
+  auto [open, options] = parse(arguments, {arguments.file}, findings);
   findings.append(check(arguments));
+  findings.append(check_model_folders(arguments.models));
   if (findings.has_errors()) return refuse(findings, arguments.json);
   CellOptions cell_options{.quiet = arguments.json};
   cell_options.models.assign(arguments.models.begin(), arguments.models.end());
@@ -135,15 +137,15 @@ int run(const Arguments& arguments, const Program& program) {
   return exit_status(report.verdict);
 }
 
-}  // namespace
-
-int run(int argc, char** argv, const std::filesystem::path& file, const Program& program) {
+int run_command_line(int argc, char** argv, const std::filesystem::path& file, const Program& program) {
   Arguments arguments;
   arguments.file = file.string();
   CLI::App parser("A program of a cell");
   parser.add_option("FILE", arguments.file, "Scenario or cell file")->capture_default_str();
   add_run_options(parser, arguments);
-  parser.add_option("--models", arguments.models, "Folder of models that is searched first")->type_name("DIR");
+  parser.add_option("--models", arguments.models, "Folder of models that is searched first; several times")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
   parser.add_flag("--json", arguments.json, "The report as JSON on stdout");
   parser
       .add_option("--try-interruptions", arguments.try_every,
@@ -159,6 +161,14 @@ int run(int argc, char** argv, const std::filesystem::path& file, const Program&
     return refuse(findings, arguments.json);
   }
   return run(arguments, program);
+}
+
+}  // namespace
+
+int run(int argc, char** argv, const std::filesystem::path& file, const Program& program) {
+  prepare_process();
+  return run_guarded(fmt::format("{}", fmt::join(argv, argv + argc, " ")),
+                     [&] { return run_command_line(argc, argv, file, program); });
 }
 
 }  // namespace takt::app

@@ -3,26 +3,42 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
+#include <charconv>
 #include <cstdio>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "core/base/output_file.h"
+#include "sim/film.h"
+
 namespace takt::app {
 namespace {
 
-std::atomic<int> interrupts = 0;
+template <class Number>
+bool parse_whole(std::string_view text, Number& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc{} && end == text.data() + text.size();
+}
 
-void count_interrupt(int) { interrupts.fetch_add(1); }
+std::optional<std::uint64_t> parse_seed(const std::optional<std::string>& text, Findings& findings) {
+  std::uint64_t seed = 0;
+  if (!text) return std::nullopt;
+  if (parse_whole(*text, seed)) return seed;
+  findings.error("--seed", fmt::format("'{}' is not a seed", *text), "a whole number from 0 to 18446744073709551615");
+  return std::nullopt;
+}
 
-bool parse_size(const std::string& text, scenario::RunOptions& options) {
-  int width = 0, height = 0, used = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%n", &width, &height, &used) != 2) return false;
-  if (used != static_cast<int>(text.size())) return false;
-  options.width = width;
-  options.height = height;
-  return true;
+/// The products of a run replace neither what it reads nor each other.
+void check_products(const RunArguments& arguments, std::vector<std::filesystem::path> inputs, Findings& findings) {
+  if (!arguments.site.empty()) inputs.emplace_back(arguments.site);
+  if (!arguments.record.empty()) findings.append(check_output(arguments.record, inputs, "--record"));
+  if (!arguments.video.empty()) findings.append(check_output(arguments.video, inputs, "--video"));
+  const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
+    return std::filesystem::absolute(a).lexically_normal() == std::filesystem::absolute(b).lexically_normal();
+  };
+  if (!arguments.record.empty() && !arguments.video.empty() && same(arguments.record, arguments.video))
+    findings.error("--record", fmt::format("'{}' is the file of --video too", arguments.record), "another name");
 }
 
 std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets, Findings& findings) {
@@ -76,19 +92,27 @@ void add_run_options(CLI::App& parser, RunArguments& arguments) {
   parser.add_flag("--record-blocks", arguments.record_blocks, "Record the digest of each block, not of the whole only");
   parser.add_option("--site", arguments.site, "Site file: back ends of the devices")->type_name("FILE");
   parser.add_option("--backend", arguments.backends, "Back end of one device (sim, slow), over the site file")
-      ->type_name("NAME=KIND[:ADDR]");
+      ->type_name("NAME=KIND[:ADDR]")
+      ->allow_extra_args(false);
   parser.add_flag("--realtime", arguments.realtime, "Not faster than the wall clock");
-  parser.add_option("--seed", arguments.seed, "Seed in place of the file's");
-  parser.add_option("--set", arguments.sets, "Change one value of the file")->type_name("JSON_POINTER=VALUE");
+  parser.add_option("--seed", arguments.seed, "Seed in place of the file's")->type_name("N");
+  parser.add_option("--set", arguments.sets, "Change one value of the file; several times")
+      ->type_name("JSON_POINTER=VALUE")
+      ->allow_extra_args(false);
 }
 
-ParsedRun parse(const RunArguments& arguments, Findings& findings) {
+ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem::path>& inputs, Findings& findings) {
   ParsedRun parsed;
-  if (!parse_size(arguments.size, parsed.run)) {
-    findings.error("--size", fmt::format("'{}' is no size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
+  if (!parse_size(arguments.size, parsed.run.width, parsed.run.height)) {
+    findings.error("--size", fmt::format("'{}' is not a size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
   }
+  if (arguments.fps < 1 || arguments.fps > sim::kMostFps) {
+    findings.error("--fps", fmt::format("{} pictures per second", arguments.fps),
+                   fmt::format("1 to {}", sim::kMostFps));
+  }
+  check_products(arguments, inputs, findings);
   parsed.open.overrides = parse_sets(arguments.sets, findings);
-  parsed.open.seed = arguments.seed;
+  parsed.open.seed = parse_seed(arguments.seed, findings);
   parsed.open.measure_times = true;
   parsed.open.site = parse_site(arguments, findings);
   parsed.run.video = arguments.video;
@@ -108,12 +132,20 @@ void clear_progress() {
   if (on_terminal()) fmt::print(stderr, "\r\033[K");
 }
 
-const std::atomic<int>& catch_interrupts() {
-  struct sigaction action {};
-  action.sa_handler = count_interrupt;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  return interrupts;
+bool parse_size(std::string_view text, int& width, int& height) {
+  const std::size_t cross = text.find('x');
+  return cross != std::string_view::npos && parse_whole(text.substr(0, cross), width) &&
+         parse_whole(text.substr(cross + 1), height);
+}
+
+Findings check_model_folders(const std::vector<std::string>& folders) {
+  Findings findings;
+  std::error_code ignored;
+  for (const std::string& folder : folders) {
+    if (!std::filesystem::is_directory(folder, ignored))
+      findings.error("--models", fmt::format("'{}' is not a folder", folder), "a folder with a folder per model");
+  }
+  return findings;
 }
 
 }  // namespace takt::app

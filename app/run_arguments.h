@@ -1,9 +1,9 @@
 #pragma once
 
-#include <atomic>
-#include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scenario/session.h"
@@ -19,7 +19,7 @@ struct RunArguments {
   std::string video, camera, size = "1280x720", record;
   int fps = 25;
   bool realtime = false, record_blocks = false;
-  std::optional<std::uint64_t> seed;
+  std::optional<std::string> seed;
   std::vector<std::string> sets;
   std::string site;
   std::vector<std::string> backends;
@@ -34,14 +34,19 @@ struct ParsedRun {
   scenario::OpenOptions open;
   scenario::RunOptions run;
 };
-[[nodiscard]] ParsedRun parse(const RunArguments& arguments, Findings& findings);
+/// @param inputs  files that the run reads: none of its products may replace one
+[[nodiscard]] ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem::path>& inputs,
+                              Findings& findings);
 
 /// A bar on a terminal's stderr that is drawn over itself; nothing where stderr is no terminal.
 void show_progress_on_terminal(scenario::RunOptions& options);
 /// Takes the bar away.
 void clear_progress();
 
-/// Makes SIGINT and SIGTERM count instead of ending the process; the number of signals so far.
-[[nodiscard]] const std::atomic<int>& catch_interrupts();
+/// "WIDTHxHEIGHT" in pixels, and nothing behind it. @return false: it is something else
+[[nodiscard]] bool parse_size(std::string_view text, int& width, int& height);
+
+/// A folder of models that is not there. Realtime: setup.
+[[nodiscard]] Findings check_model_folders(const std::vector<std::string>& folders);
 
 }  // namespace takt::app

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 #include <google/protobuf/io/coded_stream.h>
 
+#include <algorithm>
 #include <bit>
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "core/base/json.h"
 #include "foxglove/FrameTransforms.pb.h"
 #include "foxglove/JointStates.pb.h"
+#include "record/mcap_reader.h"
 #include "record/parse_message.h"
 #include "record/schemas.h"
 #include "takt/SimState.pb.h"
@@ -27,10 +30,10 @@ bool is_samples(const ChannelInfo& channel) {
 std::vector<std::string> list_of(const ChannelInfo& channel, const std::string& key) {
   const auto found = channel.metadata.find(key);
   if (found == channel.metadata.end()) return {};
-  const auto json = nlohmann::json::parse(found->second, nullptr, false);
+  const auto json = parse_json(found->second);
   std::vector<std::string> list;
-  if (!json.is_array()) return list;
-  for (const auto& item : json) list.push_back(item.is_string() ? item.get<std::string>() : "");
+  if (!json || !json->is_array()) return list;
+  for (const auto& item : *json) list.push_back(item.is_string() ? item.get<std::string>() : "");
   return list;
 }
 
@@ -107,7 +110,7 @@ bool has_columns(const ChannelInfo& channel) {
          channel.schema == kWrenchSchema || channel.schema == kSimStateSchema || is_samples(channel);
 }
 
-RowDecoder::RowDecoder(const ChannelInfo& channel) : channel_(channel) {}
+RowDecoder::RowDecoder(const ChannelInfo& channel, std::size_t rows) : channel_(channel), rows_(rows) {}
 
 bool RowDecoder::parse(const MessageView& message, Table& table) {
   row_.clear();
@@ -155,6 +158,8 @@ bool RowDecoder::append(const MessageView& message, Table& table) {
     has_header_ = true;
     table.units.resize(table.columns.size());
     table.values.resize(table.columns.size());
+    const std::size_t most = mcap::ReadLimits::kTableValues / std::max<std::size_t>(1, table.columns.size());
+    for (std::vector<double>& column : table.values) column.reserve(std::min(rows_, most + 1));
   }
   // Later messages of another shape: what is missing is null.
   row_.resize(table.columns.size(), kNull);

@@ -14,7 +14,8 @@ namespace takt::record {
 /// not. Realtime: setup.
 class RowDecoder {
  public:
-  explicit RowDecoder(const ChannelInfo& channel);
+  /// @param rows  how many messages there will be, so that columns are made once
+  explicit RowDecoder(const ChannelInfo& channel, std::size_t rows = 0);
   /// Appends a row to `table`; a message that does not parse is left out and gives false.
   bool append(const MessageView& message, Table& table);
 
@@ -22,6 +23,7 @@ class RowDecoder {
   bool parse(const MessageView& message, Table& table);
 
   const ChannelInfo& channel_;
+  std::size_t rows_;
   std::vector<double> row_;
   bool has_header_ = false;
 };

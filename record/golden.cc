@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/base/json.h"
+#include "core/base/output_file.h"
 #include "record/compare_columns.h"
 #include "record/schemas.h"
 
@@ -431,10 +431,8 @@ Result<Golden> bless(const std::filesystem::path& recording, const std::filesyst
   }
   std::error_code code;
   if (golden.has_parent_path()) std::filesystem::create_directories(golden.parent_path(), code);
-  std::ofstream out(golden, std::ios::binary);
-  out << golden_to_text(*made);
-  out.close();
-  if (!out) return failure("", fmt::format("cannot write {}", golden.string()));
+  if (Findings findings = write_file(golden, golden_to_text(*made)); findings.has_errors())
+    return std::unexpected(std::move(findings));
   return made;
 }
 

@@ -9,8 +9,16 @@ namespace takt::record::mcap {
 
 namespace {
 
-/// A chunk that claims more than this is damaged: ours have about 1 MiB.
-constexpr std::uint64_t kMostRawBytes = 256u << 20;
+constexpr std::size_t kMessageHead = 22;  ///< bytes: channel, sequence, two times
+
+bool room_for_stretch(const Record& record, std::uint64_t raw_size, Contents& contents) {
+  const bool room =
+      contents.stretches.size() < ReadLimits::kStretches && raw_size <= ReadLimits::kRawBytes - contents.raw_bytes;
+  if (room) contents.raw_bytes += raw_size;
+  if (!room)
+    note_damage(contents, fmt::format("record at byte {}: left out, the recording is too large", record.offset));
+  return room;
+}
 
 bool take_chunk(const Record& record, Contents& contents) {
   Cursor cursor(record.body);
@@ -24,7 +32,31 @@ bool take_chunk(const Record& record, Contents& contents) {
   stretch.compression = cursor.get_text();
   stretch.data = cursor.get_blob();
   if (!cursor.ok() || !cursor.at_end()) return false;
-  contents.stretches.push_back(std::move(stretch));
+  const std::uint64_t raw_size = stretch.compression.empty() ? stretch.data.size() : stretch.raw_size;
+  if (raw_size > ReadLimits::kChunkBytes) {
+    note_damage(contents, fmt::format("chunk at byte {}: its size is implausible", record.offset));
+  } else if (room_for_stretch(record, raw_size, contents)) {
+    contents.stretches.push_back(std::move(stretch));
+  }
+  return true;
+}
+
+/// Messages outside of chunks that follow one another are one stretch.
+bool take_message(const Record& record, std::string_view bytes, Contents& contents) {
+  constexpr std::size_t kMostTogether = 8u << 20;
+  if (record.body.size() < kMessageHead) return false;
+  const std::size_t size = record.end() - record.offset;
+  if (size > ReadLimits::kChunkBytes || !room_for_stretch(record, size, contents)) return true;
+  Stretch* last = contents.stretches.empty() ? nullptr : &contents.stretches.back();
+  const bool follows = last && !last->is_chunk && last->offset + last->data.size() == record.offset &&
+                       last->data.size() + size <= kMostTogether;
+  if (follows) {
+    last->data = bytes.substr(last->offset, last->data.size() + size);
+    return true;
+  }
+  contents.stretches.emplace_back();
+  contents.stretches.back().offset = record.offset;
+  contents.stretches.back().data = bytes.substr(record.offset, size);
   return true;
 }
 
@@ -40,7 +72,7 @@ bool take_attachment(const Record& record, Contents& contents) {
   if (!cursor.ok() || !cursor.at_end()) return false;
   attachment.whole = crc == 0 || crc == crc32(0, record.body.substr(0, record.body.size() - sizeof(crc)));
   if (!attachment.whole) {
-    contents.damage.push_back(fmt::format("attachment '{}' at byte {}: checksum", attachment.name, record.offset));
+    note_damage(contents, fmt::format("attachment '{}' at byte {}: checksum", attachment.name, record.offset));
   }
   contents.attachments.push_back(std::move(attachment));
   return true;
@@ -66,9 +98,11 @@ bool check_data_end(const Record& record, std::string_view bytes, Contents& cont
   Cursor cursor(record.body);
   const auto crc = cursor.get<std::uint32_t>();
   if (!cursor.ok()) return false;
-  if (crc != 0 && crc != crc32(0, bytes.substr(0, record.offset))) {
-    contents.damage.push_back("checksum of the data section");
-  }
+  // Each byte is summed once, however many such records there are.
+  contents.data_crc =
+      crc32(contents.data_crc, bytes.substr(contents.data_crc_end, record.offset - contents.data_crc_end));
+  contents.data_crc_end = record.offset;
+  if (crc != 0 && crc != contents.data_crc) note_damage(contents, "checksum of the data section");
   contents.in_summary = !contents.channels.empty();
   return true;
 }
@@ -77,7 +111,7 @@ bool check_data_end(const Record& record, std::string_view bytes, Contents& cont
 void drop_stray_messages(Contents& contents) {
   if (std::ranges::none_of(contents.stretches, &Stretch::is_chunk)) return;
   std::erase_if(contents.stretches, [&](const Stretch& stretch) {
-    if (!stretch.is_chunk) contents.damage.push_back(fmt::format("message at byte {}: no chunk", stretch.offset));
+    if (!stretch.is_chunk) note_damage(contents, fmt::format("message at byte {}: no chunk", stretch.offset));
     return !stretch.is_chunk;
   });
 }
@@ -91,11 +125,7 @@ bool take_record(const Record& record, std::string_view bytes, Contents& content
     case Op::kChunk:
       return take_chunk(record, contents);
     case Op::kMessage:
-      if (record.body.size() < 22) return false;
-      contents.stretches.emplace_back();
-      contents.stretches.back().offset = record.offset;
-      contents.stretches.back().data = bytes.substr(record.offset, record.end() - record.offset);
-      return true;
+      return take_message(record, bytes, contents);
     case Op::kMessageIndex:
       return check_message_index(record);
     case Op::kAttachment:
@@ -133,6 +163,22 @@ std::optional<std::size_t> find_chunk(std::string_view bytes, std::size_t from) 
 
 }  // namespace
 
+void note_damage(Contents& contents, std::string text) {
+  if (contents.damage.size() < ReadLimits::kDamages) {
+    contents.damage.push_back(std::move(text));
+  } else {
+    ++contents.unlisted_damage;
+  }
+}
+
+bool has_valid_time(const Record& message) {
+  if (message.body.size() < kMessageHead) return false;
+  Cursor cursor(message.body);
+  cursor.get<std::uint16_t>();
+  cursor.get<std::uint32_t>();
+  return cursor.get<std::uint64_t>() <= ReadLimits::kLatestTime;
+}
+
 bool take_definition(const Record& record, Contents& contents) {
   Cursor cursor(record.body);
   if (static_cast<Op>(record.op) == Op::kSchema) {
@@ -141,7 +187,7 @@ bool take_definition(const Record& record, Contents& contents) {
     cursor.get_text();
     cursor.get_text();
     if (!cursor.ok() || !cursor.at_end()) return false;
-    contents.schema_names.try_emplace(id, std::move(name));
+    if (contents.schema_names.size() < ReadLimits::kDefinitions) contents.schema_names.try_emplace(id, std::move(name));
     return true;
   }
   ChannelRecord channel;
@@ -152,7 +198,7 @@ bool take_definition(const Record& record, Contents& contents) {
   channel.metadata = cursor.get_map();
   if (!cursor.ok() || !cursor.at_end()) return false;
   const std::uint16_t id = channel.id;
-  contents.channels.try_emplace(id, std::move(channel));
+  if (contents.channels.size() < ReadLimits::kDefinitions) contents.channels.try_emplace(id, std::move(channel));
   return true;
 }
 
@@ -169,7 +215,7 @@ Result<Contents> scan(std::string_view bytes) {
       if (static_cast<Op>(record->op) != Op::kFooter) continue;
       if (bytes.substr(offset) != kMagic) {
         contents.truncated_at = offset;
-        contents.damage.push_back(fmt::format("truncated at byte {}", offset));
+        note_damage(contents, fmt::format("truncated at byte {}", offset));
       }
       drop_stray_messages(contents);
       return contents;
@@ -177,20 +223,20 @@ Result<Contents> scan(std::string_view bytes) {
     // Torn at the end, or rotted in the middle: then whole chunks may follow.
     const auto next = find_chunk(bytes, offset + 1);
     if (!next) break;
-    contents.damage.push_back(fmt::format("record at byte {}: unreadable up to byte {}", offset, *next));
+    note_damage(contents, fmt::format("record at byte {}: unreadable up to byte {}", offset, *next));
     offset = *next;
   }
   drop_stray_messages(contents);
   contents.truncated_at = offset;
-  contents.damage.push_back(fmt::format("truncated at byte {}", offset));
+  note_damage(contents, fmt::format("truncated at byte {}", offset));
   return contents;
 }
 
-std::expected<std::string, std::string> unpack(const Stretch& stretch) {
+std::expected<std::string, std::string> unpack(const Stretch& stretch, bool check) {
   std::string raw;
   if (stretch.compression == "zstd") {
     // The size stands twice; a rotted one must not cost memory.
-    if (stretch.raw_size > kMostRawBytes ||
+    if (stretch.raw_size > ReadLimits::kChunkBytes ||
         ZSTD_getFrameContentSize(stretch.data.data(), stretch.data.size()) != stretch.raw_size) {
       return std::unexpected("its size is implausible");
     }
@@ -202,7 +248,7 @@ std::expected<std::string, std::string> unpack(const Stretch& stretch) {
   } else {
     return std::unexpected(fmt::format("compression '{}' is not known", stretch.compression));
   }
-  if (stretch.raw_crc != 0 && crc32(0, raw) != stretch.raw_crc) return std::unexpected("checksum");
+  if (check && stretch.raw_crc != 0 && crc32(0, raw) != stretch.raw_crc) return std::unexpected("checksum");
   return raw;
 }
 

@@ -55,7 +55,8 @@ class PosixFile : public File {
 }  // namespace
 
 std::unique_ptr<File> create_file(const std::filesystem::path& path, int& error) {
-  const int fd = ::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644);
+  // A FIFO that nobody reads is an error, not something to wait for; one that is read has no places to write at.
+  const int fd = ::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC | O_NONBLOCK, 0644);
   error = fd < 0 ? errno : 0;
   return fd < 0 ? nullptr : std::make_unique<PosixFile>(fd);
 }

@@ -9,6 +9,7 @@
 #include <limits>
 #include <thread>
 
+#include "core/base/utf8.h"
 #include "record/recording_thread.h"
 
 namespace takt::record {
@@ -190,9 +191,7 @@ void Recorder::Impl::write_texts(ChannelId channel, RowKind kind, std::optional<
                                  std::array<std::string_view, 3> texts) {
   std::size_t size = 0;
   for (std::string_view& text : texts) {
-    text = text.substr(0, kMostText);
-    // Not in the middle of a UTF-8 character.
-    while (text.size() == kMostText && (static_cast<unsigned char>(text.back()) & 0x80) != 0) text.remove_suffix(1);
+    text = cut_utf8(text, kMostText);
     size += text.size();
   }
   std::uint64_t* words = begin_row(channel, kind, (first_word ? 2 : 1) + (size + 7) / 8);

@@ -18,7 +18,7 @@ namespace takt::record {
 namespace {
 
 /// Unpacked chunks are kept up to this many bytes; beyond, each pass unpacks again.
-constexpr std::size_t kKeptBytes = 256u << 20;
+constexpr std::size_t kKeptBytes = 64u << 20;
 
 bool is_event_channel(const ChannelInfo& channel) {
   return channel.encoding == "protobuf" && (channel.schema == kEventSchema || channel.schema == kLogSchema);
@@ -32,6 +32,9 @@ struct Recording::Impl {
   std::vector<ChannelInfo> channels;
   std::vector<AttachmentInfo> attachments;
   std::vector<std::optional<std::string>> unpacked;  ///< per stretch
+  std::vector<std::vector<std::uint16_t>> ids;       ///< per stretch: channels with messages in it, sorted
+  std::map<std::uint16_t, std::size_t> rows;         ///< messages per channel
+  std::uint64_t visit_bytes = 0;                     ///< to read all channels one by one
   std::uint64_t message_count = 0;
   Nanoseconds start = 0, end = 0;
 
@@ -39,6 +42,7 @@ struct Recording::Impl {
   void check_stretches();
   /// Counts their messages and keeps their bytes.
   void take_stretches();
+  void take_stretch(std::string_view raw);
   void list_channels();
   template <class Visit>
   bool visit_messages(std::string_view raw, Visit&& visit) const;
@@ -54,8 +58,14 @@ Result<Recording> Recording::open(const std::filesystem::path& path) {
   std::error_code code;
   if (!std::filesystem::exists(path, code)) return failure("", fmt::format("there is no file {}", path.string()));
   if (!std::filesystem::is_regular_file(path, code)) return failure("", fmt::format("{} is no file", path.string()));
+  const auto size = std::filesystem::file_size(path, code);
+  if (code) return failure("", fmt::format("cannot read {}: {}", path.string(), code.message()));
+  if (size > mcap::ReadLimits::kFileBytes) {
+    return failure("", fmt::format("{} has {} bytes", path.string(), size),
+                   fmt::format("at most {} are read", mcap::ReadLimits::kFileBytes));
+  }
   std::ifstream in(path, std::ios::binary);
-  std::string bytes(std::filesystem::file_size(path, code), '\0');
+  std::string bytes(size, '\0');
   in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   if (!in) return failure("", fmt::format("cannot read {}", path.string()));
   Result<Recording> recording = from_bytes(std::move(bytes));
@@ -71,6 +81,12 @@ Result<Recording> Recording::from_bytes(std::string bytes) {
   impl->contents = std::move(*contents);
   impl->check_stretches();
   impl->take_stretches();
+  if (impl->visit_bytes > mcap::ReadLimits::kVisitBytes) {
+    return failure("", fmt::format("{} channels over {} bytes of messages: too much to be read", impl->rows.size(),
+                                   impl->contents.raw_bytes));
+  }
+  if (const std::size_t more = impl->contents.unlisted_damage; more > 0)
+    impl->contents.damage.push_back(fmt::format("and {} more of this kind", more));
   impl->list_channels();
   for (const auto& attachment : impl->contents.attachments) {
     impl->attachments.push_back({attachment.name, attachment.media_type, attachment.data.size()});
@@ -84,7 +100,7 @@ bool Recording::Impl::visit_messages(std::string_view raw, Visit&& visit) const 
     const auto record = mcap::record_at(raw, offset);
     if (!record) return true;
     offset = record->end();
-    if (static_cast<mcap::Op>(record->op) != mcap::Op::kMessage || record->body.size() < 22) continue;
+    if (static_cast<mcap::Op>(record->op) != mcap::Op::kMessage || !mcap::has_valid_time(*record)) continue;
     mcap::Cursor cursor(record->body);
     MessageView view;
     const auto id = cursor.get<std::uint16_t>();
@@ -104,7 +120,7 @@ void Recording::Impl::check_stretches() {
   for (mcap::Stretch& stretch : contents.stretches) {
     auto raw = mcap::unpack(stretch);
     if (!raw) {
-      contents.damage.push_back(fmt::format("chunk at byte {}: {}", stretch.offset, raw.error()));
+      note_damage(contents, fmt::format("chunk at byte {}: {}", stretch.offset, raw.error()));
       continue;
     }
     // A writer killed in the middle of a flush can leave two stages of its open chunk: the longer one counts.
@@ -119,23 +135,38 @@ void Recording::Impl::check_stretches() {
 void Recording::Impl::take_stretches() {
   std::size_t kept = 0;
   for (const mcap::Stretch& stretch : contents.stretches) {
-    std::string raw = mcap::unpack(stretch).value_or("");
-    // Foreign writers define channels inside of chunks.
-    for (std::size_t offset = 0; offset < raw.size();) {
-      const auto record = mcap::record_at(raw, offset);
-      if (!record) break;
-      const auto op = static_cast<mcap::Op>(record->op);
-      if (op == mcap::Op::kSchema || op == mcap::Op::kChannel) mcap::take_definition(*record, contents);
-      offset = record->end();
-    }
-    visit_messages(raw, [&](std::uint16_t, const MessageView& view) {
-      start = message_count == 0 ? view.time : std::min(start, view.time);
-      end = std::max(end, view.time);
-      ++message_count;
-      return true;
-    });
+    std::string raw = mcap::unpack(stretch, false).value_or("");
+    take_stretch(raw);
+    visit_bytes += ids.back().size() * raw.size();
     kept += raw.size();
     unpacked.push_back(kept <= kKeptBytes ? std::optional(std::move(raw)) : std::nullopt);
+  }
+}
+
+void Recording::Impl::take_stretch(std::string_view raw) {
+  std::size_t out_of_time = 0;
+  for (std::size_t offset = 0; offset < raw.size();) {
+    const auto record = mcap::record_at(raw, offset);
+    if (!record) break;
+    const auto op = static_cast<mcap::Op>(record->op);
+    // Foreign writers define channels inside of chunks.
+    if (op == mcap::Op::kSchema || op == mcap::Op::kChannel) mcap::take_definition(*record, contents);
+    if (op == mcap::Op::kMessage && !mcap::has_valid_time(*record)) ++out_of_time;
+    offset = record->end();
+  }
+  if (out_of_time > 0) note_damage(contents, fmt::format("{} messages with impossible times", out_of_time));
+  std::map<std::uint16_t, std::size_t> found;
+  visit_messages(raw, [&](std::uint16_t id, const MessageView& view) {
+    start = message_count == 0 ? view.time : std::min(start, view.time);
+    end = std::max(end, view.time);
+    ++message_count;
+    ++found[id];
+    return true;
+  });
+  ids.emplace_back();
+  for (const auto& [id, count] : found) {
+    ids.back().push_back(id);
+    rows[id] += count;
   }
 }
 
@@ -185,8 +216,9 @@ void Recording::for_each(const std::function<bool(const MessageView&)>& visit, s
   const ChannelInfo* wanted = topic.empty() ? nullptr : find_channel(topic);
   if (!topic.empty() && wanted == nullptr) return;
   for (std::size_t i = 0; i < impl_->contents.stretches.size(); ++i) {
+    if (wanted != nullptr && !std::ranges::binary_search(impl_->ids[i], wanted->id)) continue;
     std::string fresh;
-    if (!impl_->unpacked[i]) fresh = mcap::unpack(impl_->contents.stretches[i]).value_or("");
+    if (!impl_->unpacked[i]) fresh = mcap::unpack(impl_->contents.stretches[i], false).value_or("");
     const std::string& raw = impl_->unpacked[i] ? *impl_->unpacked[i] : fresh;
     const bool go_on = impl_->visit_messages(raw, [&](std::uint16_t id, MessageView& view) {
       if (wanted != nullptr && id != wanted->id) return true;
@@ -221,14 +253,21 @@ Result<Table> Recording::table(std::string_view topic) const {
   }
   Table table;
   table.topic = topic;
-  RowDecoder decoder(*channel);
+  const auto rows = impl_->rows.find(channel->id);
+  RowDecoder decoder(*channel, rows == impl_->rows.end() ? 0 : rows->second);
+  bool fits = true;
   for_each(
       [&](const MessageView& message) {
+        // Curves go forward in time; what goes back says nothing that could be drawn or compared.
+        if (!table.time.empty() && message.time < table.time.back()) return true;
         decoder.append(message, table);
-        return true;
+        fits = table.time.size() * table.columns.size() <= mcap::ReadLimits::kTableValues;
+        return fits;
       },
       topic);
-  return table;
+  if (fits) return table;
+  return failure("", fmt::format("topic '{}' has more than {} values", topic, mcap::ReadLimits::kTableValues),
+                 "a shorter recording");
 }
 
 Result<std::vector<RecordedEvent>> Recording::events(std::string_view topic) const {

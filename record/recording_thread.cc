@@ -1,7 +1,11 @@
 #include "record/recording_thread.h"
 
 #include <cstring>
+#include <exception>
 
+#include <fmt/format.h>
+
+#include "core/base/utf8.h"
 #include "record/wire_pattern.h"
 
 namespace takt::record {
@@ -24,6 +28,12 @@ void put_stamp(std::string& out, const std::string& stamp) {
   put_varint(out, (1u << 3) | 2u);
   put_varint(out, stamp.size());
   out += stamp;
+}
+
+/// Protobuf's readers refuse a message with a text that is no UTF-8.
+void put_text(std::string& out, int field, std::string_view text) {
+  if (is_utf8(text)) return put_text_field(out, field, text);
+  put_text_field(out, field, to_valid_utf8(text));
 }
 
 }  // namespace
@@ -75,6 +85,25 @@ void RecordingThread::note_progress() {
 }
 
 void RecordingThread::run() {
+  try {
+    write_all();
+  } catch (const std::exception& error) {
+    // The run goes on without its recording; the ring is emptied so that it does not wait.
+    report_error(fmt::format("the writer of the recording failed: {}", error.what()));
+    drop_all();
+  }
+}
+
+void RecordingThread::drop_all() {
+  for (;;) {
+    const bool last_round = stop_.load(std::memory_order_acquire);
+    for (auto entry = ring.front(); entry.valid; entry = ring.front()) ring.release();
+    if (last_round) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+void RecordingThread::write_all() {
   // The producer never wakes this thread (that would be a system call in its cycle); it looks by itself. The ring has
   // room for much more than comes in between.
   constexpr auto kPause = std::chrono::milliseconds(1);
@@ -156,17 +185,17 @@ void RecordingThread::take_message(std::uint32_t channel, std::span<const std::u
       const Texts texts = unpack_texts(words);
       put_stamp(out, stamp_);
       put_varint_field(out, 2, cycle_);
-      put_text_field(out, 3, texts.a);
-      put_text_field(out, 4, texts.b);
-      put_text_field(out, 5, texts.c);
+      put_text(out, 3, texts.a);
+      put_text(out, 4, texts.b);
+      put_text(out, 5, texts.c);
       break;
     }
     case RowKind::kLog: {
       const Texts texts = unpack_texts(words.subspan(1));
       put_stamp(out, stamp_);
       put_varint_field(out, 2, words[0]);
-      put_text_field(out, 3, texts.b);
-      put_text_field(out, 4, texts.a);
+      put_text(out, 3, texts.b);
+      put_text(out, 4, texts.a);
       break;
     }
   }

@@ -45,6 +45,8 @@ class RecordingThread {
   using Clock = std::chrono::steady_clock;
 
   void run();
+  void write_all();
+  void drop_all();
   void write_channels();
   void take(const SampleRing::Entry& entry);
   void take_cycle(Nanoseconds time, std::uint64_t cycle);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <fstream>
 
+#include "core/base/output_file.h"
 #include "core/base/xml_text.h"
 #include "record/compare.h"
 #include "record/report_parts.h"
@@ -167,10 +167,8 @@ std::string to_html(const Comparison& comparison) {
 }
 
 Result<void> write_report(const Comparison& comparison, const std::filesystem::path& path) {
-  std::ofstream out(path, std::ios::binary);
-  out << to_html(comparison);
-  out.close();
-  if (!out) return failure("", fmt::format("cannot write {}", path.string()));
+  Findings findings = write_file(path, to_html(comparison), "--report");
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
   return {};
 }
 

@@ -158,6 +158,12 @@ RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& 
   report_.estimates = variables_.estimates;
   report_.site = site_watch_.report();
   measure_core();
+  const device::EmergencyStop* stop = built_.emergency_stop;
+  if (stop != nullptr && stop->pressed() && report_.findings.has_errors()) {
+    report_.findings.note(
+        {}, fmt::format("the emergency stop of category {} is latched", static_cast<int>(stop->category())),
+        "reset, or what comes before it");
+  }
   const bool whole = !interrupted && !report_.findings.has_errors();
   const bool held = judge(whole ? run_again : std::function<std::string()>());
   if (interrupted) {

@@ -231,8 +231,10 @@ Description read_document(const Json& document, ReadFor purpose, Findings& findi
   for_each_member(reader, "devices", [&](const auto& name, const Json& json, const std::string& pointer) {
     description.devices.push_back(read_device(name, json, pointer, findings));
   });
-  for_each_member(reader, "composed", [&](const auto& name, const Json&, const std::string& pointer) {
-    ObjectReader wholes(*reader.child("composed"), reader.at("composed"), findings);
+  for_each_member(reader, "composed", [&](const auto& name, const Json& parts, const std::string& pointer) {
+    // A reader of this member alone: it searches, and there may be many.
+    const Json one = Json::object({{name, parts}});
+    ObjectReader wholes(one, reader.at("composed"), findings);
     description.composed.push_back({name, pointer, wholes.texts(name)});
     if (description.composed.back().parts.empty())
       findings.error(pointer, "no part stands here", "at least one device");

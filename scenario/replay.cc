@@ -7,6 +7,7 @@
 
 #include "record/recording.h"
 #include "scenario/cell_builder.h"
+#include "scenario/recorded_run.h"
 #include "sim/film.h"
 
 namespace takt::scenario {
@@ -36,7 +37,7 @@ std::vector<sim::FilmState> states_for_film(const record::Table& table, const st
   std::vector<sim::FilmState> states;
   std::size_t event = 0;
   std::string step;
-  Nanoseconds next = 0;
+  Nanoseconds next = table.time.empty() ? 0 : table.time.front();
   for (std::size_t row = 0; row < table.time.size(); ++row) {
     for (; event < events.size() && events[event].time <= table.time[row]; ++event) {
       if (events[event].name == "begin") step = events[event].text;
@@ -69,22 +70,30 @@ std::vector<sim::CameraCut> cuts_of(const Description& description, const std::v
   return cuts;
 }
 
+/// Why these states make no film; empty: they do. A film is as long as its recording, so that two states far from each
+/// other would be a film of years.
+std::string check_times(const record::Table& table) {
+  constexpr Nanoseconds kMostPerState = 100 * kMillisecond;  // of a film, on average; a run records one per cycle
+  constexpr Nanoseconds kLongest = 4 * 3600 * kSecond;
+  if (table.time.empty()) return "there is no state in this recording";
+  const Nanoseconds length = table.time.back() - table.time.front();
+  if (length <= std::min(kLongest, kMostPerState * static_cast<Nanoseconds>(table.time.size()))) return {};
+  return fmt::format("{} states over {:.6g} s", table.time.size(), to_seconds(length));
+}
+
 }  // namespace
 
 Result<std::int64_t> render_recording(const std::filesystem::path& recording, const device::ModelLibrary& models,
                                       const ReplayOptions& options) {
+  if (options.fps < 1 || options.fps > sim::kMostFps)
+    return failure("--fps", fmt::format("{} pictures per second", options.fps), fmt::format("1 to {}", sim::kMostFps));
   auto opened = record::Recording::open(recording);
   if (!opened) return std::unexpected(std::move(opened.error()));
-  const auto scenario = opened->attachment("scenario.json");
-  if (!scenario) return unusable(recording, "there is no scenario in this recording", "one made by takt run --record");
-  auto description = parse_description(*scenario);
+  auto description = recorded_scenario(*opened);
   if (!description) {
     description.error().set_file(recording.string());
     return std::unexpected(std::move(description.error()));
   }
-  const auto& metadata = opened->metadata();
-  const auto run = metadata.find("takt.run");
-  if (run != metadata.end() && run->second.contains("seed")) description->seed = std::stoull(run->second.at("seed"));
   Findings warnings;
   auto built = build_cell(*description, models, false, warnings);
   if (!built) return std::unexpected(std::move(built.error()));
@@ -96,6 +105,7 @@ Result<std::int64_t> render_recording(const std::filesystem::path& recording, co
         fmt::format("states of {} positions for a model of {}", table->values.size(), built->world->model()->nq),
         "the models that it was recorded with");
   }
+  if (auto wrong = check_times(*table); !wrong.empty()) return unusable(recording, std::move(wrong));
   sim::FilmOptions film;
   film.path = options.video;
   film.fps = options.fps;

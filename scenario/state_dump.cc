@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "scenario/recorded_run.h"
 #include "scenario/session.h"
 
 namespace takt::scenario {
@@ -69,18 +70,18 @@ struct Again {
 };
 
 Result<std::unique_ptr<Session>> session_of(const record::Recording& recording, const device::ModelLibrary& models) {
-  const auto scenario = recording.attachment("scenario.json");
-  if (!scenario) return failure({}, "there is no scenario in this recording", "one made by takt run --record");
-  auto description = parse_description(*scenario);
+  auto description = recorded_scenario(recording);
   if (!description) return std::unexpected(std::move(description.error()));
-  const auto run = recording.metadata().find("takt.run");
-  if (run != recording.metadata().end() && run->second.contains("seed")) {
-    description->seed = std::stoull(run->second.at("seed"));
-  }
   return Session::create(std::move(*description), models);
 }
 
 Result<Again> run_again(const record::Recording& recording, std::uint64_t cycle, const device::ModelLibrary& models) {
+  // Cycles are numbered from 0 and have a digest each: running again costs no more than the recorded run did.
+  if (cycle >= recording.digests().size()) {
+    return failure({},
+                   fmt::format("the recording names cycle {} and has {} digests", cycle, recording.digests().size()),
+                   "a recording with all of its cycles");
+  }
   auto session = session_of(recording, models);
   if (!session) return std::unexpected(std::move(session.error()));
   Again again;

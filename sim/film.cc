@@ -86,7 +86,8 @@ void check_path(const std::filesystem::path& path, Findings& findings) {
     findings.error("/path", fmt::format("'{}' does not end in .mp4", path.string()), "films are MP4 files");
     return;
   }
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  // A FIFO without a reader would wait for one for ever.
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
   if (file < 0) {
     findings.error("/path", fmt::format("cannot write '{}': {}", path.string(), std::strerror(errno)));
     return;
@@ -116,7 +117,7 @@ Findings check_film(const mjModel_* model, const FilmOptions& options) {
     if (value < low || value > high)
       findings.error(pointer, fmt::format("{} is out of range", value), fmt::format("{} to {}", low, high));
   };
-  in_range("/fps", options.fps, 1, 120);
+  in_range("/fps", options.fps, 1, kMostFps);
   in_range("/workers", options.workers, 1, 16);
   in_range("/queue_frames", options.queue_frames, 1, 256);
   check_cameras(model, options, findings);
@@ -268,12 +269,22 @@ class Film::Impl {
     promise.set_value({});
     while (Frame* frame = take_frame()) {
       const double begin = thread_cpu_seconds();
-      Result<void> drawn = draw(worker, *frame);
+      Result<void> drawn = guarded("a picture could not be drawn", [&] { return draw(worker, *frame); });
       const std::lock_guard lock(mutex_);
       if (!drawn) fail(drawn.error());
       frame->drawn = true;
       report_.render_cpu_s += thread_cpu_seconds() - begin;
       changed_.notify_all();
+    }
+  }
+
+  // The last catch of a thread: what went wrong ends the film with its reason, not the process.
+  template <class Work>
+  static Result<void> guarded(const char* what, const Work& work) {
+    try {
+      return work();
+    } catch (const std::exception& error) {
+      return failure("", fmt::format("{}: {}", what, error.what()));
     }
   }
 
@@ -313,15 +324,22 @@ class Film::Impl {
     return done;
   }
 
-  // Takes the frames in order, whoever drew them, and hands them to ffmpeg.
   void write_frames() {
+    const Result<void> written = guarded("the film could not be written", [&] { return write_all_frames(); });
+    if (written) return;
+    const std::lock_guard lock(mutex_);
+    fail(written.error());
+  }
+
+  // Takes the frames in order, whoever drew them, and hands them to ffmpeg.
+  Result<void> write_all_frames() {
     Image last, canvas;
     while (true) {
       std::unique_lock lock(mutex_);
       changed_.wait(lock, [&] {
         return failed_ || (!frames_.empty() && frames_.front().drawn) || (closing_ && frames_.empty());
       });
-      if (failed_ || frames_.empty()) return;
+      if (failed_ || frames_.empty()) return {};
       Frame& frame = frames_.front();
       if (!frame.repeats) {
         std::swap(last, frame.picture);
@@ -338,11 +356,7 @@ class Film::Impl {
         painter_->draw(overlay, canvas);
         picture = &canvas;
       }
-      if (Result<void> written = encoder_->write(*picture); !written) {
-        const std::lock_guard again(mutex_);
-        fail(written.error());
-        return;
-      }
+      if (Result<void> written = encoder_->write(*picture); !written) return written;
     }
   }
 

@@ -24,6 +24,9 @@ struct CameraCut {
   std::string camera;  ///< name in the model; empty: a free camera that shows everything
 };
 
+/// Pictures per second of a film, at most.
+inline constexpr int kMostFps = 120;
+
 struct FilmOptions {
   std::filesystem::path path;   ///< of the MP4 file; overwritten
   int fps = 25;                 ///< frames per second, 1 ... 120

@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <thread>
 #include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
@@ -52,6 +56,9 @@ void chroma_row(const std::uint8_t* upper, const std::uint8_t* lower, int width,
     v[x] = static_cast<std::uint8_t>((4 * 32896 + 113 * red - 102 * green - 11 * blue) >> 10);
   }
 }
+
+constexpr int kPatience_ms = 30'000;  ///< with an ffmpeg that does not move any more
+constexpr int kStep_ms = 2;           ///< between two looks whether it has ended
 
 std::vector<std::string> arguments(const std::string& program, const std::filesystem::path& path, int width, int height,
                                    int fps) {
@@ -99,7 +106,12 @@ Result<FilmEncoder> FilmEncoder::start(const std::string& program, const std::fi
   // A group of its own: Ctrl-C ends the run, and the run then ends ffmpeg with a complete file.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+  // What this process ignores, ffmpeg does not.
+  sigset_t defaults;
+  sigemptyset(&defaults);
+  for (const int one : {SIGPIPE, SIGXFSZ}) sigaddset(&defaults, one);
+  posix_spawnattr_setsigdefault(&attributes, &defaults);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
   std::vector<std::string> words = arguments(program, path, width, height, fps);
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -136,8 +148,17 @@ Result<void> FilmEncoder::write(const Image& image) {
   to_yuv420(image, yuv_);
   std::size_t sent = 0;
   while (sent < yuv_.size()) {
-    const ssize_t count = send(input_, yuv_.data() + sent, yuv_.size() - sent, MSG_NOSIGNAL);
-    if (count < 0 && errno == EINTR) continue;
+    pollfd ready{.fd = input_, .events = POLLOUT, .revents = 0};
+    const int polled = poll(&ready, 1, kPatience_ms);
+    if (polled < 0 && errno == EINTR) continue;
+    if (polled == 0) {
+      (void)kill(process_, SIGKILL);
+      (void)wait();
+      return failure("/ffmpeg",
+                     fmt::format("{} took no picture for {} s, and was ended", program_, kPatience_ms / 1000));
+    }
+    const ssize_t count = send(input_, yuv_.data() + sent, yuv_.size() - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (count < 0 && (errno == EINTR || errno == EAGAIN)) continue;
     if (count <= 0) {
       Result<void> ended = wait();
       if (!ended) return ended;
@@ -152,7 +173,10 @@ Result<void> FilmEncoder::wait() {
   if (input_ >= 0) close(std::exchange(input_, -1));
   if (process_ < 0) return {};
   int status = 0;
-  while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+  // It still has to put the index of a long film in front of it.
+  for (int waited_ms = 0; waitpid(process_, &status, WNOHANG) == 0; waited_ms += kStep_ms) {
+    if (waited_ms == kPatience_ms) (void)kill(process_, SIGKILL);
+    std::this_thread::sleep_for(std::chrono::milliseconds(kStep_ms));
   }
   process_ = -1;
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};

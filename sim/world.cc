@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <clocale>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <optional>
 #include <span>
@@ -10,6 +12,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <locale.h>
 #include <mujoco/mujoco.h>
 
 #include "core/kinematics/chain.h"
@@ -39,6 +42,22 @@ Nanoseconds wall_clock() {
       .count();
 }
 
+/// MuJoCo reads mesh files with the decimal point of the process: while this lives, this thread has that of C. Its
+/// other threads cannot be given one, so the caller does without them where it matters.
+class PointInNumbers {
+ public:
+  PointInNumbers() : classic_(newlocale(LC_ALL_MASK, "C", nullptr)), before_(uselocale(classic_)) {}
+  ~PointInNumbers() {
+    uselocale(before_);
+    freelocale(classic_);
+  }
+  PointInNumbers(const PointInNumbers&) = delete;
+  PointInNumbers& operator=(const PointInNumbers&) = delete;
+
+ private:
+  locale_t classic_, before_;
+};
+
 Result<Owned<mjModel>> compile(const WorldDescription& description, bool visuals, const SpecHook& hook) {
   Owned<mjSpec> spec(mj_makeSpec());
   build_spec(description, visuals, *spec);
@@ -46,6 +65,8 @@ Result<Owned<mjModel>> compile(const WorldDescription& description, bool visuals
     if (device.extend) device.extend(*spec);
   }
   if (hook) hook(*spec);
+  if (std::strcmp(std::localeconv()->decimal_point, ".") != 0) spec->compiler.usethread = 0;
+  const PointInNumbers point;
   Owned<mjModel> model(mj_compile(spec.get(), nullptr));
   if (model) return model;
   return failure("", fmt::format("MuJoCo cannot build the world: {}", mjs_getError(spec.get())));

@@ -1,6 +1,4 @@
 // validate, verify, list: whole files and folders of them.
-#include <unistd.h>
-
 #include <algorithm>
 #include <memory>
 
@@ -8,8 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "app/run_arguments.h"
+#include "app/process.h"
 #include "core/base/json.h"
+#include "core/base/output_file.h"
 #include "core/kinematics/robot_model.h"
 #include "record/golden.h"
 #include "scenario/device_kind.h"
@@ -42,7 +41,9 @@ Findings check_scenario(const std::filesystem::path& file, const Common& common)
 Findings check_model(const std::filesystem::path& folder) {
   const auto kind = device::read_device_kind(folder);
   if (kind && *kind == "object") {  // no device: a body to stand in the room
-    const auto body = kinematics::RobotModel::load(folder / (std::filesystem::canonical(folder).filename() += ".urdf"));
+    std::error_code error;
+    const auto name = std::filesystem::canonical(folder, error).filename().string();
+    const auto body = kinematics::RobotModel::load(folder / (name + ".urdf"));
     return body ? Findings{} : body.error();
   }
   const auto read = scenario::read_model(folder);
@@ -57,7 +58,8 @@ Findings check_net_file(const std::filesystem::path& file) {
 }
 
 Findings check_file(const std::filesystem::path& file, const Common& common) {
-  if (std::filesystem::is_directory(file)) return check_model(file);
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) return check_model(file);
   const auto document = read_json(file);
   if (!document) return document.error();
   switch (kind_of(*document)) {
@@ -88,21 +90,33 @@ int validate(const std::vector<std::string>& files, const Common& common) {
   return valid ? kHeld : kBadInput;
 }
 
+/// A folder that cannot be read is a finding: what is in it would not be verified, and nobody would know.
+void add_scenarios_below(const std::filesystem::path& folder, std::vector<std::filesystem::path>& files,
+                         Findings& findings) {
+  std::error_code error;
+  std::filesystem::recursive_directory_iterator at(folder, error);
+  for (; !error && at != std::filesystem::end(at); at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    if (!name.ends_with(".json") || name.ends_with(".golden.json")) continue;
+    const auto document = read_json(at->path());
+    if (document && kind_of(*document) == FileKind::kScenario) files.push_back(at->path());
+  }
+  if (error) findings.add({Severity::kError, folder.string(), {}, "cannot be searched: " + error.message(), {}});
+}
+
 /// Scenario files below the given files and folders, sorted; goldens are not scenarios.
 std::vector<std::filesystem::path> scenario_files(const std::vector<std::string>& paths, Findings& findings) {
   std::vector<std::filesystem::path> files;
   for (const std::string& path : paths) {
-    if (!std::filesystem::exists(path)) {
-      findings.add({Severity::kError, path, {}, "there is no such file or folder", {}});
-    } else if (!std::filesystem::is_directory(path)) {
+    std::error_code error;
+    const auto status = std::filesystem::status(path, error);
+    if (!std::filesystem::exists(status)) {
+      const std::string why = status.type() == std::filesystem::file_type::none ? error.message() : "";
+      findings.add({Severity::kError, path, {}, why.empty() ? "there is no such file or folder" : why, {}});
+    } else if (!std::filesystem::is_directory(status)) {
       files.emplace_back(path);
     } else {
-      for (const auto& entry : std::filesystem::recursive_directory_iterator(path)) {
-        const std::string name = entry.path().filename().string();
-        if (!name.ends_with(".json") || name.ends_with(".golden.json")) continue;
-        const auto document = read_json(entry.path());
-        if (document && kind_of(*document) == FileKind::kScenario) files.push_back(entry.path());
-      }
+      add_scenarios_below(path, files, findings);
     }
   }
   std::ranges::sort(files);
@@ -132,16 +146,20 @@ Verified verify_one(const std::filesystem::path& file, const Common& common) {
     verified.status = kBadInput;
     return verified;
   }
-  const std::filesystem::path recording =
-      std::filesystem::temp_directory_path() / fmt::format("takt-verify-{}-{}.mcap", file.stem().string(), getpid());
   scenario::RunOptions options;
   options.interrupt = &app::catch_interrupts();
-  const bool has_golden = std::filesystem::exists(golden_of(file));
-  if (has_golden) options.record = recording;
+  std::error_code ignored;
+  const bool has_golden = std::filesystem::exists(golden_of(file), ignored);
+  const auto recording = TemporaryFile::create(".mcap");
+  if (has_golden && !recording) {
+    verified.findings = recording.error();
+    return verified;
+  }
+  if (has_golden) options.record = recording->path();
   verified.run = (*session)->run(options);
   verified.status = scenario::exit_status(verified.run.verdict);
   if (has_golden && verified.status == kHeld) {
-    auto comparison = record::verify(recording, golden_of(file));
+    auto comparison = record::verify(recording->path(), golden_of(file));
     if (comparison) {
       verified.golden = std::move(*comparison);
       if (!verified.golden->passed) verified.status = kNotHeld;
@@ -150,10 +168,20 @@ Verified verify_one(const std::filesystem::path& file, const Common& common) {
       verified.status = kBadInput;
     }
   }
-  std::error_code ignored;
-  std::filesystem::remove(recording, ignored);
   verified.run.products.clear();
   return verified;
+}
+
+/// One scenario that fails in an unforeseen manner does not keep the others from being verified.
+Verified verify_guarded(const std::filesystem::path& file, const Common& common) {
+  try {
+    return verify_one(file, common);
+  } catch (const std::exception& error) {
+    Verified verified;
+    verified.file = file;
+    verified.findings.add({Severity::kError, file.string(), {}, fmt::format("internal: {}", error.what()), {}});
+    return verified;
+  }
 }
 
 Json describe(const Verified& verified) {
@@ -171,7 +199,7 @@ int verify(const std::vector<std::string>& paths, const Common& common) {
   int status = kHeld;
   Json results = Json::array();
   for (const auto& file : files) {
-    const Verified verified = verify_one(file, common);
+    const Verified verified = verify_guarded(file, common);
     status = std::max(status, verified.status);
     results.push_back(describe(verified));
     fmt::print(stderr, "{}{}", verified.run.findings.to_string(), verified.findings.to_string());

@@ -1,14 +1,13 @@
 #include "tools/cli.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cstdio>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "app/process.h"
+#include "app/run_arguments.h"
 #include "core/base/version.h"
 #include "core/plugin/load.h"
 #include "scenario/data_folder.h"
@@ -65,7 +64,9 @@ int report(const Findings& findings, const Common& common) {
   return kBadInput;
 }
 
-int run_command_line(int argc, char** argv) {
+namespace {
+
+int run(int argc, char** argv) {
   Common common;
   common.root = scenario::data_folder();
   CLI::App app{
@@ -80,10 +81,12 @@ int run_command_line(int argc, char** argv) {
     verbs.push_back(add(app, common));
     CLI::App* verb = verbs.back().first;
     verb->add_flag("--json", common.json, "One JSON object on stdout; progress and diagnostics on stderr");
-    verb->add_option("--models", common.models, "Folders searched for models before the project's own")
-        ->type_name("DIR");
+    verb->add_option("--models", common.models, "Folder searched for models before the project's own; several times")
+        ->type_name("DIR")
+        ->allow_extra_args(false);
     verb->add_option("--plugin", common.plugins, "Plug-ins with primitives and kinds of device; several times")
-        ->type_name("FILE.so");
+        ->type_name("FILE.so")
+        ->allow_extra_args(false);
   }
   // Known before the parser has read it all: also a usage error is reported as asked for.
   for (int i = 1; i < argc; ++i) common.json = common.json || std::string_view(argv[i]) == "--json";
@@ -95,14 +98,19 @@ int run_command_line(int argc, char** argv) {
   }
   for (const auto& [verb, run] : verbs) {
     if (!verb->parsed()) continue;
-    if (const Findings findings = load_plugins(common); findings.has_errors()) return report(findings, common);
-    const int status = run();
-    // A script must not take lost output for an answer.
-    if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
-    fmt::print(stderr, "error: the output could not be written\n");
-    return kFault;
+    Findings findings = app::check_model_folders(common.models);
+    findings.append(load_plugins(common));
+    return findings.has_errors() ? report(findings, common) : run();
   }
   return kBadInput;
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv) {
+  app::prepare_process();
+  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  return app::run_guarded(fmt::format("takt {}", fmt::join(words, " ")), [&] { return run(argc, argv); });
 }
 
 }  // namespace takt::tools

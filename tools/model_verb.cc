@@ -1,4 +1,7 @@
 // model: what takt knows of a robot, sensor or thing: figures, kinematics, pictures.
+#include <unistd.h>
+
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -73,6 +76,26 @@ Findings check_kind(const ModelArguments& arguments, const LoadedModel& model) {
   return findings;
 }
 
+/// Of numbers that are none nothing can be told.
+Findings check_numbers(const ModelArguments& arguments) {
+  Findings findings;
+  const std::pair<const char*, const std::vector<double>*> lists[] = {
+      {"--fk", &arguments.fk}, {"--ik", &arguments.ik.pose}, {"--posture", &arguments.posture}};
+  constexpr double kMost = 1e6;
+  for (const auto& [option, numbers] : lists) {
+    for (const double number : *numbers) {
+      if (std::abs(number) <= kMost) continue;
+      findings.error(option, fmt::format("{} is out of range", number), fmt::format("numbers up to {:g}", kMost));
+    }
+  }
+  for (const auto& [option, number] :
+       {std::pair{"--arm-angle", arguments.ik.arm_angle}, {"--held", arguments.ik.held}}) {
+    if (number && !(std::abs(*number) <= kMost))
+      findings.error(option, fmt::format("{} is out of range", *number), fmt::format("up to {:g}", kMost));
+  }
+  return findings;
+}
+
 int draw(const ModelArguments& arguments, const LoadedModel& model, const Common& common) {
   PictureOptions options = arguments.picture;
   options.q = arguments.posture;
@@ -82,6 +105,7 @@ int draw(const ModelArguments& arguments, const LoadedModel& model, const Common
     fmt::print(stderr, "{}: {}x{}\n", arguments.image, options.width, options.height);
   }
   if (!arguments.reach.empty()) {
+    if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "the work space is sampled, which takes some seconds ...\n");
     const auto drawn = draw_reach(*model.arm, arguments.reach);
     if (!drawn) return report(drawn.error(), common);
     fmt::print(stderr, "{}: reach {:.3f} m\n", arguments.reach, drawn->farthest_m);
@@ -90,6 +114,7 @@ int draw(const ModelArguments& arguments, const LoadedModel& model, const Common
 }
 
 int model(const ModelArguments& arguments, const Common& common) {
+  if (const Findings findings = check_numbers(arguments); findings.has_errors()) return report(findings, common);
   const auto model = load(arguments.name, common);
   if (!model) return report(model.error(), common);
   if (const Findings findings = check_kind(arguments, *model); findings.has_errors()) return report(findings, common);
@@ -108,9 +133,11 @@ std::pair<CLI::App*, Verb> add_model(CLI::App& app, Common& common) {
   verb->add_option("NAME", arguments->name, "Folder below models/")->required();
   verb->add_option("--fk", arguments->fk, "Flange pose, branch, singularity and limits at joint positions, rad")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("Q1,Q2,...");
   verb->add_option("--ik", arguments->ik.pose, "All joint positions for a flange pose in the base")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("X,Y,Z,QW,QX,QY,QZ");
   verb->add_option("--arm-angle", arguments->ik.arm_angle, "With --ik: the arm angle of a seven-axis arm, rad")
       ->type_name("RAD");
@@ -121,6 +148,7 @@ std::pair<CLI::App*, Verb> add_model(CLI::App& app, Common& common) {
   verb->add_option("--size", arguments->picture.size, "Of the picture, default 960x720")->type_name("WxH");
   verb->add_option("--posture", arguments->posture, "In the picture: positions of all movable joints, rad or m")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("Q1,Q2,...");
   verb->add_option("--reach", arguments->reach,
                    "Draw a section of the work space, coloured by how well the arm moves there")

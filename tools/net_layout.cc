@@ -1,6 +1,7 @@
 // Layout of a picture of a net: sizes of the cards, then Graphviz's dot for places and curves.
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -18,6 +19,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json.h"
+#include "core/base/output_file.h"
 #include "tools/net_picture.h"
 
 extern char** environ;
@@ -40,25 +42,6 @@ constexpr double kBold = 1.12;  ///< how much wider bold letters run
 
 /// dot takes seconds for hundreds of cards; what takes longer than this is given up.
 constexpr auto kLongest = std::chrono::seconds(120);
-
-/// A folder that goes when this goes.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = (fs::temp_directory_path() / "takt-graph-XXXXXX").string();
-    if (mkdtemp(pattern.data()) != nullptr) path_ = pattern;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 void write_card(std::string& dot, const NetPicture::Card& card, std::size_t number) {
   const CardSize size = size_of(card);
@@ -182,7 +165,11 @@ Findings run_dot(const fs::path& in, const fs::path& out, const fs::path& errors
 std::vector<double> numbers_in(const std::string& text) {
   std::vector<double> numbers;
   std::istringstream stream(text);
-  for (std::string word; std::getline(stream, word, ',');) numbers.push_back(std::strtod(word.c_str(), nullptr));
+  for (std::string word; std::getline(stream, word, ',');) {
+    double number = 0.0;  // of any locale of the process: dot writes a point
+    (void)std::from_chars(word.data(), word.data() + word.size(), number);
+    numbers.push_back(number);
+  }
   return numbers;
 }
 
@@ -266,13 +253,12 @@ CardSize size_of(const NetPicture::Card& card) {
 }
 
 Result<PlacedNet> place(const NetPicture& picture) {
-  const ScratchFolder folder;
-  if (folder.path().empty()) return failure("--graph", "no temporary folder can be made");
-  const fs::path in = folder.path() / "net.dot", out = folder.path() / "net.json";
-  std::ofstream(in) << to_dot(picture);
-  if (Findings wrong = run_dot(in, out, folder.path() / "errors"); wrong.has_errors()) {
-    return std::unexpected(std::move(wrong));
-  }
+  const auto folder = TemporaryFolder::create();
+  if (!folder) return std::unexpected(folder.error());
+  const fs::path in = folder->path() / "net.dot", out = folder->path() / "net.json";
+  Findings wrong = write_file(in, to_dot(picture));
+  if (!wrong.has_errors()) wrong = run_dot(in, out, folder->path() / "errors");
+  if (wrong.has_errors()) return std::unexpected(std::move(wrong));
   std::ifstream stream(out);
   try {
     return read_places(Json::parse(stream), picture);

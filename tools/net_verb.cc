@@ -1,6 +1,5 @@
 // net: a net as LOAD sees it (--check), what it costs (--bench), what it looks like (--graph).
 #include <cstdio>
-#include <fstream>
 #include <memory>
 
 #include <fmt/format.h>
@@ -8,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json.h"
+#include "core/base/output_file.h"
 #include "scenario/session.h"
 #include "tools/cli.h"
 #include "tools/net_bench.h"
@@ -117,15 +117,6 @@ Findings load(const NetArguments& arguments, const device::ModelLibrary& library
   }
   loaded.description = std::move(*description);
   return compile(arguments.file, loaded);
-}
-
-Findings write_file(const std::string& file, const std::string& content, const char* option) {
-  Findings findings;
-  std::ofstream stream(file, std::ios::binary);
-  stream << content;
-  if (!stream.flush())
-    findings.error(option, fmt::format("'{}' cannot be written", file), "a file in a folder that exists");
-  return findings;
 }
 
 Findings draw(const NetArguments& arguments, const LoadedNet& loaded) {

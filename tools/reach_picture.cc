@@ -3,16 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 
 #include <fmt/format.h>
 
+#include "core/base/output_file.h"
 #include "core/base/xml_text.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/differential.h"
 #include "core/kinematics/lines.h"
 #include "core/kinematics/robot_model.h"
 #include "core/kinematics/solutions.h"
+#include "tools/model_kinematics.h"
 
 namespace takt::tools {
 namespace {
@@ -40,6 +41,9 @@ struct Section {
     if (column < 0 || column >= kFields || row < 0 || row >= kFields) return;
     double& place = best[static_cast<std::size_t>(row * kFields + column)];
     place = std::max(place, measure);
+  }
+  void mark_block(int column, int row, int size, double measure) {
+    for (int i = 0; i < size * size; ++i) mark(x(column + i % size), z(row + i / size), measure);
   }
   [[nodiscard]] double largest() const { return *std::max_element(best.begin(), best.end()); }
 };
@@ -95,7 +99,18 @@ double any_orientation(const Chain& chain, Section& section) {
   return farthest;
 }
 
-void straight_down(const Chain& chain, Section& section) {
+/// Without a closed form a pose takes a hundred times as long: then one answers for a block of fields, and the picture
+/// is there after some seconds all the same.
+int block_size(const device::ArmDescription& arm) {
+  constexpr int kCoarse = 4;
+  static_assert(kFields % kCoarse == 0);
+  return way_to_solutions(arm).starts_with("closed form") ? 1 : kCoarse;
+}
+
+void straight_down(const device::ArmDescription& arm, Section& section) {
+  const Chain& chain = *arm.chain;
+  const int block = block_size(arm);
+  const double off_middle = 0.5 * (block - 1) * section.field();
   Eigen::Isometry3d X_BF = Eigen::Isometry3d::Identity();
   X_BF.linear() = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
   kinematics::SolutionOptions options;
@@ -104,14 +119,14 @@ void straight_down(const Chain& chain, Section& section) {
     const int held = kinematics::redundant_joint(chain);
     for (int k = 0; k < 7; ++k) options.held_values.push_back(spread(chain, held, (k + 0.5) / 7));
   }
-  for (int row = 0; row < kFields; ++row) {
-    for (int column = 0; column < kFields; ++column) {
-      X_BF.translation() << section.x(column), 0.0, section.z(row);
+  for (int row = 0; row < kFields; row += block) {
+    for (int column = 0; column < kFields; column += block) {
+      X_BF.translation() << section.x(column) + off_middle, 0.0, section.z(row) + off_middle;
       // What is out of any reach needs no search.
       if ((X_BF.translation() - Eigen::Vector3d(0, 0, section.middle_z)).norm() > section.half) continue;
       for (const JointVector& q : inverse_solutions(chain, X_BF, options)) {
         Eigen::Isometry3d X;
-        section.mark(section.x(column), section.z(row), measure_at(chain, q, X));
+        section.mark_block(column, row, block, measure_at(chain, q, X));
       }
     }
   }
@@ -325,12 +340,10 @@ Result<Reach> draw_reach(const device::ArmDescription& arm, const std::filesyste
   any = down;
   any.half = down.half = 1.06 * reach.farthest_m;
   reach.farthest_m = any_orientation(chain, any);
-  straight_down(chain, down);
+  straight_down(arm, down);
   reach.best_measure = std::max(any.largest(), down.largest());
-  std::ofstream out(file);
-  out << picture(arm, any, down, reach.farthest_m);
-  out.close();
-  if (!out) return failure("--reach", fmt::format("cannot write '{}'", file.string()));
+  if (Findings findings = write_file(file, picture(arm, any, down, reach.farthest_m), "--reach"); findings.has_errors())
+    return std::unexpected(std::move(findings));
   return reach;
 }
 

@@ -1,13 +1,13 @@
 // compare, bless, render: what is done with recordings.
-#include <unistd.h>
-
 #include <memory>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "app/process.h"
 #include "app/run_arguments.h"
+#include "core/base/output_file.h"
 #include "record/compare.h"
 #include "record/golden.h"
 #include "scenario/replay.h"
@@ -44,6 +44,10 @@ int compare(const CompareArguments& arguments, const Common& common) {
     findings.add({Severity::kError, arguments.a, {}, "a golden stands first", "compare RECORDING GOLDEN"});
     return report(findings, common);
   }
+  if (!arguments.html.empty()) {
+    const Findings findings = check_output(arguments.html, {arguments.a, arguments.b}, "--report");
+    if (findings.has_errors()) return report(findings, common);
+  }
   auto comparison = is_golden(arguments.b) ? record::verify(arguments.a, arguments.b)
                                            : record::compare_recordings(arguments.a, arguments.b);
   if (!comparison) return report(comparison.error(), common);
@@ -64,14 +68,25 @@ struct BlessArguments {
   std::string scenario, reason;
 };
 
+/// A reason that says nothing is none.
+Findings check_reason(const std::string& reason) {
+  Findings findings;
+  if (reason.find_first_not_of(" \t\r\n") == std::string::npos)
+    findings.error("--reason", "the reason is empty", "why this run is right, in words");
+  return findings;
+}
+
 int bless(const BlessArguments& arguments, const Common& common) {
+  if (const Findings findings = check_reason(arguments.reason); findings.has_errors()) return report(findings, common);
   const device::ModelLibrary library = common.library();
   auto session = scenario::Session::open(arguments.scenario, library);
   if (!session) return report(session.error(), common);
   const std::filesystem::path file = arguments.scenario;
-  const auto recording = std::filesystem::temp_directory_path() / fmt::format("takt-bless-{}.mcap", getpid());
+  const auto recording = TemporaryFile::create(".mcap");
+  if (!recording) return report(recording.error(), common);
   scenario::RunOptions options;
-  options.record = recording;
+  options.record = recording->path();
+  options.interrupt = &app::catch_interrupts();
   const scenario::RunReport run = (*session)->run(options);
   if (run.verdict != scenario::Verdict::kPassed) {
     fmt::print(stderr, "{}{}", to_text(run, arguments.scenario), run.findings.to_string());
@@ -87,9 +102,7 @@ int bless(const BlessArguments& arguments, const Common& common) {
   blessing.topics = {"/*/set_point", "/*/joint_states", "/*/wrench", "/program"};
   // Measured torques are noise on top of what the positions already say, and noise does not thin.
   blessing.rules = {{.column = "*.effort", .tolerance = {.kind = record::ToleranceKind::kReportOnly}}};
-  const auto golden = record::bless(recording, golden_file, blessing);
-  std::error_code ignored;
-  std::filesystem::remove(recording, ignored);
+  const auto golden = record::bless(recording->path(), golden_file, blessing);
   if (!golden) return report(golden.error(), common);
   if (common.json) {
     print({{"result", "blessed"}, {"golden", golden_file.string()}, {"columns", golden->columns.size()}});
@@ -106,11 +119,11 @@ struct RenderArguments {
 };
 
 int render(RenderArguments& arguments, const Common& common) {
-  if (std::sscanf(arguments.size.c_str(), "%dx%d", &arguments.options.width, &arguments.options.height) != 2) {
-    Findings findings;
-    findings.error("--size", fmt::format("'{}' is no size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
-    return report(findings, common);
+  Findings findings = check_output(arguments.options.video, {arguments.recording}, "--video");
+  if (!app::parse_size(arguments.size, arguments.options.width, arguments.options.height)) {
+    findings.error("--size", fmt::format("'{}' is not a size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
   }
+  if (findings.has_errors()) return report(findings, common);
   const device::ModelLibrary library = common.library();
   const auto frames = scenario::render_recording(arguments.recording, library, arguments.options);
   if (!frames) return report(frames.error(), common);

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "app/process.h"
 #include "app/run_arguments.h"
 
 namespace takt::tools {
@@ -55,7 +56,7 @@ int dry_run(const scenario::Session& session, const Common& common) {
 
 int run(const RunVerbArguments& arguments, const Common& common) {
   Findings findings;
-  auto [opening, options] = app::parse(arguments, findings);
+  auto [opening, options] = app::parse(arguments, {arguments.file}, findings);
   if (arguments.step && arguments.realtime) {
     findings.error("--step", "the simulated time stands while a step waits, so there is no pace to keep",
                    "--step or --realtime");

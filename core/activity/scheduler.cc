@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "core/command/cause_text.h"
+
 namespace takt::activity {
 namespace {
 
@@ -188,7 +190,7 @@ void Scheduler::end_of_net(ActivityRun& run) {
     return end(run, cause.code == net::Cause::Code::kCancelled ? RunEvent::kCancelled : RunEvent::kEnded);
   fail(run, RunFailure::kStopped,
        single_finding(fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), run.status_->last_cycle,
-                       net::name_of(cause.code), cause.text.view()),
+                       net::name_of(cause.code), command::cause_text(cause, cell_)),
            kAgain));
 }
 

@@ -14,7 +14,7 @@ class Scheduler {
  public:
   using Options = StartConditions::Options;
   Scheduler(rcc::ControlCore& core, const command::Cell& cell, const Options& options)
-      : core_(core), planner_(core, cell, options), latency_cycles_(options.latency_cycles) {}
+      : core_(core), cell_(cell), planner_(core, cell, options), latency_cycles_(options.latency_cycles) {}
 
   /// Takes it in; it is carried out as soon as its actuators allow, in the order of calls.
   RunPtr schedule(ActivityPtr model);
@@ -66,6 +66,7 @@ class Scheduler {
   void give_up_followers(const ActivityRun& run);
 
   rcc::ControlCore& core_;
+  const command::Cell& cell_;
   RunPlanner planner_;
   std::int64_t latency_cycles_;
   std::vector<RunPtr> runs_;         ///< in the order of schedule(), until they are over

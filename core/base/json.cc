@@ -1,17 +1,23 @@
 #include "core/base/json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <set>
+#include <limits>
 #include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/utf8.h"
+
 namespace takt {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// A file with more is not read to its end: nobody reads the rest of the list either.
+constexpr std::size_t kMostDuplicates = 100;
 
 /// Builds the document value by value, so that depth, duplicates and range are judged before anything is stored.
 class BoundedBuilder : public nlohmann::json_sax<Json> {
@@ -34,21 +40,21 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
   bool end_array() override { return close(); }
 
   bool key(string_t& name) override {
-    Level& level = levels_.back();
-    if (!level.keys.insert(name).second) {
-      level.key = name;
-      findings_.error(pointer(), fmt::format("key '{}' stands twice in this object", name), "remove one of the two");
-    }
-    level.key = name;
+    levels_.back().key = std::move(name);
     return true;
   }
 
   bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
     // A message of the library reads "[json.exception...] parse error at line 1, column 2: text"; keep the end of it.
+    // One that is too large reads "[json.exception...] number overflow parsing '1e999'".
     const std::string_view what = error.what();
-    const std::size_t start = what.find("parse error");
-    findings_.error(pointer(), std::string(what.substr(start == std::string_view::npos ? 0 : start)),
-                    fmt::format("byte {}", position));
+    const std::size_t start = what.find("parse error"), quote = what.find('\'');
+    if (start != std::string_view::npos) {
+      findings_.error(pointer(), to_valid_utf8(what.substr(start)), fmt::format("byte {}", position));
+    } else {
+      findings_.error(pointer(), fmt::format("number {} is out of range", quoted_in(what, quote)),
+                      fmt::format("at most {:.6g} in size; byte {}", std::numeric_limits<double>::max(), position));
+    }
     return false;
   }
 
@@ -59,8 +65,14 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
   struct Level {
     Json* value;
     std::string key;
-    std::set<std::string> keys;
   };
+
+  /// The text between the quote at `quote` and the last one; what is longer than any number is cut.
+  static std::string_view quoted_in(std::string_view text, std::size_t quote) {
+    if (quote == std::string_view::npos) return {};
+    const std::size_t end = text.rfind('\'');
+    return text.substr(quote + 1, std::min<std::size_t>(end > quote ? end - quote - 1 : 0, 40));
+  }
 
   Json* place(Json value) {
     if (levels_.empty()) {
@@ -72,9 +84,10 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
       level.value->push_back(std::move(value));
       return &level.value->back();
     }
-    Json& slot = (*level.value)[level.key];
-    slot = std::move(value);
-    return &slot;
+    // Keys are compared when the object is complete; operator[] would search all of it for each.
+    auto& members = level.value->get_ref<Json::object_t&>();
+    members.emplace_back(level.key, std::move(value));
+    return &members.back().second;
   }
 
   template <class T>
@@ -89,12 +102,27 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
       return false;
     }
     Json* value = place(std::move(empty));
-    levels_.push_back({value, {}, {}});
+    levels_.push_back({value, {}});
     return true;
   }
 
   bool close() {
+    const bool goes_on = !levels_.back().value->is_object() || check_keys(levels_.back());
     levels_.pop_back();
+    return goes_on;
+  }
+
+  /// A finding for every key that an object has more than once. @return false: too many for a person to read
+  bool check_keys(Level& level) {
+    std::vector<std::string_view> keys;
+    for (const auto& [key, value] : level.value->get_ref<const Json::object_t&>()) keys.push_back(key);
+    std::ranges::sort(keys);
+    for (std::size_t i = 1; i < keys.size(); ++i) {
+      if (keys[i] != keys[i - 1]) continue;
+      level.key = keys[i];
+      findings_.error(pointer(), fmt::format("duplicate key '{}' in this object", level.key), "remove one of the two");
+      if (findings_.list().size() >= kMostDuplicates) return false;
+    }
     return true;
   }
 
@@ -135,6 +163,8 @@ Result<std::string> read_file(const std::filesystem::path& path, std::size_t max
     return std::unexpected(std::move(findings));
   };
   const auto status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::none)
+    return fail(fmt::format("cannot be read: {}", error.message()));
   if (!std::filesystem::exists(status)) return fail("there is no such file");
   if (!std::filesystem::is_regular_file(status)) return fail("this is not a regular file");
   const auto size = std::filesystem::file_size(path, error);

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/utf8.h"
+
 namespace takt {
 namespace {
 
@@ -25,6 +27,15 @@ bool inside(double value, const Range& range) {
   return (range.low_open ? value > range.low : value >= range.low) && value <= range.high;
 }
 
+/// More unknown keys than this are counted, not listed.
+constexpr std::size_t kMostUnknown = 100;
+
+/// A key in a message, and in the search for the nearest one, whose cost is the product of two lengths.
+std::string short_key(std::string_view key) {
+  constexpr std::size_t kMost = 100;
+  return key.size() <= kMost ? std::string(key) : std::string(cut_utf8(key, kMost)) + "...";
+}
+
 constexpr const char* kObject = "an object {...}";
 constexpr const char* kArray = "an array [...]";
 
@@ -32,7 +43,7 @@ constexpr const char* kArray = "an array [...]";
 
 std::string short_dump(const Json& json) {
   std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  if (text.size() > 60) text = std::string(cut_utf8(text, 57)) + "...";
   return text;
 }
 
@@ -190,9 +201,16 @@ Eigen::Isometry3d ObjectReader::pose() {
 
 void ObjectReader::finish() {
   if (!json_.is_object()) return;
-  for (const auto& [key, value] : json_.items()) {
+  std::size_t unknown = 0;
+  for (const auto& [key, value] : json_.get_ref<const Json::object_t&>()) {
     if (key.starts_with("$") || key == "comment" || std::ranges::find(asked_, key) != asked_.end()) continue;
-    findings_.error(at(key), fmt::format("key '{}' is not known here", key), nearest_choice(key, asked_, 30));
+    if (++unknown > kMostUnknown) continue;
+    findings_.error(at(key), fmt::format("key '{}' is not known here", short_key(key)),
+                    nearest_choice(short_key(key), asked_, 30));
+  }
+  if (unknown > kMostUnknown) {
+    findings_.error(pointer_, fmt::format("{} more keys are not known here", unknown - kMostUnknown),
+                    nearest_choice("", asked_, 30));
   }
 }
 

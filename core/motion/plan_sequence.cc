@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/kinematics/inverse.h"
+#include "core/motion/blend_limits.h"
 #include "core/motion/leg.h"
 #include "core/motion/path_planner.h"
 #include "core/motion/plan_checks.h"
@@ -13,8 +14,7 @@
 namespace takt::motion {
 namespace {
 
-/// A motion gives at most this share of its way to a blend, so that two blends always fit.
-constexpr double kMostShare = 0.5;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Motions that meet at less than this cosine turn back on themselves: a blend would be a needle.
 constexpr double kReversal = -0.985;
 constexpr double kLargestBlendTurn = 170.0 * std::numbers::pi / 180.0;
@@ -49,6 +49,7 @@ class SequencePlanner {
     Findings findings = make_parts(q_start, makers);
     if (findings.has_errors()) return std::unexpected(std::move(findings));
     for (std::size_t i = 0; i + 1 < parts_.size(); ++i) set_corner(i);
+    for (std::size_t i = 0; i + 1 < parts_.size(); ++i) stop_where_faster(i);
     return plan_groups(q_start);
   }
 
@@ -180,9 +181,11 @@ class SequencePlanner {
 
   static void check_blend(const Blend& blend, Findings& findings) {
     const bool fraction = blend.kind == Blend::Kind::kFraction;
-    const double most = fraction ? kMostShare : std::numeric_limits<double>::infinity();
-    if (blend.kind == Blend::Kind::kNone || (blend.value > 0.0 && blend.value <= most)) return;
-    findings.error("/blend", fmt::format("{}", blend.value), fraction ? "above 0, at most 0.5" : "above 0 m");
+    const double least = fraction ? kLeastBlendShare : kLeastBlend_m, most = fraction ? kMostBlendShare : kInfinity;
+    if (blend.kind == Blend::Kind::kNone || (blend.value >= least && blend.value <= most)) return;
+    findings.error(
+        "/blend", fmt::format("{}", blend.value),
+        fraction ? fmt::format("at least {}, at most {}", least, most) : fmt::format("at least {} m", least));
   }
 
   /// Time of the motion if it ran at its velocity limits all the way.
@@ -215,6 +218,41 @@ class SequencePlanner {
     a.rest_after = false;
   }
 
+  /// Undoes a blend that is so sharp that the arm would nearly stand in it for longer than a stop takes. The two
+  /// motions alone are compared, each from rest to rest.
+  void stop_where_faster(std::size_t i) {
+    constexpr double kSharp = 0.02;  // s: a longer way round a corner has never been slower than a stop
+    const Part a = parts_[i], b = parts_[i + 1];
+    if (a.rest_after || (1.0 - a.end) * a.cost + b.begin * b.cost > kSharp) return;
+    const Findings notes = notes_;
+    const auto duration = [&](bool blended) {
+      parts_[i].begin = 0.0;
+      parts_[i + 1].end = 1.0;
+      if (!blended) {
+        stop_after(i);
+        const auto first = plan_group(i, i), second = plan_group(i + 1, i + 1);
+        return first && *first && second && *second ? (**first).motion.duration() + (**second).motion.duration()
+                                                    : kInfinity;
+      }
+      const auto both = plan_group(i, i + 1);
+      return both && *both ? (**both).motion.duration() : 0.0;  // refused or given up later, with its reason
+    };
+    const double around = duration(true);
+    const bool slower = around > 0.0 && duration(false) < around;
+    parts_[i] = a;
+    parts_[i + 1] = b;
+    notes_ = notes;
+    if (!slower) return;
+    note_rest(i, "the way round the corner takes longer than a stop, a larger blend does not");
+    stop_after(i);
+  }
+
+  void stop_after(std::size_t corner) {
+    parts_[corner].rest_after = true;
+    parts_[corner].end = 1.0;
+    parts_[corner + 1].begin = 0.0;
+  }
+
   /// Direction of the joints, each over its velocity limit, at an end of a motion.
   [[nodiscard]] Eigen::VectorXd direction(const Part& part, double end) const {
     const PieceWalk& walk = end > 0.5 ? part.walks.back() : part.walks.front();
@@ -225,7 +263,7 @@ class SequencePlanner {
   /// The share of motion i (before the corner) or i + 1 (after it) that the blend takes.
   double share_of(std::size_t i, bool before) {
     const Blend& blend = parts_[i].leg.blend;
-    if (blend.kind == Blend::Kind::kFraction) return std::min(blend.value, kMostShare);
+    if (blend.kind == Blend::Kind::kFraction) return std::min(blend.value, kMostBlendShare);
     const Part& part = parts_[before ? i : i + 1];
     const auto position = [&](double share) { return tool_position(part, before ? 1.0 - share : share); };
     const Eigen::Vector3d corner = position(0.0);
@@ -235,13 +273,13 @@ class SequencePlanner {
     constexpr int kScan = 16;
     for (int k = 1; k <= kScan && away(far) < blend.value; ++k) {
       near = far;
-      far = kMostShare * k / kScan;
+      far = kMostBlendShare * k / kScan;
     }
     if (away(far) < blend.value) {
       notes_.note(place_of(i, "blend"),
                   fmt::format("a blend of {:.4g} mm is more than half of motion {}: made as large as {:.4g} mm there",
                               1e3 * blend.value, before ? i : i + 1, 1e3 * away(far)));
-      return kMostShare;
+      return kMostBlendShare;
     }
     for (int k = 0; k < 40; ++k) {
       const double middle = 0.5 * (near + far);
@@ -405,9 +443,7 @@ class SequencePlanner {
                             : planner_.plan(pieces, parts_[first].q_start, place_of(last, "goal"), failed);
     const auto give_up = [&](std::size_t corner, const std::string& why) -> std::optional<Group> {
       note_rest(corner, why);
-      parts_[corner].rest_after = true;
-      parts_[corner].end = 1.0;
-      parts_[corner + 1].begin = 0.0;
+      stop_after(corner);
       return std::nullopt;
     };
     if (!motion) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/object_reader.h"
+#include "core/base/read_parts.h"
 
 namespace takt::activity {
 namespace {
@@ -274,7 +275,7 @@ std::unique_ptr<CommandRequest> read_transaction(const Json& json, const std::st
   auto request = std::make_unique<Transaction>();
   ObjectReader reader(json, pointer, findings);
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   const Json* commands = reader.object("commands");
   if (commands != nullptr) {
     for (const auto& [name, command] : commands->items()) {
@@ -296,7 +297,7 @@ std::unique_ptr<CommandRequest> read_command_step(const Json& json, const std::s
   if (!json.is_object()) return request;
   Findings unheard;
   ObjectReader reader(json, pointer, unheard);
-  request->name = reader.text("name", request->name);
+  request->name = read_name(reader, request->name);
   if (json.contains("start")) {
     findings.error(pointer + "/start", "a step of its own has no 'start'", "a command inside of a transaction");
   }

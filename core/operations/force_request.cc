@@ -58,18 +58,12 @@ void check_sensor(ForceRequest& request, const ReadContext& from) {
                                fmt::format("'{}' is not on '{}'", request.sensor, request.arm), "a sensor on this arm");
 }
 
-void check_direction(ForceRequest& request, const ReadContext& from) {
-  if (request.direction.norm() > 1e-9) return;
-  from.reader.findings().error(from.reader.at("direction"), "a direction of length 0", "a vector that is not zero");
-  request.direction = Eigen::Vector3d::UnitZ();
-}
-
 /// What press and search have in common.
 ParameterTable<ForceRequest> common_parameters() {
   ParameterTable<ForceRequest> table;
   table.name("arm", NameOf::kArm, &ForceRequest::arm, "Arm that presses.")
       .name("sensor", NameOf::kSensor, &ForceRequest::sensor, "Force/torque sensor on that arm.")
-      .vector("direction", "", &ForceRequest::direction, "Direction of the motion and of the force; any length but 0.")
+      .direction("direction", &ForceRequest::direction, "Direction of the motion and of the force; any length but 0.")
       .text("in", &ForceRequest::in, "Frame whose axes the direction is along; \"tcp\": those of the tool.")
       .number("force_N", "N", &ForceRequest::force, {.low = 0.1, .high = 1000.0}, "Force that the tool exerts.")
       .number("approach_m_s", "m/s", &ForceRequest::approach, {.low = 0.0, .high = 0.1, .low_open = true},
@@ -78,8 +72,7 @@ ParameterTable<ForceRequest> common_parameters() {
               "Largest distance along the direction, from the start.")
       .condition("until", &ForceRequest::until, "Ends the operation when it becomes true.")
       .compliance(&ForceRequest::compliance)
-      .rule(check_sensor)
-      .rule(check_direction);
+      .rule(check_sensor);
   return table;
 }
 

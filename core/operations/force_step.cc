@@ -86,7 +86,9 @@ class ForceStep final : public Step {
     rehearsal.duration += request_.hold.value_or(0.0);
     if (prepared->wish.path) rehearsal.duration += prepared->wish.path->duration();
     const auto command = PressActivity::command_of(request_, *prepared, rehearsal.cell, {});
-    rehearse_net(command::single_net(command, request_.name).net, rehearsal, pointer, findings);
+    const auto mapped = command::single_net(command, request_.name);
+    if (!mapped) return findings.append(mapped.error(), pointer);
+    rehearse_net(mapped->net, rehearsal, pointer, findings);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<ForceRun>(request_); }

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/command_activity.h"
-#include "core/command/single_net.h"
 #include "core/operations/grip_request.h"
 #include "core/operations/rehearsed_net.h"
 #include "core/operations/scheduled_run.h"
@@ -48,8 +47,7 @@ class GripStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     const auto& gripper = rehearsal.cell.grippers.find(request_.gripper)->second.device->description();
     if (!check_figures(request_, gripper, pointer, findings)) return;
-    const auto net = command::single_net(gripping(request_, rehearsal.cell), "grip " + request_.gripper).net;
-    rehearse_net(net, rehearsal, pointer, findings);
+    rehearse_command(gripping(request_, rehearsal.cell), "grip " + request_.gripper, rehearsal, pointer, findings);
     rehearse_grip(request_, rehearsal, findings);
   }
 

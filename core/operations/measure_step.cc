@@ -9,8 +9,8 @@
 
 #include "core/activity/command_activity.h"
 #include "core/base/object_reader.h"
+#include "core/base/read_parts.h"
 #include "core/command/actions/device_commands.h"
-#include "core/command/single_net.h"
 #include "core/command/tare.h"
 #include "core/operations/parameter_table.h"
 #include "core/operations/rehearsed_net.h"
@@ -91,7 +91,7 @@ class TareStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     rehearsal.duration += 1e-3 * static_cast<double>(cycles_);
     const auto command = command::tare_command(sensor_, cycles_, rehearsal.cell);
-    rehearse_net(command::single_net(command, "tare " + sensor_).net, rehearsal, pointer, findings);
+    rehearse_command(command, "tare " + sensor_, rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<TareRun>(sensor_, cycles_); }
 

@@ -256,7 +256,7 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
   auto command = std::make_unique<MotionCommand>();
   ObjectReader reader(json, pointer, findings);
   (void)reader.text("do");
-  (void)reader.text("name", "");
+  (void)read_name(reader, "");
   command->compliance = read_compliance(reader);
   const Json* steps = reader.array("steps");
   for (std::size_t i = 0; steps != nullptr && i < steps->size(); ++i) {

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/motion/blend_limits.h"
 #include "core/operations/motion_request.h"
 
 namespace takt::activity {
@@ -47,13 +48,9 @@ const ParameterTable<MotionRequest::About>& about_parameters() {
     about.text("in", &About::in, "Frame of centre and axis.")
         .vector("position_m", "m", &About::centre, "Centre of the circle.")
         .required()
-        .vector("axis", "", &About::axis, "Axis of the turn; any length but 0.")
+        .direction("axis", &About::axis, "Axis of the turn; any length but 0.")
         .number("angle_deg", "deg", &About::angle, {.low = -36000, .high = 36000}, "Angle of the turn.")
-        .required()
-        .rule([](About& p, const ReadContext& from) {
-          if (p.axis.norm() > 1e-9) return;
-          from.reader.findings().error(from.reader.at("axis"), "an axis of length 0", "a vector that is not zero");
-        });
+        .required();
     return about;
   }();
   return table;
@@ -259,9 +256,10 @@ Table make_table(PathKind kind) {
       .condition("until", &MotionRequest::until, "Guarded motion: brakes on its path when this becomes true.")
       .choice("on_end", &MotionRequest::must_touch, ends, "Whether a guarded motion that reaches its goal fails.")
       .condition("unless", &MotionRequest::unless, "Brakes on its path and fails when this becomes true.");
-  add_blend(table, "blend_m", motion::Blend::Kind::kDistance, kPositive,
+  add_blend(table, "blend_m", motion::Blend::Kind::kDistance, {.low = motion::kLeastBlend_m},
             "Distance from the goal at which the next motion takes over.");
-  add_blend(table, "blend_fraction", motion::Blend::Kind::kFraction, {.low = 0, .high = 0.5, .low_open = true},
+  add_blend(table, "blend_fraction", motion::Blend::Kind::kFraction,
+            {.low = motion::kLeastBlendShare, .high = motion::kMostBlendShare},
             "The same as a share of the path.");
   table.rule([kind](MotionRequest& request, const ReadContext&) { request.kind = kind; })
       .rule(check_follower)

@@ -12,6 +12,7 @@
 #include "core/kinematics/nearest_place.h"
 #include "core/kinematics/plane.h"
 #include "core/kinematics/solutions.h"
+#include "core/motion/blend_limits.h"
 #include "core/motion/plan_checks.h"
 #include "core/motion/planner.h"
 

@@ -125,8 +125,9 @@ class MotionStep final : public Step {
     findings.append(alone->notes);
     for (const auto& [arm, q] : alone->q_goal) rehearsal.q[arm] = q;
     rehearsal.duration += alone->duration;
-    rehearse_net(command::single_net(*alone->prepared.command, requests_.front().name).net, rehearsal, pointer,
-                 findings);
+    const auto mapped = command::single_net(*alone->prepared.command, requests_.front().name);
+    if (!mapped) return findings.append(mapped.error(), pointer);
+    rehearse_net(mapped->net, rehearsal, pointer, findings);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<MotionRun>(requests_); }

@@ -10,6 +10,7 @@
 
 #include "core/activity/net_activity.h"
 #include "core/base/object_reader.h"
+#include "core/base/read_parts.h"
 #include "core/net/value_json.h"
 #include "core/operations/parameter_table.h"
 #include "core/operations/rehearsed_net.h"

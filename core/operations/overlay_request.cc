@@ -4,20 +4,6 @@
 #include <nlohmann/json.hpp>
 
 namespace takt::activity {
-namespace {
-
-/// Directions become unit vectors, in the axes of the tool.
-void normalize(Eigen::Vector3d& direction, const Eigen::Vector3d& fallback, const ReadContext& from) {
-  if (direction.norm() > 1e-9) {
-    direction.normalize();
-    return;
-  }
-  from.reader.findings().error(from.reader.at("direction"), "a direction of length 0", "a vector that is not zero");
-  direction = fallback;
-}
-
-}  // namespace
-
 command::RealSensor OverlayRequest::ForceOffset::pressing(const std::string& arm, const command::Cell& cell,
                                                           const command::Biases& biases) const {
   return command::pressing_along(cell, sensor, wish.direction_M, cell.arms.find(arm)->second.X_FT, biases);
@@ -42,10 +28,10 @@ const ParameterTable<command::WeaveWish>& weave_parameters() {
         .number("frequency_Hz", "Hz", &Weave::frequency, {.low = 0.0, .high = 100.0, .low_open = true},
                 "Oscillations in a second.")
         .required()
-        .vector("direction", "", &Weave::direction_M, "Direction in the axes of the tool; any length but 0.")
+        .direction("direction", &Weave::direction_M, "Direction in the axes of the tool; any length but 0.")
         .number("ramp_s", "s", &Weave::ramp, {.low = 0.0, .high = 100.0, .low_open = true},
                 "Time in which it grows at the start and fades at the end.")
-        .rule([](Weave& p, const ReadContext& from) { normalize(p.direction_M, Weave().direction_M, from); });
+        .rule([](Weave& p, const ReadContext&) { p.direction_M.normalize(); });
     return weave;
   }();
   return table;
@@ -84,7 +70,7 @@ const ParameterTable<OverlayRequest::ForceOffset>& force_offset_parameters() {
         .number("gain_m_s_per_N", "m/s/N", force(&ForceWish::gain), {.low = 0.0, .high = 1.0, .low_open = true},
                 "Speed for each newton that is missing.")
         .rule([](Offset& p, const ReadContext& from) {
-          normalize(p.wish.direction_M, command::ForceOffsetWish().direction_M, from);
+          p.wish.direction_M.normalize();
           if (!from.reader.has("retreat_m")) p.wish.retreat = p.wish.reach;
           p.wish.force.contact_force = 0.3 * p.wish.force.force;
         });

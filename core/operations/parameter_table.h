@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/read_parts.h"
 #include "core/expression/condition.h"
 #include "core/operations/compliance_request.h"
 #include "core/operations/parameter.h"
@@ -141,6 +142,20 @@ class ParameterTable {
         [access, si](const ParameterInfo& row, const P& p, ParameterWriter& to) {
           if_given<Access>(access, p, [&](const Eigen::Vector3d& value) { to.vector(row.key, value / si); });
         });
+  }
+
+  /// A vector of which only the direction counts, in files of any length but 0; inside as it was written.
+  template <class Access>
+  ParameterTable& direction(std::string_view key, Access access, std::string_view doc) {
+    ParameterInfo info = make(key, ParameterInfo::Type::kVector, doc);
+    info.fallback = to_text(Eigen::Vector3d(default_of(access)));
+    return add(
+        std::move(info),
+        [access](const ParameterInfo& row, const ReadContext& from, P& p) {
+          auto& member = std::invoke(access, p);
+          member = read_direction(from.reader, row.key, member);
+        },
+        [access](const ParameterInfo& row, const P& p, ParameterWriter& to) { to.vector(row.key, get(access, p)); });
   }
 
   /// One of some words, each of which means a value of the member.
@@ -294,7 +309,7 @@ class ParameterTable {
     P p;
     p.pointer = reader.pointer();
     (void)reader.text("do", "");
-    p.name = reader.text("name", "");
+    p.name = read_name(reader, "");
     read_into(p, {reader, cell});
     reader.finish();
     return p;

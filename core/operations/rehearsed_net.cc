@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/activity/motion_activity.h"
+#include "core/command/single_net.h"
 #include "core/net/compiled_net.h"
 
 namespace takt::activity {
@@ -39,6 +40,16 @@ void rehearse_net(const net::NetDescription& description, const Rehearsal& rehea
   for (const Finding& finding : net.error().list()) {
     findings.error(pointer, fmt::format("in the net of this step, {}: {}", finding.pointer, finding.message),
                    finding.hint);
+  }
+}
+
+void rehearse_command(const command::Command& command, const std::string& title, const Rehearsal& rehearsal,
+                      const std::string& pointer, Findings& findings) {
+  const auto mapped = command::single_net(command, title);
+  if (mapped) return rehearse_net(mapped->net, rehearsal, pointer, findings);
+  for (Finding finding : mapped.error().list()) {
+    finding.pointer = pointer;  // those of the command mean nothing in a file
+    findings.add(std::move(finding));
   }
 }
 

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/command_activity.h"
-#include "core/command/single_net.h"
 #include "core/operations/command_step.h"
 #include "core/operations/rehearsed_net.h"
 #include "core/operations/scheduled_run.h"
@@ -41,7 +40,7 @@ class SetStep final : public Step {
     if (!check_range(request_, rehearsal.cell, pointer, findings)) return;
     // The form of the net does not depend on the period.
     const auto command = command::set_command(request_.output, request_.value, rehearsal.cell);
-    rehearse_net(command::single_net(command, "set " + request_.output).net, rehearsal, pointer, findings);
+    rehearse_command(command, "set " + request_.output, rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<SetRun>(request_); }
 
@@ -113,7 +112,7 @@ class WaitStep final : public Step {
   explicit WaitStep(WaitRequest request) : request_(std::move(request)) {}
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     const auto command = command::wait_command(*request_.until, request_.timeout, rehearsal.cell, {});
-    rehearse_net(command::single_net(command, "wait").net, rehearsal, pointer, findings);
+    rehearse_command(command, "wait", rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<WaitRun>(request_); }
 

@@ -181,7 +181,7 @@ TEST(ArmOnBase, TheToolGoesStraightInTheRoomWhileTheBaseDrivesAndTurns) {
       command::carried_lin(cell, "arm", {base.device->set_point().q, arm.device->set_point().q, q_goal, X_goal});
   ASSERT_TRUE(motion) << motion.error().to_string();
   const command::RuntimeCommand moved("straight", command::arm_on_base(cell, "arm"), command::planned(*motion));
-  const auto id = built->core->load(command::single_net(moved, "straight").net);
+  const auto id = built->core->load(command::single_net(moved, "straight").value().net);
   ASSERT_TRUE(id) << id.error().to_string();
   built->core->start(*id);
   cycle();

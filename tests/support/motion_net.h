@@ -57,7 +57,7 @@ inline net::NetDescription motion_net(const MotionCommand& wanted, const Cell& c
     // A sensor that is silent stops the arm, but it has not felt anything.
     moved.capture("touch", command::tool_pose(cell, wanted.arm), until);
   }
-  return command::single_net(moved, wanted.name).net;
+  return command::single_net(moved, wanted.name).value().net;
 }
 
 /// Cycles from a request to cancel to the end of a motion's net, at most (row L6).

@@ -337,7 +337,7 @@ class BadInput(WithFolder):
 
     def test_duplicate_name_and_key(self):
         self.refuse(self.changed(lambda d: d["objects"].update(arm=d["objects"]["block"])), "/objects/arm", "used twice")
-        self.refuse(b'{"seed": 1, "seed": 2}', "/seed", "twice")
+        self.refuse(b'{"seed": 1, "seed": 2}', "/seed", "duplicate key")
 
     def test_unreachable_goal(self):
         self.refuse(self.changed(lambda d: d["program"]["steps"][0].update(to={"in": "world", "position_m": [5, 0, 1]})),

@@ -154,7 +154,7 @@ class Model(unittest.TestCase):
                 (("ur5", "--ik=0.5,0,0.3,0,0,1,0", "--arm-angle=1"), "no arm angle"),
                 (("ur5", "--ik=0.5,0,0.3,0,0,1,0", "--held=1"), "none to hold"),
                 (("ur5", "--reach", self.path / "reach.pdf"), "no .svg"),
-                (("ur5", "--reach", self.path / "none/reach.svg"), "cannot write"),
+                (("ur5", "--reach", self.path / "none/reach.svg"), "cannot be written"),
                 (("ur5", "--image", self.path / "x.png", "--size=12"), "is no size"),
                 (("ur5", "--image", self.path / "x.png", "--size=8x8"), "16"),
                 (("ur5", "--image", self.path / "none/x.png"), "cannot write"),

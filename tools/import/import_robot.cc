@@ -3,12 +3,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <fstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/base/json.h"
+#include "core/base/output_file.h"
 #include "core/device/device_file.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/robot_model.h"
@@ -89,10 +89,8 @@ class Workshop {
 Result<void> write(const fs::path& file, const std::string& content) {
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
-  std::ofstream out(file, std::ios::binary);
-  out << content;
-  out.close();
-  if (!out) return failure("--out", fmt::format("cannot write '{}'", file.string()));
+  Findings findings = write_file(file, content, "--out");
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <locale>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -31,6 +32,13 @@ std::string lower(std::string text) {
 
 std::unexpected<Findings> too_many(std::size_t triangles) {
   return failure("", fmt::format("{} triangles", triangles), fmt::format("at most {}", kMostTriangles));
+}
+
+/// Numbers with a decimal point, whatever the locale of the program.
+std::istringstream numbers_of(const std::string& text) {
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
+  return in;
 }
 
 /// Corners that are no numbers break every reader after us.
@@ -69,7 +77,7 @@ std::string to_binary(const std::vector<Corner>& corners) {
 }
 
 Result<MeshFile> text_stl(const std::string& content) {
-  std::istringstream in(content);
+  std::istringstream in = numbers_of(content);
   std::vector<Corner> corners;
   for (std::string word; in >> word;) {
     if (word != "vertex") continue;
@@ -95,7 +103,7 @@ Result<MeshFile> read_obj(std::string content) {
   MeshFile mesh{{}, ".obj", 0, {}};
   std::istringstream in(content);
   for (std::string line; std::getline(in, line);) {
-    std::istringstream row(line);
+    std::istringstream row = numbers_of(line);
     std::string word;
     row >> word;
     if (word == "v") {

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "core/expression/moving_frames.h"
+#include "core/program/language/text_limit.h"
 
 namespace takt::activity {
 namespace {
@@ -192,13 +193,20 @@ class Evaluator {
     }
     if (node.name == "==" || node.name == "!=") return equality(node, a, b);
     if (node.name == "<" || node.name == "<=" || node.name == ">" || node.name == ">=") return order(node, a, b);
-    if (node.name == "+" && a.type.kind == Kind::kText && b.type.is(Kind::kText)) {
-      return a.null() || b.null() ? Value::unknown(Type::text()) : Value::of(a.text() + b.text());
-    }
+    if (node.name == "+" && a.type.kind == Kind::kText && b.type.is(Kind::kText)) return joined(node, a, b);
     if (node.name == "*" && a.type.kind == Kind::kPose && b.type.is(Kind::kPose)) {
       return a.null() || b.null() ? Value::unknown(Type::pose()) : Value::of(Eigen::Isometry3d(a.pose() * b.pose()));
     }
     return arithmetic(node, a, b);
+  }
+
+  /// A text that doubles itself in a loop would fill the memory within seconds.
+  Value joined(const Node& node, const Value& a, const Value& b) {
+    if (a.null() || b.null()) return Value::unknown(Type::text());
+    const std::size_t size = a.text().size() + b.text().size();
+    if (size <= kMostTextBytes) return Value::of(a.text() + b.text());
+    wrong(node, fmt::format("a text of {} bytes", size), fmt::format("at most {}", kMostTextBytes));
+    return Value::unknown(Type::text());
   }
 
   Value equality(const Node& node, const Value& a, const Value& b) {

@@ -10,6 +10,7 @@
 #include "core/base/json.h"
 #include "core/expression/condition_state.h"
 #include "core/program/language/expression.h"
+#include "core/program/language/text_limit.h"
 
 namespace takt::activity {
 namespace {
@@ -81,7 +82,12 @@ Value square_root(Call& call) {
 
 // -- Texts and lists -----------------------------------------------------------------------------------------------
 
-Value as_text(Call& call) { return Value::of(to_string(call.arguments[0])); }
+Value as_text(Call& call) {
+  std::string text = to_string(call.arguments[0]);
+  if (text.size() <= kMostTextBytes) return Value::of(std::move(text));
+  call.errors.push_back(fmt::format("a text of {} bytes, at most {}", text.size(), kMostTextBytes));
+  return Value::unknown(Type::text());
+}
 
 Value known(Call& call) {
   return call.sight.mode == Sight::Mode::kCheck ? Value::unknown(Type::boolean())
@@ -105,6 +111,16 @@ Value length(Call& call) {
 
 Type element_type(const Value& list) { return list.type.kind == Kind::kList ? list.type.element.front() : Type{}; }
 
+/// Bytes of all texts in a value. Recursion is bounded by its type.
+std::size_t text_bytes(const Value& value) {
+  if (value.null()) return 0;
+  if (value.type.kind == Kind::kText) return value.text().size();
+  if (value.type.kind != Kind::kList) return 0;
+  std::size_t sum = 0;
+  for (const Value& element : value.list()) sum += text_bytes(element);
+  return sum;
+}
+
 Value append(Call& call) {
   const Value &list = call.arguments[0], &element = call.arguments[1];
   const Type wanted = element_type(list);
@@ -116,6 +132,11 @@ Value append(Call& call) {
   constexpr std::size_t kMostElements = 100'000;
   if (list.list().size() >= kMostElements) {
     call.errors.emplace_back("a list of more than 100 000 elements");
+    return list;
+  }
+  constexpr std::size_t kMostListBytes = 4u << 20;
+  if (text_bytes(list) + text_bytes(element) > kMostListBytes) {
+    call.errors.push_back(fmt::format("a list with more than {} bytes of text", kMostListBytes));
     return list;
   }
   std::vector<Value> values = list.list();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/read_parts.h"
 #include "core/program/tree/node.h"
 
 namespace takt::activity {
@@ -57,7 +58,7 @@ Sight NodeParser::sight() const {
 
 void NodeParser::head(ObjectReader& reader, Node& node, std::string_view fallback) {
   (void)reader.text("do", "");
-  node.name = reader.text("name", std::string(fallback));
+  node.name = read_name(reader, std::string(fallback));
 }
 
 /// Recursion is bounded by the depth that JSON files may have.

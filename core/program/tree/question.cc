@@ -5,7 +5,6 @@
 
 #include "core/activity/command_activity.h"
 #include "core/command/actions/device_commands.h"
-#include "core/command/single_net.h"
 #include "core/operations/rehearsed_net.h"
 
 namespace takt::activity {
@@ -57,8 +56,7 @@ std::optional<bool> Question::rehearse(Rehearsal& rehearsal, const Scope& scope,
   const auto condition = command::parse_condition(*resolved.json, piece_.pointer(), rehearsal.cell);
   if (!condition) own.append(condition.error());
   if (condition && !own.has_errors()) {
-    rehearse_net(command::single_net(asking(*condition, rehearsal.cell, {}), "question").net, rehearsal,
-                 piece_.pointer(), own);
+    rehearse_command(asking(*condition, rehearsal.cell, {}), "question", rehearsal, piece_.pointer(), own);
   }
   findings.append(own);
   return std::nullopt;

@@ -159,6 +159,20 @@ TEST_F(ExpressionTest, WhatCannotBeReadIsRefused) {
   EXPECT_THAT(wrong(std::string(500, '-') + "1"), HasSubstr("nested too deeply"));
 }
 
+TEST_F(ExpressionTest, WhatGrowsInALoopIsBounded) {
+  const std::string half(40'000, 'x');
+  scope.declare("long", {Type::text(), Value::of(half), {}});
+  EXPECT_THAT(wrong("long + long"), HasSubstr("a text of 80000 bytes (at most 65536)"));
+  EXPECT_EQ(value("long + who").text().size(), half.size() + 3);
+  std::vector<Value> texts(100, Value::of(half));
+  scope.declare("texts", {Type::list_of(Type::text()), Value::of(texts), {}});
+  EXPECT_EQ(value("append(texts, long)").list().size(), 101u);
+  EXPECT_THAT(wrong("text(texts)"), HasSubstr("a text of 4000200 bytes, at most 65536"));
+  texts.resize(110, Value::of(half));
+  scope.declare("texts", {Type::list_of(Type::text()), Value::of(texts), {}});
+  EXPECT_THAT(wrong("append(texts, long)"), HasSubstr("a list with more than 4194304 bytes of text"));
+}
+
 TEST_F(ExpressionTest, WhatHasNoValueIsAnErrorInTheRun) {
   EXPECT_THAT(wrong("1 / 0"), HasSubstr("1 / 0 is no number"));
   EXPECT_THAT(wrong("sqrt(-1)"), HasSubstr("the result is no number"));

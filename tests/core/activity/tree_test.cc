@@ -211,6 +211,13 @@ TEST_F(TreeTest, ForEachTakesListsAndGrids) {
               ElementsAre("0", "2", "4"));
 }
 
+TEST_F(TreeTest, ATextThatDoublesItselfIsRefusedInTheRehearsal) {
+  EXPECT_THAT(refused(sequence(R"({"do": "repeat", "times": 40, "as": "i", "steps": [
+                 {"do": "let", "values": {"word": "$word + word"}}]})",
+                               R"({"word": "ab"})")),
+              ElementsAre("/program/steps/0/steps/0/values/word"));
+}
+
 TEST_F(TreeTest, LoopsAreCheckedForForm) {
   EXPECT_THAT(refused(R"({"do": "repeat", "steps": []})"), ElementsAre("/program"));
   EXPECT_THAT(refused(R"({"do": "repeat", "times": -1, "as": "1", "steps": []})"),

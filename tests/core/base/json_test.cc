@@ -1,5 +1,8 @@
 #include "core/base/json.h"
 
+#include <chrono>
+
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -42,6 +45,52 @@ TEST(ParseJson, PlacesASyntaxErrorByLine) {
   ASSERT_FALSE(document.has_value());
   EXPECT_THAT(document.error().to_string(), HasSubstr("line 3"));
   EXPECT_EQ(document.error().list()[0].pointer, "/a/1");
+}
+
+/// Best of three, so that a busy machine does not fail a test.
+template <class Work>
+double seconds_of(const Work& work) {
+  double best = 1e9;
+  for (int i = 0; i < 3; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    work();
+    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
+  return best;
+}
+
+std::string with_keys(int count) {
+  std::string text = "{";
+  for (int i = 0; i < count; ++i) text += fmt::format("{}\"key {}\": {}", i ? ", " : "", i, i);
+  return text + "}";
+}
+
+TEST(ParseJson, AnObjectOfManyKeysTakesTimeByItsSize) {
+  // 80 000 keys are 1.6 MiB: 34 s when each key was searched for in all that came before. Wanted: 100 ms per MiB.
+  const std::string text = with_keys(80'000);
+  EXPECT_LT(seconds_of([&] { ASSERT_TRUE(parse_json(text).has_value()); }), 1.0);
+}
+
+TEST(ParseJson, ManyDuplicatesAreListedUpToABound) {
+  std::string text = "{";
+  for (int i = 0; i < 50'000; ++i) text += fmt::format("{}\"key\": {}", i ? ", " : "", i);
+  const auto document = parse_json(text + "}");
+  ASSERT_FALSE(document.has_value());
+  EXPECT_EQ(document.error().list().size(), 100u);
+  EXPECT_THAT(document.error().to_string(), HasSubstr("/key: error: duplicate key 'key'"));
+}
+
+TEST(ParseJson, ANumberBeyondRangeIsToldInOurWords) {
+  const auto document = parse_json(R"({"a": [0, -1e999]})");
+  ASSERT_FALSE(document.has_value());
+  EXPECT_THAT(document.error().to_string(), HasSubstr("/a/1: error: number -1e999 is out of range"));
+  EXPECT_THAT(document.error().to_string(), testing::Not(HasSubstr("json.exception")));
+}
+
+TEST(ReadFile, SaysWhyAPathCannotBeRead) {
+  const auto long_path = read_file(std::string(5'000, 'a'), 100);
+  ASSERT_FALSE(long_path.has_value());
+  EXPECT_THAT(long_path.error().to_string(), HasSubstr("File name too long"));
 }
 
 TEST(ResolveBelow, RefusesWhatLeavesTheFolder) {

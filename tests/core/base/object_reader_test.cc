@@ -1,8 +1,11 @@
 #include "core/base/object_reader.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include "core/base/utf8.h"
 
 namespace takt {
 namespace {
@@ -55,6 +58,26 @@ TEST(ObjectReader, ReportsAllErrorsAtOnceWithPlaceValueAndChoice) {
   EXPECT_THAT(text, HasSubstr("/o/size_m/1"));
   EXPECT_THAT(text, HasSubstr("/o/quaternion: error: the norm is 1.41421"));
   EXPECT_THAT(text, HasSubstr("/o/nmae: error: key 'nmae' is not known here (did you mean 'name'?"));
+}
+
+TEST(ObjectReader, UnknownKeysAreCountedBeyondABound) {
+  Json json = Json::object();
+  auto& members = json.get_ref<Json::object_t&>();
+  for (int i = 0; i < 50'000; ++i) members.emplace_back(fmt::format("key {}", i), i);
+  Findings findings;
+  ObjectReader reader(json, "/devices", findings);
+  (void)reader.integer("key 7");
+  reader.finish();
+  ASSERT_EQ(findings.list().size(), 101u);
+  EXPECT_EQ(findings.list().back().pointer, "/devices");
+  EXPECT_THAT(findings.list().back().message, HasSubstr("49899 more keys"));
+}
+
+TEST(ObjectReader, MessagesAreCutBetweenCharacters) {
+  Json text = "";
+  for (int i = 0; i < 100; ++i) text.get_ref<std::string&>() += "\u00e9";
+  EXPECT_TRUE(is_utf8(short_dump(text)));
+  EXPECT_LE(short_dump(text).size(), 60u);
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ class MotionNetTest : public testing::Test {
     return motion_net({"motion", "arm", &motion, X_FT(), std::move(until)}, fake.cell, biases);
   }
   MappedCommand tare(std::int64_t cycles = 100) const {
-    return single_net(tare_command("wrist", cycles, fake.cell), "tare");
+    return single_net(tare_command("wrist", cycles, fake.cell), "tare").value();
   }
   rcc::NetId load(const net::NetDescription& net, const rcc::LoadOptions& options = {}) {
     auto id = fake.core.load(net, options);

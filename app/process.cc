@@ -1,0 +1,149 @@
+#include "app/process.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <iostream>
+#include <new>
+
+#include <fmt/format.h>
+
+namespace takt::app {
+namespace {
+
+constexpr int kFault = 3;
+constexpr int kInterrupted = 130;
+constexpr std::string_view kLostOutput = "takt: error: the output could not be written\n";
+constexpr unsigned kGrace_s = 3;  ///< from the second interrupt to the end
+
+std::atomic<int> interrupts = 0;
+/// What the process is doing, for the last message; fixed size, so that it can be read when memory is gone.
+std::array<char, 256> task{};
+
+/// Async-signal-safe: write() to a stream that may be closed.
+void tell(std::string_view text) { (void)!::write(STDERR_FILENO, text.data(), text.size()); }
+
+[[noreturn]] void end_now(int) {
+  tell("\ntakt: ended by signals before the run was closed\n");
+  ::_exit(kInterrupted);
+}
+
+[[noreturn]] void end_interrupted(int) { ::_exit(kInterrupted); }
+
+void count_interrupt(int) {
+  const int count = interrupts.fetch_add(1) + 1;
+  if (count == 2) ::alarm(kGrace_s);
+  if (count > 2) end_now(0);
+}
+
+void handle(std::initializer_list<int> signals, void (*handler)(int)) {
+  for (const int signal : signals) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (signal == SIGHUP && before.sa_handler == SIG_IGN) continue;
+    struct sigaction action {};
+    action.sa_handler = handler;
+    sigaction(signal, &action, nullptr);
+  }
+}
+
+/// The exception that is being handled, in words. Does not allocate for what the standard library throws.
+const char* current_exception_text() {
+  try {
+    throw;
+  } catch (const std::bad_alloc&) {
+    return "out of memory";
+  } catch (const std::exception& error) {
+    static std::array<char, 512> text{};
+    std::strncpy(text.data(), error.what(), text.size() - 1);
+    return text.data();
+  } catch (...) {
+    return "an exception of unknown type";
+  }
+}
+
+[[noreturn]] void end_at_uncaught_exception() {
+  tell("takt: error: internal: ");
+  tell(std::current_exception() ? current_exception_text() : "terminated without an exception");
+  tell("; while doing: ");
+  tell(task[0] ? task.data() : "start");
+  tell("\n");
+  ::_exit(kFault);
+}
+
+void open_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) >= 0 || errno != EBADF) continue;
+    // The lowest free number is this one. Standard output opened for reading refuses what is written to it.
+    (void)!::open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY);
+  }
+}
+
+/// Takes all, whether it could be written or not: nobody could be told.
+ssize_t write_or_drop(void*, const char* bytes, std::size_t size) {
+  std::size_t sent = 0;
+  while (sent < size) {
+    const ssize_t written = ::write(STDERR_FILENO, bytes + sent, size - sent);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) break;
+    sent += static_cast<std::size_t>(written);
+  }
+  return static_cast<ssize_t>(size);
+}
+
+void drop_what_stderr_refuses() {
+  FILE* stream =
+      ::fopencookie(nullptr, "w", {.read = nullptr, .write = write_or_drop, .seek = nullptr, .close = nullptr});
+  if (stream == nullptr) return;
+  ::setvbuf(stream, nullptr, _IONBF, 0);
+  stderr = stream;
+}
+
+void set_task(std::string_view what) {
+  task.fill('\0');
+  std::copy_n(what.begin(), std::min(what.size(), task.size() - 1), task.begin());
+}
+
+}  // namespace
+
+void prepare_process() {
+  open_closed_streams();
+  drop_what_stderr_refuses();
+  std::set_terminate(end_at_uncaught_exception);
+  handle({SIGPIPE, SIGXFSZ}, SIG_IGN);
+  handle({SIGINT, SIGTERM, SIGHUP}, end_interrupted);
+}
+
+int run_guarded(const std::string& what, const std::function<int()>& work) {
+  set_task(what);
+  try {
+    const int status = work();
+    // A script must not take lost output for an answer.
+    if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout.flush()) return status;
+    tell(kLostOutput);
+  } catch (...) {
+    // A stream that is full is met while it is written to, too.
+    if (std::ferror(stdout)) {
+      tell(kLostOutput);
+      return kFault;
+    }
+    tell(fmt::format("takt: error: internal: {}; while doing: {}\n", current_exception_text(), what));
+  }
+  return kFault;
+}
+
+const std::atomic<int>& catch_interrupts() {
+  handle({SIGINT, SIGTERM, SIGHUP}, count_interrupt);
+  handle({SIGALRM}, end_now);
+  return interrupts;
+}
+
+}  // namespace takt::app
