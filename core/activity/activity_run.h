@@ -117,25 +117,25 @@ class ActivityRun {
   Findings findings_;
   bool wants_cancel_ = false, began_ = false, blended_ = false;
   bool after_all_ = false;  ///< no rule has room for its predecessors: it begins when all are over
-  Prepared planned_;
+  PlannedActivity planned_;
   Preparation preparation_;
   std::int64_t asked_cycle_ = -1;
   std::int64_t due_cycle_ = 0;  ///< its start takes effect from here on (row D2)
 
   rcc::NetId net_ = 0;
   rcc::RequestId request_ = 0;
-  std::optional<rcc::Rule> rule_;         ///< to be posted
-  std::int64_t queue_full_since_ = -1;    ///< cycle in which it could not be posted for the first time
-  std::optional<rcc::NetStatus> status_;  ///< of a net that has ended
+  std::optional<rcc::Rule> rule_;                    ///< to be posted
+  std::int64_t queue_full_since_ = -1;               ///< cycle in which it could not be posted for the first time
+  std::optional<rcc::NetStatus> status_;             ///< of a net that has ended
   std::map<std::string, std::string> observed_;      ///< name, port
   std::map<const command::Subject*, Clock> clocks_;  ///< of its planned motions
   command::ExternalWatch externals_;
   ReactionWatch reactions_;
   RunTrace trace_;
 
-  std::optional<ModeChange> change_;            ///< of control modes, before or after its net
-  ControlModes modes_before_;                   ///< in which its arms were; empty: nothing was changed yet
-  RunEvent outcome_ = RunEvent::kEnded;         ///< of kReturning: what it comes to afterwards
+  std::optional<ModeChange> change_;     ///< of control modes, before or after its net
+  ControlModes modes_before_;            ///< in which its arms were; empty: nothing was changed yet
+  RunEvent outcome_ = RunEvent::kEnded;  ///< of kReturning: what it comes to afterwards
 };
 using RunPtr = std::shared_ptr<ActivityRun>;
 

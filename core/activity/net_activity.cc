@@ -17,9 +17,9 @@ class NetActivity final : public ActivityModel {
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return actuators_; }
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation&) const override {
-    Prepared prepared;
-    for (const std::string& actuator : actuators_) prepared.forecasts[actuator] = {};
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext&) const override {
+    PlannedActivity prepared;
+    for (const std::string& actuator : actuators_) prepared.end_states[actuator] = {};
     prepared.net = net_;
     return prepared;
   }

@@ -19,7 +19,7 @@ double cpu_seconds() {
 }
 
 /// What LOAD gets of a planned activity.
-Result<command::MappedCommand> mapped_net(const Prepared& planned, const std::string& name, Nanoseconds period) {
+Result<command::MappedCommand> mapped_net(const PlannedActivity& planned, const std::string& name, Nanoseconds period) {
   command::MappedCommand mapped;
   if (planned.net) {
     mapped.net = *planned.net;
@@ -40,7 +40,7 @@ Result<command::MappedCommand> mapped_net(const Prepared& planned, const std::st
 }  // namespace
 
 std::expected<bool, RunPlanner::Obstacle> RunPlanner::try_plan(ActivityRun& run, std::span<const RunPtr> runs) {
-  const Predecessors before = StartConditions::predecessors_of(run, runs);
+  const RunsBefore before = StartConditions::runs_before(run, runs);
   if (before.wait || (run.after_all_ && !before.running.empty())) return false;
   const std::string fault = before.running.empty() ? conditions_.fault_of(run) : std::string();
   if (!fault.empty()) {
@@ -49,33 +49,33 @@ std::expected<bool, RunPlanner::Obstacle> RunPlanner::try_plan(ActivityRun& run,
                             "remove the cause, acknowledge the fault, and ask for it again");
     return std::unexpected(std::move(obstacle));
   }
-  auto situation = conditions_.situation_of(run, before);
-  if (!situation) return false;
+  auto planning = conditions_.planning_context(run, before);
+  if (!planning) return false;
   const double begin = cpu_seconds();
-  Obstacle obstacle{.failure = RunFailure::kImpossible, .findings = plan(run, *situation)};
+  Obstacle obstacle{.failure = RunFailure::kImpossible, .findings = plan(run, *planning)};
   run.preparation_.planning = cpu_seconds() - begin;
   if (!obstacle.findings.has_errors()) obstacle.findings = load(run);
   if (obstacle.findings.has_errors()) return std::unexpected(std::move(obstacle));
   run.preparation_.total = cpu_seconds() - begin;
   if (run.net_ == 0) return true;
-  run.rule_ = StartConditions::rule_for(run, before, *situation);
+  run.rule_ = StartConditions::rule_for(run, before, *planning);
   if (run.rule_) return true;
   run.forget_net();
   run.after_all_ = true;
   return false;
 }
 
-Findings RunPlanner::plan(ActivityRun& run, Situation& situation) const {
-  auto planned = run.model_->prepare(situation);
+Findings RunPlanner::plan(ActivityRun& run, PlanningContext& planning) const {
+  auto planned = run.model_->prepare(planning);
   const auto leaves = [](const auto& one) { return one.second.leaving.has_value(); };
-  const auto wanted = static_cast<std::size_t>(std::ranges::count_if(situation.precedents, leaves));
+  const auto wanted = static_cast<std::size_t>(std::ranges::count_if(planning.predecessors, leaves));
   if (planned && wanted > 0 && planned->taken_over.size() != wanted) {
     // All or nothing: what cannot be taken over together is waited for.
-    for (auto& [name, precedent] : situation.precedents) precedent.leaving.reset();
-    planned = run.model_->prepare(situation);
+    for (auto& [name, predecessor] : planning.predecessors) predecessor.leaving.reset();
+    planned = run.model_->prepare(planning);
   }
   if (!planned) return std::move(planned.error());
-  if (Findings wrong = agree_on_modes(*planned, situation); wrong.has_errors()) return wrong;
+  if (Findings wrong = agree_on_modes(*planned, planning); wrong.has_errors()) return wrong;
   run.planned_ = std::move(*planned);
   return {};
 }

@@ -7,7 +7,7 @@
 
 namespace takt::activity {
 
-/// Plans a run as soon as enough is known of its actuators: situation, prepare(), mapping, LOAD, the rule that starts
+/// Plans a run as soon as enough is known of its actuators: planning, prepare(), mapping, LOAD, the rule that starts
 /// it. Owned by the scheduler; thread: the program's. Realtime: setup.
 class RunPlanner {
  public:
@@ -24,7 +24,7 @@ class RunPlanner {
   [[nodiscard]] std::expected<bool, Obstacle> try_plan(ActivityRun& run, std::span<const RunPtr> runs);
 
  private:
-  [[nodiscard]] Findings plan(ActivityRun& run, Situation& situation) const;
+  [[nodiscard]] Findings plan(ActivityRun& run, PlanningContext& planning) const;
   [[nodiscard]] Findings load(ActivityRun& run);
 
   rcc::ControlCore& core_;

@@ -29,26 +29,26 @@ enum class RunState : std::uint8_t {
 
 /// What the scheduler sees between two cycles that moves an execution on.
 enum class RunEvent : std::uint8_t {
-  kPlanned,     ///< it is planned, and its net, if it has one, was accepted by LOAD
-  kSwitchAsked, ///< it is its turn, and its arms were asked to change their control modes
-  kSwitched,    ///< they are in these modes
-  kBegan,       ///< its net was evaluated; without a net: the change of modes was asked for
-  kReturnAsked, ///< it has ended in whatever way, and its arms have to go back into their former modes
-  kEnded,       ///< the end in order
-  kCancelled,   ///< the end that was asked for, before or after it began
-  kFailed       ///< not planned, rejected, not started, stopped, given up with its predecessor, or a mode was refused
+  kPlanned,      ///< it is planned, and its net, if it has one, was accepted by LOAD
+  kSwitchAsked,  ///< it is its turn, and its arms were asked to change their control modes
+  kSwitched,     ///< they are in these modes
+  kBegan,        ///< its net was evaluated; without a net: the change of modes was asked for
+  kReturnAsked,  ///< it has ended in whatever way, and its arms have to go back into their former modes
+  kEnded,        ///< the end in order
+  kCancelled,    ///< the end that was asked for, before or after it began
+  kFailed        ///< not planned, rejected, not started, stopped, given up with its predecessor, or a mode was refused
 };
 [[nodiscard]] std::string_view name_of(RunEvent event);
 
 /// What made an execution fail; findings() of the run say it in words.
 enum class RunFailure : std::uint8_t {
   kNone,
-  kImpossible,  ///< it could not be planned, or LOAD has rejected its net
-  kFault,       ///< an arm that it needs has a fault
-  kRefused,     ///< the core has refused to start it
-  kModeRefused, ///< the core, or a device, has refused to change a control mode
-  kStopped,     ///< its net has ended by a failure
-  kGivenUp      ///< what it waited for was cancelled, or has failed
+  kImpossible,   ///< it could not be planned, or LOAD has rejected its net
+  kFault,        ///< an arm that it needs has a fault
+  kRefused,      ///< the core has refused to start it
+  kModeRefused,  ///< the core, or a device, has refused to change a control mode
+  kStopped,      ///< its net has ended by a failure
+  kGivenUp       ///< what it waited for was cancelled, or has failed
 };
 
 /// A row of the table by which the scheduler works (docs/activity-layer.md shows the same rows).

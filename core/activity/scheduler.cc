@@ -42,20 +42,6 @@ void Scheduler::poll() {
   std::erase_if(runs_, [](const RunPtr& run) { return run->over(); });
 }
 
-/// The queue of the core may be full of requests of others: then it is posted again in the next cycle.
-void Scheduler::post(ActivityRun& run) {
-  run.request_ = core_.post(*run.rule_);
-  if (run.request_ != 0) return run.rule_.reset();
-  if (run.queue_full_since_ < 0) run.queue_full_since_ = core_.cycle();
-  if (core_.cycle() - run.queue_full_since_ < rcc::Rule::kPatience) return;
-  Findings why;
-  why.error("",
-            fmt::format("'{}' was not started: the control core's queue of requests was full for {} cycles", run.name(),
-                        rcc::Rule::kPatience),
-            "fewer requests in one cycle");
-  fail(run, std::move(why));
-}
-
 void Scheduler::cancel() {
   for (const RunPtr& run : runs_) run->cancel();
 }
@@ -190,8 +176,8 @@ void Scheduler::end_of_net(ActivityRun& run) {
     return end(run, cause.code == net::Cause::Code::kCancelled ? RunEvent::kCancelled : RunEvent::kEnded);
   fail(run, RunFailure::kStopped,
        single_finding(fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), run.status_->last_cycle,
-                       net::name_of(cause.code), command::cause_text(cause, cell_)),
-           kAgain));
+                                  net::name_of(cause.code), command::cause_text(cause, cell_)),
+                      kAgain));
 }
 
 void Scheduler::fail(ActivityRun& run, RunFailure why, Findings findings) {
@@ -236,8 +222,8 @@ void Scheduler::give_up_followers(const ActivityRun& run) {
     if (!behind || other.get() == &run || !is_waiting(other->state()) || !other->shares_actuator(run)) continue;
     fail(*other, RunFailure::kGivenUp,
          single_finding(fmt::format("'{}' was given up: '{}' before it {}", other->name(), run.name(),
-                         run.state() == RunState::kCancelled ? "was cancelled" : "failed"),
-             "nothing starts by itself after a stop: ask for it again"));
+                                    run.state() == RunState::kCancelled ? "was cancelled" : "failed"),
+                        "nothing starts by itself after a stop: ask for it again"));
   }
 }
 

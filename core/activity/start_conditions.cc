@@ -34,9 +34,8 @@ bool has_fault(const device::Arm& arm) {
   return arm.lost() && (was_ready || (arm.has_sample() && arm.sample().fault != 0));
 }
 
-Predecessors StartConditions::predecessors_of(const ActivityRun& run,
-                                              std::span<const std::shared_ptr<ActivityRun>> runs) {
-  Predecessors before;
+RunsBefore StartConditions::runs_before(const ActivityRun& run, std::span<const std::shared_ptr<ActivityRun>> runs) {
+  RunsBefore before;
   for (const auto& other : runs) {
     if (other.get() == &run) break;
     if (other->over() || !other->shares_actuator(run)) continue;
@@ -60,72 +59,73 @@ std::string StartConditions::fault_of(const ActivityRun& run) const {
   return {};
 }
 
-std::optional<Situation> StartConditions::situation_of(const ActivityRun& run, const Predecessors& before) const {
-  Situation situation{.cell = cell_, .period = core_.period(), .precedents = {}};
+std::optional<PlanningContext> StartConditions::planning_context(const ActivityRun& run,
+                                                                 const RunsBefore& before) const {
+  PlanningContext planning{.cell = cell_, .period = core_.period(), .predecessors = {}};
   bool wait = false, all_leave = true;
   const auto own = run.model_->actuators();
   for (const std::string& actuator : own) {
-    auto one = precedent(actuator, before, wait);
+    auto one = predecessor(actuator, before, wait);
     if (wait || !one) return std::nullopt;
     // Where a predecessor leaves it is not known yet: that one has to end first.
     if (cell_.arms.contains(actuator) && !one->at_end.rests()) return std::nullopt;
-    situation.precedents[actuator] = std::move(*one);
+    planning.predecessors[actuator] = std::move(*one);
   }
   for (const ActivityRun* other : before.running) {
     for (const std::string& actuator : other->model_->actuators()) {
-      const auto found = situation.precedents.find(actuator);
-      all_leave = all_leave && found != situation.precedents.end() && found->second.leaving.has_value();
+      const auto found = planning.predecessors.find(actuator);
+      all_leave = all_leave && found != planning.predecessors.end() && found->second.leaving.has_value();
     }
   }
   if (!all_leave) {
-    for (auto& [name, one] : situation.precedents) one.leaving.reset();
+    for (auto& [name, one] : planning.predecessors) one.leaving.reset();
   }
   // Without a seam only the end itself says that the next one may begin.
   const bool only_arms = std::ranges::all_of(own, [this](const auto& name) { return cell_.arms.contains(name); });
   if (!before.running.empty() && !only_arms) return std::nullopt;
-  return situation;
+  return planning;
 }
 
-std::optional<Precedent> StartConditions::precedent(const std::string& actuator, const Predecessors& before,
-                                                    bool& wait) const {
+std::optional<Predecessor> StartConditions::predecessor(const std::string& actuator, const RunsBefore& before,
+                                                        bool& wait) const {
   for (const ActivityRun* run : before.running) {
-    const auto forecast = run->planned_.forecasts.find(actuator);
-    if (forecast == run->planned_.forecasts.end()) continue;
-    Precedent precedent{.at_end = forecast->second.after, .leaving = leaving(*run, forecast->second)};
+    const auto end_state = run->planned_.end_states.find(actuator);
+    if (end_state == run->planned_.end_states.end()) continue;
+    Predecessor predecessor{.at_end = end_state->second.after, .leaving = leaving(*run, end_state->second)};
     // It may be left, but has not come to the motion that may.
-    wait = wait || (!forecast->second.last.empty() && !precedent.leaving);
-    return precedent;
+    wait = wait || (!end_state->second.last.empty() && !predecessor.leaving);
+    return predecessor;
   }
   const auto arm = cell_.arms.find(actuator);
-  return arm == cell_.arms.end() ? Precedent{} : at_rest(*arm->second.device);
+  return arm == cell_.arms.end() ? Predecessor{} : at_rest(*arm->second.device);
 }
 
 /// Nothing: no sample yet, or it moves.
-std::optional<Precedent> StartConditions::at_rest(const device::Arm& arm) const {
+std::optional<Predecessor> StartConditions::at_rest(const device::Arm& arm) const {
   if (arm.set_point().q.size() == 0 || !arm.at_rest() || is_busy(arm)) return std::nullopt;
-  Precedent precedent{.at_end = ActuatorState::at_rest(arm.set_point().q), .leaving = std::nullopt};
-  precedent.at_end.mode = name_of(arm.mode());
-  return precedent;
+  Predecessor predecessor{.at_end = ActuatorState::at_rest(arm.set_point().q), .leaving = std::nullopt};
+  predecessor.at_end.mode = name_of(arm.mode());
+  return predecessor;
 }
 
-std::optional<Precedent::Leaving> StartConditions::leaving(const ActivityRun& run, const Forecast& forecast) const {
+std::optional<Predecessor::Leaving> StartConditions::leaving(const ActivityRun& run, const EndState& end_state) const {
   const double period = to_seconds(core_.period());
-  for (const auto& [command, motion] : forecast.last) {
+  for (const auto& [command, motion] : end_state.last) {
     const ActivityRun::Clock* clock = run.clock_of(command);
     if (clock == nullptr || !clock->runs()) continue;
     const double time = clock->time->value;
     double soonest = time / period + static_cast<double>(options_.latency_cycles + options_.margin_cycles);
     if (!clock->is_steady()) soonest += time_to_steady(*motion.motion) / period;
-    return Precedent::Leaving{.motion = motion,
-                              .tau = std::ceil(soonest) * period,
-                              .lead = static_cast<double>(options_.lead_cycles) * period,
-                              .exact = clock->is_steady() && is_as_planned(time, clock->rate->value, period)};
+    return Predecessor::Leaving{.motion = motion,
+                                .tau = std::ceil(soonest) * period,
+                                .lead = static_cast<double>(options_.lead_cycles) * period,
+                                .exact = clock->is_steady() && is_as_planned(time, clock->rate->value, period)};
   }
   return std::nullopt;
 }
 
-std::optional<rcc::Rule> StartConditions::rule_for(const ActivityRun& run, const Predecessors& before,
-                                                   const Situation& situation) {
+std::optional<rcc::Rule> StartConditions::rule_for(const ActivityRun& run, const RunsBefore& before,
+                                                   const PlanningContext& planning) {
   rcc::Rule rule;
   rule.action.start = {run.net_};
   if (before.running.empty()) return rule;
@@ -138,14 +138,14 @@ std::optional<rcc::Rule> StartConditions::rule_for(const ActivityRun& run, const
       continue;
     }
     fits = rule.action.end.add(other->net_) && fits;
-    for (const auto& [actuator, forecast] : other->planned_.forecasts) {
-      const auto& leaving = situation.precedents.find(actuator)->second.leaving;
-      for (const auto& [command, motion] : forecast.last) {
+    for (const auto& [actuator, end_state] : other->planned_.end_states) {
+      const auto& leaving = planning.predecessors.find(actuator)->second.leaving;
+      for (const auto& [command, motion] : end_state.last) {
         const ActivityRun::Clock* clock = other->clock_of(command);
         if (!leaving || motion.motion != leaving->motion.motion || clock == nullptr) continue;
         constexpr double kRounding = 1e-7;  // s
         add(rcc::Term::in_range(other->net_, clock->time, leaving->tau - kRounding,
-                                      leaving->tau + leaving->lead + kRounding));
+                                leaving->tau + leaving->lead + kRounding));
         add(rcc::Term::in_range(other->net_, clock->rate_derivative, 0.0, 0.0));
       }
     }

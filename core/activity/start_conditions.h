@@ -10,7 +10,7 @@
 namespace takt::activity {
 
 /// Who has the actuators of a run before it.
-struct Predecessors {
+struct RunsBefore {
   std::vector<ActivityRun*> running;
   bool wait = false;  ///< some of them have not begun yet, or their end cannot be foreseen
 };
@@ -29,21 +29,21 @@ class StartConditions {
       : core_(core), cell_(cell), options_(options) {}
 
   /// @param runs  in the order in which they were asked for, `run` among them
-  [[nodiscard]] static Predecessors predecessors_of(const ActivityRun& run,
-                                                    std::span<const std::shared_ptr<ActivityRun>> runs);
+  [[nodiscard]] static RunsBefore runs_before(const ActivityRun& run,
+                                              std::span<const std::shared_ptr<ActivityRun>> runs);
   /// Why an arm of the run cannot be driven before somebody acknowledges its fault; empty: none has one.
   [[nodiscard]] std::string fault_of(const ActivityRun& run) const;
   /// What the run may be planned with. Nothing: not known yet.
-  [[nodiscard]] std::optional<Situation> situation_of(const ActivityRun& run, const Predecessors& before) const;
+  [[nodiscard]] std::optional<PlanningContext> planning_context(const ActivityRun& run, const RunsBefore& before) const;
   /// The rule that starts the net of a run that is planned. Nothing: a rule has no room for so many predecessors.
-  [[nodiscard]] static std::optional<rcc::Rule> rule_for(const ActivityRun& run, const Predecessors& before,
-                                                         const Situation& situation);
+  [[nodiscard]] static std::optional<rcc::Rule> rule_for(const ActivityRun& run, const RunsBefore& before,
+                                                         const PlanningContext& planning);
 
  private:
-  [[nodiscard]] std::optional<Precedent> precedent(const std::string& actuator, const Predecessors& before,
-                                                   bool& wait) const;
-  [[nodiscard]] std::optional<Precedent> at_rest(const device::Arm& arm) const;
-  [[nodiscard]] std::optional<Precedent::Leaving> leaving(const ActivityRun& run, const Forecast& forecast) const;
+  [[nodiscard]] std::optional<Predecessor> predecessor(const std::string& actuator, const RunsBefore& before,
+                                                       bool& wait) const;
+  [[nodiscard]] std::optional<Predecessor> at_rest(const device::Arm& arm) const;
+  [[nodiscard]] std::optional<Predecessor::Leaving> leaving(const ActivityRun& run, const EndState& end_state) const;
 
   rcc::ControlCore& core_;
   const command::Cell& cell_;

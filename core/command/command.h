@@ -116,8 +116,8 @@ class Command {
   [[nodiscard]] const SubjectPtr& subject() const { return node_->subject; }
   [[nodiscard]] const std::shared_ptr<CommandNode>& node() const { return node_; }
 
-  // States. "Completed": it ended in order, by itself or after a cancel; a wait only if its condition held. "Cancelled":
-  // from the cycle of the request on.
+  // States. "Completed": it ended in order, by itself or after a cancel; a wait only if its condition held.
+  // "Cancelled": from the cycle of the request on.
   [[nodiscard]] State started() const { return state("started"); }
   [[nodiscard]] State active() const { return state("active"); }
   [[nodiscard]] State completed() const { return state("completed"); }

@@ -492,11 +492,8 @@ class Mapper {
     if (!node(target).is_runtime() || at(target).contribution.path_clock.empty() || event.constant ||
         !h.handler->entered || h.handler->occasion.delay > 0.0)
       return;
-    BrakePorts brake{.name = h.path,
-                     .event = event.port,
-                     .fragment = at(target).id,
-                     .clock = *clock_of(target),
-                     .sources = {}};
+    BrakePorts brake{
+        .name = h.path, .event = event.port, .fragment = at(target).id, .clock = *clock_of(target), .sources = {}};
     std::set<const Expression*> seen;
     add_sources(h.handler->state.node(), seen, brake.sources);
     if (!brake.sources.empty()) mapped_.brakes.push_back(std::move(brake));

@@ -9,8 +9,8 @@
 namespace takt::command {
 
 /// Averages a sensor's reading, tool weight taken out, over `cycles` cycles while the arms stand still. Observes
-/// observed::kBias, a wrench in the measuring frame; null if the sensor was silent for half a second, or the command was
-/// cancelled.
+/// observed::kBias, a wrench in the measuring frame; null if the sensor was silent for half a second, or the command
+/// was cancelled.
 [[nodiscard]] WaitCommand tare_command(const std::string& sensor, std::int64_t cycles, const Cell& cell);
 
 }  // namespace takt::command

@@ -69,15 +69,15 @@ class TreeActivity final : public ActivityModel {
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return actuators_; }
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     command::Places places;
-    for (const auto& [device, before] : situation.precedents)
+    for (const auto& [device, before] : planning.predecessors)
       if (before.at_end.q) places[device] = *before.at_end.q;
-    if (const Findings wrong = plan(made_->tree, situation.cell, places); wrong.has_errors())
+    if (const Findings wrong = plan(made_->tree, planning.cell, places); wrong.has_errors())
       return std::unexpected(below(root_, wrong));
-    Prepared prepared;
+    PlannedActivity prepared;
     prepared.command = made_->tree.command();
-    for (const std::string& device : actuators_) prepared.forecasts[device] = {};
+    for (const std::string& device : actuators_) prepared.end_states[device] = {};
     return prepared;
   }
 

@@ -23,9 +23,9 @@ class GripRun final : public ScheduledRun {
 
  private:
   [[nodiscard]] ActivityPtr activity(Context&) override {
-    return command_activity("grip " + request_.gripper, {request_.gripper}, [request = request_](const Situation& situation) {
-      return gripping(request, situation.cell);
-    });
+    return command_activity(
+        "grip " + request_.gripper, {request_.gripper},
+        [request = request_](const PlanningContext& planning) { return gripping(request, planning.cell); });
   }
 
   Progress finish(Context& context, Findings& findings) override {

@@ -64,9 +64,10 @@ class TareRun final : public ScheduledRun {
 
  private:
   [[nodiscard]] ActivityPtr activity(Context&) override {
-    return command_activity("tare " + sensor_, {}, [sensor = sensor_, cycles = cycles_](const Situation& situation) {
-      return command::tare_command(sensor, cycles, situation.cell);
-    });
+    return command_activity("tare " + sensor_, {},
+                            [sensor = sensor_, cycles = cycles_](const PlanningContext& planning) {
+                              return command::tare_command(sensor, cycles, planning.cell);
+                            });
   }
 
   Progress finish(Context& context, Findings& findings) override {

@@ -25,9 +25,10 @@ class SetRun final : public ScheduledRun {
 
  private:
   [[nodiscard]] ActivityPtr activity(Context&) override {
-    return command_activity("set " + request_.output, {request_.output}, [request = request_](const Situation& situation) {
-      return command::set_command(request.output, request.value, situation.cell);
-    });
+    return command_activity("set " + request_.output, {request_.output},
+                            [request = request_](const PlanningContext& planning) {
+                              return command::set_command(request.output, request.value, planning.cell);
+                            });
   }
 
   const SetRequest& request_;
@@ -85,8 +86,8 @@ class WaitRun final : public ScheduledRun {
 
  private:
   [[nodiscard]] ActivityPtr activity(Context& context) override {
-    const auto make = [request = request_, biases = context.variables.biases](const Situation& situation) {
-      return command::wait_command(*request.until, request.timeout, situation.cell, biases);
+    const auto make = [request = request_, biases = context.variables.biases](const PlanningContext& planning) {
+      return command::wait_command(*request.until, request.timeout, planning.cell, biases);
     };
     return command_activity("wait", {}, make);
   }

@@ -167,8 +167,8 @@ TEST(Cell, ACommandOfOnesOwnMayBeCarriedOutAgain) {
   flash.on_entered(on.completed(), start(burning)).on_entered(burning.completed(), start(off));
   std::vector<std::int64_t> lit;
   flash.on_entered(on.completed(), command::external("lit", [&lit](const command::ExternalEvent& event) {
-    lit.push_back(event.cycle.value_or(-1));
-  }));
+                     lit.push_back(event.cycle.value_or(-1));
+                   }));
   const Activity flashing = cell.as_activity(flash);
   EXPECT_THAT(flashing.model()->actuators(), testing::ElementsAre("io/lamp"));
   for (int i = 0; i < 2; ++i) {

@@ -100,8 +100,8 @@ Progress QuestionRun::begin(Execution& execution, Findings& findings) {
     findings.append(condition.error());
     return Progress::kFailed;
   }
-  const auto make = [condition = *condition, biases = context.variables.biases](const Situation& situation) {
-    return asking(condition, situation.cell, biases);
+  const auto make = [condition = *condition, biases = context.variables.biases](const PlanningContext& planning) {
+    return asking(condition, planning.cell, biases);
   };
   run_ = context.scheduler->schedule(command_activity("question", {}, make));
   context.scheduler->prepare(run_);

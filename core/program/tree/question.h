@@ -10,8 +10,8 @@
 
 namespace takt::activity {
 
-/// Something that a program asks before it goes on: an expression, or a condition over sensors, which an activity of one
-/// cycle answers, so that it means what it means in a motion's "until". Immutable.
+/// Something that a program asks before it goes on: an expression, or a condition over sensors, which an activity of
+/// one cycle answers, so that it means what it means in a motion's "until". Immutable.
 class Question {
  public:
   /// Findings at the parser: the form, types.

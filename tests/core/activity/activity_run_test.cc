@@ -202,6 +202,32 @@ TEST_F(ActivityRunTest, AGuardedMotionEndsNobodyKnowsWhereSoTheNextWaitsForIt) {
               HasSubstr("/blend"));
 }
 
+TEST_F(ActivityRunTest, N3_AGuardedMotionTellsContactNoContactAndADeadSensorApart) {
+  using enum GuardedOutcome::Kind;
+  const auto down = cell.motion.lin_by({0, 0, -0.02}, {.linear_velocity = 0.05, .until = cell.hard()});
+  const auto after = [&](const std::function<void(ActivityRun&)>& meanwhile) {
+    const RunPtr run = down.begin_execute();
+    for (int i = 0; i < 200; ++i) cell.program.step();
+    meanwhile(*run);
+    cell.program.run_until([&] { return run->over(); });
+    cell.extra.force.z() = 0.0;
+    cell.sensor->silent = false;
+    cell.program.step();
+    return guarded_outcome(*run);
+  };
+  const GuardedOutcome touched = after([&](ActivityRun&) { cell.extra.force.z() = 6.0; });
+  EXPECT_EQ(touched.kind, kTouched);
+  ASSERT_TRUE(touched.X_BT && touched.force);
+  EXPECT_NEAR(touched.force->norm(), 6.0, 1e-6);
+  EXPECT_LT((touched.X_BT->translation() - cell.robot.tool().translation()).norm(), 5e-3) << "it has braked since";
+  const GuardedOutcome free = after([](ActivityRun&) {});
+  EXPECT_EQ(free.kind, kNotTouched);
+  EXPECT_FALSE(free.X_BT || free.force);
+  EXPECT_EQ(after([&](ActivityRun&) { cell.sensor->silent = true; }).kind, kSensorSilent);
+  EXPECT_EQ(after([](ActivityRun& run) { run.cancel(); }).kind, kInterrupted);
+  EXPECT_EQ(name_of(kSensorSilent), "sensor silent");
+}
+
 TEST_F(ActivityRunTest, WhatCannotBeDoneIsThrownAndNothingMoves) {
   const auto before = cell.q();
   EXPECT_THAT(error_of([&] { cell.motion.lin(by(3.0, 0, 0)).execute(); }), HasSubstr("out of reach"));

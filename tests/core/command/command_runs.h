@@ -21,7 +21,7 @@ struct CommandStatus {
   activity::RunState state = activity::RunState::kQueued;
   net::Cause cause;  ///< of the end of its net; code kNone before, and of one that never began
   std::int64_t first_cycle = -1, last_cycle = -1;
-  Findings findings;                                ///< of one that failed
+  Findings findings;                               ///< of one that failed
   std::vector<activity::TracedCycle> last_cycles;  ///< of one that failed while it ran
 
   [[nodiscard]] bool ended() const { return activity::is_final(state); }
@@ -91,8 +91,8 @@ class CommandRuns {
 
   /// Plans, checks, maps, verifies. Nothing moves. @return all findings, if it is refused
   [[nodiscard]] Result<LoadedCommand> load(const command::Command& command) {
-    auto scheduler = std::make_shared<activity::Scheduler>(
-        core_, cell_, activity::Scheduler::Options{.latency_cycles = 0});
+    auto scheduler =
+        std::make_shared<activity::Scheduler>(core_, cell_, activity::Scheduler::Options{.latency_cycles = 0});
     const activity::RunPtr run = scheduler->schedule(activity::command_activity(command));
     scheduler->prepare(run);
     if (run->over()) return std::unexpected(run->findings());
@@ -104,7 +104,8 @@ class CommandRuns {
   /// Loads, starts, and waits for its end.
   CommandStatus execute(const command::Command& command) {
     auto loaded = load(command);
-    if (!loaded) return {.state = activity::RunState::kFailed, .cause = {}, .findings = loaded.error(), .last_cycles = {}};
+    if (!loaded)
+      return {.state = activity::RunState::kFailed, .cause = {}, .findings = loaded.error(), .last_cycles = {}};
     loaded->start();
     return loaded->wait();
   }
