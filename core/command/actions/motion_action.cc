@@ -335,9 +335,12 @@ Findings plan(const Command& command, Places& places) {
     if (!node.is_runtime() || node.actuator->model().arms().empty()) continue;
     if (whereabouts.follows_unplanned(i)) {
       whereabouts.note_unplanned(i);
-    } else if (Findings faults = plan(node, whereabouts.all_at_begin_of(i)); faults.has_errors()) {
+      continue;
+    }
+    const auto begin = whereabouts.all_at_begin_of(i);
+    if (Findings faults = plan(node, begin); faults.has_errors()) {
       findings.append(faults, tree.at(i).path);
-      whereabouts.note_unplanned(i);
+      if (begin) whereabouts.note_unplanned(i);
     } else {
       whereabouts.note(i);
     }

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/activity/dual_entry_motion.h"
 #include "tests/core/activity/activity_cell.h"
 
 namespace takt::activity {

@@ -171,7 +171,7 @@ TEST_F(CheckTest, OneFaultOfPlanningBringsNoOthersWithIt) {
   all.on_entered(far.completed(), start(back)).on_entered(back.completed(), start(home));
   const Findings findings = cell.runtime.load(all).error();
   ASSERT_EQ(findings.list().size(), 1u) << findings.to_string();
-  EXPECT_EQ(findings.list().front().pointer, "/all/far");
+  EXPECT_EQ(findings.list().front().pointer, "/all/far/goal");
   EXPECT_THAT(findings.to_string(), HasSubstr("out of reach"));
 }
 
