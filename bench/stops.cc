@@ -1,6 +1,7 @@
-// How far and how long an arm goes on after a stop on its path, beside what its limits need (found by a fine search) and
-// what the path clock alone would take, whose bounds are those of the worst location of the path. Three arms; PTP and
-// LIN at full speed, a probe at 5 mm/s; several overrides. Ways in mm or rad of the axis that goes furthest, times in ms.
+// How far and how long an arm goes on after a stop on its path, beside what its limits need (found by a fine search)
+// and what the path clock alone would take, whose bounds are those of the worst location of the path. Three arms; PTP
+// and LIN at full speed, a probe at 5 mm/s; several overrides. Ways in mm or rad of the axis that goes furthest, times
+// in ms.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -79,11 +80,13 @@ void measure(const std::string& name) {
   slow.linear_velocity = 0.005;
   const Case cases[] = {
       {"PTP", value_or_exit(plan_ptp(*arm->chain, arm->limits, arm->home, q_goal, options)), 2.0, "rad"},
-      {"LIN", value_or_exit(plan_lin(*arm->chain, *arm->inverse, arm->limits, arm->cartesian, arm->home, shifted(0.4, 0.0),
-                                     {}, options)),
+      {"LIN",
+       value_or_exit(plan_lin(*arm->chain, *arm->inverse, arm->limits, arm->cartesian, arm->home, shifted(0.4, 0.0), {},
+                              options)),
        400.0, "mm"},
-      {"LIN 5 mm/s", value_or_exit(plan_lin(*arm->chain, *arm->inverse, arm->limits, arm->cartesian, arm->home,
-                                            shifted(0.0, -0.02), {}, slow)),
+      {"LIN 5 mm/s",
+       value_or_exit(
+           plan_lin(*arm->chain, *arm->inverse, arm->limits, arm->cartesian, arm->home, shifted(0.0, -0.02), {}, slow)),
        20.0, "mm"}};
   for (const Case& one : cases) {
     const test::ShortestStop shortest(model, one.motion);
@@ -96,8 +99,9 @@ void measure(const std::string& name) {
 }  // namespace takt
 
 int main() {
-  std::printf("arm       motion           where  rate     speed       | least, now, clock alone          | the same in "
-              "time          | over the least\n");
+  std::printf(
+      "arm       motion           where  rate     speed       | least, now, clock alone          | the same in "
+      "time          | over the least\n");
   for (const char* name : {"lwr4plus", "ur5", "tx90"}) takt::measure(name);
   return 0;
 }

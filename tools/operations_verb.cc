@@ -1,5 +1,6 @@
 // operations: what a program can ask for, from the tables of parameters.
 #include <algorithm>
+#include <map>
 #include <memory>
 
 #include <fmt/format.h>
@@ -45,10 +46,23 @@ void print_list(const std::vector<const StepKind*>& kinds) {
 
 // -- The page of the documentation ------------------------------------------------------------------------------------
 
-void print_rows(const std::vector<ParameterInfo>& parameters, const std::string& prefix) {
+/// What a type is called on the page; objects have a section of their own.
+std::string linked_type(const ParameterInfo& one) {
+  return one.fields.empty() ? describe_type(one) : fmt::format("[{0}](#{0})", one.definition);
+}
+
+void print_table(const std::vector<ParameterInfo>& parameters) {
+  fmt::print("\n| key | type | default | meaning |\n|---|---|---|---|\n");
+  for (const ParameterInfo& one : parameters)
+    fmt::print("| `{}` | {} | {} | {} |\n", one.key, linked_type(one), default_text(one), one.doc);
+}
+
+/// Objects that operations have as parameters, each once.
+void collect_objects(const std::vector<ParameterInfo>& parameters,
+                     std::map<std::string, const std::vector<ParameterInfo>*>& objects) {
   for (const ParameterInfo& one : parameters) {
-    fmt::print("| `{}{}` | {} | {} | {} |\n", prefix, one.key, describe_type(one), default_text(one), one.doc);
-    print_rows(one.fields, prefix + one.key + ".");
+    if (!one.fields.empty()) objects.try_emplace(one.definition, &one.fields);
+    collect_objects(one.fields, objects);
   }
 }
 
@@ -59,9 +73,16 @@ void print_page(const std::vector<const StepKind*>& kinds) {
       "([operations.md](operations.md)); a test keeps it\nup to date. Every operation also has `do` (its name here) "
       "and "
       "`name` (for people).\n");
+  std::map<std::string, const std::vector<ParameterInfo>*> objects;
   for (const StepKind* kind : kinds) {
-    fmt::print("\n## {}\n{}\n\n| key | type | default | meaning |\n|---|---|---|---|\n", kind->name, kind->doc);
-    print_rows(kind->parameters(), "");
+    fmt::print("\n## {}\n{}\n", kind->name, kind->doc);
+    print_table(kind->parameters());
+    collect_objects(kind->parameters(), objects);
+  }
+  fmt::print("\n# Objects\nParameters with parameters of their own.\n");
+  for (const auto& [name, fields] : objects) {
+    fmt::print("\n## {}\n", name);
+    print_table(*fields);
   }
 }
 

@@ -12,16 +12,10 @@ namespace {
 using Rule = Violation::Rule;
 
 constexpr double kNoise = 3e-9;       // rad or m: set points may begin that far from where the arm was told to be
-constexpr double kRangeNoise = 1e-4;  // rad or m: a stop may end that far outside, as the core's guard allows
+constexpr double kAnswerRangeNoise = 1e-4;  // rad or m: a stop may end that far outside, as the core's guard allows
 // The polynomial between two set points meets a motion whose jerk switches between them but for this share of
 // jerk * period in acceleration and of acceleration * period in velocity.
 constexpr double kInterpolation = 0.25;
-
-bool finite(const JointVector& v) {
-  for (int i = 0; i < v.size(); ++i)
-    if (!std::isfinite(v[i])) return false;
-  return true;
-}
 
 }  // namespace
 
@@ -51,7 +45,7 @@ std::optional<Violation> AnswerGuard::check(const motion::JointSample& next, Nan
   for (const JointVector* part : {&next.q, &next.dq, &next.ddq}) {
     if (part->size() != joint_count)
       return Violation{Rule::kSize, -1, static_cast<double>(part->size()), static_cast<double>(joint_count)};
-    if (!finite(*part)) return Violation{Rule::kNotFinite, -1, 0.0, 0.0};
+    if (!part->allFinite()) return Violation{Rule::kNotFinite, -1, 0.0, 0.0};
   }
   const double dt = to_seconds(instant - instant_);
   if (last_.q.size() != joint_count || dt <= 0.0) return Violation{Rule::kMissing, -1, dt, 0.0};
@@ -63,8 +57,8 @@ std::optional<Violation> AnswerGuard::check(const motion::JointSample& next, Nan
 std::optional<Violation> AnswerGuard::check_joint(const motion::JointSample& next, double dt, int i) const {
   const double v_max = speed(i), a_max = acceleration(i);
   const double q = next.q[i], dq = next.dq[i], ddq = next.ddq[i];
-  const double lower = std::min(limits_.lower[i] - kRangeNoise, last_.q[i]);
-  const double upper = std::max(limits_.upper[i] + kRangeNoise, last_.q[i]);
+  const double lower = std::min(limits_.lower[i] - kAnswerRangeNoise, last_.q[i]);
+  const double upper = std::max(limits_.upper[i] + kAnswerRangeNoise, last_.q[i]);
   if (q < lower) return Violation{Rule::kPosition, i, q, limits_.lower[i]};
   if (q > upper) return Violation{Rule::kPosition, i, q, limits_.upper[i]};
 

@@ -21,12 +21,6 @@ bool has_size(const ArmSetPoint& point, Eigen::Index n) {
 
 bool is_agents(std::uint32_t fault) { return (fault & 0x8000'0000) != 0; }
 
-bool finite(const JointVector& v) {
-  for (int i = 0; i < v.size(); ++i)
-    if (!std::isfinite(v[i])) return false;
-  return true;
-}
-
 std::uint32_t fault_of(DeviceSession::End end) {
   if (end == DeviceSession::End::kSilent) return ArmAgent::kSilent;
   return end == DeviceSession::End::kDisagrees ? ArmAgent::kDisagrees : ArmAgent::kRestarted;
@@ -110,7 +104,7 @@ std::optional<ArmAnswer> ArmAgent::answer(const ArmPacket& packet) {
 
 /// Row N5 for what an answer is made of; all else is the core's to judge.
 bool ArmAgent::usable(const ArmSample& sample) const {
-  return sample.commanded.size() == limits_.velocity.size() && finite(sample.commanded);
+  return sample.commanded.size() == limits_.velocity.size() && sample.commanded.allFinite();
 }
 
 /// The core has seen that the arm stopped, and no net holds it any more.

@@ -9,7 +9,7 @@
 namespace takt::motion {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNeverEnds = std::numeric_limits<double>::infinity();
 /// Relative: what rounding may add to a state that is about to land.
 constexpr double kRounding = 1e-9;
 
@@ -67,7 +67,7 @@ std::optional<Braking::Bounds> Braking::bounds_from(double s, double rate, const
                                      [](double value, const StopCell& cell) { return value < cell.s_end; });
   auto index = std::min(static_cast<std::size_t>(here - table.begin()), table.size() - 1);
   const double strongest = std::abs(now.acceleration), square = rate * rate;
-  double deceleration = kInfinity, jerk = kInfinity, by_product = 0.0;
+  double deceleration = kNeverEnds, jerk = kNeverEnds, by_product = 0.0;
   for (;;) {
     const StopCell& cell = table[index];
     const double least = cell.deceleration - (cell.deceleration - cell.deceleration_at_full_rate) * square;

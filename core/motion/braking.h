@@ -10,8 +10,8 @@ namespace takt::motion {
 
 /// Brings a path clock to rest as hard as the limits allow where the arm is (docs/motion.md, "Stops"): s is braked in
 /// the shortest way under the bounds that a stop table gives for the cells that the stop crosses; path time and rate
-/// follow from it by the law. The rate never rises meanwhile, so no limit is met that the law does not keep. A clock that
-/// runs backwards is left to its own bounds.
+/// follow from it by the law. The rate never rises meanwhile, so no limit is met that the law does not keep. A clock
+/// that runs backwards is left to its own bounds.
 ///
 /// One for each path clock. Copyable: a copy continues bit for bit as the original.
 class Braking {

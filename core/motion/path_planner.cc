@@ -418,8 +418,7 @@ PathFit PathPlanner::fit(const FollowedPath& path, const Motion& motion) const {
               .q_goal = path.q_goal};
   raise_jerk(path.shape, peak.s, peak.share, loads);
   fit.clock = clock_for(path.shape, loads, 1.0);
-  fit.clock.stop =
-      stop_table_for(path.shape, motion.law, single ? 0.0 : std::max(peak.share, kMeasuredShareOfJerk));
+  fit.clock.stop = stop_table_for(path.shape, motion.law, single ? 0.0 : std::max(peak.share, kMeasuredShareOfJerk));
   fit.clock = within_torques(fit.clock, path.torques, motion.law);
   return fit;
 }

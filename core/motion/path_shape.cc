@@ -164,14 +164,14 @@ void add_stop_loads(const PathShape& shape, const PathShape::Cell& cell, const P
   }
 }
 
-/// True if another piece begins or ends within kReach of the cell.
+/// True if another piece begins or ends within kNearby of the cell.
 bool near_joint(const PathShape& shape, std::size_t index) {
-  constexpr double kReach = 0.02;
+  constexpr double kNearby = 0.02;
   const double begin = shape.nodes[shape.cells[index].node].s, end = begin + shape.cells[index].width;
   const auto is_joint = [&shape](std::size_t i) { return shape.cells[i].node != shape.cells[i - 1].node + 1; };
-  for (std::size_t i = index; i > 0 && shape.nodes[shape.cells[i].node].s > begin - kReach; --i)
+  for (std::size_t i = index; i > 0 && shape.nodes[shape.cells[i].node].s > begin - kNearby; --i)
     if (is_joint(i)) return true;
-  for (std::size_t i = index + 1; i < shape.cells.size() && shape.nodes[shape.cells[i].node].s < end + kReach; ++i)
+  for (std::size_t i = index + 1; i < shape.cells.size() && shape.nodes[shape.cells[i].node].s < end + kNearby; ++i)
     if (is_joint(i)) return true;
   return false;
 }

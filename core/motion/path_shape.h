@@ -79,8 +79,8 @@ struct Loads {
 /// True if the law as it is keeps the limits of the shape with some room for a clock.
 [[nodiscard]] bool leaves_room(const PathShape& shape, const Loads& loads);
 
-/// The fastest clock under which law and clock keep all limits; `stretch` as applied to the law after loads_of(). Without
-/// stop table.
+/// The fastest clock under which law and clock keep all limits; `stretch` as applied to the law after loads_of().
+/// Without stop table.
 [[nodiscard]] ClockBounds clock_for(const PathShape& shape, const Loads& loads, double stretch);
 
 /// What a stop may use on each cell of the shape under a law. @param jerk_at_joints  share of the jerk limits that the

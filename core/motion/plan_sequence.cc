@@ -14,7 +14,7 @@
 namespace takt::motion {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNoUpperBound = std::numeric_limits<double>::infinity();
 /// Motions that meet at less than this cosine turn back on themselves: a blend would be a needle.
 constexpr double kReversal = -0.985;
 constexpr double kLargestBlendTurn = 170.0 * std::numbers::pi / 180.0;
@@ -181,7 +181,7 @@ class SequencePlanner {
 
   static void check_blend(const Blend& blend, Findings& findings) {
     const bool fraction = blend.kind == Blend::Kind::kFraction;
-    const double least = fraction ? kLeastBlendShare : kLeastBlend_m, most = fraction ? kMostBlendShare : kInfinity;
+    const double least = fraction ? kLeastBlendShare : kLeastBlend_m, most = fraction ? kMostBlendShare : kNoUpperBound;
     if (blend.kind == Blend::Kind::kNone || (blend.value >= least && blend.value <= most)) return;
     findings.error(
         "/blend", fmt::format("{}", blend.value),
@@ -232,7 +232,7 @@ class SequencePlanner {
         stop_after(i);
         const auto first = plan_group(i, i), second = plan_group(i + 1, i + 1);
         return first && *first && second && *second ? (**first).motion.duration() + (**second).motion.duration()
-                                                    : kInfinity;
+                                                    : kNoUpperBound;
       }
       const auto both = plan_group(i, i + 1);
       return both && *both ? (**both).motion.duration() : 0.0;  // refused or given up later, with its reason

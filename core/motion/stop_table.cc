@@ -11,7 +11,7 @@ namespace takt::motion {
 namespace {
 
 /// Of each limit: the rest is for what a quantity does between two nodes of the path.
-constexpr double kAllowed = 0.98;
+constexpr double kStopShare = 0.98;
 /// Of the jerk that the path leaves at full rate: what curvature may take while the arm brakes.
 constexpr double kShareOfCurvature = 0.5;
 /// Of a jerk limit, where the path alone takes all of it.
@@ -30,7 +30,7 @@ StopCell stricter(const StopCell& a, const StopCell& b, double s_end) {
 /// Largest D at full rate: the path itself may slow a quantity down, or help to.
 double deceleration_of(const StopLoad& load, double fastest) {
   const double square = fastest * fastest;
-  const double limit = kAllowed * load.acceleration, across = load.across * square;
+  const double limit = kStopShare * load.acceleration, across = load.across * square;
   if (across >= limit) return 0.0;
   return std::max(0.0, (std::sqrt(limit * limit - across * across) + load.along * square) / load.first);
 }
@@ -38,7 +38,7 @@ double deceleration_of(const StopLoad& load, double fastest) {
 /// Largest product of D and r for which curvature leaves a stop a share of the jerk.
 double product_of(const StopLoad& load, double fastest, double third) {
   const double second = std::hypot(load.along, load.across);
-  const double left = std::max(kAllowed * load.jerk - third, kLeastJerk * load.jerk);
+  const double left = std::max(kStopShare * load.jerk - third, kLeastJerk * load.jerk);
   return second > 0.0 ? kShareOfCurvature * left / (3.0 * second * fastest) : std::numeric_limits<double>::infinity();
 }
 
@@ -50,7 +50,7 @@ StopCell stop_cell(std::span<const StopLoad> loads, double fastest, double s_end
   for (const StopLoad& load : loads) {
     cell.product = std::min(cell.product, product_of(load, fastest, load.third * cube));
     if (!(load.first > 0.0)) continue;
-    cell.deceleration = std::min(cell.deceleration, kAllowed * load.acceleration / load.first);
+    cell.deceleration = std::min(cell.deceleration, kStopShare * load.acceleration / load.first);
     cell.deceleration_at_full_rate = std::min(cell.deceleration_at_full_rate, deceleration_of(load, fastest));
   }
   cell.deceleration_at_full_rate = std::min(cell.deceleration_at_full_rate, cell.deceleration);
@@ -61,7 +61,7 @@ StopCell stop_cell(std::span<const StopLoad> loads, double fastest, double s_end
   double at_rest = std::numeric_limits<double>::infinity(), at_rate = at_rest, braking = at_rest, both = at_rest;
   for (const StopLoad& load : loads) {
     if (!(load.first > 0.0) || !std::isfinite(load.jerk)) continue;
-    const double limit = kAllowed * load.jerk, third = load.third * cube;
+    const double limit = kStopShare * load.jerk, third = load.third * cube;
     const double curvature = 3.0 * std::hypot(load.along, load.across) * fastest * cell.product;
     at_rest = std::min(at_rest, limit / load.first);
     at_rate = std::min(at_rate, (limit - third) / load.first);
@@ -90,8 +90,9 @@ StopTable common(const StopTable& a, const StopTable& b) {
 StopTable simplified(const StopTable& table) {
   constexpr double kAlike = 0.96;
   const auto values = [](const StopCell& cell) {
-    return std::array{cell.deceleration, cell.deceleration_at_full_rate, cell.product, cell.jerk,
-                      cell.jerk - cell.jerk_by_cube, cell.jerk - cell.jerk_by_product * cell.product};
+    return std::array{
+        cell.deceleration, cell.deceleration_at_full_rate, cell.product,
+        cell.jerk,         cell.jerk - cell.jerk_by_cube,  cell.jerk - cell.jerk_by_product * cell.product};
   };
   // What a cell loses to its neighbours adds up, so it is compared with the best that is merged into it.
   std::array<double, 6> best{};

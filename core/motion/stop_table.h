@@ -19,13 +19,13 @@ namespace takt::motion {
 ///
 /// As JSON: [s_end, deceleration, deceleration_at_full_rate, product, jerk, jerk_by_cube, jerk_by_product].
 struct StopCell {
-  double s_end = 1.0;                                                            ///< it begins where the last one ends
-  double deceleration = std::numeric_limits<double>::infinity();                 ///< 1/s^2
-  double deceleration_at_full_rate = std::numeric_limits<double>::infinity();    ///< 1/s^2, not above it
-  double product = std::numeric_limits<double>::infinity();                      ///< of D and r, 1/s^2
-  double jerk = std::numeric_limits<double>::infinity();                         ///< 1/s^3
-  double jerk_by_cube = 0.0;                                                     ///< 1/s^3
-  double jerk_by_product = 0.0;                                                  ///< 1/s
+  double s_end = 1.0;                                                          ///< it begins where the last one ends
+  double deceleration = std::numeric_limits<double>::infinity();               ///< 1/s^2
+  double deceleration_at_full_rate = std::numeric_limits<double>::infinity();  ///< 1/s^2, not above it
+  double product = std::numeric_limits<double>::infinity();                    ///< of D and r, 1/s^2
+  double jerk = std::numeric_limits<double>::infinity();                       ///< 1/s^3
+  double jerk_by_cube = 0.0;                                                   ///< 1/s^3
+  double jerk_by_product = 0.0;                                                ///< 1/s
 };
 
 /// Cells from s = 0 to s = 1. Empty: nothing is known.

@@ -259,8 +259,7 @@ Table make_table(PathKind kind) {
   add_blend(table, "blend_m", motion::Blend::Kind::kDistance, {.low = motion::kLeastBlend_m},
             "Distance from the goal at which the next motion takes over.");
   add_blend(table, "blend_fraction", motion::Blend::Kind::kFraction,
-            {.low = motion::kLeastBlendShare, .high = motion::kMostBlendShare},
-            "The same as a share of the path.");
+            {.low = motion::kLeastBlendShare, .high = motion::kMostBlendShare}, "The same as a share of the path.");
   table.rule([kind](MotionRequest& request, const ReadContext&) { request.kind = kind; })
       .rule(check_follower)
       .rule(check_overlay)

@@ -54,6 +54,7 @@ struct ParameterInfo {
   std::string definition = {};             ///< of kObject: its name in the schema of scenario files
   std::vector<ParameterInfo> fields = {};  ///< of kObject: its own parameters
   bool required = false;
+  bool refused = false;       ///< read only so that a diagnostic can say why the operation does not have it
   std::string fallback = {};  ///< the default for people; empty: there is none
   std::string doc = {};       ///< one line
 };

@@ -291,6 +291,12 @@ class ParameterTable {
     return *this;
   }
 
+  /// The parameter before this call is one that the operation does not have if `refuse`: a rule says why.
+  ParameterTable& refused_if(bool refuse) {
+    infos_.back().refused = refuse;
+    return *this;
+  }
+
   /// What the default of the parameter before this call is, where it follows from others.
   ParameterTable& fallback(std::string_view text) {
     infos_.back().fallback = text;

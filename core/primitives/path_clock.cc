@@ -35,9 +35,10 @@ class PathClock final : public Primitive {
         retraceable_(setup.parameter<Boolean>("retraceable", false, {.doc = "rates down to -1 are allowed"})),
         in_motion_(setup.parameter<Boolean>(
             "in_motion", false, {.doc = "the law does not begin at rest: no jump of the rate there, no way back"})),
-        bounds_json_(setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2, \"stop\": what a stop may "
-                                                  "use on each part of the path, optional} from the plan",
-                                           .example = R"({"acceleration_max": 4.0, "jerk_max": 80.0})"})),
+        bounds_json_(
+            setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2, \"stop\": what a stop may "
+                                         "use on each part of the path, optional} from the plan",
+                                  .example = R"({"acceleration_max": 4.0, "jerk_max": 80.0})"})),
         law_json_(given(setup.optional_json(
             "law", {.doc = "the law of TimeLaw; null: stops keep to acceleration_max and jerk_max alone"}))) {
     setup.costs(60.0);

@@ -7,8 +7,8 @@
 #include "core/kinematics/inverse.h"
 #include "core/motion/leg.h"
 
-/// The shortest stop on a path that the limits of an arm allow, found by itself: it shares nothing with the planners but
-/// the geometry of the path.
+/// The shortest stop on a path that the limits of an arm allow, found by itself: it shares nothing with the planners
+/// but the geometry of the path.
 namespace takt::test {
 
 /// Derivatives of the joints by s are differences of positions that inverse kinematics finds on a fine grid; a frame on

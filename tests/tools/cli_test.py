@@ -241,6 +241,21 @@ class Verbs(WithFolder):
         self.assertIn("LowPass", family)
         self.assertNotIn("PathClock", family)
 
+    def test_operations(self):
+        everything = json.loads(takt("operations", "--json").stdout)["operations"]
+        press = next(one for one in everything if one["name"] == "press")
+        force = next(one for one in press["parameters"] if one["key"] == "force_N")
+        self.assertEqual((force["unit"], force["default"], force["required"]), ("N", "10", False))
+        wrong = takt("operations", "pres")
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn("press", wrong.stderr)
+        self.assertIn("approach_m_s", takt("operations", "press").stdout)
+
+    def test_the_page_of_operations_is_what_the_binary_prints(self):
+        printed = takt("operations", "--markdown").stdout
+        page = (ROOT / "docs/operations-reference.md").read_text()
+        self.assertEqual(page, printed, "run: ./takt operations --markdown > docs/operations-reference.md")
+
     def test_the_page_of_primitives_is_what_the_binary_prints(self):
         printed = takt("primitives", "--markdown").stdout
         page = (ROOT / "docs/primitives.md").read_text()

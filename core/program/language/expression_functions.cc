@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "core/activity/context.h"
-#include "core/program/language/expression.h"
-#include "core/program/language/text_limit.h"
 #include "core/base/json.h"
 #include "core/expression/condition_state.h"
+#include "core/program/language/expression.h"
+#include "core/program/language/text_limit.h"
 
 namespace takt::activity {
 namespace {

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/program/tree/node.h"
 #include "core/base/read_parts.h"
+#include "core/program/tree/node.h"
 
 namespace takt::activity {
 namespace {

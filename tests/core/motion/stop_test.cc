@@ -83,7 +83,8 @@ TEST(Stop, P2_OfAPtpTakesTheWayThatItsLimitsNeed) {
   Ratios ratios;
   for (int i = 0; i < 60; ++i) {
     const RandomArm arm(urdf(i), random);
-    if (const auto motion = planned(arm, arm.good_q(random), ptp_near(arm, random))) measure(random, arm, *motion, ratios);
+    if (const auto motion = planned(arm, arm.good_q(random), ptp_near(arm, random)))
+      measure(random, arm, *motion, ratios);
   }
   EXPECT_GT(ratios.count, 100);
   EXPECT_LT(ratios.most, 1.1) << ratios.sum / ratios.count;
@@ -240,8 +241,10 @@ TEST(Stop, AMotionGoesOnAfterItAndEndsOnItsGoal) {
 }
 
 TEST(Stop, TheTableOfTwoKeepsBoth) {
-  const StopTable a = {{.s_end = 0.5, .deceleration = 4.0, .jerk = 10.0}, {.s_end = 1.0, .deceleration = 2.0, .jerk = 30.0}};
-  const StopTable b = {{.s_end = 0.25, .deceleration = 3.0, .jerk = 20.0, .jerk_by_cube = 1.0}, {.s_end = 1.0, .deceleration = 5.0, .jerk = 20.0}};
+  const StopTable a = {{.s_end = 0.5, .deceleration = 4.0, .jerk = 10.0},
+                       {.s_end = 1.0, .deceleration = 2.0, .jerk = 30.0}};
+  const StopTable b = {{.s_end = 0.25, .deceleration = 3.0, .jerk = 20.0, .jerk_by_cube = 1.0},
+                       {.s_end = 1.0, .deceleration = 5.0, .jerk = 20.0}};
   const StopTable both = common(a, b);
   ASSERT_EQ(both.size(), 3U);
   EXPECT_EQ(both[0].s_end, 0.25);
