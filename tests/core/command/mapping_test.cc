@@ -63,7 +63,10 @@ NetDescription net_of(const Command& command) {
 void write_motion(NetDescription& net, const motion::Motion& motion, const Eigen::Isometry3d& X_FM,
                   const std::string& stop) {
   net.add("rate", "SelectReal", {{"if_true", 0.0}, {"if_false", 1.0}}).link(stop, "rate.condition");
-  net.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
+  net.add("clock", "PathClock",
+          {{"duration", motion.duration()},
+           {"bounds", motion::to_json(motion.clock)},
+           {"law", motion::to_json(motion.law)}});
   net.link("rate.value", "clock.target_rate");
   net.add("law", "TimeLaw", {{"law", motion::to_json(motion.law)}});
   for (const char* port : {"time", "rate", "rate_derivative"}) {
