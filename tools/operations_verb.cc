@@ -27,6 +27,7 @@ void print_parameters(const std::vector<ParameterInfo>& parameters, std::size_t 
   std::size_t width = 0;
   for (const ParameterInfo& one : parameters) width = std::max(width, one.key.size());
   for (const ParameterInfo& one : parameters) {
+    if (one.refused) continue;
     fmt::print("{:{}}{:<{}}  {} ({}; {})\n", "", indent, one.key, width, one.doc, describe_type(one),
                default_text(one));
     print_parameters(one.fields, indent + 4);
@@ -53,8 +54,9 @@ std::string linked_type(const ParameterInfo& one) {
 
 void print_table(const std::vector<ParameterInfo>& parameters) {
   fmt::print("\n| key | type | default | meaning |\n|---|---|---|---|\n");
-  for (const ParameterInfo& one : parameters)
-    fmt::print("| `{}` | {} | {} | {} |\n", one.key, linked_type(one), default_text(one), one.doc);
+  for (const ParameterInfo& one : parameters) {
+    if (!one.refused) fmt::print("| `{}` | {} | {} | {} |\n", one.key, linked_type(one), default_text(one), one.doc);
+  }
 }
 
 /// Objects that operations have as parameters, each once.
@@ -91,6 +93,7 @@ void print_page(const std::vector<const StepKind*>& kinds) {
 Json describe(const std::vector<ParameterInfo>& parameters) {
   Json list = Json::array();
   for (const ParameterInfo& one : parameters) {
+    if (one.refused) continue;
     Json json{{"key", one.key},
               {"type", describe_type(one)},
               {"unit", one.unit},

@@ -129,13 +129,14 @@ bool Braking::advance(ClockState& clock, double target, double period, const Clo
   const double fastest = std::min(1.0, rate + rising * rising / (2.0 * bounds.jerk_max));
   Motion now{.way = 0.0, .velocity = at.ds * rate, .acceleration = at.dds * rate * rate + at.ds * change};
   const auto here = bounds_from(at.s, fastest, now);
-  const bool better = here && held_ && here->deceleration >= held_->deceleration && here->jerk >= held_->jerk;
-  if (here && (!held_ || better || target != 0.0)) {
-    if (!held_ && usual && !begins(clock, at, *to_rest(now, *here), bounds)) return false;
+  const auto before = held_ ? to_rest(now, *held_) : std::nullopt;
+  auto stop = here ? to_rest(now, *here) : std::nullopt;
+  if (!before && stop && usual && !begins(clock, at, *stop, bounds)) return leave();
+  if (stop && before && target == 0.0 && !(stop->way < before->way && stop->time <= before->time)) stop.reset();
+  if (stop)
     held_ = here;
-  }
-  if (!held_) return false;
-  const auto stop = to_rest(now, *held_);
+  else
+    stop = before;
   if (!stop) return leave();
   if (target != 0.0) {
     now.go({period, held_->jerk}, period);

@@ -189,6 +189,9 @@ StopTable stop_table_for(const PathShape& shape, const TimeLaw& law, double jerk
     loads.clear();
     add_stop_loads(shape, cell, shape.derivatives(i, s_begin), loads);
     add_stop_loads(shape, cell, shape.derivatives(i, s_end), loads);
+    // Near to where pieces meet curvature may have another sign between two nodes.
+    for (StopLoad& load : loads)
+      if (jerk_at_joints > 0.0) load.along = -std::abs(load.along);
     table.push_back(stop_cell(loads, fastest.between(s_begin, s_end), s_end));
     if (jerk_at_joints > 0.0 && near_joint(shape, i)) {
       StopCell& last = table.back();

@@ -246,13 +246,17 @@ Table make_table(PathKind kind) {
   if (kind != PathKind::kPtp)
     table.number("velocity_m_s", "m/s", &MotionRequest::linear_velocity, kPositive, "Speed of the tool centre point.");
   add_follower(table);
+  const bool joints = kind == PathKind::kPtp;
+  table.refused_if(joints || kind == PathKind::kSpline);
   table.compliance(&MotionRequest::compliance)
       .part(
           "weave", "weave", weave_parameters(), [](MotionRequest & p) -> auto& { return p.overlay.weave; },
           "Oscillation across the path.")
+      .refused_if(joints)
       .part(
           "force_offset", "force_offset", force_offset_parameters(),
           [](MotionRequest & p) -> auto& { return p.overlay.force; }, "Shift of the path that holds a force.")
+      .refused_if(joints)
       .condition("until", &MotionRequest::until, "Guarded motion: brakes on its path when this becomes true.")
       .choice("on_end", &MotionRequest::must_touch, ends, "Whether a guarded motion that reaches its goal fails.")
       .condition("unless", &MotionRequest::unless, "Brakes on its path and fails when this becomes true.");

@@ -18,7 +18,7 @@ class ShortestStop {
  public:
   ShortestStop(const motion::ArmModel& arm, const motion::Motion& motion) : arm_(arm), motion_(motion) {
     kinematics::JointVector q = motion.q_start;
-    for (int i = 0; i <= kNodes; ++i) {
+    for (std::size_t i = 0; i <= kNodes; ++i) {
       const auto there = motion::sample(motion.path, {.s = static_cast<double>(i) / kNodes});
       if (!there.cartesian)
         q = there.joints.q;

