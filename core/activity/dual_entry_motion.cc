@@ -124,7 +124,7 @@ command::RuntimeCommand command_of(const Cell& cell, const DualEntryMotion& dual
   command.on_entered(until, cancel(command));
   // A sensor that is silent stops the arm, but it has not felt anything.
   command.capture(entry.touch, command::tool_pose(cell, dual.clock), until);
-  if (const auto wrench = wrench_in(wish.until->node()); wrench != nullptr && false)
+  if (const auto wrench = wrench_in(wish.until->node()); wrench != nullptr)
     command.capture(entry.force, force(command::WrenchSensor(wrench)), until);
   command.observe(entry.progress, action.progress());
   return command;

@@ -34,7 +34,7 @@ class CarriedCommandTest : public test::CommandStepTest {
   /// By what was sent.
   Eigen::Isometry3d in_room() const {
     const Eigen::Isometry3d X_WF = base().description().chain->forward(base().set_point().q);
-    return X_WF * cell.cell.frames.relation("arm")->X_PF * activity::tool_pose(cell.cell.arms.at("arm"), cell.q());
+    return X_WF * cell.cell.frames.relation("arm")->X_PF * command::tool_pose(cell.cell.arms.at("arm"), cell.q());
   }
   Eigen::Vector3d tool_in_room() const { return in_room().translation(); }
   double base_speed() const { return base().set_point().dq.cwiseAbs().maxCoeff(); }
