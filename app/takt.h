@@ -14,6 +14,7 @@
 #include "core/activity/actuator_interfaces.h"
 #include "core/activity/command_activity.h"
 #include "core/activity/composition.h"
+#include "core/activity/dual_entry_motion.h"
 #include "core/activity/two_arms.h"
 #include "core/command/actions/online_action.h"
 #include "core/command/actions/overlay_action.h"
@@ -28,8 +29,11 @@ namespace command = takt::command;
 // Activities: what is done, and how it went.
 using activity::Activity;
 using activity::ActivityError;
+using activity::guarded_outcome;
+using activity::GuardedOutcome;
 using activity::ProgramCancelled;
 using activity::Reaction;
+using activity::RunFailure;
 using activity::RunPtr;
 using activity::RunState;
 

@@ -19,24 +19,24 @@
 namespace takt::activity {
 
 /// A motion that another one may go on with, and how far before its goal.
-struct Leavable {
+struct BlendSource {
   std::shared_ptr<const motion::Motion> motion;
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();  ///< the frame that its Cartesian pieces move
   motion::Blend blend;
   std::shared_ptr<const motion::Motion> partner = {};  ///< of a second arm on the same clock, with the same law
   Eigen::Isometry3d partner_X_FM = Eigen::Isometry3d::Identity();  ///< the same frame in the flange of that one
   std::string arm = {};                                            ///< whose motion it is; of two the leader
-  std::optional<command::State> unless = {};               ///< must not hold on what is left of it (TwoWays::unless)
+  std::optional<command::State> unless = {};  ///< must not hold on what is left of it (DualEntryMotion::unless)
   std::optional<command::ComplianceWish> compliance = {};  ///< how the arm gives way on it
 };
 
 /// What precedes on an actuator when an activity is prepared.
-struct Precedent {
+struct Predecessor {
   /// When everything before has come to its natural end.
   ActuatorState at_end;
   /// The motion that runs on it and may be left, at this path time at the soonest, with this lead (s).
   struct Leaving {
-    Leavable motion;
+    BlendSource motion;
     double tau = 0.0, lead = 0.0;
     /// Its clock runs at rate 1 and in whole cycles: the state at tau is the one that will be sent.
     bool exact = true;
@@ -45,20 +45,20 @@ struct Precedent {
 };
 
 /// All that an activity may know when it is prepared.
-struct Situation {
+struct PlanningContext {
   const command::Cell& cell;
   Nanoseconds period = kMillisecond;
-  std::map<std::string, Precedent, std::less<>> precedents;  ///< of each of its actuators
+  std::map<std::string, Predecessor, std::less<>> predecessors;  ///< of each of its actuators
 };
 
 /// What an activity says of one of its actuators.
-struct Forecast {
+struct EndState {
   ActuatorState after;
   /// The motions of which one is its last on this actuator, each with the command whose clock tells where it is. Empty:
   /// it is not left before its end.
   struct Last {
     command::SubjectPtr command;
-    Leavable motion;
+    BlendSource motion;
   };
   std::vector<Last> last;
 };
@@ -73,10 +73,10 @@ struct PlannedPart {
 /// Control modes of arms, by name.
 using ControlModes = std::map<std::string, device::ControlMode, std::less<>>;
 
-/// An activity that can be mapped to a net.
-struct Prepared {
+/// An activity that can become a net: of a command, or one that was written by hand.
+struct PlannedActivity {
   std::optional<command::Command> command;
-  std::map<std::string, Forecast, std::less<>> forecasts;                ///< of each of its actuators
+  std::map<std::string, EndState, std::less<>> end_states;               ///< of each of its actuators
   std::map<std::string, std::vector<device::Seam>, std::less<>> begins;  ///< ways in which it may take an arm over
   std::set<std::string, std::less<>> taken_over;                         ///< actuators that it can go on with in motion
   std::vector<PlannedPart> motions = {};                                 ///< of one motion: its ways; of others: none
@@ -85,6 +85,7 @@ struct Prepared {
   /// activities that begin alone.
   ControlModes modes;
   bool returns = false;  ///< after the command they go back into the modes that they were in
+  std::shared_ptr<const net::NetDescription> net = {};  ///< written by hand, in place of a command
 };
 
 /// An operation in real time that knows what comes before it. Immutable: it may be carried out any number of times,
@@ -102,9 +103,9 @@ class ActivityModel {
   /// It begins only when nothing holds its actuators any more, and what follows waits for its end: it changes control
   /// modes.
   [[nodiscard]] virtual bool begins_alone() const { return false; }
-  /// Plans it, from rest where the precedent ends, and from the precedent in motion where that may be left.
+  /// Plans it, from rest where the predecessor ends, and from the predecessor in motion where that may be left.
   /// @return findings: why it cannot be done.
-  [[nodiscard]] virtual Result<Prepared> prepare(const Situation& situation) const = 0;
+  [[nodiscard]] virtual Result<PlannedActivity> prepare(const PlanningContext& planning) const = 0;
   /// This and the one after it as one activity, blended into each other. @return null: they stay two.
   [[nodiscard]] virtual std::shared_ptr<const ActivityModel> blended_into(const ActivityModel& next) const {
     (void)next;

@@ -60,15 +60,15 @@ bool is_output(const Cell& cell, const std::string& name) {
 template <class MakeActuator>
 ActivityPtr device_activity(const std::string& what, const std::string& name, MakeActuator make_actuator,
                             command::Action (*action)(const command::GripWish&), const command::GripWish& wish) {
-  return command_activity(what + " " + name, {name}, [=](const Situation& situation) -> command::Command {
-    return command::RuntimeCommand(what, make_actuator(situation.cell, name), action(wish));
+  return command_activity(what + " " + name, {name}, [=](const PlanningContext& planning) -> command::Command {
+    return command::RuntimeCommand(what, make_actuator(planning.cell, name), action(wish));
   });
 }
 
 template <class Value>
 ActivityPtr set_activity(const std::string& name, Value value) {
-  return command_activity("set " + name, {name}, [name, value](const Situation& situation) -> command::Command {
-    return command::RuntimeCommand("set", command::output(situation.cell, name), command::set_value(value));
+  return command_activity("set " + name, {name}, [name, value](const PlanningContext& planning) -> command::Command {
+    return command::RuntimeCommand("set", command::output(planning.cell, name), command::set_value(value));
   });
 }
 
@@ -148,9 +148,9 @@ Activity LinInterface::spline(const std::vector<Eigen::Isometry3d>& poses_BT,
 
 Activity ForceInterface::press(const command::RealSensor& pressing, const Eigen::Vector3d& direction_B,
                                const command::ForceWish& wish, const std::optional<command::State>& until) const {
-  const auto make_command = [=, name = actuator()](const Situation& situation) -> command::Command {
+  const auto make_command = [=, name = actuator()](const PlanningContext& planning) -> command::Command {
     const net::Frame base(Eigen::Isometry3d::Identity());
-    command::RuntimeCommand pressed("press", command::arm(situation.cell, name),
+    command::RuntimeCommand pressed("press", command::arm(planning.cell, name),
                                     command::hold_force(pressing, base, direction_B, wish));
     if (until) pressed.on_entered(*until, cancel(pressed));
     return pressed;
@@ -159,10 +159,10 @@ Activity ForceInterface::press(const command::RealSensor& pressing, const Eigen:
 }
 
 Activity HoldInterface::hold(const HoldParameters& parameters) const {
-  const auto make_command = [name = actuator(), parameters](const Situation& situation) -> command::Command {
+  const auto make_command = [name = actuator(), parameters](const PlanningContext& planning) -> command::Command {
     command::Action action = command::hold();
     if (parameters.compliance) action = with_compliance(action, *parameters.compliance);
-    command::RuntimeCommand held("hold", command::arm(situation.cell, name), action);
+    command::RuntimeCommand held("hold", command::arm(planning.cell, name), action);
     if (parameters.seconds) held.on_entered(held.started().held_for(*parameters.seconds), cancel(held));
     return held;
   };

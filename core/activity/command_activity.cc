@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/command/actions/motion_action.h"
+#include "core/command/check.h"
 #include "core/command/command_tree.h"
 
 namespace takt::activity {
@@ -16,16 +17,22 @@ class CommandActivity final : public ActivityModel {
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return actuators_; }
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    Prepared prepared;
-    prepared.command = make_(situation);
-    if (Findings wrong = command::plan(*prepared.command); wrong.has_errors()) return std::unexpected(std::move(wrong));
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    PlannedActivity prepared;
+    prepared.command = make_(planning);
+    command::Places places;
+    for (const auto& [device, before] : planning.predecessors)
+      if (before.at_end.q) places[device] = *before.at_end.q;
+    const Findings unplanned = command::plan(*prepared.command, places);
+    Findings wrong = command::check(*prepared.command, false);
+    command::add_news(unplanned, wrong);
+    if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     for (const std::string& actuator : actuators_) {
-      Forecast& forecast = prepared.forecasts[actuator];
-      const auto before = situation.precedents.find(actuator);
-      if (before == situation.precedents.end() || !before->second.at_end.q) continue;
+      EndState& end_state = prepared.end_states[actuator];
+      const auto before = planning.predecessors.find(actuator);
+      if (before == planning.predecessors.end() || !before->second.at_end.q) continue;
       const ActuatorState& state = before->second.at_end;
-      if (arms_ == ArmAfter::kStays) forecast.after = state;
+      if (arms_ == ArmAfter::kStays) end_state.after = state;
       device::Seam seam;
       seam.q = *state.q;
       seam.dq = seam.ddq = kinematics::JointVector::Zero(state.q->size());
@@ -54,7 +61,7 @@ ActivityPtr command_activity(const command::Command& command) {
     for (std::string& device : tree.at(i).node->actuator->model().devices())
       if (std::ranges::find(devices, device) == devices.end()) devices.push_back(std::move(device));
   }
-  return command_activity(command.name(), std::move(devices), [command](const Situation&) { return command; });
+  return command_activity(command.name(), std::move(devices), [command](const PlanningContext&) { return command; });
 }
 
 }  // namespace takt::activity

@@ -9,7 +9,7 @@
 namespace takt::activity {
 
 /// Makes the command of an activity anew each time it is carried out.
-using CommandMaker = std::function<command::Command(const Situation&)>;
+using CommandMaker = std::function<command::Command(const PlanningContext&)>;
 
 /// What a command does to an arm that it drives.
 enum class ArmAfter : std::uint8_t {

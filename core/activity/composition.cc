@@ -41,25 +41,25 @@ class CompositeActivity : public ActivityModel {
 
  protected:
   /// What is known before part `i` when those before it are done.
-  [[nodiscard]] Situation before(std::size_t i, const Situation& situation, const Prepared& so_far,
-                                 bool may_leave) const {
-    Situation own{.cell = situation.cell, .period = situation.period, .precedents = {}};
+  [[nodiscard]] PlanningContext before(std::size_t i, const PlanningContext& planning, const PlannedActivity& so_far,
+                                       bool may_leave) const {
+    PlanningContext own{.cell = planning.cell, .period = planning.period, .predecessors = {}};
     for (const std::string& name : parts_[i]->actuators()) {
-      Precedent& precedent = own.precedents[name];
-      const auto done = so_far.forecasts.find(name);
-      if (done != so_far.forecasts.end()) {
-        precedent.at_end = done->second.after;
+      Predecessor& predecessor = own.predecessors[name];
+      const auto done = so_far.end_states.find(name);
+      if (done != so_far.end_states.end()) {
+        predecessor.at_end = done->second.after;
         continue;
       }
-      const auto given = situation.precedents.find(name);
-      if (given == situation.precedents.end()) continue;
-      precedent.at_end = given->second.at_end;
-      if (may_leave) precedent.leaving = given->second.leaving;
+      const auto given = planning.predecessors.find(name);
+      if (given == planning.predecessors.end()) continue;
+      predecessor.at_end = given->second.at_end;
+      if (may_leave) predecessor.leaving = given->second.leaving;
     }
     return own;
   }
 
-  [[nodiscard]] Result<Prepared> prepare_part(std::size_t i, const Situation& own) const {
+  [[nodiscard]] Result<PlannedActivity> prepare_part(std::size_t i, const PlanningContext& own) const {
     if (parts_[i]->begins_alone())
       return failure(fmt::format("/{}", i),
                      fmt::format("'{}' changes a control mode, which no part of a net can", parts_[i]->name()),
@@ -76,14 +76,14 @@ class CompositeActivity : public ActivityModel {
   }
 
   /// Takes over how part begins its actuators, where no other one had them before.
-  static void add_begins(Prepared& whole, const Prepared& part) {
+  static void add_begins(PlannedActivity& whole, const PlannedActivity& part) {
     for (const auto& [name, ways] : part.begins)
-      if (!whole.forecasts.contains(name)) whole.begins[name] = ways;
+      if (!whole.end_states.contains(name)) whole.begins[name] = ways;
     for (const std::string& name : part.taken_over)
-      if (!whole.forecasts.contains(name)) whole.taken_over.insert(name);
+      if (!whole.end_states.contains(name)) whole.taken_over.insert(name);
   }
-  static void add_forecasts(Prepared& whole, const Prepared& part) {
-    for (const auto& [name, forecast] : part.forecasts) whole.forecasts[name] = forecast;
+  static void add_end_states(PlannedActivity& whole, const PlannedActivity& part) {
+    for (const auto& [name, end_state] : part.end_states) whole.end_states[name] = end_state;
   }
 
   std::vector<ActivityPtr> parts_;
@@ -93,12 +93,12 @@ class SequenceActivity final : public CompositeActivity {
  public:
   explicit SequenceActivity(const std::vector<ActivityPtr>& parts) : CompositeActivity(joined(parts, ", "), parts) {}
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    Prepared whole;
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    PlannedActivity whole;
     TransactionCommand all(name());
     std::optional<command::Command> last;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      auto part = prepare_part(i, before(i, situation, whole, i == 0));
+      auto part = prepare_part(i, before(i, planning, whole, i == 0));
       if (!part) return part;
       if (!last) {
         all.add_started(*part->command);
@@ -108,7 +108,7 @@ class SequenceActivity final : public CompositeActivity {
       }
       last = part->command;
       add_begins(whole, *part);
-      add_forecasts(whole, *part);
+      add_end_states(whole, *part);
     }
     whole.command = all;
     return whole;
@@ -119,15 +119,15 @@ class ParallelActivity final : public CompositeActivity {
  public:
   explicit ParallelActivity(const std::vector<ActivityPtr>& parts) : CompositeActivity(joined(parts, " | "), parts) {}
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    Prepared whole;
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    PlannedActivity whole;
     TransactionCommand all(name());
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      auto part = prepare_part(i, before(i, situation, {}, true));
+      auto part = prepare_part(i, before(i, planning, {}, true));
       if (!part) return part;
       all.add_started(*part->command);
       add_begins(whole, *part);
-      add_forecasts(whole, *part);
+      add_end_states(whole, *part);
     }
     whole.command = all;
     return whole;
@@ -139,37 +139,37 @@ class ConditionalActivity final : public CompositeActivity {
   ConditionalActivity(State condition, const std::vector<ActivityPtr>& parts)
       : CompositeActivity(joined(parts, " or "), parts), condition_(std::move(condition)) {}
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    Prepared whole;
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    PlannedActivity whole;
     TransactionCommand both(name());
     const State decided = at_first(condition_);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      auto part = prepare_part(i, before(i, situation, {}, false));
+      auto part = prepare_part(i, before(i, planning, {}, false));
       if (!part) return part;
       both.add(*part->command);
       both.on_entered(i == 0 ? decided : !decided, start(*part->command));
       for (const auto& [name, ways] : part->begins)
         whole.begins[name].insert(whole.begins[name].end(), ways.begin(), ways.end());
-      agree(whole, *part, situation);
+      agree(whole, *part, planning);
     }
     // What only one of them moves may also stay where it is.
-    for (auto& [name, forecast] : whole.forecasts) {
+    for (auto& [name, end_state] : whole.end_states) {
       const bool in_both = std::ranges::all_of(
           parts_, [&name](const ActivityPtr& part) { return std::ranges::count(part->actuators(), name) > 0; });
-      const auto given = situation.precedents.find(name);
-      if (!in_both && given != situation.precedents.end())
-        forecast.after = common(forecast.after, given->second.at_end);
+      const auto given = planning.predecessors.find(name);
+      if (!in_both && given != planning.predecessors.end())
+        end_state.after = common(end_state.after, given->second.at_end);
     }
     whole.command = both;
     return whole;
   }
 
  private:
-  static void agree(Prepared& whole, const Prepared& part, const Situation&) {
-    for (const auto& [name, forecast] : part.forecasts) {
-      const auto known = whole.forecasts.find(name);
-      whole.forecasts[name] = {
-          .after = known == whole.forecasts.end() ? forecast.after : common(known->second.after, forecast.after),
+  static void agree(PlannedActivity& whole, const PlannedActivity& part, const PlanningContext&) {
+    for (const auto& [name, end_state] : part.end_states) {
+      const auto known = whole.end_states.find(name);
+      whole.end_states[name] = {
+          .after = known == whole.end_states.end() ? end_state.after : common(known->second.after, end_state.after),
           .last = {}};
     }
   }
@@ -182,31 +182,31 @@ class MainTaskActivity final : public CompositeActivity {
   MainTaskActivity(const std::vector<ActivityPtr>& parts, std::vector<Subtask> subtasks)
       : CompositeActivity(parts.front()->name() + " with subtasks", parts), subtasks_(std::move(subtasks)) {}
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    auto main = prepare_part(0, before(0, situation, {}, true));
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    auto main = prepare_part(0, before(0, planning, {}, true));
     if (!main) return main;
-    Prepared whole;
+    PlannedActivity whole;
     TransactionCommand all(name());
     all.add_started(*main->command);
     add_begins(whole, *main);
-    add_forecasts(whole, *main);
+    add_end_states(whole, *main);
     for (std::size_t i = 0; i < subtasks_.size(); ++i) {
       const auto when = occasion(i, *main);
       if (!when) return std::unexpected(when.error());
-      auto part = prepare_part(i + 1, before(i + 1, situation, {}, false));
+      auto part = prepare_part(i + 1, before(i + 1, planning, {}, false));
       if (!part) return part;
       all.add(*part->command);
       all.on_entered(*when, start(*part->command), {.first_only = true});
       add_begins(whole, *part);
-      add_forecasts(whole, *part);
+      add_end_states(whole, *part);
     }
-    for (auto& [name, forecast] : whole.forecasts) forecast.last.clear();
+    for (auto& [name, end_state] : whole.end_states) end_state.last.clear();
     whole.command = all;
     return whole;
   }
 
  private:
-  [[nodiscard]] Result<State> occasion(std::size_t i, const Prepared& main) const {
+  [[nodiscard]] Result<State> occasion(std::size_t i, const PlannedActivity& main) const {
     const Subtask& subtask = subtasks_[i];
     const std::string pointer = fmt::format("/subtasks/{}", i);
     if (subtask.when) return *subtask.when;

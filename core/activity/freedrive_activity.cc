@@ -2,8 +2,8 @@
 
 #include <utility>
 
+#include "core/activity/dual_entry_motion.h"
 #include "core/activity/motion_activity.h"
-#include "core/activity/two_ways.h"
 #include "core/expression/device_sensors.h"
 
 namespace takt::activity {
@@ -31,13 +31,13 @@ class FreedriveActivity final : public ActivityModel {
   [[nodiscard]] std::vector<std::string> actuators() const override { return {arm_}; }
   [[nodiscard]] bool begins_alone() const override { return !modes_.empty(); }
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    Prepared prepared;
-    prepared.command = freedrive_command(situation.cell, arm_, wish_, end_, biases_);
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    PlannedActivity prepared;
+    prepared.command = freedrive_command(planning.cell, arm_, wish_, end_, biases_);
     prepared.modes = modes_;
     prepared.returns = !modes_.empty();
-    prepared.forecasts[arm_] = {};  // nobody knows where the hand leads it
-    const ActuatorState& before = situation.precedents.find(arm_)->second.at_end;
+    prepared.end_states[arm_] = {};  // nobody knows where the hand leads it
+    const ActuatorState& before = planning.predecessors.find(arm_)->second.at_end;
     // Where a change of the mode takes the set point to shows only then.
     if (modes_.empty() && before.q) prepared.begins[arm_].push_back(seam_at_rest(*before.q));
     return prepared;

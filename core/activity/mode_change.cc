@@ -80,17 +80,17 @@ class SwitchMode final : public ActivityModel {
   [[nodiscard]] std::vector<std::string> actuators() const override { return {arm_}; }
   [[nodiscard]] bool begins_alone() const override { return true; }
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    const device::Arm& arm = *situation.cell.arms.find(arm_)->second.device;
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    const device::Arm& arm = *planning.cell.arms.find(arm_)->second.device;
     Findings findings = check_mode_change(arm, arm.mode(), mode_);
     if (findings.has_errors()) return std::unexpected(std::move(findings));
-    Prepared prepared;
+    PlannedActivity prepared;
     prepared.modes[arm_] = mode_;
-    Forecast& forecast = prepared.forecasts[arm_];
+    EndState& end_state = prepared.end_states[arm_];
     // Position begins where the arm is measured to be; the springs keep the set point.
     const bool stays = mode_ != device::ControlMode::kPosition || arm.mode() == mode_;
-    if (stays) forecast.after = situation.precedents.find(arm_)->second.at_end;
-    forecast.after.mode = name_of(mode_);
+    if (stays) end_state.after = planning.predecessors.find(arm_)->second.at_end;
+    end_state.after.mode = name_of(mode_);
     return prepared;
   }
 
@@ -156,13 +156,13 @@ Findings check_needed_mode(const device::Arm& arm, std::optional<ControlMode> is
   return refused;
 }
 
-Findings agree_on_modes(Prepared& prepared, const Situation& situation) {
+Findings agree_on_modes(PlannedActivity& prepared, const PlanningContext& planning) {
   Findings findings;
   const auto needs = prepared.command ? needs_of(*prepared.command) : std::map<std::string, Needs, std::less<>>();
-  for (auto& [name, forecast] : prepared.forecasts) {
-    const auto arm = situation.cell.arms.find(name);
-    const auto before = situation.precedents.find(name);
-    if (arm == situation.cell.arms.end() || before == situation.precedents.end()) continue;
+  for (auto& [name, end_state] : prepared.end_states) {
+    const auto arm = planning.cell.arms.find(name);
+    const auto before = planning.predecessors.find(name);
+    if (arm == planning.cell.arms.end() || before == planning.predecessors.end()) continue;
     const auto given = before->second.at_end.mode ? device::control_mode_of(*before->second.at_end.mode) : std::nullopt;
     const auto entered = prepared.modes.find(name);
     const auto begin = entered != prepared.modes.end() ? std::optional(entered->second) : given;
@@ -172,9 +172,9 @@ Findings agree_on_modes(Prepared& prepared, const Situation& situation) {
       for (const ControlMode needed : own->second.modes) check_start(*arm->second.device, *begin, needed, refused);
       findings.append(refused, "/compliance");
     }
-    if (forecast.after.mode) continue;
+    if (end_state.after.mode) continue;
     const auto after = prepared.returns ? given : own != needs.end() ? mode_after(own->second, begin) : begin;
-    if (after) forecast.after.mode = name_of(*after);
+    if (after) end_state.after.mode = name_of(*after);
   }
   return findings;
 }

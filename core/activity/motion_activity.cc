@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/two_ways.h"
+#include "core/activity/dual_entry_motion.h"
 
 namespace takt::activity {
 namespace {
@@ -38,10 +38,10 @@ class MotionActivity final : public ActivityModel {
     return std::make_shared<const MotionActivity>(arm_, std::move(parts));
   }
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    if (Findings wrong = check(situation.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
-    const command::MountedArm& arm = situation.cell.arms.find(arm_)->second;
-    const Precedent& before = situation.precedents.find(arm_)->second;
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    if (Findings wrong = check(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    const command::MountedArm& arm = planning.cell.arms.find(arm_)->second;
+    const Predecessor& before = planning.predecessors.find(arm_)->second;
     if (!before.at_end.rests())
       return failure("", fmt::format("'{}': nobody knows where it will be at rest", name()),
                      "a motion after the end of what runs");
@@ -54,7 +54,7 @@ class MotionActivity final : public ActivityModel {
       plans.weaves.push_back(part.wish.weave);
       if (part.wish.weave) own.blend = {};  // who takes it over would drive the rest of its path bare
     }
-    return prepare_two_ways(situation, std::move(plans), own);
+    return prepare_dual_entry(planning, std::move(plans), own);
   }
 
  private:
@@ -106,7 +106,7 @@ class MotionActivity final : public ActivityModel {
 
   /// Nothing where the arm has to come to rest first.
   [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const motion::ArmModel& model,
-                                                                 const Precedent& before) const {
+                                                                 const Predecessor& before) const {
     const auto from = departure_of(before, model.X_FM);
     if (!from) return std::nullopt;
     auto plan = motion::plan_take_over(model, *from, makers(model));

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/two_ways.h"
+#include "core/activity/dual_entry_motion.h"
 #include "core/expression/moving_frames.h"
 #include "core/kinematics/chain.h"
 #include "core/motion/motion_state.h"
@@ -22,11 +22,11 @@ ArmModel model_of(const Cell& cell, const std::string& arm, const Eigen::Isometr
   return command::planning_model(cell.arms.find(arm)->second, X_FM);
 }
 
-void add_blend(const Situation& situation, const PairPlans& plans, motion::PairPlan plan, TwoWays& ways) {
-  const motion::ArmPair pair = pair_of(situation.cell, plans.grasp);
+void add_blend(const PlanningContext& planning, const PairPlans& plans, motion::PairPlan plan, DualEntryMotion& ways) {
+  const motion::ArmPair pair = pair_of(planning.cell, plans.grasp);
   const auto first = motion::joints_at(pair.leader, plan.leader, 0.0);
   const auto second = motion::joints_at(pair.follower, plan.follower, 0.0);
-  const Precedent::Leaving* leaving = leaving_pair(situation, plans.grasp.leader, plans.grasp.follower);
+  const Predecessor::Leaving* leaving = leaving_pair(planning, plans.grasp.leader, plans.grasp.follower);
   if (!first || !second || leaving == nullptr) return;
   ways.begins[plans.grasp.leader].blend = seam_in_motion(*leaving, *first);
   ways.begins[plans.grasp.follower].blend = seam_in_motion(*leaving, *second);
@@ -72,38 +72,37 @@ command::PlannedMotion planned(const Grasp& grasp, std::string name, motion::Pai
       .partner = command::PlannedPartner{std::make_shared<const motion::Motion>(std::move(plan.follower)), grasp.X_HF}};
 }
 
-Prepared prepare_two_ways(const Situation& situation, PairPlans plans, const MotionParameters& wish) {
-  TwoWays ways{.name = plans.name,
-               .actuator = command::arm_pair(situation.cell, plans.grasp.leader, plans.grasp.follower),
-               .clock = plans.grasp.leader,
-               .from_rest = planned(plans.grasp, plans.name, std::move(plans.from_rest)),
-               .tells_end = plans.tells_end,
-               .unless = std::move(plans.unless)};
+PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans, const MotionParameters& wish) {
+  DualEntryMotion ways{.name = plans.name,
+                       .actuator = command::arm_pair(planning.cell, plans.grasp.leader, plans.grasp.follower),
+                       .clock = plans.grasp.leader,
+                       .from_rest = planned(plans.grasp, plans.name, std::move(plans.from_rest)),
+                       .unless = std::move(plans.unless)};
   ways.begins[plans.grasp.leader].rest = seam_at_rest(ways.from_rest.motion->q_start);
   ways.begins[plans.grasp.follower].rest = seam_at_rest(ways.from_rest.partner->motion->q_start);
-  if (plans.from_blend) add_blend(situation, plans, std::move(*plans.from_blend), ways);
-  return prepare_two_ways(situation, std::move(ways), wish);
+  if (plans.from_blend) add_blend(planning, plans, std::move(*plans.from_blend), ways);
+  return prepare_dual_entry(planning, std::move(ways), wish);
 }
 
-const Precedent::Leaving* leaving_pair(const Situation& situation, const std::string& leader,
-                                       const std::string& follower) {
-  const auto leads = situation.precedents.find(leader), follows = situation.precedents.find(follower);
-  if (leads == situation.precedents.end() || follows == situation.precedents.end()) return nullptr;
+const Predecessor::Leaving* leaving_pair(const PlanningContext& planning, const std::string& leader,
+                                         const std::string& follower) {
+  const auto leads = planning.predecessors.find(leader), follows = planning.predecessors.find(follower);
+  if (leads == planning.predecessors.end() || follows == planning.predecessors.end()) return nullptr;
   const auto &one = leads->second.leaving, &two = follows->second.leaving;
   const bool together = one && two && one->motion.arm == leader && one->motion.partner != nullptr &&
                         one->motion.motion == two->motion.motion;
   return together ? &*one : nullptr;
 }
 
-std::optional<motion::PairPlan> plan_pair_on(const Situation& situation, const Grasp& grasp,
+std::optional<motion::PairPlan> plan_pair_on(const PlanningContext& planning, const Grasp& grasp,
                                              const std::vector<motion::LegMaker>& makers) {
-  const Precedent::Leaving* leaving = leaving_pair(situation, grasp.leader, grasp.follower);
+  const Predecessor::Leaving* leaving = leaving_pair(planning, grasp.leader, grasp.follower);
   if (leaving == nullptr) return std::nullopt;
-  const Leavable& before = leaving->motion;
+  const BlendSource& before = leaving->motion;
   // Another frame, held elsewhere, does not go on from this one.
   if (!before.X_FM.isApprox(grasp.X_HL, kSame) || !before.partner_X_FM.isApprox(grasp.X_HF, kSame)) return std::nullopt;
   auto plan = motion::plan_pair_take_over(
-      pair_of(situation.cell, grasp),
+      pair_of(planning.cell, grasp),
       {.motion = *before.motion, .tau = leaving->tau, .lead = leaving->lead, .blend = before.blend}, *before.partner,
       makers);
   return plan ? std::optional(std::move(*plan)) : std::nullopt;

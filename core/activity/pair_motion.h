@@ -36,17 +36,17 @@ struct PairPlans {
   const Grasp& grasp;
   motion::PairPlan from_rest;
   std::optional<motion::PairPlan> from_blend;
-  bool tells_end = false;
   std::vector<std::optional<command::State>> unless = {};
 };
-[[nodiscard]] Prepared prepare_two_ways(const Situation& situation, PairPlans plans, const MotionParameters& wish);
+[[nodiscard]] PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans,
+                                                 const MotionParameters& wish);
 
 /// The motion of the same two arms that may be left, and how they hold C in it; nothing: there is none.
-[[nodiscard]] const Precedent::Leaving* leaving_pair(const Situation& situation, const std::string& leader,
-                                                     const std::string& follower);
+[[nodiscard]] const Predecessor::Leaving* leaving_pair(const PlanningContext& planning, const std::string& leader,
+                                                       const std::string& follower);
 
 /// Plans what goes on with the motion of this grasp that may be left; nothing where both come to rest first.
-[[nodiscard]] std::optional<motion::PairPlan> plan_pair_on(const Situation& situation, const Grasp& grasp,
+[[nodiscard]] std::optional<motion::PairPlan> plan_pair_on(const PlanningContext& planning, const Grasp& grasp,
                                                            const std::vector<motion::LegMaker>& makers);
 
 }  // namespace takt::activity

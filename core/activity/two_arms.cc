@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/two_ways.h"
+#include "core/activity/dual_entry_motion.h"
 
 namespace takt::activity {
 namespace {
@@ -22,23 +22,23 @@ class TwoArmActivity final : public ActivityModel {
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return {grasp_.leader, grasp_.follower}; }
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     Findings wrong;
     check_blend(wish_, wrong);
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
-    const Precedent& leads = situation.precedents.find(grasp_.leader)->second;
-    const Precedent& follows = situation.precedents.find(grasp_.follower)->second;
+    const Predecessor& leads = planning.predecessors.find(grasp_.leader)->second;
+    const Predecessor& follows = planning.predecessors.find(grasp_.follower)->second;
     if (!leads.at_end.rests() || !follows.at_end.rests())
       return failure("", fmt::format("'{}': nobody knows where the arms will be at rest", name()),
                      "a motion after the end of what runs");
-    const motion::ArmPair pair = pair_of(situation.cell, grasp_);
+    const motion::ArmPair pair = pair_of(planning.cell, grasp_);
     if (Findings apart = check_grasp(pair, *leads.at_end.q, *follows.at_end.q); apart.has_errors())
       return std::unexpected(std::move(apart));
     const std::vector<motion::LegMaker> makers{maker(pair.leader)};
     auto from_rest = motion::plan_pair(pair, *leads.at_end.q, *follows.at_end.q, makers);
     if (!from_rest) return std::unexpected(std::move(from_rest.error()));
-    return prepare_two_ways(situation, {name(), grasp_, std::move(*from_rest), plan_pair_on(situation, grasp_, makers)},
-                            wish_);
+    return prepare_dual_entry(planning, {name(), grasp_, std::move(*from_rest), plan_pair_on(planning, grasp_, makers)},
+                              wish_);
   }
 
  private:

@@ -25,7 +25,10 @@ State Action::at_path(double fraction) const {
 State Action::via_passed(int i) const {
   return State(leaf(net::ValueType::kBoolean, subject_, "via_passed", {{"index", i}}));
 }
-RealSensor Action::progress() const { return RealSensor(leaf(net::ValueType::kReal, subject_, "progress")); }
+RealSensor Action::progress() const { return value("progress"); }
+RealSensor Action::value(const std::string& name) const {
+  return RealSensor(leaf(net::ValueType::kReal, subject_, name));
+}
 State Action::state(const std::string& name) const { return State(leaf(net::ValueType::kBoolean, subject_, name)); }
 
 }  // namespace takt::command

@@ -106,6 +106,8 @@ class Action {
   [[nodiscard]] State via_passed(int i) const;
   /// Of a motion: how far on its path it is, 0 to 1; null while the command does not run.
   [[nodiscard]] RealSensor progress() const;
+  /// A number that it shows, by name: of a grip its "width", m. Checks refuse one that the action does not have.
+  [[nodiscard]] RealSensor value(const std::string& name) const;
   /// A state by name; checks refuse one that the action does not have.
   [[nodiscard]] State state(const std::string& name) const;
 

@@ -50,6 +50,8 @@ class Checker {
     for (const auto& handler : tree_.handlers()) check_handler(handler);
     check_cycle();
     check_rivals();
+    // What is not planned because of another fault is no fault of its own.
+    if (planned_ && !findings_.has_errors()) check_planned();
     return std::move(findings_);
   }
 
@@ -97,6 +99,10 @@ class Checker {
       return error(place, "C6",
                    fmt::format("a state of '{}', which is not, or more than once, in the tree '{}'", name, path(0)),
                    "states of commands and actions in this tree");
+    }
+    if (leaf.output == "timed_out" && !(node(of).until && node(of).seconds)) {
+      return error(place, "C8", fmt::format("'{}' has no timeout, so it never times out", name),
+                   "a wait for a state, with a timeout");
     }
     if (leaf.subject->kind != Subject::Kind::kAction) return;
     check_via(node(of), leaf, place);
@@ -162,11 +168,14 @@ class Checker {
                    names.empty() ? std::string("it takes them without a mode")
                                  : fmt::format("it takes them for {}", fmt::join(names, ", ")));
     }
-    if (action.needs_plan()) {
-      if (!planned_) return;
-      return findings_.error(path(i), fmt::format("{} is not planned", action.name()), "plan() before it is mapped");
+    if (!action.needs_plan()) findings_.append(action.check(actuator), path(i));
+  }
+
+  void check_planned() {
+    for (int i = 0; i < tree_.size(); ++i) {
+      if (!node(i).is_runtime() || !node(i).model().needs_plan()) continue;
+      findings_.error(path(i), fmt::format("{} is not planned", node(i).model().name()), "plan() before it is mapped");
     }
-    findings_.append(action.check(actuator), path(i));
   }
 
   void check_wait(int i) {
@@ -344,5 +353,14 @@ class Checker {
 }  // namespace
 
 Findings check(const Command& command, bool planned) { return Checker(CommandTree(command), planned).run(); }
+
+void add_news(const Findings& more, Findings& found) {
+  for (const Finding& one : more.list()) {
+    const bool known = std::ranges::any_of(found.list(), [&](const Finding& other) {
+      return other.message == one.message && other.pointer.starts_with(one.pointer);
+    });
+    if (!known) found.add(one);
+  }
+}
 
 }  // namespace takt::command

@@ -10,4 +10,7 @@ namespace takt::command {
 /// @param planned  false: actions that are not planned yet are no fault. Realtime: setup.
 [[nodiscard]] Findings check(const Command& command, bool planned = true);
 
+/// Adds those of `more` that are not in `found` yet, at their location or below it. Realtime: setup.
+void add_news(const Findings& more, Findings& found);
+
 }  // namespace takt::command

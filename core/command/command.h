@@ -41,7 +41,7 @@ struct Effect {
   Kind kind = Kind::kCancel;
   SubjectPtr target = {};         ///< a command or a raised state
   std::string name = {};          ///< of the external effect
-  ExternalHandler external = {};  ///< called by the program's side (handle.h), not in the cycle; may be empty
+  ExternalHandler external = {};  ///< called between cycles by who runs the command, not in the cycle; may be empty
 };
 [[nodiscard]] Effect start(const Command& command);
 [[nodiscard]] Effect stop(const Command& command);
@@ -116,7 +116,8 @@ class Command {
   [[nodiscard]] const SubjectPtr& subject() const { return node_->subject; }
   [[nodiscard]] const std::shared_ptr<CommandNode>& node() const { return node_; }
 
-  // States. "Completed": it ended in order, by itself or after a cancel. "Cancelled": from the cycle of the request on.
+  // States. "Completed": it ended in order, by itself or after a cancel; a wait only if its condition held.
+  // "Cancelled": from the cycle of the request on.
   [[nodiscard]] State started() const { return state("started"); }
   [[nodiscard]] State active() const { return state("active"); }
   [[nodiscard]] State completed() const { return state("completed"); }
@@ -127,7 +128,7 @@ class Command {
   Command& on_entered(State state, Effect effect, Occasion occasion = {});
   Command& on_left(State state, Effect effect, Occasion occasion = {});
 
-  /// Shows a value outside of the net under a name (CommandHandle::value).
+  /// Shows a value outside of the net under a name (activity::ActivityRun::value).
   template <class T>
   Command& observe(std::string name, const Sensor<T>& sensor) {
     return observe_node(std::move(name), sensor.node(), nullptr);
@@ -140,11 +141,11 @@ class Command {
 
  protected:
   explicit Command(std::string name);
-
- private:
   [[nodiscard]] State state(const char* which) const {
     return State(leaf(net::ValueType::kBoolean, node_->subject, which));
   }
+
+ private:
   Command& observe_node(std::string name, ExpressionPtr value, ExpressionPtr when);
 
   std::shared_ptr<CommandNode> node_;
@@ -163,8 +164,10 @@ class WaitCommand : public Command {
  public:
   /// @param seconds  >= 0, in whole cycles, rounded up
   WaitCommand(std::string name, double seconds);
-  /// @param timeout  s; it is over then too
+  /// @param timeout  s; if the state has not held by then, the wait ends without being completed: timed_out()
   WaitCommand(std::string name, State until, std::optional<double> timeout = {});
+  /// Its time was over and the state had not held, or nobody knew. Only of a wait with a timeout.
+  [[nodiscard]] State timed_out() const { return state("timed_out"); }
 };
 
 /// Commands in one real-time context. It has ended when all that were started have ended and no start is due.

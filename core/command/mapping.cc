@@ -55,7 +55,7 @@ class Mapper {
  private:
   struct Ports {
     std::string id;
-    std::optional<Signal> started, ended, stop, cancel, cancelled, active, done;
+    std::optional<Signal> started, ended, stop, cancel, cancelled, active, done, met;
     std::optional<FragmentWriter> fragment;
     Contribution contribution;
     std::map<std::string, std::string> states;  ///< what was added to the fragment
@@ -190,7 +190,25 @@ class Mapper {
     return *at(i).ended;
   }
 
-  Signal completed(int i) { return writer_.both(id(i, "completed"), ended(i), writer_.opposite(stop(i))); }
+  Signal completed(int i) {
+    const Signal in_order = writer_.both(id(i, "completed"), ended(i), writer_.opposite(stop(i)));
+    return has_timeout(i) ? writer_.both(id(i, "in_time"), in_order, met(i)) : in_order;
+  }
+
+  bool has_timeout(int i) const { return node(i).until && node(i).seconds; }
+
+  /// Of a wait with a timeout: its state has held while it ran, or it was cancelled.
+  Signal met(int i) {
+    if (at(i).met) return *at(i).met;
+    const Signal now = writer_.both(id(i, "holds"), writer_.signal_of(node(i).until->node()), active(i));
+    const Signal held = writer_.latch(id(i, "held"), now, false);
+    return *(at(i).met = writer_.either(id(i, "met"), held, cancelled(i)));
+  }
+
+  Signal timed_out(int i) {
+    const Signal in_order = writer_.both(id(i, "over_in_order"), ended(i), writer_.opposite(stop(i)));
+    return writer_.both(id(i, "timed_out"), in_order, writer_.opposite(met(i)));
+  }
 
   Signal done(int i) {
     if (at(i).done) return *at(i).done;
@@ -276,6 +294,7 @@ class Mapper {
     if (state == "active") return active(i);
     if (state == "stopped") return stop(i);
     if (state == "cancelled") return cancelled(i);
+    if (state == "timed_out") return timed_out(i);
     return completed(i);
   }
 
@@ -328,7 +347,8 @@ class Mapper {
     if (state->subject) {
       const int speaks_of = tree_.find(state->subject);
       return speaks_of >= 0 && tree_.is_inside(of, speaks_of) &&
-             (state->output == "completed" || (state->output == "stopped" && speaks_of == of));
+             (state->output == "completed" || state->output == "timed_out" ||
+              (state->output == "stopped" && speaks_of == of));
     }
     return state->primitive.type == "And" &&
            std::ranges::any_of(state->inputs, [&](const auto& input) { return implies_end(input.second, of); });
@@ -337,13 +357,18 @@ class Mapper {
   void write_command(int i) {
     (void)done(i);
     if (node(i).is_runtime()) write_conflicts(i);
-    std::string fragment_id = node(i).is_runtime() ? at(i).id : std::string();
-    mapped_.commands.push_back({tree_.at(i).path, std::move(fragment_id)});
+    mapped_.commands.push_back({tree_.at(i).path, clock_of(i)});
     for (const Observation& observation : node(i).observations) write_observation(i, observation);
     trace_command(i);
     if (!node(i).is_runtime() || !active(i).is(true)) return;
     add_seams(i, node(i).model().begins(), mapped_.options.begins);
     if (!has_event(Kind::kCancel, i)) add_seams(i, node(i).model().ends(), mapped_.options.ends);
+  }
+
+  /// Nothing of what is not a planned motion.
+  std::optional<ClockPorts> clock_of(int i) {
+    if (!node(i).is_runtime() || at(i).contribution.path_clock.empty()) return std::nullopt;
+    return ClockPorts::of(fragment(i).outer(at(i).contribution.path_clock));
   }
 
   void add_seams(int i, const std::vector<device::Seam>& seams, std::vector<rcc::NetSeam>& all) const {
@@ -467,11 +492,8 @@ class Mapper {
     if (!node(target).is_runtime() || at(target).contribution.path_clock.empty() || event.constant ||
         !h.handler->entered || h.handler->occasion.delay > 0.0)
       return;
-    BrakePorts brake{.name = h.path,
-                     .event = event.port,
-                     .fragment = at(target).id,
-                     .clock = fragment(target).outer(at(target).contribution.path_clock),
-                     .sources = {}};
+    BrakePorts brake{
+        .name = h.path, .event = event.port, .fragment = at(target).id, .clock = *clock_of(target), .sources = {}};
     std::set<const Expression*> seen;
     add_sources(h.handler->state.node(), seen, brake.sources);
     if (!brake.sources.empty()) mapped_.brakes.push_back(std::move(brake));

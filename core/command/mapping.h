@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,10 +11,22 @@
 
 namespace takt::command {
 
-/// Where the states of a command stand in its net: ports, or empty where they cannot change.
+/// The path clock of a planned motion in its net: ports that the mapping shows.
+struct ClockPorts {
+  std::string time;             ///< Real, s of path time; null while the motion does not run
+  std::string rate;             ///< Real, 1: seconds of path time per second
+  std::string rate_derivative;  ///< Real, 1/s
+
+  /// @param clock  id of the primitive in the flat net
+  [[nodiscard]] static ClockPorts of(const std::string& clock) {
+    return {.time = clock + ".time", .rate = clock + ".rate", .rate_derivative = clock + ".rate_derivative"};
+  }
+};
+
+/// What the net of a command shows of it.
 struct CommandPorts {
-  std::string path;      ///< names from the root, "/screwing/insert"
-  std::string fragment;  ///< of a runtime command: its id in the net
+  std::string path;                 ///< names from the root, "/screwing/insert"
+  std::optional<ClockPorts> clock;  ///< of a planned motion
 };
 
 /// An external effect in a net.
@@ -34,7 +47,7 @@ struct BrakePorts {
   std::string name;                  ///< of the handler, for people: "/screwing/insert/handlers/0"
   std::string event;                 ///< Boolean: what the handler looks at
   std::string fragment;              ///< of the command that is cancelled
-  std::string clock;                 ///< its path clock, with outputs `rate` and `rate_derivative`
+  ClockPorts clock;                  ///< its path clock
   std::vector<std::string> sources;  ///< primitives that read what the event depends on
 };
 

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/command/single_net.h"
+#include "core/command/actions/device_commands.h"
 #include "core/expression/device_sensors.h"
 
 namespace takt::command {
@@ -28,12 +28,8 @@ WaitCommand tare_command(const std::string& sensor, std::int64_t cycles, const C
   // Null readings are not averaged, so a dead sensor would keep the net for ever.
   const State silent = is_null(force(wrench)).held_for(kSilence_s);
   WaitCommand tared("taring", done || silent);
-  tared.observe("bias", WrenchSensor(tare_of(net::ValueType::kWrench, wrench, cycles, "bias")));
+  tared.observe(observed::kBias, WrenchSensor(tare_of(net::ValueType::kWrench, wrench, cycles, "bias")));
   return tared;
-}
-
-Result<net::NetDescription> tare_net(const std::string& sensor, std::int64_t cycles, const Cell& cell) {
-  return net_of(single_net(tare_command(sensor, cycles, cell), "tare " + sensor));
 }
 
 }  // namespace takt::command

@@ -78,6 +78,14 @@ void Whereabouts::note(int i) {
   if (!ends.empty() && begin_of(i)) ends_[i] = std::move(ends);
 }
 
+bool Whereabouts::follows_unplanned(int i) const {
+  if (unplanned_.empty() || in_first_cycle(i)) return false;
+  const auto is_unplanned = [this](int other) { return unplanned_.contains(other); };
+  return std::ranges::any_of(node(i).actuator->model().devices(), [&](const std::string& device) {
+    return std::ranges::any_of(rivals_before(i, device), is_unplanned);
+  });
+}
+
 JointVector Whereabouts::before_all(const std::string& device, const MountedArm& arm) const {
   const auto told = begins_.find(device);
   return told != begins_.end() ? told->second : arm.device->set_point().q;

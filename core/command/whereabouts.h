@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,10 @@ class Whereabouts {
   [[nodiscard]] Result<Places> all_at_begin_of(int i) const;
   /// Takes note of where command `i`, which is planned by now or needs no plan, comes to its natural end.
   void note(int i);
+  /// Command `i` could not be planned: where its arms are after it is not known.
+  void note_unplanned(int i) { unplanned_.insert(i); }
+  /// Where command `i` begins hangs on one that could not be planned: whatever is wrong with it may come from there.
+  [[nodiscard]] bool follows_unplanned(int i) const;
   /// Where every arm is once all have come to their natural ends; one that does not tell is where it was.
   [[nodiscard]] const Places& nominal_ends() const { return nominal_; }
 
@@ -48,6 +53,7 @@ class Whereabouts {
   const CommandTree& tree_;
   Places begins_, nominal_;
   std::map<int, Places> ends_;  ///< of commands that begin at a place that is known
+  std::set<int> unplanned_;
 };
 
 }  // namespace takt::command

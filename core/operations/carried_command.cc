@@ -87,7 +87,7 @@ class CarriedCommand final : public CommandRequest {
     for (const std::string& device : devices(rehearsal.cell)) rehearsal.touched[device] = false;
   }
 
-  void finish(const EndedTree& ended, const std::string& key, bool, Context& context, Findings&) const override {
+  void finish(const ActivityRun& ended, const std::string& key, bool, Context& context, Findings&) const override {
     if (!ended.was_true(key + " started")) return;
     for (const std::string& device : devices(context.cell)) context.variables.touches.erase(device);
   }

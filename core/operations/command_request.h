@@ -10,6 +10,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "core/activity/activity_run.h"
 #include "core/command/command.h"
 #include "core/operations/state_request.h"
 #include "core/operations/step.h"
@@ -27,6 +28,7 @@ struct Making {
   const command::Biases& biases;
   Findings& notes;                                   ///< gets what planners have to say, with pointers of the file
   std::optional<command::RealSensor> progress = {};  ///< of the command that this one follows()
+  command::ExternalHandler tell = {};                ///< hears of external effects
 };
 
 /// One command that was made. Nothing that it does itself is set: for a wait or a transaction.
@@ -37,26 +39,6 @@ struct MadeCommand {
   std::vector<std::string> handler_places = {};  ///< of each handler that it has already: below its pointer
   /// Where below its pointer things stand in the file that the command layer calls otherwise: theirs, ours.
   std::vector<std::pair<std::string, std::string>> places = {};
-};
-
-/// What stood in the net of a tree when it had ended.
-class EndedTree {
- public:
-  EndedTree(rcc::NetHandle net, const std::map<std::string, std::string>& observed)
-      : net_(std::move(net)), observed_(observed) {}
-  /// An observed or captured value; nothing for null.
-  template <class T>
-  [[nodiscard]] std::optional<T> value(const std::string& name) const {
-    const auto port = observed_.find(name);
-    if (net_ == nullptr || port == observed_.end()) return std::nullopt;
-    const auto* slot = net_->template find<T>(port->second);
-    return slot != nullptr && !slot->null ? std::optional(slot->value) : std::nullopt;
-  }
-  [[nodiscard]] bool was_true(const std::string& name) const { return value<net::Boolean>(name).value_or(false); }
-
- private:
-  rcc::NetHandle net_;
-  const std::map<std::string, std::string>& observed_;
 };
 
 /// "When a state is entered, or left, then ...", as a file has it.
@@ -107,7 +89,7 @@ class CommandRequest {
   virtual void rehearse(Rehearsal&, Findings&) const {}
   /// What has come of it once the tree has ended in order: results for the program; findings, with whole pointers, if
   /// it has failed. @param cancelled  somebody has cancelled the whole
-  virtual void finish(const EndedTree&, const std::string& key, bool cancelled, Context&, Findings&) const {
+  virtual void finish(const ActivityRun&, const std::string& key, bool cancelled, Context&, Findings&) const {
     (void)key;
     (void)cancelled;
   }

@@ -8,115 +8,121 @@
 #include "core/activity/mode_change.h"
 #include "core/command/actions/motion_action.h"
 #include "core/command/check.h"
-#include "core/command/external_watch.h"
 #include "core/command/mapping.h"
-#include "core/net/compiled_net.h"
 #include "core/operations/command_request.h"
 #include "core/operations/compliance_request.h"
 #include "core/operations/made_tree.h"
-#include "core/operations/net_run.h"
+#include "core/operations/rehearsed_net.h"
+#include "core/operations/scheduled_run.h"
 
 namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What is told at a key already is not told again of its command.
-void add_news(const Findings& more, Findings& found) {
-  for (const Finding& one : more.list()) {
-    const bool told = std::ranges::any_of(found.list(), [&](const Finding& other) {
-      return other.message == one.message && other.pointer.starts_with(one.pointer);
-    });
-    if (!told) found.add(one);
-  }
-}
-
-/// Plans, checks and maps a tree. @return the net, or all findings with pointers of the file.
-/// @param[in,out] places  as plan() has them
-Result<command::MappedCommand> prepare(const MadeTree& tree, const command::Cell& cell, command::Places& places,
-                                       Nanoseconds period) {
+/// Checks and plans a tree. @return findings with locations of the file
+/// @param[in,out] places  as command::plan() has them
+Findings plan(const MadeTree& tree, const command::Cell& cell, command::Places& places) {
   Findings found;
   for (const MadeTree::Part& part : tree.parts()) part.request->check(cell, found);
   // What is planned is checked as a plan.
   const Findings planned = command::plan(tree.command(), places);
-  add_news(tree.in_file(command::check(tree.command(), false)), found);
-  add_news(tree.in_file(planned), found);
-  if (found.has_errors()) return std::unexpected(std::move(found));
-  auto mapped = command::map(tree.command(), period);
-  if (!mapped) return std::unexpected(tree.in_file(mapped.error()));
-  return mapped;
+  command::add_news(tree.in_file(command::check(tree.command(), false)), found);
+  command::add_news(tree.in_file(planned), found);
+  return found;
 }
 
-class CommandRun final : public OneNetRun {
+/// A tree of commands that was made for one execution. Its locations are those below the step.
+struct MadeStep {
+  MadeStep(const CommandRequest& root, Context& context, const command::ExternalHandler& tell)
+      : tree(root, {.cell = context.cell, .biases = context.variables.biases, .notes = notes, .tell = tell}) {}
+  Findings notes;  ///< of planners; what there is to say was said in the rehearsal
+  MadeTree tree;
+};
+
+/// Locations are whole; those of a step are below it.
+Findings below(const CommandRequest& root, const Findings& findings) {
+  Findings inside;
+  for (Finding finding : findings.list()) {
+    if (finding.pointer.starts_with(root.pointer)) finding.pointer.erase(0, root.pointer.size());
+    inside.add(std::move(finding));
+  }
+  return inside;
+}
+
+/// The devices that a tree drives, each once.
+std::vector<std::string> driven_by(const MadeTree& tree) {
+  std::vector<std::string> devices;
+  for (const MadeTree::Part& part : tree.parts()) {
+    if (!part.made.actuator) continue;
+    for (std::string& device : part.made.actuator->model().devices())
+      if (std::ranges::find(devices, device) == devices.end()) devices.push_back(std::move(device));
+  }
+  return devices;
+}
+
+/// The tree as an activity that begins at rest; where it leaves its arms depends on the run.
+class TreeActivity final : public ActivityModel {
+ public:
+  TreeActivity(const CommandRequest& root, std::shared_ptr<MadeStep> made)
+      : ActivityModel(root.name), root_(root), made_(std::move(made)), actuators_(driven_by(made_->tree)) {}
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return actuators_; }
+
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    command::Places places;
+    for (const auto& [device, before] : planning.predecessors)
+      if (before.at_end.q) places[device] = *before.at_end.q;
+    if (const Findings wrong = plan(made_->tree, planning.cell, places); wrong.has_errors())
+      return std::unexpected(below(root_, wrong));
+    PlannedActivity prepared;
+    prepared.command = made_->tree.command();
+    for (const std::string& device : actuators_) prepared.end_states[device] = {};
+    return prepared;
+  }
+
+ private:
+  const CommandRequest& root_;
+  std::shared_ptr<MadeStep> made_;
+  std::vector<std::string> actuators_;
+};
+
+class CommandRun final : public ScheduledRun {
  public:
   explicit CommandRun(const CommandRequest& root) : root_(root) {}
 
  private:
-  Progress begin(Context& context, Findings& findings) override {
-    Findings notes;
-    const Making making{.cell = context.cell, .biases = context.variables.biases, .notes = notes};
-    const MadeTree tree(root_, making);
-    // The first step of a program may come before the first sample.
-    if (!std::ranges::all_of(tree.parts(), has_told)) return Progress::kRunning;
-    command::Places places;
-    auto mapped = prepare(tree, context.cell, places, context.core.period());
-    if (!mapped) return fail(mapped.error(), findings);
-    for (const MadeTree::Part& part : tree.parts()) keys_.emplace_back(part.request, part.key);
-    observed_ = std::move(mapped->observed);
-    const Progress progress = load(context, mapped->net, findings, mapped->options);
-    if (progress != Progress::kRunning) return progress;
-    const Findings unseen = watch_.attach(context.core, net_id(), mapped->externals);
-    return unseen.has_errors() ? fail(unseen, findings) : progress;
-  }
-
-  /// It is known where its arms are.
-  static bool has_told(const MadeTree::Part& part) {
-    if (!part.made.actuator) return true;
-    return std::ranges::all_of(part.made.actuator->model().arms(),
-                               [](const auto* arm) { return arm->device->set_point().q.size() > 0; });
-  }
-
-  /// Pointers are whole; those of a step are below it.
-  Progress fail(const Findings& why, Findings& findings) const {
-    for (Finding finding : why.list()) {
-      if (finding.pointer.starts_with(root_.pointer)) finding.pointer.erase(0, root_.pointer.size());
-      findings.add(std::move(finding));
-    }
-    return Progress::kFailed;
-  }
-
-  void after_cycle(Context& context) override {
-    watch_.poll([&](const command::ExternalEvent& event) {
-      context.variables.monitors[root_.name][event.name] = std::to_string(event.count);
-      context.event(root_.name, "told",
+  [[nodiscard]] ActivityPtr activity(Context& context) override {
+    const auto tell = [&context, step = root_.name](const command::ExternalEvent& event) {
+      context.variables.monitors[step][event.name] = std::to_string(event.count);
+      context.event(step, "told",
                     event.cycle ? fmt::format("{} (cycle {})", event.name, *event.cycle)
                                 : fmt::format("{} (cycle not known)", event.name));
-    });
+    };
+    const auto made = std::make_shared<MadeStep>(root_, context, tell);
+    keys_.clear();
+    for (const MadeTree::Part& part : made->tree.parts()) keys_.emplace_back(part.request, part.key);
+    return std::make_shared<const TreeActivity>(root_, made);
   }
 
-  Progress finish(Context& context, Findings& findings) override { return ended(context, findings, false); }
-  Progress finish_cancelled(Context& context, Findings& findings) override { return ended(context, findings, true); }
-
-  Progress ended(Context& context, Findings& findings, bool cancelled) {
-    if (net() == nullptr || net()->cycles() == 0) return Progress::kDone;  // it was called off before its start
-    const EndedTree tree(net(), observed_);
+  Progress finish(Context& context, Findings& findings) override {
+    if (run()->first_cycle() < 0) return Progress::kDone;  // it was called off before its start
     Findings own;
     for (const auto& [request, key] : keys_) {
-      request->finish(tree, key, cancelled, context, own);
+      request->finish(*run(), key, cancelled(), context, own);
       if (request->transaction() != nullptr) keep_captures(*request, key, context);
     }
-    if (!own.has_errors()) return Progress::kDone;
-    return fail(own, findings);
+    findings.append(below(root_, own));
+    return own.has_errors() ? Progress::kFailed : Progress::kDone;
   }
 
   /// What was captured, for `monitor(step, name)` in expressions.
   void keep_captures(const CommandRequest& transaction, const std::string& key, Context& context) const {
     for (const CaptureRequest& capture : transaction.transaction()->captures) {
-      const auto port = observed_.find(MadeTree::capture_name(key, capture.name));
-      if (port == observed_.end()) continue;
-      const EndedTree tree(net(), observed_);
-      const auto number = tree.value<net::Real>(port->first);
-      const auto level = tree.value<net::Boolean>(port->first);
+      const std::string name = MadeTree::capture_name(key, capture.name);
+      if (!run()->observes(name)) continue;
+      const auto number = run()->value<net::Real>(name);
+      const auto level = run()->value<net::Boolean>(name);
       const std::string text = number ? Json(*number).dump() : level ? Json(*level).dump() : "null";
       context.variables.monitors[root_.name][capture.name] = text;
       context.event(root_.name, capture.name, text);
@@ -125,8 +131,6 @@ class CommandRun final : public OneNetRun {
 
   const CommandRequest& root_;
   std::vector<std::pair<const CommandRequest*, std::string>> keys_;
-  std::map<std::string, std::string> observed_;
-  command::ExternalWatch watch_;
 };
 
 class CommandStep final : public Step {
@@ -140,9 +144,11 @@ class CommandStep final : public Step {
     const Making making{.cell = rehearsal.cell, .biases = untared, .notes = notes};
     const MadeTree tree(*root_, making);
     command::Places places = rehearsal.q;
-    const auto mapped = prepare(tree, rehearsal.cell, places, kMillisecond);
+    const Findings wrong = plan(tree, rehearsal.cell, places);
     findings.append(notes);
-    if (!mapped) return findings.append(mapped.error());
+    if (wrong.has_errors()) return findings.append(wrong);
+    const auto mapped = command::map(tree.command());
+    if (!mapped) return findings.append(tree.in_file(mapped.error()));
     for (const MadeTree::Part& part : tree.parts()) {
       const auto mode = part.made.action ? part.made.action->model().mode() : std::nullopt;
       if (!mode) continue;

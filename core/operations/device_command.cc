@@ -44,7 +44,7 @@ class GripperCommand final : public CommandRequest {
     rehearse_grip(request, rehearsal, findings);
   }
 
-  void finish(const EndedTree& ended, const std::string& key, bool, Context& context,
+  void finish(const ActivityRun& ended, const std::string& key, bool, Context& context,
               Findings& findings) const override {
     if (!ended.was_true(key + " stands")) return;
     const auto q = ended.value<net::JointArray>(key + " q");
@@ -80,7 +80,7 @@ class OutputCommand final : public CommandRequest {
   void rehearse(Rehearsal& rehearsal, Findings&) const override {
     if (request.source) rehearsal.duration += request.seconds.value_or(0.0);
   }
-  void finish(const EndedTree& ended, const std::string& key, bool, Context&, Findings& findings) const override {
+  void finish(const ActivityRun& ended, const std::string& key, bool, Context&, Findings& findings) const override {
     if (!ended.was_true(key + " silent")) return;
     findings.error(pointer + "/value", "what the output follows did not answer, so it stayed where it was",
                    "its power and its wires");
@@ -125,15 +125,16 @@ class TimeCommand final : public CommandRequest {
     if (!request.until) return {.command = command::WaitCommand(name, request.seconds.value_or(0.0))};
     const command::State until = command::state_of(*request.until, making.cell, making.biases);
     command::WaitCommand wait(name, until, request.timeout);
-    wait.observe(key + " over", BooleanSensor((wait.completed() && !wait.cancelled()).node()));
-    wait.capture(key + " held", BooleanSensor(until.node()), wait.completed());
+    if (!request.timeout) return {.command = wait};
+    wait.observe(key + " timed out", BooleanSensor(wait.timed_out().node()));
+    wait.capture(key + " held", BooleanSensor(until.node()), wait.timed_out());
     return {.command = wait};
   }
 
   void rehearse(Rehearsal& rehearsal, Findings&) const override { rehearsal.duration += request.seconds.value_or(0.0); }
 
-  void finish(const EndedTree& ended, const std::string& key, bool, Context&, Findings& findings) const override {
-    if (!request.until || !ended.was_true(key + " over") || ended.was_true(key + " held")) return;
+  void finish(const ActivityRun& ended, const std::string& key, bool, Context&, Findings& findings) const override {
+    if (!ended.was_true(key + " timed out")) return;
     if (ended.value<net::Boolean>(key + " held")) {
       findings.error(pointer + "/until",
                      fmt::format("the condition did not hold within {:g} s", request.timeout.value_or(0.0)),

@@ -31,7 +31,7 @@ class ForceCommand final : public CommandRequest {
     rehearsal.duration += request.hold.value_or(0.0);
   }
 
-  void finish(const EndedTree& ended, const std::string& key, bool cancelled, Context& context,
+  void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
               Findings& findings) const override {
     const auto kept = [&ended](const std::string& what) { return ended.value<net::Frame>(what); };
     findings.append(end_pressing(request, kept, key, cancelled, context), pointer);

@@ -4,10 +4,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/activity/two_ways.h"
+#include "core/activity/dual_entry_motion.h"
 #include "core/command/single_net.h"
-#include "core/operations/net_run.h"
 #include "core/operations/press_command.h"
+#include "core/operations/rehearsed_net.h"
 #include "core/operations/scheduled_run.h"
 
 namespace takt::activity {
@@ -23,18 +23,18 @@ class PressActivity final : public ActivityModel {
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return {request_.arm}; }
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    const command::Cell& cell = situation.cell;
-    const kinematics::JointVector& q = *situation.precedents.find(request_.arm)->second.at_end.q;
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    const command::Cell& cell = planning.cell;
+    const kinematics::JointVector& q = *planning.predecessors.find(request_.arm)->second.at_end.q;
     if (request_.compliance) {
       Findings wrong = check_compliance(*request_.compliance, cell, actuators());
       if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     }
     const auto pressing = prepare_press(request_, cell, q);
     if (!pressing) return std::unexpected(pressing.error());
-    Prepared prepared;
+    PlannedActivity prepared;
     prepared.command = command_of(request_, *pressing, cell, biases_);
-    prepared.forecasts[request_.arm] = {};
+    prepared.end_states[request_.arm] = {};
     prepared.begins[request_.arm].push_back(seam_at_rest(q));
     return prepared;
   }

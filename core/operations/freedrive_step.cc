@@ -9,8 +9,8 @@
 #include "core/activity/freedrive_activity.h"
 #include "core/base/object_reader.h"
 #include "core/expression/condition_state.h"
-#include "core/operations/net_run.h"
 #include "core/operations/parameter_table.h"
+#include "core/operations/rehearsed_net.h"
 #include "core/operations/scheduled_run.h"
 
 namespace takt::activity {
@@ -69,7 +69,7 @@ class FreedriveRun final : public ScheduledRun {
     return freedrive_activity(context.cell, request_.arm, guiding.wish, guiding.end, biases);
   }
   /// The control mode, and what the activity is made of, are not among the keys of this step.
-  [[nodiscard]] std::string place_of(std::string) const override { return {}; }
+  [[nodiscard]] std::string location_of(std::string) const override { return {}; }
 
   const FreedriveRequest& request_;
 };

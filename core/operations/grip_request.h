@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "core/command/actions/device_net.h"
+#include "core/command/actions/device_commands.h"
 #include "core/operations/parameter_table.h"
 #include "core/operations/step.h"
 

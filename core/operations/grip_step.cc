@@ -2,31 +2,37 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/activity/command_activity.h"
 #include "core/operations/grip_request.h"
-#include "core/operations/net_run.h"
+#include "core/operations/rehearsed_net.h"
+#include "core/operations/scheduled_run.h"
 
 namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-class GripRun final : public OneNetRun {
+command::RuntimeCommand gripping(const GripRequest& request, const command::Cell& cell) {
+  const auto& gripper = cell.grippers.find(request.gripper)->second.device->description();
+  return command::grip_command(command_of(request, gripper), cell);
+}
+
+class GripRun final : public ScheduledRun {
  public:
   explicit GripRun(const GripRequest& request) : request_(request) {}
 
  private:
-  Progress begin(Context& context, Findings& findings) override {
-    const auto& gripper = context.cell.grippers.find(request_.gripper)->second.device->description();
-    const auto net = command::grip_net(command_of(request_, gripper), context.cell);
-    if (net) return load(context, *net, findings);
-    findings.append(net.error());
-    return Progress::kFailed;
+  [[nodiscard]] ActivityPtr activity(Context&) override {
+    return command_activity(
+        "grip " + request_.gripper, {request_.gripper},
+        [request = request_](const PlanningContext& planning) { return gripping(request, planning.cell); });
   }
 
   Progress finish(Context& context, Findings& findings) override {
+    if (cancelled()) return Progress::kDone;
     const std::string& arm = context.cell.grippers.find(request_.gripper)->second.arm;
-    const GripOutcome outcome{.holding = value_of<net::Boolean>(command::grip_ports::kHolding),
-                              .width = value_of<net::Real>(command::grip_ports::kWidth),
+    const GripOutcome outcome{.holding = run()->value<net::Boolean>(command::observed::kHolding),
+                              .width = run()->value<net::Real>(command::observed::kWidth),
                               .q = context.cell.arms.find(arm)->second.device->set_point().q};
     return note_grip(request_, outcome, context, findings);
   }
@@ -41,9 +47,7 @@ class GripStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     const auto& gripper = rehearsal.cell.grippers.find(request_.gripper)->second.device->description();
     if (!check_figures(request_, gripper, pointer, findings)) return;
-    const auto net = command::grip_net(command_of(request_, gripper), rehearsal.cell);
-    if (!net) return findings.append(net.error(), pointer);
-    rehearse_net(*net, rehearsal, pointer, findings);
+    rehearse_command(gripping(request_, rehearsal.cell), "grip " + request_.gripper, rehearsal, pointer, findings);
     rehearse_grip(request_, rehearsal, findings);
   }
 

@@ -21,6 +21,7 @@ State command_state(const Command& command, const std::string& which) {
   if (which == "active") return command.active();
   if (which == "stopped") return command.stopped();
   if (which == "cancelled") return command.cancelled();
+  if (which == "timed_out") return State(command::leaf(net::ValueType::kBoolean, command.subject(), "timed_out"));
   return command.completed();
 }
 
@@ -148,15 +149,16 @@ void MadeTree::add_handlers(const Part& part, const Making& making) {
     for (const HandlerRequest::Effect& effect : handler.effects) {
       places_.emplace_back(part.key + "/handlers" + pointer_segment(command.node()->handlers.size()), handler.pointer);
       if (handler.entered) {
-        command.on_entered(state, effect_of(part, effect), handler.occasion);
+        command.on_entered(state, effect_of(part, effect, making), handler.occasion);
       } else {
-        command.on_left(state, effect_of(part, effect), handler.occasion);
+        command.on_left(state, effect_of(part, effect, making), handler.occasion);
       }
     }
   }
 }
 
-command::Effect MadeTree::effect_of(const Part& owner, const HandlerRequest::Effect& effect) const {
+command::Effect MadeTree::effect_of(const Part& owner, const HandlerRequest::Effect& effect,
+                                    const Making& making) const {
   switch (effect.kind) {
     case Kind::kStart:
       return start(named(owner, effect.name).made.command);
@@ -167,7 +169,7 @@ command::Effect MadeTree::effect_of(const Part& owner, const HandlerRequest::Eff
     case Kind::kRaise:
       return raise(raised(owner, effect.name));
     default:
-      return command::external(effect.name);
+      return command::external(effect.name, making.tell);
   }
 }
 

@@ -43,7 +43,8 @@ class MadeTree {
   [[nodiscard]] const Part& part_of(const CommandRequest& request) const;
   [[nodiscard]] const Part& named(const Part& from, const std::string& name) const;
   [[nodiscard]] command::RaisedState raised(const Part& from, const std::string& name) const;
-  [[nodiscard]] command::Effect effect_of(const Part& owner, const HandlerRequest::Effect& effect) const;
+  [[nodiscard]] command::Effect effect_of(const Part& owner, const HandlerRequest::Effect& effect,
+                                          const Making& making) const;
   [[nodiscard]] command::State state_of(const Part& owner, const StateRequest& state, const Making& making) const;
   [[nodiscard]] command::State formula_of(const Part& owner, const StateRequest& state, const Making& making) const;
   [[nodiscard]] command::State action_state(const Part& owner, const StateRequest& state) const;

@@ -7,11 +7,14 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/command_activity.h"
 #include "core/base/object_reader.h"
 #include "core/base/read_parts.h"
+#include "core/command/actions/device_commands.h"
 #include "core/command/tare.h"
-#include "core/operations/net_run.h"
 #include "core/operations/parameter_table.h"
+#include "core/operations/rehearsed_net.h"
+#include "core/operations/scheduled_run.h"
 #include "core/world/pose_fit.h"
 
 namespace takt::activity {
@@ -55,20 +58,21 @@ const ParameterTable<TareParameters>& tare_parameters() {
   return table;
 }
 
-class TareRun final : public OneNetRun {
+class TareRun final : public ScheduledRun {
  public:
   TareRun(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
 
  private:
-  Progress begin(Context& context, Findings& findings) override {
-    const auto net = command::tare_net(sensor_, cycles_, context.cell);
-    if (net) return load(context, *net, findings);
-    findings.append(net.error());
-    return Progress::kFailed;
+  [[nodiscard]] ActivityPtr activity(Context&) override {
+    return command_activity("tare " + sensor_, {},
+                            [sensor = sensor_, cycles = cycles_](const PlanningContext& planning) {
+                              return command::tare_command(sensor, cycles, planning.cell);
+                            });
   }
 
   Progress finish(Context& context, Findings& findings) override {
-    const auto bias = value_of<net::Wrench>(command::tare_ports::kBias);
+    if (cancelled()) return Progress::kDone;
+    const auto bias = run()->value<net::Wrench>(command::observed::kBias);
     if (!bias) {
       findings.error("/sensor", fmt::format("'{}' did not answer while it was tared", sensor_),
                      "its power and its wires; \"try\" with \"retry\" tares again");
@@ -87,9 +91,8 @@ class TareStep final : public Step {
   explicit TareStep(const TareParameters& tare) : sensor_(tare.sensor), cycles_(tare.cycles) {}
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     rehearsal.duration += 1e-3 * static_cast<double>(cycles_);
-    const auto net = command::tare_net(sensor_, cycles_, rehearsal.cell);
-    if (!net) return findings.append(net.error(), pointer);
-    rehearse_net(*net, rehearsal, pointer, findings);
+    const auto command = command::tare_command(sensor_, cycles_, rehearsal.cell);
+    rehearse_command(command, "tare " + sensor_, rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<TareRun>(sensor_, cycles_); }
 

@@ -90,7 +90,7 @@ class MotionCommand final : public CommandRequest {
     rehearsal.touched[arm()] = requests.back().until.has_value();
   }
 
-  void finish(const EndedTree& ended, const std::string& key, bool cancelled, Context& context,
+  void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
               Findings& findings) const override {
     if (ended.value<net::Frame>(key + " no force")) {
       findings.error(pointer + offset_place() + "/sensor",
@@ -132,7 +132,7 @@ class MotionCommand final : public CommandRequest {
       moved.capture(unless_of(key, i) + " silent", action.progress(), is_null(command::BooleanSensor(holds.node())));
     }
   }
-  void tell_broken(const EndedTree& ended, const std::string& key, Findings& findings) const {
+  void tell_broken(const ActivityRun& ended, const std::string& key, Findings& findings) const {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       const std::string place = pointer + places[i] + "/unless";
       if (ended.value<net::Real>(unless_of(key, i))) {

@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/two_ways.h"
+#include "core/activity/dual_entry_motion.h"
 #include "core/command/single_net.h"
 #include "core/operations/command_step.h"
-#include "core/operations/net_run.h"
+#include "core/operations/rehearsed_net.h"
 #include "core/operations/requested_motion.h"
 #include "core/operations/scheduled_run.h"
 #include "core/operations/touch.h"
@@ -45,21 +45,25 @@ class MotionRun final : public ScheduledRun {
     const GuardedEnd end = guarded_end(*run(), static_cast<int>(requests_.size()));
     if (end.no_force) return tell_no_force(findings);
     if (end.broken) return tell_broken(*end.broken, findings);
-    if (!request_.until) return Progress::kDone;
-    if (end.touch) {
-      const Findings lost = note_touch(context, request_.arm, *end.touch);
+    return request_.until ? tell_outcome(end.outcome, context, findings) : Progress::kDone;
+  }
+
+  Progress tell_outcome(const GuardedOutcome& outcome, Context& context, Findings& findings) {
+    using enum GuardedOutcome::Kind;
+    if (outcome.touched()) {
+      const Findings lost = note_touch(context, request_.arm, *outcome.X_BT);
       findings.append(lost, "/until");
       return lost.has_errors() ? Progress::kFailed : Progress::kDone;
     }
-    if (cancelled()) return Progress::kDone;
-    if (!end.at_goal) {
+    if (cancelled() || outcome.kind == kInterrupted) return Progress::kDone;
+    if (outcome.kind == kNotTouched && !request_.must_touch) return Progress::kDone;
+    if (outcome.kind == kNotTouched) {
+      findings.error("/until", "the motion reached its end and the condition never held",
+                     "a longer motion, another threshold, or \"on_end\": \"continue\"");
+    } else {
       findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path",
                      "its power and its wires");
-      return Progress::kFailed;
     }
-    if (!request_.must_touch) return Progress::kDone;
-    findings.error("/until", "the motion reached its end and the condition never held",
-                   "a longer motion, another threshold, or \"on_end\": \"continue\"");
     return Progress::kFailed;
   }
 

@@ -8,11 +8,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/net_activity.h"
 #include "core/base/object_reader.h"
 #include "core/base/read_parts.h"
 #include "core/net/value_json.h"
-#include "core/operations/net_run.h"
 #include "core/operations/parameter_table.h"
+#include "core/operations/rehearsed_net.h"
+#include "core/operations/scheduled_run.h"
 
 namespace takt::activity {
 namespace {
@@ -29,39 +31,31 @@ std::int64_t cycles_in(double seconds, const Context& context) {
   return static_cast<std::int64_t>(std::llround(seconds / to_seconds(context.core.period())));
 }
 
-/// Loads and starts the net, cancels it when asked to, and keeps the last values of its monitors.
-class NetStepRun final : public StepRun {
+/// Cancels the net when it is due, and keeps the last values of its monitors.
+class NetStepRun final : public ScheduledRun {
  public:
   explicit NetStepRun(const NetRequest& request) : request_(request) {}
 
-  Progress advance(Context& context, Findings& findings) override {
-    if (!net_.begun()) return begin(context, findings);
+ private:
+  [[nodiscard]] ActivityPtr activity(Context& context) override {
+    const std::int64_t start = context.core.cycle() + context.program_latency_cycles;
+    if (request_.cancel_after_s) cancel_cycle_ = start + cycles_in(*request_.cancel_after_s, context);
+    last_cycle_ = start + cycles_in(request_.within_s, context);
+    return net_activity(request_.net, context.cell.nets.find(request_.net)->second, context.core.environment());
+  }
+
+  Progress watch(Context& context, Findings& findings) override {
     const std::int64_t cycle = context.core.cycle();
-    if (cycle >= cancel_cycle_) net_.cancel();
-    const Progress progress = net_.advance(context, findings);
-    if (progress != Progress::kRunning) {
-      keep_monitors(context);
-      return progress;
-    }
-    if (cycle < last_cycle_) return progress;
-    net_.abort();
+    if (cycle >= cancel_cycle_) run()->cancel();
+    if (cycle < last_cycle_) return Progress::kRunning;
+    run()->abort();
     findings.error("/within_s", fmt::format("the net '{}' still runs after {:g} s", request_.net, request_.within_s),
                    "a longer time, or a net that ends");
     return Progress::kFailed;
   }
 
-  void cancel(Context&) override { net_.cancel(); }
-
- private:
-  Progress begin(Context& context, Findings& findings) {
-    const std::int64_t start = context.core.cycle() + context.program_latency_cycles;
-    if (request_.cancel_after_s) cancel_cycle_ = start + cycles_in(*request_.cancel_after_s, context);
-    last_cycle_ = start + cycles_in(request_.within_s, context);
-    return net_.begin(context, *context.cell.nets.find(request_.net)->second, {}, findings);
-  }
-
-  void keep_monitors(Context& context) {
-    const rcc::NetHandle net = net_.net();
+  void ended(Context& context) override {
+    const rcc::NetHandle net = run()->compiled_net();
     if (net == nullptr) return;
     for (const auto& monitor : net->monitors()) {
       const std::string text = net::slot_to_json(monitor.type, monitor.slot).dump();
@@ -71,7 +65,6 @@ class NetStepRun final : public StepRun {
   }
 
   const NetRequest& request_;
-  NetRun net_;
   std::int64_t cancel_cycle_ = std::numeric_limits<std::int64_t>::max();
   std::int64_t last_cycle_ = 0;
 };

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "core/activity/dual_entry_motion.h"
 #include "core/activity/pair_motion.h"
-#include "core/activity/two_ways.h"
 #include "core/expression/condition_state.h"
 
 namespace takt::activity {
@@ -48,8 +48,8 @@ class Requested : public RequestedMotion {
     return failure("", fmt::format("'{}': nobody knows where the arm will be at rest", name()),
                    "a motion after the end of what runs");
   }
-  static Situation nothing_before(const command::Cell& cell) {
-    return {.cell = cell, .period = kMillisecond, .precedents = {}};
+  static PlanningContext nothing_before(const command::Cell& cell) {
+    return {.cell = cell, .period = kMillisecond, .predecessors = {}};
   }
 
  private:
@@ -63,17 +63,17 @@ class OfOneArm final : public Requested {
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return {last().arm}; }
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    const Precedent& before = situation.precedents.find(last().arm)->second;
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    const Predecessor& before = planning.predecessors.find(last().arm)->second;
     if (!before.at_end.rests()) return nowhere();
     if (const Findings mixed = check_offsets(requests()); mixed.has_errors())
       return std::unexpected(of_motions(mixed, requests()));
-    if (Findings wrong = wrong_springs(situation.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
-    auto plan = plan_motions(requests(), situation.cell, *before.at_end.q);
+    if (Findings wrong = wrong_springs(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    auto plan = plan_motions(requests(), planning.cell, *before.at_end.q);
     if (!plan) return std::unexpected(std::move(plan.error()));
     // What is laid over the first motion begins at rest.
-    return prepare(situation, std::move(*plan),
-                   requests().front().overlay.any() ? std::nullopt : blended_plan(situation, before));
+    return prepare(planning, std::move(*plan),
+                   requests().front().overlay.any() ? std::nullopt : blended_plan(planning, before));
   }
 
   [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q) const override {
@@ -92,19 +92,18 @@ class OfOneArm final : public Requested {
   }
 
  private:
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation, motion::SequencePlan from_rest,
-                                         std::optional<motion::SequencePlan> from_blend) const {
-    const motion::ArmModel model = command::planning_model(situation.cell.arms.find(last().arm)->second);
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning, motion::SequencePlan from_rest,
+                                                std::optional<motion::SequencePlan> from_blend) const {
+    const motion::ArmModel model = command::planning_model(planning.cell.arms.find(last().arm)->second);
     ArmPlans plans{.name = name(),
                    .arm = last().arm,
                    .model = model,
                    .from_rest = std::move(from_rest),
                    .from_blend = std::move(from_blend),
-                   .tells_end = true,
-                   .unless = unless(situation.cell),
+                   .unless = unless(planning.cell),
                    .weaves = weaves_of(requests()),
-                   .offset = offset(situation.cell)};
-    auto prepared = prepare_two_ways(situation, std::move(plans), wish(situation.cell));
+                   .offset = offset(planning.cell)};
+    auto prepared = prepare_dual_entry(planning, std::move(plans), wish(planning.cell));
     if (!prepared) return std::unexpected(of_motions(prepared.error(), requests()));
     return prepared;
   }
@@ -116,12 +115,12 @@ class OfOneArm final : public Requested {
     return OffsetPlan{.pressing = force.pressing(last().arm, cell, biases()), .wish = force.wish, .first = *first};
   }
 
-  [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const Situation& situation,
-                                                                 const Precedent& before) const {
-    const command::MountedArm& arm = situation.cell.arms.find(last().arm)->second;
+  [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const PlanningContext& planning,
+                                                                 const Predecessor& before) const {
+    const command::MountedArm& arm = planning.cell.arms.find(last().arm)->second;
     const auto from = departure_of(before, arm.X_FT);
     if (!from) return std::nullopt;
-    auto plan = plan_motions_from(*from, requests(), situation.cell);
+    auto plan = plan_motions_from(*from, requests(), planning.cell);
     return plan ? std::optional(std::move(*plan)) : std::nullopt;
   }
 };
@@ -133,20 +132,20 @@ class OfTwoArms final : public Requested {
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return {last().arm, last().follower}; }
 
-  [[nodiscard]] Result<Prepared> prepare(const Situation& situation) const override {
-    const Precedent& leads = situation.precedents.find(last().arm)->second;
-    const Precedent& follows = situation.precedents.find(last().follower)->second;
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    const Predecessor& leads = planning.predecessors.find(last().arm)->second;
+    const Predecessor& follows = planning.predecessors.find(last().follower)->second;
     if (!leads.at_end.rests() || !follows.at_end.rests()) return nowhere();
-    if (Findings wrong = wrong_springs(situation.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
-    auto grasp = grasp_at(situation.cell, last().arm, last().follower, *leads.at_end.q, *follows.at_end.q);
+    if (Findings wrong = wrong_springs(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    auto grasp = grasp_at(planning.cell, last().arm, last().follower, *leads.at_end.q, *follows.at_end.q);
     if (!grasp) return std::unexpected(std::move(grasp.error()));
     // They hold the part as before, to the last bit.
-    if (const auto* leaving = leaving_pair(situation, grasp->leader, grasp->follower))
+    if (const auto* leaving = leaving_pair(planning, grasp->leader, grasp->follower))
       grasp->X_HF = leaving->motion.partner_X_FM;
-    auto from_rest = plan(situation.cell, *grasp, *leads.at_end.q, *follows.at_end.q);
+    auto from_rest = plan(planning.cell, *grasp, *leads.at_end.q, *follows.at_end.q);
     if (!from_rest) return std::unexpected(std::move(from_rest.error()));
-    auto from_blend = plan_pair_on(situation, *grasp, leg_makers(requests(), situation.cell));
-    return prepare(situation, *grasp, std::move(*from_rest), std::move(from_blend));
+    auto from_blend = plan_pair_on(planning, *grasp, leg_makers(requests(), planning.cell));
+    return prepare(planning, *grasp, std::move(*from_rest), std::move(from_blend));
   }
 
   [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q) const override {
@@ -168,15 +167,14 @@ class OfTwoArms final : public Requested {
                                               const JointVector& q_leader, const JointVector& q_follower) const {
     return plan_pair_motions(requests(), cell, pair_of(cell, grasp), q_leader, q_follower);
   }
-  [[nodiscard]] Prepared prepare(const Situation& situation, const Grasp& grasp, motion::PairPlan from_rest,
-                                 std::optional<motion::PairPlan> from_blend) const {
+  [[nodiscard]] PlannedActivity prepare(const PlanningContext& planning, const Grasp& grasp, motion::PairPlan from_rest,
+                                        std::optional<motion::PairPlan> from_blend) const {
     PairPlans plans{.name = name(),
                     .grasp = grasp,
                     .from_rest = std::move(from_rest),
                     .from_blend = std::move(from_blend),
-                    .tells_end = true,
-                    .unless = unless(situation.cell)};
-    return prepare_two_ways(situation, std::move(plans), wish(situation.cell));
+                    .unless = unless(planning.cell)};
+    return prepare_dual_entry(planning, std::move(plans), wish(planning.cell));
   }
 };
 

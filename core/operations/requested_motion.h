@@ -19,7 +19,7 @@ class RequestedMotion : public ActivityModel {
 
   /// What it is when nothing precedes it.
   struct Alone {
-    Prepared prepared;
+    PlannedActivity prepared;
     Findings notes;                                                      ///< of the planner, with pointers of the file
     std::map<std::string, kinematics::JointVector, std::less<>> q_goal;  ///< of each arm, rad or m
     double duration = 0.0;                                               ///< s

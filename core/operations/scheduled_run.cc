@@ -4,6 +4,14 @@
 #include <utility>
 
 namespace takt::activity {
+namespace {
+
+/// A program can go on after it.
+bool is_of_the_run(RunFailure failure) {
+  return failure == RunFailure::kFault || failure == RunFailure::kRefused || failure == RunFailure::kStopped;
+}
+
+}  // namespace
 
 Progress ScheduledRun::advance(Context& context, Findings& findings) {
   if (!run_) {
@@ -13,24 +21,27 @@ Progress ScheduledRun::advance(Context& context, Findings& findings) {
     run_ = context.scheduler->schedule(std::move(wanted));
     context.scheduler->prepare(run_);  // others may move the frames of its goals in this very cycle
   }
-  if (!run_->over()) return Progress::kRunning;
+  if (!run_->over()) return watch(context, findings);
+  ended(context);
   return run_->state() == RunState::kFailed ? fail(findings) : finish(context, findings);
 }
 
 bool ScheduledRun::have_samples(const ActivityModel& model, const command::Cell& cell) {
   return std::ranges::none_of(model.actuators(), [&cell](const std::string& name) {
     const auto arm = cell.arms.find(name);
-    return arm != cell.arms.end() && arm->second.device->set_point().q.size() == 0;
+    if (arm == cell.arms.end()) return false;
+    const device::Arm& device = *arm->second.device;
+    return device.set_point().q.size() == 0 && !has_fault(device);  // the scheduler reports a fault
   });
 }
 
 Progress ScheduledRun::fail(Findings& findings) const {
-  // An activity names itself first; here the place is the step.
-  const std::string own = pointer_segment(run_->name());
-  for (Finding finding : run_->findings().list()) {
-    if (finding.pointer.starts_with(own)) finding.pointer.erase(0, own.size());
-    finding.pointer = place_of(std::move(finding.pointer));
-    if (finding.hint == Scheduler::kAgain) finding.hint = "\"try\" around the step";
+  bool first = true;
+  const Findings inside = run_->findings_inside();
+  for (Finding finding : inside.list()) {
+    finding.pointer = location_of(std::move(finding.pointer));
+    if (std::exchange(first, false) && is_of_the_run(run_->failure()))
+      finding.hint = "\"try\" around the step, where the program can go on";
     findings.add(std::move(finding));
   }
   return Progress::kFailed;

@@ -12,7 +12,7 @@ class ScheduledRun : public StepRun {
  public:
   ScheduledRun() = default;
   ~ScheduledRun() override {
-    if (run_ && !run_->over()) run_->cancel();  // nobody looks after it any more
+    if (run_ && !run_->over()) run_->cancel();  // its program has given it up
   }
   ScheduledRun(const ScheduledRun&) = delete;
   ScheduledRun& operator=(const ScheduledRun&) = delete;
@@ -26,10 +26,14 @@ class ScheduledRun : public StepRun {
  protected:
   /// What is to be done. Asked for again as long as its arms have given no sample.
   [[nodiscard]] virtual ActivityPtr activity(Context& context) = 0;
+  /// After each cycle in which it was on its way. kFailed: it is not waited for any longer.
+  virtual Progress watch(Context&, Findings&) { return Progress::kRunning; }
+  /// It is over, whether it came to its end or failed.
+  virtual void ended(Context&) {}
   /// It ended in order, by itself or because it was cancelled.
   virtual Progress finish(Context&, Findings&) { return Progress::kDone; }
-  /// Where below the step something stands that was found at this place below the activity.
-  [[nodiscard]] virtual std::string place_of(std::string place) const { return place; }
+  /// Where below the step something is that was found at this location below the activity.
+  [[nodiscard]] virtual std::string location_of(std::string location) const { return location; }
 
   [[nodiscard]] const RunPtr& run() const { return run_; }
   [[nodiscard]] bool cancelled() const { return cancelled_; }

@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/command_activity.h"
 #include "core/operations/command_step.h"
-#include "core/operations/net_run.h"
+#include "core/operations/rehearsed_net.h"
+#include "core/operations/scheduled_run.h"
 #include "core/operations/signal_request.h"
 
 namespace takt::activity {
@@ -17,17 +19,16 @@ using Json = nlohmann::ordered_json;
 
 // -- set -----------------------------------------------------------------------------------------------------------
 
-class SetRun final : public OneNetRun {
+class SetRun final : public ScheduledRun {
  public:
   explicit SetRun(const SetRequest& request) : request_(request) {}
 
  private:
-  Progress begin(Context& context, Findings& findings) override {
-    const double period = to_seconds(context.core.period());
-    const auto net = command::set_net(request_.output, request_.value, context.cell, period);
-    if (net) return load(context, *net, findings);
-    findings.append(net.error());
-    return Progress::kFailed;
+  [[nodiscard]] ActivityPtr activity(Context&) override {
+    return command_activity("set " + request_.output, {request_.output},
+                            [request = request_](const PlanningContext& planning) {
+                              return command::set_command(request.output, request.value, planning.cell);
+                            });
   }
 
   const SetRequest& request_;
@@ -39,9 +40,8 @@ class SetStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
     if (!check_range(request_, rehearsal.cell, pointer, findings)) return;
     // The form of the net does not depend on the period.
-    const auto net = command::set_net(request_.output, request_.value, rehearsal.cell, to_seconds(kMillisecond));
-    if (!net) return findings.append(net.error(), pointer);
-    rehearse_net(*net, rehearsal, pointer, findings);
+    const auto command = command::set_command(request_.output, request_.value, rehearsal.cell);
+    rehearse_command(command, "set " + request_.output, rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<SetRun>(request_); }
 
@@ -80,23 +80,21 @@ class PauseStep final : public Step {
   double seconds_;
 };
 
-class WaitRun final : public OneNetRun {
+class WaitRun final : public ScheduledRun {
  public:
   explicit WaitRun(const WaitRequest& request) : request_(request) {}
 
  private:
-  Progress begin(Context& context, Findings& findings) override {
-    const auto wait = command::wait_net(*request_.until, request_.timeout, context.cell, context.variables.biases);
-    if (!wait) {
-      findings.append(wait.error());
-      return Progress::kFailed;
-    }
-    condition_port_ = wait->condition_port;
-    return load(context, wait->net, findings);
+  [[nodiscard]] ActivityPtr activity(Context& context) override {
+    const auto make = [request = request_, biases = context.variables.biases](const PlanningContext& planning) {
+      return command::wait_command(*request.until, request.timeout, planning.cell, biases);
+    };
+    return command_activity("wait", {}, make);
   }
 
   Progress finish(Context&, Findings& findings) override {
-    const auto held = value_of<net::Boolean>(condition_port_);
+    if (cancelled()) return Progress::kDone;
+    const auto held = run()->value<net::Boolean>(command::observed::kCondition);
     if (held && *held) return Progress::kDone;
     if (!held) {
       findings.error("/until", "a sensor of the condition did not answer", "its power and its wires");
@@ -108,16 +106,14 @@ class WaitRun final : public OneNetRun {
   }
 
   const WaitRequest& request_;
-  std::string condition_port_;
 };
 
 class WaitStep final : public Step {
  public:
   explicit WaitStep(WaitRequest request) : request_(std::move(request)) {}
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
-    const auto wait = command::wait_net(*request_.until, request_.timeout, rehearsal.cell, {});
-    if (!wait) return findings.append(wait.error(), pointer);
-    rehearse_net(wait->net, rehearsal, pointer, findings);
+    const auto command = command::wait_command(*request_.until, request_.timeout, rehearsal.cell, {});
+    rehearse_command(command, "wait", rehearsal, pointer, findings);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<WaitRun>(request_); }
 

@@ -16,7 +16,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Kind = StateRequest::Kind;
 
-constexpr std::array<const char*, 5> kOfCommands = {"started", "active", "completed", "stopped", "cancelled"};
+constexpr std::array<const char*, 6> kOfCommands = {"started", "active",    "completed",
+                                                    "stopped", "cancelled", "timed_out"};
 
 template <class Map>
 void add_names(const Map& map, std::vector<std::string>& names) {
@@ -111,8 +112,8 @@ StateRequest read_state(const Json& json, const std::string& pointer, const comm
   }
   if (!is_known_form(json)) {
     findings.error(pointer, "no state stands here",
-                   "a condition over sensors, started, active, completed, stopped, cancelled of a command, action, "
-                   "actuator, raised, all, any or not");
+                   "a condition over sensors, started, active, completed, stopped, cancelled, timed_out of a command, "
+                   "action, actuator, raised, all, any or not");
     return state;
   }
   Json alone = json;

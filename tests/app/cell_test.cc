@@ -165,11 +165,17 @@ TEST(Cell, ACommandOfOnesOwnMayBeCarriedOutAgain) {
   TransactionCommand flash("flash");
   flash.add_started(on).add(burning).add(off);
   flash.on_entered(on.completed(), start(burning)).on_entered(burning.completed(), start(off));
+  std::vector<std::int64_t> lit;
+  flash.on_entered(on.completed(), command::external("lit", [&lit](const command::ExternalEvent& event) {
+                     lit.push_back(event.cycle.value_or(-1));
+                   }));
   const Activity flashing = cell.as_activity(flash);
   EXPECT_THAT(flashing.model()->actuators(), testing::ElementsAre("io/lamp"));
   for (int i = 0; i < 2; ++i) {
     const RunPtr run = flashing.execute();
     EXPECT_GE(run->last_cycle() - run->first_cycle(), 50);
+    ASSERT_EQ(lit.size(), static_cast<std::size_t>(i) + 1) << "external handlers are called";
+    EXPECT_GE(lit.back(), run->first_cycle());
     EXPECT_FALSE(digital_output(cell.model(), "io/lamp").now().value());
   }
 }

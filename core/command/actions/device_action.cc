@@ -175,9 +175,9 @@ class GripModel final : public ActionModel {
         .done = Signal::at(fragment.gate_with_cancel("done", "Or", "stood.value"))};
   }
 
-  [[nodiscard]] std::vector<std::string> states() const override { return {"holding", "error"}; }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"holding", "error", "width"}; }
   [[nodiscard]] std::string add_state(FragmentWriter&, const std::string& name, const Json&) const override {
-    return name == "holding" ? "state.holding" : "state.lost";
+    return name == "error" ? "state.lost" : "state." + name;
   }
 
  private:

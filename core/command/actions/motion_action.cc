@@ -333,8 +333,14 @@ Findings plan(const Command& command, Places& places) {
   for (const int i : order) {
     CommandNode& node = *tree.at(i).node;
     if (!node.is_runtime() || node.actuator->model().arms().empty()) continue;
-    if (Findings faults = plan(node, whereabouts.all_at_begin_of(i)); faults.has_errors()) {
+    if (whereabouts.follows_unplanned(i)) {
+      whereabouts.note_unplanned(i);
+      continue;
+    }
+    const auto begin = whereabouts.all_at_begin_of(i);
+    if (Findings faults = plan(node, begin); faults.has_errors()) {
       findings.append(faults, tree.at(i).path);
+      if (begin) whereabouts.note_unplanned(i);
     } else {
       whereabouts.note(i);
     }

@@ -3,17 +3,19 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/command/actions/device_net.h"
+#include "core/activity/command_activity.h"
+#include "core/command/actions/device_commands.h"
+#include "core/operations/rehearsed_net.h"
 
 namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A net that ends in its first cycle, with the answer on its port.
-Result<command::WaitNet> ask_net(const command::Condition& condition, const command::Cell& cell,
-                                 const command::Biases& biases) {
-  return command::wait_net(condition, 0.0, cell, biases);
+/// It ends in its first cycle, and observes the answer.
+command::WaitCommand asking(const command::Condition& condition, const command::Cell& cell,
+                            const command::Biases& biases) {
+  return command::wait_command(condition, 0.0, cell, biases);
 }
 
 }  // namespace
@@ -54,12 +56,7 @@ std::optional<bool> Question::rehearse(Rehearsal& rehearsal, const Scope& scope,
   const auto condition = command::parse_condition(*resolved.json, piece_.pointer(), rehearsal.cell);
   if (!condition) own.append(condition.error());
   if (condition && !own.has_errors()) {
-    const auto ask = ask_net(*condition, rehearsal.cell, {});
-    if (ask) {
-      rehearse_net(ask->net, rehearsal, piece_.pointer(), own);
-    } else {
-      own.append(ask.error(), piece_.pointer());
-    }
+    rehearse_command(asking(*condition, rehearsal.cell, {}), "question", rehearsal, piece_.pointer(), own);
   }
   findings.append(own);
   return std::nullopt;
@@ -78,15 +75,15 @@ Progress QuestionRun::advance(Execution& execution, Findings& findings) {
     answer_ = value.boolean();
     return Progress::kDone;
   }
-  if (!net_.begun()) return begin(execution, findings);
-  Findings own;
-  const Progress progress = net_.advance(execution.context, own);
-  findings.append(own, question_.piece_.pointer());
-  if (progress != Progress::kDone) return progress;
-  const rcc::NetHandle net = net_.net();
-  const auto* held = net->find<net::Boolean>(port_);
-  if (!held || held->null) return no_answer(findings);
-  answer_ = held->value;
+  if (!run_) return begin(execution, findings);
+  if (!run_->over()) return Progress::kRunning;
+  if (run_->state() == RunState::kFailed) {
+    findings.append(run_->findings_inside(), question_.piece_.pointer());
+    return Progress::kFailed;
+  }
+  const auto held = run_->value<net::Boolean>(command::observed::kCondition);
+  if (!held) return no_answer(findings);
+  answer_ = *held;
   return Progress::kDone;
 }
 
@@ -103,16 +100,12 @@ Progress QuestionRun::begin(Execution& execution, Findings& findings) {
     findings.append(condition.error());
     return Progress::kFailed;
   }
-  const auto ask = ask_net(*condition, context.cell, context.variables.biases);
-  if (!ask) {
-    findings.append(ask.error(), question_.piece_.pointer());
-    return Progress::kFailed;
-  }
-  port_ = ask->condition_port;
-  Findings rejected;
-  const Progress progress = net_.begin(context, ask->net, {}, rejected);
-  findings.append(rejected, question_.piece_.pointer());
-  return progress;
+  const auto make = [condition = *condition, biases = context.variables.biases](const PlanningContext& planning) {
+    return asking(condition, planning.cell, biases);
+  };
+  run_ = context.scheduler->schedule(command_activity("question", {}, make));
+  context.scheduler->prepare(run_);
+  return Progress::kRunning;
 }
 
 Progress QuestionRun::no_answer(Findings& findings) const {

@@ -4,14 +4,14 @@
 #include <optional>
 #include <string>
 
+#include "core/activity/scheduler.h"
 #include "core/expression/condition.h"
-#include "core/operations/net_run.h"
 #include "core/program/tree/node.h"
 
 namespace takt::activity {
 
-/// Something that a program asks before it goes on: an expression, or a condition over sensors, which one cycle of a
-/// net answers, so that it means what it means in a motion's "until". Immutable.
+/// Something that a program asks before it goes on: an expression, or a condition over sensors, which an activity of
+/// one cycle answers, so that it means what it means in a motion's "until". Immutable.
 class Question {
  public:
   /// Findings at the parser: the form, types.
@@ -37,7 +37,9 @@ class QuestionRun {
 
   /// @return kDone when answer() is there; kFailed with findings if nobody knows it.
   Progress advance(Execution& execution, Findings& findings);
-  void cancel() { net_.cancel(); }
+  void cancel() {
+    if (run_) run_->cancel();
+  }
   [[nodiscard]] bool answer() const { return answer_; }
 
  private:
@@ -46,8 +48,7 @@ class QuestionRun {
 
   const Question& question_;
   const Scope& scope_;
-  NetRun net_;
-  std::string port_;
+  RunPtr run_;  ///< of a condition
   bool answer_ = false;
 };
 

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/activity/dual_entry_motion.h"
 #include "tests/core/activity/activity_cell.h"
 
 namespace takt::activity {
@@ -164,6 +165,27 @@ TEST_F(ActivityRunTest, AfterACancelNothingStartsByItself) {
   EXPECT_EQ(cell.motion.lin(goal2).execute()->state(), RunState::kCompleted);
 }
 
+TEST_F(ActivityRunTest, AnActivityForAnArmWithAFaultIsGivenUpWithTheFault) {
+  const RunPtr first = cell.motion.lin(goal).begin_execute();
+  for (int i = 0; i < 50; ++i) cell.program.step();
+  cell.backend->state().ready = false;
+  cell.backend->state().fault = 7;
+  cell.program.run_until([&] { return first->over(); });
+  EXPECT_EQ(first->failure(), RunFailure::kStopped);
+  const RunPtr second = cell.motion.lin(goal).schedule();
+  for (int i = 0; i < 10; ++i) cell.program.step();
+  ASSERT_EQ(second->state(), RunState::kFailed) << "it does not stay queued without a word";
+  EXPECT_EQ(second->failure(), RunFailure::kFault);
+  EXPECT_THAT(second->findings().to_string(), testing::AllOf(HasSubstr("'arm LIN' was given up"), HasSubstr("fault 7"),
+                                                             HasSubstr("fake fault"), HasSubstr("ask for it again")));
+  const Actuator lamp(cell.program, "lamp");
+  EXPECT_EQ(lamp.use<OutputInterface>().set(true).execute()->state(), RunState::kCompleted) << "others go on";
+  cell.backend->state().ready = true;
+  cell.backend->state().fault = 0;
+  for (int i = 0; i < 1'000; ++i) cell.program.step();
+  EXPECT_EQ(cell.motion.lin(goal).execute()->state(), RunState::kCompleted) << "asked for again, it goes";
+}
+
 TEST_F(ActivityRunTest, AGuardedMotionEndsNobodyKnowsWhereSoTheNextWaitsForIt) {
   const auto down = cell.motion.lin_by({0, 0, -0.05}, {.linear_velocity = 0.05, .until = cell.hard()});
   const RunPtr first = down.begin_execute();
@@ -179,6 +201,32 @@ TEST_F(ActivityRunTest, AGuardedMotionEndsNobodyKnowsWhereSoTheNextWaitsForIt) {
   EXPECT_NEAR(cell.robot.tool().translation().z(), z + 0.02, 1e-6);
   EXPECT_THAT(error_of([&] { cell.motion.lin(goal, {.blend = 0.7, .until = cell.hard()}).execute(); }),
               HasSubstr("/blend"));
+}
+
+TEST_F(ActivityRunTest, N3_AGuardedMotionTellsContactNoContactAndADeadSensorApart) {
+  using enum GuardedOutcome::Kind;
+  const auto down = cell.motion.lin_by({0, 0, -0.02}, {.linear_velocity = 0.05, .until = cell.hard()});
+  const auto after = [&](const std::function<void(ActivityRun&)>& meanwhile) {
+    const RunPtr run = down.begin_execute();
+    for (int i = 0; i < 200; ++i) cell.program.step();
+    meanwhile(*run);
+    cell.program.run_until([&] { return run->over(); });
+    cell.extra.force.z() = 0.0;
+    cell.sensor->silent = false;
+    cell.program.step();
+    return guarded_outcome(*run);
+  };
+  const GuardedOutcome touched = after([&](ActivityRun&) { cell.extra.force.z() = 6.0; });
+  EXPECT_EQ(touched.kind, kTouched);
+  ASSERT_TRUE(touched.X_BT && touched.force);
+  EXPECT_NEAR(touched.force->norm(), 6.0, 1e-6);
+  EXPECT_LT((touched.X_BT->translation() - cell.robot.tool().translation()).norm(), 5e-3) << "it has braked since";
+  const GuardedOutcome free = after([](ActivityRun&) {});
+  EXPECT_EQ(free.kind, kNotTouched);
+  EXPECT_FALSE(free.X_BT || free.force);
+  EXPECT_EQ(after([&](ActivityRun&) { cell.sensor->silent = true; }).kind, kSensorSilent);
+  EXPECT_EQ(after([](ActivityRun& run) { run.cancel(); }).kind, kInterrupted);
+  EXPECT_EQ(name_of(kSensorSilent), "sensor silent");
 }
 
 TEST_F(ActivityRunTest, WhatCannotBeDoneIsThrownAndNothingMoves) {

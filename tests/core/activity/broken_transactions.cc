@@ -329,7 +329,7 @@ std::vector<BrokenRun> broken_transaction_runs() {
        "a longer travel",
        {},
        true},
-      {tree(first("m", kUp)), "", "the net was stopped in cycle", "\"try\" around the step",
+      {tree(first("m", kUp)), "", "was stopped in cycle", "\"try\" around the step",
        [](int cycle, ActivityCell& cell) { cell.backend->silent = cycle >= 200; }, true},
       {tree(first("p", press)), "/commands/p/sensor", "'wrist' did not answer, so the arm stopped", "its power", silent,
        true},

@@ -218,6 +218,22 @@ TEST_F(TransactionTest, WhatAStepWouldFailOfFailsTheTransactionAtItsPlace) {
   expect_good_end();
 }
 
+TEST_F(TransactionTest, TheSeamIsNotWeldedWithoutAnArc) {
+  const Eigen::Vector3d from = tool();
+  EXPECT_EQ(run(R"({"do": "transaction", "name": "weld", "commands": {
+      "gas": {"do": "set", "start": true, "output": "driver", "value": true},
+      "arc": {"do": "wait", "start": true, "until": {"input": "button"}, "timeout_s": 0.1},
+      "seam": {"do": "lin", "to": {"by_m": [0, 0.05, 0]}, "velocity_m_s": 0.1},
+      "off": {"do": "set", "output": "driver", "value": false}},
+    "on": [{"entered": {"completed": "arc"}, "start": "seam"},
+           {"entered": {"timed_out": "arc"}, "start": "off"}]})"),
+            Progress::kFailed);
+  EXPECT_LT((tool() - from).norm(), 1e-9) << "no arc, no seam";
+  EXPECT_FALSE(driver()) << "the gas is off";
+  EXPECT_THAT(findings.to_string(), HasSubstr("/program/commands/arc/until: error: the condition did not hold"));
+  expect_good_end();
+}
+
 TEST_F(TransactionTest, N3_ASilentSensorBrakesAGuardedMotionAndIsTold) {
   EXPECT_EQ(run(good(R"({"do": "transaction", "name": "t", "commands": {
       "down": {"do": "lin", "start": true, "to": {"by_m": [0, 0, -0.1]}, "velocity_m_s": 0.05,

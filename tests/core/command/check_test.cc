@@ -13,6 +13,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 class CheckTest : public testing::Test {
  protected:
@@ -160,6 +161,28 @@ TEST_F(CheckTest, FiguresOutOfRangeAreRefusedWithTheRange) {
   const auto far = RuntimeCommand("far", cell.arm_actuator(), lin(cell.moved(5, 0, 0)));
   EXPECT_THAT(check(far).to_string(), HasSubstr("LIN is not planned"));
   EXPECT_THAT(cell.runtime.load(far).error().to_string(), HasSubstr("/far"));
+}
+
+TEST_F(CheckTest, OneFaultOfPlanningBringsNoOthersWithIt) {
+  RuntimeCommand far("far", cell.arm_actuator(), lin(cell.moved(5, 0, 0))),
+      back("back", cell.arm_actuator(), ptp(cell.joints(0.1))), home("home", cell.arm_actuator(), ptp(cell.arm->home));
+  TransactionCommand all("all");
+  all.add_started(far).add(back).add(home);
+  all.on_entered(far.completed(), start(back)).on_entered(back.completed(), start(home));
+  const Findings findings = cell.runtime.load(all).error();
+  ASSERT_EQ(findings.list().size(), 1u) << findings.to_string();
+  EXPECT_EQ(findings.list().front().pointer, "/all/far/goal");
+  EXPECT_THAT(findings.to_string(), HasSubstr("out of reach"));
+}
+
+TEST_F(CheckTest, WhatIsNotPlannedBecauseOfAnotherFaultIsNoFaultOfItsOwn) {
+  RuntimeCommand one("one", cell.arm_actuator(), ptp(cell.joints(0.1))),
+      other("other", cell.arm_actuator(), ptp(cell.joints(0.2)));
+  TransactionCommand all("all");
+  all.add(one).add(other);
+  all.on_entered(one.completed(), start(other)).on_entered(other.completed(), start(one));
+  const Findings findings = cell.runtime.load(all).error();
+  EXPECT_THAT(findings.to_string(), AllOf(HasSubstr("it would start itself"), Not(HasSubstr("is not planned"))));
 }
 
 TEST_F(CheckTest, AFormulaTooDeepIsRefused) {

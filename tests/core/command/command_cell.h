@@ -2,13 +2,20 @@
 
 #include <numbers>
 
-#include "core/activity/handle.h"
 #include "core/command/actions/device_action.h"
 #include "core/command/actions/motion_action.h"
 #include "core/command/command.h"
 #include "core/expression/device_sensors.h"
+#include "tests/core/command/command_runs.h"
 #include "tests/support/fake_cell.h"
 #include "tests/support/fake_signals.h"
+
+namespace takt::command {
+
+using test::CommandStatus;
+using test::LoadedCommand;
+
+}  // namespace takt::command
 
 namespace takt::test {
 
@@ -56,9 +63,9 @@ class CommandCell : public Terminals, public FakeCell {
   command::State hard(double newton = 5.0) const { return is_greater(norm(force(felt())), newton); }
 
   /// Runs cycles until the command has ended.
-  command::CommandStatus run(command::CommandHandle& handle) { return handle.wait(60'000); }
+  CommandStatus run(LoadedCommand& command) { return command.wait(); }
 
-  command::Runtime runtime{core, [this] { step(); }};
+  CommandRuns runtime{core, cell, [this] { step(); }};
 
  private:
   void add_devices() {

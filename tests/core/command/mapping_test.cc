@@ -63,7 +63,10 @@ NetDescription net_of(const Command& command) {
 void write_motion(NetDescription& net, const motion::Motion& motion, const Eigen::Isometry3d& X_FM,
                   const std::string& stop) {
   net.add("rate", "SelectReal", {{"if_true", 0.0}, {"if_false", 1.0}}).link(stop, "rate.condition");
-  net.add("clock", "PathClock", {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}});
+  net.add("clock", "PathClock",
+          {{"duration", motion.duration()},
+           {"bounds", motion::to_json(motion.clock)},
+           {"law", motion::to_json(motion.law)}});
   net.link("rate.value", "clock.target_rate");
   net.add("law", "TimeLaw", {{"law", motion::to_json(motion.law)}});
   for (const char* port : {"time", "rate", "rate_derivative"}) {
@@ -285,7 +288,7 @@ TEST(Mapping, O7_AnActionsEventOnItselfIsOneCycleLate) {
 }
 
 /// Core cycle in which the driver was turned on for the first time, from the start on.
-int cycles_until_on(CommandCell& cell, CommandHandle& handle) {
+int cycles_until_on(CommandCell& cell, LoadedCommand& handle) {
   handle.start();
   for (int i = 0; i < 2000; ++i) {
     cell.runtime.step();
@@ -296,7 +299,7 @@ int cycles_until_on(CommandCell& cell, CommandHandle& handle) {
 
 class HandlerTest : public testing::Test {
  protected:
-  CommandHandle load(const Command& command) {
+  LoadedCommand load(const Command& command) {
     auto handle = cell.runtime.load(command);
     if (!handle) ADD_FAILURE() << handle.error().to_string();
     return handle.value();
@@ -315,7 +318,7 @@ class HandlerTest : public testing::Test {
 
 TEST_F(HandlerTest, AWaitLastsAsLongAsItSays) {
   for (const double seconds : {0.0, 0.001, 0.05}) {
-    CommandHandle handle = load(WaitCommand("wait", seconds));
+    LoadedCommand handle = load(WaitCommand("wait", seconds));
     handle.start();
     EXPECT_TRUE(handle.wait(200).succeeded());
     EXPECT_EQ(handle.status().last_cycle - handle.status().first_cycle, std::llround(seconds * 1000));
@@ -327,7 +330,7 @@ TEST_F(HandlerTest, ADelayedStartIsDueSoManyCyclesLater) {
   const RuntimeCommand later = on();
   TransactionCommand both("both");
   both.add_started(wait).add(later).on_entered(wait.completed(), start(later), {.delay = 0.03});
-  CommandHandle handle = load(both);
+  LoadedCommand handle = load(both);
   EXPECT_EQ(cycles_until_on(cell, handle), 1 + 20 + 30);
   EXPECT_TRUE(handle.wait(100).succeeded());
 }
@@ -335,7 +338,7 @@ TEST_F(HandlerTest, ADelayedStartIsDueSoManyCyclesLater) {
 TEST_F(HandlerTest, LeavingAStateIsAnEventOnlyAfterItHeld) {
   WaitCommand wait("wait", 1.0);
   wait.on_left(button(), cancel(wait));
-  CommandHandle handle = load(wait);
+  LoadedCommand handle = load(wait);
   handle.start();
   press(false, 20);
   EXPECT_FALSE(handle.status().ended()) << "it has never held";
@@ -345,6 +348,51 @@ TEST_F(HandlerTest, LeavingAStateIsAnEventOnlyAfterItHeld) {
   EXPECT_TRUE(handle.status().succeeded());
 }
 
+TEST_F(HandlerTest, AWaitThatTimesOutIsNotCompleted) {
+  for (const bool in_time : {false, true}) {
+    SCOPED_TRACE(in_time);
+    CommandCell own;
+    WaitCommand wait("wait", digital_input(own.cell, "button"), 0.05);
+    const RuntimeCommand weld("weld", own.driver(), set_value(true)), alarm("alarm", own.lamp(), set_value(true));
+    TransactionCommand both("both");
+    both.add_started(wait).add(weld).add(alarm);
+    both.on_entered(wait.completed(), start(weld)).on_entered(wait.timed_out(), start(alarm));
+    auto loaded = own.runtime.load(both);
+    ASSERT_TRUE(loaded) << loaded.error().to_string();
+    loaded->start();
+    for (int i = 0; i < 20; ++i) own.runtime.step();
+    own.button->sample.value = in_time;
+    EXPECT_TRUE(loaded->wait(300).succeeded()) << loaded->status().to_string();
+    EXPECT_EQ(own.cell.digital_outputs.at("driver")->value(), in_time);
+    EXPECT_EQ(own.cell.digital_outputs.at("lamp")->value(), !in_time);
+  }
+}
+
+TEST_F(HandlerTest, N3_AWaitForADeadSensorTimesOut) {
+  WaitCommand wait("wait", is_greater(norm(force(cell.felt())), 900.0), 0.05);
+  wait.observe("completed", BooleanSensor(wait.completed().node()));
+  wait.observe("timed out", BooleanSensor(wait.timed_out().node()));
+  cell.sensor->silent = true;
+  LoadedCommand handle = load(wait);
+  handle.start();
+  EXPECT_TRUE(handle.wait(300).succeeded());
+  EXPECT_EQ(handle.value<bool>("completed"), false);
+  EXPECT_EQ(handle.value<bool>("timed out"), true);
+}
+
+TEST_F(HandlerTest, AWaitThatIsCancelledIsCompletedAndHasNotTimedOut) {
+  WaitCommand wait("wait", button(), 5.0);
+  wait.observe("completed", BooleanSensor(wait.completed().node()));
+  wait.observe("timed out", BooleanSensor(wait.timed_out().node()));
+  LoadedCommand handle = load(wait);
+  handle.start();
+  press(false, 10);
+  handle.cancel();
+  EXPECT_EQ(handle.wait(100).state, activity::RunState::kCancelled);
+  EXPECT_EQ(handle.value<bool>("completed"), true);
+  EXPECT_EQ(handle.value<bool>("timed out"), false);
+}
+
 TEST_F(HandlerTest, N3_ADeadSensorCancelsAndDoesNotStart) {
   WaitCommand wait("wait", 5.0), other("other", 5.0);
   const RuntimeCommand started = on();
@@ -352,7 +400,7 @@ TEST_F(HandlerTest, N3_ADeadSensorCancelsAndDoesNotStart) {
   TransactionCommand both("both");
   both.add_started(wait).add_started(other).add(started).on_entered(button(), start(started));
   both.on_entered(wait.completed(), cancel(other));
-  CommandHandle handle = load(both);
+  LoadedCommand handle = load(both);
   handle.start();
   press(false, 10);
   cell.button->silent = true;
@@ -366,7 +414,7 @@ TEST_F(HandlerTest, ARaisedStateIsHeardByOthers) {
   const RaisedState alarm = both.raised("alarm");
   wait.on_entered(button(), raise(alarm));
   both.add_started(wait).add_started(other).on_entered(alarm.state(), cancel(both));
-  CommandHandle handle = load(both);
+  LoadedCommand handle = load(both);
   handle.start();
   press(false, 20);
   EXPECT_FALSE(handle.status().ended());
@@ -383,7 +431,7 @@ TEST_F(HandlerTest, C3_StoppingATransactionStopsAllInsideInTheSameCycle) {
   inner.observe("second", BooleanSensor(second.active().node()));
   const WaitCommand rest("rest", 0.1);
   outer.add_started(inner).add_started(rest).on_entered(button(), stop(inner));
-  CommandHandle handle = load(outer);
+  LoadedCommand handle = load(outer);
   handle.start();
   press(false, 20);
   EXPECT_EQ(handle.value<bool>("first"), true);
@@ -399,7 +447,7 @@ TEST_F(HandlerTest, C4_CancelIsForwardedAndNothingElseStarts) {
   const RuntimeCommand never = on();
   TransactionCommand both("both");
   both.add_started(wait).add(never).on_entered(wait.completed(), start(never));
-  CommandHandle handle = load(both);
+  LoadedCommand handle = load(both);
   handle.start();
   press(false, 20);
   handle.cancel();
@@ -413,7 +461,7 @@ TEST_F(HandlerTest, C4_ATransactionSaysWhatCancelDoes) {
   TransactionCommand three("three");
   three.add_started(told).add_started(untold).add(clean_up).on_cancel_forward_to({told});
   three.on_entered(three.cancelled(), start(clean_up));
-  CommandHandle handle = load(three);
+  LoadedCommand handle = load(three);
   handle.start();
   press(false, 20);
   handle.cancel();
@@ -427,7 +475,7 @@ TEST_F(HandlerTest, C4_ATransactionMayIgnoreCancel) {
   const RuntimeCommand then = on();
   TransactionCommand both("both");
   both.add_started(wait).add(then).on_cancel_ignore().on_entered(wait.completed(), start(then));
-  CommandHandle handle = load(both);
+  LoadedCommand handle = load(both);
   handle.start();
   press(false, 20);
   handle.cancel();
@@ -440,7 +488,7 @@ TEST_F(HandlerTest, C7_O4_AConflictWhileRunningStopsTheArmWithTheCause) {
   const RuntimeCommand b("b", cell.arm_actuator(), hold());
   TransactionCommand both("both");
   both.add_started(a).add(b).on_entered(button(), start(b));
-  CommandHandle handle = load(both);
+  LoadedCommand handle = load(both);
   handle.start();
   press(false, 200);
   press(true);
@@ -457,7 +505,7 @@ TEST_F(HandlerTest, C7_WhoComesWhenTheArmIsFreeIsNoConflict) {
   const RuntimeCommand b("b", cell.arm_actuator(), hold());
   TransactionCommand both("both");
   both.add_started(a).add(b).on_entered(button() && a.completed(), start(b)).on_left(button(), cancel(b));
-  CommandHandle handle = load(both);
+  LoadedCommand handle = load(both);
   handle.start();
   press(true, 2000);
   EXPECT_TRUE(cell.core_arm().at_rest());
@@ -470,7 +518,7 @@ TEST_F(HandlerTest, ActuatorsSayWhenTheyHaveArrived) {
   const RuntimeCommand a = line_command(cell, "a");
   EXPECT_EQ(a.actuator().completed().now(), true);
   EXPECT_EQ(a.actuator().emergency_stop().now(), false);
-  CommandHandle handle = load(a);
+  LoadedCommand handle = load(a);
   handle.start();
   press(false, 200);
   EXPECT_EQ(a.actuator().completed().now(), false) << "it moves";
@@ -487,7 +535,7 @@ TEST_F(HandlerTest, N4_ASetPointThatIsNoneIsToldOutside) {
   RuntimeCommand valve("valve", output(cell.cell, "valve"), follow_value(analog_output(cell.cell, "valve") / 0.0));
   valve.on_entered(valve.actuator().invalid_set_point(),
                    external("invalid", [&told](const ExternalEvent& event) { told.push_back(event); }));
-  CommandHandle handle = load(valve);
+  LoadedCommand handle = load(valve);
   handle.start();
   const CommandStatus status = handle.wait(10);
   EXPECT_EQ(status.cause.code, Cause::Code::kNullInput) << status.to_string();
@@ -498,7 +546,7 @@ TEST_F(HandlerTest, P2_SpeedIsAChannel) {
   const auto speed = channel<net::Real>(cell.cell, "speed");
   RuntimeCommand move("move", cell.arm_actuator(),
                       ptp(cell.joints(0.3), {.velocity = 0.5, .clock = {.speed = speed, .pause = {}}}));
-  CommandHandle handle = load(move);
+  LoadedCommand handle = load(move);
   handle.start();
   const auto* rate = cell.core.net(handle.net())->find<net::Real>("move/clock.rate");
   press(false, 100);

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/command/actions/device_commands.h"
+#include "core/command/single_net.h"
 #include "core/command/tare.h"
 #include "core/kinematics/chain.h"
 #include "core/motion/planner.h"
@@ -45,6 +47,9 @@ class MotionNetTest : public testing::Test {
   net::NetDescription net_of(const motion::Motion& motion, std::optional<Condition> until = {}) const {
     return motion_net({"motion", "arm", &motion, X_FT(), std::move(until)}, fake.cell, biases);
   }
+  MappedCommand tare(std::int64_t cycles = 100) const {
+    return single_net(tare_command("wrist", cycles, fake.cell), "tare").value();
+  }
   rcc::NetId load(const net::NetDescription& net, const rcc::LoadOptions& options = {}) {
     auto id = fake.core.load(net, options);
     if (!id) ADD_FAILURE() << id.error().to_string();
@@ -75,7 +80,7 @@ TEST_F(MotionNetTest, EveryNetReadsBackFromItsJson) {
   const Condition nested = condition(R"({"all": [{"any": [{"sensor": "wrist", "quantity": "force_z", "above_N": 5},
       {"sensor": "wrist", "quantity": "torque", "above_Nm": 2}]}, {"not": {"sensor": "wrist", "below_N": 1}}]})");
   for (const auto& net : {net_of(joints), net_of(line), net_of(line, condition(kForce)), net_of(joints, nested),
-                          net_of(line, nested), tare_net("wrist", 100, fake.cell).value()}) {
+                          net_of(line, nested), tare().net}) {
     const auto again = net::net_from_json(Json::parse(net::net_to_json(net).dump()));
     ASSERT_TRUE(again.has_value()) << again.error().to_string();
     EXPECT_EQ(*again, net);
@@ -223,25 +228,27 @@ TEST_F(MotionNetTest, L6_CancelAtEveryFiftiethCycleEndsAtRestWithinTheBound) {
 }
 
 TEST_F(MotionNetTest, TareFindsTheBiasUnderTheWeightOfTheTool) {
-  const auto net = load(tare_net("wrist", 100, fake.cell).value());
+  const MappedCommand mapped = tare();
+  const auto net = load(mapped.net);
   fake.core.start(net);
   EXPECT_EQ(run_to_end(net), 101);
-  const auto bias = read<net::Wrench>(net, tare_ports::kBias);
+  const auto bias = read<net::Wrench>(net, mapped.observed.at(observed::kBias));
   ASSERT_TRUE(bias.has_value());
   EXPECT_LT((bias->force - fake.bias.force).norm(), 1e-9);
   EXPECT_LT((bias->torque - fake.bias.torque).norm(), 1e-9);
 }
 
 TEST_F(MotionNetTest, TareOfASilentSensorGivesUp) {
-  const auto net = load(tare_net("wrist", 100, fake.cell).value());
+  const MappedCommand mapped = tare();
+  const auto net = load(mapped.net);
   fake.core.start(net);
   fake.sensor->silent = true;
   EXPECT_LT(run_to_end(net), 1000);
-  EXPECT_EQ(read<net::Wrench>(net, tare_ports::kBias), std::nullopt);
+  EXPECT_EQ(read<net::Wrench>(net, mapped.observed.at(observed::kBias)), std::nullopt);
 }
 
 TEST_F(MotionNetTest, TareCanBeCancelled) {
-  const auto net = load(tare_net("wrist", 100'000, fake.cell).value());
+  const auto net = load(tare(100'000).net);
   fake.core.start(net);
   fake.step(10);
   fake.core.cancel(net);

@@ -12,14 +12,14 @@ namespace {
 
 class OnlineTest : public testing::Test {
  protected:
-  CommandHandle begin(const Command& command) {
+  LoadedCommand begin(const Command& command) {
     auto handle = cell.runtime.load(command);
     if (!handle) ADD_FAILURE() << handle.error().to_string();
     handle->start();
     return handle.value();
   }
   Eigen::Vector3d tool() const { return (cell.X_WB.inverse() * cell.tool_in_world(cell.q())).translation(); }
-  void expect_ends_at_rest(CommandHandle& handle) {
+  void expect_ends_at_rest(LoadedCommand& handle) {
     handle.cancel();
     const CommandStatus status = handle.wait(1000);
     EXPECT_TRUE(status.succeeded()) << status.to_string();
@@ -44,7 +44,7 @@ class JogTest : public OnlineTest {
     }
   }
   double speed() const { return cell.core_arm().set_point().dq.norm(); }
-  std::optional<CommandHandle> handle;
+  std::optional<LoadedCommand> handle;
 };
 
 TEST_F(JogTest, MovesWhileTheSwitchIsHeldAndNoFasterThanAllowed) {
@@ -82,7 +82,7 @@ TEST_F(OnlineTest, APoseIsFollowedAndLostWithoutAJump) {
   RuntimeCommand command("follow", cell.arm_actuator(), follow(channel<net::Frame>(cell.cell, "target")));
   command.observe("arrived", BooleanSensor(command.action().state("arrived").node()));
   command.observe("error", BooleanSensor(command.action().error().node()));
-  CommandHandle handle = begin(command);
+  LoadedCommand handle = begin(command);
   const Eigen::Isometry3d goal = cell.moved(0.03, 0.05, -0.02);
   for (int i = 0; i < 50; ++i) cell.runtime.step();
   EXPECT_EQ(handle.value<bool>("error"), true) << "no target yet";
@@ -99,7 +99,7 @@ TEST_F(OnlineTest, APoseIsFollowedAndLostWithoutAJump) {
 TEST_F(OnlineTest, JointsGoToATargetThatChanges) {
   RuntimeCommand command("follow", cell.arm_actuator(),
                          follow(channel<net::JointArray>(cell.cell, "posture"), 0.5, 0.5));
-  CommandHandle handle = begin(command);
+  LoadedCommand handle = begin(command);
   for (int i = 0; i < 20; ++i) cell.runtime.step();
   EXPECT_EQ(cell.q(), cell.arm->home);
   cell.cell.channels.at("posture")->write(net::JointArray(cell.joints(0.4)));
@@ -118,7 +118,7 @@ TEST_F(OnlineTest, AWeaveSwingsBesideThePathAndStandsWithIt) {
   RuntimeCommand seam("seam", cell.arm_actuator(), weave(lin(cell.moved(0, 0.1, 0), {.linear_velocity = 0.03}), wish));
   const Eigen::Vector3d across =
       (cell.arm->chain->forward(cell.q()) * cell.cell.arms.at("arm").X_FT).linear() * wish.direction_M;
-  CommandHandle handle = begin(seam);
+  LoadedCommand handle = begin(seam);
   double least = 0.0, most = 0.0;
   for (int i = 0; i < 10'000 && !handle.status().ended(); ++i) {
     cell.runtime.step();
@@ -166,7 +166,7 @@ TEST_F(OnlineTest, AWeaveIsCheckedWithItsRampsAndTheShortestOneRuns) {
       EXPECT_FALSE(shorter) << "just outside";
       EXPECT_NEAR(shorter ? 0.0 : shortest_ramp(shorter.error().to_string()), shortest, 0.03 * shortest);
       const Eigen::Vector3d goal = cell.moved(0, 0.04, 0).translation();
-      CommandHandle handle = begin(seam(shortest));
+      LoadedCommand handle = begin(seam(shortest));
       EXPECT_TRUE(cell.run(handle).succeeded()) << handle.status().to_string();
       EXPECT_LT((cell.moved(0, 0, 0).translation() - goal).norm(), 1e-6);
     }
@@ -197,7 +197,7 @@ TEST_F(OnlineTest, AForceIsBroughtUpAndHeld) {
                  {.force = 8.0, .approach_velocity = 0.02, .gain = 1e-3}));
   press.observe("pressing", pressing_force(cell.cell, "wrist", down, {{"wrist", cell.bias}}));
   press.observe("contact", BooleanSensor(press.action().state("in_contact").node()));
-  CommandHandle handle = begin(press);
+  LoadedCommand handle = begin(press);
   const double ground = tool().z() - 0.01;  // m
   const auto spring = [&] {
     const double depth = std::max(0.0, ground - tool().z());

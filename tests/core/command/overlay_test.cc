@@ -59,7 +59,7 @@ class ForceOffsetTest : public testing::Test {
   RealSensor pressing(const Eigen::Vector3d& direction_M) const {
     return pressing_along(cell.cell, "wrist", direction_M, cell.cell.arms.at("arm").X_FT, {{"wrist", cell.bias}});
   }
-  CommandHandle begin(const Command& command) {
+  LoadedCommand begin(const Command& command) {
     from = tool();
     auto handle = cell.runtime.load(command);
     if (!handle) ADD_FAILURE() << handle.error().to_string();
@@ -87,7 +87,7 @@ class ForceOffsetTest : public testing::Test {
 
 TEST_F(ForceOffsetTest, TheForceStaysInItsBandOnAnInclinedSurface) {
   for (const double slope : {0.05, -0.05}) {
-    CommandHandle handle = begin(polish({.reach = 0.012, .retreat = 0.008}));
+    LoadedCommand handle = begin(polish({.reach = 0.012, .retreat = 0.008}));
     double least = 1e9, most = 0.0, worst_side = 0.0;
     for (int i = 0; i < 20'000 && !handle.status().ended(); ++i) {
       step(0.002, slope);
@@ -111,7 +111,7 @@ TEST_F(ForceOffsetTest, TheForceStaysInItsBandOnAnInclinedSurface) {
 }
 
 TEST_F(ForceOffsetTest, OneForceIsHeldRoundACorner) {
-  CommandHandle handle = begin(round_the_corner(0));
+  LoadedCommand handle = begin(round_the_corner(0));
   double least = 1e9, most = 0.0, slowest = 1e9;
   for (int i = 0; i < 20'000 && !handle.status().ended(); ++i) {
     const Eigen::Vector3d before = tool();
@@ -131,7 +131,7 @@ TEST_F(ForceOffsetTest, OneForceIsHeldRoundACorner) {
 }
 
 TEST_F(ForceOffsetTest, ItBeginsInTheMiddleOfABlendAndNobodyNeedsTheForceBefore) {
-  CommandHandle handle = begin(round_the_corner(1));
+  LoadedCommand handle = begin(round_the_corner(1));
   double before_corner = 0.0, force = 0.0;
   for (int i = 0; i < 20'000 && !handle.status().ended(); ++i) {
     if (i == 200) cell.sensor->silent = true;
@@ -152,7 +152,7 @@ TEST_F(ForceOffsetTest, ItBeginsInTheMiddleOfABlendAndNobodyNeedsTheForceBefore)
 TEST_F(ForceOffsetTest, TheRangeIsNeverLeft) {
   // Nothing below: the tool goes as far as it may. Then a surface that pushes back further than it may.
   for (const double below : {1.0, -0.02}) {
-    CommandHandle handle = begin(polish({.reach = 0.004, .retreat = 0.003}));
+    LoadedCommand handle = begin(polish({.reach = 0.004, .retreat = 0.003}));
     double lowest = 0.0, highest = 0.0;
     for (int i = 0; i < 20'000 && !handle.status().ended(); ++i) {
       step(below, 0.0);
@@ -169,7 +169,7 @@ TEST_F(ForceOffsetTest, TheRangeIsNeverLeft) {
 }
 
 TEST_F(ForceOffsetTest, P2_APausedPathStillHoldsTheForce) {
-  CommandHandle handle = begin(polish({.reach = 0.012}));
+  LoadedCommand handle = begin(polish({.reach = 0.012}));
   for (int i = 0; i < 2500; ++i) step(0.002, 0.03);
   (void)cell.speed->write(0.0);
   for (int i = 0; i < 500; ++i) step(0.002, 0.03);
@@ -190,7 +190,7 @@ TEST_F(ForceOffsetTest, P2_APausedPathStillHoldsTheForce) {
 }
 
 TEST_F(ForceOffsetTest, N3_WithoutTheForceItStandsOnItsPathAndStays) {
-  CommandHandle handle = begin(polish({.reach = 0.012}));
+  LoadedCommand handle = begin(polish({.reach = 0.012}));
   for (int i = 0; i < 2000; ++i) step(0.002, 0.05);
   EXPECT_EQ(handle.value<bool>("no force"), false);
   cell.sensor->silent = true;
@@ -212,7 +212,7 @@ TEST_F(ForceOffsetTest, N3_WithoutTheForceItStandsOnItsPathAndStays) {
 TEST_F(ForceOffsetTest, L6_ACancelAtAnyTimeComesToRestInItsBound) {
   for (const int after : {1, 40, 300, 700, 1500, 2600, 3900}) {
     SCOPED_TRACE(after);
-    CommandHandle handle = begin(polish({.reach = 0.012}));
+    LoadedCommand handle = begin(polish({.reach = 0.012}));
     for (int i = 0; i < after; ++i) step(0.002, 0.05);
     handle.cancel();
     for (int i = 0; i < 1500 && !handle.status().ended(); ++i) step(0.002, 0.05);

@@ -26,7 +26,7 @@ class Screw : public testing::Test {
     screwing.on_entered(turn.completed(), start(turned)).on_entered(turned.completed(), start(off));
     screwing.on_entered(off.completed(), cancel(keep));
   }
-  CommandHandle load() {
+  LoadedCommand load() {
     auto handle = cell.runtime.load(screwing);
     if (!handle) ADD_FAILURE() << handle.error().to_string();
     return handle.value();
@@ -40,7 +40,7 @@ class Screw : public testing::Test {
 };
 
 TEST_F(Screw, RunsFromContactToTheEnd) {
-  CommandHandle handle = load();
+  LoadedCommand handle = load();
   handle.start();
   for (int i = 0; i < 300; ++i) cell.runtime.step();
   EXPECT_FALSE(cell.cell.digital_outputs.at("driver")->value()) << "nothing is turned before the contact";
@@ -59,7 +59,7 @@ TEST_F(Screw, RunsFromContactToTheEnd) {
 }
 
 TEST_F(Screw, O4_HoldingAndInsertingExcludeEachOther) {
-  const CommandHandle handle = load();
+  const LoadedCommand handle = load();
   const auto& report = cell.core.net(handle.net())->report();
   int shared = 0;
   for (const auto& exclusion : report.exclusions) {

@@ -34,7 +34,7 @@ TEST_F(WhereaboutsTest, OneAfterTheOtherGoesFromEndToEnd) {
   all.add_started(a).add(b).add(c);
   all.on_entered(a.completed(), start(b)).on_entered(b.completed(), start(c));
   expect_known(all);
-  CommandHandle handle = cell.runtime.load(all).value();
+  LoadedCommand handle = cell.runtime.load(all).value();
   handle.start();
   EXPECT_TRUE(cell.run(handle).succeeded());
   EXPECT_LT((cell.q() - cell.joints(0.0)).norm(), 1e-9);

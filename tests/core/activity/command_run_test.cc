@@ -1,10 +1,10 @@
 // Commands in a control core: start, schedule, cancel, abort, wait, external effects, what a failure tells.
-#include "core/activity/handle.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/command/actions/online_action.h"
+#include "core/activity/activity.h"
+#include "core/activity/runtime.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::command {
@@ -14,12 +14,12 @@ using net::Cause;
 using rcc::NetState;
 using testing::HasSubstr;
 
-class HandleTest : public testing::Test {
+class CommandRunTest : public testing::Test {
  protected:
   RuntimeCommand move(double a1, double velocity = 0.5) const {
     return {"move", cell.arm_actuator(), ptp(cell.joints(a1), {.velocity = velocity})};
   }
-  CommandHandle load(const Command& command) {
+  LoadedCommand load(const Command& command) {
     auto handle = cell.runtime.load(command);
     if (!handle) ADD_FAILURE() << handle.error().to_string();
     return handle.value();
@@ -27,7 +27,7 @@ class HandleTest : public testing::Test {
   test::CommandCell cell;
 };
 
-TEST_F(HandleTest, ExecuteRunsToTheGoal) {
+TEST_F(CommandRunTest, ExecuteRunsToTheGoal) {
   const CommandStatus status = cell.runtime.execute(move(0.3));
   EXPECT_TRUE(status.succeeded()) << status.to_string();
   EXPECT_NEAR(cell.q()[0], cell.arm->home[0] + 0.3, 1e-12);
@@ -35,37 +35,26 @@ TEST_F(HandleTest, ExecuteRunsToTheGoal) {
   EXPECT_TRUE(status.last_cycles.empty()) << "nothing to explain";
 }
 
-TEST_F(HandleTest, ACommandThatIsScheduledFollowsWithoutAnEmptyCycle) {
-  CommandHandle first = load(move(0.3));
-  first.start();
-  cell.runtime.step();
-  device::JointVector there = cell.joints(0.3);
-  RuntimeCommand back("back", cell.arm_actuator(),
-                      planned({.motion = std::make_shared<const motion::Motion>(*motion::plan_ptp(
-                                   *cell.arm->chain, cell.arm->limits, there, cell.arm->home, {.velocity = 0.5}))}));
-  CommandHandle second = load(back);
-  EXPECT_TRUE(second.schedule_after(first).empty());
-  EXPECT_TRUE(second.wait().succeeded());
-  EXPECT_EQ(second.status().first_cycle, first.status().last_cycle + 1);
-  EXPECT_EQ(cell.q(), cell.arm->home);
+TEST_F(CommandRunTest, ASecondCommandOfTheSameArmIsPlannedFromTheEndOfTheFirst) {
+  activity::Runtime program(cell.core, cell.cell, [this] { cell.step(); });
+  const activity::Activity there(program, activity::command_activity(move(0.3))),
+      back(program, activity::command_activity(move(0.0)));
+  const activity::RunPtr first = there.schedule(), second = back.schedule();
+  wait(program, second);
+  EXPECT_EQ(first->state(), activity::RunState::kCompleted) << first->findings().to_string();
+  EXPECT_GT(second->first_cycle(), first->last_cycle());
+  EXPECT_LT((cell.q() - cell.arm->home).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_LE(cell.worst_limit_share(), 1.0);
 }
 
-TEST_F(HandleTest, ASeamThatDoesNotFitIsRefusedWithNumbers) {
-  CommandHandle first = load(move(0.3));
-  first.start();
-  CommandHandle second = load(move(0.5));  // planned from home
-  EXPECT_THAT(second.schedule_after(first).to_string(), HasSubstr("rad"));
-}
-
-TEST_F(HandleTest, CancelBrakesOnThePathAndAbortStops) {
-  CommandHandle cancelled = load(move(0.6));
+TEST_F(CommandRunTest, CancelBrakesOnThePathAndAbortStops) {
+  LoadedCommand cancelled = load(move(0.6));
   cancelled.start();
   for (int i = 0; i < 300; ++i) cell.runtime.step();
   cancelled.cancel();
   EXPECT_EQ(cancelled.wait(2000).cause.code, Cause::Code::kCancelled);
   EXPECT_TRUE(cell.core_arm().at_rest());
-  CommandHandle aborted = load(move(0.9));
+  LoadedCommand aborted = load(move(0.9));
   aborted.start();
   for (int i = 0; i < 300; ++i) cell.runtime.step();
   aborted.abort();
@@ -77,64 +66,64 @@ TEST_F(HandleTest, CancelBrakesOnThePathAndAbortStops) {
   EXPECT_LE(cell.worst_limit_share(), 1.0);
 }
 
-TEST_F(HandleTest, BeforeTheStartACancelMeansThatItNeverBegins) {
-  CommandHandle handle = load(move(0.3));
+TEST_F(CommandRunTest, BeforeTheStartACancelMeansThatItNeverBegins) {
+  LoadedCommand handle = load(move(0.3));
   handle.cancel();
   handle.start();
-  EXPECT_EQ(handle.wait(10).cause.code, Cause::Code::kCancelled);
+  EXPECT_EQ(handle.wait(10).state, activity::RunState::kCancelled);
   cell.step(10);
   EXPECT_EQ(cell.q(), cell.arm->home);
 }
 
-TEST_F(HandleTest, StartAndCancelAreNotLostWhenTheCoresQueueIsFull) {
+TEST_F(CommandRunTest, StartAndCancelAreNotLostWhenTheCoresQueueIsFull) {
   const auto fill = [this] {
     while (cell.core.cancel(4711) != 0) continue;
   };
-  CommandHandle handle = load(move(0.6)), never = load(move(0.6));
+  LoadedCommand handle = load(move(0.6)), never = load(move(0.6));
   fill();
   handle.start();
   never.start();
   never.cancel();
   for (int i = 0; i < 300; ++i) cell.runtime.step();
-  EXPECT_EQ(handle.status().state, rcc::NetState::kRunning);
-  EXPECT_EQ(never.status().cause.code, Cause::Code::kCancelled);
-  EXPECT_EQ(cell.core.state(never.net()), rcc::NetState::kReady) << "its start was never posted";
+  EXPECT_EQ(handle.status().state, activity::RunState::kRunning);
+  EXPECT_EQ(never.status().state, activity::RunState::kCancelled) << "its start was never posted";
   fill();
   handle.cancel();
   EXPECT_EQ(handle.wait(2000).cause.code, Cause::Code::kCancelled);
 }
 
-TEST_F(HandleTest, ARefusedStartSaysWhoHoldsTheArm) {
-  CommandHandle first = load(move(0.6)), second = load(move(-0.6));
+TEST_F(CommandRunTest, ARefusedStartSaysWhoHoldsTheArm) {
+  LoadedCommand first = load(move(0.6)), second = load(move(-0.6));
   first.start();
   cell.runtime.step();
   second.start();
   const CommandStatus status = second.wait(10);
   EXPECT_TRUE(status.ended());
-  EXPECT_THAT(std::string(status.cause.text.view()), HasSubstr("held by net"));
+  EXPECT_THAT(status.to_string(), testing::AllOf(HasSubstr("'move' was not started"), HasSubstr("held by net")));
+  EXPECT_EQ(second.run()->failure(), activity::RunFailure::kRefused);
 }
 
-TEST_F(HandleTest, AFailureTellsTheLastSixteenCycles) {
+TEST_F(CommandRunTest, AFailureTellsTheLastSixteenCycles) {
   RuntimeCommand moved = move(0.6);
   moved.on_entered(cell.hard(), external("felt"));
-  CommandHandle handle = load(moved);
+  LoadedCommand handle = load(moved);
   handle.start();
   for (int i = 0; i < 200; ++i) cell.runtime.step();
   cell.backend->state().ready = false;
   const CommandStatus status = handle.wait(100);
   EXPECT_EQ(status.cause.code, Cause::Code::kDevice) << status.to_string();
-  ASSERT_EQ(status.last_cycles.size(), CommandHandle::kTracedCycles);
+  ASSERT_EQ(status.last_cycles.size(), activity::RunTrace::kCycles);
   EXPECT_EQ(status.last_cycles.back().cycle, status.last_cycle);
   EXPECT_THAT(status.to_string(), testing::AllOf(HasSubstr("/move q="), HasSubstr("/move/handlers/0=false")));
 }
 
-TEST_F(HandleTest, ExternalEffectsAreCountedAndNoneIsLost) {
+TEST_F(CommandRunTest, ExternalEffectsAreCountedAndNoneIsLost) {
   std::vector<ExternalEvent> events;
   WaitCommand wait("wait", 0.5);
   wait.on_entered(digital_input(cell.cell, "button"),
                   external("pressed", [&events](const ExternalEvent& event) { events.push_back(event); }));
   wait.on_entered(digital_input(cell.cell, "button"), external("first", {}), {.first_only = true});
-  CommandHandle handle = load(wait);
+  LoadedCommand handle = load(wait);
   handle.start();
   cell.runtime.step();
   const auto press = [this](bool down) {
@@ -155,26 +144,26 @@ TEST_F(HandleTest, ExternalEffectsAreCountedAndNoneIsLost) {
   }
   cell.runtime.poll();
   EXPECT_EQ(events.size(), 60u) << "none is lost";
-  EXPECT_GT(handle.external_times_lost(), 0) << "but when some of them were";
+  EXPECT_GT(handle.run()->external_times_lost(), 0) << "but when some of them were";
   EXPECT_EQ(events.back().cycle, std::nullopt);
 }
 
-TEST_F(HandleTest, AHandlerOutsideMayStartTheNextCommand) {
-  CommandHandle next = load(RuntimeCommand("lamp", cell.lamp(), set_value(true)));
+TEST_F(CommandRunTest, AHandlerOutsideMayStartTheNextCommand) {
+  LoadedCommand next = load(RuntimeCommand("lamp", cell.lamp(), set_value(true)));
   RuntimeCommand moved = move(0.3);
   moved.on_entered(moved.action().at_path(0.5), external("half", [&next](const ExternalEvent&) { next.start(); }));
-  CommandHandle handle = load(moved);
+  LoadedCommand handle = load(moved);
   handle.start();
   EXPECT_TRUE(handle.wait().succeeded());
   EXPECT_TRUE(next.status().succeeded());
   EXPECT_TRUE(cell.cell.digital_outputs.at("lamp")->value());
 }
 
-TEST_F(HandleTest, ValuesAreObservedAndCaptured) {
+TEST_F(CommandRunTest, ValuesAreObservedAndCaptured) {
   RuntimeCommand moved = move(0.3);
   moved.observe("progress", moved.action().progress());
   moved.capture("q at half", measured_joints(cell.cell, "arm"), moved.action().at_path(0.5));
-  CommandHandle handle = load(moved);
+  LoadedCommand handle = load(moved);
   handle.start();
   for (int i = 0; i < 50; ++i) cell.runtime.step();
   EXPECT_GT(handle.value<net::Real>("progress").value_or(0.0), 0.0);

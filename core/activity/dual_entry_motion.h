@@ -19,7 +19,7 @@ struct OffsetPlan {
 
 /// A motion that is planned twice: from rest, and, where it can go on with another one, from a blend. One clock, one or
 /// several arms.
-struct TwoWays {
+struct DualEntryMotion {
   std::string name;
   command::Actuator actuator;
   std::string clock;  ///< the arm in whose channels its clock is told
@@ -32,11 +32,10 @@ struct TwoWays {
     std::optional<device::Seam> blend;
   };
   std::map<std::string, Begin> begins = {};
-  bool tells_end = false;  ///< a guarded motion tells how it ended (guarded_end)
   /// What must not hold while one of the motions that it is made of is being done: it brakes on its path then, and
   /// guarded_end() tells it. One for each motion, or none at all.
   std::vector<std::optional<command::State>> unless = {};
-  /// What is laid over either way; nothing: the set points are those of the plan.
+  /// What is laid over it for either entry; nothing: the set points are those of the plan.
   std::optional<command::WeavePlan> weaves_from_rest = {}, weaves_from_blend = {};
   std::optional<OffsetPlan> offset = {};
 };
@@ -47,29 +46,48 @@ struct ArmPlans {
   const motion::ArmModel& model;
   motion::SequencePlan from_rest;
   std::optional<motion::SequencePlan> from_blend;
-  bool tells_end = false;
   std::vector<std::optional<command::State>> unless = {};
   command::WeaveWishes weaves = {};  ///< of each of its motions; empty: none
   std::optional<OffsetPlan> offset = {};
 };
 
-/// One command with both ways, of which the first cycle takes one by where the clock's arm is told to be (docs/
+/// One command with both entries, of which the first cycle takes one by where the clock's arm is told to be (docs/
 /// activity-layer.md), and what is known of its arms. Realtime: setup.
-[[nodiscard]] Prepared prepare_two_ways(const Situation& situation, TwoWays ways, const MotionParameters& wish);
+[[nodiscard]] PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMotion motion,
+                                                 const MotionParameters& wish);
 
 /// The same for one arm. What is laid over its first or its last motion begins and ends at rest: that one is not joined
 /// or left in motion. @return findings of plan_weaves() from rest, "/1/ramp" (index of the motion), and of the offset
-[[nodiscard]] Result<Prepared> prepare_two_ways(const Situation& situation, ArmPlans plans,
-                                                const MotionParameters& wish);
+[[nodiscard]] Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmPlans plans,
+                                                         const MotionParameters& wish);
 /// What may be left, as planners have it; nothing where the arm has to come to rest first. It refers to `before`.
 /// @param X_FM  the frame that is to move on
-[[nodiscard]] std::optional<motion::Departure> departure_of(const Precedent& before, const Eigen::Isometry3d& X_FM);
+[[nodiscard]] std::optional<motion::Departure> departure_of(const Predecessor& before, const Eigen::Isometry3d& X_FM);
 
-/// How a motion ended that tells it (TwoWays::tells_end, TwoWays::unless).
+/// How a guarded motion ended.
+struct GuardedOutcome {
+  enum class Kind : std::uint8_t {
+    kTouched,       ///< its condition held, and it braked on its path
+    kNotTouched,    ///< it came to its goal, and the condition never held
+    kSensorSilent,  ///< nobody knew whether the condition holds, and it braked on its path (row N3)
+    kInterrupted    ///< it was cancelled before any of these, or is not over
+  };
+  Kind kind = Kind::kInterrupted;
+  /// Of a touch: the tool in the arm's base, measured, in the cycle in which the condition first held, m.
+  std::optional<net::Frame> X_BT = {};
+  /// Of a touch, N: what the force/torque sensor in the condition felt in that cycle, in the frame in which the
+  /// condition has it; nothing: there is none in the condition.
+  std::optional<Eigen::Vector3d> force = {};
+
+  [[nodiscard]] bool touched() const { return kind == Kind::kTouched; }
+};
+[[nodiscard]] std::string_view name_of(GuardedOutcome::Kind kind);
+/// Of one motion, or a sequence that is one, with a condition (MotionParameters::until). Realtime: setup.
+[[nodiscard]] GuardedOutcome guarded_outcome(const ActivityRun& run);
+
+/// How a motion ended that shows it (DualEntryMotion::until, DualEntryMotion::unless).
 struct GuardedEnd {
-  /// Where the tool was, in the arm's base, measured, in the cycle in which `until` first held; nothing: it never did.
-  std::optional<net::Frame> touch;
-  bool at_goal = false;  ///< it came to the end of its path
+  GuardedOutcome outcome;  ///< of a motion with a condition
   /// What must not hold did, or nobody knew any more.
   struct Broken {
     int motion = 0;  ///< of those that it is made of; -1: of the one that it went on with
@@ -85,6 +103,6 @@ struct GuardedEnd {
 [[nodiscard]] device::Seam seam_of(const motion::JointSample& state);
 [[nodiscard]] device::Seam seam_at_rest(const kinematics::JointVector& q);
 /// How an arm is taken over in motion; under an override only the guard can tell whether it fits.
-[[nodiscard]] device::Seam seam_in_motion(const Precedent::Leaving& leaving, const motion::JointSample& begin);
+[[nodiscard]] device::Seam seam_in_motion(const Predecessor::Leaving& leaving, const motion::JointSample& begin);
 
 }  // namespace takt::activity

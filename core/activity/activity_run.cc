@@ -1,0 +1,113 @@
+#include "core/activity/activity_run.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/command/command_tree.h"
+
+namespace takt::activity {
+
+ActivityRun::~ActivityRun() { unload(); }
+
+void ActivityRun::unload() {
+  externals_.detach();
+  if (net_ != 0) (void)core_.unload(net_);
+}
+
+void ActivityRun::forget_net() {
+  unload();
+  net_ = 0;
+  observed_.clear();
+  clocks_.clear();
+  reactions_ = {};
+  trace_ = {};
+}
+
+rcc::NetStatus ActivityRun::status() const {
+  if (status_) return *status_;
+  return net_ != 0 ? core_.status(net_) : rcc::NetStatus{};
+}
+
+Findings ActivityRun::findings_inside() const {
+  const std::string own = pointer_segment(name());
+  Findings inside;
+  for (Finding finding : findings_.list()) {
+    if (finding.pointer.starts_with(own)) finding.pointer.erase(0, own.size());
+    inside.add(std::move(finding));
+  }
+  return inside;
+}
+
+template <class T>
+std::optional<T> ActivityRun::value(const std::string& observation) const {
+  const auto found = observed_.find(observation);
+  const rcc::NetHandle net = compiled_net();
+  if (found == observed_.end() || net == nullptr) return std::nullopt;
+  const auto* slot = net->find<T>(found->second);
+  return slot != nullptr && slot->null == 0 ? std::optional<T>(slot->value) : std::nullopt;
+}
+template std::optional<net::Boolean> ActivityRun::value(const std::string&) const;
+template std::optional<net::Integer> ActivityRun::value(const std::string&) const;
+template std::optional<net::Real> ActivityRun::value(const std::string&) const;
+template std::optional<net::Vector> ActivityRun::value(const std::string&) const;
+template std::optional<net::Frame> ActivityRun::value(const std::string&) const;
+template std::optional<net::Twist> ActivityRun::value(const std::string&) const;
+template std::optional<net::Wrench> ActivityRun::value(const std::string&) const;
+template std::optional<net::JointArray> ActivityRun::value(const std::string&) const;
+
+bool ActivityRun::was_true(const std::string& observation) const {
+  return value<net::Boolean>(observation).value_or(false);
+}
+
+void ActivityRun::abort() {
+  wants_cancel_ = true;
+  if (state_ == RunState::kRunning && net_ != 0) core_.abort(net_);
+}
+
+bool ActivityRun::shares_actuator(const ActivityRun& other) const {
+  const auto own = model_->actuators(), others = other.model_->actuators();
+  return std::ranges::find_first_of(own, others) != own.end();
+}
+
+const ActivityRun::Clock* ActivityRun::clock_of(const command::SubjectPtr& command) const {
+  const auto clock = clocks_.find(command.get());
+  return clock == clocks_.end() ? nullptr : &clock->second;
+}
+
+std::optional<std::size_t> ActivityRun::part() const {
+  for (const PlannedPart& motion : planned_.motions) {
+    const Clock* clock = clock_of(motion.command);
+    if (clock == nullptr || !clock->runs()) continue;
+    if (clock->time->value < motion.begin) return std::nullopt;
+    const auto passed = std::ranges::upper_bound(motion.handed_over, clock->time->value);
+    return static_cast<std::size_t>(passed - motion.handed_over.begin());
+  }
+  return std::nullopt;
+}
+
+Findings ActivityRun::attach(command::MappedCommand mapped) {
+  const rcc::NetHandle handle = core_.net(net_);
+  const net::CompiledNet& net = *handle;
+  if (planned_.command) {
+    const command::CommandTree tree(*planned_.command);
+    for (int i = 0; i < tree.size(); ++i) {
+      const auto& clock = mapped.commands[static_cast<std::size_t>(i)].clock;
+      if (!clock) continue;
+      clocks_[tree.at(i).node->subject.get()] = {.time = net.find<net::Real>(clock->time),
+                                                 .rate = net.find<net::Real>(clock->rate),
+                                                 .rate_derivative = net.find<net::Real>(clock->rate_derivative)};
+    }
+  }
+  reactions_.attach(name(), net, mapped.brakes);
+  trace_.attach(net, mapped.traced);
+  observed_ = std::move(mapped.observed);
+  return externals_.attach(core_, net_, mapped.externals);
+}
+
+void ActivityRun::look_at_cycle() {
+  const std::int64_t cycle = core_.cycle() - 1;
+  reactions_.look(cycle);
+  trace_.note(cycle);
+}
+
+}  // namespace takt::activity

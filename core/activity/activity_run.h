@@ -1,0 +1,142 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/activity/activity_model.h"
+#include "core/activity/mode_change.h"
+#include "core/activity/reaction_watch.h"
+#include "core/activity/run_state.h"
+#include "core/activity/run_trace.h"
+#include "core/command/external_watch.h"
+#include "core/rcc/control_core.h"
+
+namespace takt::activity {
+
+/// What it took to make an activity ready to start, CPU time of the program's thread, s.
+struct Preparation {
+  double planning = 0.0;
+  double total = 0.0;  ///< planning, mapping to a net, LOAD
+};
+
+/// One execution of an activity. Shared by the scheduler, which moves it on, and whoever asked for it. Thread: the
+/// program's. Realtime: setup.
+class ActivityRun {
+ public:
+  ActivityRun(rcc::ControlCore& core, ActivityPtr model) : core_(core), model_(std::move(model)) {}
+  ~ActivityRun();
+  ActivityRun(const ActivityRun&) = delete;
+  ActivityRun& operator=(const ActivityRun&) = delete;
+
+  [[nodiscard]] const std::string& name() const { return model_->name(); }
+  [[nodiscard]] RunState state() const { return state_; }
+  /// It has begun to act, or is over.
+  [[nodiscard]] bool started() const { return began_ || over(); }
+  [[nodiscard]] bool over() const { return is_final(state_); }
+  /// Why it failed.
+  [[nodiscard]] RunFailure failure() const { return failure_; }
+  [[nodiscard]] const Findings& findings() const { return findings_; }
+  /// The same with locations below the activity, without its name: for who has a location of its own for it.
+  [[nodiscard]] Findings findings_inside() const;
+  /// It went on with its predecessor in motion.
+  [[nodiscard]] bool blended() const { return blended_; }
+  /// Core cycles of its first and last evaluation; -1: not yet.
+  [[nodiscard]] std::int64_t first_cycle() const { return status().first_cycle; }
+  [[nodiscard]] std::int64_t last_cycle() const { return status().last_cycle; }
+  /// Why its net ended; code kNone: it has not, or there is none.
+  [[nodiscard]] net::Cause cause() const { return status().cause; }
+  /// Core cycle in which it was asked for.
+  [[nodiscard]] std::int64_t asked_cycle() const { return asked_cycle_; }
+  [[nodiscard]] const Preparation& preparation() const { return preparation_; }
+  /// What its events did to its motions so far. Only of events that come from sensors.
+  [[nodiscard]] const std::vector<Reaction>& reactions() const { return reactions_.reactions(); }
+  /// The last cycles of its net, oldest first: to explain a failure.
+  [[nodiscard]] std::vector<TracedCycle> last_cycles() const { return trace_.cycles(); }
+  /// External effects whose cycle is not known because the program looked too late; no effect is ever lost.
+  [[nodiscard]] std::int64_t external_times_lost() const { return externals_.times_lost(); }
+  /// Of one motion, while it runs: how many of the motions that it is made of are behind it; nothing while what it goes
+  /// on with is not left.
+  [[nodiscard]] std::optional<std::size_t> part() const;
+  /// The net; 0: none was loaded.
+  [[nodiscard]] rcc::NetId net() const { return net_; }
+  /// The same, to read its monitors; null: none was loaded, or the run has failed a cycle ago or longer.
+  [[nodiscard]] rcc::NetHandle compiled_net() const { return net_ != 0 ? core_.net(net_) : nullptr; }
+  /// There is an observation of this name.
+  [[nodiscard]] bool observes(const std::string& observation) const { return observed_.contains(observation); }
+  /// The newest value of an observation of the command (Command::observe, capture). T: any value type.
+  template <class T>
+  [[nodiscard]] std::optional<T> value(const std::string& observation) const;
+
+  /// The same of a state; null counts as not holding.
+  [[nodiscard]] bool was_true(const std::string& observation) const;
+
+  /// Asks for a graceful end (row L6): it brakes on its path. What only waits is given up.
+  void cancel() { wants_cancel_ = true; }
+  /// The stop reaction, now.
+  void abort();
+
+ private:
+  friend class Scheduler;
+  friend class RunPlanner;
+  friend class StartConditions;
+
+  /// The ports of a path clock in the net.
+  struct Clock {
+    const net::Slot<net::Real>*time = nullptr, *rate = nullptr, *rate_derivative = nullptr;
+
+    /// Its motion runs.
+    [[nodiscard]] bool runs() const { return time->null == 0; }
+    /// Its rate does not change.
+    [[nodiscard]] bool is_steady() const { return rate->value > 0.0 && rate_derivative->value == 0.0; }
+  };
+  [[nodiscard]] rcc::NetStatus status() const;
+  [[nodiscard]] bool shares_actuator(const ActivityRun& other) const;
+  /// Null: the command is no planned motion of this run.
+  [[nodiscard]] const Clock* clock_of(const command::SubjectPtr& command) const;
+  /// Keeps what is to be read of its net, which was loaded just now. @return findings: an external effect could not be
+  /// watched.
+  [[nodiscard]] Findings attach(command::MappedCommand mapped);
+  /// After a cycle in which its net was evaluated.
+  void look_at_cycle();
+  /// Calls the handlers of external effects.
+  void call_externals() { externals_.poll(); }
+  void unload();
+  /// The same, as if it had never been loaded.
+  void forget_net();
+  /// Its arms are not in the control modes any more in which they shall be after it.
+  [[nodiscard]] bool must_return() const { return planned_.returns && !modes_before_.empty(); }
+
+  rcc::ControlCore& core_;
+  ActivityPtr model_;
+  RunState state_ = RunState::kQueued;
+  RunFailure failure_ = RunFailure::kNone;
+  Findings findings_;
+  bool wants_cancel_ = false, began_ = false, blended_ = false;
+  bool after_all_ = false;  ///< no rule has room for its predecessors: it begins when all are over
+  PlannedActivity planned_;
+  Preparation preparation_;
+  std::int64_t asked_cycle_ = -1;
+  std::int64_t due_cycle_ = 0;  ///< its start takes effect from here on (row D2)
+
+  rcc::NetId net_ = 0;
+  rcc::RequestId request_ = 0;
+  std::optional<rcc::Rule> rule_;                    ///< to be posted
+  std::int64_t queue_full_since_ = -1;               ///< cycle in which it could not be posted for the first time
+  std::optional<rcc::NetStatus> status_;             ///< of a net that has ended
+  std::map<std::string, std::string> observed_;      ///< name, port
+  std::map<const command::Subject*, Clock> clocks_;  ///< of its planned motions
+  command::ExternalWatch externals_;
+  ReactionWatch reactions_;
+  RunTrace trace_;
+
+  std::optional<ModeChange> change_;     ///< of control modes, before or after its net
+  ControlModes modes_before_;            ///< in which its arms were; empty: nothing was changed yet
+  RunEvent outcome_ = RunEvent::kEnded;  ///< of kReturning: what it comes to afterwards
+};
+using RunPtr = std::shared_ptr<ActivityRun>;
+
+}  // namespace takt::activity
