@@ -10,7 +10,7 @@
 #include "app/cell_setup.h"
 #include "core/activity/command_activity.h"
 #include "core/command/actions/online_action.h"
-#include "core/command/tare.h"
+#include "core/command/actions/tare.h"
 #include "scenario/cell_run.h"
 #include "scenario/data_folder.h"
 #include "scenario/operator.h"

@@ -11,7 +11,7 @@
 #include "core/base/object_reader.h"
 #include "core/base/read_parts.h"
 #include "core/command/actions/device_commands.h"
-#include "core/command/tare.h"
+#include "core/command/actions/tare.h"
 #include "core/operations/parameter_table.h"
 #include "core/operations/rehearsed_net.h"
 #include "core/operations/scheduled_run.h"

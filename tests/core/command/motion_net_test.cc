@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "core/command/actions/device_commands.h"
+#include "core/command/actions/tare.h"
 #include "core/command/single_net.h"
-#include "core/command/tare.h"
 #include "core/kinematics/chain.h"
 #include "core/motion/planner.h"
 #include "tests/support/fake_cell.h"

@@ -1,4 +1,4 @@
-#include "core/command/tare.h"
+#include "core/command/actions/tare.h"
 
 #include <string>
 
