@@ -224,8 +224,8 @@ TEST_F(ActivityRunTest, N3_AGuardedMotionTellsContactNoContactAndADeadSensorApar
   const GuardedOutcome free = after([](ActivityRun&) {});
   EXPECT_EQ(free.kind, kNotTouched);
   EXPECT_FALSE(free.X_BT || free.force);
-  EXPECT_EQ(after([&](ActivityRun&) { cell.sensor->silent = true; }).kind, kSensorSilent);
   EXPECT_EQ(after([](ActivityRun& run) { run.cancel(); }).kind, kInterrupted);
+  EXPECT_EQ(after([&](ActivityRun&) { cell.sensor->silent = true; }).kind, kSensorSilent);
   EXPECT_EQ(name_of(kSensorSilent), "sensor silent");
 }
 
