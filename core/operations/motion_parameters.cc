@@ -165,7 +165,7 @@ void check_internal_force(const command::Condition& condition, const command::Ce
 }
 
 void check_ends(MotionRequest& request, const ReadContext& from) {
-  if (from.reader.has("on_end") && !from.reader.has("until"))
+  if (from.reader.has("on_end") && !request.must_touch && !from.reader.has("until"))
     from.reader.findings().error(from.reader.at("on_end"), "'on_end' without 'until'", "a guarded motion");
   if (request.follower.empty()) return;
   for (const auto& [key, condition] : {std::pair("until", &request.until), {"unless", &request.unless}}) {

@@ -56,9 +56,6 @@ void check_jog(JogParameters& jog, const ReadContext& from) {
   if (!jog.channel && !velocity) {
     reader.findings().error(reader.pointer(), "nothing says how fast", "'channel', 'linear_m_s' or 'angular_deg_s'");
   }
-  if (!reader.has("while")) {
-    reader.findings().error(reader.at("while"), "'while' is missing", "the condition of the dead-man switch");
-  }
 }
 
 void check_follow(FollowParameters& follow, const ReadContext& from) {

@@ -217,7 +217,7 @@ class ParameterTable {
     return add(
         std::move(info),
         [access](const ParameterInfo& row, const ReadContext& from, P& p) {
-          std::invoke(access, p) = command::read_condition(from.reader, row.key, from.cell);
+          std::invoke(access, p) = command::read_condition(from.reader, row.key, from.cell, row.required);
         },
         [](const ParameterInfo&, const P&, ParameterWriter&) {});
   }
@@ -317,6 +317,9 @@ class ParameterTable {
     (void)reader.text("do", "");
     p.name = read_name(reader, "");
     read_into(p, {reader, cell});
+    for (const ParameterInfo& info : infos_) {
+      if (!info.refused) reader.allow(info.key);
+    }
     reader.finish();
     return p;
   }

@@ -138,7 +138,7 @@ TEST_F(BlendTest, AllErrorsOfFormAreFoundAtOnce) {
       {"do": "ptp", "to": "home", "velocity_m_s": 1})")),
       ElementsAre("/program/steps/0/blend_m", "/program/steps/1/blend_fraction", "/program/steps/2/blend_fraction",
                   "/program/steps/3/blend_m", "/program/steps/4", "/program/steps/5/orientation",
-                  "/program/steps/6/orientation", "/program/steps/6/about/axis", "/program/steps/7/about",
+                  "/program/steps/6/about/axis", "/program/steps/6/orientation", "/program/steps/7/about",
                   "/program/steps/8/through", "/program/steps/9/through", "/program/steps/10/velocity_m_s"));
 }
 

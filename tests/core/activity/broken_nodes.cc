@@ -63,7 +63,7 @@ std::vector<BrokenRule> variables() {
       {declared(R"("x": {"unit": "m"})", R"({"do": "let", "values": {"x": "$2[N]"}})"), "/steps/0/values/x",
        "a number in N stands here", "a number in m"},
       {declared(R"("x": {"unit": "m"})", R"({"do": "wait", "seconds": "$x"})"), "/steps/0/seconds",
-       "a number in m stands at 'seconds'", "a number in s"},
+       "'seconds' is given a number in m", "a number in s"},
   };
 }
 

@@ -212,10 +212,11 @@ TEST_F(TreeTest, ForEachTakesListsAndGrids) {
 }
 
 TEST_F(TreeTest, ATextThatDoublesItselfIsRefusedInTheRehearsal) {
-  EXPECT_THAT(refused(sequence(R"({"do": "repeat", "times": 40, "as": "i", "steps": [
+  const Findings found = rehearsed(sequence(R"({"do": "repeat", "times": 40, "as": "i", "steps": [
                  {"do": "let", "values": {"word": "$word + word"}}]})",
-                               R"({"word": "ab"})")),
-              ElementsAre("/program/steps/0/steps/0/values/word"));
+                                            R"({"word": "ab"})"));
+  ASSERT_EQ(found.list().size(), 1u) << found.to_string();
+  EXPECT_EQ(found.list().front().pointer, "/program/steps/0/steps/0/values/word");
 }
 
 TEST_F(TreeTest, LoopsAreCheckedForForm) {
@@ -519,8 +520,9 @@ TEST_F(TreeTest, D3_ARestoredSequenceKnowsThatItHasFailedWhileItsOpenMotionBrake
               Progress::kFailed);
     const Findings told = findings;
     EXPECT_THAT(told.to_string(), HasSubstr("-1 rounds"));
-    ASSERT_GT(states.size(), 20u) << "it brakes";
-    for (std::size_t i = 0; i < states.size(); i += 9) {
+    // The motion has hardly begun when the program fails, so it takes a few cycles to stop.
+    ASSERT_GT(states.size(), 3u) << "it brakes";
+    for (std::size_t i = 0; i < states.size(); i += 2) {
       log.clear();
       const auto from = fake.q();
       EXPECT_EQ(go_on(program, states[i]), Progress::kFailed);
