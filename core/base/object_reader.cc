@@ -199,10 +199,6 @@ Eigen::Isometry3d ObjectReader::pose() {
   return X;
 }
 
-void ObjectReader::allow(std::string_view key) {
-  if (std::ranges::find(asked_, key) == asked_.end()) asked_.emplace_back(key);
-}
-
 void ObjectReader::finish() {
   if (!json_.is_object()) return;
   std::size_t unknown = 0;

@@ -63,9 +63,6 @@ class ObjectReader {
   /// "position_m" (default zero) and rotation().
   Eigen::Isometry3d pose();
 
-  /// Names a key that may be there and was perhaps not asked for, so that finish() can suggest it.
-  void allow(std::string_view key);
-
   /// Reports every key that was never asked for. Keys starting with "$" and "comment" are always allowed.
   void finish();
 

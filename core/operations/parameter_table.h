@@ -318,7 +318,8 @@ class ParameterTable {
     p.name = read_name(reader, "");
     read_into(p, {reader, cell});
     for (const ParameterInfo& info : infos_) {
-      if (!info.refused) reader.allow(info.key);
+      // Asked for once more, so that all keys of the operation are suggested for one that does not exist.
+      if (!info.refused) (void)reader.child(info.key);
     }
     reader.finish();
     return p;
