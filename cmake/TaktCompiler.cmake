@@ -20,6 +20,8 @@ endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
   # Checks that must all speak are joined with '&' on purpose; GCC's own library calls what it has declared deprecated.
   add_compile_options(-Wno-bitwise-instead-of-logical -Wno-deprecated-declarations)
+  # In batches an alias of one file shadows the same alias of another one; GCC looks for real shadows.
+  add_compile_options(-Wno-shadow)
 endif()
 if(TAKT_SANITIZE)
   add_compile_options(-fsanitize=${TAKT_SANITIZE} -fno-omit-frame-pointer -g1)

@@ -58,7 +58,8 @@ class Verbs(WithFolder):
             reports[name] = json.loads(run.stdout)
         force = {name: next(one["value"] for one in report["expectations"] if one["kind"] == "contact_force")
                  for name, report in reports.items()}
-        self.assertGreater(force["slow"], force["direct"] + 0.3)
+        # A stop at this speed takes 17 ms; the delay of as much costs 0.2 N beside the force of the first blow.
+        self.assertGreater(force["slow"], force["direct"] + 0.1)
         arm = reports["slow"]["site"]["devices"]["arm"]
         declared = arm["driver_delay_ns"] + arm["dead_time_ns"]
         self.assertEqual(declared, 17_300_000)
