@@ -13,6 +13,7 @@
 #include <valijson/validator.hpp>
 
 #include "core/device/device_file.h"
+#include "tests/scenario/described.h"
 
 /// The schema of scenario files, and mistakes to try it with.
 namespace takt::scenario::test {
@@ -42,11 +43,6 @@ class ScenarioSchema {
 inline const ScenarioSchema& schema() {
   static const ScenarioSchema schema;
   return schema;
-}
-
-inline const device::ModelLibrary& models() {
-  static const device::ModelLibrary library({"models"});
-  return library;
 }
 
 /// One mistake in a file: `value` at `pointer`; null: what stands there is taken out.

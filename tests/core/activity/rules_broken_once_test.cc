@@ -417,6 +417,8 @@ TEST(RulesBrokenOnce, AllOfThemAtOnce) {
 
 /// What no wrong use comes to, and why.
 const std::vector<std::pair<std::string, std::string>> kElsewhere = {
+    {"'{}' was not started: the control core's queue of requests was full",
+     "nothing reads the queue then: a test of ActivityRunTest fills it"},
     {"the condition held, but the arm's position was not known", "the condition is null then: the case before it"},
     {"a list of more than 100 000 elements", "takes minutes to fill, one by one"},
     {"a text of {} bytes", "grows in a loop: ExpressionTest.WhatGrowsInALoopIsBounded"},
