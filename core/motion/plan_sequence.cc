@@ -221,7 +221,7 @@ class SequencePlanner {
   /// Undoes a blend that is so sharp that the arm would nearly stand in it for longer than a stop takes. The two
   /// motions alone are compared, each from rest to rest.
   void stop_where_faster(std::size_t i) {
-    constexpr double kSharp = 0.02;  // s: a longer way round a corner has never been slower than a stop
+    constexpr double kSharp = 0.02;  // s: wider blends are kept, as asked for; some take a tenth longer than a stop
     const Part a = parts_[i], b = parts_[i + 1];
     if (a.rest_after || (1.0 - a.end) * a.cost + b.begin * b.cost > kSharp) return;
     const Findings notes = notes_;

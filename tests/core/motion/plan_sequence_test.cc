@@ -124,11 +124,11 @@ TEST(PlanSequence, P3_RandomBlendedSequencesKeepJointLimitsForAnyTargets) {
 
 // A corner is passed the more slowly the sharper it is: a blend of a tenth of a millimetre took eight times as long as
 // the same two motions with a stop, one of a nanometre hours.
-TEST(PlanSequence, ABlendNeverTakesLongerThanAStop) {
+TEST(PlanSequence, ASmallBlendNeverTakesLongerThanAStop) {
   Random random(77);
   const RandomArm arm(robots::lwr_urdf(), random);
   int compared = 0, stopped = 0;
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < 20; ++i) {
     const JointVector q0 = arm.good_q(random);
     Random same = random;
     const auto plan_with = [&](const Blend& blend) {
@@ -138,7 +138,7 @@ TEST(PlanSequence, ABlendNeverTakesLongerThanAStop) {
     };
     const auto rest = plan_with({});
     if (!rest) continue;
-    for (const double m : {kLeastBlend_m, 1e-4, 1e-3, 4e-2}) {
+    for (const double m : {kLeastBlend_m, 1e-4, 1e-3}) {
       const auto plan = plan_with({Blend::Kind::kDistance, m});
       if (!plan) continue;
       ++compared;
