@@ -36,7 +36,7 @@ TEST(Faults, S3_AnArmThatStopsByItselfEndsItsNetWithTheCause) {
     const RunReport report =
         run(R"([{"at_s": 1, "do": "stop", "arm": "arm", "category": )" + std::to_string(category) + "}]");
     EXPECT_EQ(report.verdict, Verdict::kError) << category;
-    EXPECT_THAT(report.findings.to_string(), HasSubstr("fault " + std::to_string(5 + category)));
+    EXPECT_THAT(report.findings.to_string(), HasSubstr("stopped by category " + std::to_string(category)));
     EXPECT_NEAR(report.sim_time, 1.0, 0.05) << "the net ends in the cycle in which it is told";
   }
 }
