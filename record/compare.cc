@@ -136,7 +136,12 @@ Comparison compare(const Recording& a, const Recording& b, const CompareOptions&
     // States have no units to judge by; the digest covers them.
     const bool is_state = a.find_channel(topic)->schema == kSimStateSchema;
     const Tolerance report_only{.kind = ToleranceKind::kReportOnly};
-    compare_tables(*a.table(topic), *b.table(topic), report_only, !is_state, options, comparison);
+    const auto table_a = a.table(topic), table_b = b.table(topic);
+    if (table_a && table_b) {
+      compare_tables(*table_a, *table_b, report_only, !is_state, options, comparison);
+    } else {
+      comparison.missing.push_back((table_a ? table_b : table_a).error().list().front().message);
+    }
   }
   judge(options, comparison);
   return comparison;

@@ -63,11 +63,17 @@ GoldenColumn thin_column(const Table& table, std::size_t column, const Tolerance
   return golden;
 }
 
-std::vector<GoldenColumn> golden_columns(const Recording& recording, const BlessOptions& options, double share) {
+std::vector<GoldenColumn> golden_columns(const Recording& recording, const BlessOptions& options, double share,
+                                         Findings& findings) {
   std::vector<GoldenColumn> columns;
   for (const std::string& topic : recording.table_topics()) {
     if (!topic_wanted(options, *recording.find_channel(topic))) continue;
-    const Table table = *recording.table(topic);
+    const Result<Table> read = recording.table(topic);
+    if (!read) {
+      findings.append(read.error());
+      continue;
+    }
+    const Table& table = *read;
     for (std::size_t i = 0; i < table.columns.size(); ++i) {
       const Tolerance tolerance =
           choose_tolerance(options.rules, topic, table.columns[i], default_tolerance(topic, table.units[i]));
@@ -250,13 +256,14 @@ Result<Golden> make_golden(const Recording& recording, const BlessOptions& optio
       golden.events.push_back({topic, event.source, event.name, to_seconds(event.time)});
     }
   }
-  golden.columns = golden_columns(recording, options, kThinningShare);
+  golden.columns = golden_columns(recording, options, kThinningShare, findings);
+  if (findings.has_errors()) return std::unexpected(std::move(findings));
   if (golden.columns.empty() && golden.events.empty()) {
     return failure("", "the recording has no columns and no events to keep");
   }
   std::size_t bytes = golden_to_text(golden).size();
   if (bytes > options.max_bytes) {
-    golden.columns = golden_columns(recording, options, kCoarseShare);
+    golden.columns = golden_columns(recording, options, kCoarseShare, findings);
     bytes = golden_to_text(golden).size();
   }
   if (bytes > options.max_bytes) return std::unexpected(too_large(golden, bytes, options.max_bytes));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <set>
 
 #include "foxglove/Log.pb.h"
 #include "record/decode.h"
@@ -171,7 +172,13 @@ void Recording::Impl::take_stretch(std::string_view raw) {
 }
 
 void Recording::Impl::list_channels() {
+  std::set<std::string> topics;
   for (const auto& [id, record] : contents.channels) {
+    // A topic is asked for by its name: of two channels the first counts.
+    if (!topics.insert(record.topic).second) {
+      if (rows.contains(id)) contents.damage.push_back(fmt::format("topic '{}': a second channel", record.topic));
+      continue;
+    }
     const auto schema = contents.schema_names.find(record.schema);
     channels.push_back({.id = id,
                         .topic = record.topic,

@@ -136,6 +136,31 @@ TEST(Hostile, ATableOfTooManyValuesIsRefused) {
   EXPECT_THAT(table.error().to_string(), HasSubstr("has more than 16777216 values"));
 }
 
+TEST(Hostile, OfTwoChannelsWithOneTopicTheFirstCounts) {
+  std::string file;
+  put_channel(file, "foreign.Type", {});
+  {
+    const RecordScope record(file, Op::kChannel);
+    put(file, std::uint16_t{9});
+    put(file, std::uint16_t{2});
+    mcap::put_text(file, "/numbers");
+    mcap::put_text(file, "protobuf");
+    mcap::put_map(file, {{"columns", "[]"}});
+  }
+  {
+    const RecordScope record(file, Op::kSchema);
+    put(file, std::uint16_t{2});
+    mcap::put_text(file, "takt.SimState");
+    mcap::put_text(file, "protobuf");
+    mcap::put_text(file, "");
+  }
+  put_message(file, 9, 1, "");
+  const Recording recording = open(file);
+  ASSERT_EQ(recording.channels().size(), 1u);
+  EXPECT_THAT(recording.damage(), Contains(HasSubstr("topic '/numbers': a second channel")));
+  for (const std::string& topic : recording.table_topics()) EXPECT_TRUE(recording.table(topic)) << topic;
+}
+
 TEST(Hostile, NamesOfColumnsAreReadWithinBounds) {
   std::string file;
   put_channel(file, "takt.SimState", {{"columns", std::string(200'000, '[')}});
