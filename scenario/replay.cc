@@ -13,10 +13,10 @@
 namespace takt::scenario {
 namespace {
 
-std::unexpected<Findings> unusable(const std::filesystem::path& file, std::string message, std::string hint = {}) {
-  Findings findings;
-  findings.add({Severity::kError, file.string(), {}, std::move(message), std::move(hint)});
-  return std::unexpected(std::move(findings));
+std::unexpected<Diagnostics> unusable(const std::filesystem::path& file, std::string message, std::string hint = {}) {
+  Diagnostics diagnostics;
+  diagnostics.add({Severity::kError, file.string(), {}, std::move(message), std::move(hint)});
+  return std::unexpected(std::move(diagnostics));
 }
 
 /// The recorded signals that light something, in the order of the world's lamps; empty columns for what is not there.
@@ -94,7 +94,7 @@ Result<std::int64_t> render_recording(const std::filesystem::path& recording, co
     description.error().set_file(recording.string());
     return std::unexpected(std::move(description.error()));
   }
-  Findings warnings;
+  Diagnostics warnings;
   auto built = build_cell(*description, models, false, warnings);
   if (!built) return std::unexpected(std::move(built.error()));
   const auto table = opened->table("/state");

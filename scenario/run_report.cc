@@ -38,17 +38,17 @@ std::string_view name_of(Verdict verdict) {
   return "error";
 }
 
-Json to_json(const Findings& findings) {
+Json to_json(const Diagnostics& diagnostics) {
   auto list = Json::array();
-  for (const Finding& finding : findings.list()) {
-    const char* severity = finding.severity == Severity::kError     ? "error"
-                           : finding.severity == Severity::kWarning ? "warning"
-                                                                    : "note";
+  for (const Diagnostic& diagnostic : diagnostics.list()) {
+    const char* severity = diagnostic.severity == Severity::kError     ? "error"
+                           : diagnostic.severity == Severity::kWarning ? "warning"
+                                                                       : "note";
     list.push_back({{"severity", severity},
-                    {"file", finding.file},
-                    {"pointer", finding.pointer},
-                    {"message", finding.message},
-                    {"hint", finding.hint}});
+                    {"file", diagnostic.file},
+                    {"pointer", diagnostic.pointer},
+                    {"message", diagnostic.message},
+                    {"hint", diagnostic.hint}});
   }
   return list;
 }
@@ -127,7 +127,7 @@ Json to_json(const RunReport& report) {
           {"reactions", std::move(reactions)},
           {"lines", report.lines},
           {"products", report.products},
-          {"findings", to_json(report.findings)}};
+          {"diagnostics", to_json(report.diagnostics)}};
 }
 
 std::string to_text(const RunReport& report, const std::string& title) {

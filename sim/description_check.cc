@@ -20,7 +20,7 @@ class Checker {
  public:
   explicit Checker(const WorldDescription& description) : world_(description), bodies_(body_names(description)) {}
 
-  Findings run() {
+  Diagnostics run() {
     physics();
     for (const auto& robot : world_.robots) check(robot);
     for (const auto& object : world_.objects) check(object);
@@ -34,12 +34,12 @@ class Checker {
       name(devices_, place(device.pointer, "devices", device.name), device.name, true);
     }
     mount_loops();
-    return std::move(findings_);
+    return std::move(diagnostics_);
   }
 
  private:
   void error(const std::string& at, std::string message, std::string hint = {}) {
-    findings_.error(at, std::move(message), std::move(hint));
+    diagnostics_.error(at, std::move(message), std::move(hint));
   }
   void require(bool holds, const std::string& at, std::string_view what, double value, std::string_view allowed) {
     if (!holds) error(at, fmt::format("{} is {}", what, value), std::string(allowed));
@@ -285,7 +285,7 @@ class Checker {
   std::vector<std::string> bodies_;
   std::set<std::string> names_, cameras_, devices_;
   std::map<std::string, std::string> drivers_;  // robot -> arm
-  Findings findings_;
+  Diagnostics diagnostics_;
 };
 
 }  // namespace
@@ -312,6 +312,6 @@ std::vector<const Joint*> movable_joints(const RobotModel& model) {
   return joints;
 }
 
-Findings check(const WorldDescription& description) { return Checker(description).run(); }
+Diagnostics check(const WorldDescription& description) { return Checker(description).run(); }
 
 }  // namespace takt::sim

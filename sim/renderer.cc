@@ -33,17 +33,17 @@ using Eigen::Vector3f;
 constexpr int kLargestSide = 4096;
 constexpr float kHazeDistance = 5;  // in extents of the model
 
-Findings check(const RenderOptions& options) {
-  Findings findings;
+Diagnostics check(const RenderOptions& options) {
+  Diagnostics diagnostics;
   const auto in_range = [&](const char* pointer, int value, int low, int high) {
     if (value < low || value > high)
-      findings.error(pointer, fmt::format("{} is out of range", value), fmt::format("{} to {}", low, high));
+      diagnostics.error(pointer, fmt::format("{} is out of range", value), fmt::format("{} to {}", low, high));
   };
   in_range("/width", options.width, 16, kLargestSide);
   in_range("/height", options.height, 16, kLargestSide);
   if (options.shadow_size != 0) in_range("/shadow_size", options.shadow_size, 256, 8192);
   in_range("/max_geoms", options.max_geoms, 1, 100'000);
-  return findings;
+  return diagnostics;
 }
 
 // A uniform that a program does not use has location -1, which OpenGL ignores.
@@ -433,7 +433,8 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 Renderer::~Renderer() = default;
 
 Result<Renderer> Renderer::create(const mjModel_* model, const RenderOptions& options) {
-  if (Findings findings = check(options); findings.has_errors()) return std::unexpected(std::move(findings));
+  if (Diagnostics diagnostics = check(options); diagnostics.has_errors())
+    return std::unexpected(std::move(diagnostics));
   Result<GlContext> context = GlContext::create();
   if (!context) return std::unexpected(context.error());
   std::unique_ptr<Impl> impl;

@@ -342,8 +342,9 @@ Result<Reach> draw_reach(const device::ArmDescription& arm, const std::filesyste
   reach.farthest_m = any_orientation(chain, any);
   straight_down(arm, down);
   reach.best_measure = std::max(any.largest(), down.largest());
-  if (Findings findings = write_file(file, picture(arm, any, down, reach.farthest_m), "--reach"); findings.has_errors())
-    return std::unexpected(std::move(findings));
+  if (Diagnostics diagnostics = write_file(file, picture(arm, any, down, reach.farthest_m), "--reach");
+      diagnostics.has_errors())
+    return std::unexpected(std::move(diagnostics));
   return reach;
 }
 

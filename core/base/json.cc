@@ -31,7 +31,7 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
   bool string(string_t& value) override { return put(std::move(value)); }
   bool binary(binary_t&) override { return false; }
   bool number_float(number_float_t value, const string_t& text) override {
-    if (!std::isfinite(value)) findings_.error(pointer(), fmt::format("number {} is not finite", text));
+    if (!std::isfinite(value)) diagnostics_.error(pointer(), fmt::format("number {} is not finite", text));
     return put(value);
   }
   bool start_object(std::size_t) override { return open(Json::object()); }
@@ -50,16 +50,16 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
     const std::string_view what = error.what();
     const std::size_t start = what.find("parse error"), quote = what.find('\'');
     if (start != std::string_view::npos) {
-      findings_.error(pointer(), to_valid_utf8(what.substr(start)), fmt::format("byte {}", position));
+      diagnostics_.error(pointer(), to_valid_utf8(what.substr(start)), fmt::format("byte {}", position));
     } else {
-      findings_.error(pointer(), fmt::format("number {} is out of range", quoted_in(what, quote)),
-                      fmt::format("at most {:.6g} in size; byte {}", std::numeric_limits<double>::max(), position));
+      diagnostics_.error(pointer(), fmt::format("number {} is out of range", quoted_in(what, quote)),
+                         fmt::format("at most {:.6g} in size; byte {}", std::numeric_limits<double>::max(), position));
     }
     return false;
   }
 
   Json document;
-  Findings findings_;
+  Diagnostics diagnostics_;
 
  private:
   struct Level {
@@ -98,7 +98,7 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
 
   bool open(Json empty) {
     if (levels_.size() >= limits_.depth) {
-      findings_.error({}, fmt::format("nested deeper than {} levels", limits_.depth));
+      diagnostics_.error({}, fmt::format("nested deeper than {} levels", limits_.depth));
       return false;
     }
     Json* value = place(std::move(empty));
@@ -112,7 +112,7 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
     return goes_on;
   }
 
-  /// A finding for every key that an object has more than once. @return false: too many for a person to read
+  /// A diagnostic for every key that an object has more than once. @return false: too many for a person to read
   bool check_keys(Level& level) {
     std::vector<std::string_view> keys;
     for (const auto& [key, value] : level.value->get_ref<const Json::object_t&>()) keys.push_back(key);
@@ -120,8 +120,9 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
     for (std::size_t i = 1; i < keys.size(); ++i) {
       if (keys[i] != keys[i - 1]) continue;
       level.key = keys[i];
-      findings_.error(pointer(), fmt::format("duplicate key '{}' in this object", level.key), "remove one of the two");
-      if (findings_.list().size() >= kMostDuplicates) return false;
+      diagnostics_.error(pointer(), fmt::format("duplicate key '{}' in this object", level.key),
+                         "remove one of the two");
+      if (diagnostics_.list().size() >= kMostDuplicates) return false;
     }
     return true;
   }
@@ -150,17 +151,17 @@ Result<Json> parse_json(std::string_view text, const InputLimits& limits) {
     return failure({}, "the file is empty", "expected JSON");
   BoundedBuilder builder(limits);
   const bool parsed = Json::sax_parse(text, &builder);
-  if (!parsed && !builder.findings_.has_errors()) builder.findings_.error({}, "not JSON");
-  if (builder.findings_.has_errors()) return std::unexpected(std::move(builder.findings_));
+  if (!parsed && !builder.diagnostics_.has_errors()) builder.diagnostics_.error({}, "not JSON");
+  if (builder.diagnostics_.has_errors()) return std::unexpected(std::move(builder.diagnostics_));
   return std::move(builder.document);
 }
 
 Result<std::string> read_file(const std::filesystem::path& path, std::size_t max_bytes) {
   std::error_code error;
   const auto fail = [&](std::string message) {
-    Findings findings;
-    findings.add({Severity::kError, path.string(), {}, std::move(message), {}});
-    return std::unexpected(std::move(findings));
+    Diagnostics diagnostics;
+    diagnostics.add({Severity::kError, path.string(), {}, std::move(message), {}});
+    return std::unexpected(std::move(diagnostics));
   };
   const auto status = std::filesystem::status(path, error);
   if (status.type() == std::filesystem::file_type::none)

@@ -63,7 +63,7 @@ Result<std::string> temporary_pattern(const std::string& suffix) {
 
 }  // namespace
 
-Findings write_file(const fs::path& path, std::string_view content, const std::string& option) {
+Diagnostics write_file(const fs::path& path, std::string_view content, const std::string& option) {
   struct stat there {};
   const bool exists = ::stat(path.c_str(), &there) == 0;
   int error = 0;
@@ -75,27 +75,27 @@ Findings write_file(const fs::path& path, std::string_view content, const std::s
     const fs::path target = exists ? fs::canonical(path, unresolved) : path;
     error = write_beside(target, content, exists ? there.st_mode & 07777 : mode_of_new_files());
   }
-  Findings findings;
+  Diagnostics diagnostics;
   if (error != 0) {
-    findings.error(option, fmt::format("'{}' cannot be written: {}", path.string(), std::strerror(error)),
-                   "a file in a folder that exists and has room");
+    diagnostics.error(option, fmt::format("'{}' cannot be written: {}", path.string(), std::strerror(error)),
+                      "a file in a folder that exists and has room");
   }
-  return findings;
+  return diagnostics;
 }
 
-Findings check_output(const fs::path& path, const std::vector<fs::path>& inputs, const std::string& option) {
-  Findings findings;
+Diagnostics check_output(const fs::path& path, const std::vector<fs::path>& inputs, const std::string& option) {
+  Diagnostics diagnostics;
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   const auto refuse = [&](const char* why) {
-    findings.error(option, fmt::format("'{}' {}", path.string(), why), "the name of a new file");
+    diagnostics.error(option, fmt::format("'{}' {}", path.string(), why), "the name of a new file");
   };
   if (fs::is_directory(status)) refuse("is a folder");
   if (fs::is_fifo(status) || fs::is_socket(status)) refuse("is a pipe or a socket, not a file");
   for (const fs::path& input : inputs) {
     if (fs::equivalent(path, input, error) && !error) refuse("is read by this command and would be overwritten");
   }
-  return findings;
+  return diagnostics;
 }
 
 Result<TemporaryFile> TemporaryFile::create(const std::string& suffix) {

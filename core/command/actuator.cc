@@ -147,7 +147,7 @@ class PairActuator final : public ActuatorModel {
     return both;
   }
   [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
-  [[nodiscard]] std::optional<Finding> fault() const override { return fault_; }
+  [[nodiscard]] std::optional<Diagnostic> fault() const override { return fault_; }
   [[nodiscard]] std::vector<const MountedArm*> arms() const override {
     return fault_ ? std::vector<const MountedArm*>() : arms_;
   }
@@ -180,7 +180,7 @@ class PairActuator final : public ActuatorModel {
   std::vector<const MountedArm*> arms_;
   std::vector<Actuator> kept_;  ///< who owns them
   std::map<std::string, State> states_;
-  std::optional<Finding> fault_;
+  std::optional<Diagnostic> fault_;
 };
 
 class GripperActuator final : public ActuatorModel {
@@ -257,7 +257,7 @@ class MissingActuator final : public ActuatorModel {
       : ActuatorModel(name),
         fault_(fault_of(fmt::format("there is no {} '{}'", what, name),
                         names.empty() ? "the cell has none" : nearest_choice(name, names))) {}
-  MissingActuator(std::string name, Finding why) : ActuatorModel(std::move(name)), fault_(std::move(why)) {}
+  MissingActuator(std::string name, Diagnostic why) : ActuatorModel(std::move(name)), fault_(std::move(why)) {}
   [[nodiscard]] std::vector<SetPointKind> takes() const override { return {}; }
   [[nodiscard]] std::map<std::string, State> states() const override {
     const State never(broken(net::ValueType::kBoolean, fault_.message, fault_.hint));
@@ -265,10 +265,10 @@ class MissingActuator final : public ActuatorModel {
   }
   void add_consumer(FragmentWriter&, const SetPoint&) const override {}
   [[nodiscard]] std::string add_invalid(FragmentWriter&) const override { return {}; }
-  [[nodiscard]] std::optional<Finding> fault() const override { return fault_; }
+  [[nodiscard]] std::optional<Diagnostic> fault() const override { return fault_; }
 
  private:
-  Finding fault_;
+  Diagnostic fault_;
 };
 
 template <class Map>
@@ -326,7 +326,7 @@ Actuator gripper(const Cell& cell, const std::string& name) {
   return make<GripperActuator>(cell, name, "gripper", names);
 }
 
-Actuator missing(std::string name, Finding why) {
+Actuator missing(std::string name, Diagnostic why) {
   return Actuator(std::make_shared<const MissingActuator>(std::move(name), std::move(why)));
 }
 

@@ -36,7 +36,7 @@ class Checker {
  public:
   Checker(const CommandTree& tree, bool planned) : tree_(tree), planned_(planned) {}
 
-  Findings run() {
+  Diagnostics run() {
     for (const std::string& path : tree_.doubles()) {
       error(path, "C6", "this command stands in the tree twice", "a command of its own: a command runs once at most");
     }
@@ -51,24 +51,25 @@ class Checker {
     check_cycle();
     check_rivals();
     // What is not planned because of another fault is no fault of its own.
-    if (planned_ && !findings_.has_errors()) check_planned();
-    return std::move(findings_);
+    if (planned_ && !diagnostics_.has_errors()) check_planned();
+    return std::move(diagnostics_);
   }
 
  private:
   const CommandNode& node(int i) const { return *tree_.at(i).node; }
   const std::string& path(int i) const { return tree_.at(i).path; }
   void error(const std::string& place, const char* rule, const std::string& message, const std::string& hint) {
-    findings_.error(place, fmt::format("{}: {}", rule, message), hint);
+    diagnostics_.error(place, fmt::format("{}: {}", rule, message), hint);
   }
 
   void check_name(int i) {
-    if (node(i).name.empty()) findings_.error(path(i), "a command without a name", "a name of its own");
+    if (node(i).name.empty()) diagnostics_.error(path(i), "a command without a name", "a name of its own");
     const int parent = tree_.at(i).parent;
     if (parent < 0) return;
     for (const int other : tree_.at(parent).children) {
       if (other >= i || node(other).name != node(i).name) continue;
-      findings_.error(path(i), fmt::format("'{}' has two commands of this name", node(parent).name), "each name once");
+      diagnostics_.error(path(i), fmt::format("'{}' has two commands of this name", node(parent).name),
+                         "each name once");
     }
   }
 
@@ -76,7 +77,7 @@ class Checker {
 
   /// What a formula at a place speaks of belongs to the tree (rules C6, C8, C10) and exists.
   void check_formula(const ExpressionPtr& formula, const std::string& place) {
-    findings_.append(faults_of(formula), place);
+    diagnostics_.append(faults_of(formula), place);
     if (!formula || formula->depth > kMostDepth) return;
     check_leaves(formula, place);
   }
@@ -134,7 +135,7 @@ class Checker {
   void check_observation(int i, const Observation& observation) {
     const std::string place = path(i) + "/observations" + pointer_segment(observation.name);
     if (!observed_.insert(observation.name).second) {
-      findings_.error(place, fmt::format("'{}' is observed twice", observation.name), "each name once in a tree");
+      diagnostics_.error(place, fmt::format("'{}' is observed twice", observation.name), "each name once in a tree");
     }
     check_formula(observation.value, place);
     if (observation.when) check_formula(observation.when, place);
@@ -145,7 +146,7 @@ class Checker {
   void check_runtime(int i) {
     const ActuatorModel& actuator = node(i).actuator->model();
     if (const auto fault = actuator.fault())
-      return findings_.error(path(i) + fault->pointer, fault->message, fault->hint);
+      return diagnostics_.error(path(i) + fault->pointer, fault->message, fault->hint);
     const ActionModel& action = node(i).model();
     for (const ExpressionPtr& formula : action.formulas()) check_formula(formula, path(i));
     const auto takes = actuator.takes();
@@ -168,13 +169,14 @@ class Checker {
                    names.empty() ? std::string("it takes them without a mode")
                                  : fmt::format("it takes them for {}", fmt::join(names, ", ")));
     }
-    if (!action.needs_plan()) findings_.append(action.check(actuator), path(i));
+    if (!action.needs_plan()) diagnostics_.append(action.check(actuator), path(i));
   }
 
   void check_planned() {
     for (int i = 0; i < tree_.size(); ++i) {
       if (!node(i).is_runtime() || !node(i).model().needs_plan()) continue;
-      findings_.error(path(i), fmt::format("{} is not planned", node(i).model().name()), "plan() before it is mapped");
+      diagnostics_.error(path(i), fmt::format("{} is not planned", node(i).model().name()),
+                         "plan() before it is mapped");
     }
   }
 
@@ -185,7 +187,7 @@ class Checker {
 
   void check_time(const std::string& place, double seconds) {
     if (seconds >= 0.0 && seconds <= kLongestTime) return;
-    findings_.error(place, fmt::format("a time of {:g} s", seconds), fmt::format("0 to {:g} s", kLongestTime));
+    diagnostics_.error(place, fmt::format("a time of {:g} s", seconds), fmt::format("0 to {:g} s", kLongestTime));
   }
 
   void check_transaction(int i) {
@@ -242,7 +244,7 @@ class Checker {
 
   void check_handler(const CommandTree::Handler& h) {
     check_formula(h.handler->state.node(), h.path);
-    check_time(h.path, h.handler->occasion.delay);
+    check_time(h.path, h.handler->trigger.delay);
     switch (h.handler->effect.kind) {
       case Kind::kStart:
         return check_start(h);
@@ -252,7 +254,7 @@ class Checker {
       case Kind::kRaise:
         return check_raise(h);
       case Kind::kExternal:
-        if (h.handler->effect.name.empty()) findings_.error(h.path, "an external effect without a name", "a name");
+        if (h.handler->effect.name.empty()) diagnostics_.error(h.path, "an external effect without a name", "a name");
     }
   }
 
@@ -346,17 +348,17 @@ class Checker {
 
   const CommandTree& tree_;
   bool planned_;
-  Findings findings_;
+  Diagnostics diagnostics_;
   std::set<std::string> observed_;
 };
 
 }  // namespace
 
-Findings check(const Command& command, bool planned) { return Checker(CommandTree(command), planned).run(); }
+Diagnostics check(const Command& command, bool planned) { return Checker(CommandTree(command), planned).run(); }
 
-void add_news(const Findings& more, Findings& found) {
-  for (const Finding& one : more.list()) {
-    const bool known = std::ranges::any_of(found.list(), [&](const Finding& other) {
+void add_news(const Diagnostics& more, Diagnostics& found) {
+  for (const Diagnostic& one : more.list()) {
+    const bool known = std::ranges::any_of(found.list(), [&](const Diagnostic& other) {
       return other.message == one.message && other.pointer.starts_with(one.pointer);
     });
     if (!known) found.add(one);

@@ -91,7 +91,7 @@ ExpressionPtr leaf(net::ValueType type, SubjectPtr subject, std::string name, Js
   return node;
 }
 
-Finding fault_of(std::string message, std::string hint) {
+Diagnostic fault_of(std::string message, std::string hint) {
   return {
       .severity = Severity::kError, .file = {}, .pointer = {}, .message = std::move(message), .hint = std::move(hint)};
 }
@@ -117,18 +117,18 @@ std::vector<SubjectPtr> subjects_of(const ExpressionPtr& node) {
   return subjects;
 }
 
-Findings faults_of(const ExpressionPtr& node) {
-  Findings findings;
+Diagnostics faults_of(const ExpressionPtr& node) {
+  Diagnostics diagnostics;
   if (!node) {
-    findings.error({}, "an empty formula", "a sensor or a state");
+    diagnostics.error({}, "an empty formula", "a sensor or a state");
   } else if (node->depth > kMostDepth) {
-    findings.error({}, fmt::format("a formula of {} levels", node->depth), fmt::format("at most {}", kMostDepth));
+    diagnostics.error({}, fmt::format("a formula of {} levels", node->depth), fmt::format("at most {}", kMostDepth));
   } else {
-    walk(node, [&findings](const Expression& e) {
-      if (e.fault) findings.add(*e.fault);
+    walk(node, [&diagnostics](const Expression& e) {
+      if (e.fault) diagnostics.add(*e.fault);
     });
   }
-  return findings;
+  return diagnostics;
 }
 
 template <class T>

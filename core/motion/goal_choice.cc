@@ -12,10 +12,10 @@ namespace takt::motion {
 Result<JointVector> choose_solution(const kinematics::Chain& chain, const JointLimits& limits,
                                     const Eigen::Isometry3d& X_BF, const JointVector& q_near,
                                     const std::optional<JointVector>& weights) {
-  Findings findings;
-  check_limits(chain, limits, findings);
-  check_pose(X_BF, "/goal", findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  check_limits(chain, limits, diagnostics);
+  check_pose(X_BF, "/goal", diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   const JointVector weight = weights.value_or(limits.velocity.cwiseInverse());
   const bool fits = q_near.size() == chain.joint_count() && q_near.allFinite() && weight.size() == q_near.size();
   if (!fits) return failure("/start", "the configuration to be near to does not fit the chain");

@@ -11,9 +11,9 @@
 namespace takt::motion {
 namespace {
 
-Findings of_follower(const Findings& findings) {
-  Findings all;
-  all.append(findings, "/follower");
+Diagnostics of_follower(const Diagnostics& diagnostics) {
+  Diagnostics all;
+  all.append(diagnostics, "/follower");
   return all;
 }
 
@@ -28,7 +28,7 @@ Result<Motion> beside(const ArmPair& pair, const Motion& leader, const JointVect
   return motion;
 }
 
-/// The follower's motion as its arm follows it; findings are told of the follower.
+/// The follower's motion as its arm follows it; diagnostics are told of the follower.
 Result<FollowedPath> follow_beside(const ArmPair& pair, const Motion& follower) {
   auto path = PathPlanner(pair.follower).follow(follower, "/goal");
   if (!path) return std::unexpected(of_follower(path.error()));
@@ -52,20 +52,20 @@ void add_rest(const SequencePlan& alone, double stretch, PairPlan& plan) {
   plan.notes = alone.notes;
 }
 
-bool has_both(const ArmPair& pair, Findings& findings) {
+bool has_both(const ArmPair& pair, Diagnostics& diagnostics) {
   for (const auto& [arm, place] : {std::pair(&pair.leader, "/goal"), {&pair.follower, "/follower"}}) {
     if (arm->inverse == nullptr)
-      findings.error(place, "an arm of the pair has no inverse kinematics", "an arm of three joints at least");
+      diagnostics.error(place, "an arm of the pair has no inverse kinematics", "an arm of three joints at least");
   }
-  return !findings.has_errors();
+  return !diagnostics.has_errors();
 }
 
 }  // namespace
 
 Result<PairPlan> plan_pair(const ArmPair& pair, const JointVector& q_leader, const JointVector& q_follower,
                            const std::vector<LegMaker>& makers) {
-  Findings findings;
-  if (!has_both(pair, findings)) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  if (!has_both(pair, diagnostics)) return std::unexpected(std::move(diagnostics));
   auto alone = plan_sequence(pair.leader, q_leader, makers);
   if (!alone) return std::unexpected(std::move(alone.error()));
   auto follower = beside(pair, alone->motion, q_follower);

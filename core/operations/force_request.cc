@@ -54,8 +54,9 @@ Result<motion::SequencePlan> plan_pattern(const ForceRequest& request, const com
 void check_sensor(ForceRequest& request, const ReadContext& from) {
   const auto sensor = from.cell.sensors.find(request.sensor);
   if (sensor == from.cell.sensors.end() || sensor->second.arm == request.arm) return;
-  from.reader.findings().error(from.reader.at("sensor"),
-                               fmt::format("'{}' is not on '{}'", request.sensor, request.arm), "a sensor on this arm");
+  from.reader.diagnostics().error(from.reader.at("sensor"),
+                                  fmt::format("'{}' is not on '{}'", request.sensor, request.arm),
+                                  "a sensor on this arm");
 }
 
 /// What press and search have in common.
@@ -83,12 +84,12 @@ void check_pattern(ForceRequest& request, const ReadContext& from) {
   if (reader.has("radius_m") && reader.has("pitch_m") && pattern.pitch > 0.0) {
     const std::size_t size = search_size(pattern.kind, pattern.radius, pattern.pitch);
     if (size > kMostSearchPoints) {
-      reader.findings().error(reader.at("pitch_m"), fmt::format("{} points for this radius", size),
-                              fmt::format("a wider pitch: at most {} points", kMostSearchPoints));
+      reader.diagnostics().error(reader.at("pitch_m"), fmt::format("{} points for this radius", size),
+                                 fmt::format("a wider pitch: at most {} points", kMostSearchPoints));
     }
   }
   if (!request.drop && !reader.has("until")) {
-    reader.findings().error(reader.pointer(), "nothing says when something is found", "'drop_m' or 'until'");
+    reader.diagnostics().error(reader.pointer(), "nothing says when something is found", "'drop_m' or 'until'");
   }
 }
 

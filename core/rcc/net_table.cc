@@ -106,13 +106,13 @@ void NetTable::compile(NetEntry& entry, const net::NetDescription& description) 
   const std::lock_guard lock(compile_mutex_);
   auto compiled = net::CompiledNet::compile(description, environment_);
   if (!compiled) {
-    entry.findings = std::move(compiled.error());
+    entry.diagnostics = std::move(compiled.error());
     entry.state.store(NetState::kRejected, std::memory_order_release);
     return;
   }
   entry.net = std::move(*compiled);
-  entry.findings = bind_(entry);
-  const NetState state = entry.findings.has_errors() ? NetState::kRejected : NetState::kReady;
+  entry.diagnostics = bind_(entry);
+  const NetState state = entry.diagnostics.has_errors() ? NetState::kRejected : NetState::kReady;
   entry.state.store(state, std::memory_order_release);
 }
 
@@ -126,7 +126,7 @@ Result<NetId> NetTable::load(const net::NetDescription& description, const LoadO
     return entry->id;
   }
   drop(entry);
-  return std::unexpected(std::move(entry->findings));
+  return std::unexpected(std::move(entry->diagnostics));
 }
 
 NetId NetTable::load_async(net::NetDescription description, const LoadOptions& options) {

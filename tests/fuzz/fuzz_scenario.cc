@@ -1,4 +1,4 @@
-// Any bytes as a scenario lead to a cell that is ready to run, or to findings with reasons.
+// Any bytes as a scenario lead to a cell that is ready to run, or to diagnostics with reasons.
 #include <filesystem>
 #include <string>
 #include <string_view>

@@ -30,7 +30,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-std::unexpected<Findings> too_many(std::size_t triangles) {
+std::unexpected<Diagnostics> too_many(std::size_t triangles) {
   return failure("", fmt::format("{} triangles", triangles), fmt::format("at most {}", kMostTriangles));
 }
 

@@ -95,8 +95,8 @@ bool same(const Value& a, const Value& b) {
 
 class Evaluator {
  public:
-  Evaluator(const std::string& text, const Sight& sight, Findings& findings)
-      : text_(text), sight_(sight), findings_(findings) {}
+  Evaluator(const std::string& text, const EvalContext& sight, Diagnostics& diagnostics)
+      : text_(text), sight_(sight), diagnostics_(diagnostics) {}
 
   Value at(const Node& node) {
     switch (node.kind) {
@@ -124,14 +124,14 @@ class Evaluator {
 
  private:
   Value wrong(const Node& node, const std::string& message, const std::string& hint = {}) {
-    findings_.error({}, fmt::format("in '{}', character {}: {}", text_, node.at + 1, message), hint);
+    diagnostics_.error({}, fmt::format("in '{}', character {}: {}", text_, node.at + 1, message), hint);
     return {};
   }
 
   Value variable(const Node& node) {
     if (const Variable* variable = sight_.scope ? sight_.scope->find(node.name) : nullptr) {
       // A value that is not known has the type of its variable.
-      return sight_.mode == Sight::Mode::kCheck ? Value::unknown(variable->type) : variable->value;
+      return sight_.mode == EvalContext::Mode::kCheck ? Value::unknown(variable->type) : variable->value;
     }
     const auto names = sight_.scope ? sight_.scope->names() : std::vector<std::string>{};
     return wrong(node, fmt::format("there is no variable '{}'", node.name), nearest_choice(node.name, names));
@@ -313,8 +313,8 @@ class Evaluator {
   }
 
   const std::string& text_;
-  const Sight& sight_;
-  Findings& findings_;
+  const EvalContext& sight_;
+  Diagnostics& diagnostics_;
 };
 
 }  // namespace
@@ -341,8 +341,8 @@ bool changes(const Node& node, const command::Cell& cell) {
 
 bool Expression::changes(const command::Cell& cell) const { return activity::changes(*root_, cell); }
 
-Value Expression::evaluate(const Sight& sight, Findings& findings) const {
-  return Evaluator(text_, sight, findings).at(*root_);
+Value Expression::evaluate(const EvalContext& sight, Diagnostics& diagnostics) const {
+  return Evaluator(text_, sight, diagnostics).at(*root_);
 }
 
 }  // namespace takt::activity

@@ -1,4 +1,4 @@
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 #include <algorithm>
 #include <numeric>
@@ -37,55 +37,56 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-std::string to_string(const Finding& finding) {
-  std::string place = finding.file;
-  if (!finding.pointer.empty()) place += (place.empty() ? "" : ":") + finding.pointer;
-  std::string text =
-      fmt::format("{}{}: {}", place.empty() ? "" : place + ": ", severity_name(finding.severity), finding.message);
-  if (!finding.hint.empty()) text += fmt::format(" ({})", finding.hint);
+std::string to_string(const Diagnostic& diagnostic) {
+  std::string place = diagnostic.file;
+  if (!diagnostic.pointer.empty()) place += (place.empty() ? "" : ":") + diagnostic.pointer;
+  std::string text = fmt::format("{}{}: {}", place.empty() ? "" : place + ": ", severity_name(diagnostic.severity),
+                                 diagnostic.message);
+  if (!diagnostic.hint.empty()) text += fmt::format(" ({})", diagnostic.hint);
   return text;
 }
 
-void Findings::error(std::string pointer, std::string message, std::string hint) {
+void Diagnostics::error(std::string pointer, std::string message, std::string hint) {
   add({Severity::kError, {}, std::move(pointer), std::move(message), std::move(hint)});
 }
 
-void Findings::warning(std::string pointer, std::string message, std::string hint) {
+void Diagnostics::warning(std::string pointer, std::string message, std::string hint) {
   add({Severity::kWarning, {}, std::move(pointer), std::move(message), std::move(hint)});
 }
 
-void Findings::note(std::string pointer, std::string message, std::string hint) {
+void Diagnostics::note(std::string pointer, std::string message, std::string hint) {
   add({Severity::kNote, {}, std::move(pointer), std::move(message), std::move(hint)});
 }
 
-void Findings::append(const Findings& other, std::string_view prefix, std::string_view file) {
-  for (Finding finding : other.list_) {
-    finding.pointer.insert(0, prefix);
-    if (finding.file.empty()) finding.file = file;
-    add(std::move(finding));
+void Diagnostics::append(const Diagnostics& other, std::string_view prefix, std::string_view file) {
+  for (Diagnostic diagnostic : other.list_) {
+    diagnostic.pointer.insert(0, prefix);
+    if (diagnostic.file.empty()) diagnostic.file = file;
+    add(std::move(diagnostic));
   }
 }
 
-void Findings::set_file(std::string_view file) {
-  for (Finding& finding : list_) {
-    if (finding.file.empty()) finding.file = file;
+void Diagnostics::set_file(std::string_view file) {
+  for (Diagnostic& diagnostic : list_) {
+    if (diagnostic.file.empty()) diagnostic.file = file;
   }
 }
 
-bool Findings::has_errors() const {
-  return std::ranges::any_of(list_, [](const Finding& finding) { return finding.severity == Severity::kError; });
+bool Diagnostics::has_errors() const {
+  return std::ranges::any_of(list_,
+                             [](const Diagnostic& diagnostic) { return diagnostic.severity == Severity::kError; });
 }
 
-std::string Findings::to_string() const {
+std::string Diagnostics::to_string() const {
   std::string text;
-  for (const Finding& finding : list_) text += takt::to_string(finding) + "\n";
+  for (const Diagnostic& diagnostic : list_) text += takt::to_string(diagnostic) + "\n";
   return text;
 }
 
-std::unexpected<Findings> failure(std::string pointer, std::string message, std::string hint) {
-  Findings findings;
-  findings.error(std::move(pointer), std::move(message), std::move(hint));
-  return std::unexpected(std::move(findings));
+std::unexpected<Diagnostics> failure(std::string pointer, std::string message, std::string hint) {
+  Diagnostics diagnostics;
+  diagnostics.error(std::move(pointer), std::move(message), std::move(hint));
+  return std::unexpected(std::move(diagnostics));
 }
 
 std::string nearest_choice(std::string_view name, const std::vector<std::string>& choices, std::size_t most) {

@@ -8,11 +8,11 @@
 
 namespace takt {
 
-/// How bad a finding is: an error refuses the input, a warning and a note do not.
+/// How bad a diagnostic is: an error refuses the input, a warning and a note do not.
 enum class Severity { kError, kWarning, kNote };
 
 /// One thing found in an input of the user: where it stands, what is wrong, what would be right.
-struct Finding {
+struct Diagnostic {
   Severity severity = Severity::kError;
   std::string file;     ///< as the user named it; empty if the input is no file
   std::string pointer;  ///< JSON pointer (RFC 6901) or another place inside the file; empty = the whole
@@ -21,39 +21,39 @@ struct Finding {
 };
 
 /// "FILE:POINTER: error: MESSAGE (HINT)" on one line.
-[[nodiscard]] std::string to_string(const Finding& finding);
+[[nodiscard]] std::string to_string(const Diagnostic& diagnostic);
 
-/// The findings of one check, in the order found. Checks add and go on, so that the user sees all at once.
+/// The diagnostics of one check, in the order found. Checks add and go on, so that the user sees all at once.
 /// Thread: any, one at a time. Realtime: setup.
-class Findings {
+class Diagnostics {
  public:
-  void add(Finding finding) { list_.push_back(std::move(finding)); }
+  void add(Diagnostic diagnostic) { list_.push_back(std::move(diagnostic)); }
   void error(std::string pointer, std::string message, std::string hint = {});
   void warning(std::string pointer, std::string message, std::string hint = {});
   void note(std::string pointer, std::string message, std::string hint = {});
 
   /// Appends what `other` found; `prefix` goes before each of its pointers, `file` fills in where it names none.
-  void append(const Findings& other, std::string_view prefix = {}, std::string_view file = {});
+  void append(const Diagnostics& other, std::string_view prefix = {}, std::string_view file = {});
 
-  /// Names the file in every finding that names none yet.
+  /// Names the file in every diagnostic that names none yet.
   void set_file(std::string_view file);
 
   [[nodiscard]] bool has_errors() const;
   [[nodiscard]] bool empty() const { return list_.empty(); }
-  [[nodiscard]] const std::vector<Finding>& list() const { return list_; }
-  /// All findings, a line each.
+  [[nodiscard]] const std::vector<Diagnostic>& list() const { return list_; }
+  /// All diagnostics, a line each.
   [[nodiscard]] std::string to_string() const;
 
  private:
-  std::vector<Finding> list_;
+  std::vector<Diagnostic> list_;
 };
 
-/// A value, or the findings that say why there is none.
+/// A value, or the diagnostics that say why there is none.
 template <class T>
-using Result = std::expected<T, Findings>;
+using Result = std::expected<T, Diagnostics>;
 
-/// The findings with one error, ready to be returned from a function that gives a Result.
-[[nodiscard]] std::unexpected<Findings> failure(std::string pointer, std::string message, std::string hint = {});
+/// The diagnostics with one error, ready to be returned from a function that gives a Result.
+[[nodiscard]] std::unexpected<Diagnostics> failure(std::string pointer, std::string message, std::string hint = {});
 
 /// `", did you mean 'x'?"`-style text for a mistyped `name`: the nearest of `choices` by edit distance and the list of
 /// all of them (at most `most`); an empty name is near to nothing.
