@@ -20,9 +20,9 @@ namespace {
 
 using activity::ActivityError;
 
-[[noreturn]] void refuse(std::string message, std::string hint) {
+[[noreturn]] void refuse(Code code, std::string message, std::string hint) {
   Diagnostics why;
-  why.error("", std::move(message), std::move(hint));
+  why.error(code, "", std::move(message), std::move(hint));
   throw ActivityError(std::move(why));
 }
 
@@ -34,8 +34,8 @@ std::string device_of(const Map& devices, const std::string& name, const char* k
   if (name.empty() && names.size() == 1) return names.front();
   if (devices.contains(name)) return name;
   if (name.empty() && !names.empty())
-    refuse(fmt::format("which {} of {}?", kind, names.size()), nearest_choice(name, names));
-  refuse(fmt::format("the cell has no {} '{}'", kind, name), nearest_choice(name, names));
+    refuse(Code::kMissing, fmt::format("which {} of {}?", kind, names.size()), nearest_choice(name, names));
+  refuse(Code::kUnknownName, fmt::format("the cell has no {} '{}'", kind, name), nearest_choice(name, names));
 }
 
 /// As it is named, beside the program, among the installed scenarios.
@@ -46,7 +46,8 @@ std::filesystem::path find_file(const std::filesystem::path& file) {
   for (const auto& place : {file, beside, installed})
     if (std::filesystem::exists(place, error)) return place;
   Diagnostics why;
-  why.error("", "there is no such file", fmt::format("nor '{}', nor '{}'", beside.string(), installed.string()));
+  why.error(Code::kNotFound, "", "there is no such file",
+            fmt::format("nor '{}', nor '{}'", beside.string(), installed.string()));
   why.set_file(file.string());
   throw OpenError(std::move(why));
 }
@@ -56,7 +57,8 @@ void explain_missing_data(Diagnostics& diagnostics) {
   const auto models = scenario::data_folder() / "models";
   std::error_code error;
   if (std::filesystem::is_directory(models, error)) return;
-  diagnostics.error("", fmt::format("this install has no models: there is no folder '{}'", models.string()),
+  diagnostics.error(Code::kNotFound, "",
+                    fmt::format("this install has no models: there is no folder '{}'", models.string()),
                     "TAKT_ROOT: the folder of models/ and scenarios/");
 }
 
@@ -122,7 +124,7 @@ class Cell::Impl {
     if (why.has_errors()) runtime_->cancel();
     if (!broken_) settle();
     if (!operator_->broken_off().empty() && !report.diagnostics.has_errors())
-      report.diagnostics.error({}, operator_->broken_off());
+      report.diagnostics.error(Code::kCancelled, {}, operator_->broken_off());
     report.reactions = runtime_->reactions();
     return run_->finish(interrupted_, run_again);
   }
@@ -225,7 +227,8 @@ class Cell::Impl {
     for (const auto& [name, arm] : built_.cell.arms) {
       if (clear(std::pair(name, arm))) continue;
       run_->report().diagnostics.error(
-          "", fmt::format("'{}' is {} when the program has ended", name, arm.device->held() ? "held" : "in motion"));
+          Code::kNotPossibleNow, "",
+          fmt::format("'{}' is {} when the program has ended", name, arm.device->held() ? "held" : "in motion"));
     }
   }
 
@@ -276,7 +279,7 @@ command::RealSensor Cell::analog_input(const std::string& name) {
 command::State Cell::gripper_is(const std::string& state, const std::string& gripper) {
   const std::vector<std::string> states = {"moving", "holding", "lost", "open", "closed"};
   if (std::ranges::find(states, state) == states.end())
-    refuse(fmt::format("a gripper is never '{}'", state), nearest_choice(state, states));
+    refuse(Code::kUnknownName, fmt::format("a gripper is never '{}'", state), nearest_choice(state, states));
   return command::gripper_state(model(), device_of(model().grippers, gripper, "gripper"), state);
 }
 
@@ -288,7 +291,9 @@ void Cell::tare(const std::string& sensor, std::int64_t cycles) {
   const std::string name = device_of(model().sensors, sensor, "force/torque sensor");
   const auto run = as_activity(command::tare_command(name, cycles, model())).execute();
   const auto bias = run->value<net::Wrench>("bias");
-  if (!bias) refuse(fmt::format("'{}' did not answer, so it was not tared", name), "a sensor that is there");
+  if (!bias)
+    refuse(Code::kSensorSilent, fmt::format("'{}' did not answer, so it was not tared", name),
+           "a sensor that is there");
   impl_->biases()[name] = *bias;
 }
 

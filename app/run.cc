@@ -10,6 +10,7 @@
 #include "app/cell_setup.h"
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "core/base/text_location.h"
 #include "scenario/interruptions.h"
 
 namespace takt::app {
@@ -34,7 +35,7 @@ Diagnostics carry_out(Cell& cell, const Program& program) {
   } catch (const activity::ActivityError& error) {
     why = error.diagnostics();
   } catch (const std::exception& error) {
-    why.error("", fmt::format("the program threw: {}", error.what()));
+    why.error(Code::kInternal, "", fmt::format("the program threw: {}", error.what()));
   }
   return why;
 }
@@ -61,7 +62,9 @@ Diagnostics check(const Arguments& arguments) {
                                                  {"--record", !arguments.record.empty()},
                                                  {"--realtime", arguments.realtime}};
   for (const auto& [name, given] : others)
-    if (given) diagnostics.error("--try-interruptions", fmt::format("cannot be together with {}", name), "one of both");
+    if (given)
+      diagnostics.error(Code::kConflict, "--try-interruptions", fmt::format("cannot be together with {}", name),
+                        "one of both");
   return diagnostics;
 }
 
@@ -90,12 +93,10 @@ void tell(const scenario::Interruptions& tries, scenario::RunReport& report) {
   if (!held && report.verdict == scenario::Verdict::kPassed) report.verdict = scenario::Verdict::kFailed;
 }
 
-void print(const nlohmann::ordered_json& json) {
-  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-}
+void print(const nlohmann::ordered_json& json) { fmt::print("{}", scenario::to_output_text(json)); }
 
 int refuse(const Diagnostics& diagnostics, bool json) {
-  fmt::print(stderr, "{}", diagnostics.to_string());
+  fmt::print(stderr, "{}", to_located_text(diagnostics));
   if (json) print({{"result", "error"}, {"diagnostics", scenario::to_json(diagnostics)}});
   return kRefused;
 }
@@ -120,7 +121,7 @@ int run(const Arguments& arguments, const Program& program) {
   } catch (const OpenError& error) {
     return refuse(error.diagnostics(), arguments.json);
   }
-  fmt::print(stderr, "{}", cell->warnings().to_string());
+  fmt::print(stderr, "{}", to_located_text(cell->warnings()));
   const Diagnostics why = carry_out(*cell, program);
   scenario::RunReport report = cell->finish(why, [&]() -> std::string {
     return tries.in_child() ? "" : digest_of_second_run(arguments.file, cell_options, open, program);
@@ -128,7 +129,7 @@ int run(const Arguments& arguments, const Program& program) {
   if (tries.in_child()) answer(*cell, report, tries);
   if (arguments.try_every > 0) tell(tries, report);
   if (!arguments.json) clear_progress();
-  fmt::print(stderr, "{}", report.diagnostics.to_string());
+  fmt::print(stderr, "{}", to_located_text(report.diagnostics));
   if (arguments.json) {
     print(to_json(report));
   } else {
@@ -157,7 +158,7 @@ int run_command_line(int argc, char** argv, const std::filesystem::path& file, c
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return parser.exit(error);  // --help
     Diagnostics diagnostics;
-    diagnostics.error("", error.what(), "--help");
+    diagnostics.error(Code::kUsage, "", error.what(), "--help");
     return refuse(diagnostics, arguments.json);
   }
   return run(arguments, program);

@@ -25,7 +25,7 @@ std::optional<std::uint64_t> parse_seed(const std::optional<std::string>& text, 
   std::uint64_t seed = 0;
   if (!text) return std::nullopt;
   if (parse_whole(*text, seed)) return seed;
-  diagnostics.error("--seed", fmt::format("'{}' is not a seed", *text),
+  diagnostics.error(Code::kInvalidValue, "--seed", fmt::format("'{}' is not a seed", *text),
                     "a whole number from 0 to 18446744073709551615");
   return std::nullopt;
 }
@@ -40,7 +40,8 @@ void check_products(const RunArguments& arguments, std::vector<std::filesystem::
     return std::filesystem::absolute(a).lexically_normal() == std::filesystem::absolute(b).lexically_normal();
   };
   if (!arguments.record.empty() && !arguments.video.empty() && same(arguments.record, arguments.video))
-    diagnostics.error("--record", fmt::format("'{}' is the file of --video too", arguments.record), "another name");
+    diagnostics.error(Code::kConflict, "--record", fmt::format("'{}' is the file of --video too", arguments.record),
+                      "another name");
 }
 
 std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets, Diagnostics& diagnostics) {
@@ -48,7 +49,8 @@ std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets,
   for (const std::string& set : sets) {
     const std::size_t equals = set.find('=');
     if (equals == std::string::npos || set[0] != '/') {
-      diagnostics.error("--set", fmt::format("'{}' is not JSON_POINTER=VALUE", set), "--set /devices/arm/model=NAME");
+      diagnostics.error(Code::kInvalidValue, "--set", fmt::format("'{}' is not JSON_POINTER=VALUE", set),
+                        "--set /devices/arm/model=NAME");
       continue;
     }
     overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});
@@ -107,10 +109,11 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
                 Diagnostics& diagnostics) {
   ParsedRun parsed;
   if (!parse_size(arguments.size, parsed.run.width, parsed.run.height)) {
-    diagnostics.error("--size", fmt::format("'{}' is not a size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
+    diagnostics.error(Code::kInvalidValue, "--size", fmt::format("'{}' is not a size", arguments.size),
+                      "WIDTHxHEIGHT, e.g. 1280x720");
   }
   if (arguments.fps < 1 || arguments.fps > sim::kMostFps) {
-    diagnostics.error("--fps", fmt::format("{} pictures per second", arguments.fps),
+    diagnostics.error(Code::kOutOfRange, "--fps", fmt::format("{} pictures per second", arguments.fps),
                       fmt::format("1 to {}", sim::kMostFps));
   }
   check_products(arguments, inputs, diagnostics);
@@ -146,7 +149,8 @@ Diagnostics check_model_folders(const std::vector<std::string>& folders) {
   std::error_code ignored;
   for (const std::string& folder : folders) {
     if (!std::filesystem::is_directory(folder, ignored))
-      diagnostics.error("--models", fmt::format("'{}' is not a folder", folder), "a folder with a folder per model");
+      diagnostics.error(Code::kNotFound, "--models", fmt::format("'{}' is not a folder", folder),
+                        "a folder with a folder per model");
   }
   return diagnostics;
 }

@@ -190,7 +190,7 @@ class MemberReader {
       known = true;
     }
     if (!known) {
-      diagnostics_.error(place + "/kind", fmt::format("'{}' is no kind of tolerance", kind),
+      diagnostics_.error(Code::kUnknownName, place + "/kind", fmt::format("'{}' is no kind of tolerance", kind),
                          nearest_choice(kind, names));
     }
     tolerance.dt = nanoseconds(number(*member, place, "dt_s"));
@@ -203,11 +203,12 @@ class MemberReader {
     if (json.is_object()) {
       if (const auto found = json.find(key); found != json.end()) return &*found;
     }
-    diagnostics_.error(at, fmt::format("'{}' is missing", key));
+    diagnostics_.error(Code::kMissing, at, fmt::format("'{}' is missing", key));
     return nullptr;
   }
   void wrong(const std::string& at, const char* key, const char* wanted) {
-    diagnostics_.error(at + pointer_segment(key), "the value has another type", fmt::format("wanted: {}", wanted));
+    diagnostics_.error(Code::kWrongType, at + pointer_segment(key), "the value has another type",
+                       fmt::format("wanted: {}", wanted));
   }
 
   Diagnostics& diagnostics_;
@@ -223,7 +224,7 @@ Diagnostics too_large(const Golden& golden, std::size_t bytes, std::size_t most)
                            columns[i]->time_s.size());
   }
   Diagnostics diagnostics;
-  diagnostics.error("", fmt::format("the golden has {} bytes, at most {} are allowed", bytes, most),
+  diagnostics.error(Code::kTooLarge, "", fmt::format("the golden has {} bytes, at most {} are allowed", bytes, most),
                     fmt::format("leave topics out or widen tolerances; the largest columns: {}", largest));
   return diagnostics;
 }
@@ -233,9 +234,10 @@ Diagnostics too_large(const Golden& golden, std::size_t bytes, std::size_t most)
 Result<Golden> make_golden(const Recording& recording, const BlessOptions& options) {
   Diagnostics diagnostics;
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
-    diagnostics.error("", "a golden needs a reason", "say in a few words why this run is right");
+    diagnostics.error(Code::kMissing, "", "a golden needs a reason", "say in a few words why this run is right");
   }
-  for (const std::string& damage : recording.damage()) diagnostics.error("", fmt::format("recording: {}", damage));
+  for (const std::string& damage : recording.damage())
+    diagnostics.error(Code::kNote, "", fmt::format("recording: {}", damage));
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
 
   Golden golden;
@@ -260,7 +262,7 @@ Result<Golden> make_golden(const Recording& recording, const BlessOptions& optio
   golden.columns = golden_columns(recording, options, kThinningShare, diagnostics);
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   if (golden.columns.empty() && golden.events.empty()) {
-    return failure("", "the recording has no columns and no events to keep");
+    return failure(Code::kMissing, "", "the recording has no columns and no events to keep");
   }
   std::size_t bytes = golden_to_text(golden).size();
   if (bytes > options.max_bytes) {
@@ -293,8 +295,9 @@ Result<Golden> golden_from_json(const nlohmann::ordered_json& json) {
   Diagnostics diagnostics;
   MemberReader read(diagnostics);
   if (!json.is_object() || !json.contains("takt_golden"))
-    return failure("", "this is no golden: 'takt_golden' is missing");
-  if (json.at("takt_golden") != 1) return failure("/takt_golden", "this version of goldens is not known", "known: 1");
+    return failure(Code::kMissing, "", "this is no golden: 'takt_golden' is missing");
+  if (json.at("takt_golden") != 1)
+    return failure(Code::kIncompatible, "/takt_golden", "this version of goldens is not known", "known: 1");
   Golden golden;
   golden.scenario = read.text(json, "", "scenario");
   golden.reason = read.text(json, "", "reason");
@@ -325,11 +328,12 @@ Result<Golden> golden_from_json(const nlohmann::ordered_json& json) {
     column.time_s = read.numbers(item, at, "time_s");
     column.value = read.numbers(item, at, "value");
     if (column.time_s.size() != column.value.size()) {
-      diagnostics.error(at, fmt::format("{} times and {} values", column.time_s.size(), column.value.size()));
+      diagnostics.error(Code::kWrongSize, at,
+                        fmt::format("{} times and {} values", column.time_s.size(), column.value.size()));
     }
     const bool ascending = std::ranges::is_sorted(column.time_s) &&
                            std::ranges::none_of(column.time_s, [](double t) { return std::isnan(t); });
-    if (!ascending) diagnostics.error(at + "/time_s", "times do not ascend");
+    if (!ascending) diagnostics.error(Code::kOutOfRange, at + "/time_s", "times do not ascend");
     golden.columns.push_back(std::move(column));
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));

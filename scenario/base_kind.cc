@@ -43,7 +43,8 @@ class BaseKind final : public ArmKind {
 
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
     if (!device.entry->start_rad.empty()) {
-      diagnostics.error(device.pointer() + "/start_deg", "a base starts where it is placed", "\"at\"");
+      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "a base starts where it is placed",
+                        "\"at\"");
     }
     (void)odometry_error(device, diagnostics);
   }

@@ -27,7 +27,7 @@ class LightBarrierKind final : public DeviceKind {
   }
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
     if (!device.entry->start_rad.empty())
-      diagnostics.error(device.pointer() + "/start_deg", "this device has no joints");
+      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "this device has no joints");
     (void)distance_of(device, diagnostics);
   }
   void simulate(const LoadedDevice& device, sim::WorldDescription& world) const override {

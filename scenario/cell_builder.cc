@@ -69,7 +69,7 @@ class Frames {
     const bool circle = std::ranges::none_of(wanted_, unknown);
     for (const Wanted& one : wanted_) {
       if (one.placed || !(circle || unknown(one))) continue;
-      diagnostics.error(one.pointer + "/in",
+      diagnostics.error(Code::kInvalidValue, one.pointer + "/in",
                         circle ? fmt::format("'{}' hangs on a frame that has no place of its own", one.at.in)
                                : fmt::format("there is no frame '{}'", one.at.in),
                         circle ? "frames that end at 'world'" : nearest_choice(one.at.in, names));
@@ -89,7 +89,8 @@ void simulate(const LoadedDevice& device, const world::FrameGraph& truth, sim::W
               Diagnostics& diagnostics) {
   device.kind->check(device, diagnostics);
   if (device.kind->needs_arm() && !carrying_arm(device)) {
-    diagnostics.error(device.pointer(), "this device has to be mounted on an arm", "\"on\": NAME of an arm or sensor");
+    diagnostics.error(Code::kInvalidValue, device.pointer(), "this device has to be mounted on an arm",
+                      "\"on\": NAME of an arm or sensor");
   }
   world.robots.push_back(device.kind->body(device, mount_of(device, truth)));
   world.robots.back().pointer = device.pointer();
@@ -138,7 +139,8 @@ bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& mode
     diagnostics.append(model.error(), "", "");
     return false;
   }
-  if (!entry.fixed) diagnostics.error(object_pointer(entry) + "/fixed", "an object from a model is fixed", "true");
+  if (!entry.fixed)
+    diagnostics.error(Code::kInvalidValue, object_pointer(entry) + "/fixed", "an object from a model is fixed", "true");
   for (const kinematics::Geometry& geometry : model->root().collisions) {
     if (const auto* box = std::get_if<kinematics::Box>(&geometry.shape)) {
       known.parts.push_back({world::Box{box->size}, geometry.X_LG});
@@ -192,7 +194,8 @@ void add_composed(const Description& description, BuiltCell& built, Diagnostics&
       if (part) {
         parts.push_back(part);
       } else {
-        diagnostics.error(entry.pointer + pointer_segment(i), fmt::format("there is no device '{}'", entry.parts[i]),
+        diagnostics.error(Code::kUnknownName, entry.pointer + pointer_segment(i),
+                          fmt::format("there is no device '{}'", entry.parts[i]),
                           nearest_choice(entry.parts[i], built.core->environment().names()));
       }
     }
@@ -213,7 +216,7 @@ void set_tools(const sim::WorldDescription& simulated, BuiltCell& built, Diagnos
     const device::PayloadSetting carried = sim::nominal_payload(simulated, name, model.flange_link);
     arm.device->set_tool({arm.X_FT, carried});
     if (model.payload_max == 0.0 || carried.mass <= model.payload_max) continue;
-    diagnostics.error("/devices" + pointer_segment(name),
+    diagnostics.error(Code::kLimitExceeded, "/devices" + pointer_segment(name),
                       fmt::format("'{}' carries {:.2f} kg, tools and sensors together", name, carried.mass),
                       fmt::format("at most {:g} kg: 'payload_max_kg' of '{}'", model.payload_max, model.model));
   }

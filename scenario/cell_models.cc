@@ -29,7 +29,7 @@ bool load_model(const DeviceEntry& entry, const device::ModelLibrary& models, Di
 /// The one who carries it is no carrier.
 void check_carrier(const LoadedDevice& device, Diagnostics& diagnostics) {
   if (!device.on || device.on->kind->mount_place(*device.on->model)) return;
-  diagnostics.error(device.pointer() + "/on",
+  diagnostics.error(Code::kInvalidValue, device.pointer() + "/on",
                     fmt::format("'{}' is of kind '{}' and carries nothing", device.entry->on, device.on->kind->name()),
                     "an arm or a sensor");
 }
@@ -66,9 +66,10 @@ std::vector<std::unique_ptr<LoadedDevice>> load_devices(const Description& descr
     if (!entry) continue;
     const bool exists = std::ranges::find(names, entry->on) != names.end();
     if (exists && !diagnostics.has_errors()) {
-      diagnostics.error("/devices" + pointer_segment(entry->name) + "/on", "devices hang on each other in a circle");
+      diagnostics.error(Code::kInvalidValue, "/devices" + pointer_segment(entry->name) + "/on",
+                        "devices hang on each other in a circle");
     } else if (!exists) {
-      diagnostics.error("/devices" + pointer_segment(entry->name) + "/on",
+      diagnostics.error(Code::kUnknownName, "/devices" + pointer_segment(entry->name) + "/on",
                         fmt::format("there is no device '{}'", entry->on), nearest_choice(entry->on, names));
     }
   }

@@ -57,7 +57,7 @@ bool CellRun::connect(const std::function<bool()>& stopped) {
     const std::string waits = waiting_for();
     if (waits.empty()) return true;
     if (built_.core->time() >= kConnectTime) {
-      report_.diagnostics.error({}, fmt::format("device '{}' does not become ready", waits));
+      report_.diagnostics.error(Code::kDeviceFault, {}, fmt::format("device '{}' does not become ready", waits));
       return false;
     }
     if (!step({})) return false;
@@ -69,7 +69,8 @@ bool CellRun::step(const std::string& current) {
   faults_.apply([this](auto name, auto text) { note("fault", name, text); });
   built_.core->step();
   if (!built_.world->step()) {
-    report_.diagnostics.error({}, fmt::format("the physics diverged at {:.3f} s", to_seconds(built_.world->time())));
+    report_.diagnostics.error(Code::kInternal, {},
+                              fmt::format("the physics diverged at {:.3f} s", to_seconds(built_.world->time())));
     return false;
   }
   {
@@ -96,7 +97,7 @@ bool CellRun::record_cycle(const std::string& current) {
 bool CellRun::out_of_time(const std::string& current) {
   const double time = to_seconds(built_.core->time());
   if (time < description_.time_limit_s) return false;
-  report_.diagnostics.error("/time_limit_s",
+  report_.diagnostics.error(Code::kTimeout, "/time_limit_s",
                             fmt::format("the program has not ended after {:g} s, in step '{}'", time, current));
   return true;
 }
@@ -135,7 +136,8 @@ void CellRun::step_begun(std::string_view name) {
 void CellRun::close_products() {
   if (recorder_) {
     const record::RecorderStatus status = recorder_->close();
-    if (!status.error.empty()) report_.diagnostics.error({}, "the recording stopped: " + status.error);
+    if (!status.error.empty())
+      report_.diagnostics.error(Code::kFileNotWritable, {}, "the recording stopped: " + status.error);
     report_.products.push_back(options_.record.string());
   }
   if (!film_) return;

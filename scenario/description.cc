@@ -69,7 +69,8 @@ std::vector<world::Object::Part> read_parts(ObjectReader& reader) {
     if (const auto shape = read_shape(part)) parts.push_back({*shape, X});
     part.finish();
   }
-  if (parts.empty()) reader.diagnostics().error(reader.at("parts"), "no part stands here", "at least one shape");
+  if (parts.empty())
+    reader.diagnostics().error(Code::kMissing, reader.at("parts"), "no part stands here", "at least one shape");
   return parts;
 }
 
@@ -82,10 +83,12 @@ DeviceEntry read_device(const std::string& name, const Json& json, const std::st
   device.on = reader.text("on", "");
   if (reader.has("at")) device.at = read_placement(reader, "at");
   if (!device.on.empty() && device.at) {
-    diagnostics.error(pointer, "'on' and 'at' both stand here", "mounted on a device, or placed in a frame");
+    diagnostics.error(Code::kConflict, pointer, "'on' and 'at' both stand here",
+                      "mounted on a device, or placed in a frame");
   }
   if (const Json* mount = reader.object("mount", false)) {
-    if (device.on.empty()) diagnostics.error(pointer + "/mount", "'mount' without 'on'", "\"on\": NAME, or \"at\"");
+    if (device.on.empty())
+      diagnostics.error(Code::kInvalidValue, pointer + "/mount", "'mount' without 'on'", "\"on\": NAME, or \"at\"");
     ObjectReader pose(*mount, pointer + "/mount", diagnostics);
     device.mount = pose.pose();
     pose.finish();
@@ -108,7 +111,8 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
   if (object.model.empty()) {
     object.parts = read_parts(reader);
   } else if (reader.has("shape") || reader.has("parts")) {
-    diagnostics.error(pointer, "a model and shapes of its own stand here", "\"model\", or \"shape\" or \"parts\"");
+    diagnostics.error(Code::kConflict, pointer, "a model and shapes of its own stand here",
+                      "\"model\", or \"shape\" or \"parts\"");
     (void)reader.child("parts");
     for (const char* key : {"shape", "size_m", "radius_m", "length_m"}) (void)reader.child(key);
   }
@@ -135,7 +139,7 @@ CameraEntry read_camera(const std::string& name, const Json& json, const std::st
   reader.finish();
   if (camera.look_at && camera.look_at->in == camera.at.in &&
       (camera.look_at->X.translation() - camera.at.X.translation()).norm() < 1e-6) {
-    diagnostics.error(pointer + "/look_at", "the camera stands where it looks", "another point");
+    diagnostics.error(Code::kInvalidValue, pointer + "/look_at", "the camera stands where it looks", "another point");
   }
   return camera;
 }
@@ -165,9 +169,10 @@ void for_each_member(ObjectReader& reader, std::string_view key, const Read& rea
   if (!members) return;
   for (const auto& [name, value] : members->items()) {
     const std::string pointer = reader.at(key) + pointer_segment(name);
-    if (name.empty()) reader.diagnostics().error(pointer, "an empty name");
+    if (name.empty()) reader.diagnostics().error(Code::kInvalidName, pointer, "an empty name");
     if (name.find('/') != std::string::npos || name == "world") {
-      reader.diagnostics().error(pointer, fmt::format("'{}' cannot be a name", name), "no '/', and not 'world'");
+      reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("'{}' cannot be a name", name),
+                                 "no '/', and not 'world'");
     }
     read(name, value, pointer);
   }
@@ -179,7 +184,7 @@ void read_expectations(ObjectReader& reader, Description& description) {
   for (std::size_t i = 0; i < list->size(); ++i) {
     const std::string pointer = reader.at("expectations") + pointer_segment(i);
     if (!(*list)[i].is_object()) {
-      reader.diagnostics().error(pointer, short_dump((*list)[i]) + " stands here", "an object {...}");
+      reader.diagnostics().error(Code::kWrongType, pointer, short_dump((*list)[i]) + " stands here", "an object {...}");
       continue;
     }
     Diagnostics unread;  // the fields of each kind are read, and reported, where the kind is known
@@ -194,7 +199,8 @@ void check_names(const Description& description, Diagnostics& diagnostics) {
   std::set<std::string> names;
   const auto once = [&](const std::string& name, const std::string& place) {
     if (!names.insert(name).second) {
-      diagnostics.error(place + pointer_segment(name), fmt::format("the name '{}' is used twice in this cell", name),
+      diagnostics.error(Code::kDuplicate, place + pointer_segment(name),
+                        fmt::format("the name '{}' is used twice in this cell", name),
                         "frames, devices, objects and channels share one name space");
     }
   };
@@ -210,7 +216,8 @@ void check_film(const Description& description, Diagnostics& diagnostics) {
   for (const auto& camera : description.cameras) cameras.push_back(camera.name);
   const auto known = [&](const std::string& camera, const std::string& pointer) {
     if (camera.empty() || std::ranges::find(cameras, camera) != cameras.end()) return;
-    diagnostics.error(pointer, fmt::format("there is no camera '{}'", camera), nearest_choice(camera, cameras));
+    diagnostics.error(Code::kUnknownName, pointer, fmt::format("there is no camera '{}'", camera),
+                      nearest_choice(camera, cameras));
   };
   known(description.film.camera, "/film/camera");
   known(description.film.inset, "/film/inset");
@@ -240,7 +247,7 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
     ObjectReader wholes(one, reader.at("composed"), diagnostics);
     description.composed.push_back({name, pointer, wholes.texts(name)});
     if (description.composed.back().parts.empty())
-      diagnostics.error(pointer, "no part stands here", "at least one device");
+      diagnostics.error(Code::kMissing, pointer, "no part stands here", "at least one device");
   });
   for_each_member(reader, "objects", [&](const auto& name, const Json& json, const std::string& pointer) {
     description.objects.push_back(read_object(name, json, pointer, diagnostics));
@@ -272,14 +279,14 @@ void apply(const Override& change, Json& document, Diagnostics& diagnostics) {
     const Json::json_pointer pointer(change.pointer);
     const Json::json_pointer parent = pointer.parent_pointer();
     if (pointer.empty() || !document.contains(parent)) {
-      diagnostics.error(change.pointer, "--set names a place that is not in the file",
+      diagnostics.error(Code::kUnknownName, change.pointer, "--set names a place that is not in the file",
                         "the JSON pointer of an existing object");
       return;
     }
     const auto value = parse_json(change.value);
     document[pointer] = value ? *value : Json(change.value);
   } catch (const Json::exception&) {
-    diagnostics.error(change.pointer, "--set needs a JSON pointer", "/devices/arm/model=NAME");
+    diagnostics.error(Code::kMissing, change.pointer, "--set needs a JSON pointer", "/devices/arm/model=NAME");
   }
 }
 

@@ -137,7 +137,8 @@ class ContactForceExpectation final : public Expectation {
     below_N_ = reader.number("below_N", {}, kPositive);
     at_least_N_ = reader.number("at_least_N", 0.0, kNotNegative);
     if (between_.size() != 2) {
-      reader.diagnostics().error(reader.at("between"), fmt::format("{} names", between_.size()), "exactly two");
+      reader.diagnostics().error(Code::kWrongSize, reader.at("between"), fmt::format("{} names", between_.size()),
+                                 "exactly two");
       return;
     }
     const auto watch = built.world->watch_contact(between_[0], between_[1]);
@@ -235,7 +236,7 @@ class MonitorExpectation final : public Expectation {
     at_least_ = reader.number("at_least", at_least_);
     at_most_ = reader.number("at_most", at_most_);
     if (!is_ && !reader.has("at_least") && !reader.has("at_most"))
-      reader.diagnostics().error(reader.pointer(), "nothing is said of the value",
+      reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is said of the value",
                                  "\"is\", \"at_least\" or \"at_most\"");
     const auto net = built.cell.nets.find(net_);
     if (net != built.cell.nets.end()) check_monitor(*net->second, reader);
@@ -257,7 +258,8 @@ class MonitorExpectation final : public Expectation {
   void check_monitor(const net::NetDescription& net, ObjectReader& reader) const {
     std::vector<std::string> ids = monitors_of(net);
     if (std::ranges::find(ids, monitor_) != ids.end()) return;
-    reader.diagnostics().error(reader.at("monitor"), fmt::format("net '{}' has no monitor '{}'", net_, monitor_),
+    reader.diagnostics().error(Code::kUnknownName, reader.at("monitor"),
+                               fmt::format("net '{}' has no monitor '{}'", net_, monitor_),
                                nearest_choice(monitor_, ids));
   }
 

@@ -32,11 +32,12 @@ void read_stop(ObjectReader& reader, FaultEntry& fault) {
   const bool delays =
       fault.kind == FaultKind::kEmergencyStop && fault.category == device::StopCategory::kStopThenBrakes;
   if (reader.has("brakes_after_s") && !delays)
-    reader.diagnostics().error(reader.at("brakes_after_s"), "nothing waits here",
+    reader.diagnostics().error(Code::kConflict, reader.at("brakes_after_s"), "nothing waits here",
                                "only with \"do\": \"emergency_stop\" of category 1");
   const bool of_the_cell = fault.kind == FaultKind::kEmergencyStop || fault.kind == FaultKind::kReset;
   if (of_the_cell && !fault.arm.empty())
-    reader.diagnostics().error(reader.at("arm"), "an emergency stop concerns all arms", "no arm, or \"do\": \"stop\"");
+    reader.diagnostics().error(Code::kConflict, reader.at("arm"), "an emergency stop concerns all arms",
+                               "no arm, or \"do\": \"stop\"");
 }
 
 FaultEntry read_fault(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
@@ -69,17 +70,18 @@ void add_emergency_stop(const Description& description, BuiltCell& built, Diagno
   for (const auto& [name, arm] : built.cell.arms) arms.push_back(name);
   for (const FaultEntry& fault : description.faults) {
     if (!fault.arm.empty() && std::ranges::find(arms, fault.arm) == arms.end())
-      diagnostics.error(fault.pointer + "/arm", fmt::format("there is no arm '{}'", fault.arm),
+      diagnostics.error(Code::kUnknownName, fault.pointer + "/arm", fmt::format("there is no arm '{}'", fault.arm),
                         nearest_choice(fault.arm, arms));
     if (fault.kind == FaultKind::kPush && built.world->body(fault.body) < 0)
-      diagnostics.error(fault.pointer + "/body", fmt::format("there is no body '{}'", fault.body),
+      diagnostics.error(Code::kUnknownName, fault.pointer + "/body", fmt::format("there is no body '{}'", fault.body),
                         "DEVICE/LINK with a link of its model, or an object that moves");
   }
   const bool pressed = std::ranges::any_of(
       description.faults, [](const FaultEntry& fault) { return fault.kind == FaultKind::kEmergencyStop; });
   if (!pressed) return;
   if (built.core->environment().find(kLatchName) != nullptr)
-    return diagnostics.error("/faults", fmt::format("a device is called '{}'", kLatchName), "another name for it");
+    return diagnostics.error(Code::kDuplicate, "/faults", fmt::format("a device is called '{}'", kLatchName),
+                             "another name for it");
   built.emergency_stop = &built.core->add(std::make_unique<device::EmergencyStop>(kLatchName));
   built.emergency_stop->set_healthy(true);
 }

@@ -36,7 +36,8 @@ class GripperKind final : public DeviceKind {
 
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
     if (!device.entry->start_rad.empty()) {
-      diagnostics.error(device.pointer() + "/start_deg", "a gripper has no such joints", "\"settings\": start_width_m");
+      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "a gripper has no such joints",
+                        "\"settings\": start_width_m");
     }
     (void)start_width(device, diagnostics);
   }

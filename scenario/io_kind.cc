@@ -39,8 +39,8 @@ std::vector<sim::SimInputDescription::Step> read_script(ObjectReader& reader, co
     const double at = step.number("at_s", {}, kNotNegative);
     script.push_back({static_cast<Nanoseconds>(at * 1e9), read_value(step, channel.is_analog())});
     if (i > 0 && script[i].from < script[i - 1].from) {
-      reader.diagnostics().error(step.at("at_s"), fmt::format("{:g} s, before the step before it", at),
-                                 "ascending times");
+      reader.diagnostics().error(Code::kOutOfRange, step.at("at_s"),
+                                 fmt::format("{:g} s, before the step before it", at), "ascending times");
     }
     step.finish();
   }
@@ -51,12 +51,14 @@ void read_terminal(const Json& json, Diagnostics& diagnostics, Terminal& termina
   ObjectReader reader(json, terminal.pointer, diagnostics);
   terminal.name = reader.text("name", terminal.channel->name);
   if (terminal.name.empty() || terminal.name.find('/') != std::string::npos)
-    diagnostics.error(reader.at("name"), fmt::format("'{}' cannot be a name", terminal.name), "not empty, no '/'");
+    diagnostics.error(Code::kInvalidName, reader.at("name"), fmt::format("'{}' cannot be a name", terminal.name),
+                      "not empty, no '/'");
   if (!terminal.channel->is_output()) {
     terminal.source = reader.text("from", "");
     terminal.script = read_script(reader, *terminal.channel);
     if (!terminal.source.empty() && reader.has("script"))
-      diagnostics.error(terminal.pointer, "'from' and 'script' both stand here", "a wire, or a script");
+      diagnostics.error(Code::kConflict, terminal.pointer, "'from' and 'script' both stand here",
+                        "a wire, or a script");
   }
   reader.finish();
 }
@@ -71,7 +73,8 @@ std::vector<Terminal> terminals_of(const DeviceEntry& entry, const IoDescription
     const auto given = entry.settings.find(channel.name);
     if (given != entry.settings.end()) read_terminal(*given, diagnostics, terminal);
     if (std::ranges::find(used, terminal.name) != used.end())
-      diagnostics.error(terminal.pointer, fmt::format("'{}' is the name of two terminals", terminal.name));
+      diagnostics.error(Code::kDuplicate, terminal.pointer,
+                        fmt::format("'{}' is the name of two terminals", terminal.name));
     known.push_back(channel.name);
     used.push_back(terminal.name);
     terminal.name = entry.name + "/" + terminal.name;
@@ -79,8 +82,8 @@ std::vector<Terminal> terminals_of(const DeviceEntry& entry, const IoDescription
   }
   for (const auto& [name, value] : entry.settings.items()) {
     if (std::ranges::find(known, name) == known.end())
-      diagnostics.error(settings + pointer_segment(name), fmt::format("the block has no terminal '{}'", name),
-                        nearest_choice(name, known));
+      diagnostics.error(Code::kUnknownName, settings + pointer_segment(name),
+                        fmt::format("the block has no terminal '{}'", name), nearest_choice(name, known));
   }
   return terminals;
 }
@@ -127,7 +130,7 @@ class IoKind final : public DeviceKind {
 
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
     if (!device.entry->start_rad.empty())
-      diagnostics.error(device.pointer() + "/start_deg", "this device has no joints");
+      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "this device has no joints");
     (void)terminals_of(*device.entry, *device.as<IoDescription>(), diagnostics);
   }
 

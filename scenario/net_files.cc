@@ -40,7 +40,8 @@ std::vector<NetEntry> read_nets(Json& document, const std::filesystem::path& fol
   std::vector<NetEntry> entries;
   if (!document.is_object() || !document.contains("nets")) return entries;
   if (!document["nets"].is_object()) {
-    diagnostics.error("/nets", short_dump(document["nets"]), "an object: name to net, or to the file of one");
+    diagnostics.error(Code::kSyntax, "/nets", short_dump(document["nets"]),
+                      "an object: name to net, or to the file of one");
     return entries;
   }
   for (auto& [name, place] : document["nets"].items()) {

@@ -44,7 +44,8 @@ OperatorAction read_action(const Json& json, const std::string& pointer, Diagnos
   constexpr Range kTime{.low = 0.0, .high = 3600.0};
   if (reader.has("at_step")) {
     action.step = reader.text("at_step");
-    if (action.step.empty()) diagnostics.error(reader.at("at_step"), "an empty name", "the name of a step");
+    if (action.step.empty())
+      diagnostics.error(Code::kMissing, reader.at("at_step"), "an empty name", "the name of a step");
     action.after_s = reader.number("after_s", 0.0, kTime);
   } else {
     action.after_s = reader.number("at_s", {}, kTime);
@@ -55,7 +56,7 @@ OperatorAction read_action(const Json& json, const std::string& pointer, Diagnos
     if (const Json* value = reader.child("value")) {
       action.value = value->dump();
     } else {
-      diagnostics.error(pointer, "key 'value' is missing", "what is written, or null");
+      diagnostics.error(Code::kMissing, pointer, "key 'value' is missing", "what is written, or null");
     }
   }
   reader.finish();
@@ -77,17 +78,17 @@ Diagnostics check_operator(const std::vector<OperatorAction>& actions, rcc::Cont
   Diagnostics diagnostics;
   for (const OperatorAction& action : actions) {
     if (steps && !action.step.empty() && std::ranges::find(*steps, action.step) == steps->end()) {
-      diagnostics.error(action.pointer + "/at_step", fmt::format("there is no step '{}'", action.step),
-                        nearest_choice(action.step, *steps));
+      diagnostics.error(Code::kUnknownName, action.pointer + "/at_step",
+                        fmt::format("there is no step '{}'", action.step), nearest_choice(action.step, *steps));
     }
     if (action.kind != ActionKind::kWrite) continue;
     const device::Channel* channel = core.find_channel(action.channel);
     if (!channel) {
-      diagnostics.error(action.pointer + "/channel", fmt::format("there is no channel '{}'", action.channel),
-                        "one of 'channels'");
+      diagnostics.error(Code::kUnknownName, action.pointer + "/channel",
+                        fmt::format("there is no channel '{}'", action.channel), "one of 'channels'");
     } else if (channel->description().writer != device::ChannelDescription::Writer::kOutside) {
-      diagnostics.error(action.pointer + "/channel", fmt::format("'{}' is written by nets", action.channel),
-                        "\"writer\": \"outside\"");
+      diagnostics.error(Code::kInvalidValue, action.pointer + "/channel",
+                        fmt::format("'{}' is written by nets", action.channel), "\"writer\": \"outside\"");
     } else if (const Json value = Json::parse(action.value); !value.is_null()) {
       (void)device::channel_value_from_json(value, channel->description().type, action.pointer + "/value", diagnostics);
     }

@@ -15,7 +15,7 @@ namespace {
 
 std::unexpected<Diagnostics> unusable(const std::filesystem::path& file, std::string message, std::string hint = {}) {
   Diagnostics diagnostics;
-  diagnostics.add({Severity::kError, file.string(), {}, std::move(message), std::move(hint)});
+  diagnostics.add({Severity::kError, Code::kFileNotReadable, file.string(), {}, std::move(message), std::move(hint)});
   return std::unexpected(std::move(diagnostics));
 }
 
@@ -86,7 +86,8 @@ std::string check_times(const record::Table& table) {
 Result<std::int64_t> render_recording(const std::filesystem::path& recording, const device::ModelLibrary& models,
                                       const ReplayOptions& options) {
   if (options.fps < 1 || options.fps > sim::kMostFps)
-    return failure("--fps", fmt::format("{} pictures per second", options.fps), fmt::format("1 to {}", sim::kMostFps));
+    return failure(Code::kOutOfRange, "--fps", fmt::format("{} pictures per second", options.fps),
+                   fmt::format("1 to {}", sim::kMostFps));
   auto opened = record::Recording::open(recording);
   if (!opened) return std::unexpected(std::move(opened.error()));
   auto description = recorded_scenario(*opened);

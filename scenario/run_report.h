@@ -88,7 +88,10 @@ struct RunReport {
 [[nodiscard]] int exit_status(Verdict verdict);
 /// The report of a run as JSON: result, sim_time, wall_time, cycles, digest, expectations, timing, diagnostics.
 [[nodiscard]] nlohmann::ordered_json to_json(const RunReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const Diagnostics& diagnostics);
+/// A list of objects: severity, code, file, line and column (null if not known), pointer, message, hint.
+[[nodiscard]] nlohmann::ordered_json to_json(Diagnostics diagnostics);
+/// A report as it goes to stdout with --json; bytes that are not UTF-8 are replaced.
+[[nodiscard]] std::string to_output_text(nlohmann::ordered_json report);
 /// The report for a terminal: the verdict, a line per expectation, figures.
 [[nodiscard]] std::string to_text(const RunReport& report, const std::string& title);
 

@@ -19,7 +19,8 @@ void check_estimates(const Description& description, const std::set<std::string,
     if (entry.kind != "estimate" || !entry.json.contains("estimate") || !entry.json["estimate"].is_string()) continue;
     const auto name = entry.json["estimate"].get<std::string>();
     if (estimates.contains(name)) continue;
-    diagnostics.error(entry.pointer + "/estimate", fmt::format("no step of the program fits '{}'", name),
+    diagnostics.error(Code::kUnknownName, entry.pointer + "/estimate",
+                      fmt::format("no step of the program fits '{}'", name),
                       nearest_choice(name, {estimates.begin(), estimates.end()}));
   }
 }
@@ -73,12 +74,12 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   for (std::size_t i = 0; i < description.film.cuts.size(); ++i) {
     const std::string& step = description.film.cuts[i].step;
     if (std::ranges::find(names, step) != names.end()) continue;
-    diagnostics.error(fmt::format("/film/cuts/{}/step", i), fmt::format("there is no step '{}'", step),
-                      nearest_choice(step, names));
+    diagnostics.error(Code::kUnknownName, fmt::format("/film/cuts/{}/step", i),
+                      fmt::format("there is no step '{}'", step), nearest_choice(step, names));
   }
   if (diagnostics.has_errors()) return refuse(std::move(diagnostics));
   if (built->triangles > sim::kTriangleBudget) {
-    warnings.warning("", fmt::format("{} triangles in the scene", built->triangles),
+    warnings.warning(Code::kTooLarge, "", fmt::format("{} triangles in the scene", built->triangles),
                      fmt::format("at most {}, or the film is slower than its time", sim::kTriangleBudget));
   }
   warnings.append(diagnostics);
@@ -118,7 +119,8 @@ class Session::Run {
     loop();
     Diagnostics& diagnostics = run_.report().diagnostics;
     diagnostics.append(runner_.diagnostics());
-    if (!operator_.broken_off().empty() && !diagnostics.has_errors()) diagnostics.error({}, operator_.broken_off());
+    if (!operator_.broken_off().empty() && !diagnostics.has_errors())
+      diagnostics.error(Code::kCancelled, {}, operator_.broken_off());
     return run_.finish(cancelled_, options_.repeat && !session_.second_run_ ? [this] { return second_digest(); }
                                                                             : std::function<std::string()>());
   }

@@ -49,7 +49,8 @@ emulation::SlowOptions read_slow(ObjectReader& reader) {
   emulation::SlowOptions slow;
   slow.cycle = milliseconds(reader.number("cycle_ms", 0.0, {.low = 0.0, .high = kCycleMaxMs}));
   if (slow.cycle > 0 && slow.cycle < kMillisecond) {
-    reader.diagnostics().error(reader.at("cycle_ms"), "a device faster than the core's cycle", "1 to 100");
+    reader.diagnostics().error(Code::kOutOfRange, reader.at("cycle_ms"), "a device faster than the core's cycle",
+                               "1 to 100");
   }
   slow.clock_offset = milliseconds(reader.number("offset_ms", 12'345.678, {.low = -1e9, .high = 1e9}));
   slow.drift = 1e-6 * reader.number("drift_ppm", 100.0, {.low = -500.0, .high = 500.0});
@@ -95,13 +96,14 @@ void add_setting(std::string_view part, Json& settings, Diagnostics& diagnostics
   if (known == std::end(kSlowKeys)) {
     std::vector<std::string> words;
     for (const SlowKey& key : kSlowKeys) words.emplace_back(key.word);
-    return diagnostics.error("--backend", fmt::format("a slow device has no '{}'", word), nearest_choice(word, words));
+    return diagnostics.error(Code::kInvalidValue, "--backend", fmt::format("a slow device has no '{}'", word),
+                             nearest_choice(word, words));
   }
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
   if (error != std::errc() || !std::isfinite(value) || unit != known->unit) {
-    return diagnostics.error("--backend", fmt::format("'{}' is no {}", text, word),
+    return diagnostics.error(Code::kInvalidValue, "--backend", fmt::format("'{}' is no {}", text, word),
                              fmt::format("a number with the unit '{}'", known->unit));
   }
   value *= known->factor;
@@ -146,7 +148,8 @@ Diagnostics bind(Site& site, std::string_view argument) {
   Diagnostics diagnostics;
   const std::size_t equals = argument.find('=');
   if (equals == argument.npos || equals == 0) {
-    diagnostics.error("--backend", fmt::format("'{}' is not NAME=KIND[:ADDR]", argument), "--backend arm=slow:8ms");
+    diagnostics.error(Code::kInvalidValue, "--backend", fmt::format("'{}' is not NAME=KIND[:ADDR]", argument),
+                      "--backend arm=slow:8ms");
     return diagnostics;
   }
   const std::string_view target = argument.substr(equals + 1);
@@ -155,12 +158,13 @@ Diagnostics bind(Site& site, std::string_view argument) {
   std::string_view address = colon == target.npos ? "" : target.substr(colon + 1);
   const auto kinds = names_of_kinds();
   if (std::ranges::find(kinds, kind) == kinds.end()) {
-    diagnostics.error("--backend", fmt::format("there is no back end of kind '{}'", kind), nearest_choice(kind, kinds));
+    diagnostics.error(Code::kUnknownName, "--backend", fmt::format("there is no back end of kind '{}'", kind),
+                      nearest_choice(kind, kinds));
     return diagnostics;
   }
   Json settings{{"backend", kind}};
   if (kind != "slow" && !address.empty()) {
-    diagnostics.error("--backend",
+    diagnostics.error(Code::kInvalidValue, "--backend",
                       fmt::format("a back end of kind '{}' has no address, '{}' stands here", kind, address));
   }
   while (kind == "slow" && !address.empty()) {
@@ -181,7 +185,7 @@ Diagnostics check_clocks(const Site& site, bool realtime, const std::vector<Back
   for (const auto& [name, binding] : site.devices) {
     const auto kind = std::ranges::find(kinds, binding.kind, &BackendKind::name);
     if (realtime || kind == kinds.end() || !kind->own_clock) continue;
-    diagnostics.add({Severity::kError, binding.file, binding.pointer,
+    diagnostics.add({Severity::kError, Code::kUnknownName, binding.file, binding.pointer,
                      fmt::format("'{}' is reached as '{}', which has a clock of its own; lock-step has none for it",
                                  name, binding.kind),
                      "--realtime, or a simulated back end"});

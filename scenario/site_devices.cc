@@ -38,7 +38,7 @@ void SiteDevices::plan(LoadedDevices devices, Diagnostics& diagnostics) {
     names.push_back(device->entry->name);
     const Binding* binding = site_.find(device->entry->name);
     if (binding && binding->kind == "slow" && !device->kind->has_backend()) {
-      diagnostics.add({Severity::kError, binding->file, binding->pointer,
+      diagnostics.add({Severity::kError, Code::kUnknownName, binding->file, binding->pointer,
                        fmt::format("'{}' is of kind '{}', which cannot be slow", names.back(), device->kind->name()),
                        "arms and force/torque sensors"});
     }
@@ -50,8 +50,8 @@ void SiteDevices::plan(LoadedDevices devices, Diagnostics& diagnostics) {
   if (site_.pad_delays && arm_count > 1) longest_delay_ = longest;
   for (const auto& [name, binding] : site_.devices) {
     if (std::ranges::find(names, name) != names.end()) continue;
-    diagnostics.add({Severity::kError, binding.file, binding.pointer, fmt::format("there is no device '{}'", name),
-                     nearest_choice(name, names)});
+    diagnostics.add({Severity::kError, Code::kUnknownName, binding.file, binding.pointer,
+                     fmt::format("there is no device '{}'", name), nearest_choice(name, names)});
   }
 }
 

@@ -78,7 +78,7 @@ Result<std::unique_ptr<Session>> session_of(const record::Recording& recording, 
 Result<Again> run_again(const record::Recording& recording, std::uint64_t cycle, const device::ModelLibrary& models) {
   // Cycles are numbered from 0 and have a digest each: running again costs no more than the recorded run did.
   if (cycle >= recording.digests().size()) {
-    return failure({},
+    return failure(Code::kIncompatible, {},
                    fmt::format("the recording names cycle {} and has {} digests", cycle, recording.digests().size()),
                    "a recording with all of its cycles");
   }
@@ -111,7 +111,8 @@ std::optional<std::uint64_t> recorded_digest(const record::Recording& recording,
 void check_repeats(const record::Recording& recording, const Again& again, std::uint64_t cycle, const char* side,
                    Diagnostics& diagnostics) {
   if (again.reached && recorded_digest(recording, cycle) == again.digest) return;
-  diagnostics.error(side, fmt::format("run again, this scenario is not the recorded run in cycle {}", cycle),
+  diagnostics.error(Code::kIncompatible, side,
+                    fmt::format("run again, this scenario is not the recorded run in cycle {}", cycle),
                     "the build and the back ends that it was recorded with, and nobody who interferes");
 }
 

@@ -70,9 +70,9 @@ Result<CameraView> resolve_camera(const mjModel* model, std::string_view name, c
 void check_size(const RenderOptions& render, Diagnostics& diagnostics) {
   const auto check = [&](const char* pointer, int value) {
     if (value < 64 || value > 4096) {
-      diagnostics.error(pointer, fmt::format("{} pixels are out of range", value), "64 to 4096");
+      diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} pixels are out of range", value), "64 to 4096");
     } else if (value % 2 != 0) {
-      diagnostics.error(pointer, fmt::format("{} is odd, and video needs even sizes", value),
+      diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} is odd, and video needs even sizes", value),
                         fmt::format("{} or {}", value - 1, value + 1));
     }
   };
@@ -83,13 +83,15 @@ void check_size(const RenderOptions& render, Diagnostics& diagnostics) {
 // Creates or opens the file, so that a path that cannot be written shows before the run and not after it.
 void check_path(const std::filesystem::path& path, Diagnostics& diagnostics) {
   if (path.extension() != ".mp4") {
-    diagnostics.error("/path", fmt::format("'{}' does not end in .mp4", path.string()), "films are MP4 files");
+    diagnostics.error(Code::kInvalidValue, "/path", fmt::format("'{}' does not end in .mp4", path.string()),
+                      "films are MP4 files");
     return;
   }
   // A FIFO without a reader would wait for one for ever.
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
   if (file < 0) {
-    diagnostics.error("/path", fmt::format("cannot write '{}': {}", path.string(), std::strerror(errno)));
+    diagnostics.error(Code::kFileNotWritable, "/path",
+                      fmt::format("cannot write '{}': {}", path.string(), std::strerror(errno)));
     return;
   }
   ::close(file);
@@ -103,7 +105,8 @@ void check_cameras(const mjModel* model, const FilmOptions& options, Diagnostics
     const std::string pointer = fmt::format("/cuts/{}", i);
     check(options.cuts[i].camera, pointer + "/camera");
     if (i > 0 && options.cuts[i].from < options.cuts[i - 1].from)
-      diagnostics.error(pointer + "/from", "is earlier than the cut before it", "cuts are sorted by time");
+      diagnostics.error(Code::kOutOfRange, pointer + "/from", "is earlier than the cut before it",
+                        "cuts are sorted by time");
   }
   if (!options.inset_camera.empty()) check(options.inset_camera, "/inset_camera");
 }
@@ -115,7 +118,8 @@ Diagnostics check_film(const mjModel_* model, const FilmOptions& options) {
   check_size(options.render, diagnostics);
   const auto in_range = [&](const char* pointer, int value, int low, int high) {
     if (value < low || value > high)
-      diagnostics.error(pointer, fmt::format("{} is out of range", value), fmt::format("{} to {}", low, high));
+      diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} is out of range", value),
+                        fmt::format("{} to {}", low, high));
   };
   in_range("/fps", options.fps, 1, kMostFps);
   in_range("/workers", options.workers, 1, 16);
@@ -175,7 +179,8 @@ class Film::Impl {
 
   Result<void> push(std::span<const double> qpos, std::span<const double> lamps, const Overlay& overlay) {
     if (static_cast<mjtSize>(qpos.size()) != model_->nq)
-      return failure("", fmt::format("the state has {} positions, the model {}", qpos.size(), model_->nq));
+      return failure(Code::kWrongSize, "",
+                     fmt::format("the state has {} positions, the model {}", qpos.size(), model_->nq));
     PoseState state;
     state.qpos.assign(qpos.begin(), qpos.end());
     state.lamps.assign(static_cast<std::size_t>(model_->nuserdata), 0.0);
@@ -189,7 +194,7 @@ class Film::Impl {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return failed_ || static_cast<int>(frames_.size()) < options_.queue_frames; });
     if (failed_) return std::unexpected(diagnostics_);
-    if (closing_) return failure("", "the film has been closed");
+    if (closing_) return failure(Code::kNotPossibleNow, "", "the film has been closed");
     Frame& frame = frames_.emplace_back();
     frame.overlay = overlay;
     if (frame.overlay.title.empty()) frame.overlay.title = options_.title;
@@ -224,7 +229,7 @@ class Film::Impl {
     } else if (pushed_ == 0) {
       std::error_code ignored;
       std::filesystem::remove(options_.path, ignored);
-      closed_ = failure("/path", "the film has no frame");
+      closed_ = failure(Code::kNotPossibleNow, "/path", "the film has no frame");
     } else if (!finished) {
       closed_ = std::unexpected(finished.error());
     } else {
@@ -261,7 +266,7 @@ class Film::Impl {
     Result<Renderer> renderer = Renderer::create(model_, options_.render);
     mjData* data = renderer ? mj_makeData(model_) : nullptr;
     if (data == nullptr) {
-      promise.set_value(renderer ? failure("", "no memory for a copy of the state")
+      promise.set_value(renderer ? failure(Code::kSystem, "", "no memory for a copy of the state")
                                  : std::unexpected(renderer.error()));
       return;
     }
@@ -284,7 +289,7 @@ class Film::Impl {
     try {
       return work();
     } catch (const std::exception& error) {
-      return failure("", fmt::format("{}: {}", what, error.what()));
+      return failure(Code::kSystem, "", fmt::format("{}: {}", what, error.what()));
     }
   }
 
@@ -414,7 +419,7 @@ Result<FilmReport> Film::close() { return impl_->close(); }
 
 Result<FilmReport> film_from_states(const mjModel_* model, std::span<const FilmState> states,
                                     const FilmOptions& options) {
-  if (states.empty()) return failure("", "the recording has no state to show");
+  if (states.empty()) return failure(Code::kFileNotReadable, "", "the recording has no state to show");
   Result<Film> film = Film::open(model, options);
   if (!film) return std::unexpected(film.error());
   const Nanoseconds begin = states.front().time, end = states.back().time;

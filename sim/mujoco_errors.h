@@ -45,7 +45,7 @@ template <std::invocable F>
       return std::forward<F>(work)();
     }
   } catch (const MujocoError& error) {
-    return failure(pointer, std::string("MuJoCo: ") + error.what());
+    return failure(Code::kSystem, pointer, std::string("MuJoCo: ") + error.what());
   }
 }
 

@@ -69,7 +69,7 @@ Result<Owned<mjModel>> compile(const WorldDescription& description, bool visuals
   const PointInNumbers point;
   Owned<mjModel> model(mj_compile(spec.get(), nullptr));
   if (model) return model;
-  return failure("", fmt::format("MuJoCo cannot build the world: {}", mjs_getError(spec.get())));
+  return failure(Code::kSystem, "", fmt::format("MuJoCo cannot build the world: {}", mjs_getError(spec.get())));
 }
 
 }  // namespace
@@ -141,7 +141,8 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
        {&arm.control.natural_frequency, &arm.control.damping_ratio, &arm.control.friction_observer,
         &arm.measurement.torque_noise, &arm.measurement.torque_bias}) {
     if (given->size() == 0 || given->size() == n) continue;
-    wrong_sizes.error(at, fmt::format("{} figures for {} joints", given->size(), n), "one for each joint, or none");
+    wrong_sizes.error(Code::kWrongSize, at, fmt::format("{} figures for {} joints", given->size(), n),
+                      "one for each joint, or none");
   }
   if (wrong_sizes.has_errors()) return std::unexpected(std::move(wrong_sizes));
   ArmPlant plant{.chain = std::move(*chain)};
@@ -458,7 +459,8 @@ Result<std::size_t> World::watch_contact(const std::string& side_a, const std::s
   for (const std::string& side : {side_a, side_b}) {
     sides.push_back(bodies_of(*impl_->model, side));
     if (std::ranges::find(sides.back(), true) != sides.back().end()) continue;
-    diagnostics.error("", fmt::format("no body or robot '{}'", side), nearest_choice(side, side_names(*impl_->model)));
+    diagnostics.error(Code::kUnknownName, "", fmt::format("no body or robot '{}'", side),
+                      nearest_choice(side, side_names(*impl_->model)));
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   impl_->watches.emplace_back(std::move(sides[0]), std::move(sides[1]));

@@ -9,6 +9,7 @@
 #include "app/process.h"
 #include "core/base/json.h"
 #include "core/base/output_file.h"
+#include "core/base/text_location.h"
 #include "core/kinematics/robot_model.h"
 #include "record/golden.h"
 #include "scenario/device_kind.h"
@@ -80,7 +81,7 @@ Diagnostics check_file(const std::filesystem::path& file, const Common& common) 
 int validate(const std::vector<std::string>& files, const Common& common) {
   Diagnostics diagnostics;
   for (const std::string& file : files) diagnostics.append(check_file(file, common));
-  fmt::print(stderr, "{}", diagnostics.to_string());
+  fmt::print(stderr, "{}", to_located_text(diagnostics));
   const bool valid = !diagnostics.has_errors();
   if (common.json) {
     print({{"result", valid ? "valid" : "error"}, {"diagnostics", to_json(diagnostics)}});
@@ -101,7 +102,9 @@ void add_scenarios_below(const std::filesystem::path& folder, std::vector<std::f
     const auto document = read_json(at->path());
     if (document && kind_of(*document) == FileKind::kScenario) files.push_back(at->path());
   }
-  if (error) diagnostics.add({Severity::kError, folder.string(), {}, "cannot be searched: " + error.message(), {}});
+  if (error)
+    diagnostics.add(
+        {Severity::kError, Code::kFileNotReadable, folder.string(), {}, "cannot be searched: " + error.message(), {}});
 }
 
 /// Scenario files below the given files and folders, sorted; goldens are not scenarios.
@@ -112,7 +115,8 @@ std::vector<std::filesystem::path> scenario_files(const std::vector<std::string>
     const auto status = std::filesystem::status(path, error);
     if (!std::filesystem::exists(status)) {
       const std::string why = status.type() == std::filesystem::file_type::none ? error.message() : "";
-      diagnostics.add({Severity::kError, path, {}, why.empty() ? "there is no such file or folder" : why, {}});
+      diagnostics.add(
+          {Severity::kError, Code::kNotFound, path, {}, why.empty() ? "there is no such file or folder" : why, {}});
     } else if (!std::filesystem::is_directory(status)) {
       files.emplace_back(path);
     } else {
@@ -179,7 +183,8 @@ Verified verify_guarded(const std::filesystem::path& file, const Common& common)
   } catch (const std::exception& error) {
     Verified verified;
     verified.file = file;
-    verified.diagnostics.add({Severity::kError, file.string(), {}, fmt::format("internal: {}", error.what()), {}});
+    verified.diagnostics.add(
+        {Severity::kError, Code::kInternal, file.string(), {}, fmt::format("internal: {}", error.what()), {}});
     return verified;
   }
 }
@@ -194,7 +199,8 @@ Json describe(const Verified& verified) {
 int verify(const std::vector<std::string>& paths, const Common& common) {
   Diagnostics diagnostics;
   const auto files = scenario_files(paths, diagnostics);
-  if (files.empty() && !diagnostics.has_errors()) diagnostics.error("", "no scenario file is there", "*.json");
+  if (files.empty() && !diagnostics.has_errors())
+    diagnostics.error(Code::kNotFound, "", "no scenario file is there", "*.json");
   if (diagnostics.has_errors()) return report(diagnostics, common);
   int status = kHeld;
   Json results = Json::array();
@@ -202,7 +208,7 @@ int verify(const std::vector<std::string>& paths, const Common& common) {
     const Verified verified = verify_guarded(file, common);
     status = std::max(status, verified.status);
     results.push_back(describe(verified));
-    fmt::print(stderr, "{}{}", verified.run.diagnostics.to_string(), verified.diagnostics.to_string());
+    fmt::print(stderr, "{}{}", to_located_text(verified.run.diagnostics), to_located_text(verified.diagnostics));
     if (common.json) continue;
     fmt::print("{}", to_text(verified.run, verified.file.string()));
     if (verified.golden) fmt::print("{}", record::to_text(*verified.golden));

@@ -8,6 +8,7 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "core/base/text_location.h"
 #include "core/base/version.h"
 #include "core/plugin/load.h"
 #include "scenario/data_folder.h"
@@ -22,7 +23,7 @@ constexpr AddVerb kVerbs[] = {add_run, add_validate,   add_verify,     add_compa
 int report_usage(const CLI::App& app, const CLI::ParseError& error, const Common& common) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
   Diagnostics diagnostics;
-  diagnostics.error("", error.what(), "takt --help, or takt VERB --help");
+  diagnostics.error(Code::kUsage, "", error.what(), "takt --help, or takt VERB --help");
   return report(diagnostics, common);
 }
 
@@ -33,7 +34,8 @@ Diagnostics check_verb(const CLI::App& app, int argc, char** argv) {
   std::vector<std::string> names;
   for (const CLI::App* verb : app.get_subcommands({})) names.push_back(verb->get_name());
   if (std::ranges::find(names, argv[1]) != names.end()) return diagnostics;
-  diagnostics.error("", fmt::format("there is no verb '{}'", argv[1]), nearest_choice(argv[1], names));
+  diagnostics.error(Code::kUnknownName, "", fmt::format("there is no verb '{}'", argv[1]),
+                    nearest_choice(argv[1], names));
   return diagnostics;
 }
 
@@ -54,12 +56,10 @@ device::ModelLibrary Common::library() const {
   return device::ModelLibrary(std::move(paths));
 }
 
-void print(const nlohmann::ordered_json& json) {
-  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-}
+void print(const nlohmann::ordered_json& json) { fmt::print("{}", scenario::to_output_text(json)); }
 
 int report(const Diagnostics& diagnostics, const Common& common) {
-  fmt::print(stderr, "{}", diagnostics.to_string());
+  fmt::print(stderr, "{}", to_located_text(diagnostics));
   if (common.json) print({{"result", "error"}, {"diagnostics", to_json(diagnostics)}});
   return kBadInput;
 }

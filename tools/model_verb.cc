@@ -71,7 +71,8 @@ Diagnostics check_kind(const ModelArguments& arguments, const LoadedModel& model
       {"--fk", !arguments.fk.empty()}, {"--ik", !arguments.ik.pose.empty()}, {"--reach", !arguments.reach.empty()}};
   for (const auto& [option, given] : asked) {
     if (given && !model.arm)
-      diagnostics.error(option, fmt::format("'{}' is no arm and no base but: {}", arguments.name, model.kind));
+      diagnostics.error(Code::kInvalidValue, option,
+                        fmt::format("'{}' is no arm and no base but: {}", arguments.name, model.kind));
   }
   return diagnostics;
 }
@@ -85,13 +86,15 @@ Diagnostics check_numbers(const ModelArguments& arguments) {
   for (const auto& [option, numbers] : lists) {
     for (const double number : *numbers) {
       if (std::abs(number) <= kMost) continue;
-      diagnostics.error(option, fmt::format("{} is out of range", number), fmt::format("numbers up to {:g}", kMost));
+      diagnostics.error(Code::kOutOfRange, option, fmt::format("{} is out of range", number),
+                        fmt::format("numbers up to {:g}", kMost));
     }
   }
   for (const auto& [option, number] :
        {std::pair{"--arm-angle", arguments.ik.arm_angle}, {"--held", arguments.ik.held}}) {
     if (number && !(std::abs(*number) <= kMost))
-      diagnostics.error(option, fmt::format("{} is out of range", *number), fmt::format("up to {:g}", kMost));
+      diagnostics.error(Code::kOutOfRange, option, fmt::format("{} is out of range", *number),
+                        fmt::format("up to {:g}", kMost));
   }
   return diagnostics;
 }

@@ -139,7 +139,7 @@ Diagnostics run_dot(const fs::path& in, const fs::path& out, const fs::path& err
   const int failed = posix_spawnp(&child, "dot", &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) {
-    diagnostics.error("--graph", "the program 'dot' cannot be started", "apt-get install graphviz");
+    diagnostics.error(Code::kSystem, "--graph", "the program 'dot' cannot be started", "apt-get install graphviz");
     return diagnostics;
   }
   int status = 0;
@@ -156,7 +156,7 @@ Diagnostics run_dot(const fs::path& in, const fs::path& out, const fs::path& err
   std::ifstream stream(errors);
   std::string first;
   std::getline(stream, first);
-  diagnostics.error("--graph",
+  diagnostics.error(Code::kSystem, "--graph",
                     WIFEXITED(status) ? fmt::format("dot failed: {}", first) : "dot takes too long for this net",
                     "smaller fragments");
   return diagnostics;
@@ -263,7 +263,7 @@ Result<PlacedNet> place(const NetPicture& picture) {
   try {
     return read_places(Json::parse(stream), picture);
   } catch (const std::exception& error) {
-    return failure("--graph", fmt::format("dot's answer cannot be read: {}", error.what()));
+    return failure(Code::kSyntax, "--graph", fmt::format("dot's answer cannot be read: {}", error.what()));
   }
 }
 

@@ -66,7 +66,8 @@ Diagnostics choose_step(const std::string& step, LoadedNet& loaded) {
     names.push_back(one.step);
   }
   Diagnostics diagnostics;
-  diagnostics.error("--step", fmt::format("no step '{}' loads a net", step), nearest_choice(step, names, 40));
+  diagnostics.error(Code::kUnknownName, "--step", fmt::format("no step '{}' loads a net", step),
+                    nearest_choice(step, names, 40));
   return diagnostics;
 }
 
@@ -104,7 +105,7 @@ Diagnostics load(const NetArguments& arguments, const device::ModelLibrary& libr
     return compile(arguments.file, loaded);
   }
   if (!arguments.step.empty()) {
-    diagnostics.error("--step", "the file is a net, not a scenario", "a scenario file");
+    diagnostics.error(Code::kInvalidValue, "--step", "the file is a net, not a scenario", "a scenario file");
     return diagnostics;
   }
   if (!arguments.scenario.empty()) {

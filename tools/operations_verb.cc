@@ -121,7 +121,7 @@ int operations(const Arguments& arguments, const Common& common) {
   }
   if (chosen.empty()) {
     Diagnostics diagnostics;
-    diagnostics.error("", fmt::format("there is no operation '{}'", arguments.name),
+    diagnostics.error(Code::kUnknownName, "", fmt::format("there is no operation '{}'", arguments.name),
                       nearest_choice(arguments.name, names, 30));
     return report(diagnostics, common);
   }

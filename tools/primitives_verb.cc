@@ -299,7 +299,7 @@ int primitives(const PrimitivesArguments& arguments, const Common& common) {
     for (const PrimitiveInfo* info : net::Registry::global().all()) groups.insert(info->family);
     names.insert(names.end(), groups.begin(), groups.end());
     Diagnostics diagnostics;
-    diagnostics.error("", fmt::format("there is no primitive or family '{}'", arguments.name),
+    diagnostics.error(Code::kUnknownName, "", fmt::format("there is no primitive or family '{}'", arguments.name),
                       nearest_choice(arguments.name, names));
     return report(diagnostics, common);
   }

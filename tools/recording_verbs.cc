@@ -8,6 +8,7 @@
 #include "app/process.h"
 #include "app/run_arguments.h"
 #include "core/base/output_file.h"
+#include "core/base/text_location.h"
 #include "record/compare.h"
 #include "record/golden.h"
 #include "scenario/replay.h"
@@ -41,7 +42,8 @@ void name_bit(const CompareArguments& arguments, const Common& common, record::C
 int compare(const CompareArguments& arguments, const Common& common) {
   if (is_golden(arguments.a)) {
     Diagnostics diagnostics;
-    diagnostics.add({Severity::kError, arguments.a, {}, "a golden stands first", "compare RECORDING GOLDEN"});
+    diagnostics.add(
+        {Severity::kError, Code::kUsage, arguments.a, {}, "a golden stands first", "compare RECORDING GOLDEN"});
     return report(diagnostics, common);
   }
   if (!arguments.html.empty()) {
@@ -72,7 +74,7 @@ struct BlessArguments {
 Diagnostics check_reason(const std::string& reason) {
   Diagnostics diagnostics;
   if (reason.find_first_not_of(" \t\r\n") == std::string::npos)
-    diagnostics.error("--reason", "the reason is empty", "why this run is right, in words");
+    diagnostics.error(Code::kMissing, "--reason", "the reason is empty", "why this run is right, in words");
   return diagnostics;
 }
 
@@ -90,9 +92,14 @@ int bless(const BlessArguments& arguments, const Common& common) {
   options.interrupt = &app::catch_interrupts();
   const scenario::RunReport run = (*session)->run(options);
   if (run.verdict != scenario::Verdict::kPassed) {
-    fmt::print(stderr, "{}{}", to_text(run, arguments.scenario), run.diagnostics.to_string());
+    fmt::print(stderr, "{}{}", to_text(run, arguments.scenario), to_located_text(run.diagnostics));
     Diagnostics diagnostics;
-    diagnostics.add({Severity::kError, arguments.scenario, {}, "this run does not hold, so it is not blessed", {}});
+    diagnostics.add({Severity::kError,
+                     Code::kConditionNotMet,
+                     arguments.scenario,
+                     {},
+                     "this run does not hold, so it is not blessed",
+                     {}});
     (void)report(diagnostics, common);
     return scenario::exit_status(run.verdict);
   }
@@ -122,7 +129,8 @@ struct RenderArguments {
 int render(RenderArguments& arguments, const Common& common) {
   Diagnostics diagnostics = check_output(arguments.options.video, {arguments.recording}, "--video");
   if (!app::parse_size(arguments.size, arguments.options.width, arguments.options.height)) {
-    diagnostics.error("--size", fmt::format("'{}' is not a size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
+    diagnostics.error(Code::kInvalidValue, "--size", fmt::format("'{}' is not a size", arguments.size),
+                      "WIDTHxHEIGHT, e.g. 1280x720");
   }
   if (diagnostics.has_errors()) return report(diagnostics, common);
   const device::ModelLibrary library = common.library();

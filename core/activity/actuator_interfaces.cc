@@ -50,9 +50,9 @@ bool is_output(const Cell& cell, const std::string& name) {
 }
 
 /// @param actuator  whose diagnostic it is
-[[noreturn]] void throw_diagnostic(const std::string& actuator, std::string message, std::string hint) {
+[[noreturn]] void throw_diagnostic(Code code, const std::string& actuator, std::string message, std::string hint) {
   Diagnostics why;
-  why.error(pointer_segment(actuator), std::move(message), std::move(hint));
+  why.error(code, pointer_segment(actuator), std::move(message), std::move(hint));
   throw ActivityError(std::move(why));
 }
 
@@ -177,7 +177,8 @@ Activity ControlModeInterface::switch_to(std::string_view mode) const {
   if (const auto known = device::control_mode_of(mode)) return switch_to(*known);
   std::vector<std::string> names;
   for (const device::ControlMode one : modes()) names.emplace_back(name_of(one));
-  throw_diagnostic(actuator(), fmt::format("there is no control mode '{}'", mode), nearest_choice(mode, names));
+  throw_diagnostic(Code::kUnknownName, actuator(), fmt::format("there is no control mode '{}'", mode),
+                   nearest_choice(mode, names));
 }
 
 const device::Arm& ControlModeInterface::arm() const { return *runtime().cell().arms.at(actuator()).device; }
@@ -210,7 +211,8 @@ Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), nam
   add(cell.grippers);
   add(cell.digital_outputs);
   add(cell.analog_outputs);
-  throw_diagnostic(name_, fmt::format("the cell has no actuator '{}'", name_), nearest_choice(name_, names));
+  throw_diagnostic(Code::kUnknownName, name_, fmt::format("the cell has no actuator '{}'", name_),
+                   nearest_choice(name_, names));
 }
 
 std::vector<std::string> Actuator::interfaces() const {
@@ -221,14 +223,14 @@ std::vector<std::string> Actuator::interfaces() const {
 }
 
 void Actuator::refuse(std::string_view interface) const {
-  throw_diagnostic(name_, fmt::format("'{}' has no {}", name_, interface),
+  throw_diagnostic(Code::kUnsupported, name_, fmt::format("'{}' has no {}", name_, interface),
                    fmt::format("it offers {}", fmt::join(interfaces(), ", ")));
 }
 
 const command::MountedArm& Actuator::arm() const {
   const auto found = runtime_->cell().arms.find(name_);
   if (found == runtime_->cell().arms.end())
-    throw_diagnostic(name_, fmt::format("'{}' is no arm", name_), "an arm of the cell");
+    throw_diagnostic(Code::kWrongType, name_, fmt::format("'{}' is no arm", name_), "an arm of the cell");
   return found->second;
 }
 
@@ -245,10 +247,11 @@ Eigen::Isometry3d Actuator::above(const std::string& name, double height) const 
 
 void Actuator::carry(double mass) const {
   if (!(mass >= 0.0 && std::isfinite(mass)))
-    throw_diagnostic(name_, fmt::format("a mass of {:g} kg", mass), "0 or more");
+    throw_diagnostic(Code::kOutOfRange, name_, fmt::format("a mass of {:g} kg", mass), "0 or more");
   device::Arm& device = *arm().device;
   if (device.held())
-    throw_diagnostic(name_, fmt::format("'{}' runs: its load changes between activities", name_), "after their end");
+    throw_diagnostic(Code::kNotPossibleNow, name_, fmt::format("'{}' runs: its load changes between activities", name_),
+                     "after their end");
   device::ToolSetting tool = runtime_->empty_tool(name_, device.tool());
   tool.payload = device::combine(tool.payload, {.mass = mass, .p_FC = arm().X_FT.translation()});
   device.set_tool(tool);

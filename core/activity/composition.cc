@@ -61,7 +61,7 @@ class CompositeActivity : public ActivityModel {
 
   [[nodiscard]] Result<PlannedActivity> prepare_part(std::size_t i, const PlanningContext& own) const {
     if (parts_[i]->begins_alone())
-      return failure(fmt::format("/{}", i),
+      return failure(Code::kConflict, fmt::format("/{}", i),
                      fmt::format("'{}' changes a control mode, which no part of a net can", parts_[i]->name()),
                      "an activity of its own, before or after the others");
     auto prepared = parts_[i]->prepare(own);
@@ -210,12 +210,12 @@ class MainTaskActivity final : public CompositeActivity {
     const Subtask& subtask = subtasks_[i];
     const std::string pointer = fmt::format("/subtasks/{}", i);
     if (subtask.when) return *subtask.when;
-    if (!subtask.at_share) return failure(pointer, "it never begins", "`at_share` or `when`");
+    if (!subtask.at_share) return failure(Code::kMissing, pointer, "it never begins", "`at_share` or `when`");
     if (!main.at_share)
-      return failure(pointer, fmt::format("'{}' is no motion, so it has no share of a way", parts_[0]->name()),
-                     "`when`");
+      return failure(Code::kConflict, pointer,
+                     fmt::format("'{}' is no motion, so it has no share of a way", parts_[0]->name()), "`when`");
     if (!(*subtask.at_share >= 0.0 && *subtask.at_share <= 1.0))
-      return failure(pointer, fmt::format("share {}", *subtask.at_share), "from 0 to 1");
+      return failure(Code::kOutOfRange, pointer, fmt::format("share {}", *subtask.at_share), "from 0 to 1");
     return main.at_share(*subtask.at_share);
   }
 
@@ -235,10 +235,10 @@ void throw_errors(Diagnostics diagnostics) {
 /// The runtime of all parts. Throws for none, and for parts of several.
 Runtime& runtime_of(const std::vector<Activity>& parts) {
   Diagnostics why;
-  if (parts.empty()) why.error("", "a composition without parts", "at least one");
+  if (parts.empty()) why.error(Code::kMissing, "", "a composition without parts", "at least one");
   for (std::size_t i = 1; i < parts.size(); ++i) {
     if (&parts[i].runtime() == &parts.front().runtime()) continue;
-    why.error(pointer_segment(i),
+    why.error(Code::kRequires, pointer_segment(i),
               fmt::format("'{}' belongs to another runtime than '{}'", parts[i].model()->name(),
                           parts.front().model()->name()),
               "activities of one Runtime");
@@ -253,7 +253,8 @@ void check_apart(const Activity& part, const Activity& other, const std::string&
   for (const std::string& name : part.model()->actuators()) {
     if (std::ranges::find(others, name) == others.end()) continue;
     diagnostics.error(
-        place, fmt::format("'{}' drives '{}' together with '{}'", part.model()->name(), name, other.model()->name()),
+        Code::kResourceConflict, place,
+        fmt::format("'{}' drives '{}' together with '{}'", part.model()->name(), name, other.model()->name()),
         "one after the other, by sequence()");
   }
 }

@@ -55,7 +55,7 @@ void check_start(const device::Arm& arm, ControlMode is, ControlMode needed, Dia
   if (is == needed || !modes.has(needed) || (change != nullptr && change->change != device::ChangeClass::kOutsideNet))
     return;
   if (change == nullptr) return diagnostics.append(check_mode_change(arm, is, needed));
-  diagnostics.error("",
+  diagnostics.error(Code::kNotPossibleNow, "",
                     fmt::format("'{}' will be in mode {}, and this needs {}; it goes there only while nothing holds it",
                                 arm.name(), name_of(is), name_of(needed)),
                     fmt::format("into that mode before: the step \"control_mode\", or "
@@ -110,7 +110,8 @@ ModeChange::ModeChange(rcc::ControlCore& core, const ControlModes& modes) {
     if (request != 0) {
       open_.push_back({request, arm});
     } else {
-      diagnostics_.error("/mode", fmt::format("'{}' cannot be asked for mode {} now", name, name_of(mode)),
+      diagnostics_.error(Code::kNotPossibleNow, "/mode",
+                         fmt::format("'{}' cannot be asked for mode {} now", name, name_of(mode)),
                          "an arm that the core drives, and fewer than 512 requests in one cycle");
     }
   }
@@ -121,7 +122,7 @@ bool ModeChange::poll(const rcc::ControlCore& core) {
     const auto answered = std::ranges::find(open_, event.request, &Open::request);
     if (answered == open_.end() || event.kind == rcc::Event::Kind::kState) continue;
     if (event.kind == rcc::Event::Kind::kRefused)
-      diagnostics_.error("/mode",
+      diagnostics_.error(Code::kNotPossibleNow, "/mode",
                          fmt::format("the mode was not changed: {}; '{}' is in mode {}", event.cause.text.view(),
                                      answered->arm->name(), name_of(answered->arm->mode())),
                          "an arm that stands, that nothing moves, and that has no fault");
@@ -138,12 +139,14 @@ Diagnostics check_mode_change(const device::Arm& arm, ControlMode from, ControlM
   Diagnostics diagnostics;
   const device::ControlModes& modes = arm.description().modes;
   if (!modes.has(to)) {
-    diagnostics.error("/mode", fmt::format("'{}' has no mode '{}'", arm.name(), name_of(to)), modes.list());
+    diagnostics.error(Code::kUnknownName, "/mode", fmt::format("'{}' has no mode '{}'", arm.name(), name_of(to)),
+                      modes.list());
   } else if (from != to && modes.find(from, to) == nullptr) {
     std::string ways;
     for (const device::ModeChange& change : modes.changes)
       if (change.from == from) ways += fmt::format("{}{}", ways.empty() ? "" : ", ", name_of(change.to));
-    diagnostics.error("/mode", fmt::format("'{}' cannot go from {} to {}", arm.name(), name_of(from), name_of(to)),
+    diagnostics.error(Code::kUnsupported, "/mode",
+                      fmt::format("'{}' cannot go from {} to {}", arm.name(), name_of(from), name_of(to)),
                       ways.empty() ? std::string("no other mode") : fmt::format("from there to {}", ways));
   }
   return diagnostics;

@@ -45,7 +45,7 @@ std::expected<bool, RunPlanner::Obstacle> RunPlanner::try_plan(ActivityRun& run,
   const std::string fault = before.running.empty() ? conditions_.fault_of(run) : std::string();
   if (!fault.empty()) {
     Obstacle obstacle{.failure = RunFailure::kFault, .diagnostics = {}};
-    obstacle.diagnostics.error("", fmt::format("'{}' was given up: {}", run.name(), fault),
+    obstacle.diagnostics.error(Code::kDeviceFault, "", fmt::format("'{}' was given up: {}", run.name(), fault),
                                "remove the cause, acknowledge the fault, and ask for it again");
     return std::unexpected(std::move(obstacle));
   }

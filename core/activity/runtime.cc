@@ -9,9 +9,9 @@
 namespace takt::activity {
 namespace {
 
-[[noreturn]] void throw_diagnostic(std::string place, std::string message, std::string hint) {
+[[noreturn]] void throw_diagnostic(Code code, std::string place, std::string message, std::string hint) {
   Diagnostics why;
-  why.error(std::move(place), std::move(message), std::move(hint));
+  why.error(code, std::move(place), std::move(message), std::move(hint));
   throw ActivityError(std::move(why));
 }
 
@@ -27,7 +27,7 @@ Runtime::Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void
 ProgramCancelled::ProgramCancelled()
     : ActivityError([] {
         Diagnostics why;
-        why.error("", "the program was cancelled", "a Runtime of its own for what is to come after");
+        why.error(Code::kCancelled, "", "the program was cancelled", "a Runtime of its own for what is to come after");
         return why;
       }()) {}
 
@@ -52,7 +52,8 @@ void Runtime::drop_coroutines() {
 }
 
 void Runtime::require_outside() const {
-  if (resuming_) throw_diagnostic("", "a coroutine may not block: the loop would stand", "co_await");
+  if (resuming_)
+    throw_diagnostic(Code::kNotPossibleNow, "", "a coroutine may not block: the loop would stand", "co_await");
 }
 
 void Runtime::step() {
@@ -82,7 +83,7 @@ void Runtime::spend() {
   constexpr int kMost = 10'000;  // in one cycle: more is a program that never waits
   if (std::exchange(spent_in_cycle_, core_.cycle()) != core_.cycle()) spent_ = 0;
   if (++spent_ > kMost)
-    throw_diagnostic("", fmt::format("the program went on {} times without a cycle between", kMost),
+    throw_diagnostic(Code::kTooLarge, "", fmt::format("the program went on {} times without a cycle between", kMost),
                      "co_await cycles(1), or an activity, in what repeats");
 }
 
@@ -102,7 +103,7 @@ void Runtime::run_until(const std::function<bool()>& holds) {
   require_outside();
   for (std::int64_t cycles = 0; !holds(); ++cycles) {
     if (cycles == options_.most_cycles)
-      throw_diagnostic("", fmt::format("nothing came of it within {} cycles", cycles),
+      throw_diagnostic(Code::kTimeout, "", fmt::format("nothing came of it within {} cycles", cycles),
                        "a larger most_cycles, or a condition that comes true");
     if (cancelled_ && scheduler_.idle() && waiting_.empty()) throw ProgramCancelled();
     step();
@@ -135,7 +136,7 @@ Runtime::When Runtime::cycles(std::int64_t count) {
 
 void Runtime::set_speed(const std::string& arm, double rate) {
   if (!(rate >= 0.0 && rate <= 1.0))
-    throw_diagnostic(pointer_segment(arm), fmt::format("a speed of {:g}", rate), "from 0 to 1");
+    throw_diagnostic(Code::kOutOfRange, pointer_segment(arm), fmt::format("a speed of {:g}", rate), "from 0 to 1");
   write_speed(arm, rate);
   speeds_[arm] = rate;
 }
@@ -149,8 +150,9 @@ void Runtime::write_speed(const std::string& arm, double rate) {
   std::vector<std::string> names;
   for (const auto& [name, mounted] : cell_.arms) names.push_back(name);
   if (!cell_.arms.contains(arm))
-    throw_diagnostic(pointer_segment(arm), fmt::format("there is no arm '{}'", arm), nearest_choice(arm, names));
-  throw_diagnostic(pointer_segment(arm), fmt::format("'{}' has no channel for its speed", arm),
+    throw_diagnostic(Code::kUnknownName, pointer_segment(arm), fmt::format("there is no arm '{}'", arm),
+                     nearest_choice(arm, names));
+  throw_diagnostic(Code::kRequires, pointer_segment(arm), fmt::format("'{}' has no channel for its speed", arm),
                    "declare_channels() before the first cycle");
 }
 

@@ -15,9 +15,9 @@ using rcc::NetState;
 
 constexpr const char* kAgain = "ask for it again when the cause is removed";
 
-Diagnostics single_diagnostic(std::string message, std::string hint) {
+Diagnostics single_diagnostic(Code code, std::string message, std::string hint) {
   Diagnostics diagnostics;
-  diagnostics.error("", std::move(message), std::move(hint));
+  diagnostics.error(code, "", std::move(message), std::move(hint));
   return diagnostics;
 }
 
@@ -100,7 +100,8 @@ bool Scheduler::look_for_answer(ActivityRun& run) {
     if (event.request != run.request_ || event.kind == rcc::Event::Kind::kState) continue;
     if (event.kind == rcc::Event::Kind::kRefused) {
       fail(run, RunFailure::kRefused,
-           single_diagnostic(fmt::format("'{}' was not started: {}", run.name(), event.cause.text.view()), kAgain));
+           single_diagnostic(Code::kNotPossibleNow,
+                             fmt::format("'{}' was not started: {}", run.name(), event.cause.text.view()), kAgain));
       return true;
     }
     run.blended_ = !run.planned_.taken_over.empty() && event.cause.text.size == 0;
@@ -163,7 +164,8 @@ void Scheduler::post(ActivityRun& run) {
   if (core_.cycle() - run.queue_full_since_ < rcc::Rule::kPatience) return;
   fail(
       run, RunFailure::kRefused,
-      single_diagnostic(fmt::format("'{}' was not started: the control core's queue of requests was full for {} cycles",
+      single_diagnostic(Code::kNotPossibleNow,
+                        fmt::format("'{}' was not started: the control core's queue of requests was full for {} cycles",
                                     run.name(), rcc::Rule::kPatience),
                         "fewer requests in one cycle"));
 }
@@ -176,7 +178,8 @@ void Scheduler::end_of_net(ActivityRun& run) {
   if (cause.in_order())
     return end(run, cause.code == net::Cause::Code::kCancelled ? RunEvent::kCancelled : RunEvent::kEnded);
   fail(run, RunFailure::kStopped,
-       single_diagnostic(fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), run.status_->last_cycle,
+       single_diagnostic(Code::kStopped,
+                         fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), run.status_->last_cycle,
                                      net::name_of(cause.code), command::cause_text(cause, cell_)),
                          kAgain));
 }
@@ -222,7 +225,8 @@ void Scheduler::give_up_followers(const ActivityRun& run) {
     if (other.get() == &run) behind = true;
     if (!behind || other.get() == &run || !is_waiting(other->state()) || !other->shares_actuator(run)) continue;
     fail(*other, RunFailure::kGivenUp,
-         single_diagnostic(fmt::format("'{}' was given up: '{}' before it {}", other->name(), run.name(),
+         single_diagnostic(Code::kStopped,
+                           fmt::format("'{}' was given up: '{}' before it {}", other->name(), run.name(),
                                        run.state() == RunState::kCancelled ? "was cancelled" : "failed"),
                            "nothing starts by itself after a stop: ask for it again"));
   }

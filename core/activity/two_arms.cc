@@ -29,7 +29,8 @@ class TwoArmActivity final : public ActivityModel {
     const Predecessor& leads = planning.predecessors.find(grasp_.leader)->second;
     const Predecessor& follows = planning.predecessors.find(grasp_.follower)->second;
     if (!leads.at_end.rests() || !follows.at_end.rests())
-      return failure("", fmt::format("'{}': nobody knows where the arms will be at rest", name()),
+      return failure(Code::kUnknownPosition, "",
+                     fmt::format("'{}': nobody knows where the arms will be at rest", name()),
                      "a motion after the end of what runs");
     const motion::ArmPair pair = pair_of(planning.cell, grasp_);
     if (Diagnostics apart = check_grasp(pair, *leads.at_end.q, *follows.at_end.q); apart.has_errors())
@@ -53,7 +54,8 @@ class TwoArmActivity final : public ActivityModel {
     constexpr double kApart = 1e-6, kTurned = 1e-6;  // m, rad
     if (apart > kApart || turned > kTurned)
       diagnostics.error(
-          "/grasp", fmt::format("the arms see the motion centre {:.3g} mm and {:.3g} rad apart", 1e3 * apart, turned),
+          Code::kUnknownPosition, "/grasp",
+          fmt::format("the arms see the motion centre {:.3g} mm and {:.3g} rad apart", 1e3 * apart, turned),
           "TwoArms anew where they are, or a motion of each to where they took hold");
     return diagnostics;
   }
@@ -83,9 +85,10 @@ TwoArms::TwoArms(const Actuator& leader, const Actuator& follower, const Eigen::
     : runtime_(&leader.runtime()), leader_(leader), follower_(follower) {
   Diagnostics wrong;
   if (leader.name() == follower.name())
-    wrong.error("/follower", fmt::format("'{}' is the leader too", follower.name()), "two arms");
+    wrong.error(Code::kConflict, "/follower", fmt::format("'{}' is the leader too", follower.name()), "two arms");
   if (&leader.runtime() != &follower.runtime())
-    wrong.error("/follower", fmt::format("'{}' belongs to another runtime than '{}'", follower.name(), leader.name()),
+    wrong.error(Code::kRequires, "/follower",
+                fmt::format("'{}' belongs to another runtime than '{}'", follower.name(), leader.name()),
                 "arms of one Runtime");
   if (wrong.has_errors()) throw ActivityError(std::move(wrong));
   (void)leader.use<LinInterface>();

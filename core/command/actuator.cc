@@ -132,7 +132,8 @@ class PairActuator final : public ActuatorModel {
         kept_{leader, follower},
         states_{{"completed", leader.completed() && follower.completed()},
                 {"emergency_stop", leader.emergency_stop() || follower.emergency_stop()}} {
-    if (leader.name() == follower.name()) fault_ = fault_of(fmt::format("'{}' twice", leader.name()), "two arms");
+    if (leader.name() == follower.name())
+      fault_ = fault_of(Code::kDuplicate, fmt::format("'{}' twice", leader.name()), "two arms");
     for (const Actuator* arm : {&leader, &follower})
       if (auto fault = arm->model().fault(); fault && !fault_) fault_ = std::move(fault);
   }
@@ -255,12 +256,12 @@ class MissingActuator final : public ActuatorModel {
  public:
   MissingActuator(const std::string& what, const std::string& name, const std::vector<std::string>& names)
       : ActuatorModel(name),
-        fault_(fault_of(fmt::format("there is no {} '{}'", what, name),
+        fault_(fault_of(Code::kUnknownName, fmt::format("there is no {} '{}'", what, name),
                         names.empty() ? "the cell has none" : nearest_choice(name, names))) {}
   MissingActuator(std::string name, Diagnostic why) : ActuatorModel(std::move(name)), fault_(std::move(why)) {}
   [[nodiscard]] std::vector<SetPointKind> takes() const override { return {}; }
   [[nodiscard]] std::map<std::string, State> states() const override {
-    const State never(broken(net::ValueType::kBoolean, fault_.message, fault_.hint));
+    const State never(broken(fault_.code, net::ValueType::kBoolean, fault_.message, fault_.hint));
     return {{"completed", never}, {"emergency_stop", never}};
   }
   void add_consumer(FragmentWriter&, const SetPoint&) const override {}

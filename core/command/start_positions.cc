@@ -204,7 +204,7 @@ void StartPositions::tell_unknown(int i, const std::string& device, Diagnostics&
   for (const int rival : rivals_before(i, device))
     names += fmt::format("{}'{}'", names.empty() ? "" : ", ", node(rival).name);
   diagnostics.error(
-      {},
+      Code::kUnknownPosition, {},
       fmt::format("nobody knows before where '{}' will be when '{}' begins: it depends on where {} may have "
                   "been cut short",
                   device, node(i).name, names),

@@ -92,7 +92,8 @@ void ArmReader::read_chain(std::span<const std::string> rolling) {
     arm_.damping[i] = joint->damping;
     arm_.friction[i] = joint->friction;
     if (!std::isfinite(arm_.limits.velocity[i]))
-      reader_.diagnostics().error(reader_.at("urdf"), fmt::format("joint '{}' has no velocity limit", joint->name),
+      reader_.diagnostics().error(Code::kMissing, reader_.at("urdf"),
+                                  fmt::format("joint '{}' has no velocity limit", joint->name),
                                   "add <limit velocity=\"...\"/> to the URDF");
   }
   arm_.chain = std::make_shared<const kinematics::Chain>(std::move(*chain));
@@ -103,7 +104,8 @@ void ArmReader::check_home() {
   for (int i = 0; i < joint_count_; ++i) {
     const bool inside = arm_.home[i] >= arm_.limits.lower[i] && arm_.home[i] <= arm_.limits.upper[i];
     if (inside) continue;
-    reader_.diagnostics().error(reader_.at("home_rad") + pointer_segment(static_cast<std::size_t>(i)),
+    reader_.diagnostics().error(Code::kOutOfRange,
+                                reader_.at("home_rad") + pointer_segment(static_cast<std::size_t>(i)),
                                 fmt::format("{} is outside the range of joint '{}'", arm_.home[i],
                                             arm_.joint_names[static_cast<std::size_t>(i)]),
                                 fmt::format("[{}, {}]", arm_.limits.lower[i], arm_.limits.upper[i]));
@@ -118,7 +120,7 @@ void ArmReader::read_held_joints() {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto found = std::ranges::find(arm_.joint_names, names[i]);
     if (found == arm_.joint_names.end()) {
-      reader_.diagnostics().error(reader_.at("held_joints") + pointer_segment(i),
+      reader_.diagnostics().error(Code::kUnknownName, reader_.at("held_joints") + pointer_segment(i),
                                   fmt::format("there is no joint '{}'", names[i]),
                                   nearest_choice(names[i], arm_.joint_names));
       return;

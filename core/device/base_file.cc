@@ -72,14 +72,15 @@ class BaseReader {
   void read_wheels(ObjectReader& drive) {
     const auto names = drive.texts("wheels");
     if (names.size() != base_.wheels.size()) {
-      return drive.diagnostics().error(drive.at("wheels"), fmt::format("{} wheels", names.size()),
+      return drive.diagnostics().error(Code::kWrongSize, drive.at("wheels"), fmt::format("{} wheels", names.size()),
                                        "four joints: front left, front right, rear left, rear right");
     }
     std::set<std::string> seen;
     for (std::size_t i = 0; i < names.size(); ++i) {
       const std::string pointer = drive.at("wheels") + pointer_segment(i);
       if (!seen.insert(names[i]).second)
-        drive.diagnostics().error(pointer, fmt::format("wheel '{}' stands twice", names[i]), "each wheel once");
+        drive.diagnostics().error(Code::kDuplicate, pointer, fmt::format("wheel '{}' stands twice", names[i]),
+                                  "each wheel once");
       base_.wheels[i] = names[i];
       check_wheel(names[i], pointer);
     }
@@ -91,12 +92,12 @@ class BaseReader {
     if (joint == nullptr) {
       std::vector<std::string> names;
       for (const auto& one : base_.robot->joints) names.push_back(one.name);
-      return reader_.diagnostics().error(pointer, fmt::format("the URDF has no joint '{}'", name),
+      return reader_.diagnostics().error(Code::kUnknownName, pointer, fmt::format("the URDF has no joint '{}'", name),
                                          nearest_choice(name, names));
     }
     const bool rolls = joint->type == JointType::kContinuous && (joint->axis - Eigen::Vector3d::UnitY()).norm() < 1e-9;
     if (!rolls) {
-      reader_.diagnostics().error(pointer, fmt::format("joint '{}' is no wheel", name),
+      reader_.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("joint '{}' is no wheel", name),
                                   "a continuous joint about +y, so that a positive speed drives forward");
     }
   }
@@ -110,7 +111,7 @@ class BaseReader {
       if ((chain.forward(q).matrix() - in_plane(q).matrix()).norm() < 1e-12) return true;
     }
     reader_.diagnostics().error(
-        reader_.at("flange"),
+        Code::kInvalidValue, reader_.at("flange"),
         fmt::format("the joints from '{}' to '{}' are not those of a base", base_.base_link, base_.flange_link),
         "three: along x, along y, about z, with their frames in one point");
     return false;
@@ -143,7 +144,7 @@ class BaseReader {
   void check_urdf_limits() {
     if (base_.limits.velocity[kX] != base_.limits.velocity[kY]) {
       reader_.diagnostics().error(
-          reader_.at("urdf"),
+          Code::kConflict, reader_.at("urdf"),
           fmt::format("joints '{}' and '{}' have the velocity limits {} and {}", base_.joint_names[kX],
                       base_.joint_names[kY], base_.limits.velocity[kX], base_.limits.velocity[kY]),
           "the same: it is that of the vector");
@@ -151,7 +152,7 @@ class BaseReader {
     for (int i = 0; i < 3; ++i) {
       if (std::isfinite(base_.effort[i])) continue;
       reader_.diagnostics().error(
-          reader_.at("urdf"),
+          Code::kMissing, reader_.at("urdf"),
           fmt::format("joint '{}' has no effort limit", base_.joint_names[static_cast<std::size_t>(i)]),
           "add <limit effort=\"...\"/> to the URDF");
     }
@@ -160,7 +161,7 @@ class BaseReader {
   void check_modes() {
     for (const ControlMode mode : base_.modes.modes) {
       if (mode == ControlMode::kPosition) continue;
-      reader_.diagnostics().error(reader_.at("control") + "/modes",
+      reader_.diagnostics().error(Code::kUnknownName, reader_.at("control") + "/modes",
                                   fmt::format("a base has no mode '{}'", name_of(mode)), "[\"position\"]");
     }
   }
@@ -180,7 +181,7 @@ class BaseReader {
     const double fastest = base_.drive.fastest_wheel(c.linear_velocity, c.angular_velocity);
     if (fastest <= base_.wheel_speed) return;
     reader_.diagnostics().error(
-        reader_.at("drive") + "/wheel_speed_rad_s",
+        Code::kInvalidValue, reader_.at("drive") + "/wheel_speed_rad_s",
         fmt::format("{:g} m/s at 45 degrees with {:g} rad/s would turn a wheel with {:.4g} rad/s, beyond {:g}",
                     c.linear_velocity, c.angular_velocity, fastest, base_.wheel_speed),
         "slower joints in the URDF");

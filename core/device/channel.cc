@@ -30,16 +30,20 @@ int frame_names(ValueType type) {
 void check_unit(const ChannelDescription& channel, Diagnostics& diagnostics) {
   if (channel.unit.empty()) return;
   if (!carries_unit(channel.type)) {
-    diagnostics.error("/unit", fmt::format("a {} carries no unit, not '{}'", net::name_of(channel.type), channel.unit));
+    diagnostics.error(Code::kConflict, "/unit",
+                      fmt::format("a {} carries no unit, not '{}'", net::name_of(channel.type), channel.unit));
     return;
   }
   const auto terms = net::parse_unit(channel.unit);
   bool right = terms && !terms->empty();
   for (std::size_t i = 0; right && i < terms->size(); ++i) right = (*terms)[i].variables.empty();
-  if (!right) diagnostics.error("/unit", fmt::format("'{}' is no unit", channel.unit), "such as m/s, rad, N, 1");
+  if (!right)
+    diagnostics.error(Code::kInvalidValue, "/unit", fmt::format("'{}' is no unit", channel.unit),
+                      "such as m/s, rad, N, 1");
   const bool two = channel.type == ValueType::kTwist || channel.type == ValueType::kWrench;
   if (right && terms->size() > (two ? 2u : 1u))
-    diagnostics.error("/unit", fmt::format("'{}' are two units", channel.unit), "one for all components");
+    diagnostics.error(Code::kInvalidValue, "/unit", fmt::format("'{}' are two units", channel.unit),
+                      "one for all components");
 }
 
 void check_frame(const ChannelDescription& channel, Diagnostics& diagnostics) {
@@ -50,7 +54,8 @@ void check_frame(const ChannelDescription& channel, Diagnostics& diagnostics) {
                      (names == 1 || channel.frame.find('>', sign + 1) == std::string::npos);
   const int wanted = frame_names(channel.type);
   if (whole && names == wanted) return;
-  diagnostics.error("/frame", fmt::format("'{}' is no frame of a {}", channel.frame, net::name_of(channel.type)),
+  diagnostics.error(Code::kInvalidValue, "/frame",
+                    fmt::format("'{}' is no frame of a {}", channel.frame, net::name_of(channel.type)),
                     wanted == 2   ? "'A>B', the pose of B in A"
                     : wanted == 1 ? "the frame that it is expressed in, one name"
                                   : "none");
@@ -67,14 +72,16 @@ std::string_view Channel::kind_of(ValueType type) {
 
 Result<std::unique_ptr<Channel>> Channel::make(const ChannelDescription& description) {
   Diagnostics diagnostics;
-  if (description.name.empty()) diagnostics.error("/name", "a channel needs a name");
+  if (description.name.empty()) diagnostics.error(Code::kMissing, "/name", "a channel needs a name");
   check_unit(description, diagnostics);
   check_frame(description, diagnostics);
-  if (description.timeout < 0) diagnostics.error("/timeout", "a timeout below 0", "0 for none, or a time in seconds");
+  if (description.timeout < 0)
+    diagnostics.error(Code::kOutOfRange, "/timeout", "a timeout below 0", "0 for none, or a time in seconds");
   if (description.initial && description.initial->index() != static_cast<std::size_t>(description.type)) {
-    diagnostics.error("/initial", fmt::format("a {}, but the channel carries a {}",
-                                              net::name_of(static_cast<ValueType>(description.initial->index())),
-                                              net::name_of(description.type)));
+    diagnostics.error(Code::kTypeMismatch, "/initial",
+                      fmt::format("a {}, but the channel carries a {}",
+                                  net::name_of(static_cast<ValueType>(description.initial->index())),
+                                  net::name_of(description.type)));
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return std::unique_ptr<Channel>(new Channel(description));

@@ -32,7 +32,7 @@ void read_modes(ObjectReader& control, ControlModes& modes) {
     if (const auto mode = control_mode_of(names[i])) {
       modes.modes.push_back(*mode);
     } else {
-      control.diagnostics().error(control.at("modes") + pointer_segment(i),
+      control.diagnostics().error(Code::kUnknownName, control.at("modes") + pointer_segment(i),
                                   fmt::format("unknown control mode '{}'", names[i]),
                                   nearest_choice(names[i], mode_names()));
     }
@@ -49,11 +49,14 @@ void read_change(const Json& json, const std::string& pointer, Diagnostics& diag
   if (takes_time || reader.has("duration_ms"))
     change.duration = static_cast<Nanoseconds>(reader.number("duration_ms", {}, kNotNegative) * kMillisecond);
   if (!takes_time && change.duration > 0)
-    diagnostics.error(reader.at("duration_ms"), "a seamless change takes no time", "no duration, or another class");
+    diagnostics.error(Code::kConflict, reader.at("duration_ms"), "a seamless change takes no time",
+                      "no duration, or another class");
   for (const ControlMode mode : {change.from, change.to})
-    if (!modes.has(mode)) diagnostics.error(pointer, fmt::format("it has no mode '{}'", name_of(mode)), modes.list());
+    if (!modes.has(mode))
+      diagnostics.error(Code::kUnknownName, pointer, fmt::format("it has no mode '{}'", name_of(mode)), modes.list());
   if (change.from == change.to || modes.find(change.from, change.to) != nullptr)
-    diagnostics.error(pointer, fmt::format("from '{}' to '{}' again", name_of(change.from), name_of(change.to)),
+    diagnostics.error(Code::kDuplicate, pointer,
+                      fmt::format("from '{}' to '{}' again", name_of(change.from), name_of(change.to)),
                       "each pair of two modes once");
   reader.finish();
   modes.changes.push_back(change);
@@ -107,14 +110,16 @@ class RangeReader {
   }
   void check_below(double value, double most, const char* key) {
     if (value > most)
-      reader_.diagnostics().error(reader_.at(key), fmt::format("{} is above the largest", value),
+      reader_.diagnostics().error(Code::kOutOfRange, reader_.at(key), fmt::format("{} is above the largest", value),
                                   fmt::format("at most {}", most));
   }
 
   void read_rest() {
     const auto ratio = reader_.numbers("damping_ratio_range", 2, std::vector{0.1, 1.0}, kPositive);
     const double low = ratio.size() == 2 ? ratio[0] : 0.1, high = ratio.size() == 2 ? ratio[1] : 1.0;
-    if (low > high) reader_.diagnostics().error(reader_.at("damping_ratio_range"), "the first is above the second");
+    if (low > high)
+      reader_.diagnostics().error(Code::kOutOfRange, reader_.at("damping_ratio_range"),
+                                  "the first is above the second");
     const double standard = reader_.number("damping_ratio", 0.7, {.low = low, .high = std::max(low, high)});
     range_.lower.damping_ratio.setConstant(low);
     range_.upper.damping_ratio.setConstant(high);
@@ -140,7 +145,8 @@ void read_range(ObjectReader& impedance, const ControlModes& modes, ControlMode 
   const Json* json = impedance.object(key, modes.has(mode));
   if (json == nullptr) return;
   if (!modes.has(mode))
-    impedance.diagnostics().error(impedance.at(key), fmt::format("it has no mode '{}'", key), modes.list());
+    impedance.diagnostics().error(Code::kUnknownName, impedance.at(key), fmt::format("it has no mode '{}'", key),
+                                  modes.list());
   ObjectReader reader(*json, impedance.at(key), impedance.diagnostics());
   RangeReader read(reader, range, axes);
   mode == ControlMode::kCartesianImpedance ? read.read_cartesian() : read.read_joint();

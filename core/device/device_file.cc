@@ -108,7 +108,7 @@ Result<fs::path> ModelLibrary::find(std::string_view name, const std::string& po
     std::error_code ignored;
     if (one_segment && fs::is_regular_file(path / name / kFileName, ignored)) return path / name;
   }
-  return failure(pointer, fmt::format("unknown model '{}'", name), nearest_choice(name, names()));
+  return failure(Code::kUnknownName, pointer, fmt::format("unknown model '{}'", name), nearest_choice(name, names()));
 }
 
 }  // namespace takt::device

@@ -54,7 +54,8 @@ void DeviceFile::check_link(const std::string& name, const std::string& pointer)
   if (robot_ == nullptr || name.empty() || robot_->link(name) != nullptr) return;
   std::vector<std::string> names;
   for (const auto& one : robot_->links) names.push_back(one.name);
-  diagnostics_->error(pointer, fmt::format("the URDF has no link '{}'", name), nearest_choice(name, names));
+  diagnostics_->error(Code::kUnknownName, pointer, fmt::format("the URDF has no link '{}'", name),
+                      nearest_choice(name, names));
 }
 
 Eigen::Isometry3d pose_between(const kinematics::RobotModel& robot, const std::string& from, const std::string& to) {

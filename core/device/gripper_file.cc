@@ -15,7 +15,8 @@ std::pair<double, double> read_interval(ObjectReader& reader, const char* key) {
   const auto ends = reader.numbers(key, 2, {}, kNotNegative);
   if (ends.size() != 2) return {0.0, 0.0};
   if (ends[0] > ends[1]) {
-    reader.diagnostics().error(reader.at(key), fmt::format("from {} to {}", ends[0], ends[1]), "[smallest, largest]");
+    reader.diagnostics().error(Code::kOutOfRange, reader.at(key), fmt::format("from {} to {}", ends[0], ends[1]),
+                               "[smallest, largest]");
   }
   return {ends[0], ends[1]};
 }
@@ -24,7 +25,7 @@ std::pair<double, double> read_interval(ObjectReader& reader, const char* key) {
 void read_fingers(DeviceFile& file, ObjectReader& reader, GripperDescription& gripper) {
   gripper.fingers = reader.texts("fingers");
   if (gripper.fingers.size() != 2) {
-    reader.diagnostics().error(reader.at("fingers"), fmt::format("{} joints", gripper.fingers.size()),
+    reader.diagnostics().error(Code::kWrongSize, reader.at("fingers"), fmt::format("{} joints", gripper.fingers.size()),
                                "the two joints of a parallel gripper");
   }
   if (file.robot() == nullptr) return;
@@ -34,13 +35,15 @@ void read_fingers(DeviceFile& file, ObjectReader& reader, GripperDescription& gr
     const std::string pointer = reader.at("fingers") + pointer_segment(i);
     const auto* joint = file.robot()->joint(gripper.fingers[i]);
     if (joint == nullptr) {
-      reader.diagnostics().error(pointer, fmt::format("the URDF has no joint '{}'", gripper.fingers[i]),
+      reader.diagnostics().error(Code::kUnknownName, pointer,
+                                 fmt::format("the URDF has no joint '{}'", gripper.fingers[i]),
                                  nearest_choice(gripper.fingers[i], joints));
     } else if (joint->type != kinematics::JointType::kPrismatic || joint->lower != 0.0) {
-      reader.diagnostics().error(pointer, fmt::format("joint '{}' is no finger", joint->name),
+      reader.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("joint '{}' is no finger", joint->name),
                                  "prismatic, zero where the gripper is closed, opening with positive values");
     } else if (gripper.stroke > 0.0 && joint->upper != 0.5 * gripper.stroke) {
-      reader.diagnostics().error(pointer, fmt::format("joint '{}' moves {} m", joint->name, joint->upper),
+      reader.diagnostics().error(Code::kInvalidValue, pointer,
+                                 fmt::format("joint '{}' moves {} m", joint->name, joint->upper),
                                  "all fingers move as far");
     } else {
       gripper.stroke = 2.0 * joint->upper;

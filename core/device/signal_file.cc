@@ -20,14 +20,14 @@ void read_analog(ObjectReader& reader, IoChannel& channel) {
   channel.unit = reader.text("unit");
   const auto unit = net::parse_unit(channel.unit);
   if (!channel.unit.empty() && (!unit || unit->size() != 1 || !unit->front().variables.empty())) {
-    reader.diagnostics().error(reader.at("unit"), fmt::format("'{}' is no unit", channel.unit),
+    reader.diagnostics().error(Code::kInvalidValue, reader.at("unit"), fmt::format("'{}' is no unit", channel.unit),
                                "such as V, A, m, N, 1");
   }
   const auto ends = reader.numbers("range", 2);
   if (ends.size() == 2) std::tie(channel.lower, channel.upper) = std::pair(ends[0], ends[1]);
   if (!(channel.lower < channel.upper)) {
-    reader.diagnostics().error(reader.at("range"), fmt::format("from {} to {}", channel.lower, channel.upper),
-                               "[smallest, largest]");
+    reader.diagnostics().error(Code::kOutOfRange, reader.at("range"),
+                               fmt::format("from {} to {}", channel.lower, channel.upper), "[smallest, largest]");
   }
 }
 
@@ -35,7 +35,7 @@ void read_stop(ObjectReader& reader, IoChannel& channel) {
   const Json* stop = reader.child("stop");
   if (stop == nullptr || *stop == "hold") return;
   const auto wrong = [&](const char* allowed) {
-    reader.diagnostics().error(reader.at("stop"), short_dump(*stop) + " stands here", allowed);
+    reader.diagnostics().error(Code::kWrongType, reader.at("stop"), short_dump(*stop) + " stands here", allowed);
   };
   if (!channel.is_analog()) {
     if (*stop != "on" && *stop != "off") return wrong("hold, off or on");
@@ -74,9 +74,11 @@ void read_channels(ObjectReader& reader, const char* key, Kind kind, std::vector
   for (const auto& [name, json] : members->items()) {
     const std::string pointer = reader.at(key) + pointer_segment(name);
     if (name.empty() || name.find('/') != std::string::npos)
-      reader.diagnostics().error(pointer, fmt::format("'{}' cannot be a name", name), "not empty, no '/'");
+      reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("'{}' cannot be a name", name),
+                                 "not empty, no '/'");
     if (std::ranges::find(channels, name, &IoChannel::name) != channels.end())
-      reader.diagnostics().error(pointer, fmt::format("'{}' is the name of two terminals", name), "each name once");
+      reader.diagnostics().error(Code::kDuplicate, pointer, fmt::format("'{}' is the name of two terminals", name),
+                                 "each name once");
     channels.push_back(read_channel(kind, name, json, pointer, reader.diagnostics()));
   }
 }
@@ -93,7 +95,7 @@ Result<std::shared_ptr<const BeamDescription>> read_beam(const fs::path& folder,
     const auto ends = reader.numbers("range_m", 2, {}, kNotNegative);
     if (ends.size() == 2) std::tie(beam.range_min, beam.range_max) = std::pair(ends[0], ends[1]);
     if (!(beam.range_min < beam.range_max))
-      reader.diagnostics().error(reader.at("range_m"), "the range is empty", "[smallest, largest]");
+      reader.diagnostics().error(Code::kOutOfRange, reader.at("range_m"), "the range is empty", "[smallest, largest]");
     beam.resolution = reader.number("resolution_m", 0.0, kNotNegative);
     beam.noise = reader.number("noise_sigma_m", 0.0, kNotNegative);
   } else {
@@ -116,7 +118,8 @@ Result<std::shared_ptr<const IoDescription>> read_io(const fs::path& folder) {
   read_channels(reader, "digital_outputs", Kind::kDigitalOutput, io.channels);
   read_channels(reader, "analog_inputs", Kind::kAnalogInput, io.channels);
   read_channels(reader, "analog_outputs", Kind::kAnalogOutput, io.channels);
-  if (io.channels.empty()) reader.diagnostics().error("", "the block has no terminal", "digital_inputs and the like");
+  if (io.channels.empty())
+    reader.diagnostics().error(Code::kMissing, "", "the block has no terminal", "digital_inputs and the like");
   io.cycle = read_cycle(reader);
   io.sample_age_max = kSampleCyclesMax * io.cycle;
   return file->finish(reader, std::move(io));

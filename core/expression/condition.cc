@@ -39,7 +39,7 @@ void read_threshold(ObjectReader& reader, const std::string& unit, Condition& co
   const std::string below = unit.empty() ? "below" : fmt::format("below_{}", unit);
   const bool both_or_none = (reader.child(above) != nullptr) == (reader.child(below) != nullptr);
   if (both_or_none) {
-    reader.diagnostics().error(reader.pointer(), "exactly one threshold is needed",
+    reader.diagnostics().error(Code::kConflict, reader.pointer(), "exactly one threshold is needed",
                                fmt::format("'{}' or '{}'", above, below));
   }
   condition.above = reader.has(above);
@@ -52,7 +52,7 @@ bool known_device(ObjectReader& reader, const char* key, const char* what, const
   if (!reader.has(key) || devices.contains(name)) return true;
   std::vector<std::string> names;
   for (const auto& [device, mounted] : devices) names.push_back(device);
-  reader.diagnostics().error(reader.at(key), fmt::format("there is no {} '{}'", what, name),
+  reader.diagnostics().error(Code::kUnknownName, reader.at(key), fmt::format("there is no {} '{}'", what, name),
                              nearest_choice(name, names));
   return false;
 }
@@ -65,7 +65,8 @@ std::vector<Condition> read_operands(ObjectReader& reader, std::string_view key,
   for (std::size_t i = 0; list && i < list->size(); ++i) {
     operands.push_back(condition_of((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.diagnostics()));
   }
-  if (operands.empty()) reader.diagnostics().error(reader.at(key), "no condition stands here", "at least one");
+  if (operands.empty())
+    reader.diagnostics().error(Code::kMissing, reader.at(key), "no condition stands here", "at least one");
   return operands;
 }
 
@@ -87,7 +88,8 @@ Condition read_internal_force(ObjectReader& reader, const Cell& cell) {
   const auto names = reader.texts("internal_force");
   read_threshold(reader, "N", condition);
   if (names.size() != 2) {
-    reader.diagnostics().error(place, fmt::format("{} sensors", names.size()), "two: one on each arm");
+    reader.diagnostics().error(Code::kWrongSize, place, fmt::format("{} sensors", names.size()),
+                               "two: one on each arm");
     return condition;
   }
   condition.device = names[0];
@@ -96,14 +98,14 @@ Condition read_internal_force(ObjectReader& reader, const Cell& cell) {
   for (const auto& [name, mounted] : cell.sensors) sensors.push_back(name);
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (cell.sensors.contains(names[i])) continue;
-    reader.diagnostics().error(place + pointer_segment(i),
+    reader.diagnostics().error(Code::kUnknownName, place + pointer_segment(i),
                                fmt::format("there is no force/torque sensor '{}'", names[i]),
                                nearest_choice(names[i], sensors));
   }
   const auto one = cell.sensors.find(names[0]), two = cell.sensors.find(names[1]);
   const bool known = one != cell.sensors.end() && two != cell.sensors.end() && !one->second.arm.empty();
   if (known && one->second.arm == two->second.arm) {
-    reader.diagnostics().error(place,
+    reader.diagnostics().error(Code::kConflict, place,
                                fmt::format("'{}' and '{}' are both on '{}'", names[0], names[1], one->second.arm),
                                "sensors on two arms");
   }
@@ -164,7 +166,7 @@ Condition read_channel(ObjectReader& reader, const Cell& cell) {
   if (found == cell.channels.end() || found->second == nullptr) return condition;
   const net::ValueType carries = found->second->description().type;
   if (carries != (compared ? net::ValueType::kReal : net::ValueType::kBoolean)) {
-    reader.diagnostics().error(reader.at("channel"),
+    reader.diagnostics().error(Code::kTypeMismatch, reader.at("channel"),
                                fmt::format("'{}' carries {}", condition.device, net::name_of(carries)),
                                "a Boolean channel with 'is', a Real one with 'above' or 'below'");
   }

@@ -71,9 +71,9 @@ struct Operand {
                                  nlohmann::ordered_json parameters = nlohmann::ordered_json::object());
 
 /// An error without a place.
-[[nodiscard]] Diagnostic fault_of(std::string message, std::string hint);
+[[nodiscard]] Diagnostic fault_of(Code code, std::string message, std::string hint);
 /// A formula that cannot be; checks tell why and where it is used.
-[[nodiscard]] ExpressionPtr broken(net::ValueType type, std::string message, std::string hint);
+[[nodiscard]] ExpressionPtr broken(Code code, net::ValueType type, std::string message, std::string hint);
 
 /// The same node under another wish for its id.
 [[nodiscard]] ExpressionPtr named(const ExpressionPtr& node, std::string id);

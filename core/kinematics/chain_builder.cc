@@ -45,7 +45,8 @@ struct ChainBuilder {
     if (model.link(link) != nullptr) return true;
     std::vector<std::string> names;
     for (const Link& candidate : model.links) names.push_back(candidate.name);
-    diagnostics.error({}, fmt::format("{} link '{}' does not exist in robot '{}'", role, link, model.name),
+    diagnostics.error(Code::kUnknownName, {},
+                      fmt::format("{} link '{}' does not exist in robot '{}'", role, link, model.name),
                       nearest_choice(link, names));
     return false;
   }
@@ -56,7 +57,7 @@ struct ChainBuilder {
     for (std::string link = flange; link != base;) {
       const Joint* joint = model.joint_above(link);
       if (joint == nullptr) {
-        diagnostics.error({}, fmt::format("link '{}' does not lie below link '{}'", flange, base),
+        diagnostics.error(Code::kInvalidValue, {}, fmt::format("link '{}' does not lie below link '{}'", flange, base),
                           "the flange hangs on the base through joints");
         return false;
       }
@@ -69,9 +70,11 @@ struct ChainBuilder {
   bool check_count() {
     const auto count =
         std::count_if(path.begin(), path.end(), [](const Joint* j) { return j->type != JointType::kFixed; });
-    if (count == 0) diagnostics.error({}, fmt::format("no movable joint between '{}' and '{}'", base, flange));
+    if (count == 0)
+      diagnostics.error(Code::kMissing, {}, fmt::format("no movable joint between '{}' and '{}'", base, flange));
     if (count > kMaxJoints)
-      diagnostics.error({}, fmt::format("{} movable joints between '{}' and '{}'", count, base, flange),
+      diagnostics.error(Code::kInvalidValue, {},
+                        fmt::format("{} movable joints between '{}' and '{}'", count, base, flange),
                         fmt::format("at most {}", kMaxJoints));
     return count > 0 && count <= kMaxJoints;
   }
@@ -113,7 +116,8 @@ struct ChainBuilder {
         place = add_segment(chain, joint, place.X);
       } else if (joint.type != JointType::kFixed && !rolls) {
         diagnostics.error(
-            {}, fmt::format("joint '{}' moves beside or beyond the chain from '{}' to '{}'", joint.name, base, flange),
+            Code::kInvalidValue, {},
+            fmt::format("joint '{}' moves beside or beyond the chain from '{}' to '{}'", joint.name, base, flange),
             "fix it, or choose a base link below which there is one chain");
         continue;
       }

@@ -32,9 +32,9 @@ class CapturedConsole : public console_bridge::OutputHandler {
 
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
     if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) {
-      diagnostics_.error({}, text);
+      diagnostics_.error(Code::kInvalidModel, {}, text);
     } else if (level >= console_bridge::CONSOLE_BRIDGE_LOG_WARN) {
-      diagnostics_.warning({}, text);
+      diagnostics_.warning(Code::kInvalidModel, {}, text);
     }
   }
 
@@ -52,10 +52,10 @@ urdf::ModelInterfaceSharedPtr parse_with_urdfdom(const std::string& xml, Diagnos
   try {
     auto model = urdf::parseURDF(xml);
     if (model == nullptr && !diagnostics.has_errors())
-      diagnostics.error({}, "urdfdom refuses the file without a reason");
+      diagnostics.error(Code::kSyntax, {}, "urdfdom refuses the file without a reason");
     return model;
   } catch (const std::exception& error) {
-    diagnostics.error({}, fmt::format("urdfdom: {}", error.what()));
+    diagnostics.error(Code::kInvalidModel, {}, fmt::format("urdfdom: {}", error.what()));
   }
   return nullptr;
 }

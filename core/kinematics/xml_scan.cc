@@ -51,7 +51,7 @@ class Scanner {
 
  private:
   bool fail(std::string message, std::string hint = {}) {
-    diagnostics_.error(fmt::format("line {}", line_), std::move(message), std::move(hint));
+    diagnostics_.error(Code::kSyntax, fmt::format("line {}", line_), std::move(message), std::move(hint));
     return false;
   }
 

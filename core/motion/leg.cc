@@ -22,7 +22,7 @@ Diagnostics check_start(const ArmModel& arm, const JointVector& q_start, bool ca
   check_limits(arm.chain, arm.limits, diagnostics);
   check_configuration(arm.chain, arm.limits, q_start, "/start", diagnostics);
   if (cartesian && arm.inverse == nullptr)
-    diagnostics.error("/goal", "the arm has no inverse kinematics", "a joint motion");
+    diagnostics.error(Code::kRequires, "/goal", "the arm has no inverse kinematics", "a joint motion");
   return diagnostics;
 }
 
@@ -60,7 +60,7 @@ std::vector<double> centripetal(const std::vector<double>& ways, Diagnostics& di
   for (std::size_t i = 0; i < ways.size(); ++i) {
     constexpr double kNoWay = 1e-9;
     if (ways[i] < kNoWay) {
-      diagnostics.error("/points" + pointer_segment(i), "the point is the same as the one before",
+      diagnostics.error(Code::kInvalidValue, "/points" + pointer_segment(i), "the point is the same as the one before",
                         "points that differ");
     }
     knots.push_back(knots.back() + std::sqrt(ways[i]));
@@ -109,7 +109,7 @@ Result<Leg> lin_leg(const ArmModel& arm, const JointVector& q_start, const Eigen
 Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcThrough& wanted) {
   Diagnostics diagnostics = check_start(arm, q_start, true);
   check_pose(wanted.X_BM_goal, "/goal", diagnostics);
-  if (!wanted.p_via.allFinite()) diagnostics.error("/via", "the point is not finite");
+  if (!wanted.p_via.allFinite()) diagnostics.error(Code::kOutOfRange, "/via", "the point is not finite");
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   CartesianArc arc = arc_from(arm, q_start);
   const Vector3d a = wanted.p_via - arc.p_start;
@@ -118,7 +118,8 @@ Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcT
   constexpr double kLeastHeight = 1e-6;  // m: of the triangle of the three points
   const double longest = std::max({a.norm(), b.norm(), (a - b).norm()});
   if (!(normal.norm() > kLeastHeight * longest)) {
-    diagnostics.error("/via", "start, point on the way and goal lie on one line", "three points of a circle; or LIN");
+    diagnostics.error(Code::kInvalidValue, "/via", "start, point on the way and goal lie on one line",
+                      "three points of a circle; or LIN");
     return std::unexpected(std::move(diagnostics));
   }
   // Centre of the circle through 0, a, b.
@@ -136,11 +137,12 @@ Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcT
 
 Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcAbout& wanted) {
   Diagnostics diagnostics = check_start(arm, q_start, true);
-  if (!wanted.centre.allFinite()) diagnostics.error("/centre", "the point is not finite");
-  if (!(wanted.axis.allFinite() && wanted.axis.norm() > 1e-9)) diagnostics.error("/axis", "the axis has no direction");
+  if (!wanted.centre.allFinite()) diagnostics.error(Code::kOutOfRange, "/centre", "the point is not finite");
+  if (!(wanted.axis.allFinite() && wanted.axis.norm() > 1e-9))
+    diagnostics.error(Code::kOutOfRange, "/axis", "the axis has no direction");
   constexpr double kMostTurns = 100.0;
   if (!(std::abs(wanted.angle) <= kMostTurns * 2.0 * std::numbers::pi)) {
-    diagnostics.error("/angle", fmt::format("{} rad", wanted.angle), "finite, at most 100 turns");
+    diagnostics.error(Code::kOutOfRange, "/angle", fmt::format("{} rad", wanted.angle), "finite, at most 100 turns");
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   CartesianArc arc = arc_from(arm, q_start);
@@ -150,7 +152,8 @@ Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcA
   arc.arc = std::abs(wanted.angle);
   constexpr double kLeastRadius = 1e-6;  // m
   if ((arc.p_start - arc.centre).norm() < kLeastRadius) {
-    diagnostics.error("/centre", "the start lies on the axis of the circle", "a radius of at least 1 um");
+    diagnostics.error(Code::kOutOfRange, "/centre", "the start lies on the axis of the circle",
+                      "a radius of at least 1 um");
     return std::unexpected(std::move(diagnostics));
   }
   set_orientation(arc, wanted.orientation, Eigen::Isometry3d::Identity());
@@ -162,7 +165,8 @@ Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start, const st
   for (std::size_t i = 0; i < points.size(); ++i) {
     check_configuration(arm.chain, arm.limits, points[i], "/points" + pointer_segment(i), diagnostics);
   }
-  if (points.size() < 2) diagnostics.error("/points", fmt::format("{} points", points.size()), "two or more; or PTP");
+  if (points.size() < 2)
+    diagnostics.error(Code::kWrongSize, "/points", fmt::format("{} points", points.size()), "two or more; or PTP");
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   const auto n = static_cast<Eigen::Index>(points.size());
   Eigen::MatrixXd rows(n + 1, q_start.size());
@@ -189,7 +193,7 @@ Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start,
     check_pose(poses_BM[i], "/points" + pointer_segment(i), diagnostics);
   }
   if (poses_BM.size() < 2)
-    diagnostics.error("/points", fmt::format("{} points", poses_BM.size()), "two or more; or LIN");
+    diagnostics.error(Code::kWrongSize, "/points", fmt::format("{} points", poses_BM.size()), "two or more; or LIN");
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   std::vector<Eigen::Isometry3d> poses{arm.chain.forward(q_start) * arm.X_FM};
   poses.insert(poses.end(), poses_BM.begin(), poses_BM.end());
@@ -200,7 +204,7 @@ Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start,
     const Vector3d phi = log_rotation(poses[i].linear() * R_ref.transpose());
     if (phi.norm() > kLargestTurn) {
       diagnostics.error(
-          "/points" + pointer_segment(i == 0 ? 0 : i - 1),
+          Code::kInvalidValue, "/points" + pointer_segment(i == 0 ? 0 : i - 1),
           fmt::format("the spline turns by {:.0f} degrees against its middle", phi.norm() * 180 / std::numbers::pi),
           "at most 170; two splines with a blend between them turn further");
     }

@@ -23,7 +23,7 @@ Json numbers(const auto& vector) {
 JointVector joints(ObjectReader& reader, const std::string& key) {
   const auto values = reader.numbers(key, 0);
   if (values.size() > kinematics::kMaxJoints) {
-    reader.diagnostics().error(reader.at(key), fmt::format("{} joints", values.size()),
+    reader.diagnostics().error(Code::kWrongSize, reader.at(key), fmt::format("{} joints", values.size()),
                                fmt::format("at most {}", kinematics::kMaxJoints));
     return {};
   }
@@ -32,14 +32,15 @@ JointVector joints(ObjectReader& reader, const std::string& key) {
 
 void check_same_size(ObjectReader& reader, const std::string& key, const JointVector& start, const JointVector& goal) {
   if (start.size() == goal.size()) return;
-  reader.diagnostics().error(reader.at(key), fmt::format("{} joints", goal.size()),
+  reader.diagnostics().error(Code::kWrongSize, reader.at(key), fmt::format("{} joints", goal.size()),
                              fmt::format("as many as at the start: {}", start.size()));
 }
 
 void check_unit(ObjectReader& reader, const std::string& key, double norm) {
   constexpr double kUnitTolerance = 1e-9;
   if (std::abs(norm - 1.0) <= kUnitTolerance) return;
-  reader.diagnostics().error(reader.at(key), fmt::format("'{}' has length {}", key, norm), "length 1");
+  reader.diagnostics().error(Code::kOutOfRange, reader.at(key), fmt::format("'{}' has length {}", key, norm),
+                             "length 1");
 }
 
 Geometry read_joint_line(ObjectReader& reader) {
@@ -108,7 +109,7 @@ Geometry read_cartesian_arc(ObjectReader& reader) {
   const Eigen::Vector3d out = arc.p_start - arc.centre;
   constexpr double kSquare = 1e-9;
   if (std::abs(out.dot(arc.normal)) > kSquare * (1.0 + out.norm())) {
-    reader.diagnostics().error(reader.at("normal"), "the normal leans towards the start of the arc",
+    reader.diagnostics().error(Code::kOutOfRange, reader.at("normal"), "the normal leans towards the start of the arc",
                                "at right angles to the way from the centre to the start");
   }
   return arc;
@@ -119,7 +120,7 @@ std::vector<std::vector<double>> coefficients(ObjectReader& reader, const std::s
   std::vector<std::vector<double>> rows;
   const Json* list = reader.array(key);
   const auto complain = [&] {
-    reader.diagnostics().error(reader.at(key), "no six coefficients of one length",
+    reader.diagnostics().error(Code::kWrongSize, reader.at(key), "no six coefficients of one length",
                                size == 0 ? "six lists of numbers" : fmt::format("six lists of {} numbers", size));
     return std::vector<std::vector<double>>(6, std::vector<double>(size, 0.0));
   };
@@ -263,7 +264,8 @@ PathPiece read_piece(const Json& json, const std::string& pointer, Diagnostics& 
     piece.geometry = read_geometry(inner, name);
   }
   reader.finish();
-  if (!(piece.s_begin < piece.s_end)) diagnostics.error(pointer + "/s", "a piece without length", "begin below end");
+  if (!(piece.s_begin < piece.s_end))
+    diagnostics.error(Code::kOutOfRange, pointer + "/s", "a piece without length", "begin below end");
   return piece;
 }
 
@@ -285,13 +287,14 @@ void check_pieces(const CompositePath& path, const std::string& pointer, Diagnos
     const PathPiece& piece = path.pieces[i];
     const std::string place = pointer + pointer_segment(i);
     if (piece.s_begin != s)
-      diagnostics.error(place + "/s", fmt::format("begins at {}", piece.s_begin), fmt::format("{}", s));
+      diagnostics.error(Code::kOutOfRange, place + "/s", fmt::format("begins at {}", piece.s_begin),
+                        fmt::format("{}", s));
     s = piece.s_end;
     if (i > 0 && !meet(path.pieces[i - 1], piece)) {
-      diagnostics.error(place, "begins where the piece before does not end", "pieces that meet");
+      diagnostics.error(Code::kOutOfRange, place, "begins where the piece before does not end", "pieces that meet");
     }
   }
-  if (s != 1.0) diagnostics.error(pointer, fmt::format("the pieces end at s = {}", s), "1");
+  if (s != 1.0) diagnostics.error(Code::kOutOfRange, pointer, fmt::format("the pieces end at s = {}", s), "1");
 }
 
 CompositePath read_composite(ObjectReader& reader) {

@@ -231,7 +231,7 @@ void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, con
   if (inverse_solutions(chain_, X_BF, search).empty()) {
     const bool few = chain_.joint_count() < 6;
     diagnostics.error(
-        pointer,
+        Code::kUnreachable, pointer,
         fmt::format("the goal is out of reach: the arm follows to {:.1f} % of the {}, {:.1f} mm before the goal",
                     100 * walk.t_end, word, (1.0 - walk.t_end) * way * 1e3),
         few ? fmt::format("an arm of {} joints cannot turn its tool freely: a {} on which it can keep the orientation, "
@@ -243,16 +243,18 @@ void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, con
   switch (walk.end) {
     case WalkEnd::kSingular:
       diagnostics.error(
-          pointer, fmt::format("the {} comes too near to a singularity {} (measure {:.4f})", word, place, walk.measure),
+          Code::kPlanningFailed, pointer,
+          fmt::format("the {} comes too near to a singularity {} (measure {:.4f})", word, place, walk.measure),
           fmt::format("a measure of at least {}; another {}, or PTP", kSingularityLeast, word));
       break;
     case WalkEnd::kOtherBranch:
-      diagnostics.error(pointer,
+      diagnostics.error(Code::kPlanningFailed, pointer,
                         fmt::format("the {} would change to another branch of the inverse kinematics {}", word, place),
                         fmt::format("another {}, another start configuration, or PTP", word));
       break;
     default:
-      diagnostics.error(pointer, fmt::format("the arm cannot follow {} in the configuration of the start", place),
+      diagnostics.error(Code::kPlanningFailed, pointer,
+                        fmt::format("the arm cannot follow {} in the configuration of the start", place),
                         "the goal is reachable in another configuration: PTP");
   }
 }
@@ -386,7 +388,7 @@ Result<Motion> PathPlanner::plan_in_motion(const std::vector<PlannedPiece>& piec
     slow_down_around(shape, peak.s, 1.05 * std::cbrt(peak.share / kMeasuredShareOfJerk), slow);
   }
   failed_piece = pieces.size() - 1;
-  return failure(pointer, "the path bends too early for the speed with which it is entered");
+  return failure(Code::kLimitExceeded, pointer, "the path bends too early for the speed with which it is entered");
 }
 
 Result<FollowedPath> PathPlanner::follow(const Motion& motion, const std::string& pointer) const {
@@ -497,7 +499,8 @@ void check_cartesian(const CartesianLimits& limits, Diagnostics& diagnostics) {
                  {"angular_jerk", limits.angular_jerk}};
   for (const auto& [name, value] : entries) {
     if (std::isfinite(value) && value > 0.0) continue;
-    diagnostics.error(fmt::format("/cartesian_limits/{}", name), fmt::format("limit {}", value), "finite and above 0");
+    diagnostics.error(Code::kOutOfRange, fmt::format("/cartesian_limits/{}", name), fmt::format("limit {}", value),
+                      "finite and above 0");
   }
 }
 

@@ -15,14 +15,14 @@ namespace {
 void check_positive(const kinematics::Chain& chain, const JointVector& values, const std::string& name,
                     Diagnostics& diagnostics) {
   if (values.size() != chain.joint_count()) {
-    diagnostics.error("/limits/" + name, fmt::format("{} entries", values.size()),
+    diagnostics.error(Code::kWrongSize, "/limits/" + name, fmt::format("{} entries", values.size()),
                       fmt::format("one for each of the {} joints", chain.joint_count()));
     return;
   }
   for (int i = 0; i < chain.joint_count(); ++i) {
     if (std::isfinite(values[i]) && values[i] > 0.0) continue;
     diagnostics.error(
-        "/limits/" + name + pointer_segment(static_cast<std::size_t>(i)),
+        Code::kOutOfRange, "/limits/" + name + pointer_segment(static_cast<std::size_t>(i)),
         fmt::format("joint '{}': {} limit {}", chain.joint_names()[static_cast<std::size_t>(i)], name, values[i]),
         "finite and above 0");
   }
@@ -30,13 +30,14 @@ void check_positive(const kinematics::Chain& chain, const JointVector& values, c
 
 void check_range(const kinematics::Chain& chain, const JointLimits& limits, Diagnostics& diagnostics) {
   if (limits.lower.size() != chain.joint_count() || limits.upper.size() != chain.joint_count()) {
-    diagnostics.error("/limits", fmt::format("{} lower and {} upper ends", limits.lower.size(), limits.upper.size()),
+    diagnostics.error(Code::kWrongSize, "/limits",
+                      fmt::format("{} lower and {} upper ends", limits.lower.size(), limits.upper.size()),
                       fmt::format("one for each of the {} joints", chain.joint_count()));
     return;
   }
   for (int i = 0; i < chain.joint_count(); ++i) {
     if (limits.lower[i] <= limits.upper[i]) continue;
-    diagnostics.error("/limits/lower" + pointer_segment(static_cast<std::size_t>(i)),
+    diagnostics.error(Code::kOutOfRange, "/limits/lower" + pointer_segment(static_cast<std::size_t>(i)),
                       fmt::format("joint '{}': range from {} to {}", chain.joint_names()[static_cast<std::size_t>(i)],
                                   limits.lower[i], limits.upper[i]),
                       "the lower end first");
@@ -61,7 +62,8 @@ void check_directions(const kinematics::InverseKinematics& inverse, const JointV
   }
   if (missing.empty()) return;
   diagnostics.error(
-      pointer, fmt::format("the goal is where the {} joints cannot go: {}", inverse.chain().joint_count(), missing),
+      Code::kUnsupported, pointer,
+      fmt::format("the goal is where the {} joints cannot go: {}", inverse.chain().joint_count(), missing),
       "a goal in the plane, or the space, in which they move");
 }
 
@@ -108,11 +110,13 @@ void check_options(const MotionOptions& options, Diagnostics& diagnostics) {
   } shares[] = {{"velocity", options.velocity}, {"acceleration", options.acceleration}};
   for (const auto& [name, value] : shares) {
     if (value > 0.0 && value <= 1.0) continue;
-    diagnostics.error(fmt::format("/options/{}", name), fmt::format("share {}", value), "above 0, at most 1");
+    diagnostics.error(Code::kOutOfRange, fmt::format("/options/{}", name), fmt::format("share {}", value),
+                      "above 0, at most 1");
   }
   const double speed = options.linear_velocity.value_or(1.0);
   if (!(speed > 0.0 && std::isfinite(speed))) {
-    diagnostics.error("/options/linear_velocity", fmt::format("speed {} m/s", speed), "finite and above 0");
+    diagnostics.error(Code::kOutOfRange, "/options/linear_velocity", fmt::format("speed {} m/s", speed),
+                      "finite and above 0");
   }
 }
 
@@ -123,12 +127,12 @@ void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Diagnost
                         (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRotationTolerance &&
                         R.determinant() > 0.0;
   if (X.translation().allFinite() && rotation) return;
-  diagnostics.error(pointer, "the pose is no rotation and translation of finite numbers");
+  diagnostics.error(Code::kOutOfRange, pointer, "the pose is no rotation and translation of finite numbers");
 }
 
 void range_diagnostic(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
                       const std::string& pointer, const std::string& where, Diagnostics& diagnostics) {
-  diagnostics.error(pointer,
+  diagnostics.error(Code::kOutOfRange, pointer,
                     fmt::format("joint '{}': {:.6g}{} is outside its range",
                                 chain.joint_names()[static_cast<std::size_t>(joint)], value, where),
                     fmt::format("from {:.6g} to {:.6g}", limits.lower[joint], limits.upper[joint]));
@@ -137,14 +141,15 @@ void range_diagnostic(const kinematics::Chain& chain, const JointLimits& limits,
 void check_configuration(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q,
                          const std::string& pointer, Diagnostics& diagnostics) {
   if (q.size() != chain.joint_count()) {
-    diagnostics.error(pointer, fmt::format("{} joint values", q.size()),
+    diagnostics.error(Code::kWrongSize, pointer, fmt::format("{} joint values", q.size()),
                       fmt::format("one for each of the {} joints", chain.joint_count()));
     return;
   }
   for (int i = 0; i < chain.joint_count(); ++i) {
     const std::string place = pointer + pointer_segment(static_cast<std::size_t>(i));
     if (!std::isfinite(q[i])) {
-      diagnostics.error(place, fmt::format("joint '{}': {}", chain.joint_names()[static_cast<std::size_t>(i)], q[i]),
+      diagnostics.error(Code::kOutOfRange, place,
+                        fmt::format("joint '{}': {}", chain.joint_names()[static_cast<std::size_t>(i)], q[i]),
                         "a finite number");
     } else if (q[i] < limits.lower[i] - kRangeTolerance || q[i] > limits.upper[i] + kRangeTolerance) {
       range_diagnostic(chain, limits, i, q[i], place, "", diagnostics);

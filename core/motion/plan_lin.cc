@@ -17,7 +17,7 @@ void check_held(const InverseKinematics& inverse, const JointLimits& limits, con
                 Diagnostics& diagnostics) {
   const auto& joints = inverse.held_joints();
   if (held.size() != static_cast<Eigen::Index>(joints.size())) {
-    diagnostics.error("/held_goal", fmt::format("{} values", held.size()),
+    diagnostics.error(Code::kWrongSize, "/held_goal", fmt::format("{} values", held.size()),
                       fmt::format("one for each of the {} held joints", joints.size()));
     return;
   }

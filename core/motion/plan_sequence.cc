@@ -142,9 +142,10 @@ class SequencePlanner {
     part.shares.resize(part.leg.pieces.size(), motion.shares.empty() ? PieceShares{} : motion.shares.back());
     Diagnostics diagnostics;
     check_blend(from.blend, diagnostics);
-    if (from.blend.kind == Blend::Kind::kNone) diagnostics.error("/blend", "none was asked for");
+    if (from.blend.kind == Blend::Kind::kNone) diagnostics.error(Code::kPlanningFailed, "/blend", "none was asked for");
     if (!(from.tau > 0.0 && from.tau + from.lead < motion.duration()))
-      diagnostics.error("/tau", fmt::format("{:.4f} s", from.tau), "on the way, with the lead before the end");
+      diagnostics.error(Code::kOutOfRange, "/tau", fmt::format("{:.4f} s", from.tau),
+                        "on the way, with the lead before the end");
     if (!diagnostics.has_errors()) diagnostics = walk(part, "/motion");
     if (diagnostics.has_errors()) return diagnostics;
     part.begin = motion.law.at(from.tau).s;
@@ -163,15 +164,16 @@ class SequencePlanner {
     Part& a = parts_[0];
     Part& b = parts_[1];
     if (b.cost < kNoWay) {
-      diagnostics.error("/blend", "the next motion has no way");
+      diagnostics.error(Code::kPlanningFailed, "/blend", "the next motion has no way");
     } else if (direction(a, 1.0).dot(direction(b, 0.0)) < kReversal) {
-      diagnostics.error("/blend", "the next motion turns straight back");
+      diagnostics.error(Code::kPlanningFailed, "/blend", "the next motion turns straight back");
     }
     const double soonest = from.motion.law.at(from.tau + from.lead).s;
     const double wanted = share_of(0, true);
     const double share = from.shrink * std::min(wanted, 1.0 - soonest);
     constexpr double kLeast = 1e-3;  // of the motion
-    if (!(share > kLeast)) diagnostics.error("/tau", fmt::format("{:.4f} s is too late", from.tau), "before the goal");
+    if (!(share > kLeast))
+      diagnostics.error(Code::kOutOfRange, "/tau", fmt::format("{:.4f} s is too late", from.tau), "before the goal");
     if (diagnostics.has_errors()) return diagnostics;
     a.end = 1.0 - share;
     b.begin = share_of(0, false) * share / wanted;
@@ -184,7 +186,7 @@ class SequencePlanner {
     const double least = fraction ? kLeastBlendShare : kLeastBlend_m, most = fraction ? kMostBlendShare : kNoUpperBound;
     if (blend.kind == Blend::Kind::kNone || (blend.value >= least && blend.value <= most)) return;
     diagnostics.error(
-        "/blend", fmt::format("{}", blend.value),
+        Code::kOutOfRange, "/blend", fmt::format("{}", blend.value),
         fraction ? fmt::format("at least {}, at most {}", least, most) : fmt::format("at least {} m", least));
   }
 
@@ -454,7 +456,8 @@ class SequencePlanner {
     }
     constexpr double kSame = 1e-6;
     if ((motion->q_goal - parts_[last].q_goal).cwiseAbs().maxCoeff() > kSame) {
-      if (in_motion) return failure("/blend", "it would lead to another branch of the inverse kinematics");
+      if (in_motion)
+        return failure(Code::kPlanningFailed, "/blend", "it would lead to another branch of the inverse kinematics");
       return give_up(last - 1, "the blend would lead to another branch of the inverse kinematics");
     }
     group.motion = std::move(*motion);
@@ -559,9 +562,9 @@ Result<SequencePlan> plan_sequence(const ArmModel& arm, const JointVector& q_sta
 }
 
 Result<SequencePlan> plan_take_over(const ArmModel& arm, const Departure& from, const std::vector<LegMaker>& makers) {
-  if (makers.empty()) return failure("", "no motion to go on with");
+  if (makers.empty()) return failure(Code::kPlanningFailed, "", "no motion to go on with");
   Departure now = from;
-  Result<SequencePlan> plan = failure("", "no blend was tried");
+  Result<SequencePlan> plan = failure(Code::kPlanningFailed, "", "no blend was tried");
   for (const double shrink : {1.0, 0.5, 0.2}) {
     now.shrink = from.shrink * shrink;
     plan = SequencePlanner(arm).plan(now, makers);

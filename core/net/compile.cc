@@ -157,7 +157,8 @@ void Builder::make_primitive(int number, std::byte* place) {
     net_.numbers.push_back(number);
     if (!impl.diagnostics.has_errors()) impl.diagnostics.append(made->prepare());
   } catch (const std::exception& error) {
-    impl.diagnostics.error({}, fmt::format("{} cannot be made: {}", primitive.info->type, error.what()));
+    impl.diagnostics.error(Code::kInternal, {},
+                           fmt::format("{} cannot be made: {}", primitive.info->type, error.what()));
   }
   if (!impl.diagnostics.empty()) report_.append(impl.diagnostics, flat_.primitive_pointer(number) + "/parameters");
   take_claims(number, impl.claims);
@@ -180,7 +181,8 @@ void Builder::take_claims(int number, const std::vector<Resource*>& claims) {
         const FlatPrimitive& one = flat_.primitives[static_cast<std::size_t>(p)];
         return shown(one.description->parameters.at(one.info->claims).get<std::string>());
       };
-      report_.error(flat_.primitive_pointer(number) + "/parameters" + pointer_segment(primitive.info->claims),
+      report_.error(Code::kResourceConflict,
+                    flat_.primitive_pointer(number) + "/parameters" + pointer_segment(primitive.info->claims),
                     fmt::format("'{}' drives '{}', which shares a part with '{}' that '{}' drives", primitive.id,
                                 name_at(number), name_at(claim->second.second), flat_.id(claim->second.second)),
                     "the whole, or its parts one by one");
@@ -228,7 +230,7 @@ void check_termination(const FlatNet& flat, LoadReport& report) {
                           [](const FlatPrimitive& p) { return p.info != nullptr && p.info->termination; })) {
     return;
   }
-  report.error("/primitives", "the net has no Termination, so it could never end",
+  report.error(Code::kMissing, "/primitives", "the net has no Termination, so it could never end",
                "add a primitive of type Termination and link its input");
 }
 

@@ -92,7 +92,7 @@ void read_fragments(const Json& array, const std::string& pointer, const Pending
 
 void read_net(const Pending& item, Diagnostics& diagnostics, std::vector<Pending>& pending) {
   if (item.depth > kMaxNesting) {
-    diagnostics.error(item.pointer, fmt::format("fragments nest deeper than {} levels", kMaxNesting));
+    diagnostics.error(Code::kTooLarge, item.pointer, fmt::format("fragments nest deeper than {} levels", kMaxNesting));
     return;
   }
   ObjectReader reader(*item.json, item.pointer, diagnostics);

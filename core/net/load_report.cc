@@ -6,8 +6,8 @@
 
 namespace takt::net {
 
-void LoadReport::error(std::string pointer, std::string message, std::string hint) {
-  if (++errors_ <= kMostErrors) diagnostics_.error(std::move(pointer), std::move(message), std::move(hint));
+void LoadReport::error(Code code, std::string pointer, std::string message, std::string hint) {
+  if (++errors_ <= kMostErrors) diagnostics_.error(code, std::move(pointer), std::move(message), std::move(hint));
 }
 
 void LoadReport::note(std::string pointer, std::string message, std::string hint) {
@@ -37,7 +37,7 @@ Diagnostics LoadReport::take() {
   for (const Diagnostic& diagnostic : diagnostics_.list()) {
     if (diagnostic.severity == Severity::kError) errors.add(diagnostic);
   }
-  if (errors_ > kMostErrors) errors.error({}, fmt::format("{} more errors", errors_ - kMostErrors));
+  if (errors_ > kMostErrors) errors.error(Code::kTooLarge, {}, fmt::format("{} more errors", errors_ - kMostErrors));
   return errors;
 }
 

@@ -12,7 +12,7 @@ namespace takt::net {
 /// one with a single mistake. Private to core/net.
 class LoadReport {
  public:
-  void error(std::string pointer, std::string message, std::string hint = {});
+  void error(Code code, std::string pointer, std::string message, std::string hint = {});
   void note(std::string pointer, std::string message, std::string hint = {});
   void append(const Diagnostics& diagnostics, std::string_view prefix);
 

@@ -40,10 +40,12 @@ void check_texts(const PrimitiveInfo& info, Diagnostics& diagnostics) {
   for (const auto* ports : {&info.inputs, &info.outputs}) {
     for (const PrimitiveInfo::Port& port : *ports) {
       if (!parse_unit(port.spec.unit)) {
-        diagnostics.error({}, fmt::format("{}.{}: '{}' is no unit", info.type, port.name, port.spec.unit));
+        diagnostics.error(Code::kInvalidName, {},
+                          fmt::format("{}.{}: '{}' is no unit", info.type, port.name, port.spec.unit));
       }
       if (!parse_frame_names(port.spec.frame, info)) {
-        diagnostics.error({}, fmt::format("{}.{}: '{}' names no frames", info.type, port.name, port.spec.frame));
+        diagnostics.error(Code::kInvalidName, {},
+                          fmt::format("{}.{}: '{}' names no frames", info.type, port.name, port.spec.frame));
       }
     }
   }
@@ -58,18 +60,19 @@ void check_declarations(const PrimitiveInfo& info, Diagnostics& diagnostics) {
   };
   for (const PrimitiveInfo::Meaning& meaning : info.meanings) {
     if (!boolean_output(meaning.output) || !parse_formula(meaning.formula, info)) {
-      diagnostics.error({}, fmt::format("{}.{}: '{}' is no formula", info.type, meaning.output, meaning.formula));
+      diagnostics.error(Code::kSyntax, {},
+                        fmt::format("{}.{}: '{}' is no formula", info.type, meaning.output, meaning.formula));
     }
   }
   for (const auto& group : info.exclusive_outputs) {
     if (!std::ranges::all_of(group, boolean_output)) {
-      diagnostics.error({}, fmt::format("{}: exclusive outputs are Boolean", info.type));
+      diagnostics.error(Code::kRequires, {}, fmt::format("{}: exclusive outputs are Boolean", info.type));
     }
   }
   const bool one_type = std::ranges::all_of(
       info.inputs, [&](const auto& in) { return !info.outputs.empty() && in.type == info.outputs.front().type; });
   if (info.merge && (info.outputs.size() != 1 || info.inputs.size() < 2 || !one_type)) {
-    diagnostics.error({}, fmt::format("{}: a merge has inputs and one output of one type", info.type));
+    diagnostics.error(Code::kRequires, {}, fmt::format("{}: a merge has inputs and one output of one type", info.type));
   }
 }
 
@@ -84,11 +87,12 @@ Diagnostics describe(const Maker& maker, PrimitiveInfo& info) {
   try {
     maker.construct(place, setup)->~Primitive();
   } catch (const std::exception& error) {
-    diagnostics.error({}, fmt::format("describing primitive {} threw: {}", info.type, error.what()));
+    diagnostics.error(Code::kInternal, {}, fmt::format("describing primitive {} threw: {}", info.type, error.what()));
   }
   ::operator delete(place, maker.size, alignment);
   if (duplicate_name(info)) {
-    diagnostics.error({}, fmt::format("primitive {} uses one name for two ports or parameters", info.type));
+    diagnostics.error(Code::kDuplicate, {},
+                      fmt::format("primitive {} uses one name for two ports or parameters", info.type));
   }
   check_texts(info, diagnostics);
   check_declarations(info, diagnostics);
@@ -167,7 +171,8 @@ std::vector<std::string> Registry::names() const {
 Diagnostics Registry::check(std::string_view type, const Maker& maker) const {
   Diagnostics diagnostics;
   if (const Entry* taken = entry(type)) {
-    diagnostics.error({}, fmt::format("a primitive '{}' is there already, in family '{}'", type, taken->info.family),
+    diagnostics.error(Code::kDuplicate, {},
+                      fmt::format("a primitive '{}' is there already, in family '{}'", type, taken->info.family),
                       "another name");
     return diagnostics;
   }

@@ -42,7 +42,7 @@ std::string missing_hint(std::string_view type, const ParameterSpec& spec) {
 }
 
 void missing(Diagnostics& diagnostics, std::string_view name, std::string_view type, const ParameterSpec& spec) {
-  diagnostics.error({}, fmt::format("parameter '{}' is missing", name), missing_hint(type, spec));
+  diagnostics.error(Code::kMissing, {}, fmt::format("parameter '{}' is missing", name), missing_hint(type, spec));
 }
 
 /// Reads and checks a parameter that is given; on an error `value` stays.
@@ -213,7 +213,7 @@ Resource* Setup::resource(std::string_view name, std::string_view kind, std::str
   }
   const std::string shown = text.substr(0, 64);
   impl_.diagnostics.error(
-      pointer_segment(name),
+      Code::kUnknownName, pointer_segment(name),
       found == nullptr ? fmt::format("there is no device '{}'", shown)
                        : fmt::format("'{}' is of kind {}, not {}", shown, found->kind(), kind),
       choices.empty() ? fmt::format("no device of kind '{}' is there", kind) : nearest_choice(shown, choices));

@@ -21,7 +21,7 @@ constexpr double kNormTolerance = 1e-3;
 
 Diagnostics expected(const Json& json, std::string_view what) {
   Diagnostics diagnostics;
-  diagnostics.error({}, fmt::format("{} is not {}", short_dump(json), what));
+  diagnostics.error(Code::kSyntax, {}, fmt::format("{} is not {}", short_dump(json), what));
   return diagnostics;
 }
 
@@ -30,7 +30,7 @@ Diagnostics numbers(const Json& json, std::size_t n, std::size_t capacity, std::
   if (!json.is_array()) return expected(json, form);
   if (n != 0 ? json.size() != n : json.size() > capacity) {
     Diagnostics diagnostics;
-    diagnostics.error({}, fmt::format("{} elements", json.size()), std::string(form));
+    diagnostics.error(Code::kWrongSize, {}, fmt::format("{} elements", json.size()), std::string(form));
     return diagnostics;
   }
   Diagnostics diagnostics;
@@ -53,7 +53,7 @@ Diagnostics pair_of_arrays(const Json& json, std::string_view form, std::string_
           numbers(value, second_size, second_size, second_size == 4 ? "[w,x,y,z]" : "[x,y,z]", second_values),
           pointer_segment(second));
     } else {
-      diagnostics.error(pointer_segment(key), fmt::format("unknown key '{}'", key),
+      diagnostics.error(Code::kUnknownKey, pointer_segment(key), fmt::format("unknown key '{}'", key),
                         nearest_choice(key.substr(0, 64), {std::string(first), std::string(second)}));
     }
   }
@@ -65,7 +65,8 @@ Diagnostics unit_quaternion(const double (&wxyz)[4], Rotation& value) {
   const double norm = q.norm();
   Diagnostics diagnostics;
   if (!(std::abs(norm - 1.0) <= kNormTolerance)) {
-    diagnostics.error({}, fmt::format("quaternion of norm {:.6g}", norm), "[w,x,y,z] with norm 1 within 0.001");
+    diagnostics.error(Code::kOutOfRange, {}, fmt::format("quaternion of norm {:.6g}", norm),
+                      "[w,x,y,z] with norm 1 within 0.001");
     return diagnostics;
   }
   value = norm == 1.0 ? q : q.normalized();
@@ -110,8 +111,8 @@ Diagnostics check_numbers(std::span<const double> values, std::string_view range
   const Interval interval = parse_interval(range);
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (inside(values[i], interval)) continue;
-    diagnostics.error(indexed ? pointer_segment(i) : "", fmt::format("{} is out of range", values[i]),
-                      fmt::format("allowed: {}", range));
+    diagnostics.error(Code::kOutOfRange, indexed ? pointer_segment(i) : "",
+                      fmt::format("{} is out of range", values[i]), fmt::format("allowed: {}", range));
   }
   return diagnostics;
 }
@@ -125,7 +126,7 @@ Diagnostics check_words(std::string_view value, std::string_view range) {
   }
   Diagnostics diagnostics;
   if (std::ranges::find(words, value) == words.end()) {
-    diagnostics.error({}, fmt::format("'{}' is not allowed", value.substr(0, 64)),
+    diagnostics.error(Code::kUnknownName, {}, fmt::format("'{}' is not allowed", value.substr(0, 64)),
                       nearest_choice(value.substr(0, 64), words));
   }
   return diagnostics;

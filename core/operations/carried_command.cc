@@ -110,7 +110,8 @@ std::unique_ptr<CommandRequest> read_carried_command(const Json& json, const std
   for (const char* key :
        {"blend_m", "blend_fraction", "until", "unless", "follower", "compliance", "weave", "force_offset"}) {
     if (alone.contains(key))
-      diagnostics.error(pointer + "/" + key, fmt::format("a motion with a base has no '{}'", key), "two motions");
+      diagnostics.error(Code::kConflict, pointer + "/" + key, fmt::format("a motion with a base has no '{}'", key),
+                        "two motions");
     alone.erase(key);
   }
   request.tool = read_motion(PathKind::kLin, alone, pointer, cell, diagnostics);

@@ -39,8 +39,8 @@ State actuator_state(const command::Actuator& actuator, const std::string& which
 
 command::RealSensor progress_of(const CommandBuilder::Part& part) {
   if (part.made.action) return part.made.action->progress();
-  return command::RealSensor(
-      command::broken(net::ValueType::kReal, fmt::format("C8: '{}' is no motion", part.request->name), "a motion"));
+  return command::RealSensor(command::broken(Code::kInvalidValue, net::ValueType::kReal,
+                                             fmt::format("C8: '{}' is no motion", part.request->name), "a motion"));
 }
 
 /// What the command layer calls its own functions is something else in a file.
@@ -207,7 +207,7 @@ State CommandBuilder::formula_of(const Part& owner, const StateRequest& state, c
 State CommandBuilder::action_state(const Part& owner, const StateRequest& state) const {
   const Part& part = named(owner, state.of);
   if (!part.made.action) {
-    return State(command::broken(net::ValueType::kBoolean,
+    return State(command::broken(Code::kInvalidValue, net::ValueType::kBoolean,
                                  fmt::format("C8: '{}' is no action, so it has no state '{}'", state.of, state.is),
                                  "started, active, completed, stopped, cancelled of a command"));
   }

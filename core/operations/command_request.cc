@@ -24,7 +24,7 @@ void read_effects(ObjectReader& reader, const char* key, Kind kind, HandlerReque
   const std::string pointer = reader.at(key);
   if (json.is_string()) return handler.effects.push_back({kind, json.get<std::string>(), pointer});
   if (!json.is_array() || json.empty() || kind == Kind::kExternal) {
-    return reader.diagnostics().error(pointer, short_dump(json) + " stands here",
+    return reader.diagnostics().error(Code::kWrongType, pointer, short_dump(json) + " stands here",
                                       kind == Kind::kExternal ? "a text" : "a name, or several as an array");
   }
   for (std::size_t i = 0; i < json.size(); ++i) {
@@ -32,7 +32,7 @@ void read_effects(ObjectReader& reader, const char* key, Kind kind, HandlerReque
     if (json[i].is_string()) {
       handler.effects.push_back({kind, json[i].get<std::string>(), place});
     } else {
-      reader.diagnostics().error(place, short_dump(json[i]) + " stands here", "a name");
+      reader.diagnostics().error(Code::kWrongType, place, short_dump(json[i]) + " stands here", "a name");
     }
   }
 }
@@ -44,7 +44,7 @@ HandlerRequest read_handler(const Json& json, const std::string& pointer, const 
   ObjectReader reader(json, pointer, diagnostics);
   if (!json.is_object()) return handler;
   if (reader.has("entered") == reader.has("left")) {
-    diagnostics.error(pointer, "exactly one event is needed", "'entered' or 'left' with a state");
+    diagnostics.error(Code::kMissing, pointer, "exactly one event is needed", "'entered' or 'left' with a state");
   }
   handler.entered = !reader.has("left");
   for (const char* key : {"entered", "left"}) {
@@ -56,7 +56,8 @@ HandlerRequest read_handler(const Json& json, const std::string& pointer, const 
   read_effects(reader, "raise", Kind::kRaise, handler);
   read_effects(reader, "tell", Kind::kExternal, handler);
   if (handler.effects.empty()) {
-    diagnostics.error(pointer, "nothing happens then", "at least one of start, stop, cancel, raise, tell");
+    diagnostics.error(Code::kMissing, pointer, "nothing happens then",
+                      "at least one of start, stop, cancel, raise, tell");
   }
   handler.trigger.delay = reader.number("after_s", 0.0, {.low = 0.0, .high = 3600.0});
   handler.trigger.first_only = reader.boolean("first_only", false);
@@ -68,7 +69,7 @@ std::vector<HandlerRequest> read_handlers(const Json& json, const std::string& p
                                           Diagnostics& diagnostics) {
   std::vector<HandlerRequest> handlers;
   if (!json.is_array()) {
-    diagnostics.error(pointer, short_dump(json) + " stands here", "an array of event handlers");
+    diagnostics.error(Code::kWrongType, pointer, short_dump(json) + " stands here", "an array of event handlers");
     return handlers;
   }
   for (std::size_t i = 0; i < json.size(); ++i)
@@ -97,7 +98,8 @@ std::unique_ptr<CommandRequest> read_one(const Json& json, const std::string& po
   if (kind == command_kinds().end()) {
     std::vector<std::string> names;
     for (const CommandKind& one : command_kinds()) names.emplace_back(one.name);
-    diagnostics.error(pointer + "/do", word.empty() ? "'do' is missing" : fmt::format("there is no command '{}'", word),
+    diagnostics.error(Code::kUnknownName, pointer + "/do",
+                      word.empty() ? "'do' is missing" : fmt::format("there is no command '{}'", word),
                       nearest_choice(word, names, 20));
     return std::make_unique<Unread>();
   }
@@ -115,11 +117,13 @@ std::unique_ptr<CommandRequest> read_part(const std::string& name, const Json& j
   auto request = read_one(json, pointer, cell, diagnostics);
   request->name = name;
   if (name.empty() || name.find('/') != std::string::npos) {
-    diagnostics.error(pointer, fmt::format("a command named '{}'", name), "a name that is not empty and has no '/'");
+    diagnostics.error(Code::kInvalidName, pointer, fmt::format("a command named '{}'", name),
+                      "a name that is not empty and has no '/'");
   }
   if (!json.is_object()) return request;
   if (json.contains("name")) {
-    diagnostics.error(pointer + "/name", fmt::format("a second name: {}", short_dump(json.at("name"))),
+    diagnostics.error(Code::kDuplicate, pointer + "/name",
+                      fmt::format("a second name: {}", short_dump(json.at("name"))),
                       fmt::format("'{}' is its name", name));
   }
   Diagnostics unheard;
@@ -196,7 +200,7 @@ class NameCheck {
     check_state(owner, handler.state);
     for (const HandlerRequest::Effect& effect : handler.effects) {
       if (effect.kind == Kind::kExternal) {
-        if (effect.name.empty()) diagnostics_.error(effect.pointer, "an empty text", "what is told");
+        if (effect.name.empty()) diagnostics_.error(Code::kMissing, effect.pointer, "an empty text", "what is told");
       } else if (effect.kind == Kind::kRaise) {
         check_raised(owner, effect.name, effect.pointer);
       } else {
@@ -216,7 +220,8 @@ class NameCheck {
     if (owner.find(name) != nullptr) return;
     std::vector<std::string> names;
     for (const CommandRequest* command : root_.all()) names.push_back(command->name);
-    diagnostics_.error(pointer, fmt::format("C6: there is no command '{}' in '{}'", name, root_.name),
+    diagnostics_.error(Code::kUnknownName, pointer,
+                       fmt::format("C6: there is no command '{}' in '{}'", name, root_.name),
                        nearest_choice(name, names));
   }
 
@@ -228,7 +233,7 @@ class NameCheck {
       names.insert(names.end(), command->transaction()->raised.begin(), command->transaction()->raised.end());
     }
     const std::string nearest = names.empty() ? "" : nearest_choice(name, names) + "; ";
-    diagnostics_.error(pointer, fmt::format("C10: no transaction has the raised state '{}'", name),
+    diagnostics_.error(Code::kUnknownName, pointer, fmt::format("C10: no transaction has the raised state '{}'", name),
                        nearest + "'raised' of a transaction around this place");
   }
 
@@ -299,7 +304,8 @@ std::unique_ptr<CommandRequest> read_command_step(const Json& json, const std::s
   ObjectReader reader(json, pointer, unheard);
   request->name = read_name(reader, request->name);
   if (json.contains("start")) {
-    diagnostics.error(pointer + "/start", "a step of its own has no 'start'", "a command inside of a transaction");
+    diagnostics.error(Code::kConflict, pointer + "/start", "a step of its own has no 'start'",
+                      "a command inside of a transaction");
   }
   NameCheck(*request, diagnostics).run();
   return request;

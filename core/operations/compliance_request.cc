@@ -179,8 +179,8 @@ command::ComplianceWish wish_of(const ComplianceRequest& request, int joint_coun
 void check_springs_of_two(const ComplianceRequest& request, const std::string& pointer, Diagnostics& diagnostics) {
   for (const char* key : {"force_N", "torque_Nm"}) {
     if (request.values.contains(key))
-      diagnostics.error(pointer + "/compliance/" + key, "two arms that move as one push with springs alone",
-                        "springs, or a motion of one arm");
+      diagnostics.error(Code::kConflict, pointer + "/compliance/" + key,
+                        "two arms that move as one push with springs alone", "springs, or a motion of one arm");
   }
 }
 
@@ -219,7 +219,8 @@ Diagnostics check_compliance(const ComplianceRequest& request, const command::Ce
     const int joint_count = arm->description().chain->joint_count();
     if (first == nullptr) first = &arm->description();
     if (request.mode == ControlMode::kJointImpedance && joint_count != first->chain->joint_count())
-      found.error("/compliance/mode", fmt::format("springs of the joints of '{}' and '{}'", arms.front(), name),
+      found.error(Code::kConflict, "/compliance/mode",
+                  fmt::format("springs of the joints of '{}' and '{}'", arms.front(), name),
                   "arms with as many joints each, or springs of the tool");
     found.append(in_file(command::check_compliance(wish_of(request, joint_count), arm->description(), name), request));
   }

@@ -84,8 +84,8 @@ class OutputCommand final : public CommandRequest {
   void finish(const ActivityRun& ended, const std::string& key, bool, Context&,
               Diagnostics& diagnostics) const override {
     if (!ended.was_true(key + " silent")) return;
-    diagnostics.error(pointer + "/value", "what the output follows did not answer, so it stayed where it was",
-                      "its power and its wires");
+    diagnostics.error(Code::kSensorSilent, pointer + "/value",
+                      "what the output follows did not answer, so it stayed where it was", "its power and its wires");
   }
 
  private:
@@ -141,11 +141,12 @@ class TimeCommand final : public CommandRequest {
               Diagnostics& diagnostics) const override {
     if (!ended.was_true(key + " timed out")) return;
     if (ended.value<net::Boolean>(key + " held")) {
-      diagnostics.error(pointer + "/until",
+      diagnostics.error(Code::kTimeout, pointer + "/until",
                         fmt::format("the condition did not hold within {:g} s", request.timeout.value_or(0.0)),
                         "a longer \"timeout_s\"");
     } else {
-      diagnostics.error(pointer + "/until", "a sensor of the condition did not answer", "its power and its wires");
+      diagnostics.error(Code::kSensorSilent, pointer + "/until", "a sensor of the condition did not answer",
+                        "its power and its wires");
     }
   }
 };

@@ -40,7 +40,8 @@ const ParameterTable<FreedriveRequest>& freedrive_parameters() {
             {.low = 0.0, .high = 180.0, .low_open = true}, "Largest angular speed of the tool.")
         .rule([](FreedriveRequest&, const ReadContext& from) {
           if (from.reader.has("until") || from.reader.has("seconds")) return;
-          from.reader.diagnostics().error(from.reader.pointer(), "nothing says when it ends", "'until' or 'seconds'");
+          from.reader.diagnostics().error(Code::kMissing, from.reader.pointer(), "nothing says when it ends",
+                                          "'until' or 'seconds'");
         });
     return freedrive;
   }();
@@ -86,7 +87,7 @@ class FreedriveStep final : public Step {
     const Guiding guiding(request_, rehearsal.cell, {});
     const auto mapped = command::map(freedrive_command(rehearsal.cell, request_.arm, guiding.wish, guiding.end, {}));
     if (!mapped) {
-      for (const Diagnostic& one : mapped.error().list()) diagnostics.error(pointer, one.message, one.hint);
+      for (const Diagnostic& one : mapped.error().list()) diagnostics.error(one.code, pointer, one.message, one.hint);
       return;
     }
     rehearse_net(mapped->net, rehearsal, pointer, diagnostics);

@@ -57,14 +57,16 @@ const std::vector<ParameterInfo>& goal_fields() {
 
 Goal read_goal(ObjectReader& parent, const command::MountedArm* arm, std::string_view key) {
   if (const Json* json = parent.child(key)) return read_goal(*json, parent.at(key), arm, parent.diagnostics());
-  parent.diagnostics().error(parent.pointer(), fmt::format("key '{}' is missing", key), "\"home\" or an object {...}");
+  parent.diagnostics().error(Code::kMissing, parent.pointer(), fmt::format("key '{}' is missing", key),
+                             "\"home\" or an object {...}");
   return {};
 }
 
 Goal read_goal(const Json& json, const std::string& pointer, const command::MountedArm* arm, Diagnostics& diagnostics) {
   if (json == "home") return {Goal::Home{}};
   if (json.is_string()) {
-    diagnostics.error(pointer, fmt::format("{} stands here", short_dump(json)), "\"home\" or an object {...}");
+    diagnostics.error(Code::kWrongType, pointer, fmt::format("{} stands here", short_dump(json)),
+                      "\"home\" or an object {...}");
     return {};
   }
   ObjectReader reader(json, pointer, diagnostics);

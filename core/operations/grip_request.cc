@@ -80,7 +80,7 @@ bool check_figures(const GripRequest& request, const device::GripperDescription&
   bool right = true;
   const auto check = [&](const char* key, double value, double low, double high) {
     if (value >= low && value <= high) return;
-    diagnostics.error(pointer + key, fmt::format("{:g} is not for '{}'", value, command.gripper),
+    diagnostics.error(Code::kOutOfRange, pointer + key, fmt::format("{:g} is not for '{}'", value, command.gripper),
                       fmt::format("{:g} to {:g}", low, high));
     right = false;
   };
@@ -93,17 +93,20 @@ bool check_figures(const GripRequest& request, const device::GripperDescription&
 Progress note_grip(const GripRequest& request, const GripOutcome& outcome, Context& context, Diagnostics& diagnostics) {
   const auto& [holding, width, q] = outcome;
   if (!holding || !width) {
-    diagnostics.error({}, fmt::format("'{}' did not answer", request.gripper), "its power and its wires");
+    diagnostics.error(Code::kSensorSilent, {}, fmt::format("'{}' did not answer", request.gripper),
+                      "its power and its wires");
     return Progress::kFailed;
   }
   context.event(request.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));
   if (request.expect == GripRequest::Expect::kPart && !*holding) {
-    diagnostics.error({}, fmt::format("no part was found; the fingers stand {:.1f} mm apart", 1e3 * *width),
+    diagnostics.error(Code::kConditionNotMet, {},
+                      fmt::format("no part was found; the fingers stand {:.1f} mm apart", 1e3 * *width),
                       "\"expect\": \"any\", where that is no fault");
     return Progress::kFailed;
   }
   if (request.expect == GripRequest::Expect::kNothing && *holding) {
-    diagnostics.error({}, fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width),
+    diagnostics.error(Code::kConditionNotMet, {},
+                      fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width),
                       "\"expect\": \"any\", where that is no fault");
     return Progress::kFailed;
   }

@@ -74,7 +74,7 @@ class TareRun final : public ScheduledRun {
     if (cancelled()) return Progress::kDone;
     const auto bias = run()->value<net::Wrench>(command::observed::kBias);
     if (!bias) {
-      diagnostics.error("/sensor", fmt::format("'{}' did not answer while it was tared", sensor_),
+      diagnostics.error(Code::kSensorSilent, "/sensor", fmt::format("'{}' did not answer while it was tared", sensor_),
                         "its power and its wires; \"try\" with \"retry\" tares again");
       return Progress::kFailed;
     }
@@ -124,11 +124,13 @@ class RecordContactStep final : public Step {
 
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     if (!rehearsal.touched[arm_]) {
-      diagnostics.error(pointer, fmt::format("the last motion of '{}' was not guarded, so there is no contact", arm_),
+      diagnostics.error(Code::kRequires, pointer,
+                        fmt::format("the last motion of '{}' was not guarded, so there is no contact", arm_),
                         "a motion with \"until\" directly before");
     }
     if (rehearsal.contacts.contains(name_)) {
-      diagnostics.warning(pointer + "/as", fmt::format("contact '{}' is recorded again; the later one counts", name_));
+      diagnostics.warning(Code::kDuplicate, pointer + "/as",
+                          fmt::format("contact '{}' is recorded again; the later one counts", name_));
     }
     rehearsal.contacts[name_] = arm_;
   }
@@ -137,7 +139,7 @@ class RecordContactStep final : public Step {
     return std::make_unique<ImmediateRun>([this](Context& context, Diagnostics& diagnostics) {
       const auto touch = context.variables.touches.find(arm_);
       if (touch == context.variables.touches.end()) {
-        diagnostics.error({}, fmt::format("the last motion of '{}' ended without a contact", arm_),
+        diagnostics.error(Code::kNoContact, {}, fmt::format("the last motion of '{}' ended without a contact", arm_),
                           "known(touch('...')) asks before");
         return false;
       }
@@ -162,7 +164,7 @@ struct FitRequest : OperationHead {
 /// The fit of an object may replace what the file says of this object, and of nothing else.
 void check_estimate(FitRequest& request, const ReadContext& from) {
   if (request.as == request.object || !from.cell.frames.contains(request.as)) return;
-  from.reader.diagnostics().error(from.reader.at("as"),
+  from.reader.diagnostics().error(Code::kInvalidName, from.reader.at("as"),
                                   fmt::format("'{}' cannot be the name of an estimate", request.as),
                                   fmt::format("a new name, or '{}'", request.object));
 }
@@ -177,7 +179,7 @@ void read_coordinates(const ParameterInfo& row, const ReadContext& from, FitRequ
   for (std::size_t i = 0; i < free.size(); ++i) {
     const auto found = std::ranges::find(coordinate_names(), free[i]);
     if (found == coordinate_names().end()) {
-      from.reader.diagnostics().error(from.reader.at(row.key) + pointer_segment(i),
+      from.reader.diagnostics().error(Code::kUnknownName, from.reader.at(row.key) + pointer_segment(i),
                                       fmt::format("unknown coordinate '{}'", free[i]),
                                       nearest_choice(free[i], coordinate_names()));
     } else {
@@ -219,13 +221,13 @@ class FitPoseStep final : public Step {
     for (std::size_t i = 0; i < request_.contacts.size(); ++i) {
       const std::string& name = request_.contacts[i];
       if (rehearsal.contacts.contains(name)) continue;
-      diagnostics.error(pointer + "/contacts" + pointer_segment(i),
+      diagnostics.error(Code::kUnknownName, pointer + "/contacts" + pointer_segment(i),
                         fmt::format("no contact '{}' is recorded before this", name),
                         nearest_choice(name, keys_of(rehearsal.contacts)));
     }
     if (request_.contacts.size() < request_.free.size()) {
       diagnostics.error(
-          pointer + "/contacts",
+          Code::kWrongSize, pointer + "/contacts",
           fmt::format("{} contacts for {} free coordinates", request_.contacts.size(), request_.free.size()),
           "at least one contact a coordinate");
     }
@@ -247,7 +249,7 @@ class FitPoseStep final : public Step {
     for (const std::string& name : request_.contacts) {
       const auto found = context.variables.contacts.find(name);
       if (found == context.variables.contacts.end()) {
-        diagnostics.error("/contacts", fmt::format("contact '{}' was not recorded", name),
+        diagnostics.error(Code::kNoContact, "/contacts", fmt::format("contact '{}' was not recorded", name),
                           nearest_choice(name, keys_of(context.variables.contacts)));
         continue;
       }

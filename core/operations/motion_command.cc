@@ -93,7 +93,7 @@ class MotionCommand final : public CommandRequest {
   void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
               Diagnostics& diagnostics) const override {
     if (ended.value<net::Frame>(key + " no force")) {
-      diagnostics.error(pointer + offset_place() + "/sensor",
+      diagnostics.error(Code::kSensorSilent, pointer + offset_place() + "/sensor",
                         fmt::format("'{}' did not answer, so the arm stopped on its path", force().sensor),
                         "its power and its wires");
     }
@@ -106,10 +106,11 @@ class MotionCommand final : public CommandRequest {
       return diagnostics.append(note_touch(context, arm(), *X_BT), pointer);
     const std::string place = pointer + places.back() + "/until";
     if (ended.value<net::Frame>(key + " silent")) {
-      diagnostics.error(place, "a sensor of the condition did not answer, so the arm stopped on its path",
+      diagnostics.error(Code::kSensorSilent, place,
+                        "a sensor of the condition did not answer, so the arm stopped on its path",
                         "its power and its wires");
     } else if (requests.back().must_touch && !was_cancelled && !cancelled) {
-      diagnostics.error(place, "the motion reached its end and the condition never held",
+      diagnostics.error(Code::kConditionNotMet, place, "the motion reached its end and the condition never held",
                         "a longer motion, another threshold, or \"on_end\": \"continue\"");
     }
   }
@@ -136,10 +137,11 @@ class MotionCommand final : public CommandRequest {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       const std::string place = pointer + places[i] + "/unless";
       if (ended.value<net::Real>(unless_of(key, i))) {
-        diagnostics.error(place, "this must not hold and did, so the arm stopped on its path",
+        diagnostics.error(Code::kAbortCondition, place, "this must not hold and did, so the arm stopped on its path",
                           "what made it hold; \"try\" around the step");
       } else if (ended.value<net::Real>(unless_of(key, i) + " silent")) {
-        diagnostics.error(place, "a sensor of the condition did not answer, so the arm stopped on its path",
+        diagnostics.error(Code::kSensorSilent, place,
+                          "a sensor of the condition did not answer, so the arm stopped on its path",
                           "its power and its wires");
       }
     }
@@ -203,7 +205,7 @@ std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std:
   const MotionRequest& request = command->requests.back();
   command->compliance = request.compliance;
   if (request.blend.kind != motion::Blend::Kind::kNone) {
-    diagnostics.error(pointer + (json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
+    diagnostics.error(Code::kConflict, pointer + (json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
                       "a command of its own has nothing to blend into", "\"do\": \"motions\" with several");
   }
   return command;
@@ -216,14 +218,14 @@ void check_movers(const MotionCommand& command, const std::string& pointer, Diag
     const MotionRequest& request = command.requests[i];
     const std::string place = pointer + command.places[i];
     if (request.arm != first.arm) {
-      diagnostics.error(place + "/arm", fmt::format("'{}' after '{}'", request.arm, first.arm),
+      diagnostics.error(Code::kConflict, place + "/arm", fmt::format("'{}' after '{}'", request.arm, first.arm),
                         "one arm for all of them");
     } else if (request.follower != first.follower) {
       const auto movers = [](const MotionRequest& one) {
         return one.follower.empty() ? fmt::format("'{}' alone", one.arm)
                                     : fmt::format("'{}' and '{}' as one", one.arm, one.follower);
       };
-      diagnostics.error(place + (request.follower.empty() ? "" : "/follower"),
+      diagnostics.error(Code::kConflict, place + (request.follower.empty() ? "" : "/follower"),
                         fmt::format("{} after {}", movers(request), movers(first)),
                         "the same 'follower' at all of them");
     }
@@ -267,19 +269,20 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     const Json word = step.is_object() ? step.value("do", Json()) : Json();
     const auto* kind = std::ranges::find_if(kKinds, [&](const auto& one) { return word == one.first; });
     if (kind == std::end(kKinds)) {
-      diagnostics.error(pointer + place + "/do", fmt::format("{} is no planned motion", short_dump(word)),
-                        "ptp, lin, circ or spline");
+      diagnostics.error(Code::kUnknownName, pointer + place + "/do",
+                        fmt::format("{} is no planned motion", short_dump(word)), "ptp, lin, circ or spline");
       continue;
     }
     Json alone = step;
     if (alone.erase("base_to") > 0)
-      diagnostics.error(pointer + place + "/base_to", "a motion with a base is not blended", "a 'lin' of its own");
+      diagnostics.error(Code::kConflict, pointer + place + "/base_to", "a motion with a base is not blended",
+                        "a 'lin' of its own");
     command->requests.push_back(read_motion(kind->second, alone, pointer + place, cell, diagnostics));
     command->places.push_back(place);
   }
   reader.finish();
   if (command->requests.empty()) {
-    diagnostics.error(pointer + "/steps", "no motion stands here", "one at least");
+    diagnostics.error(Code::kMissing, pointer + "/steps", "no motion stands here", "one at least");
     command->requests.emplace_back();
     command->places.emplace_back();
   }
@@ -293,13 +296,14 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     const MotionRequest& request = command->requests[i];
     const bool last = i + 1 == command->requests.size(), blends = request.blend.kind != motion::Blend::Kind::kNone;
     if (request.compliance)
-      diagnostics.error(pointer + command->places[i] + "/compliance", "one motion of several gives way otherwise",
-                        "'compliance' beside 'steps', for all of them");
+      diagnostics.error(Code::kConflict, pointer + command->places[i] + "/compliance",
+                        "one motion of several gives way otherwise", "'compliance' beside 'steps', for all of them");
     if (!last && request.until)
-      diagnostics.error(pointer + command->places[i] + "/until", "only the last of them may be guarded", "on the last");
+      diagnostics.error(Code::kConflict, pointer + command->places[i] + "/until",
+                        "only the last of them may be guarded", "on the last");
     if (last == blends && steps != nullptr && !steps->empty())
       diagnostics.error(
-          pointer + command->places[i],
+          Code::kConflict, pointer + command->places[i],
           last ? "the last motion has nothing to blend into" : "a motion that is not blended into the next",
           "'blend_m' or 'blend_fraction' on all but the last");
   }

@@ -56,7 +56,7 @@ Result<JointVector> nearest_configuration(const command::MountedArm& mounted, co
   if (arm.inverse) motion::check_directions(*arm.inverse, q, X_BF, "", short_of);
   if (short_of.has_errors()) return std::unexpected(std::move(short_of));
   const Eigen::Vector3d p = X_BF.translation();
-  return failure("",
+  return failure(Code::kUnreachable, "",
                  fmt::format("the goal is out of reach: flange at ({:.3f}, {:.3f}, {:.3f}) m in the arm's base", p.x(),
                              p.y(), p.z()),
                  "a pose that some joint configuration inside the limits reaches");
@@ -185,7 +185,7 @@ Result<motion::Motion> plan_single(const MotionRequest& request, const command::
   }
   const auto X_goal = goal_pose(request.goal, cell, request.arm, q);
   if (!X_goal) return at_place(X_goal.error(), "/to");
-  if (!arm.inverse) return failure("", "an arm of fewer than three joints follows no line", "PTP");
+  if (!arm.inverse) return failure(Code::kConflict, "", "an arm of fewer than three joints follows no line", "PTP");
   return motion::plan_lin(arm.chain, *arm.inverse, arm.limits, arm.cartesian, q, *X_goal, {}, options);
 }
 
@@ -262,7 +262,7 @@ Diagnostics check_offsets(const std::vector<MotionRequest>& requests) {
   for (std::size_t i = *first + 1; i < requests.size(); ++i) {
     const MotionRequest &before = requests[i - 1], &now = requests[i];
     if (now.overlay.force == before.overlay.force) continue;
-    diagnostics.error(pointer_segment(i) + "/force_offset",
+    diagnostics.error(Code::kConflict, pointer_segment(i) + "/force_offset",
                       fmt::format("the force offset of '{}' ({}) does not go on in '{}' ({}), into which it is blended",
                                   before.name, before.pointer, now.name, now.pointer),
                       same);
@@ -271,7 +271,7 @@ Diagnostics check_offsets(const std::vector<MotionRequest>& requests) {
   for (std::size_t i = 0; i < requests.size(); ++i) {
     if (!requests[i].overlay.weave) continue;
     diagnostics.error(
-        pointer_segment(i) + "/weave",
+        Code::kConflict, pointer_segment(i) + "/weave",
         fmt::format("a weave of '{}' ({}) and a force offset of '{}' ({}), which are blended into each other",
                     requests[i].name, requests[i].pointer, requests[*first].name, requests[*first].pointer),
         "one of them, or no blend between them");

@@ -58,10 +58,11 @@ class MotionRun final : public ScheduledRun {
     if (cancelled() || outcome.kind == kInterrupted) return Progress::kDone;
     if (outcome.kind == kNotTouched && !request_.must_touch) return Progress::kDone;
     if (outcome.kind == kNotTouched) {
-      diagnostics.error("/until", "the motion reached its end and the condition never held",
+      diagnostics.error(Code::kConditionNotMet, "/until", "the motion reached its end and the condition never held",
                         "a longer motion, another threshold, or \"on_end\": \"continue\"");
     } else {
-      diagnostics.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path",
+      diagnostics.error(Code::kSensorSilent, "/until",
+                        "a sensor of the condition did not answer, so the arm stopped on its path",
                         "its power and its wires");
     }
     return Progress::kFailed;
@@ -74,7 +75,7 @@ class MotionRun final : public ScheduledRun {
         fmt::format("'{}' did not answer, so the arm stopped on its path", with_force.overlay.force->sensor);
     if (first > 0) message = fmt::format("in '{}', which is blended into: {}", with_force.name, message);
     const std::string way_out = "its power and its wires";
-    diagnostics.error(first > 0 ? "" : "/force_offset/sensor", message, way_out);
+    diagnostics.error(Code::kSensorSilent, first > 0 ? "" : "/force_offset/sensor", message, way_out);
     return Progress::kFailed;
   }
 
@@ -89,7 +90,7 @@ class MotionRun final : public ScheduledRun {
     }
     const std::string way_out =
         broken.silent ? "its power and its wires" : "what made it hold; \"try\" around the step";
-    diagnostics.error(broken.motion < 0 ? "" : "/unless", message, way_out);
+    diagnostics.error(Code::kAbortCondition, broken.motion < 0 ? "" : "/unless", message, way_out);
     return Progress::kFailed;
   }
 

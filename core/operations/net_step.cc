@@ -49,7 +49,8 @@ class NetStepRun final : public ScheduledRun {
     if (cycle >= cancel_cycle_) run()->cancel();
     if (cycle < last_cycle_) return Progress::kRunning;
     run()->abort();
-    diagnostics.error("/within_s", fmt::format("the net '{}' still runs after {:g} s", request_.net, request_.within_s),
+    diagnostics.error(Code::kTimeout, "/within_s",
+                      fmt::format("the net '{}' still runs after {:g} s", request_.net, request_.within_s),
                       "a longer time, or a net that ends");
     return Progress::kFailed;
   }

@@ -99,13 +99,15 @@ Diagnostics end_pressing(const ForceRequest& request, const KeptPlaces& kept, co
   if (touched) diagnostics.append(note_touch(context, request.arm, end ? *end : *touched));
   if (cancelled || was(" held") || was(" found") || was(" until")) return diagnostics;
   if (was(" silent")) {
-    diagnostics.error("/sensor", fmt::format("'{}' did not answer, so the arm stopped", request.sensor),
+    diagnostics.error(Code::kSensorSilent, "/sensor",
+                      fmt::format("'{}' did not answer, so the arm stopped", request.sensor),
                       "its power and its wires");
   } else if (was(" too far")) {
-    diagnostics.error("/travel_m", touched ? "the travel was used up after the touch" : "nothing was touched",
+    diagnostics.error(Code::kConditionNotMet, "/travel_m",
+                      touched ? "the travel was used up after the touch" : "nothing was touched",
                       "a longer travel, another beginning or direction");
   } else if (was(" path ended") && request.must_find) {
-    diagnostics.error("", "the pattern has come to its end and nothing was found",
+    diagnostics.error(Code::kConditionNotMet, "", "the pattern has come to its end and nothing was found",
                       "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
   }
   return diagnostics;

@@ -38,7 +38,8 @@ void rehearse_net(const net::NetDescription& description, const Rehearsal& rehea
   const auto net = net::CompiledNet::compile(description, *rehearsal.devices);
   if (net) return note_claims(**net, rehearsal);
   for (const Diagnostic& diagnostic : net.error().list()) {
-    diagnostics.error(pointer, fmt::format("in the net of this step, {}: {}", diagnostic.pointer, diagnostic.message),
+    diagnostics.error(diagnostic.code, pointer,
+                      fmt::format("in the net of this step, {}: {}", diagnostic.pointer, diagnostic.message),
                       diagnostic.hint);
   }
 }

@@ -28,7 +28,8 @@ void check_following(SetRequest& request, const ReadContext& from) {
   if (request.source) return;
   for (const char* key : {"factor", "offset", "seconds", "until"}) {
     if (from.reader.has(key)) {
-      from.reader.diagnostics().error(from.reader.at(key), fmt::format("'{}' without a value to follow", key),
+      from.reader.diagnostics().error(Code::kConflict, from.reader.at(key),
+                                      fmt::format("'{}' without a value to follow", key),
                                       "an analog output whose 'value' is an object, such as {\"input\": ...}");
     }
   }
@@ -38,11 +39,13 @@ void check_wait(WaitRequest& request, const ReadContext& from) {
   ObjectReader& reader = from.reader;
   const bool until = reader.has("until");
   if (until && request.seconds)
-    reader.diagnostics().error(reader.at("seconds"), "a time and a condition", "'timeout_s' for the longest wait");
+    reader.diagnostics().error(Code::kConflict, reader.at("seconds"), "a time and a condition",
+                               "'timeout_s' for the longest wait");
   if (!until && request.timeout)
-    reader.diagnostics().error(reader.at("timeout_s"), "a timeout without a condition", "'until', or 'seconds' alone");
+    reader.diagnostics().error(Code::kConflict, reader.at("timeout_s"), "a timeout without a condition",
+                               "'until', or 'seconds' alone");
   if (!until && !reader.has("seconds"))
-    reader.diagnostics().error(reader.pointer(), "nothing says how long", "'seconds' or 'until'");
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing says how long", "'seconds' or 'until'");
 }
 
 /// Without a factor the value is sent as it is.
@@ -51,7 +54,7 @@ bool check_unit(const SetRequest& request, const command::Cell& cell, const std:
   const auto unit = unit_of(*request.source, cell);
   const std::string& own = cell.analog_outputs.find(request.output)->second->description().unit;
   if (request.factor || !unit || *unit == own) return true;
-  diagnostics.error(pointer + "/value",
+  diagnostics.error(Code::kUnitMismatch, pointer + "/value",
                     fmt::format("a value in {} is not for '{}', which is in {}", *unit, request.output, own),
                     fmt::format("'factor', in {} for each {}", own, *unit));
   return false;
@@ -103,7 +106,8 @@ bool check_range(const SetRequest& request, const command::Cell& cell, const std
   if (value == nullptr) return true;
   const auto& output = cell.analog_outputs.find(request.output)->second->description();
   if (*value >= output.lower && *value <= output.upper) return true;
-  diagnostics.error(pointer + "/value", fmt::format("{:g} {} is not for '{}'", *value, output.unit, request.output),
+  diagnostics.error(Code::kOutOfRange, pointer + "/value",
+                    fmt::format("{:g} {} is not for '{}'", *value, output.unit, request.output),
                     fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
   return false;
 }

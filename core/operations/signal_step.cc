@@ -99,9 +99,10 @@ class WaitRun final : public ScheduledRun {
     const auto held = run()->value<net::Boolean>(command::observed::kCondition);
     if (held && *held) return Progress::kDone;
     if (!held) {
-      diagnostics.error("/until", "a sensor of the condition did not answer", "its power and its wires");
+      diagnostics.error(Code::kSensorSilent, "/until", "a sensor of the condition did not answer",
+                        "its power and its wires");
     } else {
-      diagnostics.error("/until",
+      diagnostics.error(Code::kTimeout, "/until",
                         fmt::format("the condition did not hold within {:g} s", request_.timeout.value_or(0.0)),
                         "a longer \"timeout_s\", or \"try\" around it");
     }

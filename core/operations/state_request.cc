@@ -54,7 +54,8 @@ std::vector<StateRequest> read_operands(ObjectReader& reader, const char* key, c
   for (std::size_t i = 0; list && i < list->size(); ++i) {
     operands.push_back(read_state((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.diagnostics()));
   }
-  if (operands.empty()) reader.diagnostics().error(reader.at(key), "no state stands here", "at least one");
+  if (operands.empty())
+    reader.diagnostics().error(Code::kMissing, reader.at(key), "no state stands here", "at least one");
   return operands;
 }
 
@@ -113,7 +114,7 @@ StateRequest read_state(const Json& json, const std::string& pointer, const comm
   }
   if (!is_known_form(json)) {
     diagnostics.error(
-        pointer, "no state stands here",
+        Code::kMissing, pointer, "no state stands here",
         "a condition over sensors, started, active, completed, stopped, cancelled, timed_out of a command, "
         "action, actuator, raised, all, any or not");
     return state;
@@ -175,7 +176,7 @@ bool is_boolean(const ValueRequest& value, const command::Cell& cell) {
 bool check_number(const ValueRequest& value, const command::Cell& cell, const std::string& pointer,
                   Diagnostics& diagnostics) {
   const auto refuse = [&](const char* key, std::string_view is, const char* way_out) {
-    diagnostics.error(pointer + key, fmt::format("'{}' is {}", value.of, is), way_out);
+    diagnostics.error(Code::kInvalidValue, pointer + key, fmt::format("'{}' is {}", value.of, is), way_out);
     return false;
   };
   if (value.kind == ValueRequest::Kind::kInput && is_boolean(value, cell))

@@ -34,7 +34,8 @@ class ArmCommand final : public Primitive {
     const auto mode = device::control_mode_of(mode_.view());
     Diagnostics diagnostics;
     if (mode && arm_ != nullptr && !arm_->description().modes.has(*mode))
-      diagnostics.error("/mode", fmt::format("arm '{}' has no mode '{}'", arm_->name(), mode_.view()),
+      diagnostics.error(Code::kUnknownName, "/mode",
+                        fmt::format("arm '{}' has no mode '{}'", arm_->name(), mode_.view()),
                         arm_->description().modes.list());
     return diagnostics;
   }

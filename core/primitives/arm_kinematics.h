@@ -20,7 +20,8 @@ inline Diagnostics need_chain(const device::Arm* arm, bool need_inverse) {
   Diagnostics diagnostics;
   const bool missing = arm != nullptr &&
                        (arm->description().chain == nullptr || (need_inverse && arm->description().inverse == nullptr));
-  if (missing) diagnostics.error("/device", "arm '" + arm->name() + "' has no such kinematics", "another arm");
+  if (missing)
+    diagnostics.error(Code::kUnknownName, "/device", "arm '" + arm->name() + "' has no such kinematics", "another arm");
   return diagnostics;
 }
 

@@ -22,7 +22,7 @@ using kinematics::JointVector;
 Diagnostics need_mode(const Arm* arm, ControlMode mode, const char* pointer) {
   Diagnostics diagnostics;
   if (arm != nullptr && !arm->description().modes.has(mode))
-    diagnostics.error(pointer, fmt::format("arm '{}' has no mode '{}'", arm->name(), name_of(mode)),
+    diagnostics.error(Code::kUnknownName, pointer, fmt::format("arm '{}' has no mode '{}'", arm->name(), name_of(mode)),
                       arm->description().modes.list());
   return diagnostics;
 }

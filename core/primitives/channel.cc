@@ -62,7 +62,8 @@ class Output final : public Primitive {
   Diagnostics prepare() override {
     Diagnostics diagnostics;
     if (channel_->description().writer != ChannelDescription::Writer::kNet) {
-      diagnostics.error("/channel", fmt::format("'{}' is written from outside, not by nets", channel_->name()),
+      diagnostics.error(Code::kInvalidValue, "/channel",
+                        fmt::format("'{}' is written from outside, not by nets", channel_->name()),
                         "a channel that is declared with writer \"net\"");
     }
     return diagnostics;

@@ -135,9 +135,10 @@ class ForceController final : public Primitive {
   Diagnostics prepare() override {
     Diagnostics diagnostics;
     if (release_ >= touch_)
-      diagnostics.error("/release_force", "not below contact_force", "release_force < contact_force");
+      diagnostics.error(Code::kOutOfRange, "/release_force", "not below contact_force",
+                        "release_force < contact_force");
     if (approach_ > velocity_max_)
-      diagnostics.error("/approach_velocity", "above velocity_max", "at most velocity_max");
+      diagnostics.error(Code::kOutOfRange, "/approach_velocity", "above velocity_max", "at most velocity_max");
     return diagnostics;
   }
 

@@ -44,9 +44,10 @@ class UpDownCounter final : public Primitive {
 
   Diagnostics prepare() override {
     Diagnostics diagnostics;
-    if (lower_ > upper_) diagnostics.error("/lower", "lower is above upper", "lower <= upper");
+    if (lower_ > upper_) diagnostics.error(Code::kOutOfRange, "/lower", "lower is above upper", "lower <= upper");
     if (initial_ < lower_ || initial_ > upper_)
-      diagnostics.error("/initial", "initial is outside [lower, upper]", "a count that may be reached");
+      diagnostics.error(Code::kOutOfRange, "/initial", "initial is outside [lower, upper]",
+                        "a count that may be reached");
     return diagnostics;
   }
 

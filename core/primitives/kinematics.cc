@@ -95,7 +95,7 @@ class InverseKinematics final : public Primitive {
     Diagnostics diagnostics = need_chain(arm_, true);
     if (diagnostics.has_errors() || arm_ == nullptr) return diagnostics;
     if (seed_.size != 0 && seed_.size != arm_->joint_count())
-      diagnostics.error("/seed", "wrong number of joints", "one number per joint of the arm");
+      diagnostics.error(Code::kWrongSize, "/seed", "wrong number of joints", "one number per joint of the arm");
     return diagnostics;
   }
 

@@ -58,7 +58,8 @@ Diagnostics read_path(const nlohmann::ordered_json& json, P& path) {
     return {};
   }
   Diagnostics diagnostics;
-  diagnostics.error("/path/kind", "this primitive follows another kind of path", "use the primitive of that kind");
+  diagnostics.error(Code::kInvalidValue, "/path/kind", "this primitive follows another kind of path",
+                    "use the primitive of that kind");
   return diagnostics;
 }
 

@@ -77,7 +77,8 @@ class PathClock final : public Primitive {
   }
   [[nodiscard]] Diagnostics lasts_otherwise(double law_s) const {
     Diagnostics diagnostics;
-    diagnostics.error("/law", fmt::format("the law lasts {} s, the clock {} s", law_s, duration_), "the same duration");
+    diagnostics.error(Code::kInvalidValue, "/law", fmt::format("the law lasts {} s, the clock {} s", law_s, duration_),
+                      "the same duration");
     return diagnostics;
   }
   static PortSpec begin(std::string_view unit, std::string_view doc) {

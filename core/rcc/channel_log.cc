@@ -12,12 +12,13 @@ Diagnostics LatchReplay::before_step(ControlCore& core) {
     const Latch& latch = latches_[next_];
     device::Channel* channel = core.find_channel(latch.channel);
     if (channel == nullptr) {
-      diagnostics.error({}, fmt::format("there is no channel '{}' to replay", latch.channel));
+      diagnostics.error(Code::kUnknownName, {}, fmt::format("there is no channel '{}' to replay", latch.channel));
       continue;
     }
     const auto written = latch.value ? channel->write(*latch.value) : channel->write_null();
     if (written != device::Channel::Written::kDone || latch.cycle != core.cycle())
-      diagnostics.error({}, fmt::format("channel '{}' cannot be replayed in cycle {}", latch.channel, latch.cycle));
+      diagnostics.error(Code::kNotPossibleNow, {},
+                        fmt::format("channel '{}' cannot be replayed in cycle {}", latch.channel, latch.cycle));
   }
   return diagnostics;
 }

@@ -44,7 +44,8 @@ struct Posted {
 };
 
 Diagnostics full_queue() {
-  return failure("", fmt::format("{} requests wait for the next cycle: the queue holds no more", kQueueCapacity),
+  return failure(Code::kTooLarge, "",
+                 fmt::format("{} requests wait for the next cycle: the queue holds no more", kQueueCapacity),
                  "let the core run a cycle, then ask again")
       .error();
 }
@@ -160,7 +161,7 @@ Diagnostics ControlCore::Impl::bind(NetEntry& entry) {
   entry.cost_ns = entry.net->cost_ns() * machine_factor();
   const double load = executor.load_ns(), budget = static_cast<double>(options.budget);
   if (budget > 0.0 && load + entry.cost_ns > budget) {
-    diagnostics.error("",
+    diagnostics.error(Code::kOverBudget, "",
                       fmt::format("the net costs about {:.1f} us a cycle and those that run {:.1f} us, together {:.1f} "
                                   "us: the budget is {:.1f} us",
                                   1e-3 * entry.cost_ns, 1e-3 * load, 1e-3 * (load + entry.cost_ns), 1e-3 * budget),
@@ -190,7 +191,8 @@ void ControlCore::Impl::bind_states(NetEntry& entry, Diagnostics& diagnostics) c
   for (auto& [place, wanted] : states) {
     const bool agree = std::ranges::all_of(wanted, [&](const std::string& one) { return one == wanted.front(); });
     if (const auto why = resources.at(place).actuator->conflict(wanted))
-      diagnostics.error("", *why, "a net for each, or one state for all primitives that drive the device");
+      diagnostics.error(Code::kConflict, "", *why,
+                        "a net for each, or one state for all primitives that drive the device");
     if (agree && !wanted.front().empty()) entry.needs.push_back({place, wanted.front()});
   }
 }
@@ -204,9 +206,10 @@ std::vector<NetEntry::DeclaredSeam> ControlCore::Impl::bind_seams(const NetEntry
     const int place = resources.place_of(devices.find(seams[i].device));
     const std::string where = fmt::format("{}/{}", pointer, i);
     if (place < 0 || resources[place].actuator == nullptr || std::ranges::count(entry.claims, place) == 0) {
-      diagnostics.error(where + "/device", fmt::format("the net does not drive '{}'", seams[i].device));
+      diagnostics.error(Code::kNotPossibleNow, where + "/device",
+                        fmt::format("the net does not drive '{}'", seams[i].device));
     } else if (const auto why = resources[place].actuator->seam_mismatch(seams[i].seam, seams[i].seam)) {
-      diagnostics.error(where, std::string(why->view()), "a set point of this device");
+      diagnostics.error(Code::kNotPossibleNow, where, std::string(why->view()), "a set point of this device");
     } else {
       bound.push_back({place, seams[i].seam});
     }
@@ -367,7 +370,7 @@ Result<device::Channel*> ControlCore::declare(const device::ChannelDescription& 
   auto channel = device::Channel::make(description);
   Diagnostics diagnostics = channel ? Diagnostics{} : std::move(channel.error());
   if (impl_->devices.find(description.name) != nullptr)
-    diagnostics.error("/name", fmt::format("'{}' is there already", description.name),
+    diagnostics.error(Code::kDuplicate, "/name", fmt::format("'{}' is there already", description.name),
                       "one name, one device or channel");
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return &add(std::move(*channel));
@@ -391,7 +394,7 @@ std::int64_t ControlCore::latches_dropped() const { return impl_->latches_droppe
 
 Result<std::shared_ptr<Watch>> ControlCore::watch(NetId id, std::string_view port, const WatchOptions& options) {
   const NetHandle compiled = net(id);
-  if (compiled == nullptr) return failure("", fmt::format("net {} is not loaded", id));
+  if (compiled == nullptr) return failure(Code::kNotPossibleNow, "", fmt::format("net {} is not loaded", id));
   std::vector<std::string> names;
   for (const auto& monitor : compiled->monitors()) {
     if (monitor.name == port)
@@ -403,7 +406,8 @@ Result<std::shared_ptr<Watch>> ControlCore::watch(NetId id, std::string_view por
       return attach(id, std::make_unique<Watch>(one.name, one.type, compiled->slots().data() + one.offset, options));
     names.push_back(one.name);
   }
-  return failure("", fmt::format("the net '{}' shows no '{}'", compiled->name(), port), nearest_choice(port, names));
+  return failure(Code::kUnknownName, "", fmt::format("the net '{}' shows no '{}'", compiled->name(), port),
+                 nearest_choice(port, names));
 }
 
 Result<std::shared_ptr<Watch>> ControlCore::watch(std::string_view channel, const WatchOptions& options) {
@@ -411,7 +415,8 @@ Result<std::shared_ptr<Watch>> ControlCore::watch(std::string_view channel, cons
     return attach(0, std::make_unique<Watch>(found->name(), found->description().type, found->raw_slot(), options));
   std::vector<std::string> names;
   for (const device::Channel* one : impl_->channels) names.push_back(one->name());
-  return failure("", fmt::format("there is no channel '{}'", channel), nearest_choice(channel, names));
+  return failure(Code::kUnknownName, "", fmt::format("there is no channel '{}'", channel),
+                 nearest_choice(channel, names));
 }
 
 Result<std::shared_ptr<Watch>> ControlCore::attach(NetId net, std::unique_ptr<Watch> watch) {
@@ -494,10 +499,10 @@ Result<RequestId> ControlCore::schedule_after(NetId predecessor, NetId successor
   const EntryHandle before = impl_->nets.hold(predecessor), after = impl_->nets.hold(successor);
   const EntryHandle rested = from_rest != 0 ? impl_->nets.hold(from_rest) : nullptr;
   const auto check = [&diagnostics](NetId id, const EntryHandle& entry, bool starts) {
-    if (entry == nullptr) return diagnostics.error("", fmt::format("net {} is not loaded", id));
+    if (entry == nullptr) return diagnostics.error(Code::kNotPossibleNow, "", fmt::format("net {} is not loaded", id));
     const NetState state = entry->state.load(std::memory_order_acquire);
     if (starts && state != NetState::kReady)
-      diagnostics.error("", fmt::format("net {} is not Ready, it is {}", id, name_of(state)));
+      diagnostics.error(Code::kNotPossibleNow, "", fmt::format("net {} is not Ready, it is {}", id, name_of(state)));
   };
   check(predecessor, before, false);
   check(successor, after, true);
@@ -505,8 +510,9 @@ Result<RequestId> ControlCore::schedule_after(NetId predecessor, NetId successor
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   for (const auto& end : before->known_ends()) {
     if (const auto why = impl_->seam_mismatch(end, *after))
-      diagnostics.error("", fmt::format("net {} cannot follow net {}: {}: {}", successor, predecessor,
-                                        impl_->resources[end.place].actuator->name(), why->view()));
+      diagnostics.error(Code::kNotPossibleNow, "",
+                        fmt::format("net {} cannot follow net {}: {}: {}", successor, predecessor,
+                                    impl_->resources[end.place].actuator->name(), why->view()));
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   Rule rule{.condition = {Term::state(predecessor, {NetState::kTerminated})},

@@ -119,7 +119,8 @@ void NetTable::compile(NetEntry& entry, const net::NetDescription& description) 
 Result<NetId> NetTable::load(const net::NetDescription& description, const LoadOptions& options) {
   const std::shared_ptr<NetEntry> entry = reserve(options);
   if (entry == nullptr)
-    return failure("", fmt::format("no room for another net ({} are loaded)", slots_.size()), "unload some first");
+    return failure(Code::kTooLarge, "", fmt::format("no room for another net ({} are loaded)", slots_.size()),
+                   "unload some first");
   compile(*entry, description);
   if (entry->state == NetState::kReady) {
     publish(*entry);

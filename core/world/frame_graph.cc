@@ -7,26 +7,30 @@ namespace takt::world {
 Diagnostics FrameGraph::add(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF) {
   if (!contains(name)) return set(name, parent, X_PF);
   Diagnostics diagnostics;
-  diagnostics.error({}, fmt::format("a frame named '{}' exists already", name), "each name once");
+  diagnostics.error(Code::kDuplicate, {}, fmt::format("a frame named '{}' exists already", name), "each name once");
   return diagnostics;
 }
 
 Diagnostics FrameGraph::set(const std::string& name, const Relation& relation) {
   Diagnostics diagnostics;
   const std::string& parent = relation.parent;
-  if (name.empty()) diagnostics.error({}, "a frame without a name", "a name of its own");
-  if (name == kWorld) diagnostics.error({}, "the frame 'world' is the root and cannot be placed", "another name");
+  if (name.empty()) diagnostics.error(Code::kMissing, {}, "a frame without a name", "a name of its own");
+  if (name == kWorld)
+    diagnostics.error(Code::kInvalidName, {}, "the frame 'world' is the root and cannot be placed", "another name");
   if (!contains(parent)) {
-    diagnostics.error({}, fmt::format("there is no frame '{}'", parent), nearest_choice(parent, names()));
+    diagnostics.error(Code::kUnknownName, {}, fmt::format("there is no frame '{}'", parent),
+                      nearest_choice(parent, names()));
   } else if (is_below(parent, name)) {
-    diagnostics.error({}, fmt::format("frame '{}' cannot hang below itself through '{}'", name, parent),
+    diagnostics.error(Code::kInvalidValue, {},
+                      fmt::format("frame '{}' cannot hang below itself through '{}'", name, parent),
                       "a parent that does not hang on it");
   }
   if (!relation.X_PF.matrix().allFinite()) {
-    diagnostics.error({}, fmt::format("the pose of frame '{}' is not finite", name), "finite numbers");
+    diagnostics.error(Code::kInvalidValue, {}, fmt::format("the pose of frame '{}' is not finite", name),
+                      "finite numbers");
   }
   if (relation.moves() && relation.source.empty()) {
-    diagnostics.error({}, fmt::format("frame '{}' moves, but nothing says where it is", name),
+    diagnostics.error(Code::kMissing, {}, fmt::format("frame '{}' moves, but nothing says where it is", name),
                       "the name of its source");
   }
   if (diagnostics.empty()) relations_[name] = relation;
@@ -76,7 +80,7 @@ Result<Eigen::Isometry3d> FrameGraph::along(const std::vector<std::string_view>&
   for (std::size_t i = 0; i < count; ++i) {
     const Relation& relation = *this->relation(way[i]);
     if (relation.moves() && !relation.X_seen) {
-      return failure({}, fmt::format("frame '{}' moves with '{}'", way[i], relation.source),
+      return failure(Code::kInvalidValue, {}, fmt::format("frame '{}' moves with '{}'", way[i], relation.source),
                      "a frame that does not, or a sensor");
     }
     X = (relation.moves() ? *relation.X_seen : relation.X_PF) * X;
@@ -87,7 +91,8 @@ Result<Eigen::Isometry3d> FrameGraph::along(const std::vector<std::string_view>&
 Result<Eigen::Isometry3d> FrameGraph::pose(std::string_view of, std::string_view in) const {
   for (const std::string_view name : {of, in}) {
     if (!contains(name)) {
-      return failure({}, fmt::format("there is no frame '{}'", name), nearest_choice(name, names()));
+      return failure(Code::kUnknownName, {}, fmt::format("there is no frame '{}'", name),
+                     nearest_choice(name, names()));
     }
   }
   const auto from = way_to_world(of), to = way_to_world(in);

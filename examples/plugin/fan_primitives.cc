@@ -54,7 +54,7 @@ class Smoothstep final : public Primitive {
 
   takt::Diagnostics prepare() override {
     takt::Diagnostics diagnostics;
-    if (!(to_ > from_)) diagnostics.error("/to", "'to' is not beyond 'from'", "from < to");
+    if (!(to_ > from_)) diagnostics.error(takt::Code::kOutOfRange, "/to", "'to' is not beyond 'from'", "from < to");
     return diagnostics;
   }
 

@@ -18,7 +18,8 @@ namespace {
 std::vector<std::string> scenario_words() {
   std::vector<std::string> words;
   for (const auto& entry : std::filesystem::directory_iterator("scenarios")) {
-    const auto json = entry.path().extension() == ".json" ? read_json(entry.path()) : failure("", "no scenario");
+    const auto json =
+        entry.path().extension() == ".json" ? read_json(entry.path()) : failure(Code::kNotFound, "", "no scenario");
     if (!json) continue;
     for (std::string& word : test::words_of(*json))
       if (word.size() < 40) words.push_back(std::move(word));

@@ -30,14 +30,16 @@ Diagnostics check_options(const ImportOptions& options) {
   Diagnostics diagnostics;
   std::error_code error;
   if (!is_name(options.name)) {
-    diagnostics.error("NAME", fmt::format("'{}' is no name of a model", options.name), "a-z, 0-9, _, a letter first");
+    diagnostics.error(Code::kInvalidName, "NAME", fmt::format("'{}' is no name of a model", options.name),
+                      "a-z, 0-9, _, a letter first");
   }
   for (const fs::path& folder : options.packages) {
     if (!fs::is_directory(folder, error))
-      diagnostics.error("--packages", fmt::format("'{}' is no folder", folder.string()));
+      diagnostics.error(Code::kNotFound, "--packages", fmt::format("'{}' is no folder", folder.string()));
   }
   if (fs::exists(options.out / options.name, error)) {
-    diagnostics.error("--out", fmt::format("'{}' exists already", (options.out / options.name).string()),
+    diagnostics.error(Code::kDuplicate, "--out",
+                      fmt::format("'{}' exists already", (options.out / options.name).string()),
                       "another name, or remove it");
   }
   return diagnostics;
@@ -52,7 +54,7 @@ Result<Draft> read_draft(const ImportOptions& options) {
     return std::unexpected(std::move(diagnostics));
   }
   if (tree->elements.front().name != "robot") {
-    return failure(fmt::format("line {}", tree->elements.front().line),
+    return failure(Code::kSyntax, fmt::format("line {}", tree->elements.front().line),
                    fmt::format("the root element is <{}>", tree->elements.front().name), "<robot>");
   }
   Draft draft;
@@ -139,7 +141,7 @@ Result<void> finish(const ImportOptions& options, Draft& draft, const fs::path& 
   if (!chain) return std::unexpected(chain.error());
   if (chain->joint_count() < 3) {
     return failure(
-        "",
+        Code::kInvalidValue, "",
         fmt::format("the way from '{}' to '{}' has {} movable joints", draft.base, draft.flange, chain->joint_count()),
         "3 to 12: an arm moves its flange to places");
   }
@@ -181,11 +183,14 @@ Result<ImportReport> import_robot(const ImportOptions& options) {
   }
   // All is made beside its place and moved there when it is whole.
   const Workshop workshop(options);
-  if (workshop.folder().empty()) return failure("--out", fmt::format("cannot write '{}'", options.out.string()));
+  if (workshop.folder().empty())
+    return failure(Code::kFileNotWritable, "--out", fmt::format("cannot write '{}'", options.out.string()));
   auto built = build(options, *draft, workshop.folder());
   std::error_code error;
   if (built) fs::rename(workshop.folder(), options.out / options.name, error);
-  if (error) return failure("--out", fmt::format("cannot write '{}'", (options.out / options.name).string()));
+  if (error)
+    return failure(Code::kFileNotWritable, "--out",
+                   fmt::format("cannot write '{}'", (options.out / options.name).string()));
   if (!built) {
     Diagnostics diagnostics;
     for (Diagnostic diagnostic : built.error().list()) {

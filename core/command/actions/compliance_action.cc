@@ -76,12 +76,13 @@ void check_constant(const SpringValue& value, const device::ComplianceRange& ran
   collect(value.wanted.constant, numbers);
   const std::string pointer = std::string("/compliance/") + value.port;
   if (numbers.size() != static_cast<std::size_t>(upper.size()))
-    return diagnostics.error(pointer, fmt::format("{} values for '{}'", numbers.size(), arm),
+    return diagnostics.error(Code::kWrongSize, pointer, fmt::format("{} values for '{}'", numbers.size(), arm),
                              fmt::format("{} values", upper.size()));
   for (Eigen::Index i = 0; i < upper.size(); ++i) {
     const double number = numbers[static_cast<std::size_t>(i)];
     if (number >= lower[i] && number <= upper[i]) continue;  // false for NaN
-    diagnostics.error(fmt::format("{}/{}", pointer, i), fmt::format("{:g} {} for '{}'", number, value.unit, arm),
+    diagnostics.error(Code::kOutOfRange, fmt::format("{}/{}", pointer, i),
+                      fmt::format("{:g} {} for '{}'", number, value.unit, arm),
                       fmt::format("{:g} to {:g} {}", lower[i], upper[i], value.unit));
   }
 }
@@ -134,7 +135,8 @@ class Compliant final : public ActionModel {
   [[nodiscard]] Diagnostics check(const ActuatorModel& actuator) const override {
     Diagnostics diagnostics = action_->check(actuator);
     if (const auto other = action_->mode(); other && *other != mode_)
-      diagnostics.error({}, fmt::format("{} for mode {} is to be for mode {}", name(), name_of(*other), name_of(mode_)),
+      diagnostics.error(Code::kConflict, {},
+                        fmt::format("{} for mode {} is to be for mode {}", name(), name_of(*other), name_of(mode_)),
                         "one compliance");
     const auto arms = actuator.arms();
     for (const MountedArm* arm : arms)
@@ -179,8 +181,8 @@ class Compliant final : public ActionModel {
   void check_of_two(Diagnostics& diagnostics) const {
     for (const SpringValue& value : values_) {
       if (std::string_view(value.port) != "wrench" && std::string_view(value.port) != "torque") continue;
-      diagnostics.error(std::string("/compliance/") + value.port, "two arms as one exert nothing beside their springs",
-                        "springs alone, or a motion of one arm");
+      diagnostics.error(Code::kConflict, std::string("/compliance/") + value.port,
+                        "two arms as one exert nothing beside their springs", "springs alone, or a motion of one arm");
     }
   }
 

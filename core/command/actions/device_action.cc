@@ -59,7 +59,8 @@ class SetAnalog final : public ActionModel {
     Diagnostics diagnostics;
     const auto& output = *actuator.analog_output();
     if (value_ >= output.lower && value_ <= output.upper) return diagnostics;
-    diagnostics.error({}, fmt::format("{:g} {} is not for '{}'", value_, output.unit, actuator.name()),
+    diagnostics.error(Code::kOutOfRange, {},
+                      fmt::format("{:g} {} is not for '{}'", value_, output.unit, actuator.name()),
                       fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
     return diagnostics;
   }
@@ -152,7 +153,7 @@ class GripModel final : public ActionModel {
     const device::GripperDescription& gripper = *actuator.gripper();
     const auto check = [&](const char* key, double value, double low, double high) {
       if (value >= low && value <= high) return;
-      diagnostics.error(key, fmt::format("{:g} is not for '{}'", value, actuator.name()),
+      diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} is not for '{}'", value, actuator.name()),
                         fmt::format("{:g} to {:g}", low, high));
     };
     check("/width", width(gripper), 0.0, gripper.stroke);

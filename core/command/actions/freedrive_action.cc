@@ -26,12 +26,12 @@ constexpr double kStanding = 1e-9;
 
 void check_positive(Diagnostics& diagnostics, const char* key, double value, const char* unit) {
   if (std::isfinite(value) && value > 0.0) return;
-  diagnostics.error(key, fmt::format("{:g} {}", value, unit), fmt::format("above 0 {}", unit));
+  diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit), fmt::format("above 0 {}", unit));
 }
 
 void check_from_zero(Diagnostics& diagnostics, const char* key, double value, const char* unit) {
   if (std::isfinite(value) && value >= 0.0) return;
-  diagnostics.error(key, fmt::format("{:g} {}", value, unit), fmt::format("from 0 {}", unit));
+  diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit), fmt::format("from 0 {}", unit));
 }
 
 void check_bounds(Diagnostics& diagnostics, const FreedriveWish& wish) {
@@ -267,7 +267,7 @@ class NoFreedrive final : public ActionModel {
     std::string modes = "none";
     if (actuator.arm() != nullptr) modes = actuator.arm()->device->description().modes.list();
     diagnostics.error(
-        {},
+        Code::kConflict, {},
         fmt::format("C8: nobody can guide '{}' by hand: it feels nothing (control modes: {})", actuator.name(), modes),
         "an arm with the mode joint_impedance, or with a force/torque sensor on its flange");
     return diagnostics;

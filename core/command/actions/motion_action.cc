@@ -259,7 +259,8 @@ Action ptp(const JointVector& q_goal, const MotionWish& wish) {
 Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish) {
   return motion_action("LIN", wish, [wish, X_BM_goal](const MountedArm& arm, const JointVector& q) {
     const motion::ArmModel model = planning_model(arm, wish.X_FM);
-    if (!model.inverse) return Result<motion::SequencePlan>(failure({}, "the arm has no inverse kinematics", "a PTP"));
+    if (!model.inverse)
+      return Result<motion::SequencePlan>(failure(Code::kRequires, {}, "the arm has no inverse kinematics", "a PTP"));
     return alone(motion::plan_lin(model.chain, *model.inverse, model.limits, model.cartesian, q, X_BM_goal, {},
                                   options_of(model, wish)));
   });
@@ -284,14 +285,15 @@ Action spline(const std::vector<JointVector>& points, const MotionWish& wish) {
 
 Action sequence(std::vector<SequencePart> parts) {
   const MotionWish first = parts.empty() ? MotionWish{} : parts.front().wish;
-  return motion_action(
-      "sequence", first, [parts = std::move(parts), first](const MountedArm& arm, const JointVector& q) {
-        if (parts.empty())
-          return Result<motion::SequencePlan>(failure({}, "a sequence without motions", "one at least"));
-        std::vector<motion::LegMaker> makers;
-        for (const SequencePart& part : parts) makers.push_back(with_wish(part));
-        return motion::plan_sequence(planning_model(arm, first.X_FM), q, makers);
-      });
+  return motion_action("sequence", first,
+                       [parts = std::move(parts), first](const MountedArm& arm, const JointVector& q) {
+                         if (parts.empty())
+                           return Result<motion::SequencePlan>(
+                               failure(Code::kMissing, {}, "a sequence without motions", "one at least"));
+                         std::vector<motion::LegMaker> makers;
+                         for (const SequencePart& part : parts) makers.push_back(with_wish(part));
+                         return motion::plan_sequence(planning_model(arm, first.X_FM), q, makers);
+                       });
 }
 
 namespace {
@@ -307,7 +309,8 @@ Diagnostics plan(CommandNode& node, const Result<Places>& begin) {
     return diagnostics;  // check() tells
   for (const std::string& device : node.actuator->model().devices()) {
     if (begin->at(device).size() == 0)
-      diagnostics.error({}, fmt::format("'{}' has not told yet where it is", device), "a cycle of the core before");
+      diagnostics.error(Code::kNotPossibleNow, {}, fmt::format("'{}' has not told yet where it is", device),
+                        "a cycle of the core before");
   }
   if (diagnostics.has_errors()) return diagnostics;
   auto planned = action.plan(node.actuator->model(), *begin);

@@ -31,14 +31,16 @@ Diagnostics check_positive(std::initializer_list<Figure> figures) {
   Diagnostics diagnostics;
   for (const auto& [name, value, unit] : figures) {
     if (value > 0.0 && std::isfinite(value)) continue;
-    diagnostics.error(pointer_segment(name), fmt::format("{:g} {}", value, unit), "above 0 and finite");
+    diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("{:g} {}", value, unit),
+                      "above 0 and finite");
   }
   return diagnostics;
 }
 
 void check_share(const char* name, double value, Diagnostics& diagnostics) {
   if (value > 0.0 && value <= 1.0) return;
-  diagnostics.error(pointer_segment(name), fmt::format("a share of {:g}", value), "above 0, at most 1");
+  diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("a share of {:g}", value),
+                    "above 0, at most 1");
 }
 
 void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWish& wish) {
@@ -62,7 +64,7 @@ std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const
 constexpr double kShortest = 1e-9;  ///< of a direction that is none
 
 ExpressionPtr no_direction(net::ValueType type) {
-  return broken(type, "a direction of no length", "a vector that is not zero");
+  return broken(Code::kInvalidValue, type, "a direction of no length", "a vector that is not zero");
 }
 
 class Jog final : public VelocityModel {

@@ -25,7 +25,8 @@ using Json = nlohmann::ordered_json;
 /// One thing at a time is laid over a motion.
 void check_is_bare(const ActionModel& motion, Diagnostics& diagnostics) {
   if (motion.planned_path().laid_over)
-    diagnostics.error({}, fmt::format("something is laid over {} already", motion.name()), "a force offset or a weave");
+    diagnostics.error(Code::kConflict, {}, fmt::format("something is laid over {} already", motion.name()),
+                      "a force offset or a weave");
 }
 
 class Woven final : public ActionModel {
@@ -119,14 +120,16 @@ class Woven final : public ActionModel {
     const SetPointKind gives = motion.gives(actuator);
     const bool of_frame = gives == SetPointKind::kPose || gives == SetPointKind::kPath;
     if (!of_frame || motion.planned_path().motion == nullptr) {
-      diagnostics.error({}, fmt::format("C8: {} moves joints, so there is nothing to weave beside", name()),
+      diagnostics.error(Code::kConflict, {},
+                        fmt::format("C8: {} moves joints, so there is nothing to weave beside", name()),
                         "a motion of a frame");
       return diagnostics;
     }
     check_is_bare(motion, diagnostics);
     const std::size_t motions = motion.planned_path().handed_over.size() + 1;
     if (wishes_.size() > 1 && wishes_.size() != motions) {
-      diagnostics.error({}, fmt::format("{} weaves for {} motions", wishes_.size(), motions), "one for each, or one");
+      diagnostics.error(Code::kWrongSize, {}, fmt::format("{} weaves for {} motions", wishes_.size(), motions),
+                        "one for each, or one");
     }
     for (std::size_t i = 0; i < wishes_.size(); ++i) {
       if (!wishes_[i] || (i > 0 && wishes_[i] == wishes_[i - 1])) continue;
@@ -230,7 +233,7 @@ class OffsetRoom {
     if (value <= room * (1.0 + kRounding)) return;
     const std::string whose = joint < 0 ? "the tool" : fmt::format("joint {}", joint + 1);
     diagnostics.error(
-        {},
+        Code::kLimitExceeded, {},
         fmt::format("the offset may need {:.3g} of the {} of {}, where the motion leaves {:.3g} (at {:.0f} % "
                     "of its time)",
                     value, what, whose, std::max(room, 0.0), 100.0 * share),
@@ -290,12 +293,13 @@ class ForceOffset final : public ActionModel {
     Diagnostics diagnostics = motion_->check(actuator);
     const PlannedPath path = motion_->planned_path();
     if (path.motion == nullptr || !begin_of(path)) {
-      diagnostics.error({}, fmt::format("C8: {} moves joints, so there is nothing to shift", name()),
+      diagnostics.error(Code::kConflict, {}, fmt::format("C8: {} moves joints, so there is nothing to shift", name()),
                         "a motion of a frame");
       return diagnostics;
     }
     if (!(wish_.reach >= 0.0 && wish_.retreat >= 0.0 && wish_.reach + wish_.retreat > 0.0)) {
-      diagnostics.error({}, fmt::format("a force offset from {:g} to {:g} m", 0.0 - wish_.retreat, wish_.reach),
+      diagnostics.error(Code::kOutOfRange, {},
+                        fmt::format("a force offset from {:g} to {:g} m", 0.0 - wish_.retreat, wish_.reach),
                         "a reach and a retreat from 0, not both 0");
     }
     check_is_bare(*motion_, diagnostics);

@@ -101,7 +101,7 @@ Diagnostics check_ramps(const WeaveWish& wish, double duration, const Peaks& mos
     if (ramps[k] <= most[k]) continue;
     if (way_out.empty()) way_out = longer_ramp(wish, duration, most);
     const auto& [what, unit] = kWhat[k];
-    diagnostics.error("/ramp",
+    diagnostics.error(Code::kLimitExceeded, "/ramp",
                       fmt::format("a weave that grows or fades in {:.3g} s, with {} of {:.3g} {} (at most {:.3g} {})",
                                   std::min(wish.ramp, 0.5 * duration), what, ramps[k], unit, most[k], unit),
                       way_out);
@@ -149,8 +149,8 @@ class Placing {
     const Interval own = interval(i);
     const auto moves = [&](const Interval& stretch) { return is_some(common(own, stretch)); };
     if (!is_some(own) || std::ranges::any_of(stretches_, moves)) return;
-    diagnostics.error(pointer_segment(i), "C8: a motion of joints, so there is nothing to weave beside",
-                      "a motion of a frame");
+    diagnostics.error(Code::kConflict, pointer_segment(i),
+                      "C8: a motion of joints, so there is nothing to weave beside", "a motion of a frame");
   }
 
   double duration_;
@@ -212,7 +212,8 @@ class WovenPath {
       const Place place = frame_at(window, at);
       JointVector q = joints.next();
       if (arm_.inverse->solve(place.X_BM * X_MF_, place.held, q) != kinematics::IkStatus::kOk) {
-        diagnostics.error({}, fmt::format("the weave leads where the arm does not reach, at {:.3f} s", at),
+        diagnostics.error(Code::kUnreachable, {},
+                          fmt::format("the weave leads where the arm does not reach, at {:.3f} s", at),
                           "a smaller amplitude, or another path");
         break;
       }
@@ -259,7 +260,7 @@ class WovenPath {
   void check_range(const JointVector& q, double at, Diagnostics& diagnostics) const {
     for (Eigen::Index i = 0; i < q.size(); ++i) {
       if (q[i] >= arm_.limits.lower[i] && q[i] <= arm_.limits.upper[i]) continue;
-      diagnostics.error({},
+      diagnostics.error(Code::kUnreachable, {},
                         fmt::format("with the weave joint {} leaves its range, {:.4g} to {:.4g}, at {:.3f} s", i + 1,
                                     arm_.limits.lower[i], arm_.limits.upper[i], at),
                         "a smaller amplitude, or another path");
@@ -312,7 +313,7 @@ class WovenPath {
       if (k == 0 && worst.whose < 0 && left > 0.0)
         way_out = fmt::format("a motion of at most {:.3g} m/s on its path, or a smaller amplitude or frequency",
                               std::floor(1e3 * std::sqrt(left)) / 1e3);
-      diagnostics.error({},
+      diagnostics.error(Code::kLimitExceeded, {},
                         fmt::format("path and weave together need {:.3g} of the {} of {} (at most {:.3g}), at {:.3f} s",
                                     worst.value, kOrders[k], whose, worst.limit, worst.at),
                         way_out);
@@ -337,14 +338,15 @@ Diagnostics check_figures(const WeaveWish& wish) {
   Diagnostics diagnostics;
   const auto check = [&](const char* name, double value, const char* unit) {
     if (value > 0.0 && std::isfinite(value)) return;
-    diagnostics.error(pointer_segment(name), fmt::format("{:g} {}", value, unit), "above 0 and finite");
+    diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("{:g} {}", value, unit),
+                      "above 0 and finite");
   };
   check("amplitude", wish.amplitude, "m");
   check("frequency", wish.frequency, "Hz");
   check("ramp", wish.ramp, "s");
   const double length = wish.direction_M.norm();
   if (!(std::abs(length - 1.0) < 1e-6))
-    diagnostics.error("/direction", fmt::format("a direction of length {:g}", length), "length 1");
+    diagnostics.error(Code::kOutOfRange, "/direction", fmt::format("a direction of length {:g}", length), "length 1");
   return diagnostics;
 }
 
@@ -353,7 +355,8 @@ Diagnostics check_alone(const WeaveWish& wish, const motion::CartesianLimits& li
   const Peaks most = most_of(limits), steady = peaks_between_ramps(wish);
   for (std::size_t k = 0; k < kWhat.size(); ++k) {
     if (steady[k] <= most[k]) continue;
-    diagnostics.error({}, fmt::format("a weave with {} of {:.3g} {}", kWhat[k].first, steady[k], kWhat[k].second),
+    diagnostics.error(Code::kOutOfRange, {},
+                      fmt::format("a weave with {} of {:.3g} {}", kWhat[k].first, steady[k], kWhat[k].second),
                       fmt::format("at most {:.3g} {}: a smaller amplitude or frequency", most[k], kWhat[k].second));
   }
   return diagnostics;

@@ -113,7 +113,7 @@ class ValueTemplate::Resolver {
     const bool bare = value.type.unit.zero();
     if (wanted && !bare && value.type.unit != wanted->dimension) {
       diagnostics_.error(
-          pointer, fmt::format("'{}' is given a {}", key, to_string(value.type)),
+          Code::kUnitMismatch, pointer, fmt::format("'{}' is given a {}", key, to_string(value.type)),
           wanted->dimension.zero() ? "a number without a unit" : "a number in " + net::to_string(wanted->dimension));
     }
     if (value.null()) return 1;
@@ -238,8 +238,8 @@ Value ValueTemplate::value(const EvalContext& sight, Diagnostics& diagnostics) c
         if (given.kind == Type::Kind::kUnknown || (element.kind != Type::Kind::kUnknown && accepts(element, given))) {
           continue;
         }
-        diagnostics.error(pointer + pointer_segment(i), fmt::format("a {} in this list", to_string(given)),
-                          "elements of one type and one unit");
+        diagnostics.error(Code::kTypeMismatch, pointer + pointer_segment(i),
+                          fmt::format("a {} in this list", to_string(given)), "elements of one type and one unit");
       }
       return result;
     }

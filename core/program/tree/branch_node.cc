@@ -167,7 +167,7 @@ Case parse_case(const Json& json, const std::string& pointer, NodeParser& parser
   if (const Json* when = reader.child("when")) {
     one.when = Question::parse(*when, reader.at("when"), parser);
   } else if (json.is_object()) {
-    parser.diagnostics().error(pointer, "key 'when' is missing", "\"$...\", or a condition {...}");
+    parser.diagnostics().error(Code::kMissing, pointer, "key 'when' is missing", "\"$...\", or a condition {...}");
   }
   const NodeParser::Inner inner(parser);
   one.steps = parser.steps(reader, "steps");
@@ -186,7 +186,8 @@ std::unique_ptr<Node> parse_branch(const Json& json, const std::string& pointer,
     for (std::size_t i = 0; i < cases->size(); ++i) {
       node->cases.push_back(parse_case((*cases)[i], reader.at("cases") + pointer_segment(i), parser));
     }
-    if (cases->empty()) parser.diagnostics().error(reader.at("cases"), "no case stands here", "at least one");
+    if (cases->empty())
+      parser.diagnostics().error(Code::kMissing, reader.at("cases"), "no case stands here", "at least one");
   }
   node->otherwise = parser.steps(reader, "else", false);
   reader.finish();

@@ -129,7 +129,8 @@ void read_arguments(const Json& json, const std::string& pointer, CallNode& node
     const std::string place = pointer + pointer_segment(name);
     const auto found = std::ranges::find(parameters, name, &Declaration::name);
     if (found == parameters.end()) {
-      parser.diagnostics().error(place, fmt::format("'{}' has no parameter '{}'", node.program->name, name),
+      parser.diagnostics().error(Code::kUnknownName, place,
+                                 fmt::format("'{}' has no parameter '{}'", node.program->name, name),
                                  nearest_choice(name, names_of(parameters)));
       continue;
     }
@@ -143,14 +144,14 @@ void read_result(ObjectReader& reader, CallNode& node, NodeParser& parser) {
   const Variable* variable = parser.scope().find(node.as);
   const Type& type = node.program->result_type;
   if (!variable) {
-    parser.diagnostics().error(reader.at("as"), fmt::format("there is no variable '{}'", node.as),
+    parser.diagnostics().error(Code::kUnknownName, reader.at("as"), fmt::format("there is no variable '{}'", node.as),
                                nearest_choice(node.as, parser.scope().names()));
   } else if (!node.program->result) {
-    parser.diagnostics().error(reader.at("as"), fmt::format("'{}' has no result", node.program->name),
+    parser.diagnostics().error(Code::kRequires, reader.at("as"), fmt::format("'{}' has no result", node.program->name),
                                "a \"result\" in that program, or no \"as\"");
   } else if (!accepts(variable->type, type)) {
     parser.diagnostics().error(
-        reader.at("as"),
+        Code::kTypeMismatch, reader.at("as"),
         fmt::format("'{}' is a {}, the result a {}", node.as, to_string(variable->type), to_string(type)),
         fmt::format("a variable that is a {}", to_string(type)));
   }
@@ -174,7 +175,7 @@ std::unique_ptr<Node> parse_call(const Json& json, const std::string& pointer, N
   read_arguments(with ? *with : Json::object(), reader.at("with"), *node, parser);
   for (const Declaration& parameter : node->program->parameters) {
     if (parameter.initial || (with && with->contains(parameter.name))) continue;
-    parser.diagnostics().error(pointer + "/with",
+    parser.diagnostics().error(Code::kMissing, pointer + "/with",
                                fmt::format("parameter '{}' of '{}' is missing", parameter.name, program),
                                "a " + to_string(parameter.type));
   }

@@ -125,7 +125,8 @@ class LeafRun final : public NodeRun {
     std::vector<std::string> unknown;
     instances_ = node_.instances(execution.sight(scope_), execution.context.cell, own, unknown);
     for (const std::string& text : unknown) {
-      own.error(node_.pointer, fmt::format("'{}' is not known yet when this step begins", text), "a value before");
+      own.error(Code::kNotKnownYet, node_.pointer, fmt::format("'{}' is not known yet when this step begins", text),
+                "a value before");
     }
     diagnostics.append(own);
     return !own.has_errors();
@@ -289,7 +290,7 @@ std::unique_ptr<Node> parse_leaf(const StepKind& kind, const Json& json, const s
   part.name = leaf->name = name != json.end() && name->is_string() ? name->get<std::string>() : std::string(kind.name);
   for (const char* key : {"do", "name"}) {
     if (part.piece.depends_on_key(key)) {
-      parser.diagnostics().error(pointer + "/" + key, fmt::format("an expression at '{}'", key),
+      parser.diagnostics().error(Code::kNotKnownYet, pointer + "/" + key, fmt::format("an expression at '{}'", key),
                                  "a text that is fixed");
     }
   }

@@ -78,7 +78,7 @@ class RepeatNode final : public Node {
     if (value.null()) return std::nullopt;
     const double number = value.type.kind == Type::Kind::kNumber ? value.number() : -1.0;
     if (number >= 0 && number <= 1e6 && number == std::floor(number)) return static_cast<std::int64_t>(number);
-    diagnostics.error(pointer + "/times", fmt::format("{} rounds", to_string(value)),
+    diagnostics.error(Code::kOutOfRange, pointer + "/times", fmt::format("{} rounds", to_string(value)),
                       "a whole number from 0 to 1000000");
     return std::nullopt;
   }
@@ -172,7 +172,8 @@ class RepeatRun final : public NodeRun {
     Diagnostics own;
     total_ = node_.rounds(execution.sight(scope_), own);
     if (!total_ && !own.has_errors())
-      own.error(node_.pointer + "/times", "the number of rounds is not known", "a value before: known(x) asks");
+      own.error(Code::kNotKnownYet, node_.pointer + "/times", "the number of rounds is not known",
+                "a value before: known(x) asks");
     diagnostics.append(own);
     return total_.has_value();
   }
@@ -191,7 +192,8 @@ class RepeatRun final : public NodeRun {
   }
 
   Outcome too_often(Diagnostics& diagnostics) const {
-    diagnostics.error(node_.pointer, fmt::format("after {} rounds there is no end", node_.at_most),
+    diagnostics.error(Code::kConditionNotMet, node_.pointer,
+                      fmt::format("after {} rounds there is no end", node_.at_most),
                       "a larger \"at_most\", or a condition that comes true");
     return Outcome::kFailed;
   }
@@ -352,7 +354,8 @@ class ForEachRun final : public NodeRun {
     Diagnostics own;
     values_ = node_.values(execution.sight(parent_), own);
     if (!values_ && !own.has_errors())
-      own.error(node_.pointer + "/in", "the list is not known yet", "a value before: known(x) asks");
+      own.error(Code::kNotKnownYet, node_.pointer + "/in", "the list is not known yet",
+                "a value before: known(x) asks");
     const bool found = !own.has_errors();
     diagnostics.append(own);
     return found;
@@ -383,7 +386,7 @@ std::string read_variable(ObjectReader& reader, std::string_view key, bool requi
   const std::string name = required ? reader.text(key) : reader.text(key, "");
   if (!reader.has(key)) return {};
   if (!is_variable_name(name)) {
-    parser.diagnostics().error(reader.at(key), fmt::format("'{}' is no name of a variable", name),
+    parser.diagnostics().error(Code::kInvalidName, reader.at(key), fmt::format("'{}' is no name of a variable", name),
                                "letters, digits and _, not one of the words of expressions");
     return {};
   }
@@ -401,11 +404,11 @@ Grid read_grid(const Json& json, const std::string& pointer, NodeParser& parser)
     grid.count[i] = static_cast<std::int64_t>(counts[i]);
     grid.step[i] = steps[i];
     if (counts[i] == std::floor(counts[i])) continue;
-    parser.diagnostics().error(reader.at("count") + pointer_segment(i), fmt::format("{:g} places", counts[i]),
-                               "a whole number");
+    parser.diagnostics().error(Code::kOutOfRange, reader.at("count") + pointer_segment(i),
+                               fmt::format("{:g} places", counts[i]), "a whole number");
   }
   if (const double all = counts[0] * counts[1] * counts[2]; all > 1e4)
-    parser.diagnostics().error(reader.at("count"), fmt::format("{:g} places", all), "at most 10000");
+    parser.diagnostics().error(Code::kOutOfRange, reader.at("count"), fmt::format("{:g} places", all), "at most 10000");
   Json place = Json::object();
   for (const char* key : {"in", "position_m", "rpy_deg", "quaternion"}) {
     if (const Json* value = reader.child(key)) place[key] = *value;
@@ -428,7 +431,7 @@ std::unique_ptr<Node> parse_repeat(const Json& json, const std::string& pointer,
   const Json* when = reader.child("while");
   const Json* until = reader.child("until");
   if ((times != nullptr) + (when != nullptr) + (until != nullptr) != 1) {
-    parser.diagnostics().error(pointer, "exactly one end is needed", "'times', 'while' or 'until'");
+    parser.diagnostics().error(Code::kMissing, pointer, "exactly one end is needed", "'times', 'while' or 'until'");
   } else if (times) {
     const std::size_t before = parser.diagnostics().list().size();
     node->times = parser.value(*times, reader.at("times"), Type::number());
@@ -452,7 +455,7 @@ std::unique_ptr<Node> parse_for_each(const Json& json, const std::string& pointe
   const Json* list = reader.child("in");
   const Json* grid = reader.object("grid", false);
   if ((list != nullptr) == (grid != nullptr)) {
-    parser.diagnostics().error(pointer, "exactly one list is needed", "'in' or 'grid'");
+    parser.diagnostics().error(Code::kMissing, pointer, "exactly one list is needed", "'in' or 'grid'");
   } else if (grid) {
     node->grid = read_grid(*grid, reader.at("grid"), parser);
     node->element = Type::pose();

@@ -26,7 +26,7 @@ bool Execution::spend(const std::string& pointer, Diagnostics& diagnostics) {
   }
   ++begun;
   if (++spent <= kStepBudget) return true;
-  diagnostics.error(pointer, fmt::format("{} steps without a single cycle between them", kStepBudget),
+  diagnostics.error(Code::kTooLarge, pointer, fmt::format("{} steps without a single cycle between them", kStepBudget),
                     "a wait or a motion inside the sequence");
   return false;
 }

@@ -73,7 +73,8 @@ std::unique_ptr<Node> NodeParser::node(const Json& json, const std::string& poin
   if (inner != node_kinds().end()) return inner->parse(json, pointer, *this);
   const auto leaf = std::ranges::find(step_kinds(), kind, &StepKind::name);
   if (leaf != step_kinds().end()) return parse_leaf(*leaf, json, pointer, *this);
-  diagnostics_.error(pointer + "/do", kind.empty() ? "'do' is missing" : fmt::format("there is no step '{}'", kind),
+  diagnostics_.error(Code::kMissing, pointer + "/do",
+                     kind.empty() ? "'do' is missing" : fmt::format("there is no step '{}'", kind),
                      nearest_choice(kind, kind_names(), 40));
   return make_sequence({}, pointer);
 }
@@ -94,7 +95,8 @@ ValueTemplate NodeParser::value(const Json& json, const std::string& pointer, co
   if (!own.has_errors()) {
     const Value value = piece.value(sight(), own);
     if (!own.has_errors() && !accepts(wanted, value.type)) {
-      own.error(pointer, fmt::format("a {} stands here", to_string(value.type)), "a " + to_string(wanted));
+      own.error(Code::kWrongType, pointer, fmt::format("a {} stands here", to_string(value.type)),
+                "a " + to_string(wanted));
     }
     if (type) *type = value.type;
   }
@@ -118,7 +120,7 @@ Declaration read_long_form(const std::string& name, const Json& json, const std:
   if (const auto type = type_from_text(text, unit)) {
     declaration.type = *type;
   } else if (!text.empty() || !reader.has("value")) {
-    parser.diagnostics().error(pointer, fmt::format("'{}' in '{}' is no type", text, unit),
+    parser.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("'{}' in '{}' is no type", text, unit),
                                "number (with a unit), boolean, text, pose, or \"list of ...\"");
   }
   for (const char* key : {"value", "nominal"}) {
@@ -142,7 +144,7 @@ std::vector<Declaration> NodeParser::declarations(ObjectReader& reader, std::str
   for (const auto& [name, value] : json->items()) {
     const std::string place = reader.at(key) + pointer_segment(name);
     if (!is_variable_name(name)) {
-      diagnostics_.error(place, fmt::format("'{}' is no name of a variable", name),
+      diagnostics_.error(Code::kInvalidName, place, fmt::format("'{}' is no name of a variable", name),
                          "letters, digits and _, not one of the words of expressions");
       continue;
     }
@@ -163,7 +165,7 @@ std::shared_ptr<const SubProgram> NodeParser::program(const std::string& name, c
   if (cycle != being_parsed_.end()) {
     std::string chain;
     for (auto caller = cycle; caller != being_parsed_.end(); ++caller) chain += "'" + *caller + "' calls ";
-    diagnostics_.error(pointer, fmt::format("{}'{}': a program may not call itself", chain, name),
+    diagnostics_.error(Code::kInvalidValue, pointer, fmt::format("{}'{}': a program may not call itself", chain, name),
                        "\"repeat\" for what is done again");
     return nullptr;
   }
@@ -172,7 +174,8 @@ std::shared_ptr<const SubProgram> NodeParser::program(const std::string& name, c
     if (programs_json_ && programs_json_->is_object()) {
       for (const auto& [known, json] : programs_json_->items()) names.push_back(known);
     }
-    diagnostics_.error(pointer, fmt::format("there is no program '{}'", name), nearest_choice(name, names));
+    diagnostics_.error(Code::kUnknownName, pointer, fmt::format("there is no program '{}'", name),
+                       nearest_choice(name, names));
     return nullptr;
   }
   const auto known = programs_.find(name);
@@ -184,7 +187,7 @@ std::shared_ptr<const SubProgram> NodeParser::program(const std::string& name, c
 }
 
 std::nullptr_t NodeParser::too_deep(const std::string& pointer) {
-  diagnostics_.error(pointer, fmt::format("calls are nested more than {} deep", kMostCalls),
+  diagnostics_.error(Code::kTooLarge, pointer, fmt::format("calls are nested more than {} deep", kMostCalls),
                      "fewer programs in programs");
   return nullptr;
 }
@@ -220,7 +223,7 @@ std::shared_ptr<SubProgram> NodeParser::parse_program(const std::string& name) {
 void NodeParser::all_programs() {
   if (!programs_json_) return;
   if (!programs_json_->is_object()) {
-    diagnostics_.error("/programs", short_dump(*programs_json_) + " stands here", "an object {...}");
+    diagnostics_.error(Code::kWrongType, "/programs", short_dump(*programs_json_) + " stands here", "an object {...}");
     return;
   }
   for (const auto& [name, json] : programs_json_->items()) {

@@ -29,7 +29,11 @@ Outcome outcome_from_json(const Json& json) {
 Json diagnostics_to_json(const Diagnostics& diagnostics) {
   Json list = Json::array();
   for (const Diagnostic& one : diagnostics.list())
-    list.push_back({{"severity", one.severity}, {"pointer", one.pointer}, {"text", one.message}, {"hint", one.hint}});
+    list.push_back({{"severity", one.severity},
+                    {"code", name_of(one.code)},
+                    {"pointer", one.pointer},
+                    {"text", one.message},
+                    {"hint", one.hint}});
   return list;
 }
 
@@ -37,6 +41,7 @@ Diagnostics diagnostics_from_json(const Json& json) {
   Diagnostics diagnostics;
   for (const Json& one : json) {
     diagnostics.add({.severity = one.at("severity").get<Severity>(),
+                     .code = code_named(one.at("code").get<std::string>()).value_or(Code::kInternal),
                      .file = {},
                      .pointer = one.at("pointer").get<std::string>(),
                      .message = one.at("text").get<std::string>(),

@@ -58,7 +58,7 @@ class ParallelNode final : public Node {
 
  private:
   void conflict(const std::string& device, std::size_t a, std::size_t b, Diagnostics& diagnostics) const {
-    diagnostics.error(fmt::format("{}/branches/{}", pointer, b),
+    diagnostics.error(Code::kResourceConflict, fmt::format("{}/branches/{}", pointer, b),
                       fmt::format("'{}' is driven here and in branch {} at the same time", device, a),
                       "a device in one branch only, or the branches one after the other");
   }
@@ -175,7 +175,7 @@ std::unique_ptr<Node> parse_parallel(const Json& json, const std::string& pointe
       node->branches.push_back(parser.node((*branches)[i], reader.at("branches") + pointer_segment(i)));
     }
     if (branches->empty() || branches->size() > kMost) {
-      parser.diagnostics().error(reader.at("branches"), fmt::format("{} branches", branches->size()),
+      parser.diagnostics().error(Code::kWrongSize, reader.at("branches"), fmt::format("{} branches", branches->size()),
                                  fmt::format("from 1 to {}", kMost));
     }
   }

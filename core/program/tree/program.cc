@@ -141,7 +141,7 @@ Diagnostics ProgramRunner::restore(const Json& snapshot) {
     diagnostics.append(put_back(snapshot.at("position")), "/position");
     strand_.restore(snapshot.value("open", Json()), execution_, diagnostics);
   } catch (const std::exception& error) {
-    diagnostics.error({}, fmt::format("this is no state of this program: {}", error.what()),
+    diagnostics.error(Code::kWrongType, {}, fmt::format("this is no state of this program: {}", error.what()),
                       "what snapshot() gave for the same file");
   }
   return diagnostics;
@@ -151,7 +151,8 @@ Diagnostics ProgramRunner::enter(std::string_view name) {
   const auto state = program_.root().state_before(name);
   if (state) return put_back(*state);
   Diagnostics diagnostics;
-  diagnostics.error({}, fmt::format("no step '{}' can be entered", name), nearest_choice(name, program_.names()));
+  diagnostics.error(Code::kUnknownName, {}, fmt::format("no step '{}' can be entered", name),
+                    nearest_choice(name, program_.names()));
   return diagnostics;
 }
 
@@ -161,7 +162,7 @@ Diagnostics ProgramRunner::put_back(const Json& state) {
     run_ = std::make_unique<SettledRun>(program_.root().begin(scope_));
     run_->restore(state, execution_, diagnostics);
   } catch (const std::exception& error) {
-    diagnostics.error({}, fmt::format("this is no state of this program: {}", error.what()),
+    diagnostics.error(Code::kWrongType, {}, fmt::format("this is no state of this program: {}", error.what()),
                       "what snapshot() gave for the same file");
   }
   return diagnostics;

@@ -24,7 +24,7 @@ Question Question::parse(const Json& json, const std::string& pointer, NodeParse
   Question question;
   if (json.is_string() || json.is_boolean()) {
     if (json.is_string() && !is_expression(json.get<std::string>())) {
-      parser.diagnostics().error(pointer, fmt::format("'{}' is no expression", json.get<std::string>()),
+      parser.diagnostics().error(Code::kSyntax, pointer, fmt::format("'{}' is no expression", json.get<std::string>()),
                                  "\"$...\", or a condition {...}");
       return question;
     }
@@ -109,7 +109,7 @@ Progress QuestionRun::begin(Execution& execution, Diagnostics& diagnostics) {
 }
 
 Progress QuestionRun::no_answer(Diagnostics& diagnostics) const {
-  diagnostics.error(question_.piece_.pointer(),
+  diagnostics.error(Code::kConditionNotMet, question_.piece_.pointer(),
                     "nobody knows whether this holds: a value is not known, or a sensor silent",
                     "known(x) asks whether a value is there");
   return Progress::kFailed;

@@ -86,7 +86,7 @@ class LetNode final : public ImmediateNode {
       Variable& variable = *scope.find(target);
       if (!accepts(variable.type, value.type)) {
         diagnostics.error(
-            piece.pointer(),
+            Code::kTypeMismatch, piece.pointer(),
             fmt::format("'{}' is a {}, here is a {}", target, to_string(variable.type), to_string(value.type)),
             fmt::format("a {}", to_string(variable.type)));
         return false;
@@ -118,7 +118,7 @@ class TextNode final : public ImmediateNode {
       return Outcome::kDone;
     }
     execution.context.event("program", "failed", name);
-    diagnostics.error(pointer, words);
+    diagnostics.error(Code::kRaised, pointer, words);
     return Outcome::kFailed;
   }
   [[nodiscard]] bool constant() const override { return text.constant(); }
@@ -184,7 +184,8 @@ class UntilRun final : public NodeRun {
     const double waited =
         static_cast<double>(execution.context.core.cycle() - begun_) * to_seconds(execution.context.core.period());
     if (!node_.timeout || waited < *node_.timeout) return Outcome::kRunning;
-    diagnostics.error(node_.pointer + "/until", fmt::format("this did not hold within {:g} s", *node_.timeout),
+    diagnostics.error(Code::kTimeout, node_.pointer + "/until",
+                      fmt::format("this did not hold within {:g} s", *node_.timeout),
                       "a longer \"timeout_s\", or \"try\" around it");
     return Outcome::kFailed;
   }
@@ -206,7 +207,7 @@ std::unique_ptr<Node> parse_text(const Json& json, const std::string& pointer, N
   if (const Json* text = reader.child("text")) {
     node->text = parser.value(*text, reader.at("text"), Type::text());
   } else {
-    parser.diagnostics().error(pointer, "key 'text' is missing", "a text, or \"$...\"");
+    parser.diagnostics().error(Code::kMissing, pointer, "key 'text' is missing", "a text, or \"$...\"");
   }
   reader.finish();
   return node;
@@ -225,7 +226,7 @@ std::unique_ptr<Node> parse_let(const Json& json, const std::string& pointer, No
     const std::string place = reader.at("values") + pointer_segment(name);
     const Variable* variable = parser.scope().find(name);
     if (!variable) {
-      parser.diagnostics().error(place, fmt::format("there is no variable '{}'", name),
+      parser.diagnostics().error(Code::kUnknownName, place, fmt::format("there is no variable '{}'", name),
                                  nearest_choice(name, parser.scope().names()));
     }
     node->values.emplace_back(name, parser.value(value, place, variable ? variable->type : Type{}));

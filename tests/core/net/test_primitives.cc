@@ -282,7 +282,7 @@ class TestDrive : public Primitive {
   }
   Diagnostics prepare() override {
     Diagnostics diagnostics;
-    if (mode_ == "fast" && speed_ < 1.0) diagnostics.error("/speed", "fast is at least 1 m/s");
+    if (mode_ == "fast" && speed_ < 1.0) diagnostics.error(Code::kOutOfRange, "/speed", "fast is at least 1 m/s");
     return diagnostics;
   }
   void update(const Cycle&) override {}
