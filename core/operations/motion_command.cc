@@ -1,4 +1,5 @@
-// Planned motions as commands of a transaction.
+#include "core/operations/motion_command.h"
+
 #include <algorithm>
 #include <iterator>
 
@@ -11,9 +12,8 @@
 #include "core/expression/condition_state.h"
 #include "core/expression/device_sensors.h"
 #include "core/expression/moving_frames.h"
-#include "core/operations/command_request.h"
-#include "core/operations/motion_request.h"
-#include "core/operations/overlay_request.h"
+#include "core/operations/motion_plan.h"
+#include "core/operations/overlay.h"
 #include "core/operations/touch.h"
 
 namespace takt::activity {
@@ -38,11 +38,11 @@ const char* name_of(PathKind kind) {
 }
 
 /// One motion, or several that are blended into one.
-class MotionCommand final : public CommandRequest {
+class MotionCommand final : public OperationCommand {
  public:
   std::vector<MotionRequest> requests;
   std::vector<std::string> places;  ///< of each motion, below the pointer of this
-  std::optional<ComplianceRequest> compliance;
+  std::optional<ComplianceParameters> compliance;
 
   [[nodiscard]] const std::string& arm() const { return requests.front().arm; }
   [[nodiscard]] const std::string& follower() const { return requests.front().follower; }
@@ -197,20 +197,6 @@ class MotionCommand final : public CommandRequest {
   [[nodiscard]] std::string offset_place() const { return places[*first_offset(requests)] + "/force_offset"; }
 };
 
-std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std::string& pointer,
-                                     const command::Cell& cell, Diagnostics& diagnostics) {
-  auto command = std::make_unique<MotionCommand>();
-  command->requests.push_back(read_motion(kind, json, pointer, cell, diagnostics));
-  command->places.emplace_back();
-  const MotionRequest& request = command->requests.back();
-  command->compliance = request.compliance;
-  if (request.blend.kind != motion::Blend::Kind::kNone) {
-    diagnostics.error(Code::kConflict, pointer + (json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
-                      "a command of its own has nothing to blend into", "\"do\": \"motions\" with several");
-  }
-  return command;
-}
-
 /// One arm, or the same two as one.
 void check_movers(const MotionCommand& command, const std::string& pointer, Diagnostics& diagnostics) {
   const MotionRequest& first = command.requests.front();
@@ -235,26 +221,32 @@ void check_movers(const MotionCommand& command, const std::string& pointer, Diag
 
 }  // namespace
 
-std::unique_ptr<CommandRequest> read_ptp_command(const Json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Diagnostics& diagnostics) {
-  return read(PathKind::kPtp, json, pointer, cell, diagnostics);
-}
-std::unique_ptr<CommandRequest> read_lin_command(const Json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Diagnostics& diagnostics) {
-  if (json.contains("base_to")) return read_carried_command(json, pointer, cell, diagnostics);
-  return read(PathKind::kLin, json, pointer, cell, diagnostics);
-}
-std::unique_ptr<CommandRequest> read_circ_command(const Json& json, const std::string& pointer,
-                                                  const command::Cell& cell, Diagnostics& diagnostics) {
-  return read(PathKind::kCirc, json, pointer, cell, diagnostics);
-}
-std::unique_ptr<CommandRequest> read_spline_command(const Json& json, const std::string& pointer,
-                                                    const command::Cell& cell, Diagnostics& diagnostics) {
-  return read(PathKind::kSpline, json, pointer, cell, diagnostics);
+std::unique_ptr<OperationCommand> motion_command(MotionRequest motion, const OperationSource& source) {
+  auto command = std::make_unique<MotionCommand>();
+  command->compliance = motion.compliance;
+  command->requests.push_back(std::move(motion));
+  command->places.emplace_back();
+  if (command->requests.back().blend.kind != motion::Blend::Kind::kNone) {
+    source.diagnostics.error(Code::kConflict,
+                             source.pointer + (source.json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
+                             "a command of its own has nothing to blend into", "\"do\": \"motions\" with several");
+  }
+  return command;
 }
 
-std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std::string& pointer,
-                                                     const command::Cell& cell, Diagnostics& diagnostics) {
+namespace {
+
+const std::vector<ParameterInfo>& motions_parameter_list() {
+  static const std::vector<ParameterInfo> list = [] {
+    ParameterInfo steps{.key = "steps", .type = ParameterInfo::Type::kObject, .definition = "motions", .required = true};
+    steps.doc = "Planned motions (ptp, lin, circ, spline), each but the last blended into the next.";
+    return std::vector{steps, compliance_parameter()};
+  }();
+  return list;
+}
+
+std::unique_ptr<OperationCommand> read_motions(const OperationSource& source) {
+  const auto& [json, pointer, cell, diagnostics] = source;
   static constexpr std::pair<const char*, PathKind> kKinds[] = {
       {"ptp", PathKind::kPtp}, {"lin", PathKind::kLin}, {"circ", PathKind::kCirc}, {"spline", PathKind::kSpline}};
   auto command = std::make_unique<MotionCommand>();
@@ -265,7 +257,7 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
   const Json* steps = reader.array("steps");
   for (std::size_t i = 0; steps != nullptr && i < steps->size(); ++i) {
     const Json& step = (*steps)[i];
-    const std::string place = "/steps" + pointer_segment(i);
+    const std::string place = "/steps" + pointer_segment(i), at = pointer + place;
     const Json word = step.is_object() ? step.value("do", Json()) : Json();
     const auto* kind = std::ranges::find_if(kKinds, [&](const auto& one) { return word == one.first; });
     if (kind == std::end(kKinds)) {
@@ -277,7 +269,7 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     if (alone.erase("base_to") > 0)
       diagnostics.error(Code::kConflict, pointer + place + "/base_to", "a motion with a base is not blended",
                         "a 'lin' of its own");
-    command->requests.push_back(read_motion(kind->second, alone, pointer + place, cell, diagnostics));
+    command->requests.push_back(read_motion(kind->second, {alone, at, cell, diagnostics}));
     command->places.push_back(place);
   }
   reader.finish();
@@ -308,6 +300,15 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
           "'blend_m' or 'blend_fraction' on all but the last");
   }
   return command;
+}
+
+}  // namespace
+
+Operation motions_operation() {
+  return {.name = "motions",
+          .doc = "Several planned motions of one arm, blended into one; only inside of a transaction.",
+          .parameters = motions_parameter_list,
+          .read_command = read_motions};
 }
 
 }  // namespace takt::activity

@@ -5,11 +5,9 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "core/activity/dual_entry_motion.h"
 #include "core/command/single_net.h"
-#include "core/operations/command_step.h"
 #include "core/operations/rehearsed_net.h"
 #include "core/operations/requested_motion.h"
 #include "core/operations/scheduled_run.h"
@@ -17,8 +15,6 @@
 
 namespace takt::activity {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// Takes note of a touch at its end. Several motions are one: they are blended into each other.
 class MotionRun final : public ScheduledRun {
@@ -186,33 +182,8 @@ class MotionStep final : public Step {
   std::vector<MotionRequest> requests_;  ///< one, or several that are blended, and give way alike
 };
 
-template <PathKind kind>
-std::unique_ptr<Step> parse(const Json& json, const std::string& pointer, const command::Cell& cell,
-                            Diagnostics& diagnostics) {
-  return std::make_unique<MotionStep>(read_motion(kind, json, pointer, cell, diagnostics));
-}
-
 }  // namespace
 
-std::unique_ptr<Step> parse_ptp(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                Diagnostics& diagnostics) {
-  return parse<PathKind::kPtp>(json, pointer, cell, diagnostics);
-}
-
-std::unique_ptr<Step> parse_lin(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                Diagnostics& diagnostics) {
-  if (json.contains("base_to")) return parse_command_step(json, pointer, cell, diagnostics);
-  return parse<PathKind::kLin>(json, pointer, cell, diagnostics);
-}
-
-std::unique_ptr<Step> parse_circ(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                 Diagnostics& diagnostics) {
-  return parse<PathKind::kCirc>(json, pointer, cell, diagnostics);
-}
-
-std::unique_ptr<Step> parse_spline(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                   Diagnostics& diagnostics) {
-  return parse<PathKind::kSpline>(json, pointer, cell, diagnostics);
-}
+std::unique_ptr<Step> motion_step(MotionRequest motion) { return std::make_unique<MotionStep>(std::move(motion)); }
 
 }  // namespace takt::activity

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/activity/activity_model.h"
-#include "core/operations/motion_request.h"
+#include "core/operations/motion_plan.h"
 
 namespace takt::activity {
 

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/operations/step.h"
+#include "core/operations/operation.h"
 
 namespace takt::activity {
 namespace {
@@ -27,26 +27,26 @@ std::set<std::string> keys_in_schema(const std::string& definition) {
 }
 
 TEST(Operations, TheSchemaHasTheKeysOfTheTables) {
-  for (const StepKind& kind : step_kinds()) {
-    if (kind.name == "transaction") continue;  // 'on' is a key of its own there
-    const std::string definition = kind.name == "net" ? "net_step" : std::string(kind.name);
+  for (const Operation& operation : Operations::global().all()) {
+    if (operation.name == "transaction") continue;  // 'on' is a key of its own there
+    const std::string definition = operation.name == "net" ? "net_step" : std::string(operation.name);
     std::set<std::string> in_table;
-    for (const ParameterInfo& one : kind.parameters()) {
+    for (const ParameterInfo& one : operation.parameters()) {
       if (!one.refused) in_table.insert(one.key);
     }
-    EXPECT_EQ(in_table, keys_in_schema(definition)) << kind.name;
+    EXPECT_EQ(in_table, keys_in_schema(definition)) << operation.name;
   }
 }
 
 TEST(Operations, TheSchemaRequiresWhatTheTablesRequire) {
-  for (const StepKind& kind : step_kinds()) {
-    const std::string definition = kind.name == "net" ? "net_step" : std::string(kind.name);
+  for (const Operation& operation : Operations::global().all()) {
+    const std::string definition = operation.name == "net" ? "net_step" : std::string(operation.name);
     const Json required = definitions().at(definition).value("required", Json::array());
     for (const Json& key : required) {
-      const auto& parameters = kind.parameters();
+      const auto& parameters = operation.parameters();
       const auto found = std::ranges::find(parameters, key.get<std::string>(), &ParameterInfo::key);
-      ASSERT_NE(found, parameters.end()) << kind.name << "." << key;
-      EXPECT_TRUE(found->required || found->fallback.starts_with("the only")) << kind.name << "." << key;
+      ASSERT_NE(found, parameters.end()) << operation.name << "." << key;
+      EXPECT_TRUE(found->required || found->fallback.starts_with("the only")) << operation.name << "." << key;
     }
   }
 }
