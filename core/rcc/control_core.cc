@@ -370,7 +370,7 @@ Result<device::Channel*> ControlCore::declare(const device::ChannelDescription& 
   auto channel = device::Channel::make(description);
   Diagnostics diagnostics = channel ? Diagnostics{} : std::move(channel.error());
   if (impl_->devices.find(description.name) != nullptr)
-    diagnostics.error(Code::kDuplicate, "/name", fmt::format("'{}' is there already", description.name),
+    diagnostics.error(Code::kDuplicate, "/name", fmt::format("'{}' exists already", description.name),
                       "one name, one device or channel");
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return &add(std::move(*channel));
