@@ -14,8 +14,8 @@ namespace takt::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using activity::ParameterInfo;
 using activity::Operation;
+using activity::ParameterInfo;
 
 /// "required", "default 0.05", or "optional".
 std::string default_text(const ParameterInfo& one) {
@@ -128,7 +128,8 @@ int operations(const Arguments& arguments, const Common& common) {
   if (common.json) {
     Json list = Json::array();
     for (const Operation* operation : chosen)
-      list.push_back({{"name", operation->name}, {"doc", operation->doc}, {"parameters", describe(operation->parameters())}});
+      list.push_back(
+          {{"name", operation->name}, {"doc", operation->doc}, {"parameters", describe(operation->parameters())}});
     print({{"operations", list}});
   } else if (arguments.markdown) {
     print_page(chosen);

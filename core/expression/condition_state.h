@@ -26,7 +26,7 @@ namespace takt::command {
 /// What an operation waits for or looks at: a condition as files have it, or any state of a program. A cheap value.
 class StateSource {
  public:
-  StateSource() = default;  ///< a condition that nobody has read
+  StateSource() = default;                                             ///< a condition that nobody has read
   StateSource(Condition condition) : source_(std::move(condition)) {}  // NOLINT: {.until = condition}
   StateSource(State state) : source_(std::move(state)) {}              // NOLINT: {.until = is_greater(force, 5.0)}
   /// Null: it is a state of a program.

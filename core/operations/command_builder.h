@@ -45,7 +45,8 @@ class CommandBuilder {
   [[nodiscard]] command::RaisedState raised(const Part& from, const std::string& name) const;
   [[nodiscard]] command::Effect effect_of(const Part& owner, const HandlerParameters::Effect& effect,
                                           const BuildContext& making) const;
-  [[nodiscard]] command::State state_of(const Part& owner, const StateParameters& state, const BuildContext& making) const;
+  [[nodiscard]] command::State state_of(const Part& owner, const StateParameters& state,
+                                        const BuildContext& making) const;
   [[nodiscard]] command::State formula_of(const Part& owner, const StateParameters& state,
                                           const BuildContext& making) const;
   [[nodiscard]] command::State action_state(const Part& owner, const StateParameters& state) const;

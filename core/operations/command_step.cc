@@ -9,9 +9,9 @@
 #include "core/command/actions/motion_action.h"
 #include "core/command/check.h"
 #include "core/command/mapping.h"
-#include "core/operations/operation_command.h"
-#include "core/operations/compliance.h"
 #include "core/operations/command_builder.h"
+#include "core/operations/compliance.h"
+#include "core/operations/operation_command.h"
 #include "core/operations/rehearsed_net.h"
 #include "core/operations/scheduled_run.h"
 
@@ -183,8 +183,9 @@ class NameCheck {
     if (owner.find(name) != nullptr) return;
     std::vector<std::string> names;
     for (const OperationCommand* command : root_.all()) names.push_back(command->name);
-    diagnostics_.error(Code::kUnknownName, pointer, fmt::format("C6: there is no command '{}' in '{}'", name, root_.name),
-                    nearest_choice(name, names));
+    diagnostics_.error(Code::kUnknownName, pointer,
+                       fmt::format("C6: there is no command '{}' in '{}'", name, root_.name),
+                       nearest_choice(name, names));
   }
 
   void check_raised(const OperationCommand& owner, const std::string& name, const std::string& pointer) {
@@ -196,7 +197,7 @@ class NameCheck {
     }
     const std::string nearest = names.empty() ? "" : nearest_choice(name, names) + "; ";
     diagnostics_.error(Code::kUnknownName, pointer, fmt::format("C10: no transaction has the raised state '{}'", name),
-                    nearest + "'raised' of a transaction around this place");
+                       nearest + "'raised' of a transaction around this place");
   }
 
   const OperationCommand& root_;
@@ -211,7 +212,8 @@ std::unique_ptr<OperationCommand> read_root(const OperationSource& source) {
   ObjectReader reader(json, pointer, unheard);
   root->name = read_name(reader, root->name);
   if (json.contains("start")) {
-    diagnostics.error(Code::kConflict, pointer + "/start", "a step of its own has no 'start'", "a command inside of a transaction");
+    diagnostics.error(Code::kConflict, pointer + "/start", "a step of its own has no 'start'",
+                      "a command inside of a transaction");
   }
   NameCheck(*root, diagnostics).run();
   return root;

@@ -180,7 +180,7 @@ void check_springs_of_two(const ComplianceParameters& request, const std::string
   for (const char* key : {"force_N", "torque_Nm"}) {
     if (request.values.contains(key))
       diagnostics.error(Code::kConflict, pointer + "/compliance/" + key,
-                        "two arms that move as one push with springs alone", "springs, or a motion of one arm");
+                        "two arms that move as one have stiffness only, no force", "stiffness, or a motion of one arm");
   }
 }
 
@@ -220,8 +220,8 @@ Diagnostics check_compliance(const ComplianceParameters& request, const command:
     if (first == nullptr) first = &arm->description();
     if (request.mode == ControlMode::kJointImpedance && joint_count != first->chain->joint_count())
       found.error(Code::kConflict, "/compliance/mode",
-                  fmt::format("springs of the joints of '{}' and '{}'", arms.front(), name),
-                  "arms with as many joints each, or springs of the tool");
+                  fmt::format("joint stiffness of '{}' and '{}'", arms.front(), name),
+                  "arms with as many joints each, or tool stiffness");
     found.append(in_file(command::check_compliance(wish_of(request, joint_count), arm->description(), name), request));
   }
   return found;
@@ -238,8 +238,8 @@ void rehearse_mode(Rehearsal& rehearsal, const std::string& name, ControlMode ne
   if (!refused.has_errors()) rehearsal.modes[name] = needed;
 }
 
-bool rehearse_compliance(const ComplianceParameters& request, Rehearsal& rehearsal, const std::vector<std::string>& arms,
-                         const std::string& pointer, Diagnostics& diagnostics) {
+bool rehearse_compliance(const ComplianceParameters& request, Rehearsal& rehearsal,
+                         const std::vector<std::string>& arms, const std::string& pointer, Diagnostics& diagnostics) {
   Diagnostics own;
   for (const std::string& arm : arms) rehearse_mode(rehearsal, arm, request.mode, pointer, own);
   own.append(check_compliance(request, rehearsal.cell, arms), pointer);

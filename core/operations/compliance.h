@@ -46,8 +46,8 @@ void check_springs_of_two(const ComplianceParameters& request, const std::string
 
 /// In a rehearsal: whether the arms can be in that mode there, and what their devices do not allow. After it they are
 /// in that mode. @param pointer  of the step. @return false: with diagnostics
-bool rehearse_compliance(const ComplianceParameters& request, Rehearsal& rehearsal, const std::vector<std::string>& arms,
-                         const std::string& pointer, Diagnostics& diagnostics);
+bool rehearse_compliance(const ComplianceParameters& request, Rehearsal& rehearsal,
+                         const std::vector<std::string>& arms, const std::string& pointer, Diagnostics& diagnostics);
 
 /// A step of a rehearsal needs a control mode: whether START can give it there, with diagnostics at "/compliance" below
 /// the step if not. After it the arm is in that mode.

@@ -27,12 +27,15 @@ class ControlModeStep final : public Step {
     const device::Arm* arm = rehearsal.cell.arms.at(parameters_.arm).device;
     if (arm == nullptr) return;  // only names are known
     const auto is = rehearsal.modes.find(parameters_.arm);
-    diagnostics.append(check_mode_change(*arm, is != rehearsal.modes.end() ? is->second : parameters_.mode, parameters_.mode),
-                       pointer);
+    diagnostics.append(
+        check_mode_change(*arm, is != rehearsal.modes.end() ? is->second : parameters_.mode, parameters_.mode),
+        pointer);
     rehearsal.modes[parameters_.arm] = parameters_.mode;
   }
 
-  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<ControlModeRun>(parameters_); }
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
+    return std::make_unique<ControlModeRun>(parameters_);
+  }
 
  private:
   ControlModeParameters parameters_;

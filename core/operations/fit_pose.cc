@@ -129,7 +129,8 @@ const ParameterTable<FitPoseParameters>& fit_pose_parameters() {
         .required()
         .texts("contacts", &FitPoseParameters::contacts, "Names of recorded contacts.")
         .object(std::move(free), read_coordinates, write_coordinates)
-        .number("max_residual_m", "m", &FitPoseParameters::max_residual, kPositive, "Largest residual (rms) of a good fit.")
+        .number("max_residual_m", "m", &FitPoseParameters::max_residual, kPositive,
+                "Largest residual (rms) of a good fit.")
         .rule(check_estimate);
     return fit;
   }();

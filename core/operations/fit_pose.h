@@ -11,11 +11,11 @@
 namespace takt::activity {
 
 struct FitPoseParameters {
-  std::string object = {}, as = {};            ///< as: name of the frame that gets the pose
-  std::vector<std::string> contacts = {};      ///< names under which they were recorded
-  std::vector<world::Coordinate> free = {};    ///< of the object, which are fitted
-  double max_residual = 1e-3;                  ///< m, rms of a good fit
-  std::string name = {}, pointer = {};         ///< for people; in its file
+  std::string object = {}, as = {};          ///< as: name of the frame that gets the pose
+  std::vector<std::string> contacts = {};    ///< names under which they were recorded
+  std::vector<world::Coordinate> free = {};  ///< of the object, which are fitted
+  double max_residual = 1e-3;                ///< m, rms of a good fit
+  std::string name = {}, pointer = {};       ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<FitPoseParameters>& fit_pose_parameters();
 [[nodiscard]] Operation fit_pose_operation();

@@ -15,11 +15,10 @@ void check_follow(FollowParameters& follow, const ReadContext& from) {
     check_channel(*follow.channel, net::ValueType::kFrame, from);
     if (follow.in.empty()) follow.in = "world";
   } else if (follow.in.empty()) {
-    reader.diagnostics().error(Code::kMissing, reader.at("in"), "nothing says what is followed",
+    reader.diagnostics().error(Code::kMissing, reader.at("in"), "nothing to follow is given",
                                "'in' (a frame), or 'channel'");
   }
 }
-
 
 class FollowCommand final : public OnlineCommand {
  public:

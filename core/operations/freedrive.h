@@ -13,10 +13,10 @@ struct FreedriveParameters {
   std::string arm = {};                              ///< empty: the only one
   std::optional<command::StateSource> enabled = {};  ///< dead-man switch; nothing: always
   std::optional<command::StateSource> until = {};
-  std::optional<double> seconds = {};      ///< s; with neither until it is cancelled
-  double velocity = 0.25;                  ///< of the tool at most, m/s
-  double turn = 1.0;                       ///< of the tool at most, rad/s
-  std::string name = {}, pointer = {};     ///< for people; in its file
+  std::optional<double> seconds = {};   ///< s; with neither until it is cancelled
+  double velocity = 0.25;               ///< of the tool at most, m/s
+  double turn = 1.0;                    ///< of the tool at most, rad/s
+  std::string name = {}, pointer = {};  ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<FreedriveParameters>& freedrive_parameters();
 [[nodiscard]] Operation freedrive_operation();

@@ -82,8 +82,8 @@ command::GripCommand grip_command_of(const FingerMotion& parameters, const devic
 }
 
 /// @return false with diagnostics below `pointer`: figures that the gripper does not have.
-bool check_figures(const FingerMotion& parameters, const device::GripperDescription& gripper, const std::string& pointer,
-                   Diagnostics& diagnostics) {
+bool check_figures(const FingerMotion& parameters, const device::GripperDescription& gripper,
+                   const std::string& pointer, Diagnostics& diagnostics) {
   const command::GripCommand command = grip_command_of(parameters, gripper);
   bool right = true;
   const auto check = [&](const char* key, double value, double low, double high) {
@@ -99,11 +99,12 @@ bool check_figures(const FingerMotion& parameters, const device::GripperDescript
 }
 
 /// What has come of it: whether that is what was expected, and what the arm carries now.
-Progress note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Context& context, Diagnostics& diagnostics) {
+Progress note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Context& context,
+                   Diagnostics& diagnostics) {
   const auto& [holding, width, q] = outcome;
   if (!holding || !width) {
     diagnostics.error(Code::kSensorSilent, {}, fmt::format("'{}' did not answer", parameters.gripper),
-                      "its power and its wires");
+                      "check its power and its wiring");
     return Progress::kFailed;
   }
   context.event(parameters.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));
@@ -136,7 +137,7 @@ void rehearse_grip(const FingerMotion& parameters, Rehearsal& rehearsal, Diagnos
   }
   if (parameters.opens || !parameters.part) return;
   rehearsal.carried[parameters.gripper] = {.object = *parameters.part,
-                                        .X_TO = part_in_tool(rehearsal.cell, mounted.arm, q, *parameters.part)};
+                                           .X_TO = part_in_tool(rehearsal.cell, mounted.arm, q, *parameters.part)};
 }
 
 // -- As a step --------------------------------------------------------------------------------------------------------
@@ -176,7 +177,8 @@ class GripStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     const auto& gripper = rehearsal.cell.grippers.find(parameters_.gripper)->second.device->description();
     if (!check_figures(parameters_, gripper, pointer, diagnostics)) return;
-    rehearse_command(gripping(parameters_, rehearsal.cell), "grip " + parameters_.gripper, rehearsal, pointer, diagnostics);
+    rehearse_command(gripping(parameters_, rehearsal.cell), "grip " + parameters_.gripper, rehearsal, pointer,
+                     diagnostics);
     rehearse_grip(parameters_, rehearsal, diagnostics);
   }
 

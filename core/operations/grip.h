@@ -12,12 +12,12 @@ namespace takt::activity {
 
 /// Absent figures are those of the gripper.
 struct GripParameters {
-  std::string gripper = {};                                          ///< empty: the only one
-  std::optional<double> width = {}, speed = {}, force = {};          ///< m, m/s, N
+  std::string gripper = {};                                  ///< empty: the only one
+  std::optional<double> width = {}, speed = {}, force = {};  ///< m, m/s, N
   enum class Expect { kPart, kNothing, kAny } expect = Expect::kPart;
-  std::optional<std::string> part = {};                              ///< object that the arm carries then; nothing: none that matters
-  double part_mass = 0.0;                                            ///< kg, told to the arm; 0: the arm is told nothing
-  std::string name = {}, pointer = {};                               ///< for people; in its file
+  std::optional<std::string> part = {};  ///< object that the arm carries then; nothing: none that matters
+  double part_mass = 0.0;                ///< kg, told to the arm; 0: the arm is told nothing
+  std::string name = {}, pointer = {};   ///< for people; in its file
 };
 struct ReleaseParameters {
   std::string gripper = {};                                  ///< empty: the only one

@@ -14,7 +14,7 @@ struct HoldParameters {
   std::optional<double> seconds = {};  ///< s; nothing: until it is cancelled
   std::optional<command::StateSource> until = {};
   std::optional<ComplianceParameters> compliance = {};  ///< nothing: as the arm is
-  std::string name = {}, pointer = {};  ///< for people; in its file
+  std::string name = {}, pointer = {};                  ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<HoldParameters>& hold_parameters();
 [[nodiscard]] std::unique_ptr<OperationCommand> hold_command(const HoldParameters& parameters);

@@ -18,11 +18,10 @@ void check_jog(JogParameters& jog, const ReadContext& from) {
                                "a velocity from a channel and a velocity", "one of them");
   }
   if (!jog.channel && !velocity) {
-    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing says how fast",
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "no velocity is given",
                                "'channel', 'linear_m_s' or 'angular_deg_s'");
   }
 }
-
 
 class JogCommand final : public OnlineCommand {
  public:

@@ -15,11 +15,11 @@ struct JogParameters {
   std::optional<std::string> channel = {};                   ///< of type Twist; else `linear` and `angular`
   std::optional<Eigen::Vector3d> linear = {}, angular = {};  ///< m/s and rad/s, along the axes of `in`
   std::string in = "world";                                  ///< "tcp": along those of the tool
-  double linear_max = 0.1, angular_max = 0.5;  ///< of the tool, m/s and rad/s
-  std::optional<double> seconds = {};  ///< s; nothing: until it is cancelled
+  double linear_max = 0.1, angular_max = 0.5;                ///< of the tool, m/s and rad/s
+  std::optional<double> seconds = {};                        ///< s; nothing: until it is cancelled
   std::optional<command::StateSource> until = {};
   std::optional<ComplianceParameters> compliance = {};  ///< nothing: as the arm is
-  std::string name = {}, pointer = {};  ///< for people; in its file
+  std::string name = {}, pointer = {};                  ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<JogParameters>& jog_parameters();
 [[nodiscard]] std::unique_ptr<OperationCommand> jog_command(const JogParameters& parameters);

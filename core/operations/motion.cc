@@ -180,7 +180,8 @@ void check_ends(MotionRequest& request, const ReadContext& from) {
   if (request.follower.empty()) return;
   for (const auto& [key, condition] : {std::pair("until", &request.until), {"unless", &request.unless}}) {
     if (*condition && (*condition)->condition() != nullptr)
-      check_internal_force(*(*condition)->condition(), from.cell, from.reader.at(key), request, from.reader.diagnostics());
+      check_internal_force(*(*condition)->condition(), from.cell, from.reader.at(key), request,
+                           from.reader.diagnostics());
   }
 }
 
@@ -205,7 +206,7 @@ void check_overlay(MotionRequest& request, const ReadContext& from) {
                              fmt::format("C8: {} moves joints, so there is nothing to {}",
                                          request.kind == PathKind::kPtp ? "PTP" : "a spline of joints",
                                          overlay.weave ? "weave beside" : "shift"),
-                             "a motion of a frame");
+                             "a Cartesian motion");
 }
 
 // -- How it goes on ------------------------------------------------------------------------------------------------

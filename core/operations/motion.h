@@ -42,7 +42,7 @@ struct MotionRequest {
   std::optional<ComplianceParameters> compliance;
   OverlayRequest overlay;
   std::optional<command::StateSource> until;
-  bool must_touch = true;                    ///< a guarded motion that reaches its end is a failure
+  bool must_touch = true;                      ///< a guarded motion that reaches its end is a failure
   std::optional<command::StateSource> unless;  ///< as soon as it holds the motion brakes on its path and has failed
   std::string name = {}, pointer = {};
 };

@@ -23,8 +23,8 @@ struct MotionOnBaseParameters {
 };
 
 /// Where the tool is to be, in the frame in which the base drives.
-Result<Eigen::Isometry3d> tool_goal(const MotionOnBaseParameters& request, const command::Cell& cell, const std::string& base,
-                                    const JointVector& q_base, const JointVector& q_arm) {
+Result<Eigen::Isometry3d> tool_goal(const MotionOnBaseParameters& request, const command::Cell& cell,
+                                    const std::string& base, const JointVector& q_base, const JointVector& q_arm) {
   const std::string& arm = request.tool.arm;
   const auto goal = resolve(request.tool.goal, cell, arm, q_arm);
   if (!goal) return std::unexpected(goal.error());

@@ -24,21 +24,21 @@ void read_effects(ObjectReader& reader, const char* key, Kind kind, HandlerParam
   const std::string pointer = reader.at(key);
   if (json.is_string()) return handler.effects.push_back({kind, json.get<std::string>(), pointer});
   if (!json.is_array() || json.empty() || kind == Kind::kExternal) {
-    return reader.diagnostics().error(Code::kWrongType, pointer, short_dump(json) + " stands here",
-                                   kind == Kind::kExternal ? "a text" : "a name, or several as an array");
+    return reader.diagnostics().error(Code::kWrongType, pointer, "unexpected value " + short_dump(json),
+                                      kind == Kind::kExternal ? "a text" : "a name, or several as an array");
   }
   for (std::size_t i = 0; i < json.size(); ++i) {
     const std::string place = pointer + pointer_segment(i);
     if (json[i].is_string()) {
       handler.effects.push_back({kind, json[i].get<std::string>(), place});
     } else {
-      reader.diagnostics().error(Code::kWrongType, place, short_dump(json[i]) + " stands here", "a name");
+      reader.diagnostics().error(Code::kWrongType, place, "unexpected value " + short_dump(json[i]), "a name");
     }
   }
 }
 
 HandlerParameters read_handler(const Json& json, const std::string& pointer, const command::Cell& cell,
-                            Diagnostics& diagnostics) {
+                               Diagnostics& diagnostics) {
   HandlerParameters handler;
   handler.pointer = pointer;
   ObjectReader reader(json, pointer, diagnostics);
@@ -56,7 +56,8 @@ HandlerParameters read_handler(const Json& json, const std::string& pointer, con
   read_effects(reader, "raise", Kind::kRaise, handler);
   read_effects(reader, "tell", Kind::kExternal, handler);
   if (handler.effects.empty()) {
-    diagnostics.error(Code::kMissing, pointer, "nothing happens then", "at least one of start, stop, cancel, raise, tell");
+    diagnostics.error(Code::kMissing, pointer, "the event handler has no effect",
+                      "at least one of start, stop, cancel, raise, tell");
   }
   handler.trigger.delay = reader.number("after_s", 0.0, {.low = 0.0, .high = 3600.0});
   handler.trigger.first_only = reader.boolean("first_only", false);
@@ -65,10 +66,10 @@ HandlerParameters read_handler(const Json& json, const std::string& pointer, con
 }
 
 std::vector<HandlerParameters> read_handlers(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                          Diagnostics& diagnostics) {
+                                             Diagnostics& diagnostics) {
   std::vector<HandlerParameters> handlers;
   if (!json.is_array()) {
-    diagnostics.error(Code::kWrongType, pointer, short_dump(json) + " stands here", "an array of event handlers");
+    diagnostics.error(Code::kWrongType, pointer, "unexpected value " + short_dump(json), "an array of event handlers");
     return handlers;
   }
   for (std::size_t i = 0; i < json.size(); ++i)
@@ -94,7 +95,8 @@ std::unique_ptr<OperationCommand> read_any_command(const OperationSource& source
   const std::string type = reader.text("do", "");
   const Operation* operation = Operations::global().find(type);
   if (operation == nullptr || operation->read_command == nullptr) {
-    diagnostics.error(Code::kUnknownName, pointer + "/do", type.empty() ? "'do' is missing" : fmt::format("there is no command '{}'", type),
+    diagnostics.error(Code::kUnknownName, pointer + "/do",
+                      type.empty() ? "'do' is missing" : fmt::format("there is no command '{}'", type),
                       nearest_choice(type, Operations::global().command_types(), 20));
     return std::make_unique<Unread>();
   }

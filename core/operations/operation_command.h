@@ -25,7 +25,7 @@ namespace takt::activity {
 struct BuildContext {
   const command::Cell& cell;
   const command::Biases& biases;
-  Diagnostics& notes;                                   ///< gets what planners have to say, with pointers of the file
+  Diagnostics& notes;                                ///< gets what planners have to say, with pointers of the file
   std::optional<command::RealSensor> progress = {};  ///< of the command that this one follows()
   command::ExternalHandler tell = {};                ///< hears of external effects
 };
@@ -57,8 +57,8 @@ class OperationCommand {
   virtual void check(const command::Cell&, Diagnostics&) const {}
   /// What it leaves in a rehearsal beside the places of the arms: time, what is touched or carried.
   virtual void rehearse(Rehearsal&, Diagnostics&) const {}
-  /// What has come of it once the tree has ended in order: results for the program; diagnostics, with whole pointers, if
-  /// it has failed. @param cancelled  somebody has cancelled the whole
+  /// What has come of it once the tree has ended in order: results for the program; diagnostics, with whole pointers,
+  /// if it has failed. @param cancelled  somebody has cancelled the whole
   virtual void finish(const ActivityRun&, const std::string& key, bool cancelled, Context&, Diagnostics&) const {
     (void)key;
     (void)cancelled;

@@ -83,7 +83,7 @@ struct MadePress {
 MadePress make_press(const Pressing& pressing, const std::string& name, const command::Action& action,
                      const command::Cell& cell, const command::Biases& biases, const std::string& key) {
   MadePress made{.command = command::RuntimeCommand(name, command::arm(cell, pressing.arm), action),
-                       .handler_places = {}};
+                 .handler_places = {}};
   command::RuntimeCommand& pressed = made.command;
   const command::FrameSensor tool = command::tool_pose(cell, pressing.arm);
   const auto ends = [&](const char* what, const State& state, const std::string& place) {
@@ -105,8 +105,8 @@ MadePress make_press(const Pressing& pressing, const std::string& name, const co
 /// Where the tool stood in the arm's base, by the name under which it was kept; nothing: it never was.
 using KeptPlaces = std::function<std::optional<net::Frame>(const std::string& name)>;
 
-/// What has come of it once it has ended in order: the touch of its arm; diagnostics, with pointers below the operation,
-/// if it has failed. @param cancelled  somebody has cancelled it, so that it may end anywhere
+/// What has come of it once it has ended in order: the touch of its arm; diagnostics, with pointers below the
+/// operation, if it has failed. @param cancelled  somebody has cancelled it, so that it may end anywhere
 Diagnostics end_press(const Pressing& pressing, const KeptPlaces& kept, const std::string& key, bool cancelled,
                       Context& context) {
   const auto was = [&](const char* what) { return kept(key + what).has_value(); };
@@ -116,14 +116,16 @@ Diagnostics end_press(const Pressing& pressing, const KeptPlaces& kept, const st
   if (touched) diagnostics.append(note_touch(context, pressing.arm, end ? *end : *touched));
   if (cancelled || was(" held") || was(" found") || was(" until")) return diagnostics;
   if (was(" silent")) {
-    diagnostics.error(Code::kSensorSilent, "/sensor", fmt::format("'{}' did not answer, so the arm stopped", pressing.sensor),
-                   "its power and its wires");
+    diagnostics.error(Code::kSensorSilent, "/sensor",
+                      fmt::format("'{}' did not answer, so the arm stopped", pressing.sensor),
+                      "check its power and its wiring");
   } else if (was(" too far")) {
-    diagnostics.error(Code::kConditionNotMet, "/travel_m", touched ? "the travel was used up after the touch" : "nothing was touched",
-                   "a longer travel, another beginning or direction");
+    diagnostics.error(Code::kConditionNotMet, "/travel_m",
+                      touched ? "the travel was used up after the touch" : "nothing was touched",
+                      "a longer travel, another beginning or direction");
   } else if (was(" path ended") && pressing.path_end_fails) {
     diagnostics.error(Code::kConditionNotMet, "", "the pattern has come to its end and nothing was found",
-                   "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
+                      "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
   }
   return diagnostics;
 }
@@ -193,7 +195,8 @@ class PressingStep final : public Step {
   /// Where the surface is shows only in the run: the arm is taken to stay where it begins.
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     rehearsal.touched[pressing_.arm] = true;
-    if (pressing_.compliance && !rehearse_compliance(*pressing_.compliance, rehearsal, {pressing_.arm}, pointer, diagnostics))
+    if (pressing_.compliance &&
+        !rehearse_compliance(*pressing_.compliance, rehearsal, {pressing_.arm}, pointer, diagnostics))
       return;
     const auto planned = plan_pressing(pressing_, rehearsal.cell, rehearsal.q[pressing_.arm]);
     if (!planned) {
@@ -266,7 +269,7 @@ void check_pressing_sensor(const std::string& arm, const std::string& sensor, co
   const auto found = from.cell.sensors.find(sensor);
   if (found == from.cell.sensors.end() || found->second.arm == arm) return;
   from.reader.diagnostics().error(Code::kConflict, from.reader.at("sensor"),
-                               fmt::format("'{}' is not on '{}'", sensor, arm), "a sensor on this arm");
+                                  fmt::format("'{}' is not on '{}'", sensor, arm), "a sensor on this arm");
 }
 
 std::unique_ptr<Step> pressing_step(Pressing pressing) { return std::make_unique<PressingStep>(std::move(pressing)); }

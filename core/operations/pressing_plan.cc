@@ -71,7 +71,8 @@ Result<std::optional<double>> softness_of(const Pressing& pressing, const comman
   if (springs.mode == ControlMode::kPosition) return std::nullopt;
   const Softness softness = softness_along(springs, as_springs_feel(springs, arm, direction_B, q));
   if (!std::isfinite(softness.by))
-    return failure(Code::kRequires, "/force_N", "no spring holds the tool along the direction", "a stiffness above 0 there");
+    return failure(Code::kRequires, "/force_N", "the tool has no stiffness along the direction",
+                   "a stiffness above 0 there");
   const double bent = softness.by * pressing.force - softness.beside;
   if (bent <= pressing.travel) return std::optional(softness.by);
   return failure(Code::kLimitExceeded, "/travel_m",

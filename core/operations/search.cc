@@ -36,7 +36,7 @@ void check_pattern(const SearchParameters& search, const ReadContext& from) {
     }
   }
   if (!search.drop && !from.has("until")) {
-    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing says when something is found", "'drop_m' or 'until'");
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "no end condition is given", "'drop_m' or 'until'");
   }
 }
 

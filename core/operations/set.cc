@@ -135,7 +135,8 @@ class OutputCommand final : public OperationCommand {
               Diagnostics& diagnostics) const override {
     if (!ended.was_true(key + " silent")) return;
     diagnostics.error(Code::kSensorSilent, pointer + "/value",
-                      "what the output follows did not answer, so it stayed where it was", "its power and its wires");
+                      "what the output follows did not answer, so it stayed where it was",
+                      "check its power and its wiring");
   }
 
  private:

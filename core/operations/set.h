@@ -18,11 +18,11 @@ struct SetParameters {
   /// In place of `value`: an analog output follows this, limited to its range, until it is cancelled.
   std::optional<ValueParameters> source = {};
   // Of an output that follows.
-  std::optional<double> factor = {};                ///< in the output's unit for each of the source's
-  std::optional<double> offset = {};                ///< in the output's unit
-  std::optional<double> seconds = {};               ///< for so long
-  std::optional<command::StateSource> until = {};   ///< until this becomes true
-  std::string name = {}, pointer = {};              ///< for people; in its file
+  std::optional<double> factor = {};               ///< in the output's unit for each of the source's
+  std::optional<double> offset = {};               ///< in the output's unit
+  std::optional<double> seconds = {};              ///< for so long
+  std::optional<command::StateSource> until = {};  ///< until this becomes true
+  std::string name = {}, pointer = {};             ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<SetParameters>& set_parameters();
 [[nodiscard]] Operation set_operation();

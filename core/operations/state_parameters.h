@@ -27,17 +27,17 @@ struct StateParameters {
   enum class Kind { kCondition, kCommand, kAction, kActuator, kRaised, kAll, kAny, kNot };
   Kind kind = Kind::kCondition;
   std::string pointer;
-  command::Condition condition;        ///< of kCondition
-  std::string of;                      ///< command, device, or raised state
-  std::string is;                      ///< which state of it; of kAction "at_path" and "via_passed" too
-  double share = 0.0;                  ///< of "at_path"
-  int index = 0;                       ///< of "via_passed"
-  std::optional<double> held_for;      ///< s
+  command::Condition condition;           ///< of kCondition
+  std::string of;                         ///< command, device, or raised state
+  std::string is;                         ///< which state of it; of kAction "at_path" and "via_passed" too
+  double share = 0.0;                     ///< of "at_path"
+  int index = 0;                          ///< of "via_passed"
+  std::optional<double> held_for;         ///< s
   std::vector<StateParameters> operands;  ///< of kAll and kAny at least one, of kNot exactly one
 };
 /// Diagnostics: all that is wrong with its form. Realtime: setup.
 [[nodiscard]] StateParameters read_state(const nlohmann::ordered_json& json, const std::string& pointer,
-                                      const command::Cell& cell, Diagnostics& diagnostics);
+                                         const command::Cell& cell, Diagnostics& diagnostics);
 
 /// A value that a transaction captures, or that an output follows, as a file has it:
 ///   {"sensor": NAME, "quantity": Q}     as in conditions
@@ -51,7 +51,7 @@ struct ValueParameters {
   command::Quantity quantity = command::Quantity::kForce;
 };
 [[nodiscard]] ValueParameters read_value(const nlohmann::ordered_json& json, const std::string& pointer,
-                                      const command::Cell& cell, Diagnostics& diagnostics);
+                                         const command::Cell& cell, Diagnostics& diagnostics);
 /// Whether it is a number for sure, and not true or false; false with a diagnostic below the pointer.
 bool check_number(const ValueParameters& value, const command::Cell& cell, const std::string& pointer,
                   Diagnostics& diagnostics);

@@ -25,7 +25,8 @@ void check_wait(WaitParameters& parameters, const ReadContext& from) {
     reader.diagnostics().error(Code::kConflict, reader.at("timeout_s"), "a timeout without a condition",
                                "'until', or 'seconds' alone");
   if (!until && !reader.has("seconds"))
-    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing says how long", "'seconds' or 'until'");
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "neither a duration nor a condition is given",
+                               "'seconds' or 'until'");
 }
 
 // -- As a step ----
@@ -79,7 +80,7 @@ class WaitRun final : public ScheduledRun {
     if (held && *held) return Progress::kDone;
     if (!held) {
       diagnostics.error(Code::kSensorSilent, "/until", "a sensor of the condition did not answer",
-                        "its power and its wires");
+                        "check its power and its wiring");
     } else {
       diagnostics.error(Code::kTimeout, "/until",
                         fmt::format("the condition did not hold within {:g} s", parameters_.timeout.value_or(0.0)),
@@ -133,7 +134,7 @@ class TimeCommand final : public OperationCommand {
                         "a longer \"timeout_s\"");
     } else {
       diagnostics.error(Code::kSensorSilent, pointer + "/until", "a sensor of the condition did not answer",
-                        "its power and its wires");
+                        "check its power and its wiring");
     }
   }
 

@@ -6,8 +6,8 @@
 #include "core/expression/condition_state.h"
 #include "core/operations/operation.h"
 
-/// "wait": lets time pass, or waits until a condition holds, and maybe for a time after which that has failed. Realtime:
-/// setup.
+/// "wait": lets time pass, or waits until a condition holds, and maybe for a time after which that has failed.
+/// Realtime: setup.
 namespace takt::activity {
 
 struct WaitParameters {

@@ -263,9 +263,9 @@ void check_form(const Part& part, NodeParser& parser) {
   Diagnostics form;
   (void)part.operation->read_step({*resolved.json, part.pointer, cell, form});
   for (const Diagnostic& diagnostic : form.list()) {
-    // A key that nobody knows is wrong whatever its value is.
-    const bool unknown_key = diagnostic.message.starts_with("key '");
-    if (unknown_key || !part.piece.depends(diagnostic.pointer)) parser.diagnostics().add(diagnostic);
+    // An unknown or missing key is wrong whatever its value is.
+    const bool wrong_key = diagnostic.code == Code::kUnknownKey || diagnostic.code == Code::kMissing;
+    if (wrong_key || !part.piece.depends(diagnostic.pointer)) parser.diagnostics().add(diagnostic);
   }
 }
 
@@ -282,7 +282,8 @@ std::unique_ptr<Node> parse_leaf(const Operation& operation, const Json& json, c
   };
   part.blends = json.contains("blend_m") || json.contains("blend_fraction");
   const auto name = json.find("name");
-  part.name = leaf->name = name != json.end() && name->is_string() ? name->get<std::string>() : std::string(operation.name);
+  part.name = leaf->name =
+      name != json.end() && name->is_string() ? name->get<std::string>() : std::string(operation.name);
   for (const char* key : {"do", "name"}) {
     if (part.piece.depends_on_key(key)) {
       parser.diagnostics().error(Code::kNotKnownYet, pointer + "/" + key, fmt::format("an expression at '{}'", key),
@@ -307,7 +308,8 @@ bool absorb_leaf(Node& node, Node& next) {
   if (leaf->step && follower->step) {
     if (!leaf->step->absorb(*follower->step)) return false;
   } else {
-    if (!leaf->parts.back().blends || !is_motion(leaf->parts.back()) || !is_motion(follower->parts.front()))
+    if (!leaf->parts.back().blends || !leaf->parts.back().operation->is_motion ||
+        !follower->parts.front().operation->is_motion)
       return false;
     leaf->step.reset();
   }
