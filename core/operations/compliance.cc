@@ -170,6 +170,7 @@ std::optional<ComplianceParameters> read_compliance(ObjectReader& step) {
 }
 
 command::ComplianceWish wish_of(const ComplianceParameters& request, int joint_count) {
+  if (request.of_program) return *request.of_program;
   const Values values(request);
   if (request.mode == ControlMode::kJointImpedance) return joint_wish(values, joint_count);
   if (request.mode == ControlMode::kCartesianImpedance) return cartesian_wish(values, request.in_tool_axes);
@@ -184,7 +185,50 @@ void check_springs_of_two(const ComplianceParameters& request, const std::string
   }
 }
 
+namespace {
+
+void collect_numbers(const nlohmann::ordered_json& constant, std::vector<double>& numbers) {
+  if (constant.is_number()) numbers.push_back(constant.get<double>());
+  if (!constant.is_structured()) return;
+  for (const auto& part : constant) collect_numbers(part, numbers);
+}
+
+/// The constants among what a program has given, by the keys of files. What is a formula is not known before.
+std::map<std::string, std::vector<double>, std::less<>> constants_of(const command::ComplianceWish& springs) {
+  std::map<std::string, std::vector<double>, std::less<>> values;
+  const auto put = [&values](const char* key, const auto& term) {
+    if (term && !term->operand().node) collect_numbers(term->operand().constant, values[key]);
+  };
+  if (const auto* joints = std::get_if<command::JointCompliance>(&springs)) {
+    put("stiffness_Nm_rad", joints->stiffness);
+    put("torque_Nm", joints->torque);
+  }
+  if (const auto* tool = std::get_if<command::CartesianCompliance>(&springs)) {
+    put("stiffness_N_m", tool->stiffness);
+    put("rotational_stiffness_Nm_rad", tool->rotational_stiffness);
+    put("force_N", tool->wrench);  // and torque: six numbers
+    if (const auto wrench = values.find("force_N"); wrench != values.end() && wrench->second.size() == 6) {
+      values["torque_Nm"] = {wrench->second.begin() + 3, wrench->second.end()};
+      wrench->second.resize(3);
+    }
+  }
+  return values;
+}
+
+/// The same in the form that files have.
+ComplianceParameters in_numbers(const ComplianceParameters& request) {
+  ComplianceParameters numbers = request;
+  numbers.values = constants_of(*request.of_program);
+  const auto* tool = std::get_if<command::CartesianCompliance>(&*request.of_program);
+  numbers.in_tool_axes = tool != nullptr && tool->in_tool_axes;
+  numbers.of_program.reset();
+  return numbers;
+}
+
+}  // namespace
+
 device::Compliance springs_of(const ComplianceParameters& request, const device::ArmDescription& arm) {
+  if (request.of_program) return springs_of(in_numbers(request), arm);
   if (request.mode == ControlMode::kPosition || !arm.modes.has(request.mode)) return {};
   device::Compliance springs = arm.impedance.standard(request.mode);
   springs.in_tool_axes = request.in_tool_axes;

@@ -13,14 +13,30 @@ namespace takt::activity {
 
 struct Rehearsal;
 
-/// How an arm gives way while a step does something else: key "compliance" (docs/scenarios.md).
+/// How an arm gives way while an operation does something else: key "compliance" (docs/scenarios.md), or springs of a
+/// program, which may be formulas.
 struct ComplianceParameters {
+  ComplianceParameters() = default;
+  ComplianceParameters(const command::ComplianceWish& springs)  // NOLINT: {.compliance = springs}
+      : mode(command::mode_of(springs)), of_program(springs) {}
+  ComplianceParameters(const command::Stiff& springs)  // NOLINT: likewise
+      : ComplianceParameters(command::ComplianceWish(springs)) {}
+  ComplianceParameters(const command::JointCompliance& springs)  // NOLINT: likewise
+      : ComplianceParameters(command::ComplianceWish(springs)) {}
+  ComplianceParameters(const command::CartesianCompliance& springs)  // NOLINT: likewise
+      : ComplianceParameters(command::ComplianceWish(springs)) {}
+
   device::ControlMode mode = device::ControlMode::kPosition;
   /// As they stand in the file, by key: one number for all joints or axes, or one for each.
   std::map<std::string, std::vector<double>, std::less<>> values;
   bool in_tool_axes = false;
 
-  [[nodiscard]] bool operator==(const ComplianceParameters&) const = default;
+  std::optional<command::ComplianceWish> of_program = {};  ///< in place of `values` and `in_tool_axes`
+
+  [[nodiscard]] bool operator==(const ComplianceParameters& other) const {
+    return mode == other.mode && values == other.values && in_tool_axes == other.in_tool_axes &&
+           command::same(of_program, other.of_program);
+  }
 };
 
 /// The parameter "compliance" of an operation, for its table.

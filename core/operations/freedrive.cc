@@ -32,9 +32,7 @@ class FreedriveRun final : public ScheduledRun {
 
  private:
   [[nodiscard]] ActivityPtr activity(Context& context) override {
-    const command::Biases& biases = context.variables.biases;
-    const Guiding guiding(parameters_, context.cell, biases);
-    return freedrive_activity(context.cell, parameters_.arm, guiding.wish, guiding.end, biases);
+    return freedrive_activity(parameters_, context.cell, context.variables.biases);
   }
   /// The control mode, and what the activity is made of, are not among the keys of this step.
   [[nodiscard]] std::string location_of(std::string) const override { return {}; }
@@ -91,6 +89,12 @@ const ParameterTable<FreedriveParameters>& freedrive_parameters() {
     return freedrive;
   }();
   return table;
+}
+
+ActivityPtr freedrive_activity(const FreedriveParameters& parameters, const command::Cell& cell,
+                               const command::Biases& biases) {
+  const Guiding guiding(parameters, cell, biases);
+  return freedrive_activity(cell, parameters.arm, guiding.wish, guiding.end, biases);
 }
 
 Operation freedrive_operation() {

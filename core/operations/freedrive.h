@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "core/activity/activity_model.h"
 #include "core/expression/condition_state.h"
 #include "core/operations/operation.h"
 
@@ -19,6 +20,8 @@ struct FreedriveParameters {
   std::string name = {}, pointer = {};  ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<FreedriveParameters>& freedrive_parameters();
+[[nodiscard]] ActivityPtr freedrive_activity(const FreedriveParameters& parameters, const command::Cell& cell,
+                                             const command::Biases& biases);
 [[nodiscard]] Operation freedrive_operation();
 
 }  // namespace takt::activity

@@ -13,6 +13,8 @@
 namespace takt::activity {
 namespace {
 
+using command::BooleanSensor;
+
 /// Of a grip or a release.
 struct FingerMotion : GripParameters {
   bool opens = false;
@@ -288,6 +290,14 @@ const ParameterTable<GripParameters>& grip_parameters() {
 const ParameterTable<ReleaseParameters>& release_parameters() {
   static const auto table = finger_parameters<ReleaseParameters>();
   return table;
+}
+
+std::unique_ptr<OperationCommand> close_command(const GripParameters& parameters) {
+  return std::make_unique<GripperCommand>(closing(parameters));
+}
+
+std::unique_ptr<OperationCommand> open_command(const ReleaseParameters& parameters) {
+  return std::make_unique<GripperCommand>(opening(parameters));
 }
 
 Operation grip_operation() {

@@ -9,8 +9,15 @@ Pressing to_pressing(const PressParameters& parameters) {
   return pressing;
 }
 
+/// Nobody else ends a step.
+Pressing to_step(PressParameters parameters) {
+  constexpr double kHold_s = 0.5;
+  if (!parameters.seconds && !parameters.until) parameters.seconds = kHold_s;
+  return to_pressing(parameters);
+}
+
 std::unique_ptr<Step> read_press_step(const OperationSource& source) {
-  return pressing_step(press_step(read_parameters<press_parameters>(source)));
+  return pressing_step(to_step(read_parameters<press_parameters>(source)));
 }
 
 std::unique_ptr<OperationCommand> read_press_command(const OperationSource& source) {
@@ -19,10 +26,8 @@ std::unique_ptr<OperationCommand> read_press_command(const OperationSource& sour
 
 }  // namespace
 
-Pressing press_step(PressParameters parameters) {
-  constexpr double kHold_s = 0.5;
-  if (!parameters.seconds && !parameters.until) parameters.seconds = kHold_s;
-  return to_pressing(parameters);
+std::unique_ptr<OperationCommand> press_command(const PressParameters& parameters) {
+  return pressing_command(to_step(parameters));
 }
 
 const ParameterTable<PressParameters>& press_parameters() {

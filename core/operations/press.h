@@ -22,8 +22,8 @@ struct PressParameters {
 };
 
 [[nodiscard]] const ParameterTable<PressParameters>& press_parameters();
-/// What it comes down to as a step, or as an activity.
-[[nodiscard]] Pressing press_step(PressParameters parameters);
+/// As an activity: without `seconds` and `until` for half a second, as a step.
+[[nodiscard]] std::unique_ptr<OperationCommand> press_command(const PressParameters& parameters);
 [[nodiscard]] Operation press_operation();
 
 }  // namespace takt::activity

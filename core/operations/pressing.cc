@@ -278,8 +278,4 @@ std::unique_ptr<OperationCommand> pressing_command(Pressing pressing) {
   return std::make_unique<PressingCommand>(std::move(pressing));
 }
 
-ActivityPtr pressing_activity(Pressing pressing, command::Biases biases) {
-  return std::make_shared<const PressingActivity>(std::move(pressing), std::move(biases));
-}
-
 }  // namespace takt::activity

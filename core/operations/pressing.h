@@ -61,8 +61,6 @@ struct PlannedPressing {
 
 [[nodiscard]] std::unique_ptr<Step> pressing_step(Pressing pressing);
 [[nodiscard]] std::unique_ptr<OperationCommand> pressing_command(Pressing pressing);
-/// @param biases  of force/torque sensors
-[[nodiscard]] ActivityPtr pressing_activity(Pressing pressing, command::Biases biases);
 
 // -- What their parameters have in common ----------------------------------------------------------------------------
 
@@ -98,7 +96,10 @@ void check_pressing_sensor(const std::string& arm, const std::string& sensor, co
 /// What such parameters come down to, but for what they have of their own.
 template <class P>
 Pressing pressing_of(const P& p, std::string_view type) {
-  Pressing pressing{.type = type, .name = p.name.empty() ? std::string(type) : p.name, .pointer = p.pointer};
+  Pressing pressing;
+  pressing.type = type;
+  pressing.name = p.name.empty() ? std::string(type) : p.name;
+  pressing.pointer = p.pointer;
   pressing.arm = p.arm;
   pressing.sensor = p.sensor;
   pressing.force = p.force;

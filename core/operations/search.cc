@@ -40,17 +40,7 @@ void check_pattern(const SearchParameters& search, const ReadContext& from) {
   }
 }
 
-std::unique_ptr<Step> read_search_step(const OperationSource& source) {
-  return pressing_step(search_pressing(read_parameters<search_parameters>(source)));
-}
-
-std::unique_ptr<OperationCommand> read_search_command(const OperationSource& source) {
-  return pressing_command(search_pressing(read_parameters<search_parameters>(source)));
-}
-
-}  // namespace
-
-Pressing search_pressing(const SearchParameters& parameters) {
+Pressing to_pressing(const SearchParameters& parameters) {
   Pressing pressing = pressing_of(parameters, "search");
   SearchParameters named = parameters;
   named.name = pressing.name;
@@ -59,6 +49,20 @@ Pressing search_pressing(const SearchParameters& parameters) {
   pressing.path_key = "/pattern";
   pressing.path_end_fails = parameters.must_find;
   return pressing;
+}
+
+std::unique_ptr<Step> read_search_step(const OperationSource& source) {
+  return pressing_step(to_pressing(read_parameters<search_parameters>(source)));
+}
+
+std::unique_ptr<OperationCommand> read_search_command(const OperationSource& source) {
+  return pressing_command(to_pressing(read_parameters<search_parameters>(source)));
+}
+
+}  // namespace
+
+std::unique_ptr<OperationCommand> search_command(const SearchParameters& parameters) {
+  return pressing_command(to_pressing(parameters));
 }
 
 const ParameterTable<SearchParameters>& search_parameters() {

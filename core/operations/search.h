@@ -24,8 +24,7 @@ struct SearchParameters {
 };
 
 [[nodiscard]] const ParameterTable<SearchParameters>& search_parameters();
-/// What it comes down to.
-[[nodiscard]] Pressing search_pressing(const SearchParameters& parameters);
+[[nodiscard]] std::unique_ptr<OperationCommand> search_command(const SearchParameters& parameters);
 [[nodiscard]] Operation search_operation();
 
 }  // namespace takt::activity

@@ -17,6 +17,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using command::BooleanSensor;
 
+constexpr Range kFollowingTime{.low = 0, .high = 3600};
+
 /// It follows a value.
 bool sets_by_following(const Json& json) {
   return json.is_object() && json.contains("value") && json.at("value").is_object();
@@ -66,7 +68,8 @@ bool check_range(const SetParameters& parameters, const command::Cell& cell, con
                  Diagnostics& diagnostics) {
   if (parameters.source) return check_unit(parameters, cell, pointer, diagnostics);
   const double* value = std::get_if<double>(&parameters.value);
-  if (value == nullptr) return true;
+  // That a value is of another kind than the output is up to the command layer.
+  if (value == nullptr || !cell.analog_outputs.contains(parameters.output)) return true;
   const auto& output = cell.analog_outputs.find(parameters.output)->second->description();
   if (*value >= output.lower && *value <= output.upper) return true;
   diagnostics.error(Code::kOutOfRange, pointer + "/value",
@@ -190,12 +193,16 @@ const ParameterTable<SetParameters>& set_parameters() {
         .device_number("factor", &SetParameters::factor,
                        "Of an output that follows: its value for each unit of the source.")
         .device_number("offset", &SetParameters::offset, "Of an output that follows: added, in the unit of the output.")
-        .number("seconds", "s", &SetParameters::seconds, kTime, "How long the output follows.")
+        .number("seconds", "s", &SetParameters::seconds, kFollowingTime, "How long the output follows.")
         .condition("until", &SetParameters::until, "The output follows until this becomes true.")
         .rule(check_following);
     return set;
   }();
   return table;
+}
+
+std::unique_ptr<OperationCommand> set_command(const SetParameters& parameters) {
+  return std::make_unique<OutputCommand>(parameters);
 }
 
 Operation set_operation() {

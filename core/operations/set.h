@@ -25,6 +25,7 @@ struct SetParameters {
   std::string name = {}, pointer = {};             ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<SetParameters>& set_parameters();
+[[nodiscard]] std::unique_ptr<OperationCommand> set_command(const SetParameters& parameters);
 [[nodiscard]] Operation set_operation();
 
 }  // namespace takt::activity

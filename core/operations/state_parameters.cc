@@ -14,27 +14,27 @@ namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Kind = StateParameters::Kind;
+using StateKind = StateParameters::Kind;
 
 constexpr std::array<const char*, 6> kOfCommands = {"started", "active",    "completed",
                                                     "stopped", "cancelled", "timed_out"};
 
 template <class Map>
-void add_names(const Map& map, std::vector<std::string>& names) {
+void append_names(const Map& map, std::vector<std::string>& names) {
   for (const auto& [name, device] : map) names.push_back(name);
 }
 
 std::vector<std::string> actuators_of(const command::Cell& cell) {
   std::vector<std::string> names;
-  add_names(cell.arms, names);
-  add_names(cell.grippers, names);
-  add_names(cell.digital_outputs, names);
-  add_names(cell.analog_outputs, names);
+  append_names(cell.arms, names);
+  append_names(cell.grippers, names);
+  append_names(cell.digital_outputs, names);
+  append_names(cell.analog_outputs, names);
   return names;
 }
 
 void read_action(ObjectReader& reader, StateParameters& state) {
-  state.kind = Kind::kAction;
+  state.kind = StateKind::kAction;
   state.of = reader.text("action");
   if (reader.has("at_path")) {
     state.is = "at_path";
@@ -62,18 +62,18 @@ std::vector<StateParameters> read_operands(ObjectReader& reader, const char* key
 bool read_own_form(ObjectReader& reader, const command::Cell& cell, StateParameters& state) {
   if (reader.has("all") || reader.has("any")) {
     const bool all = reader.has("all");
-    state.kind = all ? Kind::kAll : Kind::kAny;
+    state.kind = all ? StateKind::kAll : StateKind::kAny;
     state.operands = read_operands(reader, all ? "all" : "any", cell);
     return true;
   }
   if (const Json* denied = reader.has("not") ? reader.child("not") : nullptr) {
-    state.kind = Kind::kNot;
+    state.kind = StateKind::kNot;
     state.operands.push_back(read_state(*denied, reader.at("not"), cell, reader.diagnostics()));
     return true;
   }
   for (const char* word : kOfCommands) {
     if (!reader.has(word)) continue;
-    state.kind = Kind::kCommand;
+    state.kind = StateKind::kCommand;
     state.of = reader.text(word);
     state.is = word;
     return true;
@@ -81,11 +81,11 @@ bool read_own_form(ObjectReader& reader, const command::Cell& cell, StateParamet
   if (reader.has("action")) {
     read_action(reader, state);
   } else if (reader.has("actuator")) {
-    state.kind = Kind::kActuator;
+    state.kind = StateKind::kActuator;
     state.of = reader.choice("actuator", actuators_of(cell));
     state.is = reader.choice("is", {"completed", "invalid_set_point", "emergency_stop"});
   } else if (reader.has("raised")) {
-    state.kind = Kind::kRaised;
+    state.kind = StateKind::kRaised;
     state.of = reader.text("raised");
   } else {
     return false;
@@ -140,23 +140,23 @@ ValueParameters read_value(const Json& json, const std::string& pointer, const c
     value.of = reader.choice(key, names);
   };
   if (reader.has("input")) {
-    add_names(cell.digital_inputs, names);
-    add_names(cell.analog_inputs, names);
+    append_names(cell.digital_inputs, names);
+    append_names(cell.analog_inputs, names);
     of("input", ValueParameters::Kind::kInput);
   } else if (reader.has("gripper")) {
-    add_names(cell.grippers, names);
+    append_names(cell.grippers, names);
     of("gripper", ValueParameters::Kind::kWidth);
   } else if (reader.has("channel")) {
-    add_names(cell.channels, names);
+    append_names(cell.channels, names);
     of("channel", ValueParameters::Kind::kChannel);
   } else if (reader.has("speed")) {
-    add_names(cell.arms, names);
+    append_names(cell.arms, names);
     of("speed", ValueParameters::Kind::kSpeed);
   } else if (reader.has("progress")) {
     value.kind = ValueParameters::Kind::kProgress;
     value.of = reader.text("progress");
   } else {
-    add_names(cell.sensors, names);
+    append_names(cell.sensors, names);
     of("sensor", ValueParameters::Kind::kForce);
     value.quantity = command::read_quantity(reader);
   }

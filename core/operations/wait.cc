@@ -15,6 +15,8 @@ namespace {
 
 using command::BooleanSensor;
 
+constexpr Range kWaitingTime{.low = 0, .high = 3600};
+
 void check_wait(WaitParameters& parameters, const ReadContext& from) {
   ObjectReader& reader = from.reader;
   const bool until = reader.has("until");
@@ -153,9 +155,10 @@ std::unique_ptr<Step> read_wait_step(const OperationSource& source) {
 const ParameterTable<WaitParameters>& wait_parameters() {
   static const auto table = [] {
     ParameterTable<WaitParameters> wait;
-    wait.number("seconds", "s", &WaitParameters::seconds, kTime, "Time that passes.")
+    wait.number("seconds", "s", &WaitParameters::seconds, kWaitingTime, "Time that passes.")
         .condition("until", &WaitParameters::until, "Waits until this becomes true.")
-        .number("timeout_s", "s", &WaitParameters::timeout, kTime, "The step fails if 'until' is not true by then.")
+        .number("timeout_s", "s", &WaitParameters::timeout, kWaitingTime,
+                "The step fails if 'until' is not true by then.")
         .rule(check_wait);
     return wait;
   }();

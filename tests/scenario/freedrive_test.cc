@@ -7,7 +7,7 @@
 #include <mujoco/mujoco.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/actuator_interfaces.h"
+#include "core/operations/actuator_interfaces.h"
 #include "core/expression/device_sensors.h"
 #include "scenario/session.h"
 #include "tests/scenario/described.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/activity/actuator_interfaces.h"
+#include "core/operations/actuator_interfaces.h"
 #include "core/activity/composition.h"
 #include "tests/core/command/command_cell.h"
 

@@ -110,17 +110,13 @@ std::vector<BrokenActivity> motions() {
        [](auto& cell) {
          Actuator(cell.program, "gripper").template use<GrippingInterface>().close({.width = 0.3}).execute();
        },
-       "/close gripper/close/width", "0.3 is not for 'gripper'", "0 to 0.11"},
+       "/grip gripper/width_m", "0.3 is not for 'gripper'", "0 to 0.11"},
       {"a hold for less than no time",
-       [](auto& cell) { cell.robot.template use<activity::HoldInterface>().hold(-1.0).execute(); },
-       "/hold arm/hold/handlers/0", "a time of -1 s", "0 to 1e+06 s"},
+       [](auto& cell) { cell.robot.template use<activity::HoldInterface>().hold(-1.0).execute(); }, "/hold arm/seconds",
+       "-1", "0"},
       {"a force that pulls",
-       [](auto& cell) {
-         const auto pressing = command::pressing_force(cell.cell, "wrist", Eigen::Vector3d::UnitZ());
-         const auto press = cell.robot.template use<activity::ForceInterface>();
-         press.press(pressing, Eigen::Vector3d::UnitZ(), {.force = -5.0}).execute();
-       },
-       "/arm press/press/force", "-5 N", "above 0"},
+       [](auto& cell) { cell.robot.template use<activity::ForceInterface>().press({.force = -5.0}).execute(); },
+       "/press arm/force_N", "-5", "0.1"},
       {"a value of the wrong kind",
        [](auto& cell) { Actuator(cell.program, "lamp").template use<OutputInterface>().set(3.0).execute(); },
        "/set lamp/set", "gives analog value, which 'lamp' does not take", "it takes digital value"},

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/activity/two_arms.h"
+#include "core/operations/two_arms.h"
 #include "core/device/device_file.h"
 #include "tests/support/fake_arm.h"
 

@@ -1,4 +1,4 @@
-#include "core/activity/actuator_interfaces.h"
+#include "core/operations/actuator_interfaces.h"
 
 #include <algorithm>
 #include <array>
@@ -9,9 +9,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "core/activity/command_activity.h"
 #include "core/activity/mode_change.h"
+#include "core/command/actions/freedrive_action.h"
 #include "core/motion/goal_choice.h"
+#include "core/operations/operation_activity.h"
 
 namespace takt::activity {
 namespace {
@@ -40,9 +41,9 @@ template <class Interface>
 constexpr Offer offer() {
   return {Interface::kName, &Interface::offered_by};
 }
-constexpr std::array<Offer, 9> kOffers = {
-    offer<MotionInterface>(),    offer<PtpInterface>(),      offer<LinInterface>(),
-    offer<HoldInterface>(),      offer<ForceInterface>(),    offer<ControlModeInterface>(),
+constexpr std::array<Offer, 11> kOffers = {
+    offer<MotionInterface>(),    offer<PtpInterface>(),      offer<LinInterface>(),    offer<HoldInterface>(),
+    offer<ForceInterface>(),     offer<JogInterface>(),      offer<FollowInterface>(), offer<ControlModeInterface>(),
     offer<FreedriveInterface>(), offer<GrippingInterface>(), offer<OutputInterface>()};
 
 bool is_output(const Cell& cell, const std::string& name) {
@@ -56,22 +57,6 @@ bool is_output(const Cell& cell, const std::string& name) {
   throw ActivityError(std::move(why));
 }
 
-/// An action on an actuator that is no arm.
-template <class MakeActuator>
-ActivityPtr device_activity(const std::string& what, const std::string& name, MakeActuator make_actuator,
-                            command::Action (*action)(const command::GripWish&), const command::GripWish& wish) {
-  return command_activity(what + " " + name, {name}, [=](const PlanningContext& planning) -> command::Command {
-    return command::RuntimeCommand(what, make_actuator(planning.cell, name), action(wish));
-  });
-}
-
-template <class Value>
-ActivityPtr set_activity(const std::string& name, Value value) {
-  return command_activity("set " + name, {name}, [name, value](const PlanningContext& planning) -> command::Command {
-    return command::RuntimeCommand("set", command::output(planning.cell, name), command::set_value(value));
-  });
-}
-
 }  // namespace
 
 bool PtpInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
@@ -79,6 +64,8 @@ bool LinInterface::offered_by(const Cell& cell, const std::string& actuator) { r
 bool MotionInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool HoldInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
 bool ForceInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
+bool JogInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
+bool FollowInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool ControlModeInterface::offered_by(const Cell& cell, const std::string& actuator) {
   const auto arm = cell.arms.find(actuator);
   return arm != cell.arms.end() && arm->second.device->description().modes.modes.size() > 1;
@@ -146,28 +133,60 @@ Activity LinInterface::spline(const std::vector<Eigen::Isometry3d>& poses_BT,
       parameters));
 }
 
-Activity ForceInterface::press(const command::RealSensor& pressing, const Eigen::Vector3d& direction_B,
-                               const command::ForceWish& wish, const std::optional<command::State>& until) const {
-  const auto make_command = [=, name = actuator()](const PlanningContext& planning) -> command::Command {
-    const net::Frame base(Eigen::Isometry3d::Identity());
-    command::RuntimeCommand pressed("press", command::arm(planning.cell, name),
-                                    command::hold_force(pressing, base, direction_B, wish));
-    if (until) pressed.on_entered(*until, cancel(pressed));
-    return pressed;
-  };
-  return make(command_activity(actuator() + " press", {actuator()}, make_command));
+// -- Operations by their parameters -------------------------------------------------------------------------------
+
+template <class P>
+Activity ActuatorInterface::make(std::string_view type, const ParameterTable<P>& table, P parameters,
+                                 std::string P::*device, std::unique_ptr<OperationCommand> (*make_command)(const P&),
+                                 ArmAfter arms) const {
+  parameters.*device = actuator_;
+  return make(
+      operation_activity(type, table, parameters, make_command, actuator_, runtime_->cell(), runtime_->biases(), arms));
+}
+
+Activity ForceInterface::press(const PressParameters& parameters) const {
+  return make("press", press_parameters(), parameters, &PressParameters::arm, press_command);
+}
+
+Activity ForceInterface::search(const SearchParameters& parameters) const {
+  return make("search", search_parameters(), parameters, &SearchParameters::arm, search_command);
 }
 
 Activity HoldInterface::hold(const HoldParameters& parameters) const {
-  const auto make_command = [name = actuator(), parameters](const PlanningContext& planning) -> command::Command {
-    command::Action action = command::hold();
-    if (parameters.compliance) action = with_compliance(action, *parameters.compliance);
-    command::RuntimeCommand held("hold", command::arm(planning.cell, name), action);
-    if (parameters.seconds) held.on_entered(held.started().held_for(*parameters.seconds), cancel(held));
-    return held;
-  };
-  return make(command_activity("hold " + actuator(), {actuator()}, make_command, ArmAfter::kStays));
+  return make("hold", hold_parameters(), parameters, &HoldParameters::arm, hold_command, ArmAfter::kStays);
 }
+
+Activity JogInterface::jog(const JogParameters& parameters) const {
+  return make("jog", jog_parameters(), parameters, &JogParameters::arm, jog_command);
+}
+
+Activity FollowInterface::follow(const FollowParameters& parameters) const {
+  return make("follow", follow_parameters(), parameters, &FollowParameters::arm, follow_command);
+}
+
+Activity GrippingInterface::close(const GripParameters& parameters) const {
+  return make("grip", grip_parameters(), parameters, &GripParameters::gripper, close_command);
+}
+
+Activity GrippingInterface::open(const ReleaseParameters& parameters) const {
+  return make("release", release_parameters(), parameters, &ReleaseParameters::gripper, open_command);
+}
+
+Activity OutputInterface::set(const SetParameters& parameters) const {
+  return make("set", set_parameters(), parameters, &SetParameters::output, set_command);
+}
+Activity OutputInterface::set(bool value) const { return set(SetParameters{.value = value}); }
+Activity OutputInterface::set(double value) const { return set(SetParameters{.value = value}); }
+
+Activity FreedriveInterface::freedrive(const FreedriveParameters& parameters) const {
+  FreedriveParameters own = parameters;
+  own.arm = actuator();
+  const auto accepted = freedrive_parameters().accept(own, runtime().cell());
+  if (!accepted) return make(refused_activity(actuator() + " freedrive", actuator(), accepted.error()));
+  return make(freedrive_activity(*accepted, runtime().cell(), runtime().biases()));
+}
+
+// -- Control modes ---------------------------------------------------------------------------------------------------
 
 Activity ControlModeInterface::switch_to(device::ControlMode mode) const {
   return make(mode_activity(actuator(), mode));
@@ -184,21 +203,6 @@ Activity ControlModeInterface::switch_to(std::string_view mode) const {
 const device::Arm& ControlModeInterface::arm() const { return *runtime().cell().arms.at(actuator()).device; }
 device::ControlMode ControlModeInterface::mode() const { return arm().mode(); }
 std::vector<device::ControlMode> ControlModeInterface::modes() const { return arm().description().modes.modes; }
-
-Activity FreedriveInterface::freedrive(const command::FreedriveWish& wish, const FreedriveEnd& end,
-                                       const command::Biases& biases) const {
-  return make(freedrive_activity(runtime().cell(), actuator(), wish, end, biases));
-}
-
-Activity GrippingInterface::close(const command::GripWish& wish) const {
-  return make(device_activity("close", actuator(), &command::gripper, &command::grip, wish));
-}
-Activity GrippingInterface::open(const command::GripWish& wish) const {
-  return make(device_activity("open", actuator(), &command::gripper, &command::release, wish));
-}
-
-Activity OutputInterface::set(bool value) const { return make(set_activity(actuator(), value)); }
-Activity OutputInterface::set(double value) const { return make(set_activity(actuator(), value)); }
 
 Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), name_(std::move(name)) {
   if (!interfaces().empty()) return;

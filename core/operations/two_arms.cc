@@ -1,4 +1,4 @@
-#include "core/activity/two_arms.h"
+#include "core/operations/two_arms.h"
 
 #include <utility>
 

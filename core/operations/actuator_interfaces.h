@@ -6,13 +6,21 @@
 #include <vector>
 
 #include "core/activity/activity.h"
-#include "core/activity/freedrive_activity.h"
+#include "core/activity/command_activity.h"
 #include "core/activity/motion_activity.h"
-#include "core/command/actions/device_action.h"
-#include "core/command/actions/online_action.h"
+#include "core/operations/follow.h"
+#include "core/operations/freedrive.h"
+#include "core/operations/grip.h"
+#include "core/operations/hold.h"
+#include "core/operations/jog.h"
+#include "core/operations/press.h"
+#include "core/operations/search.h"
+#include "core/operations/set.h"
 
-/// What the actuators of a cell offer to programs: groups of activities that belong together (docs/activity-layer.md).
-/// Poses are of the arm's tool centre point T in its base B, in m. Realtime: setup.
+/// Operations in C++: what the actuators of a cell offer to programs, groups of activities that belong together
+/// (docs/activity-layer.md, docs/operations.md). They take the very parameters that files fill; what is wrong with them
+/// is told as to a file when the activity is carried out. Poses are of the arm's tool centre point T in its base B, in
+/// m. Realtime: setup.
 namespace takt::activity {
 
 /// A group of activities of one actuator.
@@ -24,6 +32,11 @@ class ActuatorInterface {
  protected:
   [[nodiscard]] Runtime& runtime() const { return *runtime_; }
   [[nodiscard]] Activity make(ActivityPtr model) const { return {*runtime_, std::move(model)}; }
+  /// An operation of this actuator, checked by its table. @param device  the parameter that names the actuator
+  template <class P>
+  [[nodiscard]] Activity make(std::string_view type, const ParameterTable<P>& table, P parameters,
+                              std::string P::*device, std::unique_ptr<OperationCommand> (*make_command)(const P&),
+                              ArmAfter arms = ArmAfter::kUnknown) const;
 
  private:
   Runtime* runtime_;
@@ -71,12 +84,6 @@ class MotionInterface final : public PtpInterface, public LinInterface {
   using PtpInterface::spline;
 };
 
-struct HoldParameters {
-  std::optional<double> seconds = {};  ///< default: until it is cancelled
-  /// How the arm gives way meanwhile; it has to be in that control mode. Default: as it is.
-  std::optional<command::ComplianceWish> compliance = {};
-};
-
 /// Standing still with a living command, of arms.
 class HoldInterface : public ActuatorInterface {
  public:
@@ -116,11 +123,33 @@ class ForceInterface : public ActuatorInterface {
   [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
-  /// Presses along a direction of the base with a force, from wherever the arm is, until this holds (or nobody knows,
-  /// row N3), or until it is cancelled; then the arm comes to rest. @param pressing  with how much it presses now, N
-  [[nodiscard]] Activity press(const command::RealSensor& pressing, const Eigen::Vector3d& direction_B,
-                               const command::ForceWish& wish = {},
-                               const std::optional<command::State>& until = {}) const;
+  /// Approaches along a direction until contact, then presses with a force: until a time or a state, or until it is
+  /// cancelled; then the arm comes to rest.
+  [[nodiscard]] Activity press(const PressParameters& parameters = {}) const;
+  /// The same, and follows a pattern across the direction until something is found.
+  [[nodiscard]] Activity search(const SearchParameters& parameters) const;
+};
+
+/// Velocities of the tool, of arms with inverse kinematics.
+class JogInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "JogInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// Manual control while a dead-man switch is held.
+  [[nodiscard]] Activity jog(const JogParameters& parameters) const;
+};
+
+/// Poses that move, of arms with inverse kinematics.
+class FollowInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "FollowInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// The tool goes after a frame, or after the poses of a channel.
+  [[nodiscard]] Activity follow(const FollowParameters& parameters) const;
 };
 
 /// Guiding by hand, of arms that have joint impedance, or a force/torque sensor and inverse kinematics.
@@ -131,10 +160,8 @@ class FreedriveInterface : public ActuatorInterface {
   using ActuatorInterface::ActuatorInterface;
 
   /// A person leads the arm until the end, or until it is cancelled; then it rests where it is, in the control mode
-  /// that it had before (command::freedrive). @param biases  of force/torque sensors; without one it tares at the
-  /// beginning
-  [[nodiscard]] Activity freedrive(const command::FreedriveWish& wish = {}, const FreedriveEnd& end = {},
-                                   const command::Biases& biases = {}) const;
+  /// that it had before (command::freedrive). An arm whose force/torque sensor was not tared tares it at the beginning.
+  [[nodiscard]] Activity freedrive(const FreedriveParameters& parameters = {}) const;
 };
 
 /// Of grippers.
@@ -144,8 +171,10 @@ class GrippingInterface : public ActuatorInterface {
   [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
-  [[nodiscard]] Activity close(const command::GripWish& wish = {}) const;
-  [[nodiscard]] Activity open(const command::GripWish& wish = {}) const;
+  /// What has to be between the fingers (`expect`), and what the arm carries then, are of files: a program looks at the
+  /// gripper's states and tells the arm (Actuator::carry).
+  [[nodiscard]] Activity close(const GripParameters& parameters = {}) const;
+  [[nodiscard]] Activity open(const ReleaseParameters& parameters = {}) const;
 };
 
 /// Of digital and analog outputs.
@@ -157,6 +186,8 @@ class OutputInterface : public ActuatorInterface {
 
   [[nodiscard]] Activity set(bool value) const;
   [[nodiscard]] Activity set(double value) const;
+  /// As a file has it: a value, or what an analog output follows.
+  [[nodiscard]] Activity set(const SetParameters& parameters) const;
 };
 
 /// Something of the cell that can be told what to do, as programs see it: arm.use<LinInterface>().lin(goal). A cheap

@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "core/activity/actuator_interfaces.h"
 #include "core/activity/pair_motion.h"
 #include "core/expression/condition_state.h"
+#include "core/operations/actuator_interfaces.h"
 
 namespace takt::activity {
 
