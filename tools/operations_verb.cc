@@ -107,9 +107,26 @@ Json describe(const std::vector<ParameterInfo>& parameters) {
   return list;
 }
 
+/// As schemas/scenario.schema.json has them, without what concerns several keys at once.
+Json schema_definitions(const std::vector<const Operation*>& operations) {
+  Json definitions = Json::object();
+  for (const Operation* operation : operations) {
+    Json properties = Json::object(), required = Json::array();
+    for (const char* key : {"do", "name", "start", "on"}) properties[key] = true;
+    for (const ParameterInfo& one : operation->parameters()) {
+      if (one.refused) continue;
+      properties[one.key] = schema_of(one);
+      if (one.required) required.push_back(one.key);
+    }
+    definitions[std::string(operation->name)] = {
+        {"description", operation->doc}, {"required", required}, {"properties", properties}};
+  }
+  return {{"definitions", definitions}};
+}
+
 struct Arguments {
   std::string name;
-  bool markdown = false;
+  bool markdown = false, schema = false;
 };
 
 int operations(const Arguments& arguments, const Common& common) {
@@ -131,6 +148,8 @@ int operations(const Arguments& arguments, const Common& common) {
       list.push_back(
           {{"name", operation->name}, {"doc", operation->doc}, {"parameters", describe(operation->parameters())}});
     print({{"operations", list}});
+  } else if (arguments.schema) {
+    fmt::print("{}\n", schema_definitions(chosen).dump(2));
   } else if (arguments.markdown) {
     print_page(chosen);
   } else if (arguments.name.empty()) {
@@ -148,6 +167,7 @@ std::pair<CLI::App*, Verb> add_operations(CLI::App& app, Common& common) {
   CLI::App* verb = app.add_subcommand("operations", "Print the operations of programs with their parameters");
   verb->add_option("NAME", arguments->name, "One operation with its parameters");
   verb->add_flag("--markdown", arguments->markdown, "As a page: docs/operations-reference.md");
+  verb->add_flag("--schema", arguments->schema, "As definitions of a JSON Schema, for editors");
   return {verb, [arguments, &common] { return operations(*arguments, common); }};
 }
 

@@ -33,6 +33,16 @@ Result<motion::Leg> ptp_to_pose(const ArmModel& arm, const JointVector& q, const
   return motion::ptp_leg(arm, q, *choice);
 }
 
+/// A motion as files have it, with a leg of the program's own. @param leg  from where the arm will be
+Activity make_motion(Runtime& runtime, PathKind kind, const std::string& label, const std::string& arm, LegOf leg,
+                     MotionParameters parameters) {
+  parameters.arm = arm;
+  const auto accepted = motion_parameters(kind).accept(std::move(parameters), runtime.cell());
+  if (!accepted) return {runtime, refused_activity(arm + " " + label, arm, accepted.error())};
+  return {runtime,
+          motion_activity(label, arm, std::move(leg), options_of(*accepted, runtime.cell(), runtime.biases()))};
+}
+
 struct Offer {
   std::string_view name;
   bool (*by)(const Cell&, const std::string&);
@@ -79,58 +89,58 @@ bool GrippingInterface::offered_by(const Cell& cell, const std::string& actuator
 bool OutputInterface::offered_by(const Cell& cell, const std::string& actuator) { return is_output(cell, actuator); }
 
 Activity PtpInterface::ptp(const JointVector& q_goal, const MotionParameters& parameters) const {
-  return make(motion_activity(
-      "PTP", actuator(),
-      [q_goal](const ArmModel& arm, const JointVector& q) { return motion::ptp_leg(arm, q, q_goal); }, parameters));
+  return make_motion(
+      runtime(), PathKind::kPtp, "PTP", actuator(),
+      [q_goal](const ArmModel& arm, const JointVector& q) { return motion::ptp_leg(arm, q, q_goal); }, parameters);
 }
 
 Activity PtpInterface::ptp(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {
-  return make(motion_activity(
-      "PTP", actuator(), [X_BT](const ArmModel& arm, const JointVector& q) { return ptp_to_pose(arm, q, X_BT); },
-      parameters));
+  return make_motion(
+      runtime(), PathKind::kPtp, "PTP", actuator(),
+      [X_BT](const ArmModel& arm, const JointVector& q) { return ptp_to_pose(arm, q, X_BT); }, parameters);
 }
 
 Activity PtpInterface::spline(const std::vector<JointVector>& points, const MotionParameters& parameters) const {
-  return make(motion_activity(
-      "spline", actuator(),
-      [points](const ArmModel& arm, const JointVector& q) { return motion::spline_leg(arm, q, points); }, parameters));
+  return make_motion(
+      runtime(), PathKind::kSpline, "spline", actuator(),
+      [points](const ArmModel& arm, const JointVector& q) { return motion::spline_leg(arm, q, points); }, parameters);
 }
 
 Activity LinInterface::lin(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {
-  return make(motion_activity(
-      "LIN", actuator(), [X_BT](const ArmModel& arm, const JointVector& q) { return motion::lin_leg(arm, q, X_BT); },
-      parameters));
+  return make_motion(
+      runtime(), PathKind::kLin, "LIN", actuator(),
+      [X_BT](const ArmModel& arm, const JointVector& q) { return motion::lin_leg(arm, q, X_BT); }, parameters);
 }
 
 Activity LinInterface::lin_by(const Eigen::Vector3d& way_B, const MotionParameters& parameters) const {
-  return make(motion_activity(
-      "LIN", actuator(),
+  return make_motion(
+      runtime(), PathKind::kLin, "LIN", actuator(),
       [way_B](const ArmModel& arm, const JointVector& q) {
         Eigen::Isometry3d X = arm.chain.forward(q) * arm.X_FM;
         X.translation() += way_B;
         return motion::lin_leg(arm, q, X);
       },
-      parameters));
+      parameters);
 }
 
 Activity LinInterface::circ(const motion::ArcThrough& arc, const MotionParameters& parameters) const {
-  return make(motion_activity(
-      "CIRC", actuator(), [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); },
-      parameters));
+  return make_motion(
+      runtime(), PathKind::kCirc, "CIRC", actuator(),
+      [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); }, parameters);
 }
 
 Activity LinInterface::circ(const motion::ArcAbout& arc, const MotionParameters& parameters) const {
-  return make(motion_activity(
-      "CIRC", actuator(), [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); },
-      parameters));
+  return make_motion(
+      runtime(), PathKind::kCirc, "CIRC", actuator(),
+      [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); }, parameters);
 }
 
 Activity LinInterface::spline(const std::vector<Eigen::Isometry3d>& poses_BT,
                               const MotionParameters& parameters) const {
-  return make(motion_activity(
-      "spline", actuator(),
+  return make_motion(
+      runtime(), PathKind::kSpline, "spline", actuator(),
       [poses_BT](const ArmModel& arm, const JointVector& q) { return motion::spline_leg(arm, q, poses_BT); },
-      parameters));
+      parameters);
 }
 
 // -- Operations by their parameters -------------------------------------------------------------------------------

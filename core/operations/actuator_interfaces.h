@@ -7,12 +7,12 @@
 
 #include "core/activity/activity.h"
 #include "core/activity/command_activity.h"
-#include "core/activity/motion_activity.h"
 #include "core/operations/follow.h"
 #include "core/operations/freedrive.h"
 #include "core/operations/grip.h"
 #include "core/operations/hold.h"
 #include "core/operations/jog.h"
+#include "core/operations/motion.h"
 #include "core/operations/press.h"
 #include "core/operations/search.h"
 #include "core/operations/set.h"

@@ -18,7 +18,7 @@ using kinematics::JointVector;
 using Planned = Result<command::PlannedMotion>;
 
 struct MotionOnBaseParameters {
-  MotionRequest tool;  ///< of the arm, in the room
+  MotionParameters tool;  ///< of the arm, in the room
   Goal base_goal;
 };
 
@@ -107,7 +107,7 @@ std::unique_ptr<OperationCommand> read_motion_on_base(const OperationSource& sou
   Json alone = json;
   alone.erase("base_to");
   for (const char* key :
-       {"blend_m", "blend_fraction", "until", "unless", "follower", "compliance", "weave", "force_offset"}) {
+       {"blend_m", "blend_fraction", "until", "abort_if", "follower", "compliance", "weave", "force_offset"}) {
     if (alone.contains(key))
       diagnostics.error(Code::kConflict, pointer + "/" + key, fmt::format("a motion with a base has no '{}'", key),
                         "two motions");

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/activity/dual_entry_motion.h"
+#include "core/operations/operation_activity.h"
 
 namespace takt::activity {
 namespace {
@@ -14,7 +15,7 @@ using motion::ArmModel;
 
 class TwoArmActivity final : public ActivityModel {
  public:
-  TwoArmActivity(const std::string& kind, Grasp grasp, LegOf leg, MotionParameters wish)
+  TwoArmActivity(const std::string& kind, Grasp grasp, LegOf leg, MotionOptions wish)
       : ActivityModel(fmt::format("{}+{} {}", grasp.leader, grasp.follower, kind)),
         grasp_(std::move(grasp)),
         leg_(std::move(leg)),
@@ -38,7 +39,12 @@ class TwoArmActivity final : public ActivityModel {
     const std::vector<motion::LegMaker> makers{maker(pair.leader)};
     auto from_rest = motion::plan_pair(pair, *leads.at_end.q, *follows.at_end.q, makers);
     if (!from_rest) return std::unexpected(std::move(from_rest.error()));
-    return prepare_dual_entry(planning, {name(), grasp_, std::move(*from_rest), plan_pair_on(planning, grasp_, makers)},
+    return prepare_dual_entry(planning,
+                              {.name = name(),
+                               .grasp = grasp_,
+                               .from_rest = std::move(*from_rest),
+                               .from_blend = plan_pair_on(planning, grasp_, makers),
+                               .abort_if = {wish_.abort_if}},
                               wish_);
   }
 
@@ -73,7 +79,7 @@ class TwoArmActivity final : public ActivityModel {
 
   Grasp grasp_;
   LegOf leg_;
-  MotionParameters wish_;
+  MotionOptions wish_;
 };
 
 /// The pose of an arm's base in the world.
@@ -103,20 +109,28 @@ TwoArms::TwoArms(const Actuator& leader, const Actuator& follower, const Eigen::
   grasp_.X_HF = follower.flange().inverse() * grasp_.X_WF.inverse() * X_WC;
 }
 
-Activity TwoArms::motion(const char* kind, LegOf leg, const MotionParameters& parameters) const {
-  return {*runtime_, std::make_shared<const TwoArmActivity>(kind, grasp_, std::move(leg), parameters)};
+Activity TwoArms::motion(PathKind kind, const char* label, LegOf leg, const MotionParameters& parameters) const {
+  MotionParameters own = parameters;
+  own.arm = leader_.name();
+  own.follower = follower_.name();
+  const auto accepted = motion_parameters(kind).accept(own, runtime_->cell());
+  if (!accepted)
+    return {*runtime_, refused_activity(own.arm + "+" + own.follower + " " + label, own.arm, accepted.error())};
+  return {*runtime_, std::make_shared<const TwoArmActivity>(
+                         label, grasp_, std::move(leg), options_of(*accepted, runtime_->cell(), runtime_->biases()))};
 }
 
 Activity TwoArms::lin(const Eigen::Isometry3d& X_WC, const MotionParameters& parameters) const {
   const Eigen::Isometry3d X_LC = grasp_.X_WL.inverse() * X_WC;
   return motion(
-      "LIN", [X_LC](const ArmModel& arm, const JointVector& q) { return motion::lin_leg(arm, q, X_LC); }, parameters);
+      PathKind::kLin, "LIN",
+      [X_LC](const ArmModel& arm, const JointVector& q) { return motion::lin_leg(arm, q, X_LC); }, parameters);
 }
 
 Activity TwoArms::lin_by(const Eigen::Vector3d& way_W, const MotionParameters& parameters) const {
   const Eigen::Vector3d way_L = grasp_.X_WL.linear().transpose() * way_W;
   return motion(
-      "LIN",
+      PathKind::kLin, "LIN",
       [way_L](const ArmModel& arm, const JointVector& q) {
         Eigen::Isometry3d X = arm.chain.forward(q) * arm.X_FM;
         X.translation() += way_L;
@@ -130,7 +144,8 @@ Activity TwoArms::circ(const motion::ArcThrough& arc_W, const MotionParameters& 
   arc.p_via = grasp_.X_WL.inverse() * arc_W.p_via;
   arc.X_BM_goal = grasp_.X_WL.inverse() * arc_W.X_BM_goal;
   return motion(
-      "CIRC", [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); }, parameters);
+      PathKind::kCirc, "CIRC",
+      [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); }, parameters);
 }
 
 Eigen::Isometry3d TwoArms::centre() const { return grasp_.X_WL * leader_.flange() * grasp_.X_HL; }

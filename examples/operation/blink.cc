@@ -1,5 +1,5 @@
-// The operation "blink": a digital output is true for a while and false for a while, so many times. One net: what follows
-// what is decided in the cycle, and the last thing that is sent is false.
+// The operation "blink": a digital output is true for a while and false for a while, so many times. One net: what
+// comes after what is decided in the cycle, and the last thing that is sent is false.
 #include <string>
 #include <utility>
 

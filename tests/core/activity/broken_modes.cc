@@ -65,7 +65,7 @@ std::vector<BrokenActivity> broken_modes() {
        "an arm that the core drives"},
       {"a hand that may lead nowhere",
        [](auto& cell) { cell.robot.template use<FreedriveInterface>().freedrive({.velocity = 0.0}).execute(); },
-       "/arm freedrive/velocity_m_s", "0", "above 0"},
+       "/arm freedrive/velocity_m_s", "unexpected value 0", "above 0"},
   };
 }
 

@@ -124,24 +124,24 @@ TEST(ParameterTable, DefaultsOfCppAreThoseOfFiles) {
 
 TEST(ParameterTable, WhatIsWrittenIsReadBack) {
   const command::Cell cell = named_cell();
-  MotionRequest motion;
+  MotionParameters motion;
   motion.velocity = 0.25;
   motion.linear_velocity = 0.1;
-  motion.blend = {motion::Blend::Kind::kDistance, 0.02};
-  motion.overlay.weave.emplace().amplitude = 0.004;
+  motion.blend = BlendingCondition::at_distance(0.02);
+  motion.weave.emplace().amplitude = 0.004;
   ParameterWriter writer;
   motion_parameters(PathKind::kLin).write(motion, writer);
   Json json = writer.result();
   json["to"] = "home";
   Diagnostics diagnostics;
   ObjectReader reader(json, "", diagnostics);
-  const MotionRequest back = motion_parameters(PathKind::kLin).read(reader, cell);
+  const MotionParameters back = motion_parameters(PathKind::kLin).read(reader, cell);
   EXPECT_EQ(diagnostics.to_string(), "");
   EXPECT_EQ(back.velocity, motion.velocity);
   EXPECT_EQ(back.linear_velocity, motion.linear_velocity);
-  EXPECT_EQ(back.blend.kind, motion.blend.kind);
-  EXPECT_EQ(back.blend.value, motion.blend.value);
-  EXPECT_EQ(back.overlay.weave->amplitude, 0.004);
+  EXPECT_EQ(back.blend.way.kind, motion.blend.way.kind);
+  EXPECT_EQ(back.blend.way.value, motion.blend.way.value);
+  EXPECT_EQ(back.weave->amplitude, 0.004);
 }
 
 TEST(ParameterTable, AnUnknownKeyIsReportedWithTheNearest) {
