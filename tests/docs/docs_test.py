@@ -50,6 +50,11 @@ def at(document, pointer):
     return document
 
 
+def without_lines(diagnostic):
+    """Line and column depend on how a file is laid out."""
+    return re.sub(r"json:\d+:\d+:", "json:", diagnostic).strip()
+
+
 class Generated(unittest.TestCase):
     def test_the_reference_of_scenario_files_is_what_the_script_prints(self):
         printed = subprocess.run([sys.executable, "-B", str(ROOT / "schemas/make_reference.py")], capture_output=True, text=True, check=True)
@@ -111,7 +116,7 @@ class Tutorial(unittest.TestCase):
         for document, expected in (({}, said[0]), (misspelt, said[1])):
             self.file.write_text(json.dumps(document))
             check = takt("validate", self.file)
-            self.assertEqual((check.returncode, check.stderr.strip()), (2, f"{self.file}{expected}"))
+            self.assertEqual((check.returncode, without_lines(check.stderr)), (2, without_lines(f"{self.file}{expected}")))
 
     def test_what_the_page_says_of_other_values_is_true(self):
         states, complete = self.states()
