@@ -148,7 +148,7 @@ std::pair<CLI::App*, Verb> add_model(CLI::App& app, Common& common) {
       ->type_name("RAD");
   verb->add_option("--held", arguments->ik.held, "With --ik: the value of the joint that a seven-axis arm holds, rad")
       ->type_name("RAD");
-  verb->add_flag("--branches", arguments->branches, "With --ik: each branch once, without turns by 360 degrees");
+  verb->add_flag("--branches", arguments->branches, "With --ik: each branch once, without full turns");
   verb->add_option("--image", arguments->image, "Draw the model into a picture")->type_name("OUT.png");
   verb->add_option("--size", arguments->picture.size, "Of the picture, default 960x720")->type_name("WxH");
   verb->add_option("--posture", arguments->posture, "In the picture: positions of all movable joints, rad or m")

@@ -204,9 +204,9 @@ std::pair<CLI::App*, Verb> add_net(CLI::App& app, Common& common) {
   CLI::App* verb = app.add_subcommand("net", "A realtime primitive net: check it, measure it, draw it");
   verb->add_option("FILE", arguments->file, "Net file, or a scenario whose steps make nets (JSON)")->required();
   verb->add_option("--scenario", arguments->scenario, "Scenario whose devices the net may name")->type_name("FILE");
-  verb->add_option("--step", arguments->step, "Of a scenario: the net of the step of this name")->type_name("NAME");
+  verb->add_option("--step", arguments->step, "With a scenario: the net of the step of this name")->type_name("NAME");
   verb->add_flag("--check", arguments->check, "Verify and report (the default): certificate, null paths, units, order");
-  verb->add_flag("--bench", arguments->bench, "What a cycle and each primitive cost on this machine");
+  verb->add_flag("--bench", arguments->bench, "Cost of a cycle and of each primitive on this machine");
   verb->add_option("--seconds", arguments->seconds, "How long --bench measures")
       ->check(CLI::Range(0.05, 600.0))
       ->capture_default_str();
