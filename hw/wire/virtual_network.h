@@ -19,9 +19,12 @@ struct VirtualFaults {
   std::size_t stream_piece = 0;
 };
 
-/// What the wire did, of both directions.
+/// Datagrams, of both directions. What random loss took is not counted.
 struct VirtualCounts {
-  std::uint64_t sent = 0, lost = 0, corrupted = 0, truncated = 0, cut = 0;
+  std::uint64_t sent = 0;
+  std::uint64_t dropped = 0;  ///< by lose_next()
+  std::uint64_t cut = 0;      ///< while the cable was pulled
+  std::uint64_t corrupted = 0, truncated = 0;
 };
 
 /// A wire within the process, on a clock that somebody else sets: what was sent at t arrives at t + transport + jitter,
@@ -50,6 +53,8 @@ class VirtualNetwork final : public Network {
 
  private:
   class Hub;
+  class Datagrams;
+  class Listener;
   std::shared_ptr<Hub> hub_;
 };
 
