@@ -13,7 +13,9 @@ ArmUnderTest twin(const std::string& name, const TwinOptions& options) {
 }
 
 TwinOptions with_cycle(Nanoseconds cycle) {
-  TwinOptions options{.clock_offset = 3 * kSecond + 123'456, .drift = 100e-6};
+  TwinOptions options;
+  options.clock_offset = 3 * kSecond + 123'456;
+  options.drift = 100e-6;
   options.client.cycle = options.controller.cycle = cycle;
   options.faults.wire.transport = 100'000;
   return options;
