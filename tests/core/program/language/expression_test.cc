@@ -153,7 +153,7 @@ TEST_F(ExpressionTest, WhatCannotBeReadIsRefused) {
   EXPECT_THAT(wrong("'open"), HasSubstr("the text has no end"));
   EXPECT_THAT(wrong("1[m"), HasSubstr("the unit has no end"));
   EXPECT_THAT(wrong("#"), HasSubstr("'#' begins no value"));
-  EXPECT_THAT(wrong("1e999"), HasSubstr("no number"));
+  EXPECT_THAT(wrong("1e999"), HasSubstr("not a number"));
   EXPECT_THAT(wrong(std::string(60, '(') + "1" + std::string(60, ')')), HasSubstr("nested too deeply"));
   EXPECT_THAT(wrong(std::string(2000, '1')), HasSubstr("at most 1000"));
   EXPECT_THAT(wrong(std::string(500, '-') + "1"), HasSubstr("nested too deeply"));
