@@ -18,8 +18,8 @@ int main(int argc, char** argv) {
     const State felt = is_greater(cell.force("wrist"), 5.0);    // N
     const State tight = cell.input("io/clutch").held_for(2.0);  // s
     const Activity insert = motion.lin_by({0.0, 0.0, -0.1}, {.linear_velocity = 0.005, .until = felt});
-    const Activity hold = robot.use<ForceInterface>().press(
-        {.direction = down, .in = robot.name(), .force = 10.0, .until = tight});
+    const Activity hold =
+        robot.use<ForceInterface>().press({.direction = down, .in = robot.name(), .force = 10.0, .until = tight});
 
     cell.step("insert, then press and turn");
     sequence({insert, parallel({hold, driver.set(true)})}).execute();
