@@ -54,6 +54,8 @@ MAY_INCLUDE = {
 }
 # GCC 12 destroys such a lambda twice.
 AWAITED_LAMBDA = re.compile(r"co_await\b[^;{}]*\[[&=\w][^\]]*\]\s*(\(|\{|mutable)")
+# It moves texts of parameters bit by bit.
+AWAITED_PARAMETERS = re.compile(r"co_await\b[^;{}]*\b(press|search|hold|jog|follow|close|open|set|freedrive|perform)\([^;{}]*\{")
 HEAVY = re.compile(r'#include <(nlohmann/json\.hpp|mujoco/|boost/beast|google/protobuf|urdf)')
 # Descriptions hold JSON by value.
 HEAVY_ALLOWED = {"core/net/description.h", "scenario/description.h", "cmake/pch.h"}
@@ -93,6 +95,8 @@ def check_code(name, lines, say):
 
 
 def check_awaits(name, text, say):
+    for match in AWAITED_PARAMETERS.finditer(text):
+        say(name, text[: match.start()].count("\n") + 1, "parameters inside of a co_await expression: name them before")
     for match in AWAITED_LAMBDA.finditer(text):
         say(name, text[: match.start()].count("\n") + 1, "a capturing lambda inside of a co_await expression: name it before")
 
