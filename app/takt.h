@@ -45,11 +45,14 @@ using activity::FreedriveInterface;
 using activity::GrippingInterface;
 using activity::HoldInterface;
 using activity::internal_force;
+using activity::JointInterface;
 using activity::LinInterface;
 using activity::MotionInterface;
 using activity::OutputInterface;
 using activity::PtpInterface;
+using activity::RegisterInterface;
 using activity::TwoArms;
+using activity::VelocityInterface;
 
 // How: parameters.
 using activity::BlendingCondition;

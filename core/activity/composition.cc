@@ -209,7 +209,7 @@ class MainTaskActivity final : public CompositeActivity {
   [[nodiscard]] Result<State> trigger(std::size_t i, const PlannedActivity& main) const {
     const Subtask& subtask = subtasks_[i];
     const std::string pointer = fmt::format("/subtasks/{}", i);
-    if (subtask.when) return *subtask.when;
+    if (subtask.when) return *subtask.when && main.command->active();
     if (!subtask.at_share) return failure(Code::kMissing, pointer, "it never begins", "`at_share` or `when`");
     if (!main.at_share)
       return failure(Code::kConflict, pointer,
