@@ -63,6 +63,13 @@ struct EndState {
   std::vector<Last> last;
 };
 
+/// One of the ways in which an activity may end, of which exactly one comes: by which state that shows from the begin
+/// of that way on, and what is known of its actuators then.
+struct Ending {
+  command::State taken;
+  std::map<std::string, ActuatorState, std::less<>> after;
+};
+
 /// A planned motion inside of an activity: how people see where it has come to.
 struct PlannedPart {
   command::SubjectPtr command;      ///< whose clock tells where it is
@@ -76,7 +83,8 @@ using ControlModes = std::map<std::string, device::ControlMode, std::less<>>;
 /// An activity that can become a net: of a command, or one that was written by hand.
 struct PlannedActivity {
   std::optional<command::Command> command;
-  std::map<std::string, EndState, std::less<>> end_states;               ///< of each of its actuators
+  std::map<std::string, EndState, std::less<>> end_states;  ///< of each of its actuators
+  std::vector<Ending> endings = {};  ///< where it may end in several ways; empty: end_states say all
   std::map<std::string, std::vector<device::Seam>, std::less<>> begins;  ///< ways in which it may take an arm over
   std::set<std::string, std::less<>> taken_over;                         ///< actuators that it can go on with in motion
   std::vector<PlannedPart> motions = {};                                 ///< of one motion: its ways; of others: none

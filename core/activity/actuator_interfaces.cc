@@ -165,7 +165,8 @@ Activity ForceInterface::press(const command::RealSensor& pressing, const Eigen:
   for (const std::string& sensor : sensors) {
     const std::string& arm = runtime().cell().sensors.at(sensor).arm;
     if (arm != actuator())
-      throw_diagnostic(actuator(), fmt::format("'{}' is on '{}', not on '{}'", sensor, arm, actuator()),
+      throw_diagnostic(Code::kConflict, actuator(),
+                       fmt::format("'{}' is on '{}', not on '{}'", sensor, arm, actuator()),
                        "a force/torque sensor of the arm that presses");
   }
   const auto make_command = [=, name = actuator()](const PlanningContext& planning) -> command::Command {
@@ -212,7 +213,7 @@ Activity VelocityInterface::follow(const command::JointsSensor& target, double s
 void JointInterface::check(int joint) const {
   const auto count = runtime().cell().arms.at(actuator()).device->description().limits.velocity.size();
   if (joint < 0 || joint >= count)
-    throw_diagnostic(actuator(), fmt::format("'{}' has no joint {}", actuator(), joint),
+    throw_diagnostic(Code::kOutOfRange, actuator(), fmt::format("'{}' has no joint {}", actuator(), joint),
                      fmt::format("0 to {}", count - 1));
 }
 
@@ -318,7 +319,8 @@ JointVector Actuator::q() const { return arm().device->set_point().q; }
 
 JointVector Actuator::measured_q() const {
   const device::Arm& device = *arm().device;
-  if (!device.has_sample()) throw_diagnostic(name_, fmt::format("'{}' has not measured yet", name_), "after a cycle");
+  if (!device.has_sample())
+    throw_diagnostic(Code::kNotKnownYet, name_, fmt::format("'{}' has not measured yet", name_), "after a cycle");
   return device.sample().q;
 }
 

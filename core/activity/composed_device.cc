@@ -21,9 +21,9 @@ std::vector<std::string> names_of(const auto& actuators) {
   return names;
 }
 
-[[noreturn]] void refuse_device(const std::string& device, std::string message, std::string hint) {
+[[noreturn]] void refuse_device(Code code, const std::string& device, std::string message, std::string hint) {
   Diagnostics why;
-  why.error(pointer_segment(device), std::move(message), std::move(hint));
+  why.error(code, pointer_segment(device), std::move(message), std::move(hint));
   throw ActivityError(std::move(why));
 }
 
@@ -31,12 +31,13 @@ std::vector<std::string> names_of(const auto& actuators) {
 
 ComposedDevice::ComposedDevice(std::string name, std::vector<Actuator> parts)
     : name_(std::move(name)), parts_(std::move(parts)) {
-  if (parts_.empty()) refuse_device(name_, "a device without parts", "at least one actuator");
+  if (parts_.empty()) refuse_device(Code::kMissing, name_, "a device without parts", "at least one actuator");
   for (auto part = parts_.begin(); part != parts_.end(); ++part) {
     if (std::any_of(parts_.begin(), part, [&](const Actuator& other) { return other.name() == part->name(); }))
-      refuse_device(name_, fmt::format("'{}' is a part of '{}' twice", part->name(), name_), "each actuator once");
+      refuse_device(Code::kDuplicate, name_, fmt::format("'{}' is a part of '{}' twice", part->name(), name_),
+                    "each actuator once");
     if (&part->runtime() != &parts_.front().runtime())
-      refuse_device(name_,
+      refuse_device(Code::kConflict, name_,
                     fmt::format("'{}' belongs to another runtime than '{}'", part->name(), parts_.front().name()),
                     "actuators of one Runtime");
   }
@@ -45,7 +46,8 @@ ComposedDevice::ComposedDevice(std::string name, std::vector<Actuator> parts)
 const Actuator& ComposedDevice::part(const std::string& name) const {
   const auto found = std::ranges::find(parts_, name, [](const Actuator& one) { return one.name(); });
   if (found == parts_.end())
-    refuse_device(name_, fmt::format("'{}' has no part '{}'", name_, name), nearest_choice(name, names_of(parts_)));
+    refuse_device(Code::kUnknownName, name_, fmt::format("'{}' has no part '{}'", name_, name),
+                  nearest_choice(name, names_of(parts_)));
   return *found;
 }
 
@@ -59,10 +61,10 @@ std::vector<const Actuator*> ComposedDevice::offering(OfferedBy offered_by) cons
 const Actuator& ComposedDevice::the_one(std::string_view interface, OfferedBy offered_by) const {
   const auto all = offering(offered_by);
   if (all.empty())
-    refuse_device(name_, fmt::format("no part of '{}' has {}", name_, interface),
+    refuse_device(Code::kUnsupported, name_, fmt::format("no part of '{}' has {}", name_, interface),
                   fmt::format("they offer {}", fmt::join(interfaces(), ", ")));
   if (all.size() > 1)
-    refuse_device(name_, fmt::format("{} parts of '{}' have {}", all.size(), name_, interface),
+    refuse_device(Code::kConflict, name_, fmt::format("{} parts of '{}' have {}", all.size(), name_, interface),
                   fmt::format("part() of one of {}", fmt::join(names_of(all), ", ")));
   return *all.front();
 }

@@ -52,7 +52,7 @@ class Checker {
     for (const auto& handler : tree_.handlers()) check_handler(handler);
     check_cycle();
     check_rivals();
-    if (!diagnostics_.has_errors()) check_acting(tree_, diagnostics_);
+    check_acting(tree_, diagnostics_);
     // What is not planned because of another fault is no fault of its own.
     if (planned_ && !diagnostics_.has_errors()) check_planned();
     return std::move(diagnostics_);

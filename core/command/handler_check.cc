@@ -20,11 +20,13 @@ class HandlerCheck {
   void check(const Handler& h) {
     const ExpressionPtr& state = h.handler->state.node();
     if (!h.handler->entered && !can_change(state, false)) {
-      diagnostics_.error(h.path, "C11: this state is never left: what has happened stays so until the net ends",
+      diagnostics_.error(Code::kNeverFires, h.path,
+                         "C11: this state is never left: what has happened stays so until the net ends",
                          "`active`, a state of an action, or a sensor");
     } else if (const int late = begins_too_late(h); late >= 0) {
       diagnostics_.error(
-          h.path, fmt::format("C11: it never acts: '{}' begins only when '{}' has ended", name(late), name(h.owner)),
+          Code::kNeverFires, h.path,
+          fmt::format("C11: it never acts: '{}' begins only when '{}' has ended", name(late), name(h.owner)),
           "the handler on a transaction around both");
     } else if (h.handler->effect.kind == Kind::kStart && waits_for_sensors(h)) {
       diagnostics_.note(h.path,
@@ -107,7 +109,10 @@ class HandlerCheck {
 
 void check_acting(const CommandTree& tree, Diagnostics& diagnostics) {
   HandlerCheck check(tree, diagnostics);
-  for (const Handler& handler : tree.handlers()) check.check(handler);
+  for (const Handler& handler : tree.handlers()) {
+    const ExpressionPtr& state = handler.handler->state.node();
+    if (state && state->depth <= kMostDepth && !faults_of(state).has_errors()) check.check(handler);
+  }
 }
 
 }  // namespace takt::command

@@ -43,7 +43,7 @@ TEST_F(TransactionEndTest, L9_TheSeamWaitsForItsArc) {
   TransactionCommand weld("weld");
   weld.add_started(ignition).add(gas).add(arc).add(seam);
   weld.on_entered(ignition.completed(), start(gas)).on_entered(ignition.completed(), start(arc), {.delay = 0.05});
-  weld.on_entered(button(), start(seam));
+  weld.on_entered(button() && ignition.completed(), start(seam));
   LoadedCommand handle = started(weld);
   steps(3000);
   EXPECT_TRUE(driver());
