@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/activity/command_activity.h"
 #include "core/activity/composed_device.h"
 #include "core/command/actions/online_action.h"
 #include "tests/core/activity/activity_cell.h"
@@ -136,6 +137,38 @@ TEST_F(InterfacesTest, AnInterfaceOfAProjectIsListed) {
   EXPECT_THAT(cell.robot.interfaces(), Contains("PolishInterface"));
   EXPECT_THAT(Actuator(cell.program, "lamp").interfaces(), Not(Contains("PolishInterface")));
   EXPECT_EQ(cell.robot.use<PolishInterface>().actuator(), "arm");
+}
+
+// 2013, 4.4: a command is scheduled after another one; no cycle is lost between them.
+TEST_F(InterfacesTest, CommandsFollowEachOtherWithoutAnEmptyCycle) {
+  const auto line = [&](const char* name, double y) -> command::RuntimeCommand {
+    return {name, cell.arm_actuator(), command::lin(cell.moved(0.0, y, 0.0))};
+  };
+  command::RuntimeCommand there = line("there", 0.05), light("light", cell.lamp(), command::set_value(true));
+  command::TransactionCommand first("first");
+  first.add_started(there).add(light).on_entered(there.completed(), start(light));
+  const RunPtr one = cell.program.schedule(command_activity(first));
+  const RunPtr two = cell.program.schedule(command_activity(line("back", 0.0)));
+  run(20);
+  EXPECT_EQ(one->state(), RunState::kRunning);
+  EXPECT_EQ(two->state(), RunState::kLoaded) << "planned from where the first one will end";
+  cell.program.run_until([&] { return two->over(); });
+  require(one);
+  require(two);
+  EXPECT_EQ(two->first_cycle(), one->last_cycle() + 1);
+  EXPECT_LE(cell.worst_limit_share(), 1.0);
+}
+
+TEST_F(InterfacesTest, WhatFollowsACommandThatMayBeCutShortWaitsForItsEnd) {
+  command::RuntimeCommand there("there", cell.arm_actuator(), command::lin(cell.moved(0.0, 0.05, 0.0)));
+  there.on_entered(cell.hard(), cancel(there));
+  const RunPtr one = cell.program.schedule(command_activity(there));
+  const RunPtr two = cell.motion.ptp(cell.arm->home).schedule();
+  run(20);
+  EXPECT_EQ(two->state(), RunState::kQueued);
+  cell.program.run_until([&] { return two->over(); });
+  require(two);
+  EXPECT_LT((cell.robot.q() - cell.arm->home).norm(), 1e-9);
 }
 
 // 2010: a welding robot is a robot with its torch.
