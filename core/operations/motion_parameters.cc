@@ -201,7 +201,7 @@ void check_overlay(MotionRequest& request, const ReadContext& from) {
                              fmt::format("C8: {} moves joints, so there is nothing to {}",
                                          request.kind == PathKind::kPtp ? "PTP" : "a spline of joints",
                                          overlay.weave ? "weave beside" : "shift"),
-                             "a motion of a frame");
+                             "a Cartesian motion");
 }
 
 // -- How it goes on ------------------------------------------------------------------------------------------------

@@ -94,7 +94,7 @@ std::vector<BrokenRun> motions() {
        "its power", silent, true},
       {R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "velocity_m_s": 0.05,
           "unless": {"sensor": "wrist", "above_N": 900}})",
-       "/unless", "this must not hold and did, so the arm stopped on its path", "what made it hold", pushed, true},
+       "/unless", "'abort_if' became true, so the arm stopped on its path", "what made it hold", pushed, true},
       {R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "velocity_m_s": 0.05,
           "unless": {"sensor": "wrist", "above_N": 900}})",
        "/unless", "a sensor of the condition did not answer, so the arm stopped", "its power", silent, true},

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "tests/core/activity/program_runs.h"
+#include "tests/core/program/tree/program_runs.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::test {

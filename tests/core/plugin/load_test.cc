@@ -86,13 +86,13 @@ TEST(Plugin, LoadsOnceAndItsPrimitiveRunsInANet) {
   EXPECT_THAT(refusal(sample("good")), HasSubstr("a plug-in 'good' is loaded already"));
   // A name that is taken refuses the whole plug-in, what was free in it too.
   EXPECT_THAT(refusal(sample("clash")),
-              HasSubstr("clash.so: error: a primitive 'SampleGain' is there already, in family "
+              HasSubstr("clash.so: error: primitive 'SampleGain' is registered already, in family "
                         "'sample'"));
   EXPECT_EQ(net::Registry::global().find("SampleOther"), nullptr);
 }
 
 TEST(Plugin, FaultyOnesAreFindingsAndAddNothing) {
-  EXPECT_THAT(refusal(sample("broken")), HasSubstr("SampleBroken.out: 'furlong//' is no unit"));
+  EXPECT_THAT(refusal(sample("broken")), HasSubstr("SampleBroken.out: 'furlong//' is not a unit"));
   EXPECT_THAT(refusal(sample("twice")), HasSubstr("declares primitive 'SampleOther' twice"));
   EXPECT_THAT(refusal(sample("empty")), HasSubstr("brings nothing"));
   EXPECT_THAT(refusal(sample("plain")), HasSubstr("is no plug-in of takt (TAKT_PLUGIN"));

@@ -78,7 +78,7 @@ TEST_F(ExpressionTest, UnitsAreCarriedAndCompared) {
   EXPECT_THAT(wrong("h + 1"), AllOf(HasSubstr("'+' joins a number in m and a number without a unit"),
                                     HasSubstr("character 3"), HasSubstr("0.1[m]")));
   EXPECT_THAT(wrong("h < 3[N]"), HasSubstr("'<' joins a number in m and a number in N"));
-  EXPECT_THAT(wrong("3[furlong]"), HasSubstr("'furlong' is no unit"));
+  EXPECT_THAT(wrong("3[furlong]"), HasSubstr("'furlong' is not a unit"));
   EXPECT_THAT(wrong("sin(h)"), HasSubstr("'sin' takes an angle, such as 90[deg], here is a number in m"));
 }
 
@@ -174,8 +174,8 @@ TEST_F(ExpressionTest, WhatGrowsInALoopIsBounded) {
 }
 
 TEST_F(ExpressionTest, WhatHasNoValueIsAnErrorInTheRun) {
-  EXPECT_THAT(wrong("1 / 0"), HasSubstr("1 / 0 is no number"));
-  EXPECT_THAT(wrong("sqrt(-1)"), HasSubstr("the result is no number"));
+  EXPECT_THAT(wrong("1 / 0"), HasSubstr("1 / 0 is not a number"));
+  EXPECT_THAT(wrong("sqrt(-1)"), HasSubstr("the result is not a number"));
   EXPECT_THAT(wrong("list[2]"), HasSubstr("element 2 of 2"));
   EXPECT_THAT(wrong("list[0.5]"), HasSubstr("element 0.5"));
   EXPECT_THAT(wrong("mean([])"), HasSubstr("an empty list"));

@@ -230,8 +230,9 @@ TEST_F(PairCommandTest, WhereTheyBeginIsKnownBeforeOrRefused) {
                                        R"(, "on": [{"entered": {"all": [{"completed": "l"}, {"completed": "r"}]},
                                                  "start": "up"}])"));
   EXPECT_THAT(pointers(found), ElementsAre("/program/commands/up"));
-  EXPECT_THAT(found.to_string(), HasSubstr("nobody knows before where 'right' will be when 'up' begins: it depends on "
-                                           "where 'r' may have been cut short"));
+  EXPECT_THAT(found.to_string(),
+              HasSubstr("the position of 'right' when 'up' begins is unknown before the run: it depends on "
+                        "where 'r' may have been cut short"));
   const Diagnostics chance =
       wrong(tree(one + lin("up", "0, 0, 0.05"), R"(, "on": [{"entered": {"input": "x"}, "start": "up"}])"));
   EXPECT_TRUE(chance.has_errors());
