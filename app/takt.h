@@ -13,6 +13,7 @@
 #include "app/run.h"
 #include "core/activity/actuator_interfaces.h"
 #include "core/activity/command_activity.h"
+#include "core/activity/composed_device.h"
 #include "core/activity/composition.h"
 #include "core/activity/dual_entry_motion.h"
 #include "core/activity/two_arms.h"
@@ -39,6 +40,7 @@ using activity::RunState;
 
 // Who does it, and what it offers.
 using activity::Actuator;
+using activity::ComposedDevice;
 using activity::ControlModeInterface;
 using activity::ForceInterface;
 using activity::FreedriveInterface;

@@ -13,7 +13,7 @@ namespace {
 /// Of each limit: the rest is for what a quantity does between two nodes of the path.
 constexpr double kStopShare = 0.98;
 /// Of the jerk that the path leaves at full rate: what curvature may take while the arm brakes.
-constexpr double kShareOfCurvature = 0.5;
+constexpr double kShareOfCurvature = 0.8;
 /// Of a jerk limit, where the path alone takes all of it.
 constexpr double kLeastJerk = 0.1;
 
@@ -53,8 +53,7 @@ StopCell stop_cell(std::span<const StopLoad> loads, double fastest, double s_end
     cell.deceleration = std::min(cell.deceleration, kStopShare * load.acceleration / load.first);
     cell.deceleration_at_full_rate = std::min(cell.deceleration_at_full_rate, deceleration_of(load, fastest));
   }
-  cell.deceleration_at_full_rate = std::min(cell.deceleration_at_full_rate, cell.deceleration);
-  cell.product = std::min(cell.product, cell.deceleration);
+  cell.product = std::min(cell.product, std::max(cell.deceleration, cell.deceleration_at_full_rate));
 
   // The least jerk over the loads is concave in r^3 and r D: a plane that is below it at the corners of their ranges is
   // below it everywhere.
