@@ -18,6 +18,8 @@
 /// What an activity is made of (docs/activity-layer.md). Realtime: setup.
 namespace takt::activity {
 
+class ActivityRun;
+
 /// A motion that another one may go on with, and how far before its goal.
 struct BlendSource {
   std::shared_ptr<const motion::Motion> motion;
@@ -94,6 +96,9 @@ struct PlannedActivity {
   ControlModes modes;
   bool returns = false;  ///< after the command they go back into the modes that they were in
   std::shared_ptr<const net::NetDescription> net = {};  ///< written by hand, in place of a command
+  /// What is wrong with the way in which it ended, asked once its net has ended in order: errors make the run fail
+  /// (RunFailure::kAborted). Empty: nothing can be.
+  std::function<Diagnostics(const ActivityRun&)> verdict = {};
 };
 
 /// An operation in real time that knows what comes before it. Immutable: it may be carried out any number of times,

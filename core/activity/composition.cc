@@ -331,6 +331,43 @@ class MainTaskActivity final : public CompositeActivity {
   std::vector<Subtask> subtasks_;
 };
 
+/// An activity that is cancelled, and fails, when a state holds.
+class AbortActivity final : public ActivityModel {
+ public:
+  AbortActivity(ActivityPtr inner, State state)
+      : ActivityModel(inner->name()), inner_(std::move(inner)), state_(std::move(state)) {}
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return inner_->actuators(); }
+  [[nodiscard]] bool begins_alone() const override { return inner_->begins_alone(); }
+
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    auto prepared = inner_->prepare(planning);
+    if (!prepared) return prepared;
+    if (!prepared->command)
+      return failure(Code::kUnsupported, "/abort_if", fmt::format("'{}' is no command, so nothing can end it", name()),
+                     "an activity that moves something");
+    command::Command& command = *prepared->command;
+    const command::BooleanSensor known(is_null(command::BooleanSensor(state_.node())).node());
+    command.on_entered(state_, cancel(command));
+    command.capture(kHeld, command::BooleanSensor(state_.node()), state_);
+    command.capture(kSilent, known, State(known.node()));
+    // Who goes on with it would not look at the state any more.
+    for (auto& [name, end_state] : prepared->end_states) end_state.last.clear();
+    prepared->verdict = [inner = std::move(prepared->verdict)](const ActivityRun& run) {
+      Diagnostics wrong = inner ? inner(run) : Diagnostics();
+      const bool silent = run.was_true(kSilent);
+      if (silent || run.was_true(kHeld)) add_abort(silent, "/abort_if", wrong);
+      return wrong;
+    };
+    return prepared;
+  }
+
+ private:
+  static constexpr const char *kHeld = "abort_if", *kSilent = "abort_if silent";
+  ActivityPtr inner_;
+  State state_;
+};
+
 std::vector<ActivityPtr> models_of(const std::vector<Activity>& parts) {
   std::vector<ActivityPtr> models;
   for (const Activity& part : parts) models.push_back(part.model());
@@ -410,6 +447,10 @@ Activity with_subtasks(const Activity& main, const std::vector<Subtask>& subtask
   }
   throw_errors(std::move(shared));
   return {runtime, std::make_shared<const MainTaskActivity>(models_of(parts), subtasks)};
+}
+
+Activity abort_if(const Activity& activity, const State& state) {
+  return {activity.runtime(), std::make_shared<const AbortActivity>(activity.model(), state)};
 }
 
 }  // namespace takt::activity

@@ -26,7 +26,7 @@ std::string_view word_for(Kind kind) {
 
 /// Of several arms the one that does not have the mode.
 std::string without_mode(const ActuatorModel& actuator, device::ControlMode mode) {
-  for (const MountedArm* arm : actuator.arms()) {
+  for (const MountedArm* arm : actuator.compliant_arms()) {
     const bool one_of_many = actuator.arms().size() > 1;
     if (one_of_many && !arm->device->description().modes.has(mode)) return arm->device->name();
   }

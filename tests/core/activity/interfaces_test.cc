@@ -171,6 +171,70 @@ TEST_F(InterfacesTest, WhatFollowsACommandThatMayBeCutShortWaitsForItsEnd) {
   EXPECT_LT((cell.robot.q() - cell.arm->home).norm(), 1e-9);
 }
 
+// What must not hold ends whatever runs, and fails it.
+TEST_F(InterfacesTest, AbortIfFailsEveryOperationThatMovesSomething) {
+  const auto button = command::digital_input(cell.cell, "button");
+  const Eigen::Vector3d down(0.0, 0.0, -1.0);
+  const auto pressing = command::pressing_force(cell.cell, "wrist", down);
+  const auto target = command::Sensor<net::Frame>(command::tool_pose(cell.cell, "arm").node());
+  const Actuator lamp(cell.program, "lamp");
+  const std::vector<Activity> all{
+      cell.motion.lin_by({0.0, 0.08, 0.0}),
+      cell.motion.ptp(cell.joints(0.3)),
+      cell.robot.use<JointInterface>().move_by(0, 0.3),
+      cell.robot.use<HoldInterface>().hold(),
+      cell.robot.use<ForceInterface>().press(pressing, down),
+      cell.robot.use<VelocityInterface>().follow(target),
+      sequence({lamp.use<OutputInterface>().set(true), cell.motion.lin_by({0.0, 0.0, 0.05})}),
+      parallel({cell.motion.lin_by({0.05, 0.0, 0.0}), lamp.use<OutputInterface>().set(false)})};
+  for (const Activity& one : all) {
+    SCOPED_TRACE(one.model()->name());
+    cell.button->sample.value = false;
+    run(5);
+    const RunPtr aborted = abort_if(one, button).begin_execute();
+    const RunPtr behind = cell.motion.ptp(cell.arm->home).schedule();
+    run(60);
+    ASSERT_EQ(aborted->state(), RunState::kRunning);
+    cell.button->sample.value = true;
+    cell.program.run_until([&] { return aborted->over(); });
+    EXPECT_EQ(aborted->state(), RunState::kFailed);
+    EXPECT_EQ(aborted->failure(), RunFailure::kAborted);
+    EXPECT_EQ(aborted->diagnostics().list().front().code, Code::kAbortCondition);
+    EXPECT_EQ(behind->failure(), RunFailure::kGivenUp);
+    EXPECT_TRUE(cell.core_arm().at_rest());
+    EXPECT_LE(cell.worst_limit_share(), 1.0);
+    cell.motion.ptp(cell.arm->home).execute();
+  }
+}
+
+TEST_F(InterfacesTest, AbortIfThatNeverHoldsChangesNothingAndASilentSensorAborts) {
+  const auto button = command::digital_input(cell.cell, "button");
+  cell.button->sample.value = false;
+  abort_if(cell.motion.lin_by({0.0, 0.03, 0.0}), button).execute();
+  const RunPtr silent = abort_if(cell.motion.lin_by({0.0, 0.05, 0.0}), cell.hard()).begin_execute();
+  run(20);
+  cell.sensor->silent = true;
+  cell.program.run_until([&] { return silent->over(); });
+  EXPECT_EQ(silent->failure(), RunFailure::kAborted);
+  EXPECT_EQ(silent->diagnostics().list().front().code, Code::kSensorSilent);
+}
+
+// It holds on what a successor does of the motion, too.
+TEST_F(InterfacesTest, AbortIfOfAMotionHoldsThroughItsBlend) {
+  const Eigen::Isometry3d goal = cell.moved(0.0, 0.1, 0.0), goal2 = cell.moved(-0.1, 0.1, 0.0);
+  const auto button = command::digital_input(cell.cell, "button");
+  const RunPtr first =
+      cell.motion.lin(goal, {.linear_velocity = 0.1, .blend = 0.7, .abort_if = button}).begin_execute();
+  const RunPtr second = cell.motion.lin(goal2, {.linear_velocity = 0.1}).begin_execute();
+  ASSERT_TRUE(second->blended());
+  cell.button->sample.value = true;
+  cell.program.run_until([&] { return second->over(); });
+  EXPECT_EQ(first->state(), RunState::kCompleted);
+  EXPECT_EQ(second->failure(), RunFailure::kAborted);
+  EXPECT_EQ(second->diagnostics().list().front().pointer, "/arm LIN/abort_if");
+  EXPECT_LE(cell.worst_limit_share(), 1.0);
+}
+
 // 2010: a welding robot is a robot with its torch.
 TEST_F(InterfacesTest, SeveralActuatorsAreOneDevice) {
   const ComposedDevice welder("welder", {cell.robot, Actuator(cell.program, "lamp")});
