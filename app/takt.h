@@ -13,7 +13,6 @@
 #include "app/run.h"
 #include "core/activity/actuator_interfaces.h"
 #include "core/activity/command_activity.h"
-#include "core/activity/composed_device.h"
 #include "core/activity/composition.h"
 #include "core/activity/dual_entry_motion.h"
 #include "core/activity/two_arms.h"
@@ -40,21 +39,17 @@ using activity::RunState;
 
 // Who does it, and what it offers.
 using activity::Actuator;
-using activity::ComposedDevice;
 using activity::ControlModeInterface;
 using activity::ForceInterface;
 using activity::FreedriveInterface;
 using activity::GrippingInterface;
 using activity::HoldInterface;
 using activity::internal_force;
-using activity::JointInterface;
 using activity::LinInterface;
 using activity::MotionInterface;
 using activity::OutputInterface;
 using activity::PtpInterface;
-using activity::RegisterInterface;
 using activity::TwoArms;
-using activity::VelocityInterface;
 
 // How: parameters.
 using activity::BlendingCondition;

@@ -1,9 +1,9 @@
 #include "core/activity/actuator_interfaces.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
-#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -32,23 +32,18 @@ Result<motion::Leg> ptp_to_pose(const ArmModel& arm, const JointVector& q, const
   return motion::ptp_leg(arm, q, *choice);
 }
 
-template <class... Interfaces>
-std::vector<InterfaceOffer> offers_of() {
-  return {InterfaceOffer{Interfaces::kName, &Interfaces::offered_by}...};
+struct Offer {
+  std::string_view name;
+  bool (*by)(const Cell&, const std::string&);
+};
+template <class Interface>
+constexpr Offer offer() {
+  return {Interface::kName, &Interface::offered_by};
 }
-/// All that there are, those of takt first.
-std::vector<InterfaceOffer>& all_offers() {
-  static auto offers =
-      offers_of<MotionInterface, PtpInterface, LinInterface, JointInterface, VelocityInterface, HoldInterface,
-                ForceInterface, ControlModeInterface, FreedriveInterface, GrippingInterface, OutputInterface>();
-  return offers;
-}
-
-/// The force/torque sensors that a formula reads, by name, each once.
-void add_force_sensors(const command::ExpressionPtr& formula, std::set<std::string>& names) {
-  if (formula->primitive.type == "ForceTorqueSensor") names.insert(formula->resource_name);
-  for (const auto& [port, input] : formula->inputs) add_force_sensors(input, names);
-}
+constexpr std::array<Offer, 9> kOffers = {
+    offer<MotionInterface>(),    offer<PtpInterface>(),      offer<LinInterface>(),
+    offer<HoldInterface>(),      offer<ForceInterface>(),    offer<ControlModeInterface>(),
+    offer<FreedriveInterface>(), offer<GrippingInterface>(), offer<OutputInterface>()};
 
 bool is_output(const Cell& cell, const std::string& name) {
   return cell.digital_outputs.contains(name) || cell.analog_outputs.contains(name);
@@ -83,14 +78,7 @@ bool PtpInterface::offered_by(const Cell& cell, const std::string& actuator) { r
 bool LinInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool MotionInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool HoldInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
-bool JointInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
-bool VelocityInterface::offered_by(const Cell& cell, const std::string& actuator) {
-  return has_inverse(cell, actuator);
-}
-bool ForceInterface::offered_by(const Cell& cell, const std::string& actuator) {
-  return has_inverse(cell, actuator) &&
-         std::ranges::any_of(cell.sensors, [&](const auto& one) { return one.second.arm == actuator; });
-}
+bool ForceInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool ControlModeInterface::offered_by(const Cell& cell, const std::string& actuator) {
   const auto arm = cell.arms.find(actuator);
   return arm != cell.arms.end() && arm->second.device->description().modes.modes.size() > 1;
@@ -160,15 +148,6 @@ Activity LinInterface::spline(const std::vector<Eigen::Isometry3d>& poses_BT,
 
 Activity ForceInterface::press(const command::RealSensor& pressing, const Eigen::Vector3d& direction_B,
                                const command::ForceWish& wish, const std::optional<command::State>& until) const {
-  std::set<std::string> sensors;
-  add_force_sensors(pressing.node(), sensors);
-  for (const std::string& sensor : sensors) {
-    const std::string& arm = runtime().cell().sensors.at(sensor).arm;
-    if (arm != actuator())
-      throw_diagnostic(Code::kConflict, actuator(),
-                       fmt::format("'{}' is on '{}', not on '{}'", sensor, arm, actuator()),
-                       "a force/torque sensor of the arm that presses");
-  }
   const auto make_command = [=, name = actuator()](const PlanningContext& planning) -> command::Command {
     const net::Frame base(Eigen::Isometry3d::Identity());
     command::RuntimeCommand pressed("press", command::arm(planning.cell, name),
@@ -177,64 +156,6 @@ Activity ForceInterface::press(const command::RealSensor& pressing, const Eigen:
     return pressed;
   };
   return make(command_activity(actuator() + " press", {actuator()}, make_command));
-}
-
-command::FollowWish VelocityInterface::with_override(const command::FollowWish& bounds) const {
-  command::FollowWish own = bounds;
-  if (!own.speed) own.speed = speed_of(runtime().cell(), actuator());
-  return own;
-}
-
-Activity VelocityInterface::online(const char* what, const command::Action& action,
-                                   const std::optional<command::State>& until) const {
-  const auto make_command = [=, name = actuator()](const PlanningContext& planning) -> command::Command {
-    command::RuntimeCommand moved(what, command::arm(planning.cell, name), action);
-    if (until) moved.on_entered(*until, cancel(moved));
-    return moved;
-  };
-  return make(command_activity(fmt::format("{} {}", actuator(), what), {actuator()}, make_command));
-}
-
-Activity VelocityInterface::jog(const command::TwistSensor& velocity, const command::State& enabled,
-                                const command::FollowWish& bounds, const std::optional<command::State>& until) const {
-  return online("jog", command::jog(velocity, enabled, with_override(bounds)), until);
-}
-
-Activity VelocityInterface::follow(const command::FrameSensor& target_B, const command::FollowWish& bounds,
-                                   const std::optional<command::State>& until) const {
-  return online("follow", command::follow(target_B, with_override(bounds)), until);
-}
-
-Activity VelocityInterface::follow(const command::JointsSensor& target, double share,
-                                   const std::optional<command::State>& until) const {
-  return online("follow", command::follow(target, share, share), until);
-}
-
-void JointInterface::check(int joint) const {
-  const auto count = runtime().cell().arms.at(actuator()).device->description().limits.velocity.size();
-  if (joint < 0 || joint >= count)
-    throw_diagnostic(Code::kOutOfRange, actuator(), fmt::format("'{}' has no joint {}", actuator(), joint),
-                     fmt::format("0 to {}", count - 1));
-}
-
-Activity JointInterface::move_to(int joint, double q, const MotionParameters& parameters) const {
-  check(joint);
-  const auto leg = [joint, q](const ArmModel& arm, const JointVector& from) {
-    JointVector goal = from;
-    goal[joint] = q;
-    return motion::ptp_leg(arm, from, goal);
-  };
-  return make(motion_activity("joint", actuator(), leg, parameters));
-}
-
-Activity JointInterface::move_by(int joint, double by, const MotionParameters& parameters) const {
-  check(joint);
-  const auto leg = [joint, by](const ArmModel& arm, const JointVector& from) {
-    JointVector goal = from;
-    goal[joint] += by;
-    return motion::ptp_leg(arm, from, goal);
-  };
-  return make(motion_activity("joint", actuator(), leg, parameters));
 }
 
 Activity HoldInterface::hold(const HoldParameters& parameters) const {
@@ -279,8 +200,6 @@ Activity GrippingInterface::open(const command::GripWish& wish) const {
 Activity OutputInterface::set(bool value) const { return make(set_activity(actuator(), value)); }
 Activity OutputInterface::set(double value) const { return make(set_activity(actuator(), value)); }
 
-void register_interface(const InterfaceOffer& offer) { all_offers().push_back(offer); }
-
 Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), name_(std::move(name)) {
   if (!interfaces().empty()) return;
   const Cell& cell = runtime.cell();
@@ -298,8 +217,8 @@ Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), nam
 
 std::vector<std::string> Actuator::interfaces() const {
   std::vector<std::string> names;
-  for (const InterfaceOffer& one : all_offers())
-    if (one.offered_by(runtime_->cell(), name_)) names.emplace_back(one.name);
+  for (const Offer& one : kOffers)
+    if (one.by(runtime_->cell(), name_)) names.emplace_back(one.name);
   return names;
 }
 
@@ -316,17 +235,6 @@ const command::MountedArm& Actuator::arm() const {
 }
 
 JointVector Actuator::q() const { return arm().device->set_point().q; }
-
-JointVector Actuator::measured_q() const {
-  const device::Arm& device = *arm().device;
-  if (!device.has_sample())
-    throw_diagnostic(Code::kNotKnownYet, name_, fmt::format("'{}' has not measured yet", name_), "after a cycle");
-  return device.sample().q;
-}
-
-Eigen::Isometry3d Actuator::measured_tool() const {
-  return arm().device->description().chain->forward(measured_q()) * arm().X_FT;
-}
 
 JointVector Actuator::home() const { return arm().device->description().home; }
 

@@ -109,51 +109,7 @@ class ControlModeInterface : public ActuatorInterface {
   [[nodiscard]] const device::Arm& arm() const;
 };
 
-/// Velocities from sensors and channels, as of a joystick, and targets that move; of arms with inverse kinematics. All
-/// of them go on until they are cancelled, or until a state holds (or nobody knows, row N3); then the arm comes to
-/// rest. Override and pause of the arm count, unless the bounds bring a `speed` of their own.
-class VelocityInterface : public ActuatorInterface {
- public:
-  static constexpr std::string_view kName = "VelocityInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
-  using ActuatorInterface::ActuatorInterface;
-
-  /// The tool centre point moves with a velocity in the axes of the base, m/s and rad/s, while it is enabled.
-  /// @param velocity  a channel that the program writes, or a formula; null: the arm comes to rest
-  /// @param enabled   a dead-man switch; null counts as let go
-  [[nodiscard]] Activity jog(const command::TwistSensor& velocity, const command::State& enabled,
-                             const command::FollowWish& bounds = {},
-                             const std::optional<command::State>& until = {}) const;
-  /// The tool centre point follows a pose in the base, m.
-  [[nodiscard]] Activity follow(const command::FrameSensor& target_B, const command::FollowWish& bounds = {},
-                                const std::optional<command::State>& until = {}) const;
-  /// The joints follow positions, rad. @param share  of the limits of velocity and acceleration, (0, 1]
-  [[nodiscard]] Activity follow(const command::JointsSensor& target, double share = 1.0,
-                                const std::optional<command::State>& until = {}) const;
-
- private:
-  [[nodiscard]] Activity online(const char* what, const command::Action& action,
-                                const std::optional<command::State>& until) const;
-  [[nodiscard]] command::FollowWish with_override(const command::FollowWish& bounds) const;
-};
-
-/// One joint of an arm; the others stand.
-class JointInterface : public ActuatorInterface {
- public:
-  static constexpr std::string_view kName = "JointInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
-  using ActuatorInterface::ActuatorInterface;
-
-  /// @param joint  from 0. Throws ActivityError if there is none. @param q  rad, or m of a sliding joint
-  [[nodiscard]] Activity move_to(int joint, double q, const MotionParameters& parameters = {}) const;
-  /// From wherever it will be, by so much.
-  [[nodiscard]] Activity move_by(int joint, double by, const MotionParameters& parameters = {}) const;
-
- private:
-  void check(int joint) const;
-};
-
-/// Motions that a force leads, of arms with inverse kinematics and a force/torque sensor.
+/// Motions that a force leads, of arms with inverse kinematics.
 class ForceInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "ForceInterface";
@@ -161,10 +117,7 @@ class ForceInterface : public ActuatorInterface {
   using ActuatorInterface::ActuatorInterface;
 
   /// Presses along a direction of the base with a force, from wherever the arm is, until this holds (or nobody knows,
-  /// row N3), or until it is cancelled; then the arm comes to rest.
-  /// @param pressing  with how much it presses now, N; throws ActivityError if it reads a force/torque sensor of
-  /// another
-  ///                  arm
+  /// row N3), or until it is cancelled; then the arm comes to rest. @param pressing  with how much it presses now, N
   [[nodiscard]] Activity press(const command::RealSensor& pressing, const Eigen::Vector3d& direction_B,
                                const command::ForceWish& wish = {},
                                const std::optional<command::State>& until = {}) const;
@@ -206,25 +159,6 @@ class OutputInterface : public ActuatorInterface {
   [[nodiscard]] Activity set(double value) const;
 };
 
-/// An interface as Actuator::interfaces() lists it.
-struct InterfaceOffer {
-  std::string_view name;
-  bool (*offered_by)(const command::Cell& cell, const std::string& actuator);
-};
-/// Lists an interface of a project or a plug-in with those that takt brings: `const RegisterInterface<Weld> kWeld;` at
-/// the outermost level of its file. `use<Weld>()` needs no registration. Interface: kName and offered_by() as those
-/// above. Thread: one at a time, before programs run.
-template <class Interface>
-class RegisterInterface {
- public:
-  RegisterInterface();
-};
-void register_interface(const InterfaceOffer& offer);
-template <class Interface>
-RegisterInterface<Interface>::RegisterInterface() {
-  register_interface({Interface::kName, &Interface::offered_by});
-}
-
 /// Something of the cell that can be told what to do, as programs see it: arm.use<LinInterface>().lin(goal). A cheap
 /// value.
 class Actuator {
@@ -250,15 +184,11 @@ class Actuator {
   // Of arms.
   /// The set point of now.
   [[nodiscard]] kinematics::JointVector q() const;
-  /// What its controller measured last, rad or m. Throws ActivityError before its first sample.
-  [[nodiscard]] kinematics::JointVector measured_q() const;
   /// The posture of its model's device file.
   [[nodiscard]] kinematics::JointVector home() const;
   /// Where flange and tool centre point are by the set point of now, in the base.
   [[nodiscard]] Eigen::Isometry3d flange() const;
   [[nodiscard]] Eigen::Isometry3d tool() const { return flange() * arm().X_FT; }
-  /// The tool centre point in the base by measured_q().
-  [[nodiscard]] Eigen::Isometry3d measured_tool() const;
   /// A frame of the cell in the base of the arm. Throws ActivityError if it is not there.
   [[nodiscard]] Eigen::Isometry3d frame(const std::string& name) const;
   /// A tool pose in the base that looks down the z axis of a frame, from this height (m) above it.

@@ -34,7 +34,11 @@ State stands_at(const Cell& cell, const std::string& arm, const JointVector& q) 
 void connect(const Cell& cell, const std::string& arm, std::optional<double> tau, command::PlannedMotion& motion) {
   const auto has = [&cell](const std::string& channel) { return cell.channels.contains(channel); };
   const std::string time = path_time_channel(arm), rate = path_rate_channel(arm);
-  if (auto speed = speed_of(cell, arm)) motion.clock.speed = std::move(speed);
+  if (has(speed_channel(arm))) motion.clock.speed = command::channel<net::Real>(cell, speed_channel(arm));
+  if (!cell.override_channel.empty()) {
+    const auto by_operator = min(max(command::channel<net::Real>(cell, cell.override_channel), 0.0), 1.0);
+    motion.clock.speed = motion.clock.speed ? *motion.clock.speed * by_operator : by_operator;
+  }
   if (!has(time) || !has(rate)) return;
   motion.tells = {.time = time, .rate = rate};
   if (tau)

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "core/activity/dual_entry_motion.h"
-#include "core/expression/device_sensors.h"
 
 namespace takt::activity {
 namespace {
@@ -160,13 +159,5 @@ ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, Motion
 std::string path_time_channel(const std::string& arm) { return arm + ".path_time"; }
 std::string path_rate_channel(const std::string& arm) { return arm + ".path_rate"; }
 std::string speed_channel(const std::string& arm) { return arm + ".speed"; }
-
-std::optional<command::RealSensor> speed_of(const Cell& cell, const std::string& arm) {
-  std::optional<command::RealSensor> speed;
-  if (cell.channels.contains(speed_channel(arm))) speed = command::channel<net::Real>(cell, speed_channel(arm));
-  if (cell.override_channel.empty()) return speed;
-  const auto by_operator = min(max(command::channel<net::Real>(cell, cell.override_channel), 0.0), 1.0);
-  return speed ? *speed * by_operator : by_operator;
-}
 
 }  // namespace takt::activity

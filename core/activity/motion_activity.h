@@ -58,8 +58,5 @@ using LegOf = std::function<Result<motion::Leg>(const motion::ArmModel&, const k
 [[nodiscard]] std::string path_time_channel(const std::string& arm);  ///< s
 [[nodiscard]] std::string path_rate_channel(const std::string& arm);  ///< 1
 [[nodiscard]] std::string speed_channel(const std::string& arm);      ///< 1; the rate that is aimed at, [0, 1]
-/// The rate that the motions of an arm aim at: that of the program times that of the operator; nothing: the cell has no
-/// channel for either, so it is 1.
-[[nodiscard]] std::optional<command::RealSensor> speed_of(const command::Cell& cell, const std::string& arm);
 
 }  // namespace takt::activity

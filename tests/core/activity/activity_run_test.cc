@@ -241,8 +241,8 @@ TEST_F(ActivityRunTest, WhatCannotBeDoneIsThrownAndNothingMoves) {
   EXPECT_TRUE(cell.robot.offers<PtpInterface>());
   EXPECT_FALSE(cell.robot.offers<GrippingInterface>());
   EXPECT_THAT(cell.robot.interfaces(),
-              ElementsAre("MotionInterface", "PtpInterface", "LinInterface", "JointInterface", "VelocityInterface",
-                          "HoldInterface", "ForceInterface", "ControlModeInterface", "FreedriveInterface"));
+              ElementsAre("MotionInterface", "PtpInterface", "LinInterface", "HoldInterface",
+                                                   "ForceInterface", "ControlModeInterface", "FreedriveInterface"));
 }
 
 // Listing 3 of the paper: different actuators know nothing of each other.
