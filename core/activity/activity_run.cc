@@ -110,7 +110,7 @@ void ActivityRun::look_at_cycle() {
   trace_.note(cycle);
 }
 
-void add_abort(bool silent, std::string pointer, Diagnostics& diagnostics) {
+void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnostics) {
   if (silent)
     return diagnostics.error(Code::kSensorSilent, std::move(pointer),
                              "a sensor in `abort_if` did not answer, so it was stopped",

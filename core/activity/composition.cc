@@ -356,7 +356,7 @@ class AbortActivity final : public ActivityModel {
     prepared->verdict = [inner = std::move(prepared->verdict)](const ActivityRun& run) {
       Diagnostics wrong = inner ? inner(run) : Diagnostics();
       const bool silent = run.was_true(kSilent);
-      if (silent || run.was_true(kHeld)) add_abort(silent, "/abort_if", wrong);
+      if (silent || run.was_true(kHeld)) add_abort_diagnostic(silent, "/abort_if", wrong);
       return wrong;
     };
     return prepared;

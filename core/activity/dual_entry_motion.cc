@@ -345,7 +345,7 @@ Diagnostics abort_diagnostics(const ActivityRun& run, int motions) {
   if (!broken) return diagnostics;
   const std::string pointer =
       motions > 1 && broken->motion >= 0 ? pointer_segment(static_cast<std::size_t>(broken->motion)) : std::string();
-  add_abort(broken->silent, pointer + "/abort_if", diagnostics);
+  add_abort_diagnostic(broken->silent, pointer + "/abort_if", diagnostics);
   return diagnostics;
 }
 
