@@ -27,7 +27,7 @@ std::vector<BrokenRun> values() {
       {declared(kUnknownList, R"({"do": "for_each", "as": "e", "in": "$all", "steps": []})"), "/steps/0/in",
        "the list is not known yet", "a value before"},
       {declared(kUnknown, R"({"do": "branch", "cases": [{"when": "$x > 1[s]", "steps": []}]})"),
-       "/steps/0/cases/0/when", "nobody knows whether this holds", "known(x)"},
+       "/steps/0/cases/0/when", "this cannot be decided", "known(x)"},
       {R"({"do": "repeat", "while": "$true", "at_most": 3, "steps": [{"do": "wait", "seconds": 0.001}]})", "",
        "after 3 rounds there is no end", "a larger \"at_most\""},
       {R"({"do": "repeat", "times": 20000, "steps": [{"do": "wait", "seconds": 0}]})", "/steps/0",

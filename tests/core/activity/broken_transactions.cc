@@ -125,7 +125,7 @@ std::vector<BrokenRule> following() {
       {valve(R"("value": 1, "factor": 2)"), "/commands/v/factor", "'factor' without a value to follow",
        "an analog output whose 'value' is an object"},
       {tree(first("d", R"("do": "set", "output": "driver", "value": {"input": "button"})")), "/commands/d/value",
-       "stands here", "true or false"},
+       "unexpected value", "true or false"},
   };
 }
 
@@ -192,9 +192,9 @@ std::vector<BrokenRule> compliances() {
       {soft("{}"), "/compliance", "key 'mode' is missing", "joint_impedance"},
       {soft(R"({"mode": "impedance"})"), "/compliance/mode", "unknown value 'impedance'", "joint_impedance"},
       {soft(R"({"mode": "position", "stiffness_Nm_rad": 100})"), "/compliance/stiffness_Nm_rad",
-       "key 'stiffness_Nm_rad' is not known", ""},
+       "unknown key 'stiffness_Nm_rad'", ""},
       {"{" + kUp + ", " + kSprings + R"(, "stiffness_N_m": 300}})", "/compliance/stiffness_N_m",
-       "key 'stiffness_N_m' is not known", "stiffness_Nm_rad"},
+       "unknown key 'stiffness_N_m'", "stiffness_Nm_rad"},
       {soft(R"({"mode": "cartesian_impedance", "stiffness_N_m": [1, 2]})"), "/compliance/stiffness_N_m", "[1,2]",
        "3 numbers"},
       {soft(R"({"mode": "cartesian_impedance", "axes": "world"})"), "/compliance/axes", "unknown value 'world'",
@@ -239,7 +239,7 @@ std::vector<BrokenRule> broken_transaction_plans() {
        "C8: 'a' is not a motion", "a motion"},
       {tree(first("press", kUp + R"(, "until": )" + kHard) + ", " + later("on", kUp),
             R"(, "on": [{"entered": {"completed": "press"}, "start": "on"}])"),
-       "/commands/on", "nobody knows before where 'arm' will be when 'on' begins", "not cancelled"},
+       "/commands/on", "the position of 'arm' when 'on' begins is unknown before the run", "not cancelled"},
       {tree(first("g", R"("do": "grip", "width_m": 0.3)")), "/commands/g/width_m", "0.3 is not for 'gripper'",
        "0 to 0.11"},
       {tree(first("v", R"("do": "set", "output": "valve", "value": 11)")), "/commands/v/value",

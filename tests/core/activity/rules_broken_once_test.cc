@@ -232,7 +232,7 @@ void break_other_arms() {
   expect_told(program->rehearse(cell).diagnostics, "/program/mode", "'arm' has no mode 'joint_impedance'", "position");
   const auto guided = Program::parse(Json::parse(R"({"do": "freedrive", "seconds": 1})"), "/program", cell);
   ASSERT_TRUE(guided);
-  expect_told(guided->rehearse(cell).diagnostics, "/program", "C8: nobody can guide 'arm' by hand",
+  expect_told(guided->rehearse(cell).diagnostics, "/program", "C8: 'arm' cannot be guided by hand",
               "the mode joint_impedance");
 }
 
@@ -285,8 +285,8 @@ void break_pairs() {
     for (const auto& sent : backend->sent) EXPECT_EQ(sent.q, two.arm->home) << name;
   }
   left.use<LinInterface>().lin_by({0, 0, 0.01}).execute();
-  expect_told(thrown_by([&] { up({}).execute(); }), "/left+right LIN/grasp", "the arms see the motion centre 10 mm",
-              "TwoArms anew");
+  expect_told(thrown_by([&] { up({}).execute(); }), "/left+right LIN/grasp",
+              "the arms disagree about the motion centre by 10 mm", "TwoArms anew");
   for (const auto& [name, mounted] : two.cell.arms) {
     EXPECT_FALSE(mounted.device->held()) << name;
     EXPECT_TRUE(mounted.device->at_rest()) << name;

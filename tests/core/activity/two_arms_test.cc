@@ -189,7 +189,7 @@ TEST_F(TwoArmTest, AGraspThatIsNoMoreIsRefused) {
   Actuator(program, "right").use<LinInterface>().lin_by({0, 0, 0.01}).execute();
   const RunPtr run = both.lin_by({0, 0, 0.05}).schedule();
   follow(both, run);
-  EXPECT_THAT(run->diagnostics().to_string(), HasSubstr("see the motion centre 10 mm"));
+  EXPECT_THAT(run->diagnostics().to_string(), HasSubstr("disagree about the motion centre by 10 mm"));
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ TEST(ObjectReader, UnknownKeysAreCountedBeyondABound) {
   reader.finish();
   ASSERT_EQ(diagnostics.list().size(), 101u);
   EXPECT_EQ(diagnostics.list().back().pointer, "/devices");
-  EXPECT_THAT(diagnostics.list().back().message, HasSubstr("49899 more keys"));
+  EXPECT_THAT(diagnostics.list().back().message, HasSubstr("49899 more unknown keys"));
 }
 
 TEST(ObjectReader, MessagesAreCutBetweenCharacters) {

@@ -449,7 +449,7 @@ void break_modes() {
     const auto loaded = runtime.load(RuntimeCommand("move", command::arm(cell, "arm"), action));
     return loaded ? Diagnostics() : loaded.error();
   };
-  expect_told(load(freedrive(cell, "arm")), "/move", "C8: nobody can guide 'arm' by hand", "the mode joint_impedance");
+  expect_told(load(freedrive(cell, "arm")), "/move", "C8: 'arm' cannot be guided by hand", "the mode joint_impedance");
   expect_told(load(with_compliance(hold(), JointCompliance{})), "/move",
               "for mode joint_impedance, which 'arm' does not take", "it takes them for position");
 }

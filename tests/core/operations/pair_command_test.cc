@@ -167,7 +167,7 @@ TEST_F(PairCommandTest, AnInternalForceIsALimitThatFailsTheTransactionAtItsPlace
   ASSERT_EQ(run(tree(motions), [&](int, ProgramRunner&) { squeeze(tool().z() > from.z() + 0.03 ? 30.0 : 5.0); }),
             Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/commands/carry/steps/0/unless")) << diagnostics.to_string();
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("this must not hold and did"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("'abort_if' became true"));
   EXPECT_LT(apart, 1e-9) << "on the path";
   EXPECT_LT(tool().z(), from.z() + 0.06);
   // The limit of a motion is none of the next one's.

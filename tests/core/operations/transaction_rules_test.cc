@@ -127,7 +127,8 @@ TEST_F(TransactionRulesTest, AMotionBeginsWhereItIsKnownToBegin) {
       "on": [{"entered": {"sensor": "wrist", "above_N": 5}, "cancel": "insert"}]},
       "up": {"do": "lin", "to": {"by_m": [0, 0, 0.02]}})";
   expect_refused(transaction(insert, R"(, "on": [{"entered": {"completed": "insert"}, "start": "up"}])"),
-                 "nobody knows before where 'arm' will be when 'up' begins", "/program/commands/up", "not cancelled");
+                 "the position of 'arm' when 'up' begins is unknown before the run", "/program/commands/up",
+                 "not cancelled");
   EXPECT_FALSE(wrong(transaction(insert, R"(, "on": [{"entered": {"all": [{"completed": "insert"},
       {"not": {"cancelled": "insert"}}]}, "start": "up"}])"))
                    .has_errors());
