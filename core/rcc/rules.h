@@ -97,9 +97,7 @@ struct Condition {
 };
 
 /// A synchronisation rule: in the first cycle in whose snapshot the condition holds, the transaction is carried out,
-/// wholly or not at all, and the rule is gone. What could not be done is told in an event, with the reason. Where a
-/// start only lacks a change of control mode at standstill, the change is asked for, and the transaction follows it, or
-/// is refused after kPatience cycles.
+/// wholly or not at all, and the rule is gone. What could not be done is told in an event, with the reason.
 ///
 /// A rule may bring a second transaction for the case that the first one is refused, because a seam does not fit or
 /// for any other reason (row L3), or that its condition can never hold any more. It is carried out as soon as all
