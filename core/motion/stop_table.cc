@@ -53,7 +53,8 @@ StopCell stop_cell(std::span<const StopLoad> loads, double fastest, double s_end
     cell.deceleration = std::min(cell.deceleration, kStopShare * load.acceleration / load.first);
     cell.deceleration_at_full_rate = std::min(cell.deceleration_at_full_rate, deceleration_of(load, fastest));
   }
-  cell.product = std::min(cell.product, std::max(cell.deceleration, cell.deceleration_at_full_rate));
+  cell.deceleration_at_full_rate = std::min(cell.deceleration_at_full_rate, cell.deceleration);
+  cell.product = std::min(cell.product, cell.deceleration);
 
   // The least jerk over the loads is concave in r^3 and r D: a plane that is below it at the corners of their ranges is
   // below it everywhere.

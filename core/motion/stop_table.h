@@ -21,7 +21,7 @@ namespace takt::motion {
 struct StopCell {
   double s_end = 1.0;                                                          ///< it begins where the last one ends
   double deceleration = std::numeric_limits<double>::infinity();               ///< 1/s^2
-  double deceleration_at_full_rate = std::numeric_limits<double>::infinity();  ///< 1/s^2; above it where the path helps
+  double deceleration_at_full_rate = std::numeric_limits<double>::infinity();  ///< 1/s^2, not above it
   double product = std::numeric_limits<double>::infinity();                    ///< of D and r, 1/s^2
   double jerk = std::numeric_limits<double>::infinity();                       ///< 1/s^3
   double jerk_by_cube = 0.0;                                                   ///< 1/s^3

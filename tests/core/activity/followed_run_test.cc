@@ -57,10 +57,8 @@ TEST_F(FollowedTest, AbortIfFailsEveryOperationThatMovesSomething) {
   const std::vector<Activity> all{
       cell.motion.lin_by({0.0, 0.08, 0.0}),
       cell.motion.ptp(cell.joints(0.3)),
-      cell.robot.use<JointInterface>().move_by(0, 0.3),
       cell.robot.use<HoldInterface>().hold(),
       cell.robot.use<ForceInterface>().press(pressing, down),
-      cell.robot.use<VelocityInterface>().follow(target),
       sequence({lamp.use<OutputInterface>().set(true), cell.motion.lin_by({0.0, 0.0, 0.05})}),
       parallel({cell.motion.lin_by({0.05, 0.0, 0.0}), lamp.use<OutputInterface>().set(false)})};
   for (const Activity& one : all) {

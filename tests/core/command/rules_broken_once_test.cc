@@ -140,7 +140,7 @@ std::vector<BrokenCommand> ends() {
          a.on_entered(b.started(), cancel(a));
          return all_of(a, b).on_entered(a.completed(), start(b));
        },
-       "/all/a/handlers/0", "'b' begins only when 'a' has ended", "a transaction around both"},
+       "/all/a/handlers/0", "it never acts: 'b' begins only when 'a' has ended", "a transaction around both"},
       {"",
        [](World& world) -> Command {
          auto a = driver(world, "a");
