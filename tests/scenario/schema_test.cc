@@ -516,10 +516,10 @@ TEST(ScenarioSchema, EveryScenarioFits) {
   EXPECT_GT(count, 0);
 }
 
-/// The example that a reader copies: form, models, and a rehearsal of its program.
-TEST(ScenarioSchema, TheExampleOfTheDocumentationIsReadyToRun) {
-  const std::string page = text_of("docs/scenarios.md");
-  const std::size_t fence = page.find("```json\n");
+/// The complete file of the tutorial: form, models, and a rehearsal of its program.
+TEST(ScenarioSchema, TheFileOfTheTutorialIsReadyToRun) {
+  const std::string page = text_of("docs/tutorial.md");
+  const std::size_t fence = page.rfind("```json\n");
   ASSERT_NE(fence, std::string::npos);
   const std::size_t begin = fence + 8;
   const std::string example = page.substr(begin, page.find("```", begin) - begin);

@@ -55,13 +55,13 @@ std::vector<BrokenActivity> names() {
        "there is no frame 'blok'", "did you mean 'block'?"},
       {"a motion of no arm",
        [](auto& cell) { Activity(cell.program, activity::motion_activity("LIN", "amr", {}, {})).execute(); },
-       "/amr LIN/arm", "there neither an arm 'amr'", "did you mean 'arm'?"},
+       "/amr LIN/arm", "there is no arm 'amr'", "did you mean 'arm'?"},
       {"a speed beyond the plan", [](auto& cell) { cell.robot.set_speed(1.5); }, "/arm", "a speed of 1.5",
        "from 0 to 1"},
       {"a speed that is not a number",
        [](auto& cell) { cell.robot.set_speed(std::numeric_limits<double>::quiet_NaN()); }, "/arm", "a speed of nan",
        "from 0 to 1"},
-      {"the speed of no arm", [](auto& cell) { cell.program.pause("amr"); }, "/amr", "there neither an arm 'amr'",
+      {"the speed of no arm", [](auto& cell) { cell.program.pause("amr"); }, "/amr", "there is no arm 'amr'",
        "did you mean 'arm'?"},
       {"a speed without channels",
        [](auto& cell) {
@@ -163,7 +163,7 @@ std::vector<BrokenActivity> compositions() {
          const auto either = [&] { return conditional(cell.hard(), up(cell), lamp_on(cell)); };
          activity::sequence({either(), either(), either(), either()}).execute();
        },
-       "", "16 ways in which it may end", "8 at most"},
+       "/4 parts, /3", "16 ways in which it may end", "8 at most"},
       {"a subtask on the arm of the main task",
        [with](auto& cell) { with(cell, {.activity = up(cell), .at_share = 0.5}); }, "/subtasks/0",
        "'arm LIN' drives 'arm' together with 'arm LIN'", "sequence()"},
