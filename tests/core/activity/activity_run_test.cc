@@ -240,8 +240,7 @@ TEST_F(ActivityRunTest, WhatCannotBeDoneIsThrownAndNothingMoves) {
   EXPECT_THAT(error_of([&] { (void)Actuator(cell.program, "amr"); }), HasSubstr("arm"));
   EXPECT_TRUE(cell.robot.offers<PtpInterface>());
   EXPECT_FALSE(cell.robot.offers<GrippingInterface>());
-  EXPECT_THAT(cell.robot.interfaces(),
-              ElementsAre("MotionInterface", "PtpInterface", "LinInterface", "HoldInterface",
+  EXPECT_THAT(cell.robot.interfaces(), ElementsAre("MotionInterface", "PtpInterface", "LinInterface", "HoldInterface",
                                                    "ForceInterface", "ControlModeInterface", "FreedriveInterface"));
 }
 
