@@ -53,9 +53,15 @@ class MotionActivity final : public ActivityModel {
     MotionParameters own = wish_;
     for (const Part& part : parts_) {
       plans.weaves.push_back(part.wish.weave);
+      plans.unless.push_back(part.wish.abort_if);
       if (part.wish.weave) own.blend = {};  // who takes it over would drive the rest of its path bare
     }
-    return prepare_dual_entry(planning, std::move(plans), own);
+    auto prepared = prepare_dual_entry(planning, std::move(plans), own);
+    if (prepared)
+      prepared->verdict = [count = static_cast<int>(parts_.size())](const ActivityRun& run) {
+        return abort_diagnostics(run, count);
+      };
+    return prepared;
   }
 
  private:

@@ -33,6 +33,9 @@ struct MotionParameters {
   BlendingCondition blend = {};                ///< into the motion after it; not with `until`
   /// The arm brakes on its path when this holds (or nobody knows, row N3): a guarded motion.
   std::optional<command::State> until = {};
+  /// Must not hold while this motion is done, nor on what a successor does of it: the arm brakes on its path then, or
+  /// when nobody knows (row N3), and the run fails (RunFailure::kAborted). It may be blended.
+  std::optional<command::State> abort_if = {};
   std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves, in the flange; default: the arm's tool
   /// How the arm gives way meanwhile; it has to be in that control mode. Default: as the arm is.
   std::optional<command::ComplianceWish> compliance = {};
