@@ -28,7 +28,7 @@ struct BlendSource {
   std::shared_ptr<const motion::Motion> partner = {};  ///< of a second arm on the same clock, with the same law
   Eigen::Isometry3d partner_X_FM = Eigen::Isometry3d::Identity();  ///< the same frame in the flange of that one
   std::string arm = {};                                            ///< whose motion it is; of two the leader
-  std::optional<command::State> unless = {};  ///< must not hold on what is left of it (DualEntryMotion::unless)
+  std::optional<command::State> abort_if = {};  ///< must not hold on what is left of it (DualEntryMotion::abort_if)
   std::optional<command::ComplianceWish> compliance = {};  ///< how the arm gives way on it
 };
 

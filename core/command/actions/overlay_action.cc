@@ -32,7 +32,7 @@ void check_is_bare(const ActionModel& motion, Diagnostics& diagnostics) {
 class Woven final : public ActionModel {
  public:
   /// @param plan  nothing: it is made when it is known how the motion goes
-  Woven(std::shared_ptr<const ActionModel> motion, WeaveWishes wishes, std::optional<WeavePlan> plan)
+  Woven(std::shared_ptr<const ActionModel> motion, Weaves wishes, std::optional<WeavePlan> plan)
       : motion_(std::move(motion)), wishes_(std::move(wishes)), plan_(std::move(plan)) {}
 
   [[nodiscard]] std::string_view name() const override { return motion_->name(); }
@@ -152,7 +152,7 @@ class Woven final : public ActionModel {
   }
 
   std::shared_ptr<const ActionModel> motion_;
-  WeaveWishes wishes_;
+  Weaves wishes_;
   std::optional<WeavePlan> plan_;
 };
 
@@ -426,14 +426,14 @@ RealSensor pressing_along(const Cell& cell, const std::string& sensor, const Eig
   return dot(felt, Eigen::Vector3d(-(R_SM * direction_M.normalized())));
 }
 
-Action weave(const Action& motion, const WeaveWish& wish) { return weave_each(motion, {wish}); }
+Action weave(const Action& motion, const WeaveParameters& wish) { return weave_each(motion, {wish}); }
 
-Action weave_each(const Action& motion, const WeaveWishes& wishes) {
+Action weave_each(const Action& motion, const Weaves& wishes) {
   return Action(std::make_shared<const Woven>(motion.shared_model(), wishes, std::nullopt));
 }
 
 Action woven(const Action& motion, const WeavePlan& plan) {
-  return Action(std::make_shared<const Woven>(motion.shared_model(), WeaveWishes{}, plan));
+  return Action(std::make_shared<const Woven>(motion.shared_model(), Weaves{}, plan));
 }
 
 }  // namespace takt::command

@@ -48,7 +48,7 @@ TEST_F(ActivityRunTest, P4_AMotionIsBlendedIntoTheNextAndTheOneAfterBeginsAtRest
 
 TEST_F(ActivityRunTest, AWeaveGoesOnThroughTheBlendsOfOnePlanAndIsGoneBeforeAnotherOne) {
   const Eigen::Matrix3d R = cell.robot.tool().linear();
-  const command::WeaveWish weave{.amplitude = 0.002, .direction_M = R.transpose() * Eigen::Vector3d::UnitZ()};
+  const command::WeaveParameters weave{.amplitude = 0.002, .direction_M = R.transpose() * Eigen::Vector3d::UnitZ()};
   const auto seam = [&](const Eigen::Isometry3d& to) {
     return cell.motion.lin(to, {.linear_velocity = 0.05, .blend = 0.7, .weave = weave});
   };
@@ -65,8 +65,8 @@ TEST_F(ActivityRunTest, AWeaveGoesOnThroughTheBlendsOfOnePlanAndIsGoneBeforeAnot
   EXPECT_NEAR(in_corner, weave.amplitude, 1e-4);
   EXPECT_LT(cell.nearest_to(goal2.translation()), 1e-6);
   EXPECT_LE(cell.worst_limit_share(), 1.0);
-  EXPECT_THAT(error_of([&] { cell.motion.lin(goal, {.weave = command::WeaveWish{.frequency = 0.0}}).execute(); }),
-              HasSubstr("/weave/frequency"));
+  EXPECT_THAT(error_of([&] { cell.motion.lin(goal, {.weave = command::WeaveParameters{.frequency = 0.0}}).execute(); }),
+              HasSubstr("/weave/frequency_Hz"));
 }
 
 TEST_F(ActivityRunTest, L8_ASuccessorThatComesTooLateBeginsAfterTheNaturalEndWithoutAnEmptyCycle) {
@@ -240,8 +240,9 @@ TEST_F(ActivityRunTest, WhatCannotBeDoneIsThrownAndNothingMoves) {
   EXPECT_THAT(error_of([&] { (void)Actuator(cell.program, "amr"); }), HasSubstr("arm"));
   EXPECT_TRUE(cell.robot.offers<PtpInterface>());
   EXPECT_FALSE(cell.robot.offers<GrippingInterface>());
-  EXPECT_THAT(cell.robot.interfaces(), ElementsAre("MotionInterface", "PtpInterface", "LinInterface", "HoldInterface",
-                                                   "ForceInterface", "ControlModeInterface", "FreedriveInterface"));
+  EXPECT_THAT(cell.robot.interfaces(),
+              ElementsAre("MotionInterface", "PtpInterface", "LinInterface", "HoldInterface", "ForceInterface",
+                          "JogInterface", "FollowInterface", "ControlModeInterface", "FreedriveInterface"));
 }
 
 // Listing 3 of the paper: different actuators know nothing of each other.

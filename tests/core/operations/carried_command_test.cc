@@ -130,7 +130,7 @@ TEST_F(CarriedCommandTest, GoalsInTheRoomAreSeenFromWhereTheBaseWillBe) {
 TEST_F(CarriedCommandTest, AGoalInTheRoomIsRefusedWhereNobodyKnowsWhereTheBaseWillBe) {
   const auto after = [](const std::string& goal) {
     return tree(R"("drive": {"do": "lin", "arm": "base", "start": true, "to": {"by_m": [0.3, 0, 0]},
-                             "unless": {"input": "button"}},
+                             "abort_if": {"input": "button"}},
                    "reach": {"do": "lin", "arm": "arm", "to": )" +
                     goal + "}",
                 R"(, "on": [{"entered": {"completed": "drive"}, "start": "reach"}])");
