@@ -71,6 +71,7 @@ using command::JointCompliance;
 using command::Stiff;
 
 // Several as one; several beside each other.
+using activity::abort_if;
 using activity::conditional;
 using activity::ended;
 using activity::parallel;

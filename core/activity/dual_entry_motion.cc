@@ -337,4 +337,14 @@ GuardedEnd guarded_end(const ActivityRun& run, int motions) {
   return end;
 }
 
+Diagnostics abort_diagnostics(const ActivityRun& run, int motions) {
+  Diagnostics diagnostics;
+  const auto broken = guarded_end(run, motions).broken;
+  if (!broken) return diagnostics;
+  const std::string pointer =
+      motions > 1 && broken->motion >= 0 ? pointer_segment(static_cast<std::size_t>(broken->motion)) : std::string();
+  add_abort_diagnostic(broken->silent, pointer + "/abort_if", diagnostics);
+  return diagnostics;
+}
+
 }  // namespace takt::activity

@@ -100,6 +100,9 @@ struct GuardedEnd {
 /// @param motions  that it is made of
 [[nodiscard]] GuardedEnd guarded_end(const ActivityRun& run, int motions = 1);
 
+/// The same as an error, for PlannedActivity::verdict; empty: nothing that must not hold did.
+[[nodiscard]] Diagnostics abort_diagnostics(const ActivityRun& run, int motions = 1);
+
 /// The seam of a motion that runs at rate 1.
 [[nodiscard]] device::Seam seam_of(const motion::JointSample& state);
 [[nodiscard]] device::Seam seam_at_rest(const kinematics::JointVector& q);

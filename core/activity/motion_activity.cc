@@ -60,7 +60,12 @@ class MotionActivity final : public ActivityModel {
       if (one.force_offset && !plans.offset)
         plans.offset = OffsetPlan{.pressing = one.force_offset->pressing, .wish = one.force_offset->wish, .first = i};
     }
-    return prepare_dual_entry(planning, std::move(plans), own);
+    auto prepared = prepare_dual_entry(planning, std::move(plans), own);
+    if (prepared)
+      prepared->verdict = [count = static_cast<int>(parts_.size())](const ActivityRun& run) {
+        return abort_diagnostics(run, count);
+      };
+    return prepared;
   }
 
  private:

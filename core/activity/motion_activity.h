@@ -42,8 +42,10 @@ struct MotionOptions {
   BlendingCondition blend = {};                ///< into the motion after it; not with `until`
   /// The arm brakes on its path when this holds (or nobody knows, row N3): a guarded motion.
   std::optional<command::State> until = {};
-  std::optional<command::State> abort_if = {};  ///< the arm brakes on its path: guarded_end() tells it
-  std::optional<Eigen::Isometry3d> X_FM = {};   ///< the frame that moves, in the flange; default: the arm's tool
+  /// Must not hold while this motion is done, nor on what a successor does of it: the arm brakes on its path then, or
+  /// when it is null (row N3), and the run fails (RunFailure::kAborted). It may be blended.
+  std::optional<command::State> abort_if = {};
+  std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves, in the flange; default: the arm's tool
   /// How the arm gives way meanwhile; it has to be in that control mode. Default: as the arm is.
   std::optional<command::ComplianceWish> compliance = {};
   /// Laid over the path, which has at most kShareWithOverlay of the accelerations then. Neighbours in one plan hand it

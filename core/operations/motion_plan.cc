@@ -190,22 +190,10 @@ Result<motion::Motion> plan_single(const MotionTask& request, const command::Cel
 }
 
 /// The number of the motion that a pointer "/1/blend" of the planner means; one without a number is of the first.
-std::size_t index_in(std::string_view pointer) {
+std::size_t index_in(std::string_view pointer, std::size_t count) {
   std::size_t index = 0;
   if (pointer.starts_with('/')) std::from_chars(pointer.data() + 1, pointer.data() + pointer.size(), index);
-  return index;
-}
-
-/// Notes speak of "/1/blend"; the file has that at the key of that step.
-Diagnostics as_notes(const Diagnostics& notes, const std::vector<MotionTask>& requests) {
-  Diagnostics result;
-  for (Diagnostic diagnostic : notes.list()) {
-    const MotionTask& request = requests.at(index_in(diagnostic.pointer));
-    diagnostic.pointer =
-        request.pointer + (request.blend.way.kind == motion::Blend::Kind::kDistance ? "/blend_m" : "/blend_fraction");
-    result.add(std::move(diagnostic));
-  }
-  return result;
+  return std::min(index, count - 1);
 }
 
 }  // namespace
@@ -244,6 +232,17 @@ Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionT
       own.add(std::move(diagnostic));
     }
     result.append(as_seen_in_file(own));
+  }
+  return result;
+}
+
+Diagnostics notes_of_motions(const Diagnostics& notes, const std::vector<MotionTask>& requests) {
+  Diagnostics result;
+  for (Diagnostic diagnostic : notes.list()) {
+    const MotionTask& request = requests[index_in(diagnostic.pointer, requests.size())];
+    diagnostic.pointer =
+        request.pointer + (request.blend.way.kind == motion::Blend::Kind::kDistance ? "/blend_m" : "/blend_fraction");
+    result.add(std::move(diagnostic));
   }
   return result;
 }
@@ -300,7 +299,7 @@ Result<motion::SequencePlan> plan_motions(const std::vector<MotionTask>& request
   const motion::ArmModel arm = command::planning_model(cell.arms.find(first.arm)->second);
   auto plan = motion::plan_sequence(arm, q, leg_makers(requests, cell));
   if (!plan) return std::unexpected(of_motions(plan.error(), requests));
-  plan->notes = as_notes(plan->notes, requests);
+  plan->notes = notes_of_motions(plan->notes, requests);
   return plan;
 }
 
@@ -317,7 +316,7 @@ Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionTask>& reques
                                            const JointVector& q_follower) {
   auto plan = motion::plan_pair(pair, q_leader, q_follower, leg_makers(requests, cell));
   if (plan) {
-    plan->notes = as_notes(plan->notes, requests);
+    plan->notes = notes_of_motions(plan->notes, requests);
     return plan;
   }
   // Of the follower, of the whole, of one of the motions.

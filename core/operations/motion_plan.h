@@ -30,6 +30,9 @@ namespace takt::activity {
 /// Diagnostics of motions by number, "/1/ramp", as a program has them: below the step of the first; those of a later
 /// one are named in the text.
 [[nodiscard]] Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionTask>& requests);
+/// Notes of a planner, "/1/blend", at the key of that motion in the file. One without a number is of the first motion,
+/// one with a number that no motion has of the last.
+[[nodiscard]] Diagnostics notes_of_motions(const Diagnostics& notes, const std::vector<MotionTask>& requests);
 
 /// Plans one motion, or several that follow each other and are blended, from q (rad or m) as things are believed to be.
 /// @return the plan, or diagnostics with pointers below the step of the first motion; those of a later one are named in

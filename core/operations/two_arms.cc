@@ -39,13 +39,15 @@ class TwoArmActivity final : public ActivityModel {
     const std::vector<motion::LegMaker> makers{maker(pair.leader)};
     auto from_rest = motion::plan_pair(pair, *leads.at_end.q, *follows.at_end.q, makers);
     if (!from_rest) return std::unexpected(std::move(from_rest.error()));
-    return prepare_dual_entry(planning,
-                              {.name = name(),
-                               .grasp = grasp_,
-                               .from_rest = std::move(*from_rest),
-                               .from_blend = plan_pair_on(planning, grasp_, makers),
-                               .abort_if = {wish_.abort_if}},
-                              wish_);
+    auto prepared = prepare_dual_entry(planning,
+                                       {.name = name(),
+                                        .grasp = grasp_,
+                                        .from_rest = std::move(*from_rest),
+                                        .from_blend = plan_pair_on(planning, grasp_, makers),
+                                        .abort_if = {wish_.abort_if}},
+                                       wish_);
+    prepared.verdict = [](const ActivityRun& run) { return abort_diagnostics(run); };
+    return prepared;
   }
 
  private:

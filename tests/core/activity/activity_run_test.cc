@@ -343,6 +343,33 @@ TEST_F(ActivityRunTest, PartsInParallelBeginInOneCycleAndAConditionChoosesInTheF
   EXPECT_LT((cell.robot.tool().translation() - goal2.translation()).norm(), 1e-6);
 }
 
+// Neither motion after the choice ends where it would have without it.
+TEST_F(ActivityRunTest, WhatFollowsAChoiceBeginsAtEitherEnd) {
+  for (const bool pressed : {true, false}) {
+    SCOPED_TRACE(pressed);
+    test::ActivityCell own;
+    const Eigen::Isometry3d to = own.moved(0.0, 0.08, 0.0), other = own.moved(0.05, 0.0, 0.0), home = own.robot.tool();
+    const auto pressed_now = command::digital_input(own.cell, "button");
+    const Actuator lamp(own.program, "lamp"), driver(own.program, "driver");
+    own.button->sample.value = pressed;
+    own.step(2);
+    sequence({conditional(pressed_now, own.motion.lin(to), own.motion.lin(other)),
+              lamp.use<OutputInterface>().set(true), own.motion.lin_by({0.0, 0.0, 0.05}),
+              own.motion.lin_by({0.0, 0.0, 0.03}), driver.use<OutputInterface>().set(true)})
+        .execute();
+    Eigen::Vector3d expected = (pressed ? to : other).translation();
+    expected.z() += 0.08;
+    EXPECT_LT((own.robot.tool().translation() - expected).norm(), 1e-6);
+    EXPECT_TRUE(own.cell.digital_outputs.at("driver")->value());
+    // Both come to one place, so there is one way on.
+    sequence({conditional(pressed_now, own.motion.lin_by({0.0, 0.02, 0.0}), lamp.use<OutputInterface>().set(false)),
+              own.motion.ptp(own.arm->home), own.motion.lin_by({0.0, 0.0, 0.02})})
+        .execute();
+    EXPECT_NEAR(own.robot.tool().translation().z(), home.translation().z() + 0.02, 1e-6);
+    EXPECT_LE(own.worst_limit_share(), 1.0);
+  }
+}
+
 TEST_F(ActivityRunTest, ASubtaskBeginsAtAShareOfTheMainTask) {
   const Actuator lamp(cell.program, "lamp");
   const auto all =

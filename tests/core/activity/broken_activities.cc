@@ -147,6 +147,19 @@ std::vector<BrokenActivity> compositions() {
          (void)conditional(cell.hard(), up(cell), other.lamp_on());
        },
        "/1", "belongs to another runtime", "activities of one Runtime"},
+      {"an end that there is no command for",
+       [](auto& cell) {
+         abort_if(cell.robot.template use<activity::ControlModeInterface>().switch_to("position"), cell.hard())
+             .execute();
+       },
+       "/arm position/abort_if", "'arm position' is no command, so nothing can end it",
+       "an activity that moves something"},
+      {"more ways to end than a sequence follows",
+       [](auto& cell) {
+         const auto either = [&] { return conditional(cell.hard(), up(cell), lamp_on(cell)); };
+         activity::sequence({either(), either(), either(), either()}).execute();
+       },
+       "/4 parts, /3", "16 ways in which it may end", "8 at most"},
       {"a subtask on the arm of the main task",
        [with](auto& cell) { with(cell, {.activity = up(cell), .at_share = 0.5}); }, "/subtasks/0",
        "'arm LIN' drives 'arm' together with 'arm LIN'", "sequence()"},

@@ -431,6 +431,8 @@ const std::vector<std::pair<std::string, std::string>> kElsewhere = {
     {"{} more unknown keys", "nobody writes so many: ObjectReader.UnknownKeysAreCountedBeyondABound"},
     {"an arm of fewer than three joints follows no line", "no model has so few"},
     {"joint stiffness of '{}' and '{}'", "all models with such springs have as many joints"},
+    {"a sensor in `abort_if` did not answer", "followed_run_test.cc has the case: it shows while the activity runs"},
+    {"`abort_if` became true", "followed_run_test.cc has the case"},
     {"'{}': the end position of the arm is unknown before the run",
      "steps wait for the end of what moved their arm before"},
 };

@@ -195,5 +195,18 @@ TEST(UnitInOperation, ComesFromTheTableAndNotFromTheEndingOfTheKey) {
   EXPECT_EQ(unit(tree, "/on/0/after_s"), named("s"));
 }
 
+TEST(MotionNotes, ANoteWithoutANumberIsOfTheFirstMotion) {
+  std::vector<MotionRequest> requests(2);
+  requests[0].pointer = "/steps/3";
+  requests[1].pointer = "/steps/4";
+  requests[1].blend.kind = motion::Blend::Kind::kDistance;
+  Diagnostics notes;
+  for (const char* pointer : {"", "/blend", "/1/blend", "/7/blend"}) notes.note(pointer, "stops at the goal");
+  std::vector<std::string> pointers;
+  for (const Diagnostic& one : notes_of_motions(notes, requests).list()) pointers.push_back(one.pointer);
+  EXPECT_THAT(pointers, ElementsAre("/steps/3/blend_fraction", "/steps/3/blend_fraction", "/steps/4/blend_m",
+                                    "/steps/4/blend_m"));
+}
+
 }  // namespace
 }  // namespace takt::activity
