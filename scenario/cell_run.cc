@@ -57,12 +57,11 @@ std::string CellRun::waiting_for() const {
 }
 
 bool CellRun::connect(const std::function<bool()>& stopped) {
-  const Nanoseconds longest = built_.site->own_clock() ? kWireConnectTime : kConnectTime;
   begin_pace();
   while (!stopped()) {
     const std::string waits = waiting_for();
     if (waits.empty()) return starts_where_assumed();
-    if (built_.core->time() >= longest) {
+    if (built_.core->time() >= (heard_from(waits) ? kWireConnectTime : kConnectTime)) {
       report_.diagnostics.error(Code::kDeviceFault, {},
                                 fmt::format("device '{}' does not become ready{}", waits, why_waiting(waits)));
       return false;
@@ -71,6 +70,12 @@ bool CellRun::connect(const std::function<bool()>& stopped) {
     if (built_.site->own_clock()) keep_pace(to_seconds(built_.core->time()));
   }
   return false;
+}
+
+/// A controller on a wire has sent something: its program may still be on the way to command state.
+bool CellRun::heard_from(const std::string& device) const {
+  return built_.site->own_clock() && built_.site->drivers().contains(device) &&
+         built_.cell.arms.at(device).device->has_sample();
 }
 
 std::string CellRun::why_waiting(const std::string& device) const {

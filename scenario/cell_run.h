@@ -61,6 +61,7 @@ class CellRun {
   void begin_pace();
   void keep_pace(double time);
   void tell_news();
+  [[nodiscard]] bool heard_from(const std::string& device) const;
   [[nodiscard]] std::string why_waiting(const std::string& device) const;
   [[nodiscard]] bool starts_where_assumed();
   void close_products();
