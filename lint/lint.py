@@ -46,10 +46,11 @@ MAY_INCLUDE = {
     "core/program/tree": up_to("core/program/tree"),
     "record": ["core/base"],
     "sim": CORE,
+    "hw": CORE + ["core/emulation"],
     "scenario": CORE + ["core/emulation", "sim", "record"],
     "app": CORE + ["core/emulation", "sim", "record", "scenario"],
     "tools/import": CORE,
-    "tools": CORE + ["core/emulation", "sim", "record", "scenario", "app", "tools/import"],
+    "tools": CORE + ["core/emulation", "hw", "sim", "record", "scenario", "app", "tools/import"],
 }
 # GCC 12 destroys such a lambda twice.
 AWAITED_LAMBDA = re.compile(r"co_await\b[^;{}]*\[[&=\w][^\]]*\]\s*(\(|\{|mutable)")

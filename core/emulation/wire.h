@@ -33,6 +33,9 @@ class Wire {
 
   Wire(const WireFaults& faults, std::uint64_t seed, std::string_view name) : faults_(faults), random_(seed, name) {}
 
+  /// For what is sent from now on.
+  void set_faults(const WireFaults& faults) { faults_ = faults; }
+
   void send(const T& message, Nanoseconds now) {
     // Every message draws the same number of numbers, so that one fault does not shift all that follow.
     const double lost = random_.unit(), twice = random_.unit(), held = random_.unit();

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/clock.h"
+#include "core/base/object_reader.h"
+#include "core/device/backend.h"
+#include "core/device/description.h"
+
+/// What stands between the canonical devices and the protocols of real controllers (docs/hardware.md). Protocols live
+/// under hw/; whoever builds a cell knows only what is here.
+namespace takt::device {
+
+/// What is on the other end of a device's back end. Start-up, verdict and recording say it for every device.
+enum class Reality : std::uint8_t {
+  kSimulated,  ///< SIM: the device is simulated in this process, without a wire
+  kEmulated,   ///< EMULATED: the driver of the real device, against an emulated controller
+  kHardware    ///< HARDWARE: something moves
+};
+/// "SIM", "EMULATED", "HARDWARE".
+[[nodiscard]] std::string_view name_of(Reality reality);
+
+/// What a site says of one device that has a driver: read from a site file, or from ADDR of --backend. Each kind
+/// derives what it needs.
+struct DriverSettings {
+  virtual ~DriverSettings() = default;
+  std::string address;         ///< as given: "192.0.2.1:49938"; "virtual": an emulated controller in this process
+  bool emulated_peer = false;  ///< the other end is known to be an emulator
+
+  /// Driver and emulated controller share the process and its virtual time.
+  [[nodiscard]] bool in_process() const { return address == "virtual"; }
+  [[nodiscard]] Reality reality() const {
+    return in_process() || emulated_peer ? Reality::kEmulated : Reality::kHardware;
+  }
+};
+
+/// What a driver, or an emulator, is told of the arm that it is for.
+struct DriverRequest {
+  std::string device;  ///< its name in the cell
+  std::shared_ptr<const ArmDescription> description;
+  Nanoseconds core_period = kMillisecond;
+  Nanoseconds padding = 0;  ///< added to the delay, to be as late as the slowest arm of a group (row T3)
+  std::uint64_t seed = 0;   ///< of the faults of a virtual wire
+};
+
+/// The driver of an arm: an I/O agent with its wire. It is there when it is made and looks for its controller from then
+/// on; samples come when the controller is found. Its destructor ends the connection in order, without moving the arm.
+class ArmDriver : public ArmBackend {
+ public:
+  /// The wrench that the arm itself estimates or measures at its tool; null: it has none. Lives as long as the driver.
+  [[nodiscard]] virtual ForceTorqueBackend* force_torque() { return nullptr; }
+  /// What changed since the last call, a line each: "state MON, quality 2", "lost 3 packets". Called now and then by a
+  /// thread that is not the cycle. Realtime: setup.
+  [[nodiscard]] virtual std::vector<std::string> news() { return {}; }
+  /// All that its future depends on, for the digest; only of a driver in virtual time, else empty. Stays where it is.
+  [[nodiscard]] virtual std::span<const std::byte> state() const { return {}; }
+};
+
+/// The controller's side of a protocol, around an arm that takes set points each cycle. One thread calls advance().
+class ControllerEmulator {
+ public:
+  virtual ~ControllerEmulator() = default;
+  /// Once in each cycle of the arm, before the arm steps: reads it, answers what came over the wire, writes the set
+  /// point, sends. `now` is the core's time of the emulating process, cycle times period.
+  virtual void advance(Nanoseconds now) = 0;
+  /// As of ArmDriver.
+  [[nodiscard]] virtual std::vector<std::string> news() { return {}; }
+};
+
+/// A kind of back end that speaks a protocol: "fri", "rtde". One object serves all devices; it has no state.
+/// Realtime: setup.
+class DriverKind {
+ public:
+  /// @param name  as "backend" in a site file and KIND of --backend @param doc  one line for people
+  DriverKind(std::string name, std::string doc) : name_(std::move(name)), doc_(std::move(doc)) {}
+  virtual ~DriverKind() = default;
+  DriverKind(const DriverKind&) = delete;
+  DriverKind& operator=(const DriverKind&) = delete;
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const std::string& doc() const { return doc_; }
+
+  /// Reads the settings; asks the reader for all keys of the kind ("address" too), does not finish() it. ADDR of
+  /// --backend is "ADDRESS,key=value,...": the first part without '=' is "address"; numbers and true/false keep their
+  /// types. Errors go to the reader. @return never null
+  [[nodiscard]] virtual std::shared_ptr<const DriverSettings> read(ObjectReader& reader) const = 0;
+  /// What keeps this driver from this arm, beyond its settings: another number of joints, another cycle. Empty:
+  /// nothing.
+  [[nodiscard]] virtual std::string refuse(const DriverSettings& settings, const ArmDescription& arm) const = 0;
+  /// The cycle in which the device takes set points, ns.
+  [[nodiscard]] virtual Nanoseconds cycle(const DriverSettings& settings, const ArmDescription& arm) const = 0;
+  /// Declared delay of its set points without padding, ns.
+  [[nodiscard]] virtual Nanoseconds delay(const DriverSettings& settings, const ArmDescription& arm,
+                                          Nanoseconds core_period) const = 0;
+
+  /// Opens the wire. @param clock  the core's time, on the machine's; outlives the driver
+  [[nodiscard]] virtual Result<std::shared_ptr<ArmDriver>> connect(const DriverSettings& settings,
+                                                                   const DriverRequest& request,
+                                                                   const Clock& clock) const = 0;
+  /// Driver and emulated controller on a virtual wire, in lock-step: read() makes time go on by one core cycle.
+  /// @param machine  the arm behind the controller, which lives in the core's cycle
+  [[nodiscard]] virtual Result<std::shared_ptr<ArmDriver>> connect_in_process(
+      const DriverSettings& settings, const DriverRequest& request, std::shared_ptr<ArmBackend> machine) const = 0;
+  /// The controller's side alone, on the machine's sockets, for `takt emulate`.
+  [[nodiscard]] virtual Result<std::unique_ptr<ControllerEmulator>> emulate(
+      const DriverSettings& settings, const DriverRequest& request, std::shared_ptr<ArmBackend> machine) const = 0;
+
+ private:
+  std::string name_, doc_;
+};
+
+/// All kinds of the process. A program adds those that it is linked with before it reads a site
+/// (hw/drivers.h: hw::add_own_drivers()). Realtime: setup.
+class DriverKinds {
+ public:
+  static DriverKinds& global();
+  /// A name that is taken already is ignored.
+  void add(std::unique_ptr<DriverKind> kind);
+  /// @return null: there is none
+  [[nodiscard]] const DriverKind* find(std::string_view name) const;
+  [[nodiscard]] const std::vector<std::unique_ptr<DriverKind>>& list() const { return kinds_; }
+
+ private:
+  std::vector<std::unique_ptr<DriverKind>> kinds_;
+};
+
+}  // namespace takt::device

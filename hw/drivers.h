@@ -1,0 +1,16 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/device/driver.h"
+
+namespace takt::hw {
+
+/// The kinds of drivers that takt itself brings. Realtime: setup.
+[[nodiscard]] std::unique_ptr<device::DriverKind> fri_kind();
+
+/// Makes all of them known to device::DriverKinds. May be called again. Realtime: setup.
+void add_own_drivers();
+
+}  // namespace takt::hw
