@@ -20,9 +20,9 @@ namespace {
 
 using activity::ActivityError;
 
-[[noreturn]] void refuse(std::string message, std::string hint) {
-  Findings why;
-  why.error("", std::move(message), std::move(hint));
+[[noreturn]] void refuse(Code code, std::string message, std::string hint) {
+  Diagnostics why;
+  why.error(code, "", std::move(message), std::move(hint));
   throw ActivityError(std::move(why));
 }
 
@@ -34,8 +34,8 @@ std::string device_of(const Map& devices, const std::string& name, const char* k
   if (name.empty() && names.size() == 1) return names.front();
   if (devices.contains(name)) return name;
   if (name.empty() && !names.empty())
-    refuse(fmt::format("which {} of {}?", kind, names.size()), nearest_choice(name, names));
-  refuse(fmt::format("the cell has no {} '{}'", kind, name), nearest_choice(name, names));
+    refuse(Code::kMissing, fmt::format("which {} of {}?", kind, names.size()), nearest_choice(name, names));
+  refuse(Code::kUnknownName, fmt::format("the cell has no {} '{}'", kind, name), nearest_choice(name, names));
 }
 
 /// As it is named, beside the program, among the installed scenarios.
@@ -45,19 +45,21 @@ std::filesystem::path find_file(const std::filesystem::path& file) {
   const auto installed = scenario::data_folder() / "scenarios" / file;
   for (const auto& place : {file, beside, installed})
     if (std::filesystem::exists(place, error)) return place;
-  Findings why;
-  why.error("", "there is no such file", fmt::format("nor '{}', nor '{}'", beside.string(), installed.string()));
+  Diagnostics why;
+  why.error(Code::kNotFound, "", "there is no such file",
+            fmt::format("nor '{}', nor '{}'", beside.string(), installed.string()));
   why.set_file(file.string());
   throw OpenError(std::move(why));
 }
 
 /// Models that are not there at all are told as that, not one by one only.
-void explain_missing_data(Findings& findings) {
+void explain_missing_data(Diagnostics& diagnostics) {
   const auto models = scenario::data_folder() / "models";
   std::error_code error;
   if (std::filesystem::is_directory(models, error)) return;
-  findings.error("", fmt::format("this install has no models: there is no folder '{}'", models.string()),
-                 "TAKT_ROOT: the folder of models/ and scenarios/");
+  diagnostics.error(Code::kNotFound, "",
+                    fmt::format("this install has no models: there is no folder '{}'", models.string()),
+                    "TAKT_ROOT: the folder of models/ and scenarios/");
 }
 
 Cell::Setup setup_of(const CellOptions& options) {
@@ -80,7 +82,7 @@ class Cell::Impl {
     read(find_file(file));
     build();
     run_.emplace(description_, built_, expectations_, setup_.run);
-    if (!run_->open()) throw OpenError(run_->report().findings);
+    if (!run_->open()) throw OpenError(run_->report().diagnostics);
     runtime_.emplace(
         *built_.core, built_.cell, [this] { cycle(); },
         activity::Runtime::Options{.scheduler = {.latency_cycles = description_.program_latency_cycles}});
@@ -96,7 +98,7 @@ class Cell::Impl {
   activity::Runtime& runtime() { return *runtime_; }
   command::Biases& biases() { return run_->variables().biases; }
   const std::string& title() const { return description_.title; }
-  const Findings& warnings() const { return warnings_; }
+  const Diagnostics& warnings() const { return warnings_; }
 
   void step(const std::string& name) {
     step_ = name;
@@ -115,14 +117,14 @@ class Cell::Impl {
 
   void expect(scenario::ExpectationResult result) { run_->report().expectations.push_back(std::move(result)); }
 
-  scenario::RunReport finish(const Findings& why, const std::function<std::string()>& run_again) {
+  scenario::RunReport finish(const Diagnostics& why, const std::function<std::string()>& run_again) {
     scenario::RunReport& report = run_->report();
-    if (!broken_) report.findings.append(why);  // else the report knows it already
+    if (!broken_) report.diagnostics.append(why);  // else the report knows it already
     runtime_->drop_coroutines();
     if (why.has_errors()) runtime_->cancel();
     if (!broken_) settle();
-    if (!operator_->broken_off().empty() && !report.findings.has_errors())
-      report.findings.error({}, operator_->broken_off());
+    if (!operator_->broken_off().empty() && !report.diagnostics.has_errors())
+      report.diagnostics.error(Code::kCancelled, {}, operator_->broken_off());
     report.reactions = runtime_->reactions();
     return run_->finish(interrupted_, run_again);
   }
@@ -137,18 +139,18 @@ class Cell::Impl {
   }
 
   void read(const std::filesystem::path& file) {
-    Findings findings;
+    Diagnostics diagnostics;
     auto description =
-        read_description(file, setup_.open.overrides, setup_.open.seed, findings, scenario::ReadFor::kCell);
-    if (findings.has_errors() && description) findings.append(check_cell_names(*description, models_));
-    findings.set_file(file.string());
-    if (findings.has_errors() || !description) refuse_cell(std::move(findings));
+        read_description(file, setup_.open.overrides, setup_.open.seed, diagnostics, scenario::ReadFor::kCell);
+    if (diagnostics.has_errors() && description) diagnostics.append(check_cell_names(*description, models_));
+    diagnostics.set_file(file.string());
+    if (diagnostics.has_errors() || !description) refuse_cell(std::move(diagnostics));
     description_ = std::move(*description);
     description_.site = setup_.open.site;
   }
 
   void build() {
-    Findings findings;
+    Diagnostics diagnostics;
     auto built = build_cell(description_, models_, setup_.open.measure_times, warnings_);
     if (built) {
       built_ = std::move(*built);
@@ -157,20 +159,20 @@ class Cell::Impl {
       if (expectations) {
         expectations_ = std::move(*expectations);
       } else {
-        findings.append(expectations.error());
+        diagnostics.append(expectations.error());
       }
-      findings.append(check_operator(description_.operator_script, *built_.core, std::nullopt));
+      diagnostics.append(check_operator(description_.operator_script, *built_.core, std::nullopt));
     } else {
-      findings.append(built.error());
+      diagnostics.append(built.error());
     }
-    findings.set_file(description_.file.string());
+    diagnostics.set_file(description_.file.string());
     warnings_.set_file(description_.file.string());
-    if (findings.has_errors()) refuse_cell(std::move(findings));
+    if (diagnostics.has_errors()) refuse_cell(std::move(diagnostics));
   }
 
-  [[noreturn]] static void refuse_cell(Findings findings) {
-    explain_missing_data(findings);
-    throw OpenError(std::move(findings));
+  [[noreturn]] static void refuse_cell(Diagnostics diagnostics) {
+    explain_missing_data(diagnostics);
+    throw OpenError(std::move(diagnostics));
   }
 
   /// Until every device is there and every arm has a set point to begin from.
@@ -179,7 +181,7 @@ class Cell::Impl {
     bool going = run_->connect(stopped);
     const auto lacks = [](const auto& one) { return one.second.device->set_point().q.size() == 0; };
     while (going && std::ranges::any_of(built_.cell.arms, lacks)) going = !stopped() && run_->step({});
-    if (!going) throw OpenError(run_->report().findings);
+    if (!going) throw OpenError(run_->report().diagnostics);
     operate();
   }
 
@@ -192,10 +194,10 @@ class Cell::Impl {
   std::string current() const { return step_.empty() ? runtime_->current() : step_; }
 
   void cycle() {
-    if (broken_) throw ActivityError(run_->report().findings);
+    if (broken_) throw ActivityError(run_->report().diagnostics);
     const bool going = run_->step(current()) && !run_->out_of_time(current());
     broken_ = !going;
-    if (!going) throw ActivityError(run_->report().findings);
+    if (!going) throw ActivityError(run_->report().diagnostics);
     run_->pace(0.0, current());
     look_at_interrupts();
     operate();
@@ -219,13 +221,14 @@ class Cell::Impl {
       while (core().time() < until && !(runtime_->idle() && std::ranges::all_of(built_.cell.arms, clear)))
         runtime_->step();
     } catch (const ActivityError& error) {
-      if (!broken_) run_->report().findings.append(error.findings());
+      if (!broken_) run_->report().diagnostics.append(error.diagnostics());
       return;
     }
     for (const auto& [name, arm] : built_.cell.arms) {
       if (clear(std::pair(name, arm))) continue;
-      run_->report().findings.error(
-          "", fmt::format("'{}' is {} when the program has ended", name, arm.device->held() ? "held" : "in motion"));
+      run_->report().diagnostics.error(
+          Code::kNotPossibleNow, "",
+          fmt::format("'{}' is {} when the program has ended", name, arm.device->held() ? "held" : "in motion"));
     }
   }
 
@@ -235,7 +238,7 @@ class Cell::Impl {
   scenario::Description description_;
   scenario::BuiltCell built_;
   std::vector<std::unique_ptr<scenario::Expectation>> expectations_;
-  Findings warnings_;
+  Diagnostics warnings_;
   std::optional<scenario::CellRun> run_;
   std::optional<activity::Runtime> runtime_;
   std::optional<scenario::Operator> operator_;
@@ -276,7 +279,7 @@ command::RealSensor Cell::analog_input(const std::string& name) {
 command::State Cell::gripper_is(const std::string& state, const std::string& gripper) {
   const std::vector<std::string> states = {"moving", "holding", "lost", "open", "closed"};
   if (std::ranges::find(states, state) == states.end())
-    refuse(fmt::format("a gripper is never '{}'", state), nearest_choice(state, states));
+    refuse(Code::kUnknownName, fmt::format("a gripper is never '{}'", state), nearest_choice(state, states));
   return command::gripper_state(model(), device_of(model().grippers, gripper, "gripper"), state);
 }
 
@@ -288,7 +291,9 @@ void Cell::tare(const std::string& sensor, std::int64_t cycles) {
   const std::string name = device_of(model().sensors, sensor, "force/torque sensor");
   const auto run = as_activity(command::tare_command(name, cycles, model())).execute();
   const auto bias = run->value<net::Wrench>("bias");
-  if (!bias) refuse(fmt::format("'{}' did not answer, so it was not tared", name), "a sensor that is there");
+  if (!bias)
+    refuse(Code::kSensorSilent, fmt::format("'{}' did not answer, so it was not tared", name),
+           "a sensor that is there");
   impl_->biases()[name] = *bias;
 }
 
@@ -315,14 +320,14 @@ void Cell::expect(const std::string& name, bool passed, const std::string& measu
   impl_->expect({.name = name, .kind = "program", .passed = passed, .measured = measured});
 }
 
-scenario::RunReport Cell::finish(const Findings& why, const std::function<std::string()>& run_again) {
-  Findings all = why;
+scenario::RunReport Cell::finish(const Diagnostics& why, const std::function<std::string()>& run_again) {
+  Diagnostics all = why;
   try {
     if (!why.has_errors() && !impl_->broken()) wait_for_all();
   } catch (const activity::ProgramCancelled&) {
     // It was asked for; what ran has come to rest.
   } catch (const ActivityError& error) {
-    all.append(error.findings());
+    all.append(error.diagnostics());
   }
   return impl_->finish(all, run_again);
 }
@@ -332,6 +337,6 @@ const command::Cell& Cell::model() const { return impl_->cell(); }
 rcc::ControlCore& Cell::core() { return impl_->core(); }
 double Cell::time() { return to_seconds(core().time()); }
 const std::string& Cell::title() const { return impl_->title(); }
-const Findings& Cell::warnings() const { return impl_->warnings(); }
+const Diagnostics& Cell::warnings() const { return impl_->warnings(); }
 
 }  // namespace takt::app

@@ -87,7 +87,7 @@ class Cell {
 
   /// Ends the run: waits for what was begun (or, if `why` says what went wrong, cancels it), closes film and recording,
   /// and judges the expectations of the file. Once. @param run_again  digest of a second run, for "repeats"
-  [[nodiscard]] scenario::RunReport finish(const Findings& why = {},
+  [[nodiscard]] scenario::RunReport finish(const Diagnostics& why = {},
                                            const std::function<std::string()>& run_again = {});
 
   // -- Below ---------------------------------------------------------------------------------------------------------
@@ -97,7 +97,7 @@ class Cell {
   [[nodiscard]] rcc::ControlCore& core();
   [[nodiscard]] double time();  ///< s, simulated
   [[nodiscard]] const std::string& title() const;
-  [[nodiscard]] const Findings& warnings() const;  ///< of the file
+  [[nodiscard]] const Diagnostics& warnings() const;  ///< of the file
 
   struct Setup;  ///< private to app/
   Cell(const std::filesystem::path& file, const CellOptions& options, Setup setup);

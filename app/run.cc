@@ -10,6 +10,7 @@
 #include "app/cell_setup.h"
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "core/base/text_location.h"
 #include "scenario/interruptions.h"
 
 namespace takt::app {
@@ -25,16 +26,16 @@ struct Arguments : RunArguments {
 };
 
 /// What stopped the program; empty if nothing did.
-Findings carry_out(Cell& cell, const Program& program) {
-  Findings why;
+Diagnostics carry_out(Cell& cell, const Program& program) {
+  Diagnostics why;
   try {
     program(cell);
   } catch (const activity::ProgramCancelled&) {
     // It was asked for.
   } catch (const activity::ActivityError& error) {
-    why = error.findings();
+    why = error.diagnostics();
   } catch (const std::exception& error) {
-    why.error("", fmt::format("the program threw: {}", error.what()));
+    why.error(Code::kInternal, "", fmt::format("the program threw: {}", error.what()));
   }
   return why;
 }
@@ -54,15 +55,17 @@ std::string digest_of_second_run(const std::filesystem::path& file, const CellOp
 }
 
 /// What `--try-interruptions` cannot be had with: a fork has one thread and no clock.
-Findings check(const Arguments& arguments) {
-  Findings findings;
-  if (arguments.try_every == 0) return findings;
+Diagnostics check(const Arguments& arguments) {
+  Diagnostics diagnostics;
+  if (arguments.try_every == 0) return diagnostics;
   const std::pair<const char*, bool> others[] = {{"--video", !arguments.video.empty()},
                                                  {"--record", !arguments.record.empty()},
                                                  {"--realtime", arguments.realtime}};
   for (const auto& [name, given] : others)
-    if (given) findings.error("--try-interruptions", fmt::format("cannot be together with {}", name), "one of both");
-  return findings;
+    if (given)
+      diagnostics.error(Code::kConflict, "--try-interruptions", fmt::format("cannot be together with {}", name),
+                        "one of both");
+  return diagnostics;
 }
 
 /// In a child: the program has ended after it was interrupted.
@@ -90,22 +93,20 @@ void tell(const scenario::Interruptions& tries, scenario::RunReport& report) {
   if (!held && report.verdict == scenario::Verdict::kPassed) report.verdict = scenario::Verdict::kFailed;
 }
 
-void print(const nlohmann::ordered_json& json) {
-  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-}
+void print(const nlohmann::ordered_json& json) { fmt::print("{}", scenario::to_output_text(json)); }
 
-int refuse(const Findings& findings, bool json) {
-  fmt::print(stderr, "{}", findings.to_string());
-  if (json) print({{"result", "error"}, {"findings", scenario::to_json(findings)}});
+int refuse(const Diagnostics& diagnostics, bool json) {
+  fmt::print(stderr, "{}", to_located_text(diagnostics));
+  if (json) print({{"result", "error"}, {"diagnostics", scenario::to_json(diagnostics)}});
   return kRefused;
 }
 
 int run(const Arguments& arguments, const Program& program) {
-  Findings findings;
-  auto [open, options] = parse(arguments, {arguments.file}, findings);
-  findings.append(check(arguments));
-  findings.append(check_model_folders(arguments.models));
-  if (findings.has_errors()) return refuse(findings, arguments.json);
+  Diagnostics diagnostics;
+  auto [open, options] = parse(arguments, {arguments.file}, diagnostics);
+  diagnostics.append(check(arguments));
+  diagnostics.append(check_model_folders(arguments.models));
+  if (diagnostics.has_errors()) return refuse(diagnostics, arguments.json);
   CellOptions cell_options{.quiet = arguments.json};
   cell_options.models.assign(arguments.models.begin(), arguments.models.end());
   Cell::Setup setup{.open = open, .run = options};
@@ -118,17 +119,17 @@ int run(const Arguments& arguments, const Program& program) {
   try {
     cell.emplace(arguments.file, cell_options, setup);
   } catch (const OpenError& error) {
-    return refuse(error.findings(), arguments.json);
+    return refuse(error.diagnostics(), arguments.json);
   }
-  fmt::print(stderr, "{}", cell->warnings().to_string());
-  const Findings why = carry_out(*cell, program);
+  fmt::print(stderr, "{}", to_located_text(cell->warnings()));
+  const Diagnostics why = carry_out(*cell, program);
   scenario::RunReport report = cell->finish(why, [&]() -> std::string {
     return tries.in_child() ? "" : digest_of_second_run(arguments.file, cell_options, open, program);
   });
   if (tries.in_child()) answer(*cell, report, tries);
   if (arguments.try_every > 0) tell(tries, report);
   if (!arguments.json) clear_progress();
-  fmt::print(stderr, "{}", report.findings.to_string());
+  fmt::print(stderr, "{}", to_located_text(report.diagnostics));
   if (arguments.json) {
     print(to_json(report));
   } else {
@@ -156,9 +157,9 @@ int run_command_line(int argc, char** argv, const std::filesystem::path& file, c
     parser.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return parser.exit(error);  // --help
-    Findings findings;
-    findings.error("", error.what(), "--help");
-    return refuse(findings, arguments.json);
+    Diagnostics diagnostics;
+    diagnostics.error(Code::kUsage, "", error.what(), "--help");
+    return refuse(diagnostics, arguments.json);
   }
   return run(arguments, program);
 }

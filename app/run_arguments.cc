@@ -21,32 +21,36 @@ bool parse_whole(std::string_view text, Number& number) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-std::optional<std::uint64_t> parse_seed(const std::optional<std::string>& text, Findings& findings) {
+std::optional<std::uint64_t> parse_seed(const std::optional<std::string>& text, Diagnostics& diagnostics) {
   std::uint64_t seed = 0;
   if (!text) return std::nullopt;
   if (parse_whole(*text, seed)) return seed;
-  findings.error("--seed", fmt::format("'{}' is not a seed", *text), "a whole number from 0 to 18446744073709551615");
+  diagnostics.error(Code::kInvalidValue, "--seed", fmt::format("'{}' is not a seed", *text),
+                    "a whole number from 0 to 18446744073709551615");
   return std::nullopt;
 }
 
 /// The products of a run replace neither what it reads nor each other.
-void check_products(const RunArguments& arguments, std::vector<std::filesystem::path> inputs, Findings& findings) {
+void check_products(const RunArguments& arguments, std::vector<std::filesystem::path> inputs,
+                    Diagnostics& diagnostics) {
   if (!arguments.site.empty()) inputs.emplace_back(arguments.site);
-  if (!arguments.record.empty()) findings.append(check_output(arguments.record, inputs, "--record"));
-  if (!arguments.video.empty()) findings.append(check_output(arguments.video, inputs, "--video"));
+  if (!arguments.record.empty()) diagnostics.append(check_output(arguments.record, inputs, "--record"));
+  if (!arguments.video.empty()) diagnostics.append(check_output(arguments.video, inputs, "--video"));
   const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
     return std::filesystem::absolute(a).lexically_normal() == std::filesystem::absolute(b).lexically_normal();
   };
   if (!arguments.record.empty() && !arguments.video.empty() && same(arguments.record, arguments.video))
-    findings.error("--record", fmt::format("'{}' is the file of --video too", arguments.record), "another name");
+    diagnostics.error(Code::kConflict, "--record", fmt::format("'{}' is the file of --video too", arguments.record),
+                      "another name");
 }
 
-std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets, Findings& findings) {
+std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets, Diagnostics& diagnostics) {
   std::vector<scenario::Override> overrides;
   for (const std::string& set : sets) {
     const std::size_t equals = set.find('=');
     if (equals == std::string::npos || set[0] != '/') {
-      findings.error("--set", fmt::format("'{}' is not JSON_POINTER=VALUE", set), "--set /devices/arm/model=NAME");
+      diagnostics.error(Code::kInvalidValue, "--set", fmt::format("'{}' is not JSON_POINTER=VALUE", set),
+                        "--set /devices/arm/model=NAME");
       continue;
     }
     overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});
@@ -55,18 +59,18 @@ std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets,
 }
 
 /// The site file, and what the command line says over it.
-scenario::Site parse_site(const RunArguments& arguments, Findings& findings) {
+scenario::Site parse_site(const RunArguments& arguments, Diagnostics& diagnostics) {
   scenario::Site site;
   if (!arguments.site.empty()) {
     auto read = scenario::read_site(arguments.site);
     if (read) {
       site = std::move(*read);
     } else {
-      findings.append(read.error());
+      diagnostics.append(read.error());
     }
   }
-  for (const std::string& backend : arguments.backends) findings.append(scenario::bind(site, backend));
-  findings.append(scenario::check_clocks(site, arguments.realtime));
+  for (const std::string& backend : arguments.backends) diagnostics.append(scenario::bind(site, backend));
+  diagnostics.append(scenario::check_clocks(site, arguments.realtime));
   return site;
 }
 
@@ -101,20 +105,22 @@ void add_run_options(CLI::App& parser, RunArguments& arguments) {
       ->allow_extra_args(false);
 }
 
-ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem::path>& inputs, Findings& findings) {
+ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem::path>& inputs,
+                Diagnostics& diagnostics) {
   ParsedRun parsed;
   if (!parse_size(arguments.size, parsed.run.width, parsed.run.height)) {
-    findings.error("--size", fmt::format("'{}' is not a size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
+    diagnostics.error(Code::kInvalidValue, "--size", fmt::format("'{}' is not a size", arguments.size),
+                      "WIDTHxHEIGHT, e.g. 1280x720");
   }
   if (arguments.fps < 1 || arguments.fps > sim::kMostFps) {
-    findings.error("--fps", fmt::format("{} pictures per second", arguments.fps),
-                   fmt::format("1 to {}", sim::kMostFps));
+    diagnostics.error(Code::kOutOfRange, "--fps", fmt::format("{} pictures per second", arguments.fps),
+                      fmt::format("1 to {}", sim::kMostFps));
   }
-  check_products(arguments, inputs, findings);
-  parsed.open.overrides = parse_sets(arguments.sets, findings);
-  parsed.open.seed = parse_seed(arguments.seed, findings);
+  check_products(arguments, inputs, diagnostics);
+  parsed.open.overrides = parse_sets(arguments.sets, diagnostics);
+  parsed.open.seed = parse_seed(arguments.seed, diagnostics);
   parsed.open.measure_times = true;
-  parsed.open.site = parse_site(arguments, findings);
+  parsed.open.site = parse_site(arguments, diagnostics);
   parsed.run.video = arguments.video;
   parsed.run.camera = arguments.camera;
   parsed.run.fps = arguments.fps;
@@ -138,14 +144,15 @@ bool parse_size(std::string_view text, int& width, int& height) {
          parse_whole(text.substr(cross + 1), height);
 }
 
-Findings check_model_folders(const std::vector<std::string>& folders) {
-  Findings findings;
+Diagnostics check_model_folders(const std::vector<std::string>& folders) {
+  Diagnostics diagnostics;
   std::error_code ignored;
   for (const std::string& folder : folders) {
     if (!std::filesystem::is_directory(folder, ignored))
-      findings.error("--models", fmt::format("'{}' is not a folder", folder), "a folder with a folder per model");
+      diagnostics.error(Code::kNotFound, "--models", fmt::format("'{}' is not a folder", folder),
+                        "a folder with a folder per model");
   }
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace takt::app

@@ -28,7 +28,7 @@ struct RunArguments {
 /// Adds the options to a parser; `arguments` outlives it. Realtime: setup.
 void add_run_options(CLI::App& parser, RunArguments& arguments);
 
-/// The arguments as a run takes them; all that is wrong with them goes to `findings`, with the names of the options.
+/// The arguments as a run takes them; all that is wrong with them goes to `diagnostics`, with the names of the options.
 /// Realtime: setup.
 struct ParsedRun {
   scenario::OpenOptions open;
@@ -36,7 +36,7 @@ struct ParsedRun {
 };
 /// @param inputs  files that the run reads: none of its products may replace one
 [[nodiscard]] ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem::path>& inputs,
-                              Findings& findings);
+                              Diagnostics& diagnostics);
 
 /// A bar on a terminal's stderr that is drawn over itself; nothing where stderr is no terminal.
 void show_progress_on_terminal(scenario::RunOptions& options);
@@ -47,6 +47,6 @@ void clear_progress();
 [[nodiscard]] bool parse_size(std::string_view text, int& width, int& height);
 
 /// A folder of models that is not there. Realtime: setup.
-[[nodiscard]] Findings check_model_folders(const std::vector<std::string>& folders);
+[[nodiscard]] Diagnostics check_model_folders(const std::vector<std::string>& folders);
 
 }  // namespace takt::app

@@ -79,15 +79,15 @@ Times once(Bench& bench, const std::function<RuntimeCommand(const Bench&)>& make
   Times times{};
   const double begin = now_us();
   const RuntimeCommand command = make(bench);
-  const Findings findings = plan(command);
+  const Diagnostics diagnostics = plan(command);
   const double planned = now_us();
   auto mapped = map(command, bench.core.period());
   const double written = now_us();
   const auto net =
-      findings.has_errors() || !mapped ? Result<rcc::NetId>(0) : bench.core.load(mapped->net, mapped->options);
+      diagnostics.has_errors() || !mapped ? Result<rcc::NetId>(0) : bench.core.load(mapped->net, mapped->options);
   const double loaded = now_us();
   if (!net || *net == 0) {
-    fmt::print("a case does not load: {}\n", mapped ? findings.to_string() : mapped.error().to_string());
+    fmt::print("a case does not load: {}\n", mapped ? diagnostics.to_string() : mapped.error().to_string());
     std::exit(1);
   }
   bench.core.start(*net);

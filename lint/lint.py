@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Rules of the house that a compiler does not know. Prints every finding as FILE:LINE: text; exit status 1 if any.
+"""Rules of the house that a compiler does not know. Prints every diagnostic as FILE:LINE: text; exit status 1 if any.
 
 Rules: layers include only downwards; headers have '#pragma once'; no left-over marks; no path or registry of a machine;
 no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead somewhere; every row
@@ -138,10 +138,10 @@ def check_semantics(names, say):
 
 
 def main():
-    findings = []
+    diagnostics = []
 
     def say(name, number, text):
-        findings.append(f"{name}:{number}: {text}")
+        diagnostics.append(f"{name}:{number}: {text}")
 
     names = tracked()
     for name in names:
@@ -160,8 +160,8 @@ def main():
     check_semantics(names, say)
     for collision in unnamed.collisions(ROOT, names):
         say(*collision)
-    print("\n".join(findings) if findings else "lint: no findings")
-    return 1 if findings else 0
+    print("\n".join(diagnostics) if diagnostics else "lint: no diagnostics")
+    return 1 if diagnostics else 0
 
 
 if __name__ == "__main__":

@@ -149,11 +149,11 @@ Comparison compare(const Recording& a, const Recording& b, const CompareOptions&
 
 Result<Comparison> compare_recordings(const std::filesystem::path& a, const std::filesystem::path& b,
                                       const CompareOptions& options) {
-  Findings findings;
+  Diagnostics diagnostics;
   Result<Recording> ra = Recording::open(a), rb = Recording::open(b);
-  if (!ra) findings.append(ra.error());
-  if (!rb) findings.append(rb.error());
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (!ra) diagnostics.append(ra.error());
+  if (!rb) diagnostics.append(rb.error());
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   Comparison comparison = compare(*ra, *rb, options);
   comparison.name_a = a.string();
   comparison.name_b = b.string();

@@ -11,7 +11,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "record/recording.h"
 
@@ -105,7 +105,7 @@ struct Comparison {
   std::vector<std::string> notes;         ///< differing fingerprints, truncation: reported, not judged
 };
 
-/// Compares two recordings. Findings: an unreadable file. Realtime: setup.
+/// Compares two recordings. Diagnostics: an unreadable file. Realtime: setup.
 [[nodiscard]] Result<Comparison> compare_recordings(const std::filesystem::path& a, const std::filesystem::path& b,
                                                     const CompareOptions& options = {});
 [[nodiscard]] Comparison compare(const Recording& a, const Recording& b, const CompareOptions& options = {});

@@ -64,13 +64,13 @@ GoldenColumn thin_column(const Table& table, std::size_t column, const Tolerance
 }
 
 std::vector<GoldenColumn> golden_columns(const Recording& recording, const BlessOptions& options, double share,
-                                         Findings& findings) {
+                                         Diagnostics& diagnostics) {
   std::vector<GoldenColumn> columns;
   for (const std::string& topic : recording.table_topics()) {
     if (!topic_wanted(options, *recording.find_channel(topic))) continue;
     const Result<Table> read = recording.table(topic);
     if (!read) {
-      findings.append(read.error());
+      diagnostics.append(read.error());
       continue;
     }
     const Table& table = *read;
@@ -136,10 +136,10 @@ nlohmann::ordered_json to_json(const Golden& golden) {
   return json;
 }
 
-/// Reads members with a type; every miss is a finding at its pointer.
+/// Reads members with a type; every miss is a diagnostic at its pointer.
 class MemberReader {
  public:
-  explicit MemberReader(Findings& findings) : findings_(findings) {}
+  explicit MemberReader(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
 
   std::string text(const nlohmann::ordered_json& json, const std::string& at, const char* key) {
     const auto* member = find(json, at, key);
@@ -190,7 +190,8 @@ class MemberReader {
       known = true;
     }
     if (!known) {
-      findings_.error(place + "/kind", fmt::format("'{}' is no kind of tolerance", kind), nearest_choice(kind, names));
+      diagnostics_.error(Code::kUnknownName, place + "/kind", fmt::format("'{}' is no kind of tolerance", kind),
+                         nearest_choice(kind, names));
     }
     tolerance.dt = nanoseconds(number(*member, place, "dt_s"));
     tolerance.dv = number(*member, place, "dv");
@@ -202,17 +203,18 @@ class MemberReader {
     if (json.is_object()) {
       if (const auto found = json.find(key); found != json.end()) return &*found;
     }
-    findings_.error(at, fmt::format("'{}' is missing", key));
+    diagnostics_.error(Code::kMissing, at, fmt::format("'{}' is missing", key));
     return nullptr;
   }
   void wrong(const std::string& at, const char* key, const char* wanted) {
-    findings_.error(at + pointer_segment(key), "the value has another type", fmt::format("wanted: {}", wanted));
+    diagnostics_.error(Code::kWrongType, at + pointer_segment(key), "the value has another type",
+                       fmt::format("wanted: {}", wanted));
   }
 
-  Findings& findings_;
+  Diagnostics& diagnostics_;
 };
 
-Findings too_large(const Golden& golden, std::size_t bytes, std::size_t most) {
+Diagnostics too_large(const Golden& golden, std::size_t bytes, std::size_t most) {
   std::vector<const GoldenColumn*> columns;
   for (const GoldenColumn& column : golden.columns) columns.push_back(&column);
   std::ranges::stable_sort(columns, std::greater{}, [](const GoldenColumn* c) { return c->time_s.size(); });
@@ -221,21 +223,22 @@ Findings too_large(const Golden& golden, std::size_t bytes, std::size_t most) {
     largest += fmt::format("{}{} {} ({} points)", i == 0 ? "" : ", ", columns[i]->topic, columns[i]->column,
                            columns[i]->time_s.size());
   }
-  Findings findings;
-  findings.error("", fmt::format("the golden has {} bytes, at most {} are allowed", bytes, most),
-                 fmt::format("leave topics out or widen tolerances; the largest columns: {}", largest));
-  return findings;
+  Diagnostics diagnostics;
+  diagnostics.error(Code::kTooLarge, "", fmt::format("the golden has {} bytes, at most {} are allowed", bytes, most),
+                    fmt::format("leave topics out or widen tolerances; the largest columns: {}", largest));
+  return diagnostics;
 }
 
 }  // namespace
 
 Result<Golden> make_golden(const Recording& recording, const BlessOptions& options) {
-  Findings findings;
+  Diagnostics diagnostics;
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
-    findings.error("", "a golden needs a reason", "say in a few words why this run is right");
+    diagnostics.error(Code::kMissing, "", "a golden needs a reason", "say in a few words why this run is right");
   }
-  for (const std::string& damage : recording.damage()) findings.error("", fmt::format("recording: {}", damage));
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  for (const std::string& damage : recording.damage())
+    diagnostics.error(Code::kNote, "", fmt::format("recording: {}", damage));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
 
   Golden golden;
   golden.scenario = options.scenario;
@@ -256,14 +259,14 @@ Result<Golden> make_golden(const Recording& recording, const BlessOptions& optio
       golden.events.push_back({topic, event.source, event.name, to_seconds(event.time)});
     }
   }
-  golden.columns = golden_columns(recording, options, kThinningShare, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  golden.columns = golden_columns(recording, options, kThinningShare, diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   if (golden.columns.empty() && golden.events.empty()) {
-    return failure("", "the recording has no columns and no events to keep");
+    return failure(Code::kMissing, "", "the recording has no columns and no events to keep");
   }
   std::size_t bytes = golden_to_text(golden).size();
   if (bytes > options.max_bytes) {
-    golden.columns = golden_columns(recording, options, kCoarseShare, findings);
+    golden.columns = golden_columns(recording, options, kCoarseShare, diagnostics);
     bytes = golden_to_text(golden).size();
   }
   if (bytes > options.max_bytes) return std::unexpected(too_large(golden, bytes, options.max_bytes));
@@ -289,11 +292,12 @@ std::string golden_to_text(const Golden& golden) {
 }
 
 Result<Golden> golden_from_json(const nlohmann::ordered_json& json) {
-  Findings findings;
-  MemberReader read(findings);
+  Diagnostics diagnostics;
+  MemberReader read(diagnostics);
   if (!json.is_object() || !json.contains("takt_golden"))
-    return failure("", "this is no golden: 'takt_golden' is missing");
-  if (json.at("takt_golden") != 1) return failure("/takt_golden", "this version of goldens is not known", "known: 1");
+    return failure(Code::kMissing, "", "this is no golden: 'takt_golden' is missing");
+  if (json.at("takt_golden") != 1)
+    return failure(Code::kIncompatible, "/takt_golden", "this version of goldens is not known", "known: 1");
   Golden golden;
   golden.scenario = read.text(json, "", "scenario");
   golden.reason = read.text(json, "", "reason");
@@ -324,14 +328,15 @@ Result<Golden> golden_from_json(const nlohmann::ordered_json& json) {
     column.time_s = read.numbers(item, at, "time_s");
     column.value = read.numbers(item, at, "value");
     if (column.time_s.size() != column.value.size()) {
-      findings.error(at, fmt::format("{} times and {} values", column.time_s.size(), column.value.size()));
+      diagnostics.error(Code::kWrongSize, at,
+                        fmt::format("{} times and {} values", column.time_s.size(), column.value.size()));
     }
     const bool ascending = std::ranges::is_sorted(column.time_s) &&
                            std::ranges::none_of(column.time_s, [](double t) { return std::isnan(t); });
-    if (!ascending) findings.error(at + "/time_s", "times do not ascend");
+    if (!ascending) diagnostics.error(Code::kOutOfRange, at + "/time_s", "times do not ascend");
     golden.columns.push_back(std::move(column));
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return golden;
 }
 
@@ -438,19 +443,19 @@ Result<Golden> bless(const std::filesystem::path& recording, const std::filesyst
   }
   std::error_code code;
   if (golden.has_parent_path()) std::filesystem::create_directories(golden.parent_path(), code);
-  if (Findings findings = write_file(golden, golden_to_text(*made)); findings.has_errors())
-    return std::unexpected(std::move(findings));
+  if (Diagnostics diagnostics = write_file(golden, golden_to_text(*made)); diagnostics.has_errors())
+    return std::unexpected(std::move(diagnostics));
   return made;
 }
 
 Result<Comparison> verify(const std::filesystem::path& recording, const std::filesystem::path& golden,
                           const CompareOptions& options) {
-  Findings findings;
+  Diagnostics diagnostics;
   const auto run = Recording::open(recording);
   const auto reference = read_golden(golden);
-  if (!run) findings.append(run.error());
-  if (!reference) findings.append(reference.error());
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (!run) diagnostics.append(run.error());
+  if (!reference) diagnostics.append(reference.error());
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   Comparison comparison = compare_with_golden(*run, *reference, options);
   comparison.name_a = recording.string();
   comparison.name_b = golden.string();

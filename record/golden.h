@@ -9,7 +9,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "record/compare.h"
 #include "record/recording.h"
@@ -55,7 +55,8 @@ struct BlessOptions {
   std::size_t max_bytes = 100'000;
 };
 
-/// A golden from a run. Findings: no reason, a truncated recording, no columns, too large (with the largest columns).
+/// A golden from a run. Diagnostics: no reason, a truncated recording, no columns, too large (with the largest
+/// columns).
 [[nodiscard]] Result<Golden> make_golden(const Recording& recording, const BlessOptions& options);
 
 [[nodiscard]] std::string golden_to_text(const Golden& golden);

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "record/mcap_format.h"
 
 namespace takt::record::mcap {
@@ -68,7 +68,7 @@ struct Contents {
 void note_damage(Contents& contents, std::string text);
 
 /// Walks the records of `bytes`. What does not fit its own lengths is skipped up to the next chunk and noted as damage.
-/// Findings: no MCAP file at all. Realtime: setup.
+/// Diagnostics: no MCAP file at all. Realtime: setup.
 [[nodiscard]] Result<Contents> scan(std::string_view bytes);
 
 /// The records of a stretch, or why they cannot be had ("checksum", ...). @param check  false: it has been checked

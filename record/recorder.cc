@@ -59,7 +59,8 @@ Recorder::~Recorder() { close(); }
 
 Result<std::unique_ptr<Recorder>> Recorder::open(const std::filesystem::path& path, RecorderOptions options) {
   auto impl = std::make_unique<Impl>(path, options);
-  if (const std::string error = impl->thread_.error(); !error.empty()) return failure("", error);
+  if (const std::string error = impl->thread_.error(); !error.empty())
+    return failure(Code::kFileNotWritable, "", error);
   impl->thread_.start();
   return std::unique_ptr<Recorder>(new Recorder(std::move(impl)));
 }

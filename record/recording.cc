@@ -57,18 +57,21 @@ Recording& Recording::operator=(Recording&&) noexcept = default;
 
 Result<Recording> Recording::open(const std::filesystem::path& path) {
   std::error_code code;
-  if (!std::filesystem::exists(path, code)) return failure("", fmt::format("there is no file {}", path.string()));
-  if (!std::filesystem::is_regular_file(path, code)) return failure("", fmt::format("{} is no file", path.string()));
+  if (!std::filesystem::exists(path, code))
+    return failure(Code::kNotFound, "", fmt::format("there is no file {}", path.string()));
+  if (!std::filesystem::is_regular_file(path, code))
+    return failure(Code::kFileNotReadable, "", fmt::format("{} is no file", path.string()));
   const auto size = std::filesystem::file_size(path, code);
-  if (code) return failure("", fmt::format("cannot read {}: {}", path.string(), code.message()));
+  if (code)
+    return failure(Code::kFileNotReadable, "", fmt::format("cannot read {}: {}", path.string(), code.message()));
   if (size > mcap::ReadLimits::kFileBytes) {
-    return failure("", fmt::format("{} has {} bytes", path.string(), size),
+    return failure(Code::kTooLarge, "", fmt::format("{} has {} bytes", path.string(), size),
                    fmt::format("at most {} are read", mcap::ReadLimits::kFileBytes));
   }
   std::ifstream in(path, std::ios::binary);
   std::string bytes(size, '\0');
   in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!in) return failure("", fmt::format("cannot read {}", path.string()));
+  if (!in) return failure(Code::kFileNotReadable, "", fmt::format("cannot read {}", path.string()));
   Result<Recording> recording = from_bytes(std::move(bytes));
   if (!recording) recording.error().set_file(path.string());
   return recording;
@@ -83,8 +86,9 @@ Result<Recording> Recording::from_bytes(std::string bytes) {
   impl->check_stretches();
   impl->take_stretches();
   if (impl->visit_bytes > mcap::ReadLimits::kVisitBytes) {
-    return failure("", fmt::format("{} channels over {} bytes of messages: too much to be read", impl->rows.size(),
-                                   impl->contents.raw_bytes));
+    return failure(Code::kTooLarge, "",
+                   fmt::format("{} channels over {} bytes of messages: too much to be read", impl->rows.size(),
+                               impl->contents.raw_bytes));
   }
   if (const std::size_t more = impl->contents.unlisted_damage; more > 0)
     impl->contents.damage.push_back(fmt::format("and {} more of this kind", more));
@@ -256,7 +260,8 @@ Result<Table> Recording::table(std::string_view topic) const {
   const ChannelInfo* channel = find_channel(topic);
   if (channel == nullptr || !has_columns(*channel)) {
     const std::string why = channel == nullptr ? "is not in the recording" : "has no columns of numbers";
-    return failure("", fmt::format("topic '{}' {}", topic, why), nearest_choice(topic, table_topics()));
+    return failure(Code::kFileNotReadable, "", fmt::format("topic '{}' {}", topic, why),
+                   nearest_choice(topic, table_topics()));
   }
   Table table;
   table.topic = topic;
@@ -273,14 +278,16 @@ Result<Table> Recording::table(std::string_view topic) const {
       },
       topic);
   if (fits) return table;
-  return failure("", fmt::format("topic '{}' has more than {} values", topic, mcap::ReadLimits::kTableValues),
+  return failure(Code::kTooLarge, "",
+                 fmt::format("topic '{}' has more than {} values", topic, mcap::ReadLimits::kTableValues),
                  "a shorter recording");
 }
 
 Result<std::vector<RecordedEvent>> Recording::events(std::string_view topic) const {
   const ChannelInfo* channel = find_channel(topic);
   if (channel == nullptr || !is_event_channel(*channel)) {
-    return failure("", fmt::format("topic '{}' has no events", topic), nearest_choice(topic, event_topics()));
+    return failure(Code::kFileNotReadable, "", fmt::format("topic '{}' has no events", topic),
+                   nearest_choice(topic, event_topics()));
   }
   std::vector<RecordedEvent> events;
   const auto take_event = [&](const MessageView& view) {

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 
 namespace takt::record {
@@ -97,7 +97,7 @@ class Recording {
   void for_each(const std::function<bool(const MessageView&)>& visit, std::string_view topic = {}) const;
 
   /// A channel of numbers as columns: joint states "joint.position", transforms "child.x" to "child.qz", wrenches
-  /// "force.x" to "torque.z", samples and states by their names. Findings: no such topic (with the nearest), or one
+  /// "force.x" to "torque.z", samples and states by their names. Diagnostics: no such topic (with the nearest), or one
   /// without columns.
   [[nodiscard]] Result<Table> table(std::string_view topic) const;
   /// Topics that table() can give.

@@ -167,8 +167,8 @@ std::string to_html(const Comparison& comparison) {
 }
 
 Result<void> write_report(const Comparison& comparison, const std::filesystem::path& path) {
-  Findings findings = write_file(path, to_html(comparison), "--report");
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics = write_file(path, to_html(comparison), "--report");
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return {};
 }
 

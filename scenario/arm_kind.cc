@@ -52,21 +52,23 @@ void ArmKind::declare(const DeviceEntry& entry, const device::ModelDescription*,
   cell.arms[entry.name];
 }
 
-void ArmKind::check(const LoadedDevice& device, Findings& findings) const {
+void ArmKind::check(const LoadedDevice& device, Diagnostics& diagnostics) const {
   const ArmDescription& arm = *device.as<ArmDescription>();
-  if (!device.entry->settings.empty()) findings.error(device.pointer() + "/settings", "an arm has no settings");
+  if (!device.entry->settings.empty())
+    diagnostics.error(Code::kInvalidValue, device.pointer() + "/settings", "an arm has no settings");
   const auto& wanted = device.entry->start_rad;
   const std::string pointer = device.pointer() + "/start_deg";
   const auto count = static_cast<std::size_t>(arm.home.size());
   if (!wanted.empty() && wanted.size() != count) {
-    return findings.error(pointer, fmt::format("{} numbers for an arm of {} joints", wanted.size(), count));
+    return diagnostics.error(Code::kWrongSize, pointer,
+                             fmt::format("{} numbers for an arm of {} joints", wanted.size(), count));
   }
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const auto j = static_cast<Eigen::Index>(i);
     if (wanted[i] >= arm.limits.lower[j] && wanted[i] <= arm.limits.upper[j]) continue;
-    findings.error(pointer + pointer_segment(i),
-                   fmt::format("{:g} deg for joint {}", wanted[i] / kDegree, arm.joint_names[i]),
-                   fmt::format("{:g} to {:g} deg", arm.limits.lower[j] / kDegree, arm.limits.upper[j] / kDegree));
+    diagnostics.error(Code::kOutOfRange, pointer + pointer_segment(i),
+                      fmt::format("{:g} deg for joint {}", wanted[i] / kDegree, arm.joint_names[i]),
+                      fmt::format("{:g} to {:g} deg", arm.limits.lower[j] / kDegree, arm.limits.upper[j] / kDegree));
   }
 }
 

@@ -11,14 +11,14 @@ namespace {
 using device::BaseDescription;
 
 /// What the scenario says of its odometry; it counts right where nothing is said.
-sim::OdometryError odometry_error(const LoadedDevice& device, Findings& findings) {
+sim::OdometryError odometry_error(const LoadedDevice& device, Diagnostics& diagnostics) {
   sim::OdometryError error;
-  ObjectReader settings(device.entry->settings, device.pointer() + "/settings", findings);
+  ObjectReader settings(device.entry->settings, device.pointer() + "/settings", diagnostics);
   if (const auto* json = settings.object("odometry", /*required=*/false)) {
     constexpr Range kScale{.low = 0.5, .high = 2.0};
     constexpr Range kDrift{.low = -1.0, .high = 1.0};
     constexpr Range kWalk{.low = 0.0, .high = 1.0};
-    ObjectReader odometry(*json, settings.at("odometry"), findings);
+    ObjectReader odometry(*json, settings.at("odometry"), diagnostics);
     error.linear_scale = odometry.number("linear_scale", 1.0, kScale);
     error.angular_scale = odometry.number("angular_scale", 1.0, kScale);
     error.heading_drift = odometry.number("heading_drift_rad_m", 0.0, kDrift);
@@ -41,16 +41,17 @@ class BaseKind final : public ArmKind {
     return MountPlace{.link = base.mount_link, .X_MP = base.X_FM};
   }
 
-  void check(const LoadedDevice& device, Findings& findings) const override {
+  void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
     if (!device.entry->start_rad.empty()) {
-      findings.error(device.pointer() + "/start_deg", "a base starts where it is placed", "\"at\"");
+      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "a base starts where it is placed",
+                        "\"at\"");
     }
-    (void)odometry_error(device, findings);
+    (void)odometry_error(device, diagnostics);
   }
 
   void simulate(const LoadedDevice& device, sim::WorldDescription& world) const override {
     const std::string& name = device.entry->name;
-    Findings ignored;  // checked before
+    Diagnostics ignored;  // checked before
     world.arms.push_back(sim::simulated_base(name, name, *device.as<BaseDescription>()));
     world.arms.back().drive->error = odometry_error(device, ignored);
     world.arms.back().pointer = device.pointer();

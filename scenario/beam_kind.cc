@@ -25,13 +25,14 @@ class LightBarrierKind final : public DeviceKind {
   void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
     cell.digital_inputs[entry.name];
   }
-  void check(const LoadedDevice& device, Findings& findings) const override {
-    if (!device.entry->start_rad.empty()) findings.error(device.pointer() + "/start_deg", "this device has no joints");
-    (void)distance_of(device, findings);
+  void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
+    if (!device.entry->start_rad.empty())
+      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "this device has no joints");
+    (void)distance_of(device, diagnostics);
   }
   void simulate(const LoadedDevice& device, sim::WorldDescription& world) const override {
     const std::string& name = device.entry->name;
-    Findings ignored;  // checked before
+    Diagnostics ignored;  // checked before
     world.beams.push_back(sim::simulated_beam(name, name, *device.as<BeamDescription>()));
     world.beams.back().pointer = device.pointer();
     world.beams.back().range_max = distance_of(device, ignored);
@@ -44,9 +45,9 @@ class LightBarrierKind final : public DeviceKind {
 
  private:
   /// To the reflector, m.
-  static double distance_of(const LoadedDevice& device, Findings& findings) {
+  static double distance_of(const LoadedDevice& device, Diagnostics& diagnostics) {
     const double range = device.as<BeamDescription>()->range_max;
-    ObjectReader reader(device.entry->settings, device.pointer() + "/settings", findings);
+    ObjectReader reader(device.entry->settings, device.pointer() + "/settings", diagnostics);
     const double distance = reader.number("distance_m", range, {.low = 0.0, .high = range, .low_open = true});
     reader.finish();
     return distance;

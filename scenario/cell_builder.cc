@@ -25,7 +25,7 @@ std::string object_pointer(const ObjectEntry& object) { return "/objects" + poin
 /// in any order.
 class Frames {
  public:
-  Frames(const Description& description, Findings& findings) {
+  Frames(const Description& description, Diagnostics& diagnostics) {
     for (const FrameEntry& frame : description.frames) {
       want("/frames" + pointer_segment(frame.name), frame.name, frame.at, frame.at.X);
     }
@@ -35,7 +35,7 @@ class Frames {
     for (const ObjectEntry& object : description.objects) {
       want(object_pointer(object) + "/at", object.name, object.at, drawn_pose(object, description.seed));
     }
-    place_all(findings);
+    place_all(diagnostics);
   }
 
   world::FrameGraph nominal, truth;
@@ -52,12 +52,12 @@ class Frames {
     wanted_.push_back({std::move(pointer), name, at, drawn});
   }
 
-  void place_all(Findings& findings) {
+  void place_all(Diagnostics& diagnostics) {
     for (bool progress = true; progress;) {
       progress = false;
       for (Wanted& one : wanted_) {
         if (one.placed || !nominal.contains(one.at.in)) continue;
-        findings.append(nominal.add(one.name, one.at.in, one.at.X), one.pointer);
+        diagnostics.append(nominal.add(one.name, one.at.in, one.at.X), one.pointer);
         (void)truth.add(one.name, one.at.in, one.drawn);
         one.placed = progress = true;
       }
@@ -69,10 +69,10 @@ class Frames {
     const bool circle = std::ranges::none_of(wanted_, unknown);
     for (const Wanted& one : wanted_) {
       if (one.placed || !(circle || unknown(one))) continue;
-      findings.error(one.pointer + "/in",
-                     circle ? fmt::format("'{}' hangs on a frame that has no place of its own", one.at.in)
-                            : fmt::format("there is no frame '{}'", one.at.in),
-                     circle ? "frames that end at 'world'" : nearest_choice(one.at.in, names));
+      diagnostics.error(Code::kInvalidValue, one.pointer + "/in",
+                        circle ? fmt::format("'{}' hangs on a frame that has no place of its own", one.at.in)
+                               : fmt::format("there is no frame '{}'", one.at.in),
+                        circle ? "frames that end at 'world'" : nearest_choice(one.at.in, names));
     }
   }
 
@@ -86,10 +86,11 @@ sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) 
 }
 
 void simulate(const LoadedDevice& device, const world::FrameGraph& truth, sim::WorldDescription& world,
-              Findings& findings) {
-  device.kind->check(device, findings);
+              Diagnostics& diagnostics) {
+  device.kind->check(device, diagnostics);
   if (device.kind->needs_arm() && !carrying_arm(device)) {
-    findings.error(device.pointer(), "this device has to be mounted on an arm", "\"on\": NAME of an arm or sensor");
+    diagnostics.error(Code::kInvalidValue, device.pointer(), "this device has to be mounted on an arm",
+                      "\"on\": NAME of an arm or sensor");
   }
   world.robots.push_back(device.kind->body(device, mount_of(device, truth)));
   world.robots.back().pointer = device.pointer();
@@ -126,19 +127,20 @@ sim::ObjectDescription simulated_object(const ObjectEntry& entry, const Eigen::I
 
 /// An object that is a model: its URDF stands in the world; its collision shapes are what the application knows.
 bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& models, const Eigen::Isometry3d& X_WO,
-                      sim::WorldDescription& world, world::Object& known, Findings& findings) {
+                      sim::WorldDescription& world, world::Object& known, Diagnostics& diagnostics) {
   const std::string pointer = object_pointer(entry) + "/model";
   const auto folder = models.find(entry.model, pointer);
   if (!folder) {
-    findings.append(folder.error());
+    diagnostics.append(folder.error());
     return false;
   }
   auto model = kinematics::RobotModel::load(*folder / (entry.model + ".urdf"));
   if (!model) {
-    findings.append(model.error(), "", "");
+    diagnostics.append(model.error(), "", "");
     return false;
   }
-  if (!entry.fixed) findings.error(object_pointer(entry) + "/fixed", "an object from a model is fixed", "true");
+  if (!entry.fixed)
+    diagnostics.error(Code::kInvalidValue, object_pointer(entry) + "/fixed", "an object from a model is fixed", "true");
   for (const kinematics::Geometry& geometry : model->root().collisions) {
     if (const auto* box = std::get_if<kinematics::Box>(&geometry.shape)) {
       known.parts.push_back({world::Box{box->size}, geometry.X_LG});
@@ -160,14 +162,15 @@ bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& mode
 }
 
 /// The body that a camera rides on: a device's flange or an object moves with it, a plain frame stands in the world.
-sim::CameraDescription simulated_camera(const CameraEntry& entry, const world::FrameGraph& truth, Findings& findings) {
+sim::CameraDescription simulated_camera(const CameraEntry& entry, const world::FrameGraph& truth,
+                                        Diagnostics& diagnostics) {
   const std::string pointer = "/cameras" + pointer_segment(entry.name);
   sim::CameraDescription camera;
   camera.name = entry.name;
   camera.pointer = pointer;
   camera.vertical_field_of_view = entry.fovy_deg * kDegree;
   const auto X_WI = truth.pose(entry.at.in);
-  if (!X_WI) findings.append(X_WI.error(), pointer + "/at/in");
+  if (!X_WI) diagnostics.append(X_WI.error(), pointer + "/at/in");
   const Eigen::Isometry3d X_WC = X_WI.value_or(Eigen::Isometry3d::Identity()) * entry.at.X;
   if (!entry.look_at) {
     camera.mount = {"", X_WC};
@@ -175,7 +178,7 @@ sim::CameraDescription simulated_camera(const CameraEntry& entry, const world::F
   }
   const auto X_WL = truth.pose(entry.look_at->in);
   if (!X_WL) {
-    findings.append(X_WL.error(), pointer + "/look_at/in");
+    diagnostics.append(X_WL.error(), pointer + "/look_at/in");
     return camera;
   }
   camera.mount = {"", sim::look_at(X_WC.translation(), *X_WL * entry.look_at->X.translation())};
@@ -183,7 +186,7 @@ sim::CameraDescription simulated_camera(const CameraEntry& entry, const world::F
 }
 
 /// The wholes, in the order of the file, so that one may be part of another.
-void add_composed(const Description& description, BuiltCell& built, Findings& findings) {
+void add_composed(const Description& description, BuiltCell& built, Diagnostics& diagnostics) {
   for (const ComposedEntry& entry : description.composed) {
     std::vector<net::Resource*> parts;
     for (std::size_t i = 0; i < entry.parts.size(); ++i) {
@@ -191,8 +194,9 @@ void add_composed(const Description& description, BuiltCell& built, Findings& fi
       if (part) {
         parts.push_back(part);
       } else {
-        findings.error(entry.pointer + pointer_segment(i), fmt::format("there is no device '{}'", entry.parts[i]),
-                       nearest_choice(entry.parts[i], built.core->environment().names()));
+        diagnostics.error(Code::kUnknownName, entry.pointer + pointer_segment(i),
+                          fmt::format("there is no device '{}'", entry.parts[i]),
+                          nearest_choice(entry.parts[i], built.core->environment().names()));
       }
     }
     if (parts.size() != entry.parts.size()) continue;
@@ -200,55 +204,55 @@ void add_composed(const Description& description, BuiltCell& built, Findings& fi
     if (whole) {
       built.core->add(entry.name, std::move(*whole));
     } else {
-      findings.append(whole.error(), entry.pointer);
+      diagnostics.append(whole.error(), entry.pointer);
     }
   }
 }
 
 /// Tells each arm what it carries, as a technician would enter it: from the data sheets, not from the simulation.
-void set_tools(const sim::WorldDescription& simulated, BuiltCell& built, Findings& findings) {
+void set_tools(const sim::WorldDescription& simulated, BuiltCell& built, Diagnostics& diagnostics) {
   for (auto& [name, arm] : built.cell.arms) {
     const device::ArmDescription& model = arm.device->description();
     const device::PayloadSetting carried = sim::nominal_payload(simulated, name, model.flange_link);
     arm.device->set_tool({arm.X_FT, carried});
     if (model.payload_max == 0.0 || carried.mass <= model.payload_max) continue;
-    findings.error("/devices" + pointer_segment(name),
-                   fmt::format("'{}' carries {:.2f} kg, tools and sensors together", name, carried.mass),
-                   fmt::format("at most {:g} kg: 'payload_max_kg' of '{}'", model.payload_max, model.model));
+    diagnostics.error(Code::kLimitExceeded, "/devices" + pointer_segment(name),
+                      fmt::format("'{}' carries {:.2f} kg, tools and sensors together", name, carried.mass),
+                      fmt::format("at most {:g} kg: 'payload_max_kg' of '{}'", model.payload_max, model.model));
   }
 }
 
 }  // namespace
 
 Result<BuiltCell> build_cell(const Description& description, const device::ModelLibrary& models, bool measure_times,
-                             Findings& warnings) {
-  Findings findings;
-  const auto devices = load_devices(description, models, findings);
-  const Frames frames(description, findings);
+                             Diagnostics& warnings) {
+  Diagnostics diagnostics;
+  const auto devices = load_devices(description, models, diagnostics);
+  const Frames frames(description, diagnostics);
 
   sim::WorldDescription simulated;
   simulated.seed = description.seed;
   simulated.physics.plant_mass_scale = description.plant_mass_scale;
-  for (const auto& device : devices) simulate(*device, frames.truth, simulated, findings);
+  for (const auto& device : devices) simulate(*device, frames.truth, simulated, diagnostics);
   BuiltCell built;
   const rcc::ControlCore::Options options{.measure = measure_times};
   built.site = std::make_unique<SiteDevices>(description.site, options.period, description.seed);
-  built.site->plan(devices, findings);
+  built.site->plan(devices, diagnostics);
   for (const ObjectEntry& entry : description.objects) {
     const Eigen::Isometry3d X_WO = frames.truth.pose(entry.name).value_or(Eigen::Isometry3d::Identity());
     world::Object known{entry.name, entry.parts};
     if (entry.model.empty()) {
       simulated.objects.push_back(simulated_object(entry, X_WO));
-    } else if (!add_model_object(entry, models, X_WO, simulated, known, findings)) {
+    } else if (!add_model_object(entry, models, X_WO, simulated, known, diagnostics)) {
       continue;
     }
     built.truth_W[entry.name] = X_WO;
     built.cell.objects[entry.name] = std::move(known);
   }
   for (const CameraEntry& camera : description.cameras) {
-    simulated.cameras.push_back(simulated_camera(camera, frames.truth, findings));
+    simulated.cameras.push_back(simulated_camera(camera, frames.truth, diagnostics));
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
 
   auto world = sim::World::create(simulated, [](mjSpec_& spec) { sim::dress_stage(&spec, {}); });
   if (!world) return std::unexpected(std::move(world.error()));
@@ -268,32 +272,32 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.cell.override_channel = speed.name;
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
-  findings.append(activity::declare_channels(*built.core, built.cell));
-  add_composed(description, built, findings);
-  add_emergency_stop(description, built, findings);
-  set_tools(simulated, built, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  diagnostics.append(activity::declare_channels(*built.core, built.cell));
+  add_composed(description, built, diagnostics);
+  add_emergency_stop(description, built, diagnostics);
+  set_tools(simulated, built, diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   built.site->add_to(built.core->digest());
   for (const NetEntry& net : description.nets) built.cell.nets[net.name] = net.net;
-  warnings.append(findings);
+  warnings.append(diagnostics);
   return built;
 }
 
-Findings check_cell_names(const Description& description, const device::ModelLibrary& models) {
-  Findings findings;
-  (void)load_devices(description, models, findings);
-  (void)Frames(description, findings);
-  return findings;
+Diagnostics check_cell_names(const Description& description, const device::ModelLibrary& models) {
+  Diagnostics diagnostics;
+  (void)load_devices(description, models, diagnostics);
+  (void)Frames(description, diagnostics);
+  return diagnostics;
 }
 
 command::Cell names_of_cell(const Description& description, const device::ModelLibrary& models) {
   command::Cell cell;
   for (const DeviceEntry& device : description.devices) {
     const auto folder = models.find(device.model);
-    const auto name = folder ? device::read_device_kind(*folder) : Result<std::string>(std::unexpected(Findings{}));
+    const auto name = folder ? device::read_device_kind(*folder) : Result<std::string>(std::unexpected(Diagnostics{}));
     const DeviceKinds& kinds = DeviceKinds::global();
     const DeviceKind* kind = name ? kinds.find(*name) : nullptr;
-    const auto model = kind ? kind->read(*folder) : Result<ModelPointer>(std::unexpected(Findings{}));
+    const auto model = kind ? kind->read(*folder) : Result<ModelPointer>(std::unexpected(Diagnostics{}));
     if (!kind) kind = kinds.find(device.on.empty() ? "arm" : "force_torque_sensor");
     kind->declare(device, model ? model->get() : nullptr, cell);
   }

@@ -8,17 +8,17 @@
 namespace takt::scenario {
 namespace {
 
-bool load_model(const DeviceEntry& entry, const device::ModelLibrary& models, Findings& findings,
+bool load_model(const DeviceEntry& entry, const device::ModelLibrary& models, Diagnostics& diagnostics,
                 LoadedDevice& device) {
   const std::string pointer = "/devices" + pointer_segment(entry.name) + "/model";
   const auto folder = models.find(entry.model, pointer);
   if (!folder) {
-    findings.append(folder.error());
+    diagnostics.append(folder.error());
     return false;
   }
   auto read = read_model(*folder, pointer);
   if (!read) {
-    findings.append(read.error());
+    diagnostics.append(read.error());
     return false;
   }
   device.kind = read->kind;
@@ -27,17 +27,17 @@ bool load_model(const DeviceEntry& entry, const device::ModelLibrary& models, Fi
 }
 
 /// The one who carries it is no carrier.
-void check_carrier(const LoadedDevice& device, Findings& findings) {
+void check_carrier(const LoadedDevice& device, Diagnostics& diagnostics) {
   if (!device.on || device.on->kind->mount_place(*device.on->model)) return;
-  findings.error(device.pointer() + "/on",
-                 fmt::format("'{}' is of kind '{}' and carries nothing", device.entry->on, device.on->kind->name()),
-                 "an arm or a sensor");
+  diagnostics.error(Code::kInvalidValue, device.pointer() + "/on",
+                    fmt::format("'{}' is of kind '{}' and carries nothing", device.entry->on, device.on->kind->name()),
+                    "an arm or a sensor");
 }
 
 }  // namespace
 
 std::vector<std::unique_ptr<LoadedDevice>> load_devices(const Description& description,
-                                                        const device::ModelLibrary& models, Findings& findings) {
+                                                        const device::ModelLibrary& models, Diagnostics& diagnostics) {
   std::vector<std::unique_ptr<LoadedDevice>> loaded;
   std::vector<const DeviceEntry*> waiting;
   for (const DeviceEntry& entry : description.devices) waiting.push_back(&entry);
@@ -52,8 +52,8 @@ std::vector<std::unique_ptr<LoadedDevice>> load_devices(const Description& descr
       const LoadedDevice* on = entry ? find(entry->on) : nullptr;
       if (!entry || (!entry->on.empty() && !on)) continue;
       auto device = std::make_unique<LoadedDevice>(LoadedDevice{entry, nullptr, {}, on});
-      if (load_model(*entry, models, findings, *device)) {
-        check_carrier(*device, findings);
+      if (load_model(*entry, models, diagnostics, *device)) {
+        check_carrier(*device, diagnostics);
         loaded.push_back(std::move(device));
       }
       entry = nullptr;
@@ -65,11 +65,12 @@ std::vector<std::unique_ptr<LoadedDevice>> load_devices(const Description& descr
   for (const DeviceEntry* entry : waiting) {
     if (!entry) continue;
     const bool exists = std::ranges::find(names, entry->on) != names.end();
-    if (exists && !findings.has_errors()) {
-      findings.error("/devices" + pointer_segment(entry->name) + "/on", "devices hang on each other in a circle");
+    if (exists && !diagnostics.has_errors()) {
+      diagnostics.error(Code::kInvalidValue, "/devices" + pointer_segment(entry->name) + "/on",
+                        "devices hang on each other in a circle");
     } else if (!exists) {
-      findings.error("/devices" + pointer_segment(entry->name) + "/on",
-                     fmt::format("there is no device '{}'", entry->on), nearest_choice(entry->on, names));
+      diagnostics.error(Code::kUnknownName, "/devices" + pointer_segment(entry->name) + "/on",
+                        fmt::format("there is no device '{}'", entry->on), nearest_choice(entry->on, names));
     }
   }
   return loaded;

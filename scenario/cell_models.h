@@ -13,10 +13,10 @@
 namespace takt::scenario {
 
 /// Reads the models of all devices and joins those mounted on each other. Devices that carry come before those that
-/// they carry. Findings: unknown models, devices mounted on nothing, on what carries nothing, or in a circle.
+/// they carry. Diagnostics: unknown models, devices mounted on nothing, on what carries nothing, or in a circle.
 [[nodiscard]] std::vector<std::unique_ptr<LoadedDevice>> load_devices(const Description& description,
                                                                       const device::ModelLibrary& models,
-                                                                      Findings& findings);
+                                                                      Diagnostics& diagnostics);
 
 /// The arm that carries a device through whatever is between; null if it stands in the room.
 [[nodiscard]] const LoadedDevice* carrying_arm(const LoadedDevice& device);

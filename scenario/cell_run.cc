@@ -33,7 +33,7 @@ bool CellRun::open() {
     if (recorder) {
       recorder_ = std::move(*recorder);
     } else {
-      report_.findings.append(recorder.error());
+      report_.diagnostics.append(recorder.error());
     }
   }
   if (!options_.video.empty()) {
@@ -41,10 +41,10 @@ bool CellRun::open() {
     if (film) {
       film_ = std::move(*film);
     } else {
-      report_.findings.append(film.error());
+      report_.diagnostics.append(film.error());
     }
   }
-  return !report_.findings.has_errors();
+  return !report_.diagnostics.has_errors();
 }
 
 std::string CellRun::waiting_for() const {
@@ -57,7 +57,7 @@ bool CellRun::connect(const std::function<bool()>& stopped) {
     const std::string waits = waiting_for();
     if (waits.empty()) return true;
     if (built_.core->time() >= kConnectTime) {
-      report_.findings.error({}, fmt::format("device '{}' does not become ready", waits));
+      report_.diagnostics.error(Code::kDeviceFault, {}, fmt::format("device '{}' does not become ready", waits));
       return false;
     }
     if (!step({})) return false;
@@ -69,7 +69,8 @@ bool CellRun::step(const std::string& current) {
   faults_.apply([this](auto name, auto text) { note("fault", name, text); });
   built_.core->step();
   if (!built_.world->step()) {
-    report_.findings.error({}, fmt::format("the physics diverged at {:.3f} s", to_seconds(built_.world->time())));
+    report_.diagnostics.error(Code::kInternal, {},
+                              fmt::format("the physics diverged at {:.3f} s", to_seconds(built_.world->time())));
     return false;
   }
   {
@@ -89,15 +90,15 @@ bool CellRun::record_cycle(const std::string& current) {
   }
   if (!film_) return true;
   const Stopwatch watch(options_.measure_times, report_.timing.rendering);
-  report_.findings.append(film_->add_cycle(current, variables_.biases));
-  return !report_.findings.has_errors();
+  report_.diagnostics.append(film_->add_cycle(current, variables_.biases));
+  return !report_.diagnostics.has_errors();
 }
 
 bool CellRun::out_of_time(const std::string& current) {
   const double time = to_seconds(built_.core->time());
   if (time < description_.time_limit_s) return false;
-  report_.findings.error("/time_limit_s",
-                         fmt::format("the program has not ended after {:g} s, in step '{}'", time, current));
+  report_.diagnostics.error(Code::kTimeout, "/time_limit_s",
+                            fmt::format("the program has not ended after {:g} s, in step '{}'", time, current));
   return true;
 }
 
@@ -135,13 +136,14 @@ void CellRun::step_begun(std::string_view name) {
 void CellRun::close_products() {
   if (recorder_) {
     const record::RecorderStatus status = recorder_->close();
-    if (!status.error.empty()) report_.findings.error({}, "the recording stopped: " + status.error);
+    if (!status.error.empty())
+      report_.diagnostics.error(Code::kFileNotWritable, {}, "the recording stopped: " + status.error);
     report_.products.push_back(options_.record.string());
   }
   if (!film_) return;
   const auto film = film_->close();
   if (!film) {
-    report_.findings.append(film.error());
+    report_.diagnostics.append(film.error());
     return;
   }
   report_.frames = film->frames;
@@ -159,21 +161,21 @@ RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& 
   report_.site = site_watch_.report();
   measure_core();
   const device::EmergencyStop* stop = built_.emergency_stop;
-  if (stop != nullptr && stop->pressed() && report_.findings.has_errors()) {
-    report_.findings.note(
+  if (stop != nullptr && stop->pressed() && report_.diagnostics.has_errors()) {
+    report_.diagnostics.note(
         {}, fmt::format("the emergency stop of category {} is latched", static_cast<int>(stop->category())),
         "reset, or what comes before it");
   }
-  const bool whole = !interrupted && !report_.findings.has_errors();
+  const bool whole = !interrupted && !report_.diagnostics.has_errors();
   const bool held = judge(whole ? run_again : std::function<std::string()>());
   if (interrupted) {
     report_.verdict = Verdict::kInterrupted;
-  } else if (report_.findings.has_errors()) {
+  } else if (report_.diagnostics.has_errors()) {
     report_.verdict = Verdict::kError;
   } else {
     report_.verdict = held ? Verdict::kPassed : Verdict::kFailed;
   }
-  report_.findings.set_file(description_.file.string());
+  report_.diagnostics.set_file(description_.file.string());
   return std::move(report_);
 }
 

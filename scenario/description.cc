@@ -19,8 +19,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Placement read_placement(const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+Placement read_placement(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   Placement placement{reader.text("in", "world"), reader.pose()};
   reader.finish();
   return placement;
@@ -28,13 +28,13 @@ Placement read_placement(const Json& json, const std::string& pointer, Findings&
 
 Placement read_placement(ObjectReader& reader, std::string_view key, bool required = true) {
   const Json* json = reader.object(key, required);
-  return json ? read_placement(*json, reader.at(key), reader.findings()) : Placement{};
+  return json ? read_placement(*json, reader.at(key), reader.diagnostics()) : Placement{};
 }
 
 Variation read_variation(ObjectReader& parent) {
   const Json* json = parent.object("vary", false);
   if (!json) return {};
-  ObjectReader reader(*json, parent.at("vary"), parent.findings());
+  ObjectReader reader(*json, parent.at("vary"), parent.diagnostics());
   const std::vector<double> none{0, 0, 0};
   const Variation variation{reader.number("radius_m", 0.0, kNotNegative),
                             Eigen::Vector3d(reader.numbers("position_m", 3, none, kNotNegative).data()),
@@ -64,28 +64,32 @@ std::vector<world::Object::Part> read_parts(ObjectReader& reader) {
     return parts;
   }
   for (std::size_t i = 0; i < list->size(); ++i) {
-    ObjectReader part((*list)[i], reader.at("parts") + pointer_segment(i), reader.findings());
+    ObjectReader part((*list)[i], reader.at("parts") + pointer_segment(i), reader.diagnostics());
     const Eigen::Isometry3d X = part.pose();
     if (const auto shape = read_shape(part)) parts.push_back({*shape, X});
     part.finish();
   }
-  if (parts.empty()) reader.findings().error(reader.at("parts"), "no part stands here", "at least one shape");
+  if (parts.empty())
+    reader.diagnostics().error(Code::kMissing, reader.at("parts"), "no part stands here", "at least one shape");
   return parts;
 }
 
-DeviceEntry read_device(const std::string& name, const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+DeviceEntry read_device(const std::string& name, const Json& json, const std::string& pointer,
+                        Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   DeviceEntry device;
   device.name = name;
   device.model = reader.text("model");
   device.on = reader.text("on", "");
   if (reader.has("at")) device.at = read_placement(reader, "at");
   if (!device.on.empty() && device.at) {
-    findings.error(pointer, "'on' and 'at' both stand here", "mounted on a device, or placed in a frame");
+    diagnostics.error(Code::kConflict, pointer, "'on' and 'at' both stand here",
+                      "mounted on a device, or placed in a frame");
   }
   if (const Json* mount = reader.object("mount", false)) {
-    if (device.on.empty()) findings.error(pointer + "/mount", "'mount' without 'on'", "\"on\": NAME, or \"at\"");
-    ObjectReader pose(*mount, pointer + "/mount", findings);
+    if (device.on.empty())
+      diagnostics.error(Code::kInvalidValue, pointer + "/mount", "'mount' without 'on'", "\"on\": NAME, or \"at\"");
+    ObjectReader pose(*mount, pointer + "/mount", diagnostics);
     device.mount = pose.pose();
     pose.finish();
   }
@@ -98,15 +102,17 @@ DeviceEntry read_device(const std::string& name, const Json& json, const std::st
   return device;
 }
 
-ObjectEntry read_object(const std::string& name, const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+ObjectEntry read_object(const std::string& name, const Json& json, const std::string& pointer,
+                        Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   ObjectEntry object;
   object.name = name;
   object.model = reader.text("model", "");
   if (object.model.empty()) {
     object.parts = read_parts(reader);
   } else if (reader.has("shape") || reader.has("parts")) {
-    findings.error(pointer, "a model and shapes of its own stand here", "\"model\", or \"shape\" or \"parts\"");
+    diagnostics.error(Code::kConflict, pointer, "a model and shapes of its own stand here",
+                      "\"model\", or \"shape\" or \"parts\"");
     (void)reader.child("parts");
     for (const char* key : {"shape", "size_m", "radius_m", "length_m"}) (void)reader.child(key);
   }
@@ -122,8 +128,9 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
   return object;
 }
 
-CameraEntry read_camera(const std::string& name, const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+CameraEntry read_camera(const std::string& name, const Json& json, const std::string& pointer,
+                        Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   CameraEntry camera;
   camera.name = name;
   camera.at = read_placement(reader, "at");
@@ -132,13 +139,13 @@ CameraEntry read_camera(const std::string& name, const Json& json, const std::st
   reader.finish();
   if (camera.look_at && camera.look_at->in == camera.at.in &&
       (camera.look_at->X.translation() - camera.at.X.translation()).norm() < 1e-6) {
-    findings.error(pointer + "/look_at", "the camera stands where it looks", "another point");
+    diagnostics.error(Code::kInvalidValue, pointer + "/look_at", "the camera stands where it looks", "another point");
   }
   return camera;
 }
 
-FilmEntry read_film(const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+FilmEntry read_film(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   FilmEntry film;
   film.camera = reader.text("camera", "");
   film.inset = reader.text("inset", "");
@@ -146,7 +153,7 @@ FilmEntry read_film(const Json& json, const std::string& pointer, Findings& find
   film.force_limit_N = reader.number("force_limit_N", 15.0, kPositive);
   if (const Json* cuts = reader.array("cuts", false)) {
     for (std::size_t i = 0; i < cuts->size(); ++i) {
-      ObjectReader cut((*cuts)[i], reader.at("cuts") + pointer_segment(i), findings);
+      ObjectReader cut((*cuts)[i], reader.at("cuts") + pointer_segment(i), diagnostics);
       film.cuts.push_back({cut.text("step"), cut.text("camera")});
       cut.finish();
     }
@@ -162,9 +169,10 @@ void for_each_member(ObjectReader& reader, std::string_view key, const Read& rea
   if (!members) return;
   for (const auto& [name, value] : members->items()) {
     const std::string pointer = reader.at(key) + pointer_segment(name);
-    if (name.empty()) reader.findings().error(pointer, "an empty name");
+    if (name.empty()) reader.diagnostics().error(Code::kInvalidName, pointer, "an empty name");
     if (name.find('/') != std::string::npos || name == "world") {
-      reader.findings().error(pointer, fmt::format("'{}' cannot be a name", name), "no '/', and not 'world'");
+      reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("'{}' cannot be a name", name),
+                                 "no '/', and not 'world'");
     }
     read(name, value, pointer);
   }
@@ -176,10 +184,10 @@ void read_expectations(ObjectReader& reader, Description& description) {
   for (std::size_t i = 0; i < list->size(); ++i) {
     const std::string pointer = reader.at("expectations") + pointer_segment(i);
     if (!(*list)[i].is_object()) {
-      reader.findings().error(pointer, short_dump((*list)[i]) + " stands here", "an object {...}");
+      reader.diagnostics().error(Code::kWrongType, pointer, short_dump((*list)[i]) + " stands here", "an object {...}");
       continue;
     }
-    Findings unread;  // the fields of each kind are read, and reported, where the kind is known
+    Diagnostics unread;  // the fields of each kind are read, and reported, where the kind is known
     ObjectReader entry((*list)[i], pointer, unread);
     const std::string kind = entry.text("kind", "");
     description.expectations.push_back({entry.text("name", kind), kind, pointer, (*list)[i]});
@@ -187,12 +195,13 @@ void read_expectations(ObjectReader& reader, Description& description) {
 }
 
 /// Frames, devices, objects and channels share one name space, so that "in" is never ambiguous.
-void check_names(const Description& description, Findings& findings) {
+void check_names(const Description& description, Diagnostics& diagnostics) {
   std::set<std::string> names;
   const auto once = [&](const std::string& name, const std::string& place) {
     if (!names.insert(name).second) {
-      findings.error(place + pointer_segment(name), fmt::format("the name '{}' is used twice in this cell", name),
-                     "frames, devices, objects and channels share one name space");
+      diagnostics.error(Code::kDuplicate, place + pointer_segment(name),
+                        fmt::format("the name '{}' is used twice in this cell", name),
+                        "frames, devices, objects and channels share one name space");
     }
   };
   for (const auto& frame : description.frames) once(frame.name, "/frames");
@@ -202,12 +211,13 @@ void check_names(const Description& description, Findings& findings) {
   for (const auto& channel : description.channels) once(channel.name, "/channels");
 }
 
-void check_film(const Description& description, Findings& findings) {
+void check_film(const Description& description, Diagnostics& diagnostics) {
   std::vector<std::string> cameras;
   for (const auto& camera : description.cameras) cameras.push_back(camera.name);
   const auto known = [&](const std::string& camera, const std::string& pointer) {
     if (camera.empty() || std::ranges::find(cameras, camera) != cameras.end()) return;
-    findings.error(pointer, fmt::format("there is no camera '{}'", camera), nearest_choice(camera, cameras));
+    diagnostics.error(Code::kUnknownName, pointer, fmt::format("there is no camera '{}'", camera),
+                      nearest_choice(camera, cameras));
   };
   known(description.film.camera, "/film/camera");
   known(description.film.inset, "/film/inset");
@@ -216,9 +226,9 @@ void check_film(const Description& description, Findings& findings) {
   }
 }
 
-Description read_document(const Json& document, ReadFor purpose, Findings& findings) {
+Description read_document(const Json& document, ReadFor purpose, Diagnostics& diagnostics) {
   Description description;
-  ObjectReader reader(document, "", findings);
+  ObjectReader reader(document, "", diagnostics);
   description.title = reader.text("title", "");
   (void)reader.text("description", "");
   description.seed = static_cast<std::uint64_t>(reader.integer("seed", 1, kNotNegative));
@@ -226,28 +236,28 @@ Description read_document(const Json& document, ReadFor purpose, Findings& findi
   description.program_latency_cycles = reader.integer("program_latency_cycles", 2, {.low = 0, .high = 1000});
   description.plant_mass_scale = reader.number("plant_mass_scale", 1.0, {.low = 0.5, .high = 2.0});
   for_each_member(reader, "frames", [&](const auto& name, const Json& json, const std::string& pointer) {
-    description.frames.push_back({name, read_placement(json, pointer, findings)});
+    description.frames.push_back({name, read_placement(json, pointer, diagnostics)});
   });
   for_each_member(reader, "devices", [&](const auto& name, const Json& json, const std::string& pointer) {
-    description.devices.push_back(read_device(name, json, pointer, findings));
+    description.devices.push_back(read_device(name, json, pointer, diagnostics));
   });
   for_each_member(reader, "composed", [&](const auto& name, const Json& parts, const std::string& pointer) {
     // A reader of this member alone: it searches, and there may be many.
     const Json one = Json::object({{name, parts}});
-    ObjectReader wholes(one, reader.at("composed"), findings);
+    ObjectReader wholes(one, reader.at("composed"), diagnostics);
     description.composed.push_back({name, pointer, wholes.texts(name)});
     if (description.composed.back().parts.empty())
-      findings.error(pointer, "no part stands here", "at least one device");
+      diagnostics.error(Code::kMissing, pointer, "no part stands here", "at least one device");
   });
   for_each_member(reader, "objects", [&](const auto& name, const Json& json, const std::string& pointer) {
-    description.objects.push_back(read_object(name, json, pointer, findings));
+    description.objects.push_back(read_object(name, json, pointer, diagnostics));
   });
   for_each_member(reader, "cameras", [&](const auto& name, const Json& json, const std::string& pointer) {
-    description.cameras.push_back(read_camera(name, json, pointer, findings));
+    description.cameras.push_back(read_camera(name, json, pointer, diagnostics));
   });
-  if (const Json* film = reader.object("film", false)) description.film = read_film(*film, "/film", findings);
+  if (const Json* film = reader.object("film", false)) description.film = read_film(*film, "/film", diagnostics);
   for_each_member(reader, "channels", [&](const auto& name, const Json& json, const std::string& pointer) {
-    description.channels.push_back(device::channel_from_json(name, json, pointer, findings));
+    description.channels.push_back(device::channel_from_json(name, json, pointer, diagnostics));
   });
   (void)reader.object("nets", false);  // read by read_nets()
   read_faults(reader, description.faults);
@@ -255,28 +265,28 @@ Description read_document(const Json& document, ReadFor purpose, Findings& findi
   if (const Json* program = reader.object("program", required)) description.program = *program;
   if (const Json* programs = reader.object("programs", false)) description.programs = *programs;
   if (const Json* script = reader.array("operator", false)) {
-    description.operator_script = read_operator(*script, "/operator", findings);
+    description.operator_script = read_operator(*script, "/operator", diagnostics);
   }
   read_expectations(reader, description);
   reader.finish();
-  check_names(description, findings);
-  check_film(description, findings);
+  check_names(description, diagnostics);
+  check_film(description, diagnostics);
   return description;
 }
 
-void apply(const Override& change, Json& document, Findings& findings) {
+void apply(const Override& change, Json& document, Diagnostics& diagnostics) {
   try {
     const Json::json_pointer pointer(change.pointer);
     const Json::json_pointer parent = pointer.parent_pointer();
     if (pointer.empty() || !document.contains(parent)) {
-      findings.error(change.pointer, "--set names a place that is not in the file",
-                     "the JSON pointer of an existing object");
+      diagnostics.error(Code::kUnknownName, change.pointer, "--set names a place that is not in the file",
+                        "the JSON pointer of an existing object");
       return;
     }
     const auto value = parse_json(change.value);
     document[pointer] = value ? *value : Json(change.value);
   } catch (const Json::exception&) {
-    findings.error(change.pointer, "--set needs a JSON pointer", "/devices/arm/model=NAME");
+    diagnostics.error(Code::kMissing, change.pointer, "--set needs a JSON pointer", "/devices/arm/model=NAME");
   }
 }
 
@@ -287,15 +297,15 @@ namespace {
 /// @param folder  of the files that the text names; none are found below an empty one
 std::optional<Description> parse(std::string_view text, const std::filesystem::path& folder,
                                  const std::vector<Override>& overrides, std::optional<std::uint64_t> seed,
-                                 ReadFor purpose, Findings& findings) {
+                                 ReadFor purpose, Diagnostics& diagnostics) {
   auto document = parse_json(text);
   if (!document) {
-    findings.append(document.error());
+    diagnostics.append(document.error());
     return std::nullopt;
   }
-  for (const Override& change : overrides) apply(change, *document, findings);
-  std::vector<NetEntry> nets = read_nets(*document, folder, findings);
-  Description description = read_document(*document, purpose, findings);
+  for (const Override& change : overrides) apply(change, *document, diagnostics);
+  std::vector<NetEntry> nets = read_nets(*document, folder, diagnostics);
+  Description description = read_document(*document, purpose, diagnostics);
   description.nets = std::move(nets);
   description.text = document->dump(2) + "\n";
   if (seed) description.seed = *seed;
@@ -306,21 +316,22 @@ std::optional<Description> parse(std::string_view text, const std::filesystem::p
 
 Result<Description> parse_description(std::string_view text, const std::vector<Override>& overrides,
                                       std::optional<std::uint64_t> seed) {
-  Findings findings;
-  auto description = parse(text, {}, overrides, seed, ReadFor::kScenario, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  auto description = parse(text, {}, overrides, seed, ReadFor::kScenario, diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return std::move(*description);
 }
 
 std::optional<Description> read_description(const std::filesystem::path& file, const std::vector<Override>& overrides,
-                                            std::optional<std::uint64_t> seed, Findings& findings, ReadFor purpose) {
+                                            std::optional<std::uint64_t> seed, Diagnostics& diagnostics,
+                                            ReadFor purpose) {
   const auto text = read_file(file, InputLimits{}.bytes);
   if (!text) {
-    findings.append(text.error());
+    diagnostics.append(text.error());
     return std::nullopt;
   }
-  auto description = parse(*text, file.parent_path(), overrides, seed, purpose, findings);
-  findings.set_file(file.string());
+  auto description = parse(*text, file.parent_path(), overrides, seed, purpose, diagnostics);
+  diagnostics.set_file(file.string());
   if (!description) return std::nullopt;
   description->file = file;
   if (description->title.empty()) description->title = file.stem().string();
@@ -329,9 +340,9 @@ std::optional<Description> read_description(const std::filesystem::path& file, c
 
 Result<Description> read_description(const std::filesystem::path& file, const std::vector<Override>& overrides,
                                      std::optional<std::uint64_t> seed) {
-  Findings findings;
-  auto description = read_description(file, overrides, seed, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  auto description = read_description(file, overrides, seed, diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return std::move(*description);
 }
 

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "core/device/backend.h"
 #include "core/device/channel.h"
@@ -146,7 +146,7 @@ struct Override {
   std::string value;  ///< JSON; what is not JSON is taken as a text
 };
 
-/// Reads a scenario file. @return the description, or all findings of form with file and JSON pointer.
+/// Reads a scenario file. @return the description, or all diagnostics of form with file and JSON pointer.
 [[nodiscard]] Result<Description> read_description(const std::filesystem::path& file,
                                                    const std::vector<Override>& overrides = {},
                                                    std::optional<std::uint64_t> seed = {});
@@ -156,11 +156,11 @@ struct Override {
 /// What a file is read for: with its program, or as the cell of a program in C++, where "program" may be missing.
 enum class ReadFor { kScenario, kCell };
 
-/// As far as the file can be read: what is wrong goes to `findings`, with fallbacks in its place, so that more can be
-/// checked. @return nothing if it is no JSON at all.
+/// As far as the file can be read: what is wrong goes to `diagnostics`, with fallbacks in its place, so that more can
+/// be checked. @return nothing if it is no JSON at all.
 [[nodiscard]] std::optional<Description> read_description(const std::filesystem::path& file,
                                                           const std::vector<Override>& overrides,
-                                                          std::optional<std::uint64_t> seed, Findings& findings,
+                                                          std::optional<std::uint64_t> seed, Diagnostics& diagnostics,
                                                           ReadFor purpose = ReadFor::kScenario);
 
 /// The pose of an object in its parent frame for a seed (row D5: same seed, same pose, whatever else is in the file).

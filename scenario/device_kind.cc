@@ -14,10 +14,12 @@ namespace takt::scenario {
 
 void DeviceKind::declare(const DeviceEntry&, const device::ModelDescription*, command::Cell&) const {}
 
-void DeviceKind::check(const LoadedDevice& device, Findings& findings) const {
-  if (!device.entry->start_rad.empty()) findings.error(device.pointer() + "/start_deg", "this device has no joints");
+void DeviceKind::check(const LoadedDevice& device, Diagnostics& diagnostics) const {
+  if (!device.entry->start_rad.empty())
+    diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "this device has no joints");
   if (!device.entry->settings.empty()) {
-    findings.error(device.pointer() + "/settings", fmt::format("a device of kind '{}' has no settings", name_));
+    diagnostics.error(Code::kInvalidValue, device.pointer() + "/settings",
+                      fmt::format("a device of kind '{}' has no settings", name_));
   }
 }
 
@@ -58,13 +60,13 @@ std::vector<std::string> DeviceKinds::names() const {
   return names;
 }
 
-Findings DeviceKindRegistration::check() const {
-  Findings findings;
-  if (name_.empty()) findings.error("", "a device kind has no name");
+Diagnostics DeviceKindRegistration::check() const {
+  Diagnostics diagnostics;
+  if (name_.empty()) diagnostics.error(Code::kMissing, "", "a device kind has no name");
   if (DeviceKinds::global().find(name_)) {
-    findings.error("", fmt::format("a device kind '{}' is there already", name_), "another name");
+    diagnostics.error(Code::kDuplicate, "", fmt::format("a device kind '{}' is there already", name_), "another name");
   }
-  return findings;
+  return diagnostics;
 }
 
 Result<ReadModel> read_model(const std::filesystem::path& folder, const std::string& pointer) {
@@ -73,7 +75,7 @@ Result<ReadModel> read_model(const std::filesystem::path& folder, const std::str
   const DeviceKind* kind = DeviceKinds::global().find(*name);
   if (!kind) {
     return failure(
-        pointer,
+        Code::kInvalidValue, pointer,
         fmt::format("model '{}' is of kind '{}', which is no device of a cell", folder.filename().string(), *name),
         nearest_choice(*name, DeviceKinds::global().names()));
   }

@@ -61,7 +61,7 @@ class DeviceKind {
   [[nodiscard]] const std::string& name() const { return name_; }
 
   // -- What it is ----------------------------------------------------------------------------------------------------
-  /// Reads the device file and the URDF in this folder; all findings at once, with the file in them.
+  /// Reads the device file and the URDF in this folder; all diagnostics at once, with the file in them.
   [[nodiscard]] virtual Result<ModelPointer> read(const std::filesystem::path& folder) const = 0;
   /// True if it works only mounted on an arm, directly or through others.
   [[nodiscard]] virtual bool needs_arm() const { return false; }
@@ -75,7 +75,7 @@ class DeviceKind {
 
   // -- In the simulation ---------------------------------------------------------------------------------------------
   /// Checks what the scenario says of one device beyond its model: `settings`, `start_deg`. By default there is none.
-  virtual void check(const LoadedDevice& device, Findings& findings) const;
+  virtual void check(const LoadedDevice& device, Diagnostics& diagnostics) const;
   /// Its body. By default the URDF as it stands.
   [[nodiscard]] virtual sim::RobotDescription body(const LoadedDevice& device, sim::Mount mount) const;
   /// Adds what makes it work: its simulated counterpart.
@@ -109,7 +109,7 @@ struct ReadModel {
   const DeviceKind* kind = nullptr;
   ModelPointer model;
 };
-/// Findings are those of the file; a kind that is none of a cell gets `pointer`, the place that asked for the model.
+/// Diagnostics are those of the file; a kind that is none of a cell gets `pointer`, the place that asked for the model.
 [[nodiscard]] Result<ReadModel> read_model(const std::filesystem::path& folder, const std::string& pointer = {});
 
 /// A kind of a plug-in, waiting for the loader.
@@ -120,7 +120,7 @@ class DeviceKindRegistration final : public Registration {
 
   [[nodiscard]] std::string_view what() const override { return "device kind"; }
   [[nodiscard]] std::string_view name() const override { return name_; }
-  [[nodiscard]] Findings check() const override;
+  [[nodiscard]] Diagnostics check() const override;
   void add() override { DeviceKinds::global().add(std::move(kind_)); }
 
  private:

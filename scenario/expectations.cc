@@ -89,7 +89,7 @@ class WantedPose {
     if (X_WI) {
       X_W_ = *X_WI * X_W_;
     } else {
-      reader.findings().append(X_WI.error(), reader.at("in"));
+      reader.diagnostics().append(X_WI.error(), reader.at("in"));
     }
   }
 
@@ -137,14 +137,15 @@ class ContactForceExpectation final : public Expectation {
     below_N_ = reader.number("below_N", {}, kPositive);
     at_least_N_ = reader.number("at_least_N", 0.0, kNotNegative);
     if (between_.size() != 2) {
-      reader.findings().error(reader.at("between"), fmt::format("{} names", between_.size()), "exactly two");
+      reader.diagnostics().error(Code::kWrongSize, reader.at("between"), fmt::format("{} names", between_.size()),
+                                 "exactly two");
       return;
     }
     const auto watch = built.world->watch_contact(between_[0], between_[1]);
     if (watch) {
       watch_ = *watch;
     } else {
-      reader.findings().append(watch.error(), reader.at("between"));
+      reader.diagnostics().append(watch.error(), reader.at("between"));
     }
   }
 
@@ -235,7 +236,8 @@ class MonitorExpectation final : public Expectation {
     at_least_ = reader.number("at_least", at_least_);
     at_most_ = reader.number("at_most", at_most_);
     if (!is_ && !reader.has("at_least") && !reader.has("at_most"))
-      reader.findings().error(reader.pointer(), "nothing is said of the value", "\"is\", \"at_least\" or \"at_most\"");
+      reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is said of the value",
+                                 "\"is\", \"at_least\" or \"at_most\"");
     const auto net = built.cell.nets.find(net_);
     if (net != built.cell.nets.end()) check_monitor(*net->second, reader);
   }
@@ -256,8 +258,9 @@ class MonitorExpectation final : public Expectation {
   void check_monitor(const net::NetDescription& net, ObjectReader& reader) const {
     std::vector<std::string> ids = monitors_of(net);
     if (std::ranges::find(ids, monitor_) != ids.end()) return;
-    reader.findings().error(reader.at("monitor"), fmt::format("net '{}' has no monitor '{}'", net_, monitor_),
-                            nearest_choice(monitor_, ids));
+    reader.diagnostics().error(Code::kUnknownName, reader.at("monitor"),
+                               fmt::format("net '{}' has no monitor '{}'", net_, monitor_),
+                               nearest_choice(monitor_, ids));
   }
 
   std::string net_, monitor_;
@@ -382,10 +385,10 @@ Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(
     const std::optional<std::vector<std::string>>& steps) {
   std::vector<std::string> kinds;
   for (const ExpectationKind& kind : expectation_kinds()) kinds.emplace_back(kind.name);
-  Findings findings;
+  Diagnostics diagnostics;
   std::vector<std::unique_ptr<Expectation>> expectations;
   for (const ExpectationEntry& entry : entries) {
-    ObjectReader reader(entry.json, entry.pointer, findings);
+    ObjectReader reader(entry.json, entry.pointer, diagnostics);
     (void)reader.text("name", "");
     (void)reader.choice("kind", kinds);
     auto expectation = make_one(entry.kind, reader, built, steps);
@@ -393,7 +396,7 @@ Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(
     reader.finish();
     expectations.push_back(std::make_unique<Named>(entry, std::move(expectation)));
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return expectations;
 }
 

@@ -44,8 +44,8 @@ struct ExpectationKind {
 };
 [[nodiscard]] const std::vector<ExpectationKind>& expectation_kinds();
 
-/// Makes the expectations of a scenario. All findings at once: unknown kinds, keys, names. Contacts that they look at
-/// are watched in the simulated world from then on. Realtime: setup.
+/// Makes the expectations of a scenario. All diagnostics at once: unknown kinds, keys, names. Contacts that they look
+/// at are watched in the simulated world from then on. Realtime: setup.
 /// @param steps  names of the program's steps; nothing: nobody knows them before the run (a program in C++)
 [[nodiscard]] Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(
     const std::vector<ExpectationEntry>& entries, BuiltCell& built,

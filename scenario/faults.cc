@@ -32,15 +32,16 @@ void read_stop(ObjectReader& reader, FaultEntry& fault) {
   const bool delays =
       fault.kind == FaultKind::kEmergencyStop && fault.category == device::StopCategory::kStopThenBrakes;
   if (reader.has("brakes_after_s") && !delays)
-    reader.findings().error(reader.at("brakes_after_s"), "nothing waits here",
-                            "only with \"do\": \"emergency_stop\" of category 1");
+    reader.diagnostics().error(Code::kConflict, reader.at("brakes_after_s"), "nothing waits here",
+                               "only with \"do\": \"emergency_stop\" of category 1");
   const bool of_the_cell = fault.kind == FaultKind::kEmergencyStop || fault.kind == FaultKind::kReset;
   if (of_the_cell && !fault.arm.empty())
-    reader.findings().error(reader.at("arm"), "an emergency stop concerns all arms", "no arm, or \"do\": \"stop\"");
+    reader.diagnostics().error(Code::kConflict, reader.at("arm"), "an emergency stop concerns all arms",
+                               "no arm, or \"do\": \"stop\"");
 }
 
-FaultEntry read_fault(const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+FaultEntry read_fault(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   FaultEntry fault;
   fault.pointer = pointer;
   fault.at = nanoseconds(reader.number("at_s", {}, {.low = 0.0, .high = 3600.0}));
@@ -60,26 +61,27 @@ FaultEntry read_fault(const Json& json, const std::string& pointer, Findings& fi
 void read_faults(ObjectReader& reader, std::vector<FaultEntry>& faults) {
   const Json* list = reader.array("faults", /*required=*/false);
   for (std::size_t i = 0; list != nullptr && i < list->size(); ++i)
-    faults.push_back(read_fault((*list)[i], reader.at("faults") + pointer_segment(i), reader.findings()));
+    faults.push_back(read_fault((*list)[i], reader.at("faults") + pointer_segment(i), reader.diagnostics()));
   std::ranges::stable_sort(faults, {}, &FaultEntry::at);
 }
 
-void add_emergency_stop(const Description& description, BuiltCell& built, Findings& findings) {
+void add_emergency_stop(const Description& description, BuiltCell& built, Diagnostics& diagnostics) {
   std::vector<std::string> arms;
   for (const auto& [name, arm] : built.cell.arms) arms.push_back(name);
   for (const FaultEntry& fault : description.faults) {
     if (!fault.arm.empty() && std::ranges::find(arms, fault.arm) == arms.end())
-      findings.error(fault.pointer + "/arm", fmt::format("there is no arm '{}'", fault.arm),
-                     nearest_choice(fault.arm, arms));
+      diagnostics.error(Code::kUnknownName, fault.pointer + "/arm", fmt::format("there is no arm '{}'", fault.arm),
+                        nearest_choice(fault.arm, arms));
     if (fault.kind == FaultKind::kPush && built.world->body(fault.body) < 0)
-      findings.error(fault.pointer + "/body", fmt::format("there is no body '{}'", fault.body),
-                     "DEVICE/LINK with a link of its model, or an object that moves");
+      diagnostics.error(Code::kUnknownName, fault.pointer + "/body", fmt::format("there is no body '{}'", fault.body),
+                        "DEVICE/LINK with a link of its model, or an object that moves");
   }
   const bool pressed = std::ranges::any_of(
       description.faults, [](const FaultEntry& fault) { return fault.kind == FaultKind::kEmergencyStop; });
   if (!pressed) return;
   if (built.core->environment().find(kLatchName) != nullptr)
-    return findings.error("/faults", fmt::format("a device is called '{}'", kLatchName), "another name for it");
+    return diagnostics.error(Code::kDuplicate, "/faults", fmt::format("a device is called '{}'", kLatchName),
+                             "another name for it");
   built.emergency_stop = &built.core->add(std::make_unique<device::EmergencyStop>(kLatchName));
   built.emergency_stop->set_healthy(true);
 }

@@ -13,12 +13,12 @@
 
 namespace takt::scenario {
 
-/// Reads the key "faults": findings for what is wrong, the entries in the order of their times. Realtime: setup.
+/// Reads the key "faults": diagnostics for what is wrong, the entries in the order of their times. Realtime: setup.
 void read_faults(ObjectReader& reader, std::vector<FaultEntry>& faults);
 
 /// Gives a cell whose scenario presses a button the latch for it, and checks the arms and bodies that the faults name.
 /// Realtime: setup.
-void add_emergency_stop(const Description& description, BuiltCell& built, Findings& findings);
+void add_emergency_stop(const Description& description, BuiltCell& built, Diagnostics& diagnostics);
 
 /// Lets the faults of a scenario happen to its simulated machines. Thread: the session's.
 class Faults {

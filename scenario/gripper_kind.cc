@@ -15,9 +15,9 @@ namespace {
 using device::GripperDescription;
 
 /// How far apart the fingers stand at the start, m: what the scenario says, else open.
-double start_width(const LoadedDevice& device, Findings& findings) {
+double start_width(const LoadedDevice& device, Diagnostics& diagnostics) {
   const double stroke = device.as<GripperDescription>()->stroke;
-  ObjectReader reader(device.entry->settings, device.pointer() + "/settings", findings);
+  ObjectReader reader(device.entry->settings, device.pointer() + "/settings", diagnostics);
   const double width = reader.number("start_width_m", stroke, {.low = 0.0, .high = stroke});
   reader.finish();
   return width;
@@ -34,15 +34,16 @@ class GripperKind final : public DeviceKind {
     cell.grippers[entry.name];
   }
 
-  void check(const LoadedDevice& device, Findings& findings) const override {
+  void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
     if (!device.entry->start_rad.empty()) {
-      findings.error(device.pointer() + "/start_deg", "a gripper has no such joints", "\"settings\": start_width_m");
+      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "a gripper has no such joints",
+                        "\"settings\": start_width_m");
     }
-    (void)start_width(device, findings);
+    (void)start_width(device, diagnostics);
   }
 
   sim::RobotDescription body(const LoadedDevice& device, sim::Mount mount) const override {
-    Findings ignored;  // checked before
+    Diagnostics ignored;  // checked before
     return sim::gripper_body(device.entry->name, *device.as<GripperDescription>(), std::move(mount),
                              start_width(device, ignored));
   }

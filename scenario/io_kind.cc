@@ -35,42 +35,46 @@ std::vector<sim::SimInputDescription::Step> read_script(ObjectReader& reader, co
   std::vector<sim::SimInputDescription::Step> script;
   const Json* list = reader.array("script", false);
   for (std::size_t i = 0; list && i < list->size(); ++i) {
-    ObjectReader step((*list)[i], reader.at("script") + pointer_segment(i), reader.findings());
+    ObjectReader step((*list)[i], reader.at("script") + pointer_segment(i), reader.diagnostics());
     const double at = step.number("at_s", {}, kNotNegative);
     script.push_back({static_cast<Nanoseconds>(at * 1e9), read_value(step, channel.is_analog())});
     if (i > 0 && script[i].from < script[i - 1].from) {
-      reader.findings().error(step.at("at_s"), fmt::format("{:g} s, before the step before it", at), "ascending times");
+      reader.diagnostics().error(Code::kOutOfRange, step.at("at_s"),
+                                 fmt::format("{:g} s, before the step before it", at), "ascending times");
     }
     step.finish();
   }
   return script;
 }
 
-void read_terminal(const Json& json, Findings& findings, Terminal& terminal) {
-  ObjectReader reader(json, terminal.pointer, findings);
+void read_terminal(const Json& json, Diagnostics& diagnostics, Terminal& terminal) {
+  ObjectReader reader(json, terminal.pointer, diagnostics);
   terminal.name = reader.text("name", terminal.channel->name);
   if (terminal.name.empty() || terminal.name.find('/') != std::string::npos)
-    findings.error(reader.at("name"), fmt::format("'{}' cannot be a name", terminal.name), "not empty, no '/'");
+    diagnostics.error(Code::kInvalidName, reader.at("name"), fmt::format("'{}' cannot be a name", terminal.name),
+                      "not empty, no '/'");
   if (!terminal.channel->is_output()) {
     terminal.source = reader.text("from", "");
     terminal.script = read_script(reader, *terminal.channel);
     if (!terminal.source.empty() && reader.has("script"))
-      findings.error(terminal.pointer, "'from' and 'script' both stand here", "a wire, or a script");
+      diagnostics.error(Code::kConflict, terminal.pointer, "'from' and 'script' both stand here",
+                        "a wire, or a script");
   }
   reader.finish();
 }
 
 /// All terminals of the block; what the scenario says of some is in its settings.
-std::vector<Terminal> terminals_of(const DeviceEntry& entry, const IoDescription& io, Findings& findings) {
+std::vector<Terminal> terminals_of(const DeviceEntry& entry, const IoDescription& io, Diagnostics& diagnostics) {
   std::vector<Terminal> terminals;
   std::vector<std::string> known, used;
   const std::string settings = "/devices" + pointer_segment(entry.name) + "/settings";
   for (const IoChannel& channel : io.channels) {
     Terminal terminal{&channel, channel.name, settings + pointer_segment(channel.name), {}, {}};
     const auto given = entry.settings.find(channel.name);
-    if (given != entry.settings.end()) read_terminal(*given, findings, terminal);
+    if (given != entry.settings.end()) read_terminal(*given, diagnostics, terminal);
     if (std::ranges::find(used, terminal.name) != used.end())
-      findings.error(terminal.pointer, fmt::format("'{}' is the name of two terminals", terminal.name));
+      diagnostics.error(Code::kDuplicate, terminal.pointer,
+                        fmt::format("'{}' is the name of two terminals", terminal.name));
     known.push_back(channel.name);
     used.push_back(terminal.name);
     terminal.name = entry.name + "/" + terminal.name;
@@ -78,8 +82,8 @@ std::vector<Terminal> terminals_of(const DeviceEntry& entry, const IoDescription
   }
   for (const auto& [name, value] : entry.settings.items()) {
     if (std::ranges::find(known, name) == known.end())
-      findings.error(settings + pointer_segment(name), fmt::format("the block has no terminal '{}'", name),
-                     nearest_choice(name, known));
+      diagnostics.error(Code::kUnknownName, settings + pointer_segment(name),
+                        fmt::format("the block has no terminal '{}'", name), nearest_choice(name, known));
   }
   return terminals;
 }
@@ -105,7 +109,7 @@ class IoKind final : public DeviceKind {
   void declare(const DeviceEntry& entry, const device::ModelDescription* model, command::Cell& cell) const override {
     const auto* io = dynamic_cast<const IoDescription*>(model);
     if (!io) return;
-    Findings ignored;
+    Diagnostics ignored;
     for (const Terminal& terminal : terminals_of(entry, *io, ignored)) {
       switch (terminal.channel->kind) {
         case IoChannel::Kind::kDigitalInput:
@@ -124,14 +128,15 @@ class IoKind final : public DeviceKind {
     }
   }
 
-  void check(const LoadedDevice& device, Findings& findings) const override {
-    if (!device.entry->start_rad.empty()) findings.error(device.pointer() + "/start_deg", "this device has no joints");
-    (void)terminals_of(*device.entry, *device.as<IoDescription>(), findings);
+  void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
+    if (!device.entry->start_rad.empty())
+      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "this device has no joints");
+    (void)terminals_of(*device.entry, *device.as<IoDescription>(), diagnostics);
   }
 
   void simulate(const LoadedDevice& device, sim::WorldDescription& world) const override {
     const auto io = device.as<IoDescription>();
-    Findings ignored;  // checked before
+    Diagnostics ignored;  // checked before
     for (const Terminal& terminal : terminals_of(*device.entry, *io, ignored)) {
       const IoChannel& channel = *terminal.channel;
       if (channel.is_output()) {
@@ -158,7 +163,7 @@ class IoKind final : public DeviceKind {
 
   void add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const override {
     const auto io = device.as<IoDescription>();
-    Findings ignored;  // checked before
+    Diagnostics ignored;  // checked before
     for (const Terminal& terminal : terminals_of(*device.entry, *io, ignored)) add(terminal, *io, built);
   }
 

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::net {
 struct NetDescription;
@@ -25,6 +25,6 @@ struct NetEntry {
 /// Reads "nets": name to a net, or to the file of one, relative to `folder` and below it. The files' content is put in
 /// the place of their names, so that the document says all. Realtime: setup.
 [[nodiscard]] std::vector<NetEntry> read_nets(nlohmann::ordered_json& document, const std::filesystem::path& folder,
-                                              Findings& findings);
+                                              Diagnostics& diagnostics);
 
 }  // namespace takt::scenario

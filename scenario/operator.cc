@@ -36,15 +36,16 @@ ActionKind read_kind(ObjectReader& reader) {
   return found == kKinds.end() ? ActionKind::kPause : found->kind;
 }
 
-OperatorAction read_action(const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+OperatorAction read_action(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   OperatorAction action;
   action.pointer = pointer;
   action.kind = read_kind(reader);
   constexpr Range kTime{.low = 0.0, .high = 3600.0};
   if (reader.has("at_step")) {
     action.step = reader.text("at_step");
-    if (action.step.empty()) findings.error(reader.at("at_step"), "an empty name", "the name of a step");
+    if (action.step.empty())
+      diagnostics.error(Code::kMissing, reader.at("at_step"), "an empty name", "the name of a step");
     action.after_s = reader.number("after_s", 0.0, kTime);
   } else {
     action.after_s = reader.number("at_s", {}, kTime);
@@ -55,7 +56,7 @@ OperatorAction read_action(const Json& json, const std::string& pointer, Finding
     if (const Json* value = reader.child("value")) {
       action.value = value->dump();
     } else {
-      findings.error(pointer, "key 'value' is missing", "what is written, or null");
+      diagnostics.error(Code::kMissing, pointer, "key 'value' is missing", "what is written, or null");
     }
   }
   reader.finish();
@@ -64,35 +65,35 @@ OperatorAction read_action(const Json& json, const std::string& pointer, Finding
 
 }  // namespace
 
-std::vector<OperatorAction> read_operator(const Json& list, const std::string& pointer, Findings& findings) {
+std::vector<OperatorAction> read_operator(const Json& list, const std::string& pointer, Diagnostics& diagnostics) {
   std::vector<OperatorAction> actions;
   for (std::size_t i = 0; i < list.size(); ++i) {
-    actions.push_back(read_action(list[i], pointer + pointer_segment(i), findings));
+    actions.push_back(read_action(list[i], pointer + pointer_segment(i), diagnostics));
   }
   return actions;
 }
 
-Findings check_operator(const std::vector<OperatorAction>& actions, rcc::ControlCore& core,
-                        const std::optional<std::vector<std::string>>& steps) {
-  Findings findings;
+Diagnostics check_operator(const std::vector<OperatorAction>& actions, rcc::ControlCore& core,
+                           const std::optional<std::vector<std::string>>& steps) {
+  Diagnostics diagnostics;
   for (const OperatorAction& action : actions) {
     if (steps && !action.step.empty() && std::ranges::find(*steps, action.step) == steps->end()) {
-      findings.error(action.pointer + "/at_step", fmt::format("there is no step '{}'", action.step),
-                     nearest_choice(action.step, *steps));
+      diagnostics.error(Code::kUnknownName, action.pointer + "/at_step",
+                        fmt::format("there is no step '{}'", action.step), nearest_choice(action.step, *steps));
     }
     if (action.kind != ActionKind::kWrite) continue;
     const device::Channel* channel = core.find_channel(action.channel);
     if (!channel) {
-      findings.error(action.pointer + "/channel", fmt::format("there is no channel '{}'", action.channel),
-                     "one of 'channels'");
+      diagnostics.error(Code::kUnknownName, action.pointer + "/channel",
+                        fmt::format("there is no channel '{}'", action.channel), "one of 'channels'");
     } else if (channel->description().writer != device::ChannelDescription::Writer::kOutside) {
-      findings.error(action.pointer + "/channel", fmt::format("'{}' is written by nets", action.channel),
-                     "\"writer\": \"outside\"");
+      diagnostics.error(Code::kInvalidValue, action.pointer + "/channel",
+                        fmt::format("'{}' is written by nets", action.channel), "\"writer\": \"outside\"");
     } else if (const Json value = Json::parse(action.value); !value.is_null()) {
-      (void)device::channel_value_from_json(value, channel->description().type, action.pointer + "/value", findings);
+      (void)device::channel_value_from_json(value, channel->description().type, action.pointer + "/value", diagnostics);
     }
   }
-  return findings;
+  return diagnostics;
 }
 
 Operator::Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core,
@@ -188,7 +189,7 @@ void Operator::abort() {
 
 void Operator::write(const OperatorAction& action) {
   device::Channel* channel = core_.find_channel(action.channel);
-  Findings none;
+  Diagnostics none;
   const auto value = device::channel_value_from_json(Json::parse(action.value), channel->description().type, {}, none);
   (void)(value ? channel->write(*value) : channel->write_null());
   note_("write", fmt::format("{} = {}", action.channel, action.value));

@@ -9,7 +9,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/device/emergency_stop.h"
 #include "core/rcc/control_core.h"
 
@@ -27,14 +27,14 @@ struct OperatorAction {
   std::string value;       ///< of kWrite, as JSON text
 };
 
-/// Reads "operator": a list of {"at_s" or "at_step" with "after_s", "do", ...}. All findings at once.
+/// Reads "operator": a list of {"at_s" or "at_step" with "after_s", "do", ...}. All diagnostics at once.
 [[nodiscard]] std::vector<OperatorAction> read_operator(const nlohmann::ordered_json& list, const std::string& pointer,
-                                                        Findings& findings);
+                                                        Diagnostics& diagnostics);
 
 /// Channels that are not there or carry another type; steps that the program does not have.
 /// @param steps  names of the program's steps; nothing: nobody knows them before the run (a program in C++)
-[[nodiscard]] Findings check_operator(const std::vector<OperatorAction>& actions, rcc::ControlCore& core,
-                                      const std::optional<std::vector<std::string>>& steps);
+[[nodiscard]] Diagnostics check_operator(const std::vector<OperatorAction>& actions, rcc::ControlCore& core,
+                                         const std::optional<std::vector<std::string>>& steps);
 
 /// What an operator may ask of a running program, whatever it is written in.
 struct OperatedProgram {

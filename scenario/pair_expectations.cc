@@ -21,14 +21,14 @@ class RelativePoseExpectation final : public Expectation {
     std::vector<std::string> known;
     for (const auto& [name, arm] : built.cell.arms) known.push_back(name);
     if (arms_.size() != 2 || arms_[0] == arms_[1]) {
-      reader.findings().error(reader.at("arms"), "not the names of two arms",
-                              fmt::format("two of: {}", fmt::join(known, ", ")));
+      reader.diagnostics().error(Code::kWrongSize, reader.at("arms"), "not the names of two arms",
+                                 fmt::format("two of: {}", fmt::join(known, ", ")));
       return;
     }
     for (std::size_t i = 0; i < arms_.size(); ++i) {
       if (built.cell.arms.contains(arms_[i])) continue;
-      reader.findings().error(reader.at("arms") + pointer_segment(i), fmt::format("there is no arm '{}'", arms_[i]),
-                              nearest_choice(arms_[i], known));
+      reader.diagnostics().error(Code::kUnknownName, reader.at("arms") + pointer_segment(i),
+                                 fmt::format("there is no arm '{}'", arms_[i]), nearest_choice(arms_[i], known));
     }
   }
 

@@ -19,7 +19,8 @@ std::optional<std::uint64_t> parse_seed(const std::string& text) {
 
 Result<Description> recorded_scenario(const record::Recording& recording) {
   const auto scenario = recording.attachment("scenario.json");
-  if (!scenario) return failure({}, "there is no scenario in this recording", "one made by takt run --record");
+  if (!scenario)
+    return failure(Code::kMissing, {}, "there is no scenario in this recording", "one made by takt run --record");
   auto description = parse_description(*scenario);
   if (!description) return description;
   const auto run = recording.metadata().find("takt.run");
@@ -28,7 +29,7 @@ Result<Description> recorded_scenario(const record::Recording& recording) {
   if (text == run->second.end()) return description;
   const auto seed = parse_seed(text->second);
   if (!seed) {
-    return failure({}, fmt::format("the recorded seed {} is not a number", short_dump(text->second)),
+    return failure(Code::kOutOfRange, {}, fmt::format("the recorded seed {} is not a number", short_dump(text->second)),
                    "a whole number from 0 to 18446744073709551615");
   }
   description->seed = *seed;

@@ -13,10 +13,10 @@
 namespace takt::scenario {
 namespace {
 
-std::unexpected<Findings> unusable(const std::filesystem::path& file, std::string message, std::string hint = {}) {
-  Findings findings;
-  findings.add({Severity::kError, file.string(), {}, std::move(message), std::move(hint)});
-  return std::unexpected(std::move(findings));
+std::unexpected<Diagnostics> unusable(const std::filesystem::path& file, std::string message, std::string hint = {}) {
+  Diagnostics diagnostics;
+  diagnostics.add({Severity::kError, Code::kFileNotReadable, file.string(), {}, std::move(message), std::move(hint)});
+  return std::unexpected(std::move(diagnostics));
 }
 
 /// The recorded signals that light something, in the order of the world's lamps; empty columns for what is not there.
@@ -86,7 +86,8 @@ std::string check_times(const record::Table& table) {
 Result<std::int64_t> render_recording(const std::filesystem::path& recording, const device::ModelLibrary& models,
                                       const ReplayOptions& options) {
   if (options.fps < 1 || options.fps > sim::kMostFps)
-    return failure("--fps", fmt::format("{} pictures per second", options.fps), fmt::format("1 to {}", sim::kMostFps));
+    return failure(Code::kOutOfRange, "--fps", fmt::format("{} pictures per second", options.fps),
+                   fmt::format("1 to {}", sim::kMostFps));
   auto opened = record::Recording::open(recording);
   if (!opened) return std::unexpected(std::move(opened.error()));
   auto description = recorded_scenario(*opened);
@@ -94,7 +95,7 @@ Result<std::int64_t> render_recording(const std::filesystem::path& recording, co
     description.error().set_file(recording.string());
     return std::unexpected(std::move(description.error()));
   }
-  Findings warnings;
+  Diagnostics warnings;
   auto built = build_cell(*description, models, false, warnings);
   if (!built) return std::unexpected(std::move(built.error()));
   const auto table = opened->table("/state");

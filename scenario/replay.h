@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/device/device_file.h"
 
 namespace takt::scenario {
@@ -15,7 +15,7 @@ struct ReplayOptions {
 };
 
 /// Draws a recorded run again from the states in it, with the scenario that it carries; nothing is simulated.
-/// @return number of frames; or findings: no recording, no scenario or states inside, models that do not fit.
+/// @return number of frames; or diagnostics: no recording, no scenario or states inside, models that do not fit.
 [[nodiscard]] Result<std::int64_t> render_recording(const std::filesystem::path& recording,
                                                     const device::ModelLibrary& models, const ReplayOptions& options);
 

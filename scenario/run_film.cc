@@ -28,14 +28,14 @@ double contact_force(const command::MountedSensor& sensor, const BuiltCell& buil
 }
 
 /// The film speaks of its own options; a user knows those of the command line.
-Findings as_run_options(const Findings& findings) {
-  Findings renamed;
-  for (Finding finding : findings.list()) {
-    if (finding.pointer == "/path" || finding.pointer == "/ffmpeg") finding.pointer = "--video";
-    if (finding.pointer.starts_with("/render")) finding.pointer = "--size";
-    if (finding.pointer == "/fps") finding.pointer = "--fps";
-    if (finding.pointer.starts_with("/cuts")) finding.pointer = "--camera";
-    renamed.add(std::move(finding));
+Diagnostics as_run_options(const Diagnostics& diagnostics) {
+  Diagnostics renamed;
+  for (Diagnostic diagnostic : diagnostics.list()) {
+    if (diagnostic.pointer == "/path" || diagnostic.pointer == "/ffmpeg") diagnostic.pointer = "--video";
+    if (diagnostic.pointer.starts_with("/render")) diagnostic.pointer = "--size";
+    if (diagnostic.pointer == "/fps") diagnostic.pointer = "--fps";
+    if (diagnostic.pointer.starts_with("/cuts")) diagnostic.pointer = "--camera";
+    renamed.add(std::move(diagnostic));
   }
   return renamed;
 }
@@ -60,7 +60,7 @@ Result<std::unique_ptr<RunFilm>> RunFilm::open(const RunOptions& options, const 
 RunFilm::RunFilm(sim::Film film, const Description& description, const BuiltCell& built, bool cuts)
     : film_(std::move(film)), description_(description), built_(built), cuts_(cuts) {}
 
-Findings RunFilm::add_cycle(const std::string& step, const command::Biases& biases) {
+Diagnostics RunFilm::add_cycle(const std::string& step, const command::Biases& biases) {
   if (step != step_) {
     step_ = step;
     const auto& cuts = description_.film.cuts;
@@ -79,7 +79,7 @@ Findings RunFilm::add_cycle(const std::string& step, const command::Biases& bias
     overlay.force_limit_N = description_.film.force_limit_N;
   }
   auto pushed = film_.push(built_.world->data(), overlay);
-  return pushed ? Findings{} : std::move(pushed.error());
+  return pushed ? Diagnostics{} : std::move(pushed.error());
 }
 
 }  // namespace takt::scenario

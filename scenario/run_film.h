@@ -13,12 +13,12 @@ namespace takt::scenario {
 /// The film of a run: pushes a picture when one is due, cuts when named steps begin, shows time, step and force.
 class RunFilm {
  public:
-  /// Findings for impossible sizes, unknown cameras or a path that cannot be written. Pointers are option names.
+  /// Diagnostics for impossible sizes, unknown cameras or a path that cannot be written. Pointers are option names.
   [[nodiscard]] static Result<std::unique_ptr<RunFilm>> open(const RunOptions& options, const Description& description,
                                                              const BuiltCell& built);
 
-  /// After each cycle. @return findings if drawing or encoding failed.
-  [[nodiscard]] Findings add_cycle(const std::string& step, const command::Biases& biases);
+  /// After each cycle. @return diagnostics if drawing or encoding failed.
+  [[nodiscard]] Diagnostics add_cycle(const std::string& step, const command::Biases& biases);
   [[nodiscard]] Result<sim::FilmReport> close() { return film_.close(); }
 
  private:

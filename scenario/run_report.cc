@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/text_location.h"
+
 namespace takt::scenario {
 
 using Json = nlohmann::ordered_json;
@@ -38,19 +40,29 @@ std::string_view name_of(Verdict verdict) {
   return "error";
 }
 
-Json to_json(const Findings& findings) {
+Json to_json(Diagnostics diagnostics) {
+  locate(diagnostics);
   auto list = Json::array();
-  for (const Finding& finding : findings.list()) {
-    const char* severity = finding.severity == Severity::kError     ? "error"
-                           : finding.severity == Severity::kWarning ? "warning"
-                                                                    : "note";
+  for (const Diagnostic& diagnostic : diagnostics.list()) {
+    const char* severity = diagnostic.severity == Severity::kError     ? "error"
+                           : diagnostic.severity == Severity::kWarning ? "warning"
+                                                                       : "note";
     list.push_back({{"severity", severity},
-                    {"file", finding.file},
-                    {"pointer", finding.pointer},
-                    {"message", finding.message},
-                    {"hint", finding.hint}});
+                    {"code", name_of(diagnostic.code)},
+                    {"file", diagnostic.file},
+                    {"line", diagnostic.line > 0 ? Json(diagnostic.line) : Json()},
+                    {"column", diagnostic.line > 0 ? Json(diagnostic.column) : Json()},
+                    {"pointer", diagnostic.pointer},
+                    {"message", diagnostic.message},
+                    {"hint", diagnostic.hint}});
   }
   return list;
+}
+
+std::string to_output_text(Json report) {
+  // Until 1.0 the list has its former name as well: programs that read reports know it.
+  if (report.contains("diagnostics")) report["findings"] = report["diagnostics"];
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 namespace {
@@ -127,7 +139,7 @@ Json to_json(const RunReport& report) {
           {"reactions", std::move(reactions)},
           {"lines", report.lines},
           {"products", report.products},
-          {"findings", to_json(report.findings)}};
+          {"diagnostics", to_json(report.diagnostics)}};
 }
 
 std::string to_text(const RunReport& report, const std::string& title) {

@@ -13,7 +13,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/activity/scheduler.h"
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "scenario/expectation_result.h"
 #include "scenario/site_report.h"
 
@@ -66,7 +66,7 @@ struct Timing {
 
 struct RunReport {
   Verdict verdict = Verdict::kError;
-  Findings findings;                   ///< why it is an error
+  Diagnostics diagnostics;             ///< why it is an error
   double sim_time = 0, wall_time = 0;  ///< s
   std::int64_t cycles = 0;
   std::string digest;
@@ -86,9 +86,12 @@ struct RunReport {
 /// Exit status of a program that ends with this verdict: 0 held, 1 did not hold, 2 refused, 3 broke off, 130
 /// interrupted.
 [[nodiscard]] int exit_status(Verdict verdict);
-/// The report of a run as JSON: result, sim_time, wall_time, cycles, digest, expectations, timing, findings.
+/// The report of a run as JSON: result, sim_time, wall_time, cycles, digest, expectations, timing, diagnostics.
 [[nodiscard]] nlohmann::ordered_json to_json(const RunReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const Findings& findings);
+/// A list of objects: severity, code, file, line and column (null if not known), pointer, message, hint.
+[[nodiscard]] nlohmann::ordered_json to_json(Diagnostics diagnostics);
+/// A report as it goes to stdout with --json; bytes that are not UTF-8 are replaced.
+[[nodiscard]] std::string to_output_text(nlohmann::ordered_json report);
 /// The report for a terminal: the verdict, a line per expectation, figures.
 [[nodiscard]] std::string to_text(const RunReport& report, const std::string& title);
 

@@ -14,74 +14,75 @@ namespace {
 
 /// Expectations about poses that no step of the program fits.
 void check_estimates(const Description& description, const std::set<std::string, std::less<>>& estimates,
-                     Findings& findings) {
+                     Diagnostics& diagnostics) {
   for (const ExpectationEntry& entry : description.expectations) {
     if (entry.kind != "estimate" || !entry.json.contains("estimate") || !entry.json["estimate"].is_string()) continue;
     const auto name = entry.json["estimate"].get<std::string>();
     if (estimates.contains(name)) continue;
-    findings.error(entry.pointer + "/estimate", fmt::format("no step of the program fits '{}'", name),
-                   nearest_choice(name, {estimates.begin(), estimates.end()}));
+    diagnostics.error(Code::kUnknownName, entry.pointer + "/estimate",
+                      fmt::format("no step of the program fits '{}'", name),
+                      nearest_choice(name, {estimates.begin(), estimates.end()}));
   }
 }
 
 /// Errors of form in the program of a cell that cannot be built.
-Findings program_findings(const Description& description, const device::ModelLibrary& models) {
+Diagnostics program_diagnostics(const Description& description, const device::ModelLibrary& models) {
   if (!description.program.is_object()) return {};
   const auto program = activity::Program::parse(description.program, "/program", names_of_cell(description, models),
                                                 &description.programs);
-  return program ? Findings{} : program.error();
+  return program ? Diagnostics{} : program.error();
 }
 
 }  // namespace
 
 Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file, const device::ModelLibrary& models,
                                                const OpenOptions& options) {
-  Findings findings;
-  auto description = read_description(file, options.overrides, options.seed, findings);
+  Diagnostics diagnostics;
+  auto description = read_description(file, options.overrides, options.seed, diagnostics);
   if (description) description->site = options.site;
-  if (!findings.has_errors()) return create(std::move(*description), models, options.measure_times);
+  if (!diagnostics.has_errors()) return create(std::move(*description), models, options.measure_times);
   if (description) {
-    findings.append(check_cell_names(*description, models));
-    findings.append(program_findings(*description, models));
+    diagnostics.append(check_cell_names(*description, models));
+    diagnostics.append(program_diagnostics(*description, models));
   }
-  findings.set_file(file.string());
-  return std::unexpected(std::move(findings));
+  diagnostics.set_file(file.string());
+  return std::unexpected(std::move(diagnostics));
 }
 
 Result<std::unique_ptr<Session>> Session::create(Description description, const device::ModelLibrary& models,
                                                  bool measure_times) {
   const std::string file = description.file.string();
-  Findings warnings;
-  const auto refuse = [&](Findings findings) {
-    findings.set_file(file);
-    return std::unexpected(std::move(findings));
+  Diagnostics warnings;
+  const auto refuse = [&](Diagnostics diagnostics) {
+    diagnostics.set_file(file);
+    return std::unexpected(std::move(diagnostics));
   };
   auto built = build_cell(description, models, measure_times, warnings);
   if (!built) {
-    built.error().append(program_findings(description, models));
+    built.error().append(program_diagnostics(description, models));
     return refuse(std::move(built.error()));
   }
   auto program = activity::Program::parse(description.program, "/program", built->cell, &description.programs);
   if (!program) return refuse(std::move(program.error()));
   auto expectations = make_expectations(description.expectations, *built, program->names());
   activity::Rehearsed rehearsed = program->rehearse(built->cell, &built->core->environment());
-  Findings& findings = rehearsed.findings;
-  if (!expectations) findings.append(expectations.error());
-  findings.append(check_operator(description.operator_script, *built->core, program->names()));
-  check_estimates(description, rehearsed.estimates, findings);
+  Diagnostics& diagnostics = rehearsed.diagnostics;
+  if (!expectations) diagnostics.append(expectations.error());
+  diagnostics.append(check_operator(description.operator_script, *built->core, program->names()));
+  check_estimates(description, rehearsed.estimates, diagnostics);
   const auto names = program->names();
   for (std::size_t i = 0; i < description.film.cuts.size(); ++i) {
     const std::string& step = description.film.cuts[i].step;
     if (std::ranges::find(names, step) != names.end()) continue;
-    findings.error(fmt::format("/film/cuts/{}/step", i), fmt::format("there is no step '{}'", step),
-                   nearest_choice(step, names));
+    diagnostics.error(Code::kUnknownName, fmt::format("/film/cuts/{}/step", i),
+                      fmt::format("there is no step '{}'", step), nearest_choice(step, names));
   }
-  if (findings.has_errors()) return refuse(std::move(findings));
+  if (diagnostics.has_errors()) return refuse(std::move(diagnostics));
   if (built->triangles > sim::kTriangleBudget) {
-    warnings.warning("", fmt::format("{} triangles in the scene", built->triangles),
+    warnings.warning(Code::kTooLarge, "", fmt::format("{} triangles in the scene", built->triangles),
                      fmt::format("at most {}, or the film is slower than its time", sim::kTriangleBudget));
   }
-  warnings.append(findings);
+  warnings.append(diagnostics);
   warnings.set_file(file);
 
   auto session = std::unique_ptr<Session>(new Session(std::move(description), std::move(*program), std::move(*built)));
@@ -110,15 +111,16 @@ class Session::Run {
                   [this](auto name, auto text) { note("operator", name, text); }) {}
 
   RunReport execute() {
-    if (!options_.from.empty()) run_.report().findings.append(runner_.enter(options_.from));
+    if (!options_.from.empty()) run_.report().diagnostics.append(runner_.enter(options_.from));
     if (!run_.open()) {
       run_.report().verdict = Verdict::kRefused;
       return std::move(run_.report());
     }
     loop();
-    Findings& findings = run_.report().findings;
-    findings.append(runner_.findings());
-    if (!operator_.broken_off().empty() && !findings.has_errors()) findings.error({}, operator_.broken_off());
+    Diagnostics& diagnostics = run_.report().diagnostics;
+    diagnostics.append(runner_.diagnostics());
+    if (!operator_.broken_off().empty() && !diagnostics.has_errors())
+      diagnostics.error(Code::kCancelled, {}, operator_.broken_off());
     return run_.finish(cancelled_, options_.repeat && !session_.second_run_ ? [this] { return second_digest(); }
                                                                             : std::function<std::string()>());
   }

@@ -42,7 +42,7 @@ class Session {
   [[nodiscard]] const Description& description() const { return description_; }
   [[nodiscard]] const activity::Program& program() const { return program_; }
   [[nodiscard]] const BuiltCell& built() const { return built_; }
-  [[nodiscard]] const Findings& warnings() const { return warnings_; }
+  [[nodiscard]] const Diagnostics& warnings() const { return warnings_; }
   /// Planned duration of the program, s: nominal values, guarded motions to their end.
   [[nodiscard]] double planned_duration() const { return planned_duration_; }
 
@@ -62,7 +62,7 @@ class Session {
   activity::Program program_;
   BuiltCell built_;
   std::vector<std::unique_ptr<Expectation>> expectations_;
-  Findings warnings_;
+  Diagnostics warnings_;
   double planned_duration_ = 0.0;
   bool second_run_ = false;
 };

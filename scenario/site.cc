@@ -49,7 +49,8 @@ emulation::SlowOptions read_slow(ObjectReader& reader) {
   emulation::SlowOptions slow;
   slow.cycle = milliseconds(reader.number("cycle_ms", 0.0, {.low = 0.0, .high = kCycleMaxMs}));
   if (slow.cycle > 0 && slow.cycle < kMillisecond) {
-    reader.findings().error(reader.at("cycle_ms"), "a device faster than the core's cycle", "1 to 100");
+    reader.diagnostics().error(Code::kOutOfRange, reader.at("cycle_ms"), "a device faster than the core's cycle",
+                               "1 to 100");
   }
   slow.clock_offset = milliseconds(reader.number("offset_ms", 12'345.678, {.low = -1e9, .high = 1e9}));
   slow.drift = 1e-6 * reader.number("drift_ppm", 100.0, {.low = -500.0, .high = 500.0});
@@ -62,8 +63,8 @@ emulation::SlowOptions read_slow(ObjectReader& reader) {
   return slow;
 }
 
-Binding read_binding(const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+Binding read_binding(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   Binding binding;
   binding.kind = reader.choice("backend", names_of_kinds(), "sim");
   binding.pointer = pointer;
@@ -72,14 +73,14 @@ Binding read_binding(const Json& json, const std::string& pointer, Findings& fin
   return binding;
 }
 
-Site read_document(const Json& document, Findings& findings) {
+Site read_document(const Json& document, Diagnostics& diagnostics) {
   Site site;
-  ObjectReader reader(document, "", findings);
+  ObjectReader reader(document, "", diagnostics);
   (void)reader.text("title", "");
   site.pad_delays = reader.boolean("pad_delays", true);
   if (const Json* devices = reader.object("devices")) {
     for (const auto& [name, json] : devices->items()) {
-      site.devices[name] = read_binding(json, reader.at("devices") + pointer_segment(name), findings);
+      site.devices[name] = read_binding(json, reader.at("devices") + pointer_segment(name), diagnostics);
     }
   }
   reader.finish();
@@ -87,7 +88,7 @@ Site read_document(const Json& document, Findings& findings) {
 }
 
 /// One part of an address as key and value of a site file; a number without a word is the cycle.
-void add_setting(std::string_view part, Json& settings, Findings& findings) {
+void add_setting(std::string_view part, Json& settings, Diagnostics& diagnostics) {
   const std::size_t equals = part.find('=');
   const std::string_view word = equals == part.npos ? "cycle" : part.substr(0, equals);
   const std::string_view text = equals == part.npos ? part : part.substr(equals + 1);
@@ -95,14 +96,15 @@ void add_setting(std::string_view part, Json& settings, Findings& findings) {
   if (known == std::end(kSlowKeys)) {
     std::vector<std::string> words;
     for (const SlowKey& key : kSlowKeys) words.emplace_back(key.word);
-    return findings.error("--backend", fmt::format("a slow device has no '{}'", word), nearest_choice(word, words));
+    return diagnostics.error(Code::kInvalidValue, "--backend", fmt::format("a slow device has no '{}'", word),
+                             nearest_choice(word, words));
   }
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
   if (error != std::errc() || !std::isfinite(value) || unit != known->unit) {
-    return findings.error("--backend", fmt::format("'{}' is no {}", text, word),
-                          fmt::format("a number with the unit '{}'", known->unit));
+    return diagnostics.error(Code::kInvalidValue, "--backend", fmt::format("'{}' is no {}", text, word),
+                             fmt::format("a number with the unit '{}'", known->unit));
   }
   value *= known->factor;
   if (std::string_view(known->unit).empty()) {
@@ -125,9 +127,9 @@ const std::vector<BackendKind>& backend_kinds() {
 Result<Site> parse_site(std::string_view text) {
   const auto document = parse_json(text);
   if (!document) return std::unexpected(document.error());
-  Findings findings;
-  Site site = read_document(*document, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  Site site = read_document(*document, diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return site;
 }
 
@@ -142,12 +144,13 @@ Result<Site> read_site(const std::filesystem::path& file) {
   return site;
 }
 
-Findings bind(Site& site, std::string_view argument) {
-  Findings findings;
+Diagnostics bind(Site& site, std::string_view argument) {
+  Diagnostics diagnostics;
   const std::size_t equals = argument.find('=');
   if (equals == argument.npos || equals == 0) {
-    findings.error("--backend", fmt::format("'{}' is not NAME=KIND[:ADDR]", argument), "--backend arm=slow:8ms");
-    return findings;
+    diagnostics.error(Code::kInvalidValue, "--backend", fmt::format("'{}' is not NAME=KIND[:ADDR]", argument),
+                      "--backend arm=slow:8ms");
+    return diagnostics;
   }
   const std::string_view target = argument.substr(equals + 1);
   const std::size_t colon = target.find(':');
@@ -155,37 +158,39 @@ Findings bind(Site& site, std::string_view argument) {
   std::string_view address = colon == target.npos ? "" : target.substr(colon + 1);
   const auto kinds = names_of_kinds();
   if (std::ranges::find(kinds, kind) == kinds.end()) {
-    findings.error("--backend", fmt::format("there is no back end of kind '{}'", kind), nearest_choice(kind, kinds));
-    return findings;
+    diagnostics.error(Code::kUnknownName, "--backend", fmt::format("there is no back end of kind '{}'", kind),
+                      nearest_choice(kind, kinds));
+    return diagnostics;
   }
   Json settings{{"backend", kind}};
   if (kind != "slow" && !address.empty()) {
-    findings.error("--backend", fmt::format("a back end of kind '{}' has no address, '{}' stands here", kind, address));
+    diagnostics.error(Code::kInvalidValue, "--backend",
+                      fmt::format("a back end of kind '{}' has no address, '{}' stands here", kind, address));
   }
   while (kind == "slow" && !address.empty()) {
     const std::size_t comma = std::min(address.find(','), address.size());
-    add_setting(address.substr(0, comma), settings, findings);
+    add_setting(address.substr(0, comma), settings, diagnostics);
     address.remove_prefix(std::min(comma + 1, address.size()));
   }
-  Findings unfit;
+  Diagnostics unfit;
   Binding binding = read_binding(settings, "", unfit);
   binding.pointer = "--backend";
-  findings.append(unfit, "--backend");
-  if (!findings.has_errors()) site.devices[std::string(argument.substr(0, equals))] = binding;
-  return findings;
+  diagnostics.append(unfit, "--backend");
+  if (!diagnostics.has_errors()) site.devices[std::string(argument.substr(0, equals))] = binding;
+  return diagnostics;
 }
 
-Findings check_clocks(const Site& site, bool realtime, const std::vector<BackendKind>& kinds) {
-  Findings findings;
+Diagnostics check_clocks(const Site& site, bool realtime, const std::vector<BackendKind>& kinds) {
+  Diagnostics diagnostics;
   for (const auto& [name, binding] : site.devices) {
     const auto kind = std::ranges::find(kinds, binding.kind, &BackendKind::name);
     if (realtime || kind == kinds.end() || !kind->own_clock) continue;
-    findings.add({Severity::kError, binding.file, binding.pointer,
-                  fmt::format("'{}' is reached as '{}', which has a clock of its own; lock-step has none for it", name,
-                              binding.kind),
-                  "--realtime, or a simulated back end"});
+    diagnostics.add({Severity::kError, Code::kUnknownName, binding.file, binding.pointer,
+                     fmt::format("'{}' is reached as '{}', which has a clock of its own; lock-step has none for it",
+                                 name, binding.kind),
+                     "--realtime, or a simulated back end"});
   }
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace takt::scenario

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/emulation/slow_options.h"
 
 namespace takt::scenario {
@@ -43,16 +43,16 @@ struct Site {
   }
 };
 
-/// Reads a site file. @return it, or all findings with file and pointer. Realtime: setup.
+/// Reads a site file. @return it, or all diagnostics with file and pointer. Realtime: setup.
 [[nodiscard]] Result<Site> read_site(const std::filesystem::path& file);
 [[nodiscard]] Result<Site> parse_site(std::string_view text);
 
 /// Adds what --backend says, "NAME=KIND[:ADDR]", over what a site file said of that device. For kind "slow" ADDR is a
 /// list of "8ms", "drift=100ppm", "jitter=0.3ms", "loss=1%" and the like. Realtime: setup.
-[[nodiscard]] Findings bind(Site& site, std::string_view argument);
+[[nodiscard]] Diagnostics bind(Site& site, std::string_view argument);
 
 /// Lock-step knows no device with a clock of its own (row T4). @return an error for each that is bound so.
-[[nodiscard]] Findings check_clocks(const Site& site, bool realtime,
-                                    const std::vector<BackendKind>& kinds = backend_kinds());
+[[nodiscard]] Diagnostics check_clocks(const Site& site, bool realtime,
+                                       const std::vector<BackendKind>& kinds = backend_kinds());
 
 }  // namespace takt::scenario

@@ -30,7 +30,7 @@ std::optional<emulation::SlowOptions> SiteDevices::options_for(const LoadedDevic
   return emulation::SlowOptions{.cycle = cycle};
 }
 
-void SiteDevices::plan(LoadedDevices devices, Findings& findings) {
+void SiteDevices::plan(LoadedDevices devices, Diagnostics& diagnostics) {
   std::vector<std::string> names;
   int arm_count = 0;
   Nanoseconds longest = 0;
@@ -38,9 +38,9 @@ void SiteDevices::plan(LoadedDevices devices, Findings& findings) {
     names.push_back(device->entry->name);
     const Binding* binding = site_.find(device->entry->name);
     if (binding && binding->kind == "slow" && !device->kind->has_backend()) {
-      findings.add({Severity::kError, binding->file, binding->pointer,
-                    fmt::format("'{}' is of kind '{}', which cannot be slow", names.back(), device->kind->name()),
-                    "arms and force/torque sensors"});
+      diagnostics.add({Severity::kError, Code::kUnknownName, binding->file, binding->pointer,
+                       fmt::format("'{}' is of kind '{}', which cannot be slow", names.back(), device->kind->name()),
+                       "arms and force/torque sensors"});
     }
     const auto arm = device->as<device::ArmDescription>();
     if (!arm) continue;
@@ -50,8 +50,8 @@ void SiteDevices::plan(LoadedDevices devices, Findings& findings) {
   if (site_.pad_delays && arm_count > 1) longest_delay_ = longest;
   for (const auto& [name, binding] : site_.devices) {
     if (std::ranges::find(names, name) != names.end()) continue;
-    findings.add({Severity::kError, binding.file, binding.pointer, fmt::format("there is no device '{}'", name),
-                  nearest_choice(name, names)});
+    diagnostics.add({Severity::kError, Code::kUnknownName, binding.file, binding.pointer,
+                     fmt::format("there is no device '{}'", name), nearest_choice(name, names)});
   }
 }
 

@@ -24,7 +24,7 @@ class SiteDevices {
       : site_(std::move(site)), period_(period), seed_(seed) {}
 
   /// Looks at all devices before any is made: the longest delay, and what of the site fits no device.
-  void plan(LoadedDevices devices, Findings& findings);
+  void plan(LoadedDevices devices, Diagnostics& diagnostics);
 
   /// The back end of an arm, and its description with the cycle that it really has.
   struct WiredArm {

@@ -78,7 +78,7 @@ Result<std::unique_ptr<Session>> session_of(const record::Recording& recording, 
 Result<Again> run_again(const record::Recording& recording, std::uint64_t cycle, const device::ModelLibrary& models) {
   // Cycles are numbered from 0 and have a digest each: running again costs no more than the recorded run did.
   if (cycle >= recording.digests().size()) {
-    return failure({},
+    return failure(Code::kIncompatible, {},
                    fmt::format("the recording names cycle {} and has {} digests", cycle, recording.digests().size()),
                    "a recording with all of its cycles");
   }
@@ -109,10 +109,11 @@ std::optional<std::uint64_t> recorded_digest(const record::Recording& recording,
 }
 
 void check_repeats(const record::Recording& recording, const Again& again, std::uint64_t cycle, const char* side,
-                   Findings& findings) {
+                   Diagnostics& diagnostics) {
   if (again.reached && recorded_digest(recording, cycle) == again.digest) return;
-  findings.error(side, fmt::format("run again, this scenario is not the recorded run in cycle {}", cycle),
-                 "the build and the back ends that it was recorded with, and nobody who interferes");
+  diagnostics.error(Code::kIncompatible, side,
+                    fmt::format("run again, this scenario is not the recorded run in cycle {}", cycle),
+                    "the build and the back ends that it was recorded with, and nobody who interferes");
 }
 
 }  // namespace
@@ -164,13 +165,13 @@ Result<std::optional<BitDifference>> find_bit(const record::Recording& a, const 
                                               std::uint64_t cycle, const device::ModelLibrary& models) {
   const auto again_a = run_again(a, cycle, models);
   const auto again_b = run_again(b, cycle, models);
-  Findings findings;
-  if (!again_a) findings.append(again_a.error());
-  if (!again_b) findings.append(again_b.error());
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
-  check_repeats(a, *again_a, cycle, "A", findings);
-  check_repeats(b, *again_b, cycle, "B", findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  if (!again_a) diagnostics.append(again_a.error());
+  if (!again_b) diagnostics.append(again_b.error());
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+  check_repeats(a, *again_a, cycle, "A", diagnostics);
+  check_repeats(b, *again_b, cycle, "B", diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return first_difference(again_a->blocks, again_b->blocks);
 }
 

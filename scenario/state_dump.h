@@ -41,7 +41,7 @@ struct BitDifference {
 [[nodiscard]] std::string to_string(const BitDifference& difference);
 
 /// Runs the scenarios of two recordings again up to a cycle in which their digests differ, and compares what the
-/// digests cover. Findings: a recording without a scenario, one that this build does not repeat bit for bit.
+/// digests cover. Diagnostics: a recording without a scenario, one that this build does not repeat bit for bit.
 [[nodiscard]] Result<std::optional<BitDifference>> find_bit(const record::Recording& a, const record::Recording& b,
                                                             std::uint64_t cycle, const device::ModelLibrary& models);
 

@@ -20,7 +20,7 @@ class Checker {
  public:
   explicit Checker(const WorldDescription& description) : world_(description), bodies_(body_names(description)) {}
 
-  Findings run() {
+  Diagnostics run() {
     physics();
     for (const auto& robot : world_.robots) check(robot);
     for (const auto& object : world_.objects) check(object);
@@ -34,22 +34,23 @@ class Checker {
       name(devices_, place(device.pointer, "devices", device.name), device.name, true);
     }
     mount_loops();
-    return std::move(findings_);
+    return std::move(diagnostics_);
   }
 
  private:
-  void error(const std::string& at, std::string message, std::string hint = {}) {
-    findings_.error(at, std::move(message), std::move(hint));
+  void error(Code code, const std::string& at, std::string message, std::string hint = {}) {
+    diagnostics_.error(code, at, std::move(message), std::move(hint));
   }
   void require(bool holds, const std::string& at, std::string_view what, double value, std::string_view allowed) {
-    if (!holds) error(at, fmt::format("{} is {}", what, value), std::string(allowed));
+    if (!holds) error(Code::kOutOfRange, at, fmt::format("{} is {}", what, value), std::string(allowed));
   }
 
   void physics() {
     const Physics& p = world_.physics;
     const std::string at = "/physics";
     if (p.timestep <= 0 || p.period <= 0 || p.period % p.timestep != 0) {
-      error(at, fmt::format("a period of {} ns does not hold whole physics steps of {} ns", p.period, p.timestep),
+      error(Code::kOutOfRange, at,
+            fmt::format("a period of {} ns does not hold whole physics steps of {} ns", p.period, p.timestep),
             "both > 0, the period a whole multiple of the timestep");
     }
     require(p.gravity.allFinite(), at, "gravity", p.gravity.norm(), "finite, m/s^2");
@@ -60,17 +61,19 @@ class Checker {
 
   /// Bodies and cameras share one space of names, devices have their own.
   void name(std::set<std::string>& taken, const std::string& at, const std::string& given, bool slash_allowed) {
-    if (given.empty()) error(at, "the name is empty");
+    if (given.empty()) error(Code::kMissing, at, "the name is empty");
     if (!slash_allowed && given.find('/') != std::string::npos) {
-      error(at, fmt::format("the name '{}' holds a '/'", given), "'/' separates robot and link");
+      error(Code::kInvalidName, at, fmt::format("the name '{}' holds a '/'", given), "'/' separates robot and link");
     }
-    if (!given.empty() && !taken.insert(given).second) error(at, fmt::format("the name '{}' is taken", given));
+    if (!given.empty() && !taken.insert(given).second)
+      error(Code::kDuplicate, at, fmt::format("the name '{}' is taken", given));
   }
 
   void mount(const std::string& at, const Mount& mount) {
-    if (!mount.X_P.matrix().allFinite()) error(at, "the pose is not finite");
+    if (!mount.X_P.matrix().allFinite()) error(Code::kOutOfRange, at, "the pose is not finite");
     if (!mount.parent.empty() && std::ranges::find(bodies_, mount.parent) == bodies_.end()) {
-      error(at, fmt::format("unknown parent '{}'", mount.parent), nearest_choice(mount.parent, bodies_));
+      error(Code::kUnknownName, at, fmt::format("unknown parent '{}'", mount.parent),
+            nearest_choice(mount.parent, bodies_));
     }
   }
 
@@ -90,10 +93,11 @@ class Checker {
     mount(at, robot.mount);
     contact(at, robot.contact);
     require(robot.stop_margin >= 0.0, at, "stop_margin", robot.stop_margin, ">= 0");
-    if (!robot.model || robot.model->links.empty()) return error(at, "the robot has no model");
+    if (!robot.model || robot.model->links.empty()) return error(Code::kMissing, at, "the robot has no model");
     const auto joints = movable_joints(*robot.model);
     if (!robot.q.empty() && robot.q.size() != joints.size()) {
-      error(at, fmt::format("{} start positions for {} movable joints", robot.q.size(), joints.size()));
+      error(Code::kWrongSize, at,
+            fmt::format("{} start positions for {} movable joints", robot.q.size(), joints.size()));
     }
     for (std::size_t i = 0; i < std::min(robot.q.size(), joints.size()); ++i) {
       const Joint& joint = *joints[i];
@@ -108,7 +112,8 @@ class Checker {
     std::vector<std::string> known;
     for (const Joint* joint : joints) known.push_back(joint->name);
     if (std::ranges::find(known, figures.joint) == known.end()) {
-      error(at, fmt::format("unknown joint '{}'", figures.joint), nearest_choice(figures.joint, known));
+      error(Code::kUnknownName, at, fmt::format("unknown joint '{}'", figures.joint),
+            nearest_choice(figures.joint, known));
     }
     require(figures.armature >= 0.0, at, fmt::format("armature of '{}'", figures.joint), figures.armature, ">= 0");
     for (const auto& friction : {figures.coulomb, figures.viscous}) {
@@ -123,18 +128,20 @@ class Checker {
     mount(at, object.mount);
     contact(at, object.contact);
     if (object.free && !object.mount.parent.empty()) {
-      error(at, fmt::format("a free object cannot have the parent '{}'", object.mount.parent), "free or mounted");
+      error(Code::kConflict, at, fmt::format("a free object cannot have the parent '{}'", object.mount.parent),
+            "free or mounted");
     }
     if (object.free) require(object.mass > 0.0, at, "the mass of a free object", object.mass, "> 0 kg");
     require(object.mass >= 0.0 && std::isfinite(object.mass), at, "the mass", object.mass, ">= 0 kg");
-    if (object.shapes.empty()) error(at, "the object has no shape");
+    if (object.shapes.empty()) error(Code::kMissing, at, "the object has no shape");
     bool has_mesh = false;
     for (const auto& part : object.shapes) {
-      if (!(volume(part.shape) > 0.0)) error(at, "a shape has a size that is not > 0");
+      if (!(volume(part.shape) > 0.0)) error(Code::kOutOfRange, at, "a shape has a size that is not > 0");
       has_mesh = has_mesh || std::holds_alternative<kinematics::Mesh>(part.shape);
     }
     if (object.free && has_mesh && object.shapes.size() > 1) {
-      error(at, "a free object of a mesh and other shapes: its mass cannot be spread", "one mesh, or no mesh");
+      error(Code::kConflict, at, "a free object of a mesh and other shapes: its mass cannot be spread",
+            "one mesh, or no mesh");
     }
   }
 
@@ -171,9 +178,10 @@ class Checker {
     std::vector<std::string> robots;
     for (const auto& robot : world_.robots) robots.push_back(robot.name);
     if (std::ranges::find(robots, arm.robot) == robots.end()) {
-      error(at, fmt::format("unknown robot '{}'", arm.robot), nearest_choice(arm.robot, robots));
+      error(Code::kUnknownName, at, fmt::format("unknown robot '{}'", arm.robot), nearest_choice(arm.robot, robots));
     } else if (const auto [other, fresh] = drivers_.emplace(arm.robot, arm.name); !fresh) {
-      error(at, fmt::format("the robot '{}' is driven by '{}' already", arm.robot, other->second));
+      error(Code::kResourceConflict, at,
+            fmt::format("the robot '{}' is driven by '{}' already", arm.robot, other->second));
     }
     if (arm.drive) check(at, arm, *arm.drive);
   }
@@ -188,7 +196,8 @@ class Checker {
     if (robot == world_.robots.end() || !robot->model) return;
     for (const std::string& wheel : drive.wheels) {
       const Joint* joint = robot->model->joint(wheel);
-      if (!joint || joint->type != JointType::kContinuous) error(at, fmt::format("'{}' is no wheel", wheel));
+      if (!joint || joint->type != JointType::kContinuous)
+        error(Code::kInvalidValue, at, fmt::format("'{}' is no wheel", wheel));
     }
   }
 
@@ -196,18 +205,20 @@ class Checker {
     const std::string at = place(sensor.pointer, "force_torque_sensors", sensor.name);
     name(devices_, at, sensor.name, true);
     if (std::ranges::find(bodies_, sensor.tool_side) == bodies_.end()) {
-      error(at, fmt::format("unknown tool side '{}'", sensor.tool_side), nearest_choice(sensor.tool_side, bodies_));
+      error(Code::kUnknownName, at, fmt::format("unknown tool side '{}'", sensor.tool_side),
+            nearest_choice(sensor.tool_side, bodies_));
     }
     const bool positive = sensor.force_range.minCoeff() > 0.0 && sensor.torque_range.minCoeff() > 0.0;
-    if (!positive) error(at, "a range is not > 0");
-    if (sensor.force_noise.minCoeff() < 0.0 || sensor.torque_noise.minCoeff() < 0.0) error(at, "a noise is < 0");
+    if (!positive) error(Code::kOutOfRange, at, "a range is not > 0");
+    if (sensor.force_noise.minCoeff() < 0.0 || sensor.torque_noise.minCoeff() < 0.0)
+      error(Code::kOutOfRange, at, "a noise is < 0");
     whole_period(at, sensor.period);
   }
 
   void whole_period(const std::string& at, Nanoseconds period) {
     const bool whole = period > 0 && world_.physics.period > 0 && period % world_.physics.period == 0;
     if (whole) return;
-    error(at, fmt::format("a sensor period of {} ns", period),
+    error(Code::kOutOfRange, at, fmt::format("a sensor period of {} ns", period),
           fmt::format("a whole multiple of the cycle, {} ns", world_.physics.period));
   }
 
@@ -220,10 +231,11 @@ class Checker {
     require(gripper.force_max > 0.0, at, "force_max", gripper.force_max, "> 0 N");
     const auto robot = std::ranges::find(world_.robots, gripper.robot, &RobotDescription::name);
     if (robot == world_.robots.end() || !robot->model)
-      return error(at, fmt::format("unknown robot '{}'", gripper.robot));
+      return error(Code::kUnknownName, at, fmt::format("unknown robot '{}'", gripper.robot));
     for (const std::string& finger : gripper.fingers) {
       const Joint* joint = robot->model->joint(finger);
-      if (!joint || joint->type != JointType::kPrismatic) error(at, fmt::format("'{}' is no sliding joint", finger));
+      if (!joint || joint->type != JointType::kPrismatic)
+        error(Code::kInvalidValue, at, fmt::format("'{}' is no sliding joint", finger));
     }
   }
 
@@ -232,7 +244,7 @@ class Checker {
     name(devices_, at, beam.name, true);
     whole_period(at, beam.period);
     if (std::ranges::find(bodies_, beam.body) == bodies_.end())
-      error(at, fmt::format("unknown body '{}'", beam.body), nearest_choice(beam.body, bodies_));
+      error(Code::kUnknownName, at, fmt::format("unknown body '{}'", beam.body), nearest_choice(beam.body, bodies_));
     require(beam.range_max > beam.range_min, at, "the range's end", beam.range_max, "beyond its begin");
   }
 
@@ -250,14 +262,15 @@ class Checker {
       const auto& possible = wires[input.analog ? 1 : 0];
       if (input.source.empty() || std::ranges::find(possible, input.source) != possible.end()) continue;
       error(
-          at,
+          Code::kUnknownName, at,
           fmt::format("there is no {} '{}'",
                       input.analog ? "analog output or range finder" : "digital output or light barrier", input.source),
           nearest_choice(input.source, possible));
     }
     const auto lamp = [&](const std::string& wire, const std::string& at) {
       if (wire.empty() || std::ranges::find(wires[0], wire) != wires[0].end()) return;
-      error(at, fmt::format("there is no digital output or light barrier '{}'", wire), nearest_choice(wire, wires[0]));
+      error(Code::kUnknownName, at, fmt::format("there is no digital output or light barrier '{}'", wire),
+            nearest_choice(wire, wires[0]));
     };
     for (const auto& robot : world_.robots) lamp(robot.lit_by, place(robot.pointer, "robots", robot.name));
     for (const auto& object : world_.objects) lamp(object.lit_by, place(object.pointer, "objects", object.name));
@@ -277,7 +290,8 @@ class Checker {
       while (!at.empty() && at != start && parent_of.contains(at) && ++steps <= parent_of.size()) {
         at = parent_of[at].first;
       }
-      if (at == start) error(step.second, fmt::format("'{}' is mounted on itself, in a loop", start));
+      if (at == start)
+        error(Code::kInvalidValue, step.second, fmt::format("'{}' is mounted on itself, in a loop", start));
     }
   }
 
@@ -285,7 +299,7 @@ class Checker {
   std::vector<std::string> bodies_;
   std::set<std::string> names_, cameras_, devices_;
   std::map<std::string, std::string> drivers_;  // robot -> arm
-  Findings findings_;
+  Diagnostics diagnostics_;
 };
 
 }  // namespace
@@ -312,6 +326,6 @@ std::vector<const Joint*> movable_joints(const RobotModel& model) {
   return joints;
 }
 
-Findings check(const WorldDescription& description) { return Checker(description).run(); }
+Diagnostics check(const WorldDescription& description) { return Checker(description).run(); }
 
 }  // namespace takt::sim

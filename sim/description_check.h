@@ -3,14 +3,14 @@
 #include <string>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "sim/world_description.h"
 
 namespace takt::sim {
 
 /// Everything wrong in a description that can be seen without compiling it: names, mounts, figures, devices; all at
 /// once, each at the `pointer` of its part ("/robots/NAME" and so on where the part gives none). Realtime: setup.
-[[nodiscard]] Findings check(const WorldDescription& description);
+[[nodiscard]] Diagnostics check(const WorldDescription& description);
 
 /// Names of all bodies: "ROBOT/LINK" in the order of the links, then "OBJECT". Realtime: setup.
 [[nodiscard]] std::vector<std::string> body_names(const WorldDescription& description);

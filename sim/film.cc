@@ -67,13 +67,13 @@ Result<CameraView> resolve_camera(const mjModel* model, std::string_view name, c
   return CameraView(*index);
 }
 
-void check_size(const RenderOptions& render, Findings& findings) {
+void check_size(const RenderOptions& render, Diagnostics& diagnostics) {
   const auto check = [&](const char* pointer, int value) {
     if (value < 64 || value > 4096) {
-      findings.error(pointer, fmt::format("{} pixels are out of range", value), "64 to 4096");
+      diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} pixels are out of range", value), "64 to 4096");
     } else if (value % 2 != 0) {
-      findings.error(pointer, fmt::format("{} is odd, and video needs even sizes", value),
-                     fmt::format("{} or {}", value - 1, value + 1));
+      diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} is odd, and video needs even sizes", value),
+                        fmt::format("{} or {}", value - 1, value + 1));
     }
   };
   check("/render/width", render.width);
@@ -81,48 +81,52 @@ void check_size(const RenderOptions& render, Findings& findings) {
 }
 
 // Creates or opens the file, so that a path that cannot be written shows before the run and not after it.
-void check_path(const std::filesystem::path& path, Findings& findings) {
+void check_path(const std::filesystem::path& path, Diagnostics& diagnostics) {
   if (path.extension() != ".mp4") {
-    findings.error("/path", fmt::format("'{}' does not end in .mp4", path.string()), "films are MP4 files");
+    diagnostics.error(Code::kInvalidValue, "/path", fmt::format("'{}' does not end in .mp4", path.string()),
+                      "films are MP4 files");
     return;
   }
   // A FIFO without a reader would wait for one for ever.
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
   if (file < 0) {
-    findings.error("/path", fmt::format("cannot write '{}': {}", path.string(), std::strerror(errno)));
+    diagnostics.error(Code::kFileNotWritable, "/path",
+                      fmt::format("cannot write '{}': {}", path.string(), std::strerror(errno)));
     return;
   }
   ::close(file);
 }
 
-void check_cameras(const mjModel* model, const FilmOptions& options, Findings& findings) {
+void check_cameras(const mjModel* model, const FilmOptions& options, Diagnostics& diagnostics) {
   const auto check = [&](const std::string& name, const std::string& pointer) {
-    if (const auto view = resolve_camera(model, name, pointer); !view) findings.append(view.error());
+    if (const auto view = resolve_camera(model, name, pointer); !view) diagnostics.append(view.error());
   };
   for (std::size_t i = 0; i < options.cuts.size(); ++i) {
     const std::string pointer = fmt::format("/cuts/{}", i);
     check(options.cuts[i].camera, pointer + "/camera");
     if (i > 0 && options.cuts[i].from < options.cuts[i - 1].from)
-      findings.error(pointer + "/from", "is earlier than the cut before it", "cuts are sorted by time");
+      diagnostics.error(Code::kOutOfRange, pointer + "/from", "is earlier than the cut before it",
+                        "cuts are sorted by time");
   }
   if (!options.inset_camera.empty()) check(options.inset_camera, "/inset_camera");
 }
 
 }  // namespace
 
-Findings check_film(const mjModel_* model, const FilmOptions& options) {
-  Findings findings;
-  check_size(options.render, findings);
+Diagnostics check_film(const mjModel_* model, const FilmOptions& options) {
+  Diagnostics diagnostics;
+  check_size(options.render, diagnostics);
   const auto in_range = [&](const char* pointer, int value, int low, int high) {
     if (value < low || value > high)
-      findings.error(pointer, fmt::format("{} is out of range", value), fmt::format("{} to {}", low, high));
+      diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} is out of range", value),
+                        fmt::format("{} to {}", low, high));
   };
   in_range("/fps", options.fps, 1, kMostFps);
   in_range("/workers", options.workers, 1, 16);
   in_range("/queue_frames", options.queue_frames, 1, 256);
-  check_cameras(model, options, findings);
-  check_path(options.path, findings);
-  return findings;
+  check_cameras(model, options, diagnostics);
+  check_path(options.path, diagnostics);
+  return diagnostics;
 }
 
 class Film::Impl {
@@ -175,7 +179,8 @@ class Film::Impl {
 
   Result<void> push(std::span<const double> qpos, std::span<const double> lamps, const Overlay& overlay) {
     if (static_cast<mjtSize>(qpos.size()) != model_->nq)
-      return failure("", fmt::format("the state has {} positions, the model {}", qpos.size(), model_->nq));
+      return failure(Code::kWrongSize, "",
+                     fmt::format("the state has {} positions, the model {}", qpos.size(), model_->nq));
     PoseState state;
     state.qpos.assign(qpos.begin(), qpos.end());
     state.lamps.assign(static_cast<std::size_t>(model_->nuserdata), 0.0);
@@ -188,8 +193,8 @@ class Film::Impl {
     state.view = *resolve_camera(model_, state.camera, "");
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return failed_ || static_cast<int>(frames_.size()) < options_.queue_frames; });
-    if (failed_) return std::unexpected(findings_);
-    if (closing_) return failure("", "the film has been closed");
+    if (failed_) return std::unexpected(diagnostics_);
+    if (closing_) return failure(Code::kNotPossibleNow, "", "the film has been closed");
     Frame& frame = frames_.emplace_back();
     frame.overlay = overlay;
     if (frame.overlay.title.empty()) frame.overlay.title = options_.title;
@@ -220,11 +225,11 @@ class Film::Impl {
     if (encoder_) finished = encoder_->finish();
     report_.frames = pushed_;
     if (failed_) {
-      closed_ = std::unexpected(findings_);
+      closed_ = std::unexpected(diagnostics_);
     } else if (pushed_ == 0) {
       std::error_code ignored;
       std::filesystem::remove(options_.path, ignored);
-      closed_ = failure("/path", "the film has no frame");
+      closed_ = failure(Code::kNotPossibleNow, "/path", "the film has no frame");
     } else if (!finished) {
       closed_ = std::unexpected(finished.error());
     } else {
@@ -261,7 +266,7 @@ class Film::Impl {
     Result<Renderer> renderer = Renderer::create(model_, options_.render);
     mjData* data = renderer ? mj_makeData(model_) : nullptr;
     if (data == nullptr) {
-      promise.set_value(renderer ? failure("", "no memory for a copy of the state")
+      promise.set_value(renderer ? failure(Code::kSystem, "", "no memory for a copy of the state")
                                  : std::unexpected(renderer.error()));
       return;
     }
@@ -284,7 +289,7 @@ class Film::Impl {
     try {
       return work();
     } catch (const std::exception& error) {
-      return failure("", fmt::format("{}: {}", what, error.what()));
+      return failure(Code::kSystem, "", fmt::format("{}: {}", what, error.what()));
     }
   }
 
@@ -361,8 +366,8 @@ class Film::Impl {
   }
 
   // With the mutex held. The first failure is the one that is told.
-  void fail(const Findings& findings) {
-    if (!failed_) findings_ = findings;
+  void fail(const Diagnostics& diagnostics) {
+    if (!failed_) diagnostics_ = diagnostics;
     failed_ = true;
     changed_.notify_all();
   }
@@ -383,7 +388,7 @@ class Film::Impl {
   std::vector<Image> spare_;
   bool closing_ = false;
   bool failed_ = false;
-  Findings findings_;
+  Diagnostics diagnostics_;
   FilmReport report_;
   std::vector<std::jthread> workers_;
   std::jthread writer_;
@@ -395,8 +400,8 @@ Film& Film::operator=(Film&&) noexcept = default;
 Film::~Film() = default;
 
 Result<Film> Film::open(const mjModel_* model, const FilmOptions& options) {
-  if (Findings findings = check_film(model, options); findings.has_errors())
-    return std::unexpected(std::move(findings));
+  if (Diagnostics diagnostics = check_film(model, options); diagnostics.has_errors())
+    return std::unexpected(std::move(diagnostics));
   auto impl = std::make_unique<Impl>(model, options);
   if (Result<void> started = impl->start(); !started) return std::unexpected(started.error());
   return Film(std::move(impl));
@@ -414,7 +419,7 @@ Result<FilmReport> Film::close() { return impl_->close(); }
 
 Result<FilmReport> film_from_states(const mjModel_* model, std::span<const FilmState> states,
                                     const FilmOptions& options) {
-  if (states.empty()) return failure("", "the recording has no state to show");
+  if (states.empty()) return failure(Code::kFileNotReadable, "", "the recording has no state to show");
   Result<Film> film = Film::open(model, options);
   if (!film) return std::unexpected(film.error());
   const Nanoseconds begin = states.front().time, end = states.back().time;

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "sim/overlay.h"
 #include "sim/renderer.h"
@@ -41,7 +41,7 @@ struct FilmOptions {
 };
 
 /// All that is wrong with `options` for `model`, without starting anything. Pointers name the option ("/path").
-[[nodiscard]] Findings check_film(const mjModel_* model, const FilmOptions& options);
+[[nodiscard]] Diagnostics check_film(const mjModel_* model, const FilmOptions& options);
 
 /// What a finished film is.
 struct FilmReport {
@@ -57,8 +57,8 @@ struct FilmReport {
 /// wait while the queue is full, so it belongs outside a real-time cycle.
 class Film {
  public:
-  /// Checks everything first (sizes, cameras, folder, ffmpeg) and reports all findings at once; pointers are names of
-  /// FilmOptions ("/path", "/render/width").
+  /// Checks everything first (sizes, cameras, folder, ffmpeg) and reports all diagnostics at once; pointers are names
+  /// of FilmOptions ("/path", "/render/width").
   /// @param model  stays alive and unchanged as long as the Film
   [[nodiscard]] static Result<Film> open(const mjModel_* model, const FilmOptions& options);
   Film(Film&&) noexcept;
@@ -74,7 +74,7 @@ class Film {
 
   /// Adds the state of `data` as the next frame. `overlay.time` decides about cuts; `overlay.title` and
   /// `overlay.camera` are filled in by the film where they are empty.
-  /// @return findings if drawing or encoding has failed meanwhile; the film is then at its end
+  /// @return diagnostics if drawing or encoding has failed meanwhile; the film is then at its end
   [[nodiscard]] Result<void> push(const mjData_* data, const Overlay& overlay);
   /// The same from a recording: `qpos` as in the model, mocap poses at their defaults, `lamps` in the order of
   /// World::lamps() (those that are missing do not burn).

@@ -94,7 +94,7 @@ Result<FilmEncoder> FilmEncoder::start(const std::string& program, const std::fi
   // A socket and not a pipe: writing to a dead process then is an error and no signal.
   std::array<int, 2> ends{-1, -1};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
-    return failure("", fmt::format("no socket for {}: {}", program, std::strerror(errno)));
+    return failure(Code::kSystem, "", fmt::format("no socket for {}: {}", program, std::strerror(errno)));
   encoder.input_ = ends[0];
   encoder.messages_ = memfd_create("takt-ffmpeg", MFD_CLOEXEC);
 
@@ -122,7 +122,7 @@ Result<FilmEncoder> FilmEncoder::start(const std::string& program, const std::fi
   close(ends[1]);
   if (error == 0) return encoder;
   encoder.process_ = -1;
-  return failure("/ffmpeg", fmt::format("cannot start '{}': {}", program, std::strerror(error)),
+  return failure(Code::kSystem, "/ffmpeg", fmt::format("cannot start '{}': {}", program, std::strerror(error)),
                  "install ffmpeg, or run without --video");
 }
 
@@ -144,7 +144,7 @@ FilmEncoder::~FilmEncoder() {
 }
 
 Result<void> FilmEncoder::write(const Image& image) {
-  if (input_ < 0) return failure("", "the film has been closed");
+  if (input_ < 0) return failure(Code::kSystem, "", "the film has been closed");
   to_yuv420(image, yuv_);
   std::size_t sent = 0;
   while (sent < yuv_.size()) {
@@ -154,7 +154,7 @@ Result<void> FilmEncoder::write(const Image& image) {
     if (polled == 0) {
       (void)kill(process_, SIGKILL);
       (void)wait();
-      return failure("/ffmpeg",
+      return failure(Code::kSystem, "/ffmpeg",
                      fmt::format("{} took no picture for {} s, and was ended", program_, kPatience_ms / 1000));
     }
     const ssize_t count = send(input_, yuv_.data() + sent, yuv_.size() - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -162,7 +162,7 @@ Result<void> FilmEncoder::write(const Image& image) {
     if (count <= 0) {
       Result<void> ended = wait();
       if (!ended) return ended;
-      return failure("", fmt::format("{} ended before the film did", program_));
+      return failure(Code::kSystem, "", fmt::format("{} ended before the film did", program_));
     }
     sent += static_cast<std::size_t>(count);
   }
@@ -186,7 +186,8 @@ Result<void> FilmEncoder::wait() {
   while (!said.empty() && (said.back() == '\n' || said.back() == ' ')) said.pop_back();
   const std::string end =
       WIFEXITED(status) ? fmt::format("status {}", WEXITSTATUS(status)) : fmt::format("signal {}", WTERMSIG(status));
-  return failure("/path", fmt::format("{} ended with {}: {}", program_, end, said.empty() ? "no message" : said));
+  return failure(Code::kSystem, "/path",
+                 fmt::format("{} ended with {}: {}", program_, end, said.empty() ? "no message" : said));
 }
 
 Result<void> FilmEncoder::finish() {
@@ -194,7 +195,8 @@ Result<void> FilmEncoder::finish() {
   if (!ended) return ended;
   std::error_code error;
   if (const auto size = std::filesystem::file_size(path_, error); error || size == 0)
-    return failure("/path", fmt::format("{} has left no film in '{}'", program_, path_.string()));
+    return failure(Code::kFileNotWritable, "/path",
+                   fmt::format("{} has left no film in '{}'", program_, path_.string()));
   return {};
 }
 

@@ -7,7 +7,7 @@
 
 #include <sys/types.h>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "sim/render_image.h"
 
 namespace takt::sim {
@@ -20,14 +20,14 @@ void to_yuv420(const Image& image, std::vector<std::uint8_t>& yuv);
 /// and waits. Thread: one at a time.
 class FilmEncoder {
  public:
-  /// @return findings if `program` cannot be started
+  /// @return diagnostics if `program` cannot be started
   [[nodiscard]] static Result<FilmEncoder> start(const std::string& program, const std::filesystem::path& path,
                                                  int width, int height, int fps);
   FilmEncoder(FilmEncoder&& other) noexcept;
   FilmEncoder& operator=(FilmEncoder&& other) noexcept;
   ~FilmEncoder();
 
-  /// Hands a picture over; waits while ffmpeg is busy. If ffmpeg has ended, the finding carries what it said.
+  /// Hands a picture over; waits while ffmpeg is busy. If ffmpeg has ended, the diagnostic carries what it said.
   [[nodiscard]] Result<void> write(const Image& image);
 
   /// Ends the input, waits for ffmpeg, and checks its exit status and the file.

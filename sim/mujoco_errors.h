@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::sim {
 
@@ -31,8 +31,8 @@ struct MujocoWarnings {
 };
 [[nodiscard]] MujocoWarnings mujoco_warnings();
 
-/// Runs `work` with the handlers in place; a MujocoError becomes a finding at `pointer`: "MuJoCo: TEXT".
-/// @return what `work` returns (nothing for void), or the finding.
+/// Runs `work` with the handlers in place; a MujocoError becomes a diagnostic at `pointer`: "MuJoCo: TEXT".
+/// @return what `work` returns (nothing for void), or the diagnostic.
 /// Thread: any. Realtime: costs nothing while no error occurs.
 template <std::invocable F>
 [[nodiscard]] Result<std::invoke_result_t<F>> mujoco_call(const std::string& pointer, F&& work) {
@@ -45,7 +45,7 @@ template <std::invocable F>
       return std::forward<F>(work)();
     }
   } catch (const MujocoError& error) {
-    return failure(pointer, std::string("MuJoCo: ") + error.what());
+    return failure(Code::kSystem, pointer, std::string("MuJoCo: ") + error.what());
   }
 }
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "sim/render_image.h"
 
@@ -28,7 +28,7 @@ struct Overlay {
 /// the height of the picture. Keeps the glyphs it has drawn. Thread: one at a time. Realtime: setup.
 class OverlayPainter {
  public:
-  /// @return a finding if the font (DejaVu Sans) is not on the machine
+  /// @return a diagnostic if the font (DejaVu Sans) is not on the machine
   [[nodiscard]] static Result<OverlayPainter> create(int width, int height);
   OverlayPainter(OverlayPainter&&) noexcept;
   OverlayPainter& operator=(OverlayPainter&&) noexcept;

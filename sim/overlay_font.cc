@@ -76,13 +76,15 @@ void Font::FaceDeleter::operator()(Face* face) const {
 Result<Font> Font::open(Weight weight, int pixels) {
   const std::string file = weight == Weight::kBold ? "DejaVuSans-Bold.ttf" : "DejaVuSans.ttf";
   const std::string path = find_font(file);
-  if (path.empty()) return failure("", fmt::format("the font {} is missing", file), "install fonts-dejavu-core");
+  if (path.empty())
+    return failure(Code::kNotFound, "", fmt::format("the font {} is missing", file), "install fonts-dejavu-core");
   Font font;
   font.face_.reset(new Face);
   if (FT_Init_FreeType(&font.face_->library) != 0 ||
       FT_New_Face(font.face_->library, path.c_str(), 0, &font.face_->face) != 0 ||
       FT_Set_Pixel_Sizes(font.face_->face, 0, static_cast<FT_UInt>(std::max(6, pixels))) != 0)
-    return failure("", fmt::format("the font {} cannot be read", file), "reinstall fonts-dejavu-core");
+    return failure(Code::kFileNotReadable, "", fmt::format("the font {} cannot be read", file),
+                   "reinstall fonts-dejavu-core");
   return font;
 }
 

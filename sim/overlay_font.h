@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "sim/render_image.h"
 
 namespace takt::sim {

@@ -44,7 +44,7 @@ Result<unsigned> compile(GLenum kind, std::string_view defines, const char* sour
   std::array<char, 2048> log{};
   glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
   glDeleteShader(shader);
-  return failure("", fmt::format("the graphics driver refuses a shader: {}", log.data()));
+  return failure(Code::kSystem, "", fmt::format("the graphics driver refuses a shader: {}", log.data()));
 }
 
 }  // namespace
@@ -65,10 +65,12 @@ Result<GlContext> GlContext::create() {
   GlContext made;
   made.context_ = OSMesaCreateContextAttribs(kAttributes.data(), nullptr);
   if (made.context_ == nullptr) {
-    return failure("", "OSMesa gives no OpenGL 3.3 core context", "install libosmesa6; unset GALLIUM_DRIVER");
+    return failure(Code::kSystem, "", "OSMesa gives no OpenGL 3.3 core context",
+                   "install libosmesa6; unset GALLIUM_DRIVER");
   }
   made.pixels_ = std::make_unique<std::uint32_t[]>(kDummySide * kDummySide);
-  if (!made.make_current()) return failure("", "the OSMesa context cannot be made current", "install libosmesa6");
+  if (!made.make_current())
+    return failure(Code::kSystem, "", "the OSMesa context cannot be made current", "install libosmesa6");
   return made;
 }
 
@@ -113,7 +115,7 @@ Result<unsigned> build_program(std::string_view defines, const char* vertex_sour
   if (linked == GL_TRUE) return program;
   std::array<char, 2048> log{};
   glGetProgramInfoLog(program, static_cast<GLsizei>(log.size()), nullptr, log.data());
-  return failure("", fmt::format("the graphics driver refuses a program: {}", log.data()));
+  return failure(Code::kSystem, "", fmt::format("the graphics driver refuses a program: {}", log.data()));
 }
 
 }  // namespace takt::sim

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::sim {
 
@@ -27,7 +27,7 @@ class GlContext {
 };
 
 /// Compiles and links a program; `defines` goes before both sources, `functions` before
-/// the fragment's. The finding carries the compiler's text.
+/// the fragment's. The diagnostic carries the compiler's text.
 /// The context must be current. @return its OpenGL name
 [[nodiscard]] Result<unsigned> build_program(std::string_view defines, const char* vertex_source,
                                              std::string_view functions, const char* fragment_source);

@@ -18,7 +18,7 @@ Result<void> write_ppm(const Image& image, const std::filesystem::path& path) {
     file.write(row.data(), static_cast<std::streamsize>(row.size()));
   }
   file.close();
-  if (!file) return failure("", fmt::format("cannot write '{}'", path.string()));
+  if (!file) return failure(Code::kFileNotWritable, "", fmt::format("cannot write '{}'", path.string()));
   return {};
 }
 
@@ -34,7 +34,7 @@ Result<void> write_png(const Image& image, const std::filesystem::path& path) {
   png.height = static_cast<png_uint_32>(image.height);
   png.format = PNG_FORMAT_RGB;
   if (png_image_write_to_file(&png, path.c_str(), 0, rgb.data(), 0, nullptr) != 0) return {};
-  return failure("", fmt::format("cannot write '{}': {}", path.string(), png.message));
+  return failure(Code::kFileNotWritable, "", fmt::format("cannot write '{}': {}", path.string(), png.message));
 }
 
 void paste(const Image& source, Image& target, int left, int top, int border) {

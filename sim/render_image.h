@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::sim {
 
@@ -44,10 +44,10 @@ class EdgeSmoother {
   std::vector<Change> changes_;
 };
 
-/// Writes binary PPM (P6); a path that cannot be written is a finding. Realtime: setup.
+/// Writes binary PPM (P6); a path that cannot be written is a diagnostic. Realtime: setup.
 [[nodiscard]] Result<void> write_ppm(const Image& image, const std::filesystem::path& path);
 
-/// Writes PNG; a path that cannot be written is a finding. Same picture: same bytes, by the same library. Realtime:
+/// Writes PNG; a path that cannot be written is a diagnostic. Same picture: same bytes, by the same library. Realtime:
 /// setup.
 [[nodiscard]] Result<void> write_png(const Image& image, const std::filesystem::path& path);
 

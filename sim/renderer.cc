@@ -33,17 +33,18 @@ using Eigen::Vector3f;
 constexpr int kLargestSide = 4096;
 constexpr float kHazeDistance = 5;  // in extents of the model
 
-Findings check(const RenderOptions& options) {
-  Findings findings;
+Diagnostics check(const RenderOptions& options) {
+  Diagnostics diagnostics;
   const auto in_range = [&](const char* pointer, int value, int low, int high) {
     if (value < low || value > high)
-      findings.error(pointer, fmt::format("{} is out of range", value), fmt::format("{} to {}", low, high));
+      diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} is out of range", value),
+                        fmt::format("{} to {}", low, high));
   };
   in_range("/width", options.width, 16, kLargestSide);
   in_range("/height", options.height, 16, kLargestSide);
   if (options.shadow_size != 0) in_range("/shadow_size", options.shadow_size, 256, 8192);
   in_range("/max_geoms", options.max_geoms, 1, 100'000);
-  return findings;
+  return diagnostics;
 }
 
 // A uniform that a program does not use has location -1, which OpenGL ignores.
@@ -107,7 +108,7 @@ class Renderer::Impl {
     shadow_program_ = *shadow;
     sky_program_ = *sky;
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE || glGetError() != GL_NO_ERROR)
-      return failure("", "OpenGL has no memory for the picture", "choose a smaller size or shadow map");
+      return failure(Code::kSystem, "", "OpenGL has no memory for the picture", "choose a smaller size or shadow map");
     return {};
   }
 
@@ -118,14 +119,14 @@ class Renderer::Impl {
   }
 
   Result<void> draw(const CameraView& camera, int width, int height, Image& image) {
-    if (data_ == nullptr) return failure("", "no state to draw: call set_state first");
+    if (data_ == nullptr) return failure(Code::kNotPossibleNow, "", "no state to draw: call set_state first");
     if (width < 16 || height < 16 || width > options_.width || height > options_.height)
-      return failure("", fmt::format("cannot draw {}x{} pixels", width, height),
+      return failure(Code::kOutOfRange, "", fmt::format("cannot draw {}x{} pixels", width, height),
                      fmt::format("16x16 to {}x{}", options_.width, options_.height));
     const auto* index = std::get_if<int>(&camera);
     if (index != nullptr && (*index < 0 || *index >= model_->ncam))
-      return failure("", fmt::format("the model has no camera {}", *index));
-    if (!context_.make_current()) return failure("", "the OSMesa context cannot be made current");
+      return failure(Code::kUnknownName, "", fmt::format("the model has no camera {}", *index));
+    if (!context_.make_current()) return failure(Code::kSystem, "", "the OSMesa context cannot be made current");
 
     Result<void> updated = mujoco_call("", [&] { update_scene(camera); });
     if (!updated) return updated;
@@ -137,7 +138,7 @@ class Renderer::Impl {
     draw_view(*program, *floor_program, width, height);
     read_back(width, height, image);
     if (const GLenum error = glGetError(); error != GL_NO_ERROR)
-      return failure("", fmt::format("OpenGL error 0x{:x} while drawing", error));
+      return failure(Code::kSystem, "", fmt::format("OpenGL error 0x{:x} while drawing", error));
     if (options_.smooth_edges) smoother_.smooth(image);
     return {};
   }
@@ -409,7 +410,7 @@ Result<int> find_camera(const mjModel_* model, std::string_view name, const std:
     names.emplace_back(camera != nullptr ? camera : "");
     if (names.back() == name) return i;
   }
-  return failure(pointer, fmt::format("there is no camera '{}'", name),
+  return failure(Code::kUnknownName, pointer, fmt::format("there is no camera '{}'", name),
                  names.empty() ? "the model has no camera" : nearest_choice(name, names));
 }
 
@@ -433,7 +434,8 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 Renderer::~Renderer() = default;
 
 Result<Renderer> Renderer::create(const mjModel_* model, const RenderOptions& options) {
-  if (Findings findings = check(options); findings.has_errors()) return std::unexpected(std::move(findings));
+  if (Diagnostics diagnostics = check(options); diagnostics.has_errors())
+    return std::unexpected(std::move(diagnostics));
   Result<GlContext> context = GlContext::create();
   if (!context) return std::unexpected(context.error());
   std::unique_ptr<Impl> impl;

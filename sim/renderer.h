@@ -6,7 +6,7 @@
 #include <string_view>
 #include <variant>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "sim/render_image.h"
 
 struct mjModel_;
@@ -35,7 +35,7 @@ struct FreeCamera {
 /// A camera of the model by its index, or a free one.
 using CameraView = std::variant<int, FreeCamera>;
 
-/// Index of the camera `name`; the finding lists the cameras there are. Realtime: setup.
+/// Index of the camera `name`; the diagnostic lists the cameras there are. Realtime: setup.
 [[nodiscard]] Result<int> find_camera(const mjModel_* model, std::string_view name, const std::string& pointer);
 
 /// A free camera that shows the whole model.
@@ -53,7 +53,7 @@ void pose_for_drawing(const mjModel_* model, mjData_* data);
 class Renderer {
  public:
   /// @param model  stays alive and unchanged as long as the Renderer
-  /// @return findings if a size is out of range or OpenGL cannot be started
+  /// @return diagnostics if a size is out of range or OpenGL cannot be started
   [[nodiscard]] static Result<Renderer> create(const mjModel_* model, const RenderOptions& options);
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;

@@ -69,7 +69,7 @@ Result<Owned<mjModel>> compile(const WorldDescription& description, bool visuals
   const PointInNumbers point;
   Owned<mjModel> model(mj_compile(spec.get(), nullptr));
   if (model) return model;
-  return failure("", fmt::format("MuJoCo cannot build the world: {}", mjs_getError(spec.get())));
+  return failure(Code::kSystem, "", fmt::format("MuJoCo cannot build the world: {}", mjs_getError(spec.get())));
 }
 
 }  // namespace
@@ -98,7 +98,7 @@ struct World::Impl {
   bool profiling = false;
   StepTimes times;
 
-  [[nodiscard]] Findings add_arms(const WorldDescription& description);
+  [[nodiscard]] Diagnostics add_arms(const WorldDescription& description);
   [[nodiscard]] Result<ArmPlant> arm_plant(const WorldDescription& description, const SimArmDescription& arm);
   void add_sensors(const WorldDescription& description);
   void add_grippers(const WorldDescription& description);
@@ -115,7 +115,7 @@ struct World::Impl {
     }
     return nullptr;
   }
-  [[nodiscard]] Findings add_others(const WorldDescription& description);
+  [[nodiscard]] Diagnostics add_others(const WorldDescription& description);
   void set_start(const WorldDescription& description);
   void step();
   void physics_step();
@@ -131,17 +131,18 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
   if (arm.drive) wheels = arm.drive->wheels;
   auto chain = kinematics::Chain::create(*robot.model, arm.base_link, arm.flange_link, wheels);
   if (!chain) {
-    Findings found;
+    Diagnostics found;
     found.append(chain.error(), at);
     return std::unexpected(std::move(found));
   }
   const int n = chain->joint_count();
-  Findings wrong_sizes;
+  Diagnostics wrong_sizes;
   for (const JointVector* given :
        {&arm.control.natural_frequency, &arm.control.damping_ratio, &arm.control.friction_observer,
         &arm.measurement.torque_noise, &arm.measurement.torque_bias}) {
     if (given->size() == 0 || given->size() == n) continue;
-    wrong_sizes.error(at, fmt::format("{} figures for {} joints", given->size(), n), "one for each joint, or none");
+    wrong_sizes.error(Code::kWrongSize, at, fmt::format("{} figures for {} joints", given->size(), n),
+                      "one for each joint, or none");
   }
   if (wrong_sizes.has_errors()) return std::unexpected(std::move(wrong_sizes));
   ArmPlant plant{.chain = std::move(*chain)};
@@ -177,17 +178,17 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
   return plant;
 }
 
-Findings World::Impl::add_arms(const WorldDescription& description) {
-  Findings findings;
+Diagnostics World::Impl::add_arms(const WorldDescription& description) {
+  Diagnostics diagnostics;
   for (const auto& arm : description.arms) {
     auto plant = arm_plant(description, arm);
     if (!plant) {
-      findings.append(plant.error());
+      diagnostics.append(plant.error());
       continue;
     }
     add(arm.name, std::make_unique<SimArm>(arm, std::move(*plant), description.seed));
   }
-  return findings;
+  return diagnostics;
 }
 
 void World::Impl::add_sensors(const WorldDescription& description) {
@@ -231,17 +232,17 @@ void World::Impl::add_signals(const WorldDescription& description) {
   }
 }
 
-Findings World::Impl::add_others(const WorldDescription& description) {
-  Findings findings;
+Diagnostics World::Impl::add_others(const WorldDescription& description) {
+  Diagnostics diagnostics;
   for (const auto& one : description.devices) {
     auto device = one.make(*model, description);
     if (!device) {
-      findings.append(device.error(), place(one.pointer, "devices", one.name));
+      diagnostics.append(device.error(), place(one.pointer, "devices", one.name));
       continue;
     }
     add(one.name, std::move(*device));
   }
-  return findings;
+  return diagnostics;
 }
 
 void World::Impl::set_start(const WorldDescription& description) {
@@ -289,8 +290,8 @@ World& World::operator=(World&&) noexcept = default;
 World::~World() = default;
 
 Result<World> World::create(const WorldDescription& description, const SpecHook& hook) {
-  Findings findings = check(description);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics = check(description);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   auto impl = std::make_unique<Impl>();
   for (const bool visuals : {true, false}) {
     auto built = mujoco_call("", [&] { return compile(description, visuals, hook); });
@@ -303,12 +304,12 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   impl->physics = description.physics;
   impl->substeps = static_cast<int>(description.physics.period / description.physics.timestep);
   impl->set_start(description);
-  findings = impl->add_arms(description);
+  diagnostics = impl->add_arms(description);
   impl->add_sensors(description);
   impl->add_grippers(description);
   impl->add_signals(description);
-  findings.append(impl->add_others(description));
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  diagnostics.append(impl->add_others(description));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   impl->plant_state.resize(static_cast<std::size_t>(mj_stateSize(impl->model.get(), kStateParts)));
 
   // The arms hold their start positions, so that the first samples are those of a robot at rest.
@@ -453,14 +454,15 @@ double World::energy() const {
 }
 
 Result<std::size_t> World::watch_contact(const std::string& side_a, const std::string& side_b) {
-  Findings findings;
+  Diagnostics diagnostics;
   std::vector<std::vector<bool>> sides;
   for (const std::string& side : {side_a, side_b}) {
     sides.push_back(bodies_of(*impl_->model, side));
     if (std::ranges::find(sides.back(), true) != sides.back().end()) continue;
-    findings.error("", fmt::format("no body or robot '{}'", side), nearest_choice(side, side_names(*impl_->model)));
+    diagnostics.error(Code::kUnknownName, "", fmt::format("no body or robot '{}'", side),
+                      nearest_choice(side, side_names(*impl_->model)));
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   impl_->watches.emplace_back(std::move(sides[0]), std::move(sides[1]));
   return impl_->watches.size() - 1;
 }

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "sim/arm.h"
 #include "sim/contact_reading.h"
 #include "sim/force_torque.h"
@@ -96,7 +96,7 @@ class World {
   /// Kinetic and potential energy of the plant, J, at time(). Realtime: cyclic.
   [[nodiscard]] double energy() const;
   /// Begins to watch the contact between two sides, each a body ("ROBOT/LINK" or "OBJECT") or a whole robot ("ROBOT").
-  /// @return the number to ask contact() with; or a finding for an unknown name. Realtime: setup.
+  /// @return the number to ask contact() with; or a diagnostic for an unknown name. Realtime: setup.
   [[nodiscard]] Result<std::size_t> watch_contact(const std::string& side_a, const std::string& side_b);
   [[nodiscard]] const ContactReading& contact(std::size_t watch) const;
 

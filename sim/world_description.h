@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "core/device/backend.h"
 #include "core/device/control_mode.h"
@@ -61,7 +61,7 @@ struct JointFigures {
 /// A machine from a URDF: an arm, a sensor body, a tool. Joints that no device drives move freely.
 struct RobotDescription {
   std::string name;
-  std::string pointer;  ///< where it stands in the user's file; findings are placed there
+  std::string pointer;  ///< where it stands in the user's file; diagnostics are placed there
   std::shared_ptr<const kinematics::RobotModel> model;
   Mount mount;
   std::vector<JointFigures> joints;

@@ -9,6 +9,7 @@
 #include "app/process.h"
 #include "core/base/json.h"
 #include "core/base/output_file.h"
+#include "core/base/text_location.h"
 #include "core/kinematics/robot_model.h"
 #include "record/golden.h"
 #include "scenario/device_kind.h"
@@ -31,33 +32,33 @@ FileKind kind_of(const Json& document) {
   return FileKind::kScenario;
 }
 
-/// All findings of a file, warnings included.
-Findings check_scenario(const std::filesystem::path& file, const Common& common) {
+/// All diagnostics of a file, warnings included.
+Diagnostics check_scenario(const std::filesystem::path& file, const Common& common) {
   const device::ModelLibrary library = common.library();
   const auto session = scenario::Session::open(file, library);
   return session ? (*session)->warnings() : session.error();
 }
 
-Findings check_model(const std::filesystem::path& folder) {
+Diagnostics check_model(const std::filesystem::path& folder) {
   const auto kind = device::read_device_kind(folder);
   if (kind && *kind == "object") {  // no device: a body to stand in the room
     std::error_code error;
     const auto name = std::filesystem::canonical(folder, error).filename().string();
     const auto body = kinematics::RobotModel::load(folder / (name + ".urdf"));
-    return body ? Findings{} : body.error();
+    return body ? Diagnostics{} : body.error();
   }
   const auto read = scenario::read_model(folder);
-  return read ? Findings{} : read.error();
+  return read ? Diagnostics{} : read.error();
 }
 
 /// Devices are those of a cell, so a net that names some is checked with `takt net FILE --scenario SCENARIO`.
-Findings check_net_file(const std::filesystem::path& file) {
+Diagnostics check_net_file(const std::filesystem::path& file) {
   rcc::ControlCore no_devices({});
   const auto net = load_net_file(file, no_devices.environment());
   return net ? (*net)->report().notes : net.error();
 }
 
-Findings check_file(const std::filesystem::path& file, const Common& common) {
+Diagnostics check_file(const std::filesystem::path& file, const Common& common) {
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored)) return check_model(file);
   const auto document = read_json(file);
@@ -69,7 +70,7 @@ Findings check_file(const std::filesystem::path& file, const Common& common) {
       return check_net_file(file);
     case FileKind::kSite: {
       const auto site = scenario::read_site(file);
-      return site ? Findings{} : site.error();
+      return site ? Diagnostics{} : site.error();
     }
     case FileKind::kScenario:
       break;
@@ -78,21 +79,21 @@ Findings check_file(const std::filesystem::path& file, const Common& common) {
 }
 
 int validate(const std::vector<std::string>& files, const Common& common) {
-  Findings findings;
-  for (const std::string& file : files) findings.append(check_file(file, common));
-  fmt::print(stderr, "{}", findings.to_string());
-  const bool valid = !findings.has_errors();
+  Diagnostics diagnostics;
+  for (const std::string& file : files) diagnostics.append(check_file(file, common));
+  fmt::print(stderr, "{}", to_located_text(diagnostics));
+  const bool valid = !diagnostics.has_errors();
   if (common.json) {
-    print({{"result", valid ? "valid" : "error"}, {"findings", to_json(findings)}});
+    print({{"result", valid ? "valid" : "error"}, {"diagnostics", to_json(diagnostics)}});
   } else if (valid) {
     fmt::print("{} {} valid\n", files.size(), files.size() == 1 ? "file is" : "files are");
   }
   return valid ? kHeld : kBadInput;
 }
 
-/// A folder that cannot be read is a finding: what is in it would not be verified, and nobody would know.
+/// A folder that cannot be read is a diagnostic: what is in it would not be verified, and nobody would know.
 void add_scenarios_below(const std::filesystem::path& folder, std::vector<std::filesystem::path>& files,
-                         Findings& findings) {
+                         Diagnostics& diagnostics) {
   std::error_code error;
   std::filesystem::recursive_directory_iterator at(folder, error);
   for (; !error && at != std::filesystem::end(at); at.increment(error)) {
@@ -101,22 +102,25 @@ void add_scenarios_below(const std::filesystem::path& folder, std::vector<std::f
     const auto document = read_json(at->path());
     if (document && kind_of(*document) == FileKind::kScenario) files.push_back(at->path());
   }
-  if (error) findings.add({Severity::kError, folder.string(), {}, "cannot be searched: " + error.message(), {}});
+  if (error)
+    diagnostics.add(
+        {Severity::kError, Code::kFileNotReadable, folder.string(), {}, "cannot be searched: " + error.message(), {}});
 }
 
 /// Scenario files below the given files and folders, sorted; goldens are not scenarios.
-std::vector<std::filesystem::path> scenario_files(const std::vector<std::string>& paths, Findings& findings) {
+std::vector<std::filesystem::path> scenario_files(const std::vector<std::string>& paths, Diagnostics& diagnostics) {
   std::vector<std::filesystem::path> files;
   for (const std::string& path : paths) {
     std::error_code error;
     const auto status = std::filesystem::status(path, error);
     if (!std::filesystem::exists(status)) {
       const std::string why = status.type() == std::filesystem::file_type::none ? error.message() : "";
-      findings.add({Severity::kError, path, {}, why.empty() ? "there is no such file or folder" : why, {}});
+      diagnostics.add(
+          {Severity::kError, Code::kNotFound, path, {}, why.empty() ? "there is no such file or folder" : why, {}});
     } else if (!std::filesystem::is_directory(status)) {
       files.emplace_back(path);
     } else {
-      add_scenarios_below(path, files, findings);
+      add_scenarios_below(path, files, diagnostics);
     }
   }
   std::ranges::sort(files);
@@ -132,7 +136,7 @@ struct Verified {
   std::filesystem::path file;
   scenario::RunReport run;
   std::optional<record::Comparison> golden;
-  Findings findings;
+  Diagnostics diagnostics;
   int status = kFault;
 };
 
@@ -142,7 +146,7 @@ Verified verify_one(const std::filesystem::path& file, const Common& common) {
   const device::ModelLibrary library = common.library();
   auto session = scenario::Session::open(file, library, {.overrides = {}, .seed = {}, .measure_times = true});
   if (!session) {
-    verified.findings = session.error();
+    verified.diagnostics = session.error();
     verified.status = kBadInput;
     return verified;
   }
@@ -152,7 +156,7 @@ Verified verify_one(const std::filesystem::path& file, const Common& common) {
   const bool has_golden = std::filesystem::exists(golden_of(file), ignored);
   const auto recording = TemporaryFile::create(".mcap");
   if (has_golden && !recording) {
-    verified.findings = recording.error();
+    verified.diagnostics = recording.error();
     return verified;
   }
   if (has_golden) options.record = recording->path();
@@ -164,7 +168,7 @@ Verified verify_one(const std::filesystem::path& file, const Common& common) {
       verified.golden = std::move(*comparison);
       if (!verified.golden->passed) verified.status = kNotHeld;
     } else {
-      verified.findings = comparison.error();
+      verified.diagnostics = comparison.error();
       verified.status = kBadInput;
     }
   }
@@ -179,7 +183,8 @@ Verified verify_guarded(const std::filesystem::path& file, const Common& common)
   } catch (const std::exception& error) {
     Verified verified;
     verified.file = file;
-    verified.findings.add({Severity::kError, file.string(), {}, fmt::format("internal: {}", error.what()), {}});
+    verified.diagnostics.add(
+        {Severity::kError, Code::kInternal, file.string(), {}, fmt::format("internal: {}", error.what()), {}});
     return verified;
   }
 }
@@ -187,22 +192,23 @@ Verified verify_guarded(const std::filesystem::path& file, const Common& common)
 Json describe(const Verified& verified) {
   Json json{{"file", verified.file.string()}, {"status", verified.status}, {"run", to_json(verified.run)}};
   if (verified.golden) json["golden"] = record::to_json(*verified.golden);
-  json["findings"] = to_json(verified.findings);
+  json["diagnostics"] = to_json(verified.diagnostics);
   return json;
 }
 
 int verify(const std::vector<std::string>& paths, const Common& common) {
-  Findings findings;
-  const auto files = scenario_files(paths, findings);
-  if (files.empty() && !findings.has_errors()) findings.error("", "no scenario file is there", "*.json");
-  if (findings.has_errors()) return report(findings, common);
+  Diagnostics diagnostics;
+  const auto files = scenario_files(paths, diagnostics);
+  if (files.empty() && !diagnostics.has_errors())
+    diagnostics.error(Code::kNotFound, "", "no scenario file is there", "*.json");
+  if (diagnostics.has_errors()) return report(diagnostics, common);
   int status = kHeld;
   Json results = Json::array();
   for (const auto& file : files) {
     const Verified verified = verify_guarded(file, common);
     status = std::max(status, verified.status);
     results.push_back(describe(verified));
-    fmt::print(stderr, "{}{}", verified.run.findings.to_string(), verified.findings.to_string());
+    fmt::print(stderr, "{}{}", to_located_text(verified.run.diagnostics), to_located_text(verified.diagnostics));
     if (common.json) continue;
     fmt::print("{}", to_text(verified.run, verified.file.string()));
     if (verified.golden) fmt::print("{}", record::to_text(*verified.golden));
@@ -213,7 +219,7 @@ int verify(const std::vector<std::string>& paths, const Common& common) {
 }
 
 int list(const Common& common) {
-  Findings ignored;
+  Diagnostics ignored;
   Json scenarios = Json::array(), models = Json::array();
   for (const auto& file : scenario_files({(common.root / "scenarios").string()}, ignored)) {
     const auto description = scenario::read_description(file);

@@ -8,6 +8,7 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "core/base/text_location.h"
 #include "core/base/version.h"
 #include "core/plugin/load.h"
 #include "scenario/data_folder.h"
@@ -18,32 +19,33 @@ namespace {
 constexpr AddVerb kVerbs[] = {add_run, add_validate,   add_verify,     add_compare, add_bless, add_render,
                               add_net, add_operations, add_primitives, add_model,   add_new,   add_list};
 
-/// A usage error in the form of every other finding.
+/// A usage error in the form of every other diagnostic.
 int report_usage(const CLI::App& app, const CLI::ParseError& error, const Common& common) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-  Findings findings;
-  findings.error("", error.what(), "takt --help, or takt VERB --help");
-  return report(findings, common);
+  Diagnostics diagnostics;
+  diagnostics.error(Code::kUsage, "", error.what(), "takt --help, or takt VERB --help");
+  return report(diagnostics, common);
 }
 
 /// A first word that is no verb, with the nearest one; empty if it is one, or an option.
-Findings check_verb(const CLI::App& app, int argc, char** argv) {
-  Findings findings;
-  if (argc < 2 || argv[1][0] == '-') return findings;
+Diagnostics check_verb(const CLI::App& app, int argc, char** argv) {
+  Diagnostics diagnostics;
+  if (argc < 2 || argv[1][0] == '-') return diagnostics;
   std::vector<std::string> names;
   for (const CLI::App* verb : app.get_subcommands({})) names.push_back(verb->get_name());
-  if (std::ranges::find(names, argv[1]) != names.end()) return findings;
-  findings.error("", fmt::format("there is no verb '{}'", argv[1]), nearest_choice(argv[1], names));
-  return findings;
+  if (std::ranges::find(names, argv[1]) != names.end()) return diagnostics;
+  diagnostics.error(Code::kUnknownName, "", fmt::format("there is no verb '{}'", argv[1]),
+                    nearest_choice(argv[1], names));
+  return diagnostics;
 }
 
 /// Loads the plug-ins, so that every verb knows what they bring. All that is wrong is said at once.
-Findings load_plugins(const Common& common) {
-  Findings findings;
+Diagnostics load_plugins(const Common& common) {
+  Diagnostics diagnostics;
   for (const std::string& file : common.plugins) {
-    if (const auto loaded = plugin::load(file); !loaded) findings.append(loaded.error());
+    if (const auto loaded = plugin::load(file); !loaded) diagnostics.append(loaded.error());
   }
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace
@@ -54,13 +56,11 @@ device::ModelLibrary Common::library() const {
   return device::ModelLibrary(std::move(paths));
 }
 
-void print(const nlohmann::ordered_json& json) {
-  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-}
+void print(const nlohmann::ordered_json& json) { fmt::print("{}", scenario::to_output_text(json)); }
 
-int report(const Findings& findings, const Common& common) {
-  fmt::print(stderr, "{}", findings.to_string());
-  if (common.json) print({{"result", "error"}, {"findings", to_json(findings)}});
+int report(const Diagnostics& diagnostics, const Common& common) {
+  fmt::print(stderr, "{}", to_located_text(diagnostics));
+  if (common.json) print({{"result", "error"}, {"diagnostics", to_json(diagnostics)}});
   return kBadInput;
 }
 
@@ -90,7 +90,8 @@ int run(int argc, char** argv) {
   }
   // Known before the parser has read it all: also a usage error is reported as asked for.
   for (int i = 1; i < argc; ++i) common.json = common.json || std::string_view(argv[i]) == "--json";
-  if (const Findings findings = check_verb(app, argc, argv); findings.has_errors()) return report(findings, common);
+  if (const Diagnostics diagnostics = check_verb(app, argc, argv); diagnostics.has_errors())
+    return report(diagnostics, common);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -98,9 +99,9 @@ int run(int argc, char** argv) {
   }
   for (const auto& [verb, run] : verbs) {
     if (!verb->parsed()) continue;
-    Findings findings = app::check_model_folders(common.models);
-    findings.append(load_plugins(common));
-    return findings.has_errors() ? report(findings, common) : run();
+    Diagnostics diagnostics = app::check_model_folders(common.models);
+    diagnostics.append(load_plugins(common));
+    return diagnostics.has_errors() ? report(diagnostics, common) : run();
   }
   return kBadInput;
 }

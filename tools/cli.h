@@ -7,7 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/device/device_file.h"
 #include "scenario/run_report.h"
 
@@ -47,9 +47,9 @@ std::pair<CLI::App*, Verb> add_model(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_list(CLI::App& app, Common& common);
 
-/// Prints findings on stderr, a line each; with --json also {"result": "error", "findings": [...]} on stdout.
+/// Prints diagnostics on stderr, a line each; with --json also {"result": "error", "diagnostics": [...]} on stdout.
 /// @return kBadInput
-int report(const Findings& findings, const Common& common);
+int report(const Diagnostics& diagnostics, const Common& common);
 using scenario::to_json;
 /// One JSON object on stdout.
 void print(const nlohmann::ordered_json& json);

@@ -101,13 +101,15 @@ void print_text(const PostureReport& report, const kinematics::Chain& chain, con
 /// @return the pose, or what is wrong with the numbers.
 Result<Eigen::Isometry3d> pose_of(const std::vector<double>& values) {
   if (values.size() != 7) {
-    return failure("--ik", fmt::format("{} numbers", values.size()), "x, y, z in m, then the quaternion w, x, y, z");
+    return failure(Code::kWrongSize, "--ik", fmt::format("{} numbers", values.size()),
+                   "x, y, z in m, then the quaternion w, x, y, z");
   }
   const Eigen::Quaterniond r(values[3], values[4], values[5], values[6]);
   bool finite = true;
   for (const double value : values) finite = finite && std::isfinite(value);
   if (!finite || std::abs(r.norm() - 1.0) > 1e-3) {
-    return failure("--ik", "the pose is not finite or its quaternion has no unit norm", "x, y, z, qw, qx, qy, qz");
+    return failure(Code::kOutOfRange, "--ik", "the pose is not finite or its quaternion has no unit norm",
+                   "x, y, z, qw, qx, qy, qz");
   }
   Eigen::Isometry3d X_BF = Eigen::Isometry3d::Identity();
   X_BF.translation() << values[0], values[1], values[2];
@@ -115,23 +117,25 @@ Result<Eigen::Isometry3d> pose_of(const std::vector<double>& values) {
   return X_BF;
 }
 
-Findings check_redundancy(const kinematics::Chain& chain, const InverseQuestion& question) {
-  Findings findings;
+Diagnostics check_redundancy(const kinematics::Chain& chain, const InverseQuestion& question) {
+  Diagnostics diagnostics;
   if (question.arm_angle && !kinematics::ArmAngle::recognise(chain)) {
-    findings.error("--arm-angle", "this arm has no arm angle",
-                   "an arm with spherical shoulder, elbow, spherical wrist");
+    diagnostics.error(Code::kInvalidValue, "--arm-angle", "this arm has no arm angle",
+                      "an arm with spherical shoulder, elbow, spherical wrist");
   }
   if (question.held && chain.joint_count() != 7) {
-    findings.error("--held", fmt::format("an arm with {} joints has none to hold", chain.joint_count()),
-                   "an arm with seven joints");
+    diagnostics.error(Code::kInvalidValue, "--held",
+                      fmt::format("an arm with {} joints has none to hold", chain.joint_count()),
+                      "an arm with seven joints");
   }
   if (question.held && question.arm_angle) {
-    findings.error("--held", "the redundancy is given twice", "--held or --arm-angle");
+    diagnostics.error(Code::kConflict, "--held", "the redundancy is given twice", "--held or --arm-angle");
   }
   for (const auto& value : {question.arm_angle, question.held}) {
-    if (value && !std::isfinite(*value)) findings.error("--ik", "a value is not finite", "a number, rad");
+    if (value && !std::isfinite(*value))
+      diagnostics.error(Code::kOutOfRange, "--ik", "a value is not finite", "a number, rad");
   }
-  return findings;
+  return diagnostics;
 }
 
 void print_table(const kinematics::Chain& chain, const std::vector<JointVector>& solutions) {
@@ -149,17 +153,18 @@ void print_table(const kinematics::Chain& chain, const std::vector<JointVector>&
 
 int print_forward(const device::ArmDescription& arm, const std::vector<double>& values, const Common& common) {
   const kinematics::Chain& chain = *arm.chain;
-  Findings findings;
+  Diagnostics diagnostics;
   if (static_cast<int>(values.size()) != chain.joint_count()) {
-    findings.error("--fk", fmt::format("{} numbers for {} joints", values.size(), chain.joint_count()),
-                   "one per joint, rad");
-    return report(findings, common);
+    diagnostics.error(Code::kWrongSize, "--fk",
+                      fmt::format("{} numbers for {} joints", values.size(), chain.joint_count()),
+                      "one per joint, rad");
+    return report(diagnostics, common);
   }
   JointVector q(chain.joint_count());
   std::copy(values.begin(), values.end(), q.begin());
   if (!q.allFinite()) {
-    findings.error("--fk", "a number is not finite", "finite joint positions, rad");
-    return report(findings, common);
+    diagnostics.error(Code::kOutOfRange, "--fk", "a number is not finite", "finite joint positions, rad");
+    return report(diagnostics, common);
   }
   const Eigen::Isometry3d X_BF = chain.forward(q);
   const PostureReport posture = report_of(chain, q);
@@ -177,9 +182,9 @@ int print_forward(const device::ArmDescription& arm, const std::vector<double>& 
 int print_inverse(const device::ArmDescription& arm, const InverseQuestion& question, const Common& common) {
   const kinematics::Chain& chain = *arm.chain;
   const auto X_BF = pose_of(question.pose);
-  Findings findings = check_redundancy(chain, question);
-  if (!X_BF) findings.append(X_BF.error());
-  if (findings.has_errors()) return report(findings, common);
+  Diagnostics diagnostics = check_redundancy(chain, question);
+  if (!X_BF) diagnostics.append(X_BF.error());
+  if (diagnostics.has_errors()) return report(diagnostics, common);
   kinematics::SolutionOptions options;
   options.reference = arm.home;
   options.turns = question.turns;

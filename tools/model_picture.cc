@@ -33,7 +33,8 @@ Result<void> read_size(PictureOptions& options) {
     if (width.ec == std::errc{} && width.ptr == begin + cross && height.ec == std::errc{} && height.ptr == end)
       return {};
   }
-  return failure("--size", fmt::format("'{}' is no size", options.size), "WIDTHxHEIGHT in pixels, 16 to 4096 each");
+  return failure(Code::kInvalidValue, "--size", fmt::format("'{}' is no size", options.size),
+                 "WIDTHxHEIGHT in pixels, 16 to 4096 each");
 }
 
 /// Home of an arm; of anything else the middle of each joint's range.
@@ -123,7 +124,8 @@ Result<sim::World> build(const kinematics::RobotModel& robot, const device::ArmD
   }
   std::vector<double>& q = description.robots.back().q;
   if (!options.q.empty() && options.q.size() != q.size()) {
-    return failure("--posture", fmt::format("{} numbers for {} movable joints", options.q.size(), q.size()));
+    return failure(Code::kWrongSize, "--posture",
+                   fmt::format("{} numbers for {} movable joints", options.q.size(), q.size()));
   }
   if (!options.q.empty()) q = options.q;
   return sim::World::create(description, [&](mjSpec_& spec) {
@@ -151,7 +153,8 @@ Result<sim::World> build_on_stage(const kinematics::RobotModel& robot, const dev
   points = points_of(world->model(), posed(*world).get());
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : points) box.extend(p);
-  if (points.empty()) return failure("", "the model has nothing to draw", "a visual or a collision shape");
+  if (points.empty())
+    return failure(Code::kMissing, "", "the model has nothing to draw", "a visual or a collision shape");
   stage.radius = 0.8 * box.diagonal().norm();
   stage.floor_height = std::min(0.0, box.min().z());
   const Eigen::Vector3d centre = box.center();

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/device/description.h"
 
 namespace takt::tools {
@@ -17,7 +17,7 @@ struct PictureOptions {
 
 /// Draws a model alone on the floor, from the front right and above, as large as it fits, into a PNG.
 /// @param arm  null for any other kind: its home is the posture   @param[in,out] options  the size is filled in
-/// @return findings: bad size or posture, a model that cannot be built, a file that cannot be written
+/// @return diagnostics: bad size or posture, a model that cannot be built, a file that cannot be written
 [[nodiscard]] Result<void> draw_model(const kinematics::RobotModel& robot, const device::ArmDescription* arm,
                                       PictureOptions& options, const std::filesystem::path& file);
 

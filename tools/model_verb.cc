@@ -65,35 +65,38 @@ Result<LoadedModel> load(const std::string& name, const Common& common) {
 }
 
 /// What only an arm or a base can answer.
-Findings check_kind(const ModelArguments& arguments, const LoadedModel& model) {
-  Findings findings;
+Diagnostics check_kind(const ModelArguments& arguments, const LoadedModel& model) {
+  Diagnostics diagnostics;
   const std::pair<const char*, bool> asked[] = {
       {"--fk", !arguments.fk.empty()}, {"--ik", !arguments.ik.pose.empty()}, {"--reach", !arguments.reach.empty()}};
   for (const auto& [option, given] : asked) {
     if (given && !model.arm)
-      findings.error(option, fmt::format("'{}' is no arm and no base but: {}", arguments.name, model.kind));
+      diagnostics.error(Code::kInvalidValue, option,
+                        fmt::format("'{}' is no arm and no base but: {}", arguments.name, model.kind));
   }
-  return findings;
+  return diagnostics;
 }
 
 /// Of numbers that are none nothing can be told.
-Findings check_numbers(const ModelArguments& arguments) {
-  Findings findings;
+Diagnostics check_numbers(const ModelArguments& arguments) {
+  Diagnostics diagnostics;
   const std::pair<const char*, const std::vector<double>*> lists[] = {
       {"--fk", &arguments.fk}, {"--ik", &arguments.ik.pose}, {"--posture", &arguments.posture}};
   constexpr double kMost = 1e6;
   for (const auto& [option, numbers] : lists) {
     for (const double number : *numbers) {
       if (std::abs(number) <= kMost) continue;
-      findings.error(option, fmt::format("{} is out of range", number), fmt::format("numbers up to {:g}", kMost));
+      diagnostics.error(Code::kOutOfRange, option, fmt::format("{} is out of range", number),
+                        fmt::format("numbers up to {:g}", kMost));
     }
   }
   for (const auto& [option, number] :
        {std::pair{"--arm-angle", arguments.ik.arm_angle}, {"--held", arguments.ik.held}}) {
     if (number && !(std::abs(*number) <= kMost))
-      findings.error(option, fmt::format("{} is out of range", *number), fmt::format("up to {:g}", kMost));
+      diagnostics.error(Code::kOutOfRange, option, fmt::format("{} is out of range", *number),
+                        fmt::format("up to {:g}", kMost));
   }
-  return findings;
+  return diagnostics;
 }
 
 int draw(const ModelArguments& arguments, const LoadedModel& model, const Common& common) {
@@ -114,10 +117,12 @@ int draw(const ModelArguments& arguments, const LoadedModel& model, const Common
 }
 
 int model(const ModelArguments& arguments, const Common& common) {
-  if (const Findings findings = check_numbers(arguments); findings.has_errors()) return report(findings, common);
+  if (const Diagnostics diagnostics = check_numbers(arguments); diagnostics.has_errors())
+    return report(diagnostics, common);
   const auto model = load(arguments.name, common);
   if (!model) return report(model.error(), common);
-  if (const Findings findings = check_kind(arguments, *model); findings.has_errors()) return report(findings, common);
+  if (const Diagnostics diagnostics = check_kind(arguments, *model); diagnostics.has_errors())
+    return report(diagnostics, common);
   if (const int status = draw(arguments, *model, common); status != kHeld) return status;
   if (!arguments.fk.empty()) return print_forward(*model->arm, arguments.fk, common);
   if (!arguments.ik.pose.empty()) return print_inverse(*model->arm, arguments.ik, common);

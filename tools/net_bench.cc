@@ -134,7 +134,8 @@ Result<NetBench> bench_net(net::CompiledNet& net, double seconds) {
   for (int i = 0; i < kBatch && !runner.failed(); ++i) net.evaluate(runner.next());  // warm
   if (runner.failed()) {
     return failure(
-        "", fmt::format("the net fails in cycle {}: {}", net.signals().cause.cycle, net.signals().cause.text.view()),
+        Code::kInternal, "",
+        fmt::format("the net fails in cycle {}: {}", net.signals().cause.cycle, net.signals().cause.text.view()),
         "devices that have samples: --scenario FILE");
   }
   NetBench bench;

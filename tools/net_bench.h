@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/net/compiled_net.h"
 
 namespace takt::tools {
@@ -34,7 +34,7 @@ struct NetBench {
 };
 
 /// Evaluates the net again and again for about `seconds`, first in batches, then cycle by cycle, then with a look at
-/// few primitives in each cycle. Findings: it fails in its first cycle. Realtime: setup.
+/// few primitives in each cycle. Diagnostics: it fails in its first cycle. Realtime: setup.
 [[nodiscard]] Result<NetBench> bench_net(net::CompiledNet& net, double seconds);
 
 [[nodiscard]] std::string to_text(const NetBench& bench, std::size_t most_lines);

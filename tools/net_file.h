@@ -7,7 +7,7 @@
 
 namespace takt::tools {
 
-/// Reads, verifies and compiles a net file. @return the net, or all findings with the file in them.
+/// Reads, verifies and compiles a net file. @return the net, or all diagnostics with the file in them.
 [[nodiscard]] Result<std::unique_ptr<net::CompiledNet>> load_net_file(const std::filesystem::path& file,
                                                                       net::Environment& devices);
 

@@ -126,8 +126,8 @@ std::string to_dot(const NetPicture& picture) {
 }
 
 /// Runs dot. @return what went wrong, or nothing.
-Findings run_dot(const fs::path& in, const fs::path& out, const fs::path& errors) {
-  Findings findings;
+Diagnostics run_dot(const fs::path& in, const fs::path& out, const fs::path& errors) {
+  Diagnostics diagnostics;
   std::vector<std::string> words = {"dot", "-Tjson0", in.string(), "-o", out.string()};
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
@@ -139,8 +139,8 @@ Findings run_dot(const fs::path& in, const fs::path& out, const fs::path& errors
   const int failed = posix_spawnp(&child, "dot", &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) {
-    findings.error("--graph", "the program 'dot' cannot be started", "apt-get install graphviz");
-    return findings;
+    diagnostics.error(Code::kSystem, "--graph", "the program 'dot' cannot be started", "apt-get install graphviz");
+    return diagnostics;
   }
   int status = 0;
   const auto begin = std::chrono::steady_clock::now();
@@ -152,14 +152,14 @@ Findings run_dot(const fs::path& in, const fs::path& out, const fs::path& errors
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return findings;
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return diagnostics;
   std::ifstream stream(errors);
   std::string first;
   std::getline(stream, first);
-  findings.error("--graph",
-                 WIFEXITED(status) ? fmt::format("dot failed: {}", first) : "dot takes too long for this net",
-                 "smaller fragments");
-  return findings;
+  diagnostics.error(Code::kSystem, "--graph",
+                    WIFEXITED(status) ? fmt::format("dot failed: {}", first) : "dot takes too long for this net",
+                    "smaller fragments");
+  return diagnostics;
 }
 
 std::vector<double> numbers_in(const std::string& text) {
@@ -256,14 +256,14 @@ Result<PlacedNet> place(const NetPicture& picture) {
   const auto folder = TemporaryFolder::create();
   if (!folder) return std::unexpected(folder.error());
   const fs::path in = folder->path() / "net.dot", out = folder->path() / "net.json";
-  Findings wrong = write_file(in, to_dot(picture));
+  Diagnostics wrong = write_file(in, to_dot(picture));
   if (!wrong.has_errors()) wrong = run_dot(in, out, folder->path() / "errors");
   if (wrong.has_errors()) return std::unexpected(std::move(wrong));
   std::ifstream stream(out);
   try {
     return read_places(Json::parse(stream), picture);
   } catch (const std::exception& error) {
-    return failure("--graph", fmt::format("dot's answer cannot be read: {}", error.what()));
+    return failure(Code::kSyntax, "--graph", fmt::format("dot's answer cannot be read: {}", error.what()));
   }
 }
 

@@ -74,7 +74,8 @@ class Painter {
     add_frames();
     for (std::size_t p = 0; p < report_.primitives.size(); ++p) add_primitive(p);
     if (picture_.cards.size() > kMostCards) {
-      return failure("", fmt::format("{} primitives are too many for a picture", picture_.cards.size()),
+      return failure(Code::kTooLarge, "",
+                     fmt::format("{} primitives are too many for a picture", picture_.cards.size()),
                      fmt::format("at most {}, closed fragments counted as one: put parts into fragments", kMostCards));
     }
     mark_paths();

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/net/description.h"
 #include "core/net/net_report.h"
 
@@ -48,7 +48,7 @@ struct NetPicture {
   std::vector<Wire> wires;
 };
 
-/// @return the picture; with many primitives the inner fragments are drawn as one card each. Findings: there are too
+/// @return the picture; with many primitives the inner fragments are drawn as one card each. Diagnostics: there are too
 /// many even so. Realtime: setup.
 [[nodiscard]] Result<NetPicture> picture_of(const net::NetReport& report, const net::NetDescription& description);
 
@@ -78,7 +78,7 @@ struct CardSize {
 /// Width of a text in DejaVu Sans or Verdana, pixels.
 [[nodiscard]] double text_width(std::string_view text, double size, bool bold = false);
 
-/// Lays the picture out in layers from left to right, with Graphviz's `dot`. Findings: the program is missing or
+/// Lays the picture out in layers from left to right, with Graphviz's `dot`. Diagnostics: the program is missing or
 /// failed.
 [[nodiscard]] Result<PlacedNet> place(const NetPicture& picture);
 

@@ -38,14 +38,14 @@ struct LoadedNet {
 
 bool is_net(const Json& document) { return document.is_object() && document.contains("primitives"); }
 
-Findings open_scenario(const std::string& file, const device::ModelLibrary& library, LoadedNet& loaded) {
+Diagnostics open_scenario(const std::string& file, const device::ModelLibrary& library, LoadedNet& loaded) {
   auto session = scenario::Session::open(file, library);
   if (!session) return session.error();
   loaded.session = std::move(*session);
   return {};
 }
 
-Findings compile(const std::string& file, LoadedNet& loaded) {
+Diagnostics compile(const std::string& file, LoadedNet& loaded) {
   auto net = net::CompiledNet::compile(loaded.description, loaded.devices());
   if (!net) {
     net.error().set_file(file);
@@ -56,7 +56,7 @@ Findings compile(const std::string& file, LoadedNet& loaded) {
 }
 
 /// The net that a step of the scenario would load.
-Findings choose_step(const std::string& step, LoadedNet& loaded) {
+Diagnostics choose_step(const std::string& step, LoadedNet& loaded) {
   std::vector<std::string> names;
   for (auto& one : loaded.session->nets()) {
     if (one.step == step || one.pointer == step) {
@@ -65,9 +65,10 @@ Findings choose_step(const std::string& step, LoadedNet& loaded) {
     }
     names.push_back(one.step);
   }
-  Findings findings;
-  findings.error("--step", fmt::format("no step '{}' loads a net", step), nearest_choice(step, names, 40));
-  return findings;
+  Diagnostics diagnostics;
+  diagnostics.error(Code::kUnknownName, "--step", fmt::format("no step '{}' loads a net", step),
+                    nearest_choice(step, names, 40));
+  return diagnostics;
 }
 
 /// What steps of a scenario have a net.
@@ -91,24 +92,24 @@ int list_steps(const LoadedNet& loaded, const Common& common) {
   return kHeld;
 }
 
-/// Reads and compiles what the arguments name. @return findings; without an error and without a net it is a scenario
+/// Reads and compiles what the arguments name. @return diagnostics; without an error and without a net it is a scenario
 /// whose steps are asked for.
-Findings load(const NetArguments& arguments, const device::ModelLibrary& library, LoadedNet& loaded) {
+Diagnostics load(const NetArguments& arguments, const device::ModelLibrary& library, LoadedNet& loaded) {
   const auto document = read_json(arguments.file);
   if (!document) return document.error();
-  Findings findings;
+  Diagnostics diagnostics;
   if (!is_net(*document)) {
-    if (findings = open_scenario(arguments.file, library, loaded); findings.has_errors()) return findings;
-    if (arguments.step.empty()) return findings;
-    if (findings = choose_step(arguments.step, loaded); findings.has_errors()) return findings;
+    if (diagnostics = open_scenario(arguments.file, library, loaded); diagnostics.has_errors()) return diagnostics;
+    if (arguments.step.empty()) return diagnostics;
+    if (diagnostics = choose_step(arguments.step, loaded); diagnostics.has_errors()) return diagnostics;
     return compile(arguments.file, loaded);
   }
   if (!arguments.step.empty()) {
-    findings.error("--step", "the file is a net, not a scenario", "a scenario file");
-    return findings;
+    diagnostics.error(Code::kInvalidValue, "--step", "the file is a net, not a scenario", "a scenario file");
+    return diagnostics;
   }
   if (!arguments.scenario.empty()) {
-    if (findings = open_scenario(arguments.scenario, library, loaded); findings.has_errors()) return findings;
+    if (diagnostics = open_scenario(arguments.scenario, library, loaded); diagnostics.has_errors()) return diagnostics;
   }
   auto description = net::net_from_json(*document);
   if (!description) {
@@ -119,7 +120,7 @@ Findings load(const NetArguments& arguments, const device::ModelLibrary& library
   return compile(arguments.file, loaded);
 }
 
-Findings draw(const NetArguments& arguments, const LoadedNet& loaded) {
+Diagnostics draw(const NetArguments& arguments, const LoadedNet& loaded) {
   const auto picture = picture_of(loaded.net->report(), loaded.description);
   if (!picture) return picture.error();
   const auto placed = place(*picture);
@@ -140,22 +141,22 @@ void warm_devices(const LoadedNet& loaded) {
 Json describe(const LoadedNet& loaded) {
   Json json{{"result", "ready"}};
   json.update(net::report_to_json(loaded.net->report()));
-  json["findings"] = to_json(loaded.net->report().notes);
+  json["diagnostics"] = to_json(loaded.net->report().notes);
   return json;
 }
 
 int net(const NetArguments& arguments, const Common& common) {
   const device::ModelLibrary library = common.library();
   LoadedNet loaded;
-  if (const Findings findings = load(arguments, library, loaded); findings.has_errors())
-    return report(findings, common);
+  if (const Diagnostics diagnostics = load(arguments, library, loaded); diagnostics.has_errors())
+    return report(diagnostics, common);
   if (!loaded.net) return list_steps(loaded, common);
-  Findings findings;
+  Diagnostics diagnostics;
   if (!arguments.dump.empty()) {
-    findings.append(write_file(arguments.dump, net::net_to_json(loaded.description).dump(2) + "\n", "--dump"));
+    diagnostics.append(write_file(arguments.dump, net::net_to_json(loaded.description).dump(2) + "\n", "--dump"));
   }
-  if (!arguments.graph.empty()) findings.append(draw(arguments, loaded));
-  if (findings.has_errors()) return report(findings, common);
+  if (!arguments.graph.empty()) diagnostics.append(draw(arguments, loaded));
+  if (diagnostics.has_errors()) return report(diagnostics, common);
 
   const bool only_files = !arguments.graph.empty() || !arguments.dump.empty();
   const bool check = arguments.check || (!arguments.bench && !only_files);
@@ -188,7 +189,7 @@ int net(const NetArguments& arguments, const Common& common) {
 Result<std::unique_ptr<net::CompiledNet>> load_net_file(const std::filesystem::path& file, net::Environment& devices) {
   const auto document = read_json(file);
   if (!document) return std::unexpected(document.error());
-  Result<std::unique_ptr<net::CompiledNet>> net = std::unexpected(Findings{});
+  Result<std::unique_ptr<net::CompiledNet>> net = std::unexpected(Diagnostics{});
   if (const auto description = net::net_from_json(*document)) {
     net = net::CompiledNet::compile(*description, devices);
   } else {

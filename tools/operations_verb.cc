@@ -120,10 +120,10 @@ int operations(const Arguments& arguments, const Common& common) {
     if (arguments.name.empty() || arguments.name == kind.name) chosen.push_back(&kind);
   }
   if (chosen.empty()) {
-    Findings findings;
-    findings.error("", fmt::format("there is no operation '{}'", arguments.name),
-                   nearest_choice(arguments.name, names, 30));
-    return report(findings, common);
+    Diagnostics diagnostics;
+    diagnostics.error(Code::kUnknownName, "", fmt::format("there is no operation '{}'", arguments.name),
+                      nearest_choice(arguments.name, names, 30));
+    return report(diagnostics, common);
   }
   if (common.json) {
     Json list = Json::array();

@@ -298,10 +298,10 @@ int primitives(const PrimitivesArguments& arguments, const Common& common) {
     std::set<std::string> groups;
     for (const PrimitiveInfo* info : net::Registry::global().all()) groups.insert(info->family);
     names.insert(names.end(), groups.begin(), groups.end());
-    Findings findings;
-    findings.error("", fmt::format("there is no primitive or family '{}'", arguments.name),
-                   nearest_choice(arguments.name, names));
-    return report(findings, common);
+    Diagnostics diagnostics;
+    diagnostics.error(Code::kUnknownName, "", fmt::format("there is no primitive or family '{}'", arguments.name),
+                      nearest_choice(arguments.name, names));
+    return report(diagnostics, common);
   }
   if (common.json) {
     Json list = Json::array();

@@ -325,7 +325,7 @@ std::string picture(const device::ArmDescription& arm, const Section& any, const
 
 Result<Reach> draw_reach(const device::ArmDescription& arm, const std::filesystem::path& file) {
   if (file.extension() != ".svg") {
-    return failure("--reach", fmt::format("'{}' is no .svg file", file.string()), "OUT.svg");
+    return failure(Code::kInvalidValue, "--reach", fmt::format("'{}' is no .svg file", file.string()), "OUT.svg");
   }
   const Chain& chain = *arm.chain;
   // The middle is the height of the second joint: what turns there sweeps the section.
@@ -342,8 +342,9 @@ Result<Reach> draw_reach(const device::ArmDescription& arm, const std::filesyste
   reach.farthest_m = any_orientation(chain, any);
   straight_down(arm, down);
   reach.best_measure = std::max(any.largest(), down.largest());
-  if (Findings findings = write_file(file, picture(arm, any, down, reach.farthest_m), "--reach"); findings.has_errors())
-    return std::unexpected(std::move(findings));
+  if (Diagnostics diagnostics = write_file(file, picture(arm, any, down, reach.farthest_m), "--reach");
+      diagnostics.has_errors())
+    return std::unexpected(std::move(diagnostics));
   return reach;
 }
 

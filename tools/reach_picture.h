@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/device/description.h"
 
 namespace takt::tools {
@@ -18,7 +18,7 @@ struct Reach {
 /// flange gets with any orientation, and with z of the flange straight down and x ahead. The colour of a place is the
 /// best singularity measure (posture.h) of the postures found there; the arm is drawn in its home posture. The left
 /// section comes from evenly spread joint positions, the right one from all solutions at the middle of each field.
-/// @return findings: a file that cannot be written or is no .svg
+/// @return diagnostics: a file that cannot be written or is no .svg
 [[nodiscard]] Result<Reach> draw_reach(const device::ArmDescription& arm, const std::filesystem::path& file);
 
 }  // namespace takt::tools

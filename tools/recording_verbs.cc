@@ -8,6 +8,7 @@
 #include "app/process.h"
 #include "app/run_arguments.h"
 #include "core/base/output_file.h"
+#include "core/base/text_location.h"
 #include "record/compare.h"
 #include "record/golden.h"
 #include "scenario/replay.h"
@@ -32,7 +33,7 @@ void name_bit(const CompareArguments& arguments, const Common& common, record::C
   if (!a || !b) return;
   const auto bit = scenario::find_bit(*a, *b, comparison.first_difference->cycle, common.library());
   if (!bit) {
-    for (const Finding& finding : bit.error().list()) comparison.notes.push_back(to_string(finding));
+    for (const Diagnostic& diagnostic : bit.error().list()) comparison.notes.push_back(to_string(diagnostic));
   } else if (*bit) {
     comparison.first_difference->bit = scenario::to_string(**bit);
   }
@@ -40,13 +41,14 @@ void name_bit(const CompareArguments& arguments, const Common& common, record::C
 
 int compare(const CompareArguments& arguments, const Common& common) {
   if (is_golden(arguments.a)) {
-    Findings findings;
-    findings.add({Severity::kError, arguments.a, {}, "a golden stands first", "compare RECORDING GOLDEN"});
-    return report(findings, common);
+    Diagnostics diagnostics;
+    diagnostics.add(
+        {Severity::kError, Code::kUsage, arguments.a, {}, "a golden stands first", "compare RECORDING GOLDEN"});
+    return report(diagnostics, common);
   }
   if (!arguments.html.empty()) {
-    const Findings findings = check_output(arguments.html, {arguments.a, arguments.b}, "--report");
-    if (findings.has_errors()) return report(findings, common);
+    const Diagnostics diagnostics = check_output(arguments.html, {arguments.a, arguments.b}, "--report");
+    if (diagnostics.has_errors()) return report(diagnostics, common);
   }
   auto comparison = is_golden(arguments.b) ? record::verify(arguments.a, arguments.b)
                                            : record::compare_recordings(arguments.a, arguments.b);
@@ -69,15 +71,16 @@ struct BlessArguments {
 };
 
 /// A reason that says nothing is none.
-Findings check_reason(const std::string& reason) {
-  Findings findings;
+Diagnostics check_reason(const std::string& reason) {
+  Diagnostics diagnostics;
   if (reason.find_first_not_of(" \t\r\n") == std::string::npos)
-    findings.error("--reason", "the reason is empty", "why this run is right, in words");
-  return findings;
+    diagnostics.error(Code::kMissing, "--reason", "the reason is empty", "why this run is right, in words");
+  return diagnostics;
 }
 
 int bless(const BlessArguments& arguments, const Common& common) {
-  if (const Findings findings = check_reason(arguments.reason); findings.has_errors()) return report(findings, common);
+  if (const Diagnostics diagnostics = check_reason(arguments.reason); diagnostics.has_errors())
+    return report(diagnostics, common);
   const device::ModelLibrary library = common.library();
   auto session = scenario::Session::open(arguments.scenario, library);
   if (!session) return report(session.error(), common);
@@ -89,10 +92,15 @@ int bless(const BlessArguments& arguments, const Common& common) {
   options.interrupt = &app::catch_interrupts();
   const scenario::RunReport run = (*session)->run(options);
   if (run.verdict != scenario::Verdict::kPassed) {
-    fmt::print(stderr, "{}{}", to_text(run, arguments.scenario), run.findings.to_string());
-    Findings findings;
-    findings.add({Severity::kError, arguments.scenario, {}, "this run does not hold, so it is not blessed", {}});
-    (void)report(findings, common);
+    fmt::print(stderr, "{}{}", to_text(run, arguments.scenario), to_located_text(run.diagnostics));
+    Diagnostics diagnostics;
+    diagnostics.add({Severity::kError,
+                     Code::kConditionNotMet,
+                     arguments.scenario,
+                     {},
+                     "this run does not hold, so it is not blessed",
+                     {}});
+    (void)report(diagnostics, common);
     return scenario::exit_status(run.verdict);
   }
   const auto golden_file = file.parent_path() / (file.stem().string() + ".golden.json");
@@ -119,11 +127,12 @@ struct RenderArguments {
 };
 
 int render(RenderArguments& arguments, const Common& common) {
-  Findings findings = check_output(arguments.options.video, {arguments.recording}, "--video");
+  Diagnostics diagnostics = check_output(arguments.options.video, {arguments.recording}, "--video");
   if (!app::parse_size(arguments.size, arguments.options.width, arguments.options.height)) {
-    findings.error("--size", fmt::format("'{}' is not a size", arguments.size), "WIDTHxHEIGHT, e.g. 1280x720");
+    diagnostics.error(Code::kInvalidValue, "--size", fmt::format("'{}' is not a size", arguments.size),
+                      "WIDTHxHEIGHT, e.g. 1280x720");
   }
-  if (findings.has_errors()) return report(findings, common);
+  if (diagnostics.has_errors()) return report(diagnostics, common);
   const device::ModelLibrary library = common.library();
   const auto frames = scenario::render_recording(arguments.recording, library, arguments.options);
   if (!frames) return report(frames.error(), common);

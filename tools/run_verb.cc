@@ -1,3 +1,4 @@
+#include "core/base/text_location.h"
 #include "tools/cli.h"
 
 #include <iostream>
@@ -43,7 +44,7 @@ int dry_run(const scenario::Session& session, const Common& common) {
            {"devices", description.devices.size()},
            {"objects", description.objects.size()},
            {"triangles", session.built().triangles},
-           {"findings", to_json(session.warnings())}});
+           {"diagnostics", to_json(session.warnings())}});
     return kHeld;
   }
   fmt::print("{}\n", description.title);
@@ -55,17 +56,18 @@ int dry_run(const scenario::Session& session, const Common& common) {
 }
 
 int run(const RunVerbArguments& arguments, const Common& common) {
-  Findings findings;
-  auto [opening, options] = app::parse(arguments, {arguments.file}, findings);
+  Diagnostics diagnostics;
+  auto [opening, options] = app::parse(arguments, {arguments.file}, diagnostics);
   if (arguments.step && arguments.realtime) {
-    findings.error("--step", "the simulated time stands while a step waits, so there is no pace to keep",
-                   "--step or --realtime");
+    diagnostics.error(Code::kConflict, "--step",
+                      "the simulated time stands while a step waits, so there is no pace to keep",
+                      "--step or --realtime");
   }
-  if (findings.has_errors()) return report(findings, common);
+  if (diagnostics.has_errors()) return report(diagnostics, common);
   const device::ModelLibrary library = common.library();
   auto session = scenario::Session::open(arguments.file, library, opening);
   if (!session) return report(session.error(), common);
-  fmt::print(stderr, "{}", (*session)->warnings().to_string());
+  fmt::print(stderr, "{}", to_located_text((*session)->warnings()));
   if (arguments.dry_run) return dry_run(**session, common);
 
   options.from = arguments.from;
@@ -77,7 +79,7 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   }
   const scenario::RunReport report = (*session)->run(options);
   app::clear_progress();
-  fmt::print(stderr, "{}", report.findings.to_string());
+  fmt::print(stderr, "{}", to_located_text(report.diagnostics));
   if (common.json) {
     print(to_json(report));
   } else if (report.verdict != scenario::Verdict::kRefused) {

@@ -3,7 +3,7 @@
 namespace takt::activity {
 
 void require(const RunPtr& run) {
-  if (run->state() == RunState::kFailed) throw ActivityError(run->findings());
+  if (run->state() == RunState::kFailed) throw ActivityError(run->diagnostics());
 }
 
 RunPtr Activity::begin_execute() const {

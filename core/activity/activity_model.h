@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/activity/actuator_state.h"
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "core/command/actions/compliance_action.h"
 #include "core/command/command.h"
@@ -104,7 +104,7 @@ class ActivityModel {
   /// modes.
   [[nodiscard]] virtual bool begins_alone() const { return false; }
   /// Plans it, from rest where the predecessor ends, and from the predecessor in motion where that may be left.
-  /// @return findings: why it cannot be done.
+  /// @return diagnostics: why it cannot be done.
   [[nodiscard]] virtual Result<PlannedActivity> prepare(const PlanningContext& planning) const = 0;
   /// This and the one after it as one activity, blended into each other. @return null: they stay two.
   [[nodiscard]] virtual std::shared_ptr<const ActivityModel> blended_into(const ActivityModel& next) const {

@@ -28,12 +28,12 @@ rcc::NetStatus ActivityRun::status() const {
   return net_ != 0 ? core_.status(net_) : rcc::NetStatus{};
 }
 
-Findings ActivityRun::findings_inside() const {
+Diagnostics ActivityRun::diagnostics_inside() const {
   const std::string own = pointer_segment(name());
-  Findings inside;
-  for (Finding finding : findings_.list()) {
-    if (finding.pointer.starts_with(own)) finding.pointer.erase(0, own.size());
-    inside.add(std::move(finding));
+  Diagnostics inside;
+  for (Diagnostic diagnostic : diagnostics_.list()) {
+    if (diagnostic.pointer.starts_with(own)) diagnostic.pointer.erase(0, own.size());
+    inside.add(std::move(diagnostic));
   }
   return inside;
 }
@@ -85,7 +85,7 @@ std::optional<std::size_t> ActivityRun::part() const {
   return std::nullopt;
 }
 
-Findings ActivityRun::attach(command::MappedCommand mapped) {
+Diagnostics ActivityRun::attach(command::MappedCommand mapped) {
   const rcc::NetHandle handle = core_.net(net_);
   const net::CompiledNet& net = *handle;
   if (planned_.command) {

@@ -39,9 +39,9 @@ class ActivityRun {
   [[nodiscard]] bool over() const { return is_final(state_); }
   /// Why it failed.
   [[nodiscard]] RunFailure failure() const { return failure_; }
-  [[nodiscard]] const Findings& findings() const { return findings_; }
+  [[nodiscard]] const Diagnostics& diagnostics() const { return diagnostics_; }
   /// The same with locations below the activity, without its name: for who has a location of its own for it.
-  [[nodiscard]] Findings findings_inside() const;
+  [[nodiscard]] Diagnostics diagnostics_inside() const;
   /// It went on with its predecessor in motion.
   [[nodiscard]] bool blended() const { return blended_; }
   /// Core cycles of its first and last evaluation; -1: not yet.
@@ -97,9 +97,9 @@ class ActivityRun {
   [[nodiscard]] bool shares_actuator(const ActivityRun& other) const;
   /// Null: the command is no planned motion of this run.
   [[nodiscard]] const Clock* clock_of(const command::SubjectPtr& command) const;
-  /// Keeps what is to be read of its net, which was loaded just now. @return findings: an external effect could not be
-  /// watched.
-  [[nodiscard]] Findings attach(command::MappedCommand mapped);
+  /// Keeps what is to be read of its net, which was loaded just now. @return diagnostics: an external effect could not
+  /// be watched.
+  [[nodiscard]] Diagnostics attach(command::MappedCommand mapped);
   /// After a cycle in which its net was evaluated.
   void look_at_cycle();
   /// Calls the handlers of external effects.
@@ -114,7 +114,7 @@ class ActivityRun {
   ActivityPtr model_;
   RunState state_ = RunState::kQueued;
   RunFailure failure_ = RunFailure::kNone;
-  Findings findings_;
+  Diagnostics diagnostics_;
   bool wants_cancel_ = false, began_ = false, blended_ = false;
   bool after_all_ = false;  ///< no rule has room for its predecessors: it begins when all are over
   PlannedActivity planned_;

@@ -49,10 +49,10 @@ bool is_output(const Cell& cell, const std::string& name) {
   return cell.digital_outputs.contains(name) || cell.analog_outputs.contains(name);
 }
 
-/// @param actuator  whose finding it is
-[[noreturn]] void throw_finding(const std::string& actuator, std::string message, std::string hint) {
-  Findings why;
-  why.error(pointer_segment(actuator), std::move(message), std::move(hint));
+/// @param actuator  whose diagnostic it is
+[[noreturn]] void throw_diagnostic(Code code, const std::string& actuator, std::string message, std::string hint) {
+  Diagnostics why;
+  why.error(code, pointer_segment(actuator), std::move(message), std::move(hint));
   throw ActivityError(std::move(why));
 }
 
@@ -177,7 +177,8 @@ Activity ControlModeInterface::switch_to(std::string_view mode) const {
   if (const auto known = device::control_mode_of(mode)) return switch_to(*known);
   std::vector<std::string> names;
   for (const device::ControlMode one : modes()) names.emplace_back(name_of(one));
-  throw_finding(actuator(), fmt::format("there is no control mode '{}'", mode), nearest_choice(mode, names));
+  throw_diagnostic(Code::kUnknownName, actuator(), fmt::format("there is no control mode '{}'", mode),
+                   nearest_choice(mode, names));
 }
 
 const device::Arm& ControlModeInterface::arm() const { return *runtime().cell().arms.at(actuator()).device; }
@@ -210,7 +211,8 @@ Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), nam
   add(cell.grippers);
   add(cell.digital_outputs);
   add(cell.analog_outputs);
-  throw_finding(name_, fmt::format("the cell has no actuator '{}'", name_), nearest_choice(name_, names));
+  throw_diagnostic(Code::kUnknownName, name_, fmt::format("the cell has no actuator '{}'", name_),
+                   nearest_choice(name_, names));
 }
 
 std::vector<std::string> Actuator::interfaces() const {
@@ -221,14 +223,14 @@ std::vector<std::string> Actuator::interfaces() const {
 }
 
 void Actuator::refuse(std::string_view interface) const {
-  throw_finding(name_, fmt::format("'{}' has no {}", name_, interface),
-                fmt::format("it offers {}", fmt::join(interfaces(), ", ")));
+  throw_diagnostic(Code::kUnsupported, name_, fmt::format("'{}' has no {}", name_, interface),
+                   fmt::format("it offers {}", fmt::join(interfaces(), ", ")));
 }
 
 const command::MountedArm& Actuator::arm() const {
   const auto found = runtime_->cell().arms.find(name_);
   if (found == runtime_->cell().arms.end())
-    throw_finding(name_, fmt::format("'{}' is no arm", name_), "an arm of the cell");
+    throw_diagnostic(Code::kWrongType, name_, fmt::format("'{}' is no arm", name_), "an arm of the cell");
   return found->second;
 }
 
@@ -244,10 +246,12 @@ Eigen::Isometry3d Actuator::above(const std::string& name, double height) const 
 }
 
 void Actuator::carry(double mass) const {
-  if (!(mass >= 0.0 && std::isfinite(mass))) throw_finding(name_, fmt::format("a mass of {:g} kg", mass), "0 or more");
+  if (!(mass >= 0.0 && std::isfinite(mass)))
+    throw_diagnostic(Code::kOutOfRange, name_, fmt::format("a mass of {:g} kg", mass), "0 or more");
   device::Arm& device = *arm().device;
   if (device.held())
-    throw_finding(name_, fmt::format("'{}' runs: its load changes between activities", name_), "after their end");
+    throw_diagnostic(Code::kNotPossibleNow, name_, fmt::format("'{}' runs: its load changes between activities", name_),
+                     "after their end");
   device::ToolSetting tool = runtime_->empty_tool(name_, device.tool());
   tool.payload = device::combine(tool.payload, {.mass = mass, .p_FC = arm().X_FT.translation()});
   device.set_tool(tool);
@@ -257,7 +261,7 @@ Eigen::Isometry3d Actuator::frame(const std::string& name) const {
   const auto X_WB = runtime_->cell().frames.pose(name_), X_WF = runtime_->cell().frames.pose(name);
   for (const auto* X : {&X_WB, &X_WF}) {
     if (*X) continue;
-    Findings why;
+    Diagnostics why;
     why.append(X->error(), pointer_segment(name_));
     throw ActivityError(std::move(why));
   }

@@ -23,8 +23,8 @@ class CommandActivity final : public ActivityModel {
     command::Places places;
     for (const auto& [device, before] : planning.predecessors)
       if (before.at_end.q) places[device] = *before.at_end.q;
-    const Findings unplanned = command::plan(*prepared.command, places);
-    Findings wrong = command::check(*prepared.command, false);
+    const Diagnostics unplanned = command::plan(*prepared.command, places);
+    Diagnostics wrong = command::check(*prepared.command, false);
     command::add_news(unplanned, wrong);
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     for (const std::string& actuator : actuators_) {

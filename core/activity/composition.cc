@@ -61,7 +61,7 @@ class CompositeActivity : public ActivityModel {
 
   [[nodiscard]] Result<PlannedActivity> prepare_part(std::size_t i, const PlanningContext& own) const {
     if (parts_[i]->begins_alone())
-      return failure(fmt::format("/{}", i),
+      return failure(Code::kConflict, fmt::format("/{}", i),
                      fmt::format("'{}' changes a control mode, which no part of a net can", parts_[i]->name()),
                      "an activity of its own, before or after the others");
     auto prepared = parts_[i]->prepare(own);
@@ -70,9 +70,9 @@ class CompositeActivity : public ActivityModel {
       prepared->command->node()->name = fmt::format("{} {}", i + 1, prepared->command->name());
       return prepared;
     }
-    Findings findings;
-    findings.append(prepared.error(), fmt::format("/{}", i));
-    return std::unexpected(std::move(findings));
+    Diagnostics diagnostics;
+    diagnostics.append(prepared.error(), fmt::format("/{}", i));
+    return std::unexpected(std::move(diagnostics));
   }
 
   /// Takes over how part begins its actuators, where no other one had them before.
@@ -191,7 +191,7 @@ class MainTaskActivity final : public CompositeActivity {
     add_begins(whole, *main);
     add_end_states(whole, *main);
     for (std::size_t i = 0; i < subtasks_.size(); ++i) {
-      const auto when = occasion(i, *main);
+      const auto when = trigger(i, *main);
       if (!when) return std::unexpected(when.error());
       auto part = prepare_part(i + 1, before(i + 1, planning, {}, false));
       if (!part) return part;
@@ -206,16 +206,16 @@ class MainTaskActivity final : public CompositeActivity {
   }
 
  private:
-  [[nodiscard]] Result<State> occasion(std::size_t i, const PlannedActivity& main) const {
+  [[nodiscard]] Result<State> trigger(std::size_t i, const PlannedActivity& main) const {
     const Subtask& subtask = subtasks_[i];
     const std::string pointer = fmt::format("/subtasks/{}", i);
     if (subtask.when) return *subtask.when;
-    if (!subtask.at_share) return failure(pointer, "it never begins", "`at_share` or `when`");
+    if (!subtask.at_share) return failure(Code::kMissing, pointer, "it never begins", "`at_share` or `when`");
     if (!main.at_share)
-      return failure(pointer, fmt::format("'{}' is no motion, so it has no share of a way", parts_[0]->name()),
-                     "`when`");
+      return failure(Code::kConflict, pointer,
+                     fmt::format("'{}' is no motion, so it has no share of a way", parts_[0]->name()), "`when`");
     if (!(*subtask.at_share >= 0.0 && *subtask.at_share <= 1.0))
-      return failure(pointer, fmt::format("share {}", *subtask.at_share), "from 0 to 1");
+      return failure(Code::kOutOfRange, pointer, fmt::format("share {}", *subtask.at_share), "from 0 to 1");
     return main.at_share(*subtask.at_share);
   }
 
@@ -228,17 +228,17 @@ std::vector<ActivityPtr> models_of(const std::vector<Activity>& parts) {
   return models;
 }
 
-void throw_errors(Findings findings) {
-  if (findings.has_errors()) throw ActivityError(std::move(findings));
+void throw_errors(Diagnostics diagnostics) {
+  if (diagnostics.has_errors()) throw ActivityError(std::move(diagnostics));
 }
 
 /// The runtime of all parts. Throws for none, and for parts of several.
 Runtime& runtime_of(const std::vector<Activity>& parts) {
-  Findings why;
-  if (parts.empty()) why.error("", "a composition without parts", "at least one");
+  Diagnostics why;
+  if (parts.empty()) why.error(Code::kMissing, "", "a composition without parts", "at least one");
   for (std::size_t i = 1; i < parts.size(); ++i) {
     if (&parts[i].runtime() == &parts.front().runtime()) continue;
-    why.error(pointer_segment(i),
+    why.error(Code::kRequires, pointer_segment(i),
               fmt::format("'{}' belongs to another runtime than '{}'", parts[i].model()->name(),
                           parts.front().model()->name()),
               "activities of one Runtime");
@@ -248,12 +248,13 @@ Runtime& runtime_of(const std::vector<Activity>& parts) {
 }
 
 /// What runs together drives actuators of its own.
-void check_apart(const Activity& part, const Activity& other, const std::string& place, Findings& findings) {
+void check_apart(const Activity& part, const Activity& other, const std::string& place, Diagnostics& diagnostics) {
   const auto others = other.model()->actuators();
   for (const std::string& name : part.model()->actuators()) {
     if (std::ranges::find(others, name) == others.end()) continue;
-    findings.error(
-        place, fmt::format("'{}' drives '{}' together with '{}'", part.model()->name(), name, other.model()->name()),
+    diagnostics.error(
+        Code::kResourceConflict, place,
+        fmt::format("'{}' drives '{}' together with '{}'", part.model()->name(), name, other.model()->name()),
         "one after the other, by sequence()");
   }
 }
@@ -277,7 +278,7 @@ Activity sequence(const std::vector<Activity>& parts) {
 
 Activity parallel(const std::vector<Activity>& parts) {
   Runtime& runtime = runtime_of(parts);
-  Findings shared;
+  Diagnostics shared;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     for (std::size_t other = 0; other < i; ++other) check_apart(parts[i], parts[other], pointer_segment(i), shared);
   }
@@ -294,7 +295,7 @@ Activity with_subtasks(const Activity& main, const std::vector<Subtask>& subtask
   std::vector<Activity> parts{main};
   for (const Subtask& subtask : subtasks) parts.push_back(subtask.activity);
   Runtime& runtime = runtime_of(parts);
-  Findings shared;
+  Diagnostics shared;
   for (std::size_t i = 0; i < subtasks.size(); ++i) {
     check_apart(subtasks[i].activity, main, fmt::format("/subtasks/{}", i), shared);
   }

@@ -161,7 +161,7 @@ bool same_compliance(const PlanningContext& planning, const std::string& arm, co
 }
 
 /// Where a weave is the first or the last thing the motion is not joined or left in motion.
-Findings add_weaves(const Cell& cell, const ArmPlans& plans, DualEntryMotion& dual, MotionParameters& wish) {
+Diagnostics add_weaves(const Cell& cell, const ArmPlans& plans, DualEntryMotion& dual, MotionParameters& wish) {
   const auto woven = [](const auto& weave) { return weave.has_value(); };
   if (std::ranges::none_of(plans.weaves, woven)) return {};
   const command::MountedArm& arm = cell.arms.find(plans.arm)->second;
@@ -186,16 +186,16 @@ Findings add_weaves(const Cell& cell, const ArmPlans& plans, DualEntryMotion& du
 }
 
 /// The same for a force offset.
-Findings add_offset(const ArmPlans& plans, DualEntryMotion& dual, MotionParameters& wish) {
+Diagnostics add_offset(const ArmPlans& plans, DualEntryMotion& dual, MotionParameters& wish) {
   if (!plans.offset) return {};
   dual.offset = plans.offset;
   const auto check = [&](const command::PlannedMotion& motion, const Entry& entry) {
-    Findings placed;
+    Diagnostics placed;
     const auto action = offset_over(command::planned(motion), *plans.offset, entry.before);
     placed.append(action.model().check(dual.actuator.model()), pointer_segment(plans.offset->first));
     return placed;
   };
-  if (Findings wrong = check(dual.from_rest, kFromRest); wrong.has_errors()) return wrong;
+  if (Diagnostics wrong = check(dual.from_rest, kFromRest); wrong.has_errors()) return wrong;
   wish.blend = {};
   if (plans.offset->first == 0 || (dual.from_blend && check(*dual.from_blend, kFromBlend).has_errors()))
     dual.from_blend.reset();
@@ -291,7 +291,7 @@ Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmP
     dual.begins[plans.arm].blend = seam_in_motion(leaving, *begin);
   }
   MotionParameters own = wish;
-  Findings wrong = add_weaves(planning.cell, plans, dual, own);
+  Diagnostics wrong = add_weaves(planning.cell, plans, dual, own);
   wrong.append(add_offset(plans, dual, own));
   if (wrong.has_errors()) return std::unexpected(std::move(wrong));
   return prepare_dual_entry(planning, std::move(dual), own);

@@ -57,7 +57,8 @@ struct ArmPlans {
                                                  const MotionParameters& wish);
 
 /// The same for one arm. What is laid over its first or its last motion begins and ends at rest: that one is not joined
-/// or left in motion. @return findings of plan_weaves() from rest, "/1/ramp" (index of the motion), and of the offset
+/// or left in motion. @return diagnostics of plan_weaves() from rest, "/1/ramp" (index of the motion), and of the
+/// offset
 [[nodiscard]] Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmPlans plans,
                                                          const MotionParameters& wish);
 /// What may be left, as planners have it; nothing where the arm has to come to rest first. It refers to `before`.

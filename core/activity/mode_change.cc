@@ -49,18 +49,18 @@ std::map<std::string, Needs, std::less<>> needs_of(const command::Command& comma
 }
 
 /// START changes a mode seamlessly or waits for standstill; what only goes outside of nets somebody has to ask for.
-void check_start(const device::Arm& arm, ControlMode is, ControlMode needed, Findings& findings) {
+void check_start(const device::Arm& arm, ControlMode is, ControlMode needed, Diagnostics& diagnostics) {
   const device::ControlModes& modes = arm.description().modes;
   const device::ModeChange* change = modes.find(is, needed);
   if (is == needed || !modes.has(needed) || (change != nullptr && change->change != device::ChangeClass::kOutsideNet))
     return;
-  if (change == nullptr) return findings.append(check_mode_change(arm, is, needed));
-  findings.error("",
-                 fmt::format("'{}' will be in mode {}, and this needs {}; it goes there only while nothing holds it",
-                             arm.name(), name_of(is), name_of(needed)),
-                 fmt::format("into that mode before: the step \"control_mode\", or "
-                             "use<ControlModeInterface>().switch_to(\"{}\")",
-                             name_of(needed)));
+  if (change == nullptr) return diagnostics.append(check_mode_change(arm, is, needed));
+  diagnostics.error(Code::kNotPossibleNow, "",
+                    fmt::format("'{}' will be in mode {}, and this needs {}; it goes there only while nothing holds it",
+                                arm.name(), name_of(is), name_of(needed)),
+                    fmt::format("into that mode before: the step \"control_mode\", or "
+                                "use<ControlModeInterface>().switch_to(\"{}\")",
+                                name_of(needed)));
 }
 
 /// In which mode the commands leave an arm.
@@ -82,8 +82,8 @@ class SwitchMode final : public ActivityModel {
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     const device::Arm& arm = *planning.cell.arms.find(arm_)->second.device;
-    Findings findings = check_mode_change(arm, arm.mode(), mode_);
-    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    Diagnostics diagnostics = check_mode_change(arm, arm.mode(), mode_);
+    if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
     PlannedActivity prepared;
     prepared.modes[arm_] = mode_;
     EndState& end_state = prepared.end_states[arm_];
@@ -110,8 +110,9 @@ ModeChange::ModeChange(rcc::ControlCore& core, const ControlModes& modes) {
     if (request != 0) {
       open_.push_back({request, arm});
     } else {
-      findings_.error("/mode", fmt::format("'{}' cannot be asked for mode {} now", name, name_of(mode)),
-                      "an arm that the core drives, and fewer than 512 requests in one cycle");
+      diagnostics_.error(Code::kNotPossibleNow, "/mode",
+                         fmt::format("'{}' cannot be asked for mode {} now", name, name_of(mode)),
+                         "an arm that the core drives, and fewer than 512 requests in one cycle");
     }
   }
 }
@@ -121,10 +122,10 @@ bool ModeChange::poll(const rcc::ControlCore& core) {
     const auto answered = std::ranges::find(open_, event.request, &Open::request);
     if (answered == open_.end() || event.kind == rcc::Event::Kind::kState) continue;
     if (event.kind == rcc::Event::Kind::kRefused)
-      findings_.error("/mode",
-                      fmt::format("the mode was not changed: {}; '{}' is in mode {}", event.cause.text.view(),
-                                  answered->arm->name(), name_of(answered->arm->mode())),
-                      "an arm that stands, that nothing moves, and that has no fault");
+      diagnostics_.error(Code::kNotPossibleNow, "/mode",
+                         fmt::format("the mode was not changed: {}; '{}' is in mode {}", event.cause.text.view(),
+                                     answered->arm->name(), name_of(answered->arm->mode())),
+                         "an arm that stands, that nothing moves, and that has no fault");
     open_.erase(answered);
   }
   return open_.empty();
@@ -134,30 +135,32 @@ ActivityPtr mode_activity(const std::string& arm, device::ControlMode mode) {
   return std::make_shared<const SwitchMode>(arm, mode);
 }
 
-Findings check_mode_change(const device::Arm& arm, ControlMode from, ControlMode to) {
-  Findings findings;
+Diagnostics check_mode_change(const device::Arm& arm, ControlMode from, ControlMode to) {
+  Diagnostics diagnostics;
   const device::ControlModes& modes = arm.description().modes;
   if (!modes.has(to)) {
-    findings.error("/mode", fmt::format("'{}' has no mode '{}'", arm.name(), name_of(to)), modes.list());
+    diagnostics.error(Code::kUnknownName, "/mode", fmt::format("'{}' has no mode '{}'", arm.name(), name_of(to)),
+                      modes.list());
   } else if (from != to && modes.find(from, to) == nullptr) {
     std::string ways;
     for (const device::ModeChange& change : modes.changes)
       if (change.from == from) ways += fmt::format("{}{}", ways.empty() ? "" : ", ", name_of(change.to));
-    findings.error("/mode", fmt::format("'{}' cannot go from {} to {}", arm.name(), name_of(from), name_of(to)),
-                   ways.empty() ? std::string("no other mode") : fmt::format("from there to {}", ways));
+    diagnostics.error(Code::kUnsupported, "/mode",
+                      fmt::format("'{}' cannot go from {} to {}", arm.name(), name_of(from), name_of(to)),
+                      ways.empty() ? std::string("no other mode") : fmt::format("from there to {}", ways));
   }
-  return findings;
+  return diagnostics;
 }
 
-Findings check_needed_mode(const device::Arm& arm, std::optional<ControlMode> is, ControlMode needed) {
+Diagnostics check_needed_mode(const device::Arm& arm, std::optional<ControlMode> is, ControlMode needed) {
   if (!arm.description().modes.has(needed)) return check_mode_change(arm, needed, needed);
-  Findings refused;
+  Diagnostics refused;
   if (is) check_start(arm, *is, needed, refused);
   return refused;
 }
 
-Findings agree_on_modes(PlannedActivity& prepared, const PlanningContext& planning) {
-  Findings findings;
+Diagnostics agree_on_modes(PlannedActivity& prepared, const PlanningContext& planning) {
+  Diagnostics diagnostics;
   const auto needs = prepared.command ? needs_of(*prepared.command) : std::map<std::string, Needs, std::less<>>();
   for (auto& [name, end_state] : prepared.end_states) {
     const auto arm = planning.cell.arms.find(name);
@@ -168,15 +171,15 @@ Findings agree_on_modes(PlannedActivity& prepared, const PlanningContext& planni
     const auto begin = entered != prepared.modes.end() ? std::optional(entered->second) : given;
     const auto own = needs.find(name);
     if (begin && own != needs.end()) {
-      Findings refused;
+      Diagnostics refused;
       for (const ControlMode needed : own->second.modes) check_start(*arm->second.device, *begin, needed, refused);
-      findings.append(refused, "/compliance");
+      diagnostics.append(refused, "/compliance");
     }
     if (end_state.after.mode) continue;
     const auto after = prepared.returns ? given : own != needs.end() ? mode_after(own->second, begin) : begin;
     if (after) end_state.after.mode = name_of(*after);
   }
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace takt::activity

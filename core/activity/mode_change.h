@@ -18,7 +18,7 @@ class ModeChange {
   /// Looks at the answers of the last cycle; after each cycle. @return whether all have answered
   bool poll(const rcc::ControlCore& core);
   /// Why arms did not come into their modes.
-  [[nodiscard]] const Findings& findings() const { return findings_; }
+  [[nodiscard]] const Diagnostics& diagnostics() const { return diagnostics_; }
   /// The modes in which the arms were when it was asked for.
   [[nodiscard]] const ControlModes& before() const { return before_; }
 
@@ -29,23 +29,23 @@ class ModeChange {
   };
   ControlModes before_;
   std::vector<Open> open_;
-  Findings findings_;
+  Diagnostics diagnostics_;
 };
 
 /// Brings an arm into a control mode, and does nothing else: without a net.
 [[nodiscard]] ActivityPtr mode_activity(const std::string& arm, device::ControlMode mode);
 
-/// Whether an arm can be brought from one mode into another; a finding with what is allowed if not.
-[[nodiscard]] Findings check_mode_change(const device::Arm& arm, device::ControlMode from, device::ControlMode to);
+/// Whether an arm can be brought from one mode into another; a diagnostic with what is allowed if not.
+[[nodiscard]] Diagnostics check_mode_change(const device::Arm& arm, device::ControlMode from, device::ControlMode to);
 
-/// Whether an arm that is in mode `is` (nothing: not known) can start in mode `needed`; a finding with what to do if
+/// Whether an arm that is in mode `is` (nothing: not known) can start in mode `needed`; a diagnostic with what to do if
 /// not.
-[[nodiscard]] Findings check_needed_mode(const device::Arm& arm, std::optional<device::ControlMode> is,
-                                         device::ControlMode needed);
+[[nodiscard]] Diagnostics check_needed_mode(const device::Arm& arm, std::optional<device::ControlMode> is,
+                                            device::ControlMode needed);
 
 /// Looks at what the commands of an activity want of the control modes of their arms: whether START can give it, and in
 /// which mode each arm is after it, if the activity does not say so.
 /// @return for each arm that is in another mode then the way out
-[[nodiscard]] Findings agree_on_modes(PlannedActivity& prepared, const PlanningContext& planning);
+[[nodiscard]] Diagnostics agree_on_modes(PlannedActivity& prepared, const PlanningContext& planning);
 
 }  // namespace takt::activity

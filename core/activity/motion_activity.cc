@@ -39,11 +39,11 @@ class MotionActivity final : public ActivityModel {
   }
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    if (Findings wrong = check(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    if (Diagnostics wrong = check(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
     const command::MountedArm& arm = planning.cell.arms.find(arm_)->second;
     const Predecessor& before = planning.predecessors.find(arm_)->second;
     if (!before.at_end.rests())
-      return failure("", fmt::format("'{}': nobody knows where it will be at rest", name()),
+      return failure(Code::kUnknownPosition, "", fmt::format("'{}': nobody knows where it will be at rest", name()),
                      "a motion after the end of what runs");
     const motion::ArmModel model = command::planning_model(arm, wish_.X_FM, before.at_end.tool);
     auto from_rest = motion::plan_sequence(model, *before.at_end.q, makers(model));
@@ -58,18 +58,19 @@ class MotionActivity final : public ActivityModel {
   }
 
  private:
-  [[nodiscard]] Findings check(const Cell& cell) const {
-    Findings findings;
+  [[nodiscard]] Diagnostics check(const Cell& cell) const {
+    Diagnostics diagnostics;
     if (!cell.arms.contains(arm_)) {
       std::vector<std::string> names;
       for (const auto& [name, arm] : cell.arms) names.push_back(name);
-      findings.error("/arm", fmt::format("there is no arm '{}'", arm_), nearest_choice(arm_, names));
+      diagnostics.error(Code::kUnknownName, "/arm", fmt::format("there is no arm '{}'", arm_),
+                        nearest_choice(arm_, names));
     }
     for (const Part& part : parts_) {
-      check_blend(part.wish, findings);
-      if (part.wish.weave) findings.append(command::check_figures(*part.wish.weave), "/weave");
+      check_blend(part.wish, diagnostics);
+      if (part.wish.weave) diagnostics.append(command::check_figures(*part.wish.weave), "/weave");
     }
-    return findings;
+    return diagnostics;
   }
 
   [[nodiscard]] std::vector<motion::LegMaker> makers(const motion::ArmModel& model) const {
@@ -124,22 +125,24 @@ BlendingCondition BlendingCondition::at_distance(double metres) {
   return BlendingCondition(motion::Blend{motion::Blend::Kind::kDistance, metres});
 }
 
-void check_blend(const MotionParameters& wish, Findings& findings) {
+void check_blend(const MotionParameters& wish, Diagnostics& diagnostics) {
   const BlendingCondition& blend = wish.blend;
   if (blend.wanted() && wish.until)
-    findings.error("/blend", "a guarded motion ends nobody knows where", "no blend, or no condition");
+    diagnostics.error(Code::kConflict, "/blend", "a guarded motion ends nobody knows where",
+                      "no blend, or no condition");
   const bool by_distance = blend.way.kind == motion::Blend::Kind::kDistance;
   const bool by_share = blend.way.kind == motion::Blend::Kind::kFraction;
   if (blend.time_share && (by_distance || by_share))
-    findings.error("/blend", "a blend by time and by way", "one of them");
+    diagnostics.error(Code::kConflict, "/blend", "a blend by time and by way", "one of them");
   if (blend.time_share && !(*blend.time_share >= 0.5 && *blend.time_share < 1.0))
-    findings.error("/blend", fmt::format("a blend at a share of {:g}", *blend.time_share),
-                   "a share of the time, at least 0.5 and below 1");
+    diagnostics.error(Code::kOutOfRange, "/blend", fmt::format("a blend at a share of {:g}", *blend.time_share),
+                      "a share of the time, at least 0.5 and below 1");
   if (by_distance && !(blend.way.value > 0.0))
-    findings.error("/blend", fmt::format("a blend at {:g} m before the goal", blend.way.value), "above 0 m");
+    diagnostics.error(Code::kOutOfRange, "/blend", fmt::format("a blend at {:g} m before the goal", blend.way.value),
+                      "above 0 m");
   if (by_share && !(blend.way.value > 0.0 && blend.way.value <= 0.5))
-    findings.error("/blend", fmt::format("a blend over a share of {:g} of the way", blend.way.value),
-                   "above 0, at most 0.5");
+    diagnostics.error(Code::kOutOfRange, "/blend",
+                      fmt::format("a blend over a share of {:g} of the way", blend.way.value), "above 0, at most 0.5");
 }
 
 ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionParameters parameters) {

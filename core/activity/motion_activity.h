@@ -41,8 +41,8 @@ struct MotionParameters {
   std::optional<command::WeaveWish> weave = {};
 };
 
-/// Is the blend one that can be? Findings at "/blend".
-void check_blend(const MotionParameters& wish, Findings& findings);
+/// Is the blend one that can be? Diagnostics at "/blend".
+void check_blend(const MotionParameters& wish, Diagnostics& diagnostics);
 
 /// Geometry from where the arm will be.
 using LegOf = std::function<Result<motion::Leg>(const motion::ArmModel&, const kinematics::JointVector& q)>;

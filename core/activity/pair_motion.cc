@@ -45,7 +45,8 @@ motion::ArmPair pair_of(const Cell& cell, const Grasp& grasp) {
 Result<Grasp> grasp_at(const Cell& cell, const std::string& leader, const std::string& follower,
                        const JointVector& q_leader, const JointVector& q_follower) {
   if (moves(cell.frames, leader, follower)) {
-    return failure("/follower", fmt::format("where '{}' stands to '{}' changes while bases drive", follower, leader),
+    return failure(Code::kUnknownPosition, "/follower",
+                   fmt::format("where '{}' stands to '{}' changes while bases drive", follower, leader),
                    "arms that stand in the room, or on one base");
   }
   const command::MountedArm &leads = cell.arms.find(leader)->second, &follows = cell.arms.find(follower)->second;

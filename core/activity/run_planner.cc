@@ -44,18 +44,18 @@ std::expected<bool, RunPlanner::Obstacle> RunPlanner::try_plan(ActivityRun& run,
   if (before.wait || (run.after_all_ && !before.running.empty())) return false;
   const std::string fault = before.running.empty() ? conditions_.fault_of(run) : std::string();
   if (!fault.empty()) {
-    Obstacle obstacle{.failure = RunFailure::kFault, .findings = {}};
-    obstacle.findings.error("", fmt::format("'{}' was given up: {}", run.name(), fault),
-                            "remove the cause, acknowledge the fault, and ask for it again");
+    Obstacle obstacle{.failure = RunFailure::kFault, .diagnostics = {}};
+    obstacle.diagnostics.error(Code::kDeviceFault, "", fmt::format("'{}' was given up: {}", run.name(), fault),
+                               "remove the cause, acknowledge the fault, and ask for it again");
     return std::unexpected(std::move(obstacle));
   }
   auto planning = conditions_.planning_context(run, before);
   if (!planning) return false;
   const double begin = cpu_seconds();
-  Obstacle obstacle{.failure = RunFailure::kImpossible, .findings = plan(run, *planning)};
+  Obstacle obstacle{.failure = RunFailure::kImpossible, .diagnostics = plan(run, *planning)};
   run.preparation_.planning = cpu_seconds() - begin;
-  if (!obstacle.findings.has_errors()) obstacle.findings = load(run);
-  if (obstacle.findings.has_errors()) return std::unexpected(std::move(obstacle));
+  if (!obstacle.diagnostics.has_errors()) obstacle.diagnostics = load(run);
+  if (obstacle.diagnostics.has_errors()) return std::unexpected(std::move(obstacle));
   run.preparation_.total = cpu_seconds() - begin;
   if (run.net_ == 0) return true;
   run.rule_ = StartConditions::rule_for(run, before, *planning);
@@ -65,7 +65,7 @@ std::expected<bool, RunPlanner::Obstacle> RunPlanner::try_plan(ActivityRun& run,
   return false;
 }
 
-Findings RunPlanner::plan(ActivityRun& run, PlanningContext& planning) const {
+Diagnostics RunPlanner::plan(ActivityRun& run, PlanningContext& planning) const {
   auto planned = run.model_->prepare(planning);
   const auto leaves = [](const auto& one) { return one.second.leaving.has_value(); };
   const auto wanted = static_cast<std::size_t>(std::ranges::count_if(planning.predecessors, leaves));
@@ -75,12 +75,12 @@ Findings RunPlanner::plan(ActivityRun& run, PlanningContext& planning) const {
     planned = run.model_->prepare(planning);
   }
   if (!planned) return std::move(planned.error());
-  if (Findings wrong = agree_on_modes(*planned, planning); wrong.has_errors()) return wrong;
+  if (Diagnostics wrong = agree_on_modes(*planned, planning); wrong.has_errors()) return wrong;
   run.planned_ = std::move(*planned);
   return {};
 }
 
-Findings RunPlanner::load(ActivityRun& run) {
+Diagnostics RunPlanner::load(ActivityRun& run) {
   if (!run.planned_.command && !run.planned_.net) return {};  // nothing but a change of control modes
   auto mapped = mapped_net(run.planned_, run.name(), core_.period());
   if (!mapped) return std::move(mapped.error());

@@ -17,15 +17,15 @@ class RunPlanner {
   /// Why a run cannot be done.
   struct Obstacle {
     RunFailure failure = RunFailure::kImpossible;
-    Findings findings;
+    Diagnostics diagnostics;
   };
   /// @param runs  in the order in which they were asked for, `run` among them
   /// @return whether it is planned; false: it has to wait
   [[nodiscard]] std::expected<bool, Obstacle> try_plan(ActivityRun& run, std::span<const RunPtr> runs);
 
  private:
-  [[nodiscard]] Findings plan(ActivityRun& run, PlanningContext& planning) const;
-  [[nodiscard]] Findings load(ActivityRun& run);
+  [[nodiscard]] Diagnostics plan(ActivityRun& run, PlanningContext& planning) const;
+  [[nodiscard]] Diagnostics load(ActivityRun& run);
 
   rcc::ControlCore& core_;
   StartConditions conditions_;

@@ -17,7 +17,7 @@ enum class RunState : std::uint8_t {
   kReturning,  ///< it has ended, and its arms go back into the control modes of before
   kCompleted,  ///< it came to its end, or another one went on with it
   kCancelled,  ///< it came to rest because somebody asked for it
-  kFailed      ///< findings() says why
+  kFailed      ///< diagnostics() says why
 };
 [[nodiscard]] std::string_view name_of(RunState state);
 /// It is over, one way or another.
@@ -40,7 +40,7 @@ enum class RunEvent : std::uint8_t {
 };
 [[nodiscard]] std::string_view name_of(RunEvent event);
 
-/// What made an execution fail; findings() of the run say it in words.
+/// What made an execution fail; diagnostics() of the run say it in words.
 enum class RunFailure : std::uint8_t {
   kNone,
   kImpossible,   ///< it could not be planned, or LOAD has rejected its net

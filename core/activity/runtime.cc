@@ -9,9 +9,9 @@
 namespace takt::activity {
 namespace {
 
-[[noreturn]] void throw_finding(std::string place, std::string message, std::string hint) {
-  Findings why;
-  why.error(std::move(place), std::move(message), std::move(hint));
+[[noreturn]] void throw_diagnostic(Code code, std::string place, std::string message, std::string hint) {
+  Diagnostics why;
+  why.error(code, std::move(place), std::move(message), std::move(hint));
   throw ActivityError(std::move(why));
 }
 
@@ -26,8 +26,8 @@ Runtime::Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void
 
 ProgramCancelled::ProgramCancelled()
     : ActivityError([] {
-        Findings why;
-        why.error("", "the program was cancelled", "a Runtime of its own for what is to come after");
+        Diagnostics why;
+        why.error(Code::kCancelled, "", "the program was cancelled", "a Runtime of its own for what is to come after");
         return why;
       }()) {}
 
@@ -52,7 +52,8 @@ void Runtime::drop_coroutines() {
 }
 
 void Runtime::require_outside() const {
-  if (resuming_) throw_finding("", "a coroutine may not block: the loop would stand", "co_await");
+  if (resuming_)
+    throw_diagnostic(Code::kNotPossibleNow, "", "a coroutine may not block: the loop would stand", "co_await");
 }
 
 void Runtime::step() {
@@ -82,8 +83,8 @@ void Runtime::spend() {
   constexpr int kMost = 10'000;  // in one cycle: more is a program that never waits
   if (std::exchange(spent_in_cycle_, core_.cycle()) != core_.cycle()) spent_ = 0;
   if (++spent_ > kMost)
-    throw_finding("", fmt::format("the program went on {} times without a cycle between", kMost),
-                  "co_await cycles(1), or an activity, in what repeats");
+    throw_diagnostic(Code::kTooLarge, "", fmt::format("the program went on {} times without a cycle between", kMost),
+                     "co_await cycles(1), or an activity, in what repeats");
 }
 
 void Runtime::look_at_spawned() {
@@ -102,8 +103,8 @@ void Runtime::run_until(const std::function<bool()>& holds) {
   require_outside();
   for (std::int64_t cycles = 0; !holds(); ++cycles) {
     if (cycles == options_.most_cycles)
-      throw_finding("", fmt::format("nothing came of it within {} cycles", cycles),
-                    "a larger most_cycles, or a condition that comes true");
+      throw_diagnostic(Code::kTimeout, "", fmt::format("nothing came of it within {} cycles", cycles),
+                       "a larger most_cycles, or a condition that comes true");
     if (cancelled_ && scheduler_.idle() && waiting_.empty()) throw ProgramCancelled();
     step();
   }
@@ -135,7 +136,7 @@ Runtime::When Runtime::cycles(std::int64_t count) {
 
 void Runtime::set_speed(const std::string& arm, double rate) {
   if (!(rate >= 0.0 && rate <= 1.0))
-    throw_finding(pointer_segment(arm), fmt::format("a speed of {:g}", rate), "from 0 to 1");
+    throw_diagnostic(Code::kOutOfRange, pointer_segment(arm), fmt::format("a speed of {:g}", rate), "from 0 to 1");
   write_speed(arm, rate);
   speeds_[arm] = rate;
 }
@@ -149,18 +150,19 @@ void Runtime::write_speed(const std::string& arm, double rate) {
   std::vector<std::string> names;
   for (const auto& [name, mounted] : cell_.arms) names.push_back(name);
   if (!cell_.arms.contains(arm))
-    throw_finding(pointer_segment(arm), fmt::format("there is no arm '{}'", arm), nearest_choice(arm, names));
-  throw_finding(pointer_segment(arm), fmt::format("'{}' has no channel for its speed", arm),
-                "declare_channels() before the first cycle");
+    throw_diagnostic(Code::kUnknownName, pointer_segment(arm), fmt::format("there is no arm '{}'", arm),
+                     nearest_choice(arm, names));
+  throw_diagnostic(Code::kRequires, pointer_segment(arm), fmt::format("'{}' has no channel for its speed", arm),
+                   "declare_channels() before the first cycle");
 }
 
-Findings declare_channels(rcc::ControlCore& core, command::Cell& cell) {
-  Findings findings;
+Diagnostics declare_channels(rcc::ControlCore& core, command::Cell& cell) {
+  Diagnostics diagnostics;
   using Writer = device::ChannelDescription::Writer;
   const auto declare = [&](const device::ChannelDescription& description) {
     const std::string name = description.name;
     auto channel = core.declare(description);
-    if (!channel) return findings.append(channel.error());
+    if (!channel) return diagnostics.append(channel.error());
     cell.channels[name] = *channel;
   };
   for (const auto& [name, arm] : cell.arms) {
@@ -169,7 +171,7 @@ Findings declare_channels(rcc::ControlCore& core, command::Cell& cell) {
     declare({.name = path_rate_channel(name), .writer = Writer::kNet, .unit = "1", .timeout = two_cycles});
     declare({.name = speed_channel(name), .unit = "1", .initial = net::Real{1.0}});
   }
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace takt::activity

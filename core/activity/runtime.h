@@ -17,12 +17,12 @@ namespace takt::activity {
 /// never in a cycle.
 class ActivityError : public std::runtime_error {
  public:
-  explicit ActivityError(Findings findings)
-      : std::runtime_error(findings.to_string()), findings_(std::move(findings)) {}
-  [[nodiscard]] const Findings& findings() const { return findings_; }
+  explicit ActivityError(Diagnostics diagnostics)
+      : std::runtime_error(diagnostics.to_string()), diagnostics_(std::move(diagnostics)) {}
+  [[nodiscard]] const Diagnostics& diagnostics() const { return diagnostics_; }
 
  private:
-  Findings findings_;
+  Diagnostics diagnostics_;
 };
 
 /// The program was asked to end (Runtime::cancel): what ran has come to rest, and nothing begins any more.
@@ -138,6 +138,6 @@ class Runtime {
 };
 
 /// Declares the channels that the motions of a cell's arms use (docs/activity-layer.md). Before the first cycle.
-[[nodiscard]] Findings declare_channels(rcc::ControlCore& core, command::Cell& cell);
+[[nodiscard]] Diagnostics declare_channels(rcc::ControlCore& core, command::Cell& cell);
 
 }  // namespace takt::activity

@@ -15,10 +15,10 @@ using rcc::NetState;
 
 constexpr const char* kAgain = "ask for it again when the cause is removed";
 
-Findings single_finding(std::string message, std::string hint) {
-  Findings findings;
-  findings.error("", std::move(message), std::move(hint));
-  return findings;
+Diagnostics single_diagnostic(Code code, std::string message, std::string hint) {
+  Diagnostics diagnostics;
+  diagnostics.error(code, "", std::move(message), std::move(hint));
+  return diagnostics;
 }
 
 }  // namespace
@@ -100,7 +100,8 @@ bool Scheduler::look_for_answer(ActivityRun& run) {
     if (event.request != run.request_ || event.kind == rcc::Event::Kind::kState) continue;
     if (event.kind == rcc::Event::Kind::kRefused) {
       fail(run, RunFailure::kRefused,
-           single_finding(fmt::format("'{}' was not started: {}", run.name(), event.cause.text.view()), kAgain));
+           single_diagnostic(Code::kNotPossibleNow,
+                             fmt::format("'{}' was not started: {}", run.name(), event.cause.text.view()), kAgain));
       return true;
     }
     run.blended_ = !run.planned_.taken_over.empty() && event.cause.text.size == 0;
@@ -111,9 +112,9 @@ bool Scheduler::look_for_answer(ActivityRun& run) {
 /// A change that has begun comes to its end, whoever cancels meanwhile.
 void Scheduler::follow_switching(ActivityRun& run) {
   if (!run.change_->poll(core_)) return;
-  Findings findings = run.change_->findings();
+  Diagnostics diagnostics = run.change_->diagnostics();
   run.change_.reset();
-  if (findings.has_errors()) return fail(run, RunFailure::kModeRefused, std::move(findings));
+  if (diagnostics.has_errors()) return fail(run, RunFailure::kModeRefused, std::move(diagnostics));
   if (run.wants_cancel_) return end(run, RunEvent::kCancelled);
   if (run.state_ == RunState::kRunning) return end(run, RunEvent::kEnded);  // it was nothing but this change
   apply(run, RunEvent::kSwitched);
@@ -131,9 +132,9 @@ void Scheduler::follow_running(ActivityRun& run) {
 void Scheduler::follow_returning(ActivityRun& run) {
   if (!run.change_) return begin_return(run);
   if (!run.change_->poll(core_)) return;
-  Findings findings = run.change_->findings();
+  Diagnostics diagnostics = run.change_->diagnostics();
   run.change_.reset();
-  if (findings.has_errors()) return fail(run, RunFailure::kModeRefused, std::move(findings));
+  if (diagnostics.has_errors()) return fail(run, RunFailure::kModeRefused, std::move(diagnostics));
   finish(run, run.outcome_);
 }
 
@@ -141,7 +142,7 @@ void Scheduler::follow_returning(ActivityRun& run) {
 
 void Scheduler::try_plan(ActivityRun& run) {
   auto planned = planner_.try_plan(run, runs_);
-  if (!planned) return fail(run, planned.error().failure, std::move(planned.error().findings));
+  if (!planned) return fail(run, planned.error().failure, std::move(planned.error().diagnostics));
   if (*planned) apply(run, RunEvent::kPlanned);
 }
 
@@ -161,10 +162,12 @@ void Scheduler::post(ActivityRun& run) {
   if (run.request_ != 0) return run.rule_.reset();
   if (run.queue_full_since_ < 0) run.queue_full_since_ = core_.cycle();
   if (core_.cycle() - run.queue_full_since_ < rcc::Rule::kPatience) return;
-  fail(run, RunFailure::kRefused,
-       single_finding(fmt::format("'{}' was not started: the control core's queue of requests was full for {} cycles",
-                                  run.name(), rcc::Rule::kPatience),
-                      "fewer requests in one cycle"));
+  fail(
+      run, RunFailure::kRefused,
+      single_diagnostic(Code::kNotPossibleNow,
+                        fmt::format("'{}' was not started: the control core's queue of requests was full for {} cycles",
+                                    run.name(), rcc::Rule::kPatience),
+                        "fewer requests in one cycle"));
 }
 
 // -- The end ----------------------------------------------------------------------------------------------------------
@@ -175,18 +178,19 @@ void Scheduler::end_of_net(ActivityRun& run) {
   if (cause.in_order())
     return end(run, cause.code == net::Cause::Code::kCancelled ? RunEvent::kCancelled : RunEvent::kEnded);
   fail(run, RunFailure::kStopped,
-       single_finding(fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), run.status_->last_cycle,
-                                  net::name_of(cause.code), command::cause_text(cause, cell_)),
-                      kAgain));
+       single_diagnostic(Code::kStopped,
+                         fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), run.status_->last_cycle,
+                                     net::name_of(cause.code), command::cause_text(cause, cell_)),
+                         kAgain));
 }
 
-void Scheduler::fail(ActivityRun& run, RunFailure why, Findings findings) {
+void Scheduler::fail(ActivityRun& run, RunFailure why, Diagnostics diagnostics) {
   if (run.failure_ == RunFailure::kNone) run.failure_ = why;
   // Each location begins with the activity, as the paths of commands do.
   const std::string own = pointer_segment(run.name());
-  for (Finding finding : findings.list()) {
-    if (!finding.pointer.starts_with(own)) finding.pointer.insert(0, own);
-    run.findings_.add(std::move(finding));
+  for (Diagnostic diagnostic : diagnostics.list()) {
+    if (!diagnostic.pointer.starts_with(own)) diagnostic.pointer.insert(0, own);
+    run.diagnostics_.add(std::move(diagnostic));
   }
   end(run, RunEvent::kFailed);
 }
@@ -221,9 +225,10 @@ void Scheduler::give_up_followers(const ActivityRun& run) {
     if (other.get() == &run) behind = true;
     if (!behind || other.get() == &run || !is_waiting(other->state()) || !other->shares_actuator(run)) continue;
     fail(*other, RunFailure::kGivenUp,
-         single_finding(fmt::format("'{}' was given up: '{}' before it {}", other->name(), run.name(),
-                                    run.state() == RunState::kCancelled ? "was cancelled" : "failed"),
-                        "nothing starts by itself after a stop: ask for it again"));
+         single_diagnostic(Code::kStopped,
+                           fmt::format("'{}' was given up: '{}' before it {}", other->name(), run.name(),
+                                       run.state() == RunState::kCancelled ? "was cancelled" : "failed"),
+                           "nothing starts by itself after a stop: ask for it again"));
   }
 }
 

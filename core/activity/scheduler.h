@@ -59,7 +59,7 @@ class Scheduler {
   /// Over, or first back into the control modes of before.
   void end(ActivityRun& run, RunEvent outcome);
   /// What came first is kept as the reason.
-  void fail(ActivityRun& run, RunFailure why, Findings findings);
+  void fail(ActivityRun& run, RunFailure why, Diagnostics diagnostics);
   void begin_return(ActivityRun& run);
   /// The run is over: what waits behind it for the same actuators is given up, but after an end in order.
   void finish(ActivityRun& run, RunEvent outcome);

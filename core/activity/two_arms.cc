@@ -23,16 +23,17 @@ class TwoArmActivity final : public ActivityModel {
   [[nodiscard]] std::vector<std::string> actuators() const override { return {grasp_.leader, grasp_.follower}; }
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    Findings wrong;
+    Diagnostics wrong;
     check_blend(wish_, wrong);
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     const Predecessor& leads = planning.predecessors.find(grasp_.leader)->second;
     const Predecessor& follows = planning.predecessors.find(grasp_.follower)->second;
     if (!leads.at_end.rests() || !follows.at_end.rests())
-      return failure("", fmt::format("'{}': nobody knows where the arms will be at rest", name()),
+      return failure(Code::kUnknownPosition, "",
+                     fmt::format("'{}': nobody knows where the arms will be at rest", name()),
                      "a motion after the end of what runs");
     const motion::ArmPair pair = pair_of(planning.cell, grasp_);
-    if (Findings apart = check_grasp(pair, *leads.at_end.q, *follows.at_end.q); apart.has_errors())
+    if (Diagnostics apart = check_grasp(pair, *leads.at_end.q, *follows.at_end.q); apart.has_errors())
       return std::unexpected(std::move(apart));
     const std::vector<motion::LegMaker> makers{maker(pair.leader)};
     auto from_rest = motion::plan_pair(pair, *leads.at_end.q, *follows.at_end.q, makers);
@@ -43,19 +44,20 @@ class TwoArmActivity final : public ActivityModel {
 
  private:
   /// The arms still hold C at one place.
-  [[nodiscard]] Findings check_grasp(const motion::ArmPair& pair, const JointVector& q_leader,
-                                     const JointVector& q_follower) const {
+  [[nodiscard]] Diagnostics check_grasp(const motion::ArmPair& pair, const JointVector& q_leader,
+                                        const JointVector& q_follower) const {
     const Eigen::Isometry3d by_leader = pair.X_FL * pair.leader.chain.forward(q_leader) * pair.leader.X_FM;
     const Eigen::Isometry3d by_follower = pair.follower.chain.forward(q_follower) * pair.follower.X_FM;
     const double apart = (by_leader.translation() - by_follower.translation()).norm();
     const double turned = Eigen::AngleAxisd(by_leader.linear().transpose() * by_follower.linear()).angle();
-    Findings findings;
+    Diagnostics diagnostics;
     constexpr double kApart = 1e-6, kTurned = 1e-6;  // m, rad
     if (apart > kApart || turned > kTurned)
-      findings.error("/grasp",
-                     fmt::format("the arms see the motion centre {:.3g} mm and {:.3g} rad apart", 1e3 * apart, turned),
-                     "TwoArms anew where they are, or a motion of each to where they took hold");
-    return findings;
+      diagnostics.error(
+          Code::kUnknownPosition, "/grasp",
+          fmt::format("the arms see the motion centre {:.3g} mm and {:.3g} rad apart", 1e3 * apart, turned),
+          "TwoArms anew where they are, or a motion of each to where they took hold");
+    return diagnostics;
   }
 
   [[nodiscard]] motion::LegMaker maker(const ArmModel& leader) const {
@@ -81,11 +83,12 @@ Eigen::Isometry3d base_of(const Actuator& arm) { return arm.frame("world").inver
 
 TwoArms::TwoArms(const Actuator& leader, const Actuator& follower, const Eigen::Isometry3d& X_WC)
     : runtime_(&leader.runtime()), leader_(leader), follower_(follower) {
-  Findings wrong;
+  Diagnostics wrong;
   if (leader.name() == follower.name())
-    wrong.error("/follower", fmt::format("'{}' is the leader too", follower.name()), "two arms");
+    wrong.error(Code::kConflict, "/follower", fmt::format("'{}' is the leader too", follower.name()), "two arms");
   if (&leader.runtime() != &follower.runtime())
-    wrong.error("/follower", fmt::format("'{}' belongs to another runtime than '{}'", follower.name(), leader.name()),
+    wrong.error(Code::kRequires, "/follower",
+                fmt::format("'{}' belongs to another runtime than '{}'", follower.name(), leader.name()),
                 "arms of one Runtime");
   if (wrong.has_errors()) throw ActivityError(std::move(wrong));
   (void)leader.use<LinInterface>();

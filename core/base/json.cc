@@ -31,7 +31,8 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
   bool string(string_t& value) override { return put(std::move(value)); }
   bool binary(binary_t&) override { return false; }
   bool number_float(number_float_t value, const string_t& text) override {
-    if (!std::isfinite(value)) findings_.error(pointer(), fmt::format("number {} is not finite", text));
+    if (!std::isfinite(value))
+      diagnostics_.error(Code::kOutOfRange, pointer(), fmt::format("number {} is not finite", text));
     return put(value);
   }
   bool start_object(std::size_t) override { return open(Json::object()); }
@@ -50,16 +51,16 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
     const std::string_view what = error.what();
     const std::size_t start = what.find("parse error"), quote = what.find('\'');
     if (start != std::string_view::npos) {
-      findings_.error(pointer(), to_valid_utf8(what.substr(start)), fmt::format("byte {}", position));
+      diagnostics_.error(Code::kSyntax, pointer(), to_valid_utf8(what.substr(start)), fmt::format("byte {}", position));
     } else {
-      findings_.error(pointer(), fmt::format("number {} is out of range", quoted_in(what, quote)),
-                      fmt::format("at most {:.6g} in size; byte {}", std::numeric_limits<double>::max(), position));
+      diagnostics_.error(Code::kOutOfRange, pointer(), fmt::format("number {} is out of range", quoted_in(what, quote)),
+                         fmt::format("at most {:.6g} in size; byte {}", std::numeric_limits<double>::max(), position));
     }
     return false;
   }
 
   Json document;
-  Findings findings_;
+  Diagnostics diagnostics_;
 
  private:
   struct Level {
@@ -98,7 +99,7 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
 
   bool open(Json empty) {
     if (levels_.size() >= limits_.depth) {
-      findings_.error({}, fmt::format("nested deeper than {} levels", limits_.depth));
+      diagnostics_.error(Code::kTooLarge, {}, fmt::format("nested deeper than {} levels", limits_.depth));
       return false;
     }
     Json* value = place(std::move(empty));
@@ -112,7 +113,7 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
     return goes_on;
   }
 
-  /// A finding for every key that an object has more than once. @return false: too many for a person to read
+  /// A diagnostic for every key that an object has more than once. @return false: too many for a person to read
   bool check_keys(Level& level) {
     std::vector<std::string_view> keys;
     for (const auto& [key, value] : level.value->get_ref<const Json::object_t&>()) keys.push_back(key);
@@ -120,8 +121,9 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
     for (std::size_t i = 1; i < keys.size(); ++i) {
       if (keys[i] != keys[i - 1]) continue;
       level.key = keys[i];
-      findings_.error(pointer(), fmt::format("duplicate key '{}' in this object", level.key), "remove one of the two");
-      if (findings_.list().size() >= kMostDuplicates) return false;
+      diagnostics_.error(Code::kDuplicate, pointer(), fmt::format("duplicate key '{}' in this object", level.key),
+                         "remove one of the two");
+      if (diagnostics_.list().size() >= kMostDuplicates) return false;
     }
     return true;
   }
@@ -144,32 +146,34 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
 
 Result<Json> parse_json(std::string_view text, const InputLimits& limits) {
   if (text.size() > limits.bytes) {
-    return failure({}, fmt::format("{} bytes of JSON", text.size()), fmt::format("at most {}", limits.bytes));
+    return failure(Code::kTooLarge, {}, fmt::format("{} bytes of JSON", text.size()),
+                   fmt::format("at most {}", limits.bytes));
   }
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos)
-    return failure({}, "the file is empty", "expected JSON");
+    return failure(Code::kMissing, {}, "the file is empty", "expected JSON");
   BoundedBuilder builder(limits);
   const bool parsed = Json::sax_parse(text, &builder);
-  if (!parsed && !builder.findings_.has_errors()) builder.findings_.error({}, "not JSON");
-  if (builder.findings_.has_errors()) return std::unexpected(std::move(builder.findings_));
+  if (!parsed && !builder.diagnostics_.has_errors()) builder.diagnostics_.error(Code::kSyntax, {}, "not JSON");
+  if (builder.diagnostics_.has_errors()) return std::unexpected(std::move(builder.diagnostics_));
   return std::move(builder.document);
 }
 
 Result<std::string> read_file(const std::filesystem::path& path, std::size_t max_bytes) {
   std::error_code error;
-  const auto fail = [&](std::string message) {
-    Findings findings;
-    findings.add({Severity::kError, path.string(), {}, std::move(message), {}});
-    return std::unexpected(std::move(findings));
+  const auto fail = [&](std::string message, Code code = Code::kFileNotReadable) {
+    Diagnostics diagnostics;
+    diagnostics.error(code, {}, std::move(message));
+    diagnostics.set_file(path.string());
+    return std::unexpected(std::move(diagnostics));
   };
   const auto status = std::filesystem::status(path, error);
   if (status.type() == std::filesystem::file_type::none)
     return fail(fmt::format("cannot be read: {}", error.message()));
-  if (!std::filesystem::exists(status)) return fail("there is no such file");
+  if (!std::filesystem::exists(status)) return fail("there is no such file", Code::kNotFound);
   if (!std::filesystem::is_regular_file(status)) return fail("this is not a regular file");
   const auto size = std::filesystem::file_size(path, error);
   if (error) return fail(fmt::format("cannot be read: {}", error.message()));
-  if (size > max_bytes) return fail(fmt::format("{} bytes, at most {} are read", size, max_bytes));
+  if (size > max_bytes) return fail(fmt::format("{} bytes, at most {} are read", size, max_bytes), Code::kTooLarge);
   std::ifstream stream(path, std::ios::binary);
   std::string bytes(size, '\0');
   if (!stream.read(bytes.data(), static_cast<std::streamsize>(size))) return fail("cannot be read");
@@ -189,13 +193,13 @@ Result<std::filesystem::path> resolve_below(const std::filesystem::path& root, s
   const std::filesystem::path path(relative);
   const std::string hint = "a relative path to something inside the folder of the file";
   if (path.empty() || path.is_absolute())
-    return failure(pointer, fmt::format("path '{}' is not allowed", relative), hint);
+    return failure(Code::kFileNotReadable, pointer, fmt::format("path '{}' is not allowed", relative), hint);
   std::error_code error;
   const auto base = std::filesystem::weakly_canonical(root, error);
   const auto full = std::filesystem::weakly_canonical(base / path, error);
   const auto inside = full.lexically_relative(base);
   if (error || inside.empty() || *inside.begin() == "..") {
-    return failure(pointer, fmt::format("path '{}' leaves its folder", relative), hint);
+    return failure(Code::kFileNotReadable, pointer, fmt::format("path '{}' leaves its folder", relative), hint);
   }
   return full;
 }

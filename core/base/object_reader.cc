@@ -47,9 +47,10 @@ std::string short_dump(const Json& json) {
   return text;
 }
 
-ObjectReader::ObjectReader(const Json& json, std::string pointer, Findings& findings)
-    : json_(json), pointer_(std::move(pointer)), findings_(findings) {
-  if (!json_.is_object()) findings_.error(pointer_, fmt::format("{} stands here", short_dump(json_)), kObject);
+ObjectReader::ObjectReader(const Json& json, std::string pointer, Diagnostics& diagnostics)
+    : json_(json), pointer_(std::move(pointer)), diagnostics_(diagnostics) {
+  if (!json_.is_object())
+    diagnostics_.error(Code::kWrongType, pointer_, fmt::format("{} stands here", short_dump(json_)), kObject);
 }
 
 bool ObjectReader::has(std::string_view key) const { return json_.is_object() && json_.contains(key); }
@@ -61,7 +62,7 @@ const Json* ObjectReader::find(std::string_view key, const std::string& wanted) 
   if (!json_.is_object()) return nullptr;
   const auto found = json_.find(key);
   if (found != json_.end()) return &*found;
-  if (!wanted.empty()) findings_.error(pointer_, fmt::format("key '{}' is missing", key), wanted);
+  if (!wanted.empty()) diagnostics_.error(Code::kMissing, pointer_, fmt::format("key '{}' is missing", key), wanted);
   return nullptr;
 }
 
@@ -69,7 +70,7 @@ double ObjectReader::number(std::string_view key, std::optional<double> fallback
   const Json* value = find(key, fallback ? "" : range_text(range));
   if (!value) return fallback.value_or(0.0);
   if (value->is_number() && inside(value->get<double>(), range)) return value->get<double>();
-  findings_.error(at(key), short_dump(*value) + " stands here", range_text(range));
+  diagnostics_.error(Code::kOutOfRange, at(key), short_dump(*value) + " stands here", range_text(range));
   return fallback.value_or(inside(0.0, range) ? 0.0 : (std::isfinite(range.low) ? range.low + 1.0 : range.high));
 }
 
@@ -80,7 +81,7 @@ std::int64_t ObjectReader::integer(std::string_view key, std::optional<std::int6
   const bool whole =
       value->is_number_integer() && (!value->is_number_unsigned() || value->get<std::uint64_t>() <= INT64_MAX);
   if (whole && inside(static_cast<double>(value->get<std::int64_t>()), range)) return value->get<std::int64_t>();
-  findings_.error(at(key), short_dump(*value) + " stands here", wanted);
+  diagnostics_.error(Code::kOutOfRange, at(key), short_dump(*value) + " stands here", wanted);
   return fallback.value_or(0);
 }
 
@@ -88,7 +89,7 @@ bool ObjectReader::boolean(std::string_view key, std::optional<bool> fallback) {
   const Json* value = find(key, fallback ? "" : "true or false");
   if (!value) return fallback.value_or(false);
   if (value->is_boolean()) return value->get<bool>();
-  findings_.error(at(key), short_dump(*value) + " stands here", "true or false");
+  diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here", "true or false");
   return fallback.value_or(false);
 }
 
@@ -97,18 +98,20 @@ std::string ObjectReader::text(std::string_view key, std::optional<std::string> 
   if (!value) return fallback.value_or("");
   const bool empty = value->is_string() && value->get_ref<const std::string&>().empty();
   if (value->is_string() && (fallback || !empty)) return value->get<std::string>();
-  findings_.error(at(key), short_dump(*value) + " stands here", empty ? "a text that is not empty" : "a text");
+  diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here",
+                     empty ? "a text that is not empty" : "a text");
   return fallback.value_or("");
 }
 
 std::string ObjectReader::choice(std::string_view key, const std::vector<std::string>& choices,
                                  std::optional<std::string> fallback) {
   if (!fallback && !find(key, nearest_choice("", choices))) return "";
-  const std::size_t before = findings_.list().size();
+  const std::size_t before = diagnostics_.list().size();
   const std::string value = text(key, fallback);
-  if (findings_.list().size() != before || std::ranges::find(choices, value) != choices.end()) return value;
+  if (diagnostics_.list().size() != before || std::ranges::find(choices, value) != choices.end()) return value;
   if (!has(key)) return value;
-  findings_.error(at(key), fmt::format("'{}' is not known here", value), nearest_choice(value, choices));
+  diagnostics_.error(Code::kUnknownName, at(key), fmt::format("'{}' is not known here", value),
+                     nearest_choice(value, choices));
   return fallback.value_or("");
 }
 
@@ -119,14 +122,16 @@ std::vector<double> ObjectReader::numbers(std::string_view key, std::size_t size
   const Json* value = find(key, fallback ? "" : expected);
   if (!value) return placeholder;
   if (!value->is_array() || (size && value->size() != size)) {
-    findings_.error(at(key), short_dump(*value) + " stands here", expected);
+    diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here", expected);
     return placeholder;
   }
   std::vector<double> result;
   for (std::size_t i = 0; i < value->size(); ++i) {
     const Json& item = (*value)[i];
     const bool good = item.is_number() && inside(item.get<double>(), range);
-    if (!good) findings_.error(at(key) + pointer_segment(i), short_dump(item) + " stands here", range_text(range));
+    if (!good)
+      diagnostics_.error(Code::kWrongType, at(key) + pointer_segment(i), short_dump(item) + " stands here",
+                         range_text(range));
     result.push_back(good ? item.get<double>() : (inside(0.0, range) ? 0.0 : 1.0));
   }
   return result;
@@ -142,7 +147,7 @@ std::vector<std::string> ObjectReader::texts(std::string_view key, std::optional
   const Json* value = find(key, fallback ? "" : "an array of texts");
   if (!value) return fallback.value_or(std::vector<std::string>{});
   if (!value->is_array()) {
-    findings_.error(at(key), short_dump(*value) + " stands here", "an array of texts");
+    diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here", "an array of texts");
     return {};
   }
   std::vector<std::string> result;
@@ -150,7 +155,8 @@ std::vector<std::string> ObjectReader::texts(std::string_view key, std::optional
     if ((*value)[i].is_string()) {
       result.push_back((*value)[i].get<std::string>());
     } else {
-      findings_.error(at(key) + pointer_segment(i), short_dump((*value)[i]) + " stands here", "a text");
+      diagnostics_.error(Code::kWrongType, at(key) + pointer_segment(i), short_dump((*value)[i]) + " stands here",
+                         "a text");
     }
   }
   return result;
@@ -161,26 +167,27 @@ const Json* ObjectReader::child(std::string_view key) { return find(key); }
 const Json* ObjectReader::object(std::string_view key, bool required) {
   const Json* value = find(key, required ? kObject : "");
   if (!value || value->is_object()) return value;
-  findings_.error(at(key), short_dump(*value) + " stands here", kObject);
+  diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here", kObject);
   return nullptr;
 }
 
 const Json* ObjectReader::array(std::string_view key, bool required) {
   const Json* value = find(key, required ? kArray : "");
   if (!value || value->is_array()) return value;
-  findings_.error(at(key), short_dump(*value) + " stands here", kArray);
+  diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here", kArray);
   return nullptr;
 }
 
 Eigen::Quaterniond ObjectReader::rotation() {
   if (has("quaternion") && has("rpy_deg")) {
-    findings_.error(pointer_, "'quaternion' and 'rpy_deg' both stand here", "one of the two");
+    diagnostics_.error(Code::kConflict, pointer_, "'quaternion' and 'rpy_deg' both stand here", "one of the two");
   }
   if (has("quaternion")) {
     const auto values = numbers("quaternion", 4, std::vector<double>{1, 0, 0, 0});
     const Eigen::Quaterniond q(values[0], values[1], values[2], values[3]);
     if (std::abs(q.norm() - 1.0) > 1e-3) {
-      findings_.error(at("quaternion"), fmt::format("the norm is {:.6g}", q.norm()), "a unit quaternion [w, x, y, z]");
+      diagnostics_.error(Code::kOutOfRange, at("quaternion"), fmt::format("the norm is {:.6g}", q.norm()),
+                         "a unit quaternion [w, x, y, z]");
       return Eigen::Quaterniond::Identity();
     }
     return q.normalized();
@@ -205,12 +212,13 @@ void ObjectReader::finish() {
   for (const auto& [key, value] : json_.get_ref<const Json::object_t&>()) {
     if (key.starts_with("$") || key == "comment" || std::ranges::find(asked_, key) != asked_.end()) continue;
     if (++unknown > kMostUnknown) continue;
-    findings_.error(at(key), fmt::format("key '{}' is not known here", short_key(key)),
-                    nearest_choice(short_key(key), asked_, 30));
+    diagnostics_.error(Code::kUnknownKey, at(key), fmt::format("key '{}' is not known here", short_key(key)),
+                       nearest_choice(short_key(key), asked_, 30));
   }
   if (unknown > kMostUnknown) {
-    findings_.error(pointer_, fmt::format("{} more keys are not known here", unknown - kMostUnknown),
-                    nearest_choice("", asked_, 30));
+    diagnostics_.error(Code::kUnknownKey, pointer_,
+                       fmt::format("{} more keys are not known here", unknown - kMostUnknown),
+                       nearest_choice("", asked_, 30));
   }
 }
 

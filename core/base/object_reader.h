@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt {
 
@@ -24,24 +24,24 @@ inline constexpr Range kAnyNumber{};
 inline constexpr Range kPositive{.low = 0.0, .low_open = true};
 inline constexpr Range kNotNegative{.low = 0.0};
 
-/// Reads one JSON object strictly: each key is asked for once, wrong types and ranges become findings with pointer,
+/// Reads one JSON object strictly: each key is asked for once, wrong types and ranges become diagnostics with pointer,
 /// value and what is allowed, and finish() reports keys that nobody asked for with the nearest one that exists.
-/// After a finding the fallback is returned, so that reading goes on and all errors are seen at once.
-/// Keeps references to the JSON and the findings: they must outlive it. Realtime: setup.
+/// After a diagnostic the fallback is returned, so that reading goes on and all errors are seen at once.
+/// Keeps references to the JSON and the diagnostics: they must outlive it. Realtime: setup.
 class ObjectReader {
  public:
-  ObjectReader(const nlohmann::ordered_json& json, std::string pointer, Findings& findings);
+  ObjectReader(const nlohmann::ordered_json& json, std::string pointer, Diagnostics& diagnostics);
 
   [[nodiscard]] bool has(std::string_view key) const;
   /// JSON pointer of a key of this object.
   [[nodiscard]] std::string at(std::string_view key) const;
 
-  /// A finding if the key is missing and no fallback is given.
+  /// A diagnostic if the key is missing and no fallback is given.
   double number(std::string_view key, std::optional<double> fallback = {}, const Range& range = kAnyNumber);
   std::int64_t integer(std::string_view key, std::optional<std::int64_t> fallback = {},
                        const Range& range = kAnyNumber);
   bool boolean(std::string_view key, std::optional<bool> fallback = {});
-  /// A text without a fallback names something: the empty one is a finding too.
+  /// A text without a fallback names something: the empty one is a diagnostic too.
   std::string text(std::string_view key, std::optional<std::string> fallback = {});
   /// A text that must be one of `choices`.
   std::string choice(std::string_view key, const std::vector<std::string>& choices,
@@ -53,7 +53,7 @@ class ObjectReader {
   std::vector<std::string> texts(std::string_view key, std::optional<std::vector<std::string>> fallback = {});
   /// The value of a key as it is; nullptr if absent.
   const nlohmann::ordered_json* child(std::string_view key);
-  /// child(), with a finding if it is absent or not of the kind "object" or "array".
+  /// child(), with a diagnostic if it is absent or not of the kind "object" or "array".
   const nlohmann::ordered_json* object(std::string_view key, bool required = true);
   const nlohmann::ordered_json* array(std::string_view key, bool required = true);
 
@@ -66,7 +66,7 @@ class ObjectReader {
   /// Reports every key that was never asked for. Keys starting with "$" and "comment" are always allowed.
   void finish();
 
-  Findings& findings() { return findings_; }
+  Diagnostics& diagnostics() { return diagnostics_; }
   [[nodiscard]] const std::string& pointer() const { return pointer_; }
   [[nodiscard]] const nlohmann::ordered_json& json() const { return json_; }
 
@@ -76,7 +76,7 @@ class ObjectReader {
 
   const nlohmann::ordered_json& json_;
   std::string pointer_;
-  Findings& findings_;
+  Diagnostics& diagnostics_;
   std::vector<std::string> asked_;
 };
 

@@ -57,13 +57,13 @@ Result<std::string> temporary_pattern(const std::string& suffix) {
   std::error_code error;
   const fs::path folder = fs::temp_directory_path(error);
   if (!error) return (folder / ("takt-XXXXXX" + suffix)).string();
-  return failure("", fmt::format("there is no folder for temporary files: {}", error.message()),
+  return failure(Code::kFileNotWritable, "", fmt::format("there is no folder for temporary files: {}", error.message()),
                  "TMPDIR names a folder that can be written");
 }
 
 }  // namespace
 
-Findings write_file(const fs::path& path, std::string_view content, const std::string& option) {
+Diagnostics write_file(const fs::path& path, std::string_view content, const std::string& option) {
   struct stat there {};
   const bool exists = ::stat(path.c_str(), &there) == 0;
   int error = 0;
@@ -75,27 +75,29 @@ Findings write_file(const fs::path& path, std::string_view content, const std::s
     const fs::path target = exists ? fs::canonical(path, unresolved) : path;
     error = write_beside(target, content, exists ? there.st_mode & 07777 : mode_of_new_files());
   }
-  Findings findings;
+  Diagnostics diagnostics;
   if (error != 0) {
-    findings.error(option, fmt::format("'{}' cannot be written: {}", path.string(), std::strerror(error)),
-                   "a file in a folder that exists and has room");
+    diagnostics.error(Code::kFileNotWritable, option,
+                      fmt::format("'{}' cannot be written: {}", path.string(), std::strerror(error)),
+                      "a file in a folder that exists and has room");
   }
-  return findings;
+  return diagnostics;
 }
 
-Findings check_output(const fs::path& path, const std::vector<fs::path>& inputs, const std::string& option) {
-  Findings findings;
+Diagnostics check_output(const fs::path& path, const std::vector<fs::path>& inputs, const std::string& option) {
+  Diagnostics diagnostics;
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   const auto refuse = [&](const char* why) {
-    findings.error(option, fmt::format("'{}' {}", path.string(), why), "the name of a new file");
+    diagnostics.error(Code::kFileNotWritable, option, fmt::format("'{}' {}", path.string(), why),
+                      "the name of a new file");
   };
   if (fs::is_directory(status)) refuse("is a folder");
   if (fs::is_fifo(status) || fs::is_socket(status)) refuse("is a pipe or a socket, not a file");
   for (const fs::path& input : inputs) {
     if (fs::equivalent(path, input, error) && !error) refuse("is read by this command and would be overwritten");
   }
-  return findings;
+  return diagnostics;
 }
 
 Result<TemporaryFile> TemporaryFile::create(const std::string& suffix) {
@@ -103,7 +105,8 @@ Result<TemporaryFile> TemporaryFile::create(const std::string& suffix) {
   if (!pattern) return std::unexpected(std::move(pattern.error()));
   const int file = ::mkostemps(pattern->data(), static_cast<int>(suffix.size()), O_CLOEXEC);
   if (file < 0) {
-    return failure("", fmt::format("no temporary file can be made: '{}': {}", *pattern, std::strerror(errno)),
+    return failure(Code::kFileNotWritable, "",
+                   fmt::format("no temporary file can be made: '{}': {}", *pattern, std::strerror(errno)),
                    "TMPDIR names a folder that can be written");
   }
   ::close(file);
@@ -126,7 +129,8 @@ Result<TemporaryFolder> TemporaryFolder::create() {
   auto pattern = temporary_pattern("");
   if (!pattern) return std::unexpected(std::move(pattern.error()));
   if (::mkdtemp(pattern->data()) == nullptr) {
-    return failure("", fmt::format("no temporary folder can be made: '{}': {}", *pattern, std::strerror(errno)),
+    return failure(Code::kFileNotWritable, "",
+                   fmt::format("no temporary folder can be made: '{}': {}", *pattern, std::strerror(errno)),
                    "TMPDIR names a folder that can be written");
   }
   return TemporaryFolder(*pattern);

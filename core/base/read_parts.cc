@@ -16,10 +16,11 @@ Eigen::Vector3d read_direction(ObjectReader& reader, std::string_view key, const
   const double length = given.stableNorm();
   if (length > kShortest && length < kLongest) return given;
   if (length <= kShortest) {
-    reader.findings().error(reader.at(key), "a direction of no length", "a vector that is not zero");
+    reader.diagnostics().error(Code::kOutOfRange, reader.at(key), "a direction of no length",
+                               "a vector that is not zero");
   } else {
-    reader.findings().error(reader.at(key), fmt::format("a direction of length {:.3g}", length),
-                            fmt::format("at most {:g}", kLongest));
+    reader.diagnostics().error(Code::kOutOfRange, reader.at(key), fmt::format("a direction of length {:.3g}", length),
+                               fmt::format("at most {:g}", kLongest));
   }
   return fallback;
 }

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt {
 
@@ -20,7 +20,7 @@ class Registration {
   [[nodiscard]] virtual std::string_view what() const = 0;
   [[nodiscard]] virtual std::string_view name() const = 0;
   /// Why it cannot be added: the name is taken, the declaration is broken. Pointers are empty.
-  [[nodiscard]] virtual Findings check() const = 0;
+  [[nodiscard]] virtual Diagnostics check() const = 0;
   virtual void add() = 0;
 
   /// The one declared before it in the same plug-in, or null.

@@ -42,7 +42,7 @@ class ActionModel {
   /// The control mode that its set points are meant for; nothing: whichever the actuator is in.
   [[nodiscard]] virtual std::optional<device::ControlMode> mode() const { return std::nullopt; }
   /// What is wrong with its figures for this actuator, which takes its kind of set points.
-  [[nodiscard]] virtual Findings check(const ActuatorModel&) const { return {}; }
+  [[nodiscard]] virtual Diagnostics check(const ActuatorModel&) const { return {}; }
   /// The formulas that it follows, for checks.
   [[nodiscard]] virtual std::vector<ExpressionPtr> formulas() const { return {}; }
   [[nodiscard]] virtual Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const = 0;

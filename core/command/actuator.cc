@@ -132,7 +132,8 @@ class PairActuator final : public ActuatorModel {
         kept_{leader, follower},
         states_{{"completed", leader.completed() && follower.completed()},
                 {"emergency_stop", leader.emergency_stop() || follower.emergency_stop()}} {
-    if (leader.name() == follower.name()) fault_ = fault_of(fmt::format("'{}' twice", leader.name()), "two arms");
+    if (leader.name() == follower.name())
+      fault_ = fault_of(Code::kDuplicate, fmt::format("'{}' twice", leader.name()), "two arms");
     for (const Actuator* arm : {&leader, &follower})
       if (auto fault = arm->model().fault(); fault && !fault_) fault_ = std::move(fault);
   }
@@ -147,7 +148,7 @@ class PairActuator final : public ActuatorModel {
     return both;
   }
   [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
-  [[nodiscard]] std::optional<Finding> fault() const override { return fault_; }
+  [[nodiscard]] std::optional<Diagnostic> fault() const override { return fault_; }
   [[nodiscard]] std::vector<const MountedArm*> arms() const override {
     return fault_ ? std::vector<const MountedArm*>() : arms_;
   }
@@ -180,7 +181,7 @@ class PairActuator final : public ActuatorModel {
   std::vector<const MountedArm*> arms_;
   std::vector<Actuator> kept_;  ///< who owns them
   std::map<std::string, State> states_;
-  std::optional<Finding> fault_;
+  std::optional<Diagnostic> fault_;
 };
 
 class GripperActuator final : public ActuatorModel {
@@ -255,20 +256,20 @@ class MissingActuator final : public ActuatorModel {
  public:
   MissingActuator(const std::string& what, const std::string& name, const std::vector<std::string>& names)
       : ActuatorModel(name),
-        fault_(fault_of(fmt::format("there is no {} '{}'", what, name),
+        fault_(fault_of(Code::kUnknownName, fmt::format("there is no {} '{}'", what, name),
                         names.empty() ? "the cell has none" : nearest_choice(name, names))) {}
-  MissingActuator(std::string name, Finding why) : ActuatorModel(std::move(name)), fault_(std::move(why)) {}
+  MissingActuator(std::string name, Diagnostic why) : ActuatorModel(std::move(name)), fault_(std::move(why)) {}
   [[nodiscard]] std::vector<SetPointKind> takes() const override { return {}; }
   [[nodiscard]] std::map<std::string, State> states() const override {
-    const State never(broken(net::ValueType::kBoolean, fault_.message, fault_.hint));
+    const State never(broken(fault_.code, net::ValueType::kBoolean, fault_.message, fault_.hint));
     return {{"completed", never}, {"emergency_stop", never}};
   }
   void add_consumer(FragmentWriter&, const SetPoint&) const override {}
   [[nodiscard]] std::string add_invalid(FragmentWriter&) const override { return {}; }
-  [[nodiscard]] std::optional<Finding> fault() const override { return fault_; }
+  [[nodiscard]] std::optional<Diagnostic> fault() const override { return fault_; }
 
  private:
-  Finding fault_;
+  Diagnostic fault_;
 };
 
 template <class Map>
@@ -326,7 +327,7 @@ Actuator gripper(const Cell& cell, const std::string& name) {
   return make<GripperActuator>(cell, name, "gripper", names);
 }
 
-Actuator missing(std::string name, Finding why) {
+Actuator missing(std::string name, Diagnostic why) {
   return Actuator(std::make_shared<const MissingActuator>(std::move(name), std::move(why)));
 }
 

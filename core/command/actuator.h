@@ -79,7 +79,7 @@ class ActuatorModel {
   [[nodiscard]] virtual const device::GripperDescription* gripper() const { return nullptr; }
   [[nodiscard]] virtual const device::SignalOutputDescription<double>* analog_output() const { return nullptr; }
   /// Why it cannot be, with the place below its command: a device that the cell does not have.
-  [[nodiscard]] virtual std::optional<Finding> fault() const { return std::nullopt; }
+  [[nodiscard]] virtual std::optional<Diagnostic> fault() const { return std::nullopt; }
 
  private:
   std::string name_;
@@ -111,7 +111,7 @@ class Actuator {
 /// Two arms as one: "leader+follower". A set point that is none for one of them is none for both.
 [[nodiscard]] Actuator arm_pair(const Cell& cell, const std::string& leader, const std::string& follower);
 [[nodiscard]] Actuator output(const Cell& cell, const std::string& name);
-/// What cannot be: every check refuses it with this finding.
-[[nodiscard]] Actuator missing(std::string name, Finding why);
+/// What cannot be: every check refuses it with this diagnostic.
+[[nodiscard]] Actuator missing(std::string name, Diagnostic why);
 
 }  // namespace takt::command

@@ -36,9 +36,10 @@ class Checker {
  public:
   Checker(const CommandTree& tree, bool planned) : tree_(tree), planned_(planned) {}
 
-  Findings run() {
+  Diagnostics run() {
     for (const std::string& path : tree_.doubles()) {
-      error(path, "C6", "this command stands in the tree twice", "a command of its own: a command runs once at most");
+      error(Code::kDuplicate, path, "C6", "this command stands in the tree twice",
+            "a command of its own: a command runs once at most");
     }
     for (int i = 0; i < tree_.size(); ++i) {
       check_name(i);
@@ -51,24 +52,27 @@ class Checker {
     check_cycle();
     check_rivals();
     // What is not planned because of another fault is no fault of its own.
-    if (planned_ && !findings_.has_errors()) check_planned();
-    return std::move(findings_);
+    if (planned_ && !diagnostics_.has_errors()) check_planned();
+    return std::move(diagnostics_);
   }
 
  private:
   const CommandNode& node(int i) const { return *tree_.at(i).node; }
   const std::string& path(int i) const { return tree_.at(i).path; }
-  void error(const std::string& place, const char* rule, const std::string& message, const std::string& hint) {
-    findings_.error(place, fmt::format("{}: {}", rule, message), hint);
+  void error(Code code, const std::string& place, const char* rule, const std::string& message,
+             const std::string& hint) {
+    diagnostics_.error(code, place, fmt::format("{}: {}", rule, message), hint);
   }
 
   void check_name(int i) {
-    if (node(i).name.empty()) findings_.error(path(i), "a command without a name", "a name of its own");
+    if (node(i).name.empty())
+      diagnostics_.error(Code::kMissing, path(i), "a command without a name", "a name of its own");
     const int parent = tree_.at(i).parent;
     if (parent < 0) return;
     for (const int other : tree_.at(parent).children) {
       if (other >= i || node(other).name != node(i).name) continue;
-      findings_.error(path(i), fmt::format("'{}' has two commands of this name", node(parent).name), "each name once");
+      diagnostics_.error(Code::kDuplicate, path(i),
+                         fmt::format("'{}' has two commands of this name", node(parent).name), "each name once");
     }
   }
 
@@ -76,7 +80,7 @@ class Checker {
 
   /// What a formula at a place speaks of belongs to the tree (rules C6, C8, C10) and exists.
   void check_formula(const ExpressionPtr& formula, const std::string& place) {
-    findings_.append(faults_of(formula), place);
+    diagnostics_.append(faults_of(formula), place);
     if (!formula || formula->depth > kMostDepth) return;
     check_leaves(formula, place);
   }
@@ -90,18 +94,18 @@ class Checker {
     const std::string& name = leaf.subject->name;
     if (leaf.subject->kind == Subject::Kind::kRaised) {
       if (tree_.find_raised(leaf.subject) >= 0) return;
-      return error(place, "C10", fmt::format("state '{}' is raised in another tree", name),
+      return error(Code::kInvalidValue, place, "C10", fmt::format("state '{}' is raised in another tree", name),
                    "TransactionCommand::raised() of a transaction around this place");
     }
     if (leaf.subject->kind == Subject::Kind::kActuator) return check_driven(name, place);
     const int of = tree_.find(leaf.subject);
     if (of < 0) {
-      return error(place, "C6",
+      return error(Code::kUnknownName, place, "C6",
                    fmt::format("a state of '{}', which is not, or more than once, in the tree '{}'", name, path(0)),
                    "states of commands and actions in this tree");
     }
     if (leaf.output == "timed_out" && !(node(of).until && node(of).seconds)) {
-      return error(place, "C8", fmt::format("'{}' has no timeout, so it never times out", name),
+      return error(Code::kRequires, place, "C8", fmt::format("'{}' has no timeout, so it never times out", name),
                    "a wait for a state, with a timeout");
     }
     if (leaf.subject->kind != Subject::Kind::kAction) return;
@@ -109,7 +113,7 @@ class Checker {
     std::vector<std::string> offered = node(of).model().states();
     offered.insert(offered.end(), {"started", "completed"});
     if (std::ranges::find(offered, leaf.output) != offered.end()) return;
-    error(place, "C8", fmt::format("{} has no state '{}'", name, leaf.output),
+    error(Code::kUnknownName, place, "C8", fmt::format("{} has no state '{}'", name, leaf.output),
           fmt::format("it offers {}", fmt::join(offered, ", ")));
   }
 
@@ -119,7 +123,7 @@ class Checker {
     const auto index = leaf.primitive.parameters.value("index", 0);
     const int count = command.model().via_count();
     if (count == 0 || (index >= 0 && index < count)) return;  // none: it has no such state
-    error(place, "C8", fmt::format("{} passes no point {}", leaf.subject->name, index),
+    error(Code::kUnknownName, place, "C8", fmt::format("{} passes no point {}", leaf.subject->name, index),
           fmt::format("points 0 to {}", count - 1));
   }
 
@@ -127,14 +131,15 @@ class Checker {
     for (int i = 0; i < tree_.size(); ++i) {
       if (node(i).is_runtime() && drives(*node(i).actuator, actuator)) return;
     }
-    error(place, "C6", fmt::format("no command in this tree gives '{}' set points", actuator),
+    error(Code::kUnknownName, place, "C6", fmt::format("no command in this tree gives '{}' set points", actuator),
           "an actuator of a command in this tree");
   }
 
   void check_observation(int i, const Observation& observation) {
     const std::string place = path(i) + "/observations" + pointer_segment(observation.name);
     if (!observed_.insert(observation.name).second) {
-      findings_.error(place, fmt::format("'{}' is observed twice", observation.name), "each name once in a tree");
+      diagnostics_.error(Code::kDuplicate, place, fmt::format("'{}' is observed twice", observation.name),
+                         "each name once in a tree");
     }
     check_formula(observation.value, place);
     if (observation.when) check_formula(observation.when, place);
@@ -145,7 +150,7 @@ class Checker {
   void check_runtime(int i) {
     const ActuatorModel& actuator = node(i).actuator->model();
     if (const auto fault = actuator.fault())
-      return findings_.error(path(i) + fault->pointer, fault->message, fault->hint);
+      return diagnostics_.error(fault->code, path(i) + fault->pointer, fault->message, fault->hint);
     const ActionModel& action = node(i).model();
     for (const ExpressionPtr& formula : action.formulas()) check_formula(formula, path(i));
     const auto takes = actuator.takes();
@@ -153,7 +158,7 @@ class Checker {
     if (std::ranges::find(takes, gives) == takes.end()) {
       std::vector<std::string_view> names;
       for (const SetPointKind kind : takes) names.push_back(name_of(kind));
-      return error(path(i), "C8",
+      return error(Code::kInvalidValue, path(i), "C8",
                    fmt::format("{} gives {}, which '{}' does not take", action.name(), name_of(gives), actuator.name()),
                    fmt::format("it takes {}", fmt::join(names, ", ")));
     }
@@ -162,19 +167,20 @@ class Checker {
     if (mode && std::ranges::find(modes, *mode) == modes.end()) {
       std::vector<std::string_view> names;
       for (const device::ControlMode one : modes) names.push_back(device::name_of(one));
-      return error(path(i), "C8",
+      return error(Code::kInvalidValue, path(i), "C8",
                    fmt::format("{} gives {} for mode {}, which '{}' does not take", action.name(), name_of(gives),
                                device::name_of(*mode), without_mode(actuator, *mode)),
                    names.empty() ? std::string("it takes them without a mode")
                                  : fmt::format("it takes them for {}", fmt::join(names, ", ")));
     }
-    if (!action.needs_plan()) findings_.append(action.check(actuator), path(i));
+    if (!action.needs_plan()) diagnostics_.append(action.check(actuator), path(i));
   }
 
   void check_planned() {
     for (int i = 0; i < tree_.size(); ++i) {
       if (!node(i).is_runtime() || !node(i).model().needs_plan()) continue;
-      findings_.error(path(i), fmt::format("{} is not planned", node(i).model().name()), "plan() before it is mapped");
+      diagnostics_.error(Code::kRequires, path(i), fmt::format("{} is not planned", node(i).model().name()),
+                         "plan() before it is mapped");
     }
   }
 
@@ -185,23 +191,26 @@ class Checker {
 
   void check_time(const std::string& place, double seconds) {
     if (seconds >= 0.0 && seconds <= kLongestTime) return;
-    findings_.error(place, fmt::format("a time of {:g} s", seconds), fmt::format("0 to {:g} s", kLongestTime));
+    diagnostics_.error(Code::kOutOfRange, place, fmt::format("a time of {:g} s", seconds),
+                       fmt::format("0 to {:g} s", kLongestTime));
   }
 
   void check_transaction(int i) {
     for (const SubjectPtr& target : node(i).cancel_policy.targets) {
       const int child = tree_.find(target);
       if (child >= 0 && tree_.at(child).parent == i) continue;
-      error(path(i), "C4", fmt::format("cancel is forwarded to '{}', which is not directly inside", target->name),
+      error(Code::kInvalidValue, path(i), "C4",
+            fmt::format("cancel is forwarded to '{}', which is not directly inside", target->name),
             "commands of this transaction");
     }
     if (startable(i).empty()) {
-      return error(path(i), "C9", fmt::format("nothing starts in '{}', so it would never end", node(i).name),
+      return error(Code::kNeverFires, path(i), "C9",
+                   fmt::format("nothing starts in '{}', so it would never end", node(i).name),
                    "add_started(), or a handler that starts something by what is not inside of it");
     }
     for (const int child : tree_.at(i).children) {
       if (!tree_.at(child).with_parent && !is_started_by_handler(child))
-        error(path(child), "C9", fmt::format("nothing ever starts '{}'", node(child).name),
+        error(Code::kNeverFires, path(child), "C9", fmt::format("nothing ever starts '{}'", node(child).name),
               "add_started(), or a handler that starts it");
     }
   }
@@ -242,7 +251,7 @@ class Checker {
 
   void check_handler(const CommandTree::Handler& h) {
     check_formula(h.handler->state.node(), h.path);
-    check_time(h.path, h.handler->occasion.delay);
+    check_time(h.path, h.handler->trigger.delay);
     switch (h.handler->effect.kind) {
       case Kind::kStart:
         return check_start(h);
@@ -252,7 +261,8 @@ class Checker {
       case Kind::kRaise:
         return check_raise(h);
       case Kind::kExternal:
-        if (h.handler->effect.name.empty()) findings_.error(h.path, "an external effect without a name", "a name");
+        if (h.handler->effect.name.empty())
+          diagnostics_.error(Code::kMissing, h.path, "an external effect without a name", "a name");
     }
   }
 
@@ -260,24 +270,24 @@ class Checker {
     const SubjectPtr& subject = h.handler->effect.target;
     const int target = tree_.find(subject);
     if (!node(h.owner).is_transaction()) {
-      return error(h.path, "C1",
+      return error(Code::kConflict, h.path, "C1",
                    fmt::format("'{}' is no transaction, so there is nothing that it could start", node(h.owner).name),
                    "the handler on the transaction around it");
     }
     if (target < 0 || tree_.at(target).parent != h.owner) {
       return error(
-          h.path, "C1",
+          Code::kConflict, h.path, "C1",
           fmt::format("start of '{}', which is not directly inside of '{}'", subject->name, node(h.owner).name),
           "a command of the handler's own transaction");
     }
     if (tree_.at(target).with_parent) {
-      error(h.path, "C5", fmt::format("'{}' starts with its transaction already", subject->name),
+      error(Code::kInvalidValue, h.path, "C5", fmt::format("'{}' starts with its transaction already", subject->name),
             "add() in place of add_started(), or no handler");
     }
     for (const SubjectPtr& spoken : subjects_of(h.handler->state.node())) {
       const bool end_of_all = tree_.find(spoken) == h.owner && mentions(h.handler->state.node(), spoken, "completed");
       if (end_of_all) {
-        error(h.path, "C5", fmt::format("'{}' has ended when it is completed", node(h.owner).name),
+        error(Code::kInvalidValue, h.path, "C5", fmt::format("'{}' has ended when it is completed", node(h.owner).name),
               "the state `completed` of a command inside");
       }
     }
@@ -292,7 +302,7 @@ class Checker {
   void check_end(const CommandTree::Handler& h) {
     const int target = tree_.find(h.handler->effect.target);
     if (target >= 0 && tree_.is_inside(target, h.owner)) return;
-    error(h.path, "C2",
+    error(Code::kConflict, h.path, "C2",
           fmt::format("{} of '{}', which is neither '{}' nor inside of it", word_for(h.handler->effect.kind),
                       h.handler->effect.target->name, node(h.owner).name),
           "the handler on the target itself or on a transaction around it");
@@ -301,7 +311,7 @@ class Checker {
   void check_raise(const CommandTree::Handler& h) {
     const int owner = tree_.find_raised(h.handler->effect.target);
     if (owner >= 0 && tree_.is_inside(h.owner, owner)) return;
-    error(h.path, "C10",
+    error(Code::kInvalidValue, h.path, "C10",
           fmt::format("'{}' does not belong to a transaction around '{}'", h.handler->effect.target->name,
                       node(h.owner).name),
           "TransactionCommand::raised() of a transaction around the handler");
@@ -315,7 +325,7 @@ class Checker {
     std::vector<std::string> names;
     for (const int i : cycle) names.push_back(path(i));
     names.push_back(names.front());
-    error(names.front(), "C5", fmt::format("it would start itself: {}", fmt::join(names, " -> ")),
+    error(Code::kInvalidValue, names.front(), "C5", fmt::format("it would start itself: {}", fmt::join(names, " -> ")),
           "each command runs once at most; repetition is the program's");
   }
 
@@ -339,24 +349,25 @@ class Checker {
     for (const std::string& device : node(first).actuator->model().devices()) {
       const auto devices = node(second).actuator->model().devices();
       if (std::ranges::find(devices, device) == devices.end()) continue;
-      error(path(second), "C7", fmt::format("it drives '{}' together with '{}'", device, path(first)),
+      error(Code::kResourceConflict, path(second), "C7",
+            fmt::format("it drives '{}' together with '{}'", device, path(first)),
             "one after the other, by a handler on `completed`");
     }
   }
 
   const CommandTree& tree_;
   bool planned_;
-  Findings findings_;
+  Diagnostics diagnostics_;
   std::set<std::string> observed_;
 };
 
 }  // namespace
 
-Findings check(const Command& command, bool planned) { return Checker(CommandTree(command), planned).run(); }
+Diagnostics check(const Command& command, bool planned) { return Checker(CommandTree(command), planned).run(); }
 
-void add_news(const Findings& more, Findings& found) {
-  for (const Finding& one : more.list()) {
-    const bool known = std::ranges::any_of(found.list(), [&](const Finding& other) {
+void add_news(const Diagnostics& more, Diagnostics& found) {
+  for (const Diagnostic& one : more.list()) {
+    const bool known = std::ranges::any_of(found.list(), [&](const Diagnostic& other) {
       return other.message == one.message && other.pointer.starts_with(one.pointer);
     });
     if (!known) found.add(one);

@@ -1,16 +1,16 @@
 #pragma once
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/command/command.h"
 
 namespace takt::command {
 
-/// The rules C1 to C10 of docs/command-layer.md and what else makes a command impossible, all at once. Each finding
+/// The rules C1 to C10 of docs/command-layer.md and what else makes a command impossible, all at once. Each diagnostic
 /// names the place in the tree ("/screwing/handlers/0"), the rule, the value and the way out.
 /// @param planned  false: actions that are not planned yet are no fault. Realtime: setup.
-[[nodiscard]] Findings check(const Command& command, bool planned = true);
+[[nodiscard]] Diagnostics check(const Command& command, bool planned = true);
 
 /// Adds those of `more` that are not in `found` yet, at their location or below it. Realtime: setup.
-void add_news(const Findings& more, Findings& found);
+void add_news(const Diagnostics& more, Diagnostics& found);
 
 }  // namespace takt::command

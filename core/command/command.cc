@@ -21,13 +21,13 @@ Command::Command(std::string name) : node_(std::make_shared<CommandNode>()) {
   node_->name = std::move(name);
 }
 
-Command& Command::on_entered(State state, Effect effect, Occasion occasion) {
-  node_->handlers.push_back({std::move(state), true, std::move(effect), occasion});
+Command& Command::on_entered(State state, Effect effect, Trigger trigger) {
+  node_->handlers.push_back({std::move(state), true, std::move(effect), trigger});
   return *this;
 }
 
-Command& Command::on_left(State state, Effect effect, Occasion occasion) {
-  node_->handlers.push_back({std::move(state), false, std::move(effect), occasion});
+Command& Command::on_left(State state, Effect effect, Trigger trigger) {
+  node_->handlers.push_back({std::move(state), false, std::move(effect), trigger});
   return *this;
 }
 

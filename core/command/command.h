@@ -50,7 +50,7 @@ struct Effect {
 [[nodiscard]] Effect external(std::string name, ExternalHandler handler = {});
 
 /// When an event counts.
-struct Occasion {
+struct Trigger {
   bool first_only = false;  ///< of an external effect; everything else happens once at most anyway
   double delay = 0.0;       ///< from the event to the effect, s
 };
@@ -62,7 +62,7 @@ struct EventHandler {
   State state;
   bool entered = true;
   Effect effect;
-  Occasion occasion;
+  Trigger trigger;
 };
 
 /// What CANCEL does to a transaction (rule C4).
@@ -125,8 +125,8 @@ class Command {
   [[nodiscard]] State cancelled() const { return state("cancelled"); }
 
   // Event handlers.
-  Command& on_entered(State state, Effect effect, Occasion occasion = {});
-  Command& on_left(State state, Effect effect, Occasion occasion = {});
+  Command& on_entered(State state, Effect effect, Trigger trigger = {});
+  Command& on_left(State state, Effect effect, Trigger trigger = {});
 
   /// Shows a value outside of the net under a name (activity::ActivityRun::value).
   template <class T>

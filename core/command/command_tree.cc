@@ -4,7 +4,7 @@
 #include <functional>
 #include <queue>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::command {
 

@@ -16,18 +16,18 @@ void ExternalWatch::detach() {
   externals_.clear();
 }
 
-Findings ExternalWatch::attach(rcc::ControlCore& core, rcc::NetId net, const std::vector<ExternalPort>& ports) {
-  Findings findings;
+Diagnostics ExternalWatch::attach(rcc::ControlCore& core, rcc::NetId net, const std::vector<ExternalPort>& ports) {
+  Diagnostics diagnostics;
   core_ = &core;
   for (const ExternalPort& port : ports) {
     auto watch = core.watch(net, port.port, {.every = 1, .capacity = kCapacity});
     if (!watch) {
-      findings.append(watch.error());
+      diagnostics.append(watch.error());
       continue;
     }
     externals_.push_back({.name = port.name, .handler = port.handler, .watch = std::move(*watch)});
   }
-  return findings;
+  return diagnostics;
 }
 
 void ExternalWatch::poll(const std::function<void(const ExternalEvent&)>& tell) {

@@ -21,8 +21,8 @@ class ExternalWatch {
   ExternalWatch(const ExternalWatch&) = delete;
   ExternalWatch& operator=(const ExternalWatch&) = delete;
 
-  /// Once, after LOAD and before START. The core outlives it. @return findings: it has no room for so many watches.
-  [[nodiscard]] Findings attach(rcc::ControlCore& core, rcc::NetId net, const std::vector<ExternalPort>& ports);
+  /// Once, after LOAD and before START. The core outlives it. @return diagnostics: it has no room for so many watches.
+  [[nodiscard]] Diagnostics attach(rcc::ControlCore& core, rcc::NetId net, const std::vector<ExternalPort>& ports);
   /// Looks no more. Before the net is unloaded.
   void detach();
   /// Tells what has happened since the last call: to `tell` and to the handler of the effect.

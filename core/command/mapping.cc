@@ -243,7 +243,7 @@ class Mapper {
       busy.push_back(writer_.both(id(child, "busy"), started(child), writer_.opposite(over)));
     }
     for (const auto& handler : tree_.handlers()) {
-      if (handler.handler->effect.kind != Kind::kStart || handler.handler->occasion.delay <= 0.0) continue;
+      if (handler.handler->effect.kind != Kind::kStart || handler.handler->trigger.delay <= 0.0) continue;
       const int target = tree_.find(handler.handler->effect.target);
       if (target >= 0 && tree_.at(target).parent == i) busy.push_back(pending(handler));
     }
@@ -443,10 +443,10 @@ class Mapper {
     const auto found = delayed_.find(h.handler);
     if (found != delayed_.end()) return found->second;
     Signal signal = occurrence(h);
-    if (h.handler->occasion.delay > 0.0) {
+    if (h.handler->trigger.delay > 0.0) {
       const Signal begun = writer_.latch(id(h.owner, "due"), signal, acts_on_null(h.handler->effect.kind));
       const std::string timer = writer_.unique(id(h.owner, "delay"));
-      writer_.add(timer, "OnDelay", {{"delay", h.handler->occasion.delay}});
+      writer_.add(timer, "OnDelay", {{"delay", h.handler->trigger.delay}});
       writer_.feed(begun, timer + ".input");
       begun_[h.handler] = begun;
       signal = Signal::at(timer + ".value");
@@ -490,7 +490,7 @@ class Mapper {
     const int target = tree_.find(h.handler->effect.target);
     const Signal event = writer_.signal_of(h.handler->state.node());
     if (!node(target).is_runtime() || at(target).contribution.path_clock.empty() || event.constant ||
-        !h.handler->entered || h.handler->occasion.delay > 0.0)
+        !h.handler->entered || h.handler->trigger.delay > 0.0)
       return;
     BrakePorts brake{
         .name = h.path, .event = event.port, .fragment = at(target).id, .clock = *clock_of(target), .sources = {}};
@@ -512,12 +512,12 @@ class Mapper {
 
   /// Counts in the net; the program's side looks at the count.
   void write_external(const CommandTree::Handler& h) {
-    const Occasion& occasion = h.handler->occasion;
+    const Trigger& trigger = h.handler->trigger;
     Signal signal = occurrence(h);
-    if (occasion.first_only) signal = writer_.latch(id(h.owner, "first"), signal, false);
-    if (occasion.delay > 0.0) {
+    if (trigger.first_only) signal = writer_.latch(id(h.owner, "first"), signal, false);
+    if (trigger.delay > 0.0) {
       const std::string delay = writer_.unique(id(h.owner, "later"));
-      const auto cycles = static_cast<std::int64_t>(std::ceil(occasion.delay / to_seconds(writer_.period()) - 1e-9));
+      const auto cycles = static_cast<std::int64_t>(std::ceil(trigger.delay / to_seconds(writer_.period()) - 1e-9));
       writer_.add(delay, "DelayBoolean", {{"cycles", cycles}});
       writer_.feed(signal, delay + ".input");
       signal = Signal::at(delay + ".value");
@@ -569,8 +569,8 @@ class Mapper {
 }  // namespace
 
 Result<MappedCommand> map(const Command& command, Nanoseconds period) {
-  Findings findings = check(command);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics = check(command);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   const CommandTree tree(command);
   return Mapper(tree, period).map();
 }

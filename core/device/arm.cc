@@ -90,7 +90,7 @@ void Arm::begin_cycle(std::int64_t cycle, Nanoseconds time) {
   } else if (other_mode && phase_ != Phase::kNotReady) {
     phase_ = Phase::kNotReady;
   } else if (phase_ == Phase::kNotReady && !held_ && !sample_.changing_mode) {
-    guard_.rest_at(whereabouts());
+    guard_.rest_at(start_positions());
     stand_in(sample_.mode);
     phase_ = Phase::kFrozen;
   }
@@ -108,7 +108,7 @@ void Arm::look_at_change() {
   if (there && mode_ != target_mode_) {
     // Whoever was pushed away from a spring's rest must not jump back to it: position begins where the arm is. That is
     // so from the first sample on that shows it, since set points are followed then.
-    guard_.rest_at(target_mode_ == ControlMode::kPosition ? whereabouts() : guard_.last().q);
+    guard_.rest_at(target_mode_ == ControlMode::kPosition ? start_positions() : guard_.last().q);
     stand_in(target_mode_);
   }
   if (cycle_ < (there ? change_ends_ : mode_due_)) return;
@@ -200,7 +200,7 @@ void Arm::enter(std::string_view wanted) {
 void Arm::switch_to(ControlMode mode) {
   const bool stiff = mode == ControlMode::kPosition;
   if (stiff && at_rest()) {
-    guard_.rest_at(whereabouts());
+    guard_.rest_at(start_positions());
     proposed_ = false;
   }
   stand_in(mode);
@@ -252,7 +252,7 @@ bool Arm::will_rest() const {
   return Guard::rests(proposal_) && (compliance_proposed_ ? proposed_compliance_ : compliance_).neutral();
 }
 
-std::optional<net::Text> Arm::misfit(const Seam& end, const Seam& begin) const {
+std::optional<net::Text> Arm::seam_mismatch(const Seam& end, const Seam& begin) const {
   if (begin.mode.size > 0 && end.mode.size > 0 && begin.mode.view() != end.mode.view()) {
     const auto from = control_mode_of(end.mode.view()), to = control_mode_of(begin.mode.view());
     const ModeChange* change = from && to ? description_->modes.find(*from, *to) : nullptr;

@@ -71,7 +71,7 @@ class Arm final : public Actuator {
   /// What this cycle sends if the guard lets it pass, else what was sent last.
   [[nodiscard]] Seam seam() const override;
   /// Positions, velocities and accelerations may differ by what one step of the largest jerk does in a period.
-  [[nodiscard]] std::optional<net::Text> misfit(const Seam& end, const Seam& begin) const override;
+  [[nodiscard]] std::optional<net::Text> seam_mismatch(const Seam& end, const Seam& begin) const override;
   /// States are control modes (docs/control-modes.md).
   [[nodiscard]] StateAnswer answer(std::string_view mode) const override;
   void enter(std::string_view mode) override;
@@ -109,7 +109,7 @@ class Arm final : public Actuator {
   [[nodiscard]] std::optional<net::Text> find_wrong_mode() const;
   [[nodiscard]] bool away_from_set_point() const;
   /// Where the device says that it is told to be, else where it is measured.
-  [[nodiscard]] const JointVector& whereabouts() const {
+  [[nodiscard]] const JointVector& start_positions() const {
     return sample_.commanded.size() > 0 ? sample_.commanded : sample_.q;
   }
   void stand_in(ControlMode mode);

@@ -30,7 +30,7 @@ Nanoseconds milliseconds(ObjectReader& reader, const char* key) {
 double one_number(ObjectReader& parent, const char* object, const char* key) {
   const Json* json = parent.object(object, /*required=*/false);
   if (json == nullptr) return 0.0;
-  ObjectReader reader(*json, parent.at(object), parent.findings());
+  ObjectReader reader(*json, parent.at(object), parent.diagnostics());
   const double value = reader.number(key, 0.0, kNotNegative);
   reader.finish();
   return value;
@@ -64,7 +64,7 @@ void ArmReader::read_times() {
   arm_.sample_age_max = kSampleCyclesMax * arm_.cycle;
 }
 
-/// One number per joint; zeros if absent and not required. Wrong lengths are findings.
+/// One number per joint; zeros if absent and not required. Wrong lengths are diagnostics.
 JointVector ArmReader::joints(ObjectReader& reader, const char* key, const Range& range, bool required) {
   const auto n = static_cast<std::size_t>(joint_count_);
   std::optional<std::vector<double>> fallback;
@@ -79,7 +79,7 @@ void ArmReader::read_chain(std::span<const std::string> rolling) {
   if (arm_.robot == nullptr || arm_.base_link.empty() || arm_.flange_link.empty()) return;
   if (arm_.robot->link(arm_.base_link) == nullptr || arm_.robot->link(arm_.flange_link) == nullptr) return;
   auto chain = kinematics::Chain::create(*arm_.robot, arm_.base_link, arm_.flange_link, rolling);
-  if (!chain) return reader_.findings().append(chain.error(), {}, arm_.urdf.string());
+  if (!chain) return reader_.diagnostics().append(chain.error(), {}, arm_.urdf.string());
   joint_count_ = chain->joint_count();
   arm_.joint_names = chain->joint_names();
   arm_.limits.lower = chain->lower();
@@ -92,8 +92,9 @@ void ArmReader::read_chain(std::span<const std::string> rolling) {
     arm_.damping[i] = joint->damping;
     arm_.friction[i] = joint->friction;
     if (!std::isfinite(arm_.limits.velocity[i]))
-      reader_.findings().error(reader_.at("urdf"), fmt::format("joint '{}' has no velocity limit", joint->name),
-                               "add <limit velocity=\"...\"/> to the URDF");
+      reader_.diagnostics().error(Code::kMissing, reader_.at("urdf"),
+                                  fmt::format("joint '{}' has no velocity limit", joint->name),
+                                  "add <limit velocity=\"...\"/> to the URDF");
   }
   arm_.chain = std::make_shared<const kinematics::Chain>(std::move(*chain));
 }
@@ -103,10 +104,11 @@ void ArmReader::check_home() {
   for (int i = 0; i < joint_count_; ++i) {
     const bool inside = arm_.home[i] >= arm_.limits.lower[i] && arm_.home[i] <= arm_.limits.upper[i];
     if (inside) continue;
-    reader_.findings().error(reader_.at("home_rad") + pointer_segment(static_cast<std::size_t>(i)),
-                             fmt::format("{} is outside the range of joint '{}'", arm_.home[i],
-                                         arm_.joint_names[static_cast<std::size_t>(i)]),
-                             fmt::format("[{}, {}]", arm_.limits.lower[i], arm_.limits.upper[i]));
+    reader_.diagnostics().error(Code::kOutOfRange,
+                                reader_.at("home_rad") + pointer_segment(static_cast<std::size_t>(i)),
+                                fmt::format("{} is outside the range of joint '{}'", arm_.home[i],
+                                            arm_.joint_names[static_cast<std::size_t>(i)]),
+                                fmt::format("[{}, {}]", arm_.limits.lower[i], arm_.limits.upper[i]));
   }
 }
 
@@ -118,9 +120,9 @@ void ArmReader::read_held_joints() {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto found = std::ranges::find(arm_.joint_names, names[i]);
     if (found == arm_.joint_names.end()) {
-      reader_.findings().error(reader_.at("held_joints") + pointer_segment(i),
-                               fmt::format("there is no joint '{}'", names[i]),
-                               nearest_choice(names[i], arm_.joint_names));
+      reader_.diagnostics().error(Code::kUnknownName, reader_.at("held_joints") + pointer_segment(i),
+                                  fmt::format("there is no joint '{}'", names[i]),
+                                  nearest_choice(names[i], arm_.joint_names));
       return;
     }
     held.push_back(static_cast<int>(found - arm_.joint_names.begin()));
@@ -128,18 +130,18 @@ void ArmReader::read_held_joints() {
   if (joint_count_ < 3) return;  // no inverse: only joint motions
   auto inverse = given ? kinematics::InverseKinematics::create(*arm_.chain, held)
                        : kinematics::InverseKinematics::create(*arm_.chain);
-  if (!inverse) return reader_.findings().append(inverse.error(), reader_.at("held_joints"));
+  if (!inverse) return reader_.diagnostics().append(inverse.error(), reader_.at("held_joints"));
   arm_.inverse = std::make_shared<const kinematics::InverseKinematics>(std::move(*inverse));
 }
 
 void ArmReader::read_limits() {
   const Json* json = reader_.object("limits");
   if (json == nullptr) return;
-  ObjectReader limits(*json, reader_.at("limits"), reader_.findings());
+  ObjectReader limits(*json, reader_.at("limits"), reader_.diagnostics());
   arm_.limits.acceleration = joints(limits, "acceleration_rad_s2", kPositive);
   arm_.limits.jerk = joints(limits, "jerk_rad_s3", kPositive);
   if (const Json* inner = limits.object("cartesian")) {
-    ObjectReader cartesian(*inner, limits.at("cartesian"), reader_.findings());
+    ObjectReader cartesian(*inner, limits.at("cartesian"), reader_.diagnostics());
     auto& c = arm_.cartesian;
     c.linear_velocity = cartesian.number("linear_velocity_m_s", {}, kPositive);
     c.linear_acceleration = cartesian.number("linear_acceleration_m_s2", {}, kPositive);
@@ -155,10 +157,10 @@ void ArmReader::read_limits() {
 void ArmReader::read_control() {
   const Json* json = reader_.object("control");
   if (json == nullptr) return;
-  ObjectReader control(*json, reader_.at("control"), reader_.findings());
+  ObjectReader control(*json, reader_.at("control"), reader_.diagnostics());
   read_control_modes(control, joint_count_, arm_.modes, arm_.impedance);
   if (const Json* inner = control.object("gains")) {
-    ObjectReader gains(*inner, control.at("gains"), reader_.findings());
+    ObjectReader gains(*inner, control.at("gains"), reader_.diagnostics());
     arm_.natural_frequency = joints(gains, "natural_frequency_rad_s", kPositive);
     arm_.damping_ratio = joints(gains, "damping_ratio", kPositive);
     arm_.friction_observer = joints(gains, "friction_observer_per_s", kNotNegative, /*required=*/false);
@@ -170,13 +172,13 @@ void ArmReader::read_control() {
 void ArmReader::read_sensors() {
   const Json* json = reader_.object("sensors", /*required=*/false);
   if (json == nullptr) return;
-  ObjectReader sensors(*json, reader_.at("sensors"), reader_.findings());
+  ObjectReader sensors(*json, reader_.at("sensors"), reader_.diagnostics());
   arm_.position_resolution = one_number(sensors, "position", "resolution_rad");
   arm_.velocity_noise = one_number(sensors, "velocity", "noise_sigma_rad_s");
   arm_.measurement_delay = milliseconds(sensors, "delay_ms");
   arm_.measurement_period = milliseconds(sensors, "period_ms");
   if (const Json* inner = sensors.object("torque", /*required=*/false)) {
-    ObjectReader torque(*inner, sensors.at("torque"), reader_.findings());
+    ObjectReader torque(*inner, sensors.at("torque"), reader_.diagnostics());
     arm_.torque_noise = joints(torque, "noise_sigma_Nm", kNotNegative);
     arm_.torque_bias = joints(torque, "bias_sigma_Nm", kNotNegative);
     arm_.torque_at_motor = torque.choice("at", {"joint", "motor"}, "joint") == "motor";

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/device/description.h"
 #include "core/kinematics/wheel_drive.h"
 

@@ -50,7 +50,7 @@ class BaseReader {
     parts_.read_control();
     check_modes();
     read_odometry();
-    if (!plane || reader_.findings().has_errors()) return;
+    if (!plane || reader_.diagnostics().has_errors()) return;
     check_wheel_speed();
     finish();
   }
@@ -59,7 +59,7 @@ class BaseReader {
   void read_drive() {
     const Json* json = reader_.object("drive");
     if (json == nullptr) return;
-    ObjectReader drive(*json, reader_.at("drive"), reader_.findings());
+    ObjectReader drive(*json, reader_.at("drive"), reader_.diagnostics());
     drive.choice("kind", {"mecanum"});
     base_.drive.wheel_radius = drive.number("wheel_radius_m", {}, kPositive);
     base_.drive.wheelbase = drive.number("wheelbase_m", {}, kPositive);
@@ -72,14 +72,15 @@ class BaseReader {
   void read_wheels(ObjectReader& drive) {
     const auto names = drive.texts("wheels");
     if (names.size() != base_.wheels.size()) {
-      return drive.findings().error(drive.at("wheels"), fmt::format("{} wheels", names.size()),
-                                    "four joints: front left, front right, rear left, rear right");
+      return drive.diagnostics().error(Code::kWrongSize, drive.at("wheels"), fmt::format("{} wheels", names.size()),
+                                       "four joints: front left, front right, rear left, rear right");
     }
     std::set<std::string> seen;
     for (std::size_t i = 0; i < names.size(); ++i) {
       const std::string pointer = drive.at("wheels") + pointer_segment(i);
       if (!seen.insert(names[i]).second)
-        drive.findings().error(pointer, fmt::format("wheel '{}' stands twice", names[i]), "each wheel once");
+        drive.diagnostics().error(Code::kDuplicate, pointer, fmt::format("wheel '{}' stands twice", names[i]),
+                                  "each wheel once");
       base_.wheels[i] = names[i];
       check_wheel(names[i], pointer);
     }
@@ -91,13 +92,13 @@ class BaseReader {
     if (joint == nullptr) {
       std::vector<std::string> names;
       for (const auto& one : base_.robot->joints) names.push_back(one.name);
-      return reader_.findings().error(pointer, fmt::format("the URDF has no joint '{}'", name),
-                                      nearest_choice(name, names));
+      return reader_.diagnostics().error(Code::kUnknownName, pointer, fmt::format("the URDF has no joint '{}'", name),
+                                         nearest_choice(name, names));
     }
     const bool rolls = joint->type == JointType::kContinuous && (joint->axis - Eigen::Vector3d::UnitY()).norm() < 1e-9;
     if (!rolls) {
-      reader_.findings().error(pointer, fmt::format("joint '{}' is no wheel", name),
-                               "a continuous joint about +y, so that a positive speed drives forward");
+      reader_.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("joint '{}' is no wheel", name),
+                                  "a continuous joint about +y, so that a positive speed drives forward");
     }
   }
 
@@ -109,8 +110,8 @@ class BaseReader {
       q << 0.3, -0.2, 0.7;  // any place but a special one
       if ((chain.forward(q).matrix() - in_plane(q).matrix()).norm() < 1e-12) return true;
     }
-    reader_.findings().error(
-        reader_.at("flange"),
+    reader_.diagnostics().error(
+        Code::kInvalidValue, reader_.at("flange"),
         fmt::format("the joints from '{}' to '{}' are not those of a base", base_.base_link, base_.flange_link),
         "three: along x, along y, about z, with their frames in one point");
     return false;
@@ -119,7 +120,7 @@ class BaseReader {
   void read_limits(bool plane) {
     const Json* json = reader_.object("limits");
     if (json == nullptr) return;
-    ObjectReader limits(*json, reader_.at("limits"), reader_.findings());
+    ObjectReader limits(*json, reader_.at("limits"), reader_.diagnostics());
     auto& c = base_.cartesian;
     c.linear_acceleration = limits.number("linear_acceleration_m_s2", {}, kPositive);
     c.linear_jerk = limits.number("linear_jerk_m_s3", {}, kPositive);
@@ -142,16 +143,16 @@ class BaseReader {
 
   void check_urdf_limits() {
     if (base_.limits.velocity[kX] != base_.limits.velocity[kY]) {
-      reader_.findings().error(
-          reader_.at("urdf"),
+      reader_.diagnostics().error(
+          Code::kConflict, reader_.at("urdf"),
           fmt::format("joints '{}' and '{}' have the velocity limits {} and {}", base_.joint_names[kX],
                       base_.joint_names[kY], base_.limits.velocity[kX], base_.limits.velocity[kY]),
           "the same: it is that of the vector");
     }
     for (int i = 0; i < 3; ++i) {
       if (std::isfinite(base_.effort[i])) continue;
-      reader_.findings().error(
-          reader_.at("urdf"),
+      reader_.diagnostics().error(
+          Code::kMissing, reader_.at("urdf"),
           fmt::format("joint '{}' has no effort limit", base_.joint_names[static_cast<std::size_t>(i)]),
           "add <limit effort=\"...\"/> to the URDF");
     }
@@ -160,15 +161,15 @@ class BaseReader {
   void check_modes() {
     for (const ControlMode mode : base_.modes.modes) {
       if (mode == ControlMode::kPosition) continue;
-      reader_.findings().error(reader_.at("control") + "/modes", fmt::format("a base has no mode '{}'", name_of(mode)),
-                               "[\"position\"]");
+      reader_.diagnostics().error(Code::kUnknownName, reader_.at("control") + "/modes",
+                                  fmt::format("a base has no mode '{}'", name_of(mode)), "[\"position\"]");
     }
   }
 
   void read_odometry() {
     const Json* json = reader_.object("odometry", /*required=*/false);
     if (json == nullptr) return;
-    ObjectReader odometry(*json, reader_.at("odometry"), reader_.findings());
+    ObjectReader odometry(*json, reader_.at("odometry"), reader_.diagnostics());
     base_.position_resolution = odometry.number("resolution_m", 0.0, kNotNegative);
     base_.velocity_noise = odometry.number("velocity_noise_m_s", 0.0, kNotNegative);
     odometry.finish();
@@ -179,8 +180,8 @@ class BaseReader {
     const auto& c = base_.cartesian;
     const double fastest = base_.drive.fastest_wheel(c.linear_velocity, c.angular_velocity);
     if (fastest <= base_.wheel_speed) return;
-    reader_.findings().error(
-        reader_.at("drive") + "/wheel_speed_rad_s",
+    reader_.diagnostics().error(
+        Code::kInvalidValue, reader_.at("drive") + "/wheel_speed_rad_s",
         fmt::format("{:g} m/s at 45 degrees with {:g} rad/s would turn a wheel with {:.4g} rad/s, beyond {:g}",
                     c.linear_velocity, c.angular_velocity, fastest, base_.wheel_speed),
         "slower joints in the URDF");
@@ -214,7 +215,7 @@ class BaseReader {
 Result<std::shared_ptr<const BaseDescription>> read_base(const std::filesystem::path& folder) {
   auto file = DeviceFile::open(folder, "base");
   if (!file) return std::unexpected(std::move(file.error()));
-  ObjectReader reader(file->json(), "", file->findings());
+  ObjectReader reader(file->json(), "", file->diagnostics());
   BaseDescription base;
   BaseReader(*file, reader, base).read();
   return file->finish(reader, std::move(base));

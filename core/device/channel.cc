@@ -27,22 +27,26 @@ int frame_names(ValueType type) {
   return type == ValueType::kVector || type == ValueType::kTwist || type == ValueType::kWrench ? 1 : 0;
 }
 
-void check_unit(const ChannelDescription& channel, Findings& findings) {
+void check_unit(const ChannelDescription& channel, Diagnostics& diagnostics) {
   if (channel.unit.empty()) return;
   if (!carries_unit(channel.type)) {
-    findings.error("/unit", fmt::format("a {} carries no unit, not '{}'", net::name_of(channel.type), channel.unit));
+    diagnostics.error(Code::kConflict, "/unit",
+                      fmt::format("a {} carries no unit, not '{}'", net::name_of(channel.type), channel.unit));
     return;
   }
   const auto terms = net::parse_unit(channel.unit);
   bool right = terms && !terms->empty();
   for (std::size_t i = 0; right && i < terms->size(); ++i) right = (*terms)[i].variables.empty();
-  if (!right) findings.error("/unit", fmt::format("'{}' is no unit", channel.unit), "such as m/s, rad, N, 1");
+  if (!right)
+    diagnostics.error(Code::kInvalidValue, "/unit", fmt::format("'{}' is no unit", channel.unit),
+                      "such as m/s, rad, N, 1");
   const bool two = channel.type == ValueType::kTwist || channel.type == ValueType::kWrench;
   if (right && terms->size() > (two ? 2u : 1u))
-    findings.error("/unit", fmt::format("'{}' are two units", channel.unit), "one for all components");
+    diagnostics.error(Code::kInvalidValue, "/unit", fmt::format("'{}' are two units", channel.unit),
+                      "one for all components");
 }
 
-void check_frame(const ChannelDescription& channel, Findings& findings) {
+void check_frame(const ChannelDescription& channel, Diagnostics& diagnostics) {
   if (channel.frame.empty()) return;
   const std::size_t sign = channel.frame.find('>');
   const int names = sign == std::string::npos ? 1 : 2;
@@ -50,10 +54,11 @@ void check_frame(const ChannelDescription& channel, Findings& findings) {
                      (names == 1 || channel.frame.find('>', sign + 1) == std::string::npos);
   const int wanted = frame_names(channel.type);
   if (whole && names == wanted) return;
-  findings.error("/frame", fmt::format("'{}' is no frame of a {}", channel.frame, net::name_of(channel.type)),
-                 wanted == 2   ? "'A>B', the pose of B in A"
-                 : wanted == 1 ? "the frame that it is expressed in, one name"
-                               : "none");
+  diagnostics.error(Code::kInvalidValue, "/frame",
+                    fmt::format("'{}' is no frame of a {}", channel.frame, net::name_of(channel.type)),
+                    wanted == 2   ? "'A>B', the pose of B in A"
+                    : wanted == 1 ? "the frame that it is expressed in, one name"
+                                  : "none");
 }
 
 }  // namespace
@@ -66,17 +71,19 @@ std::string_view Channel::kind_of(ValueType type) {
 }
 
 Result<std::unique_ptr<Channel>> Channel::make(const ChannelDescription& description) {
-  Findings findings;
-  if (description.name.empty()) findings.error("/name", "a channel needs a name");
-  check_unit(description, findings);
-  check_frame(description, findings);
-  if (description.timeout < 0) findings.error("/timeout", "a timeout below 0", "0 for none, or a time in seconds");
+  Diagnostics diagnostics;
+  if (description.name.empty()) diagnostics.error(Code::kMissing, "/name", "a channel needs a name");
+  check_unit(description, diagnostics);
+  check_frame(description, diagnostics);
+  if (description.timeout < 0)
+    diagnostics.error(Code::kOutOfRange, "/timeout", "a timeout below 0", "0 for none, or a time in seconds");
   if (description.initial && description.initial->index() != static_cast<std::size_t>(description.type)) {
-    findings.error("/initial", fmt::format("a {}, but the channel carries a {}",
-                                           net::name_of(static_cast<ValueType>(description.initial->index())),
-                                           net::name_of(description.type)));
+    diagnostics.error(Code::kTypeMismatch, "/initial",
+                      fmt::format("a {}, but the channel carries a {}",
+                                  net::name_of(static_cast<ValueType>(description.initial->index())),
+                                  net::name_of(description.type)));
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return std::unique_ptr<Channel>(new Channel(description));
 }
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <variant>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "core/device/device.h"
 #include "core/device/mailbox.h"

@@ -29,19 +29,19 @@ ValueType type_named(const std::string& name) {
 }  // namespace
 
 std::optional<ChannelValue> channel_value_from_json(const Json& json, ValueType type, const std::string& pointer,
-                                                    Findings& findings) {
+                                                    Diagnostics& diagnostics) {
   return net::visit_type(type, [&]<class T>(std::type_identity<T>) -> std::optional<ChannelValue> {
     T value = net::null_payload<T>();
-    const Findings found = net::value_from_json(json, value);
-    findings.append(found, pointer);
+    const Diagnostics found = net::value_from_json(json, value);
+    diagnostics.append(found, pointer);
     if (found.has_errors()) return std::nullopt;
     return ChannelValue(value);
   });
 }
 
 ChannelDescription channel_from_json(const std::string& name, const Json& json, const std::string& pointer,
-                                     Findings& findings) {
-  Findings found;
+                                     Diagnostics& diagnostics) {
+  Diagnostics found;
   ObjectReader reader(json, pointer, found);
   ChannelDescription channel{.name = name};
   channel.type = type_named(reader.choice("type", type_names()));
@@ -56,7 +56,7 @@ ChannelDescription channel_from_json(const std::string& name, const Json& json, 
   reader.finish();
   const auto made = Channel::make(channel);
   if (!made && !found.has_errors()) found.append(made.error(), pointer);
-  findings.append(found);
+  diagnostics.append(found);
   return channel;
 }
 

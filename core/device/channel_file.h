@@ -5,21 +5,21 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/device/channel.h"
 
 namespace takt::device {
 
 /// Reads what a file says of one channel (docs/channels.md):
 ///   {"type": "Real", "writer": "net", "unit": "m/s", "frame": "A>B", "initial": 0.1, "timeout_s": 0.1}
-/// `type` must be there; `writer` is "outside" unless said otherwise. What is wrong goes to `findings` with `pointer`
-/// in front; there is a fallback in its place. Realtime: setup.
+/// `type` must be there; `writer` is "outside" unless said otherwise. What is wrong goes to `diagnostics` with
+/// `pointer` in front; there is a fallback in its place. Realtime: setup.
 [[nodiscard]] ChannelDescription channel_from_json(const std::string& name, const nlohmann::ordered_json& json,
-                                                   const std::string& pointer, Findings& findings);
+                                                   const std::string& pointer, Diagnostics& diagnostics);
 
-/// A value as a file has it. @return nothing, with findings, if it is not of this type. Realtime: setup.
+/// A value as a file has it. @return nothing, with diagnostics, if it is not of this type. Realtime: setup.
 [[nodiscard]] std::optional<ChannelValue> channel_value_from_json(const nlohmann::ordered_json& json,
                                                                   net::ValueType type, const std::string& pointer,
-                                                                  Findings& findings);
+                                                                  Diagnostics& diagnostics);
 
 }  // namespace takt::device

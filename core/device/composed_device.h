@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/net/composite.h"
 
 namespace takt::device {
@@ -19,7 +19,8 @@ class ComposedDevice final : public net::Composite {
   static constexpr std::string_view kKind = "composed_device";
 
   /// @param parts  at least one, made before it; owned by the core, as this one is
-  /// @return the device, or a finding for a part that stands in it twice, directly or through others. Realtime: setup.
+  /// @return the device, or a diagnostic for a part that stands in it twice, directly or through others. Realtime:
+  /// setup.
   [[nodiscard]] static Result<std::unique_ptr<ComposedDevice>> make(std::string name,
                                                                     std::vector<net::Resource*> parts);
 

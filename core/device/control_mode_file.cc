@@ -32,15 +32,15 @@ void read_modes(ObjectReader& control, ControlModes& modes) {
     if (const auto mode = control_mode_of(names[i])) {
       modes.modes.push_back(*mode);
     } else {
-      control.findings().error(control.at("modes") + pointer_segment(i),
-                               fmt::format("unknown control mode '{}'", names[i]),
-                               nearest_choice(names[i], mode_names()));
+      control.diagnostics().error(Code::kUnknownName, control.at("modes") + pointer_segment(i),
+                                  fmt::format("unknown control mode '{}'", names[i]),
+                                  nearest_choice(names[i], mode_names()));
     }
   }
 }
 
-void read_change(const Json& json, const std::string& pointer, Findings& findings, ControlModes& modes) {
-  ObjectReader reader(json, pointer, findings);
+void read_change(const Json& json, const std::string& pointer, Diagnostics& diagnostics, ControlModes& modes) {
+  ObjectReader reader(json, pointer, diagnostics);
   ModeChange change{.from = mode_at(reader, "from"), .to = mode_at(reader, "to")};
   const std::string name = reader.choice("class", {"seamless", "at_standstill", "outside_net"});
   for (const ChangeClass one : {ChangeClass::kSeamless, ChangeClass::kAtStandstill, ChangeClass::kOutsideNet})
@@ -49,12 +49,15 @@ void read_change(const Json& json, const std::string& pointer, Findings& finding
   if (takes_time || reader.has("duration_ms"))
     change.duration = static_cast<Nanoseconds>(reader.number("duration_ms", {}, kNotNegative) * kMillisecond);
   if (!takes_time && change.duration > 0)
-    findings.error(reader.at("duration_ms"), "a seamless change takes no time", "no duration, or another class");
+    diagnostics.error(Code::kConflict, reader.at("duration_ms"), "a seamless change takes no time",
+                      "no duration, or another class");
   for (const ControlMode mode : {change.from, change.to})
-    if (!modes.has(mode)) findings.error(pointer, fmt::format("it has no mode '{}'", name_of(mode)), modes.list());
+    if (!modes.has(mode))
+      diagnostics.error(Code::kUnknownName, pointer, fmt::format("it has no mode '{}'", name_of(mode)), modes.list());
   if (change.from == change.to || modes.find(change.from, change.to) != nullptr)
-    findings.error(pointer, fmt::format("from '{}' to '{}' again", name_of(change.from), name_of(change.to)),
-                   "each pair of two modes once");
+    diagnostics.error(Code::kDuplicate, pointer,
+                      fmt::format("from '{}' to '{}' again", name_of(change.from), name_of(change.to)),
+                      "each pair of two modes once");
   reader.finish();
   modes.changes.push_back(change);
 }
@@ -62,7 +65,7 @@ void read_change(const Json& json, const std::string& pointer, Findings& finding
 void read_changes(ObjectReader& control, ControlModes& modes) {
   const Json* list = control.array("mode_changes", /*required=*/false);
   for (std::size_t i = 0; list != nullptr && i < list->size(); ++i)
-    read_change((*list)[i], control.at("mode_changes") + pointer_segment(i), control.findings(), modes);
+    read_change((*list)[i], control.at("mode_changes") + pointer_segment(i), control.diagnostics(), modes);
 }
 
 /// Reads the ranges of one mode. Keys end in the unit, so they differ between the modes.
@@ -107,14 +110,16 @@ class RangeReader {
   }
   void check_below(double value, double most, const char* key) {
     if (value > most)
-      reader_.findings().error(reader_.at(key), fmt::format("{} is above the largest", value),
-                               fmt::format("at most {}", most));
+      reader_.diagnostics().error(Code::kOutOfRange, reader_.at(key), fmt::format("{} is above the largest", value),
+                                  fmt::format("at most {}", most));
   }
 
   void read_rest() {
     const auto ratio = reader_.numbers("damping_ratio_range", 2, std::vector{0.1, 1.0}, kPositive);
     const double low = ratio.size() == 2 ? ratio[0] : 0.1, high = ratio.size() == 2 ? ratio[1] : 1.0;
-    if (low > high) reader_.findings().error(reader_.at("damping_ratio_range"), "the first is above the second");
+    if (low > high)
+      reader_.diagnostics().error(Code::kOutOfRange, reader_.at("damping_ratio_range"),
+                                  "the first is above the second");
     const double standard = reader_.number("damping_ratio", 0.7, {.low = low, .high = std::max(low, high)});
     range_.lower.damping_ratio.setConstant(low);
     range_.upper.damping_ratio.setConstant(high);
@@ -140,8 +145,9 @@ void read_range(ObjectReader& impedance, const ControlModes& modes, ControlMode 
   const Json* json = impedance.object(key, modes.has(mode));
   if (json == nullptr) return;
   if (!modes.has(mode))
-    impedance.findings().error(impedance.at(key), fmt::format("it has no mode '{}'", key), modes.list());
-  ObjectReader reader(*json, impedance.at(key), impedance.findings());
+    impedance.diagnostics().error(Code::kUnknownName, impedance.at(key), fmt::format("it has no mode '{}'", key),
+                                  modes.list());
+  ObjectReader reader(*json, impedance.at(key), impedance.diagnostics());
   RangeReader read(reader, range, axes);
   mode == ControlMode::kCartesianImpedance ? read.read_cartesian() : read.read_joint();
   for (Compliance* part : {&range.lower, &range.upper, &range.standard}) part->mode = mode;
@@ -156,7 +162,7 @@ void read_control_modes(ObjectReader& control, int joint_count, ControlModes& mo
   const bool needed = modes.has(ControlMode::kJointImpedance) || modes.has(ControlMode::kCartesianImpedance);
   const Json* json = control.object("impedance", needed);
   if (json == nullptr) return;
-  ObjectReader reader(*json, control.at("impedance"), control.findings());
+  ObjectReader reader(*json, control.at("impedance"), control.diagnostics());
   impedance.ramp =
       static_cast<Nanoseconds>(reader.number("ramp_ms", 500.0, {.low = 10.0, .high = 60e3}) * kMillisecond);
   read_range(reader, modes, ControlMode::kJointImpedance, joint_count, impedance.joint);

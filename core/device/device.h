@@ -60,7 +60,7 @@ class Actuator : public Device {
   [[nodiscard]] virtual Seam seam() const { return {}; }
   /// Why a net that begins like `begin` cannot follow at once where one ended like `end`: axis and numbers; or nothing.
   /// What one of the two does not say is not compared. Any thread.
-  [[nodiscard]] virtual std::optional<net::Text> misfit(const Seam& /*end*/, const Seam& /*begin*/) const {
+  [[nodiscard]] virtual std::optional<net::Text> seam_mismatch(const Seam& /*end*/, const Seam& /*begin*/) const {
     return std::nullopt;
   }
   /// May a net be started that needs the device in this state? Empty: in any.

@@ -23,7 +23,7 @@ using Json = nlohmann::ordered_json;
 net::Wrench read_wrench(ObjectReader& parent, const char* key, bool required) {
   const Json* json = parent.object(key, required);
   if (json == nullptr) return {};
-  ObjectReader reader(*json, parent.at(key), parent.findings());
+  ObjectReader reader(*json, parent.at(key), parent.diagnostics());
   const auto channel = [&reader](const char* name) -> Eigen::Vector3d {
     const auto values = reader.numbers(name, 3, {}, kNotNegative);
     return values.size() == 3 ? Eigen::Vector3d(values[0], values[1], values[2]) : Eigen::Vector3d::Zero();
@@ -38,17 +38,17 @@ net::Wrench read_wrench(ObjectReader& parent, const char* key, bool required) {
 Result<std::string> read_device_kind(const fs::path& folder) {
   auto json = read_json(folder / kFileName);
   if (!json) return std::unexpected(std::move(json.error()));
-  Findings findings;
-  std::string kind = ObjectReader(*json, "", findings).text("kind");
-  findings.set_file((folder / kFileName).string());
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  std::string kind = ObjectReader(*json, "", diagnostics).text("kind");
+  diagnostics.set_file((folder / kFileName).string());
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return kind;
 }
 
 Result<std::shared_ptr<const ArmDescription>> read_arm(const fs::path& folder) {
   auto file = DeviceFile::open(folder, "arm");
   if (!file) return std::unexpected(std::move(file.error()));
-  ObjectReader reader(file->json(), "", file->findings());
+  ObjectReader reader(file->json(), "", file->diagnostics());
   ArmDescription arm;
   ArmReader(*file, reader, arm).read();
   return file->finish(reader, std::move(arm));
@@ -57,7 +57,7 @@ Result<std::shared_ptr<const ArmDescription>> read_arm(const fs::path& folder) {
 Result<std::shared_ptr<const ForceTorqueDescription>> read_force_torque_sensor(const fs::path& folder) {
   auto file = DeviceFile::open(folder, "force_torque_sensor");
   if (!file) return std::unexpected(std::move(file.error()));
-  ObjectReader reader(file->json(), "", file->findings());
+  ObjectReader reader(file->json(), "", file->diagnostics());
   ForceTorqueDescription sensor;
   sensor.mount_link = file->read_common(reader, sensor);
   sensor.measuring_link = file->link(reader, "measuring");
@@ -68,7 +68,7 @@ Result<std::shared_ptr<const ForceTorqueDescription>> read_force_torque_sensor(c
   sensor.noise = read_wrench(reader, "noise_sigma", true);
   sensor.bias = read_wrench(reader, "bias_sigma", false);
   sensor.low_pass_hz = reader.has("low_pass_Hz") ? reader.number("low_pass_Hz", {}, kPositive) : 0.0;
-  if (file->robot() != nullptr && !file->findings().has_errors()) {
+  if (file->robot() != nullptr && !file->diagnostics().has_errors()) {
     sensor.X_MS = pose_between(*file->robot(), sensor.mount_link, sensor.measuring_link);
     sensor.X_MT = pose_between(*file->robot(), sensor.mount_link, sensor.tool_link);
   }
@@ -78,13 +78,13 @@ Result<std::shared_ptr<const ForceTorqueDescription>> read_force_torque_sensor(c
 Result<std::shared_ptr<const ToolDescription>> read_tool(const fs::path& folder) {
   auto file = DeviceFile::open(folder, "tool");
   if (!file) return std::unexpected(std::move(file.error()));
-  ObjectReader reader(file->json(), "", file->findings());
+  ObjectReader reader(file->json(), "", file->diagnostics());
   ToolDescription tool;
   tool.mount_link = file->read_common(reader, tool);
   tool.tcp_link = file->link(reader, "tcp");
   if (reader.has("flange")) file->link(reader, "flange");
   tool.ball_radius = reader.has("ball_radius_m") ? reader.number("ball_radius_m", {}, kPositive) : 0.0;
-  if (file->robot() != nullptr && !file->findings().has_errors()) {
+  if (file->robot() != nullptr && !file->diagnostics().has_errors()) {
     tool.X_MT = pose_between(*file->robot(), tool.mount_link, tool.tcp_link);
     tool.payload = transform(pose_between(*file->robot(), tool.mount_link, file->robot()->root().name),
                              rigid_payload(*file->robot()));
@@ -108,7 +108,7 @@ Result<fs::path> ModelLibrary::find(std::string_view name, const std::string& po
     std::error_code ignored;
     if (one_segment && fs::is_regular_file(path / name / kFileName, ignored)) return path / name;
   }
-  return failure(pointer, fmt::format("unknown model '{}'", name), nearest_choice(name, names()));
+  return failure(Code::kUnknownName, pointer, fmt::format("unknown model '{}'", name), nearest_choice(name, names()));
 }
 
 }  // namespace takt::device

@@ -6,14 +6,14 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/device/description.h"
 #include "core/device/gripper.h"
 
 namespace takt::device {
 
-/// Reads <folder>/device.json and the URDF that it names. All findings at once, each with file, JSON pointer, value and
-/// what is allowed; unknown keys are errors with the nearest known one. Format: schemas/device.schema.json.
+/// Reads <folder>/device.json and the URDF that it names. All diagnostics at once, each with file, JSON pointer, value
+/// and what is allowed; unknown keys are errors with the nearest known one. Format: schemas/device.schema.json.
 /// Realtime: setup.
 [[nodiscard]] Result<std::shared_ptr<const ArmDescription>> read_arm(const std::filesystem::path& folder);
 [[nodiscard]] Result<std::shared_ptr<const ForceTorqueDescription>> read_force_torque_sensor(
@@ -33,7 +33,7 @@ class ModelLibrary {
  public:
   explicit ModelLibrary(std::vector<std::filesystem::path> paths) : paths_(std::move(paths)) {}
 
-  /// @return the model's folder; or a finding with the nearest of the names that exist. A name is one path segment.
+  /// @return the model's folder; or a diagnostic with the nearest of the names that exist. A name is one path segment.
   [[nodiscard]] Result<std::filesystem::path> find(std::string_view name, const std::string& pointer = {}) const;
   /// All model names in the order of the alphabet.
   [[nodiscard]] std::vector<std::string> names() const;

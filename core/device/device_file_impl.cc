@@ -22,7 +22,7 @@ DeviceFile::DeviceFile(fs::path folder, Json json, const std::string& kind)
     : folder_(std::move(folder)),
       json_(std::make_unique<Json>(std::move(json))),
       kind_(kind),
-      findings_(std::make_unique<Findings>()) {}
+      diagnostics_(std::make_unique<Diagnostics>()) {}
 
 DeviceFile::DeviceFile(DeviceFile&&) noexcept = default;
 DeviceFile& DeviceFile::operator=(DeviceFile&&) noexcept = default;
@@ -38,12 +38,12 @@ fs::path DeviceFile::load_urdf(const std::string& name, const std::string& point
   if (name.empty()) return {};
   const auto path = resolve_below(folder_, name, pointer);
   if (!path) {
-    findings_->append(path.error());
+    diagnostics_->append(path.error());
     return {};
   }
   auto robot = kinematics::RobotModel::load(*path);
   if (!robot) {
-    findings_->append(robot.error(), {}, path->string());
+    diagnostics_->append(robot.error(), {}, path->string());
     return *path;
   }
   robot_ = std::make_shared<const kinematics::RobotModel>(std::move(*robot));
@@ -54,7 +54,8 @@ void DeviceFile::check_link(const std::string& name, const std::string& pointer)
   if (robot_ == nullptr || name.empty() || robot_->link(name) != nullptr) return;
   std::vector<std::string> names;
   for (const auto& one : robot_->links) names.push_back(one.name);
-  findings_->error(pointer, fmt::format("the URDF has no link '{}'", name), nearest_choice(name, names));
+  diagnostics_->error(Code::kUnknownName, pointer, fmt::format("the URDF has no link '{}'", name),
+                      nearest_choice(name, names));
 }
 
 Eigen::Isometry3d pose_between(const kinematics::RobotModel& robot, const std::string& from, const std::string& to) {

@@ -21,7 +21,7 @@ inline constexpr const char* kFileName = "device.json";
 /// A sample may be missing for this many device cycles: a lost packet or two.
 inline constexpr int kSampleCyclesMax = 20;
 
-/// One device file while it is read, and where findings go.
+/// One device file while it is read, and where diagnostics go.
 class DeviceFile {
  public:
   static Result<DeviceFile> open(const fs::path& folder, const std::string& kind);
@@ -30,7 +30,7 @@ class DeviceFile {
   ~DeviceFile();
 
   [[nodiscard]] const nlohmann::ordered_json& json() const { return *json_; }
-  [[nodiscard]] Findings& findings() { return *findings_; }
+  [[nodiscard]] Diagnostics& diagnostics() { return *diagnostics_; }
   [[nodiscard]] const fs::path& folder() const { return folder_; }
   /// Null until read_common() and where the URDF is wrong.
   [[nodiscard]] const std::shared_ptr<const kinematics::RobotModel>& robot() const { return robot_; }
@@ -55,13 +55,13 @@ class DeviceFile {
   /// The name of a link that must exist; empty without a URDF or if it does not.
   std::string link(ObjectReader& reader, const char* key, std::optional<std::string> fallback = {});
 
-  /// Ends reading: the findings with the file's name, or the description.
+  /// Ends reading: the diagnostics with the file's name, or the description.
   template <class Description>
   Result<std::shared_ptr<const Description>> finish(ObjectReader& reader, Description description) {
     reader.finish();
-    if (findings_->has_errors()) {
-      findings_->set_file((folder_ / kFileName).string());
-      return std::unexpected(std::move(*findings_));
+    if (diagnostics_->has_errors()) {
+      diagnostics_->set_file((folder_ / kFileName).string());
+      return std::unexpected(std::move(*diagnostics_));
     }
     return std::make_shared<const Description>(std::move(description));
   }
@@ -74,7 +74,7 @@ class DeviceFile {
   fs::path folder_;
   std::unique_ptr<nlohmann::ordered_json> json_;
   std::string kind_;
-  std::unique_ptr<Findings> findings_;
+  std::unique_ptr<Diagnostics> diagnostics_;
   std::shared_ptr<const kinematics::RobotModel> robot_;
 };
 

@@ -15,7 +15,8 @@ std::pair<double, double> read_interval(ObjectReader& reader, const char* key) {
   const auto ends = reader.numbers(key, 2, {}, kNotNegative);
   if (ends.size() != 2) return {0.0, 0.0};
   if (ends[0] > ends[1]) {
-    reader.findings().error(reader.at(key), fmt::format("from {} to {}", ends[0], ends[1]), "[smallest, largest]");
+    reader.diagnostics().error(Code::kOutOfRange, reader.at(key), fmt::format("from {} to {}", ends[0], ends[1]),
+                               "[smallest, largest]");
   }
   return {ends[0], ends[1]};
 }
@@ -24,8 +25,8 @@ std::pair<double, double> read_interval(ObjectReader& reader, const char* key) {
 void read_fingers(DeviceFile& file, ObjectReader& reader, GripperDescription& gripper) {
   gripper.fingers = reader.texts("fingers");
   if (gripper.fingers.size() != 2) {
-    reader.findings().error(reader.at("fingers"), fmt::format("{} joints", gripper.fingers.size()),
-                            "the two joints of a parallel gripper");
+    reader.diagnostics().error(Code::kWrongSize, reader.at("fingers"), fmt::format("{} joints", gripper.fingers.size()),
+                               "the two joints of a parallel gripper");
   }
   if (file.robot() == nullptr) return;
   std::vector<std::string> joints;
@@ -34,14 +35,16 @@ void read_fingers(DeviceFile& file, ObjectReader& reader, GripperDescription& gr
     const std::string pointer = reader.at("fingers") + pointer_segment(i);
     const auto* joint = file.robot()->joint(gripper.fingers[i]);
     if (joint == nullptr) {
-      reader.findings().error(pointer, fmt::format("the URDF has no joint '{}'", gripper.fingers[i]),
-                              nearest_choice(gripper.fingers[i], joints));
+      reader.diagnostics().error(Code::kUnknownName, pointer,
+                                 fmt::format("the URDF has no joint '{}'", gripper.fingers[i]),
+                                 nearest_choice(gripper.fingers[i], joints));
     } else if (joint->type != kinematics::JointType::kPrismatic || joint->lower != 0.0) {
-      reader.findings().error(pointer, fmt::format("joint '{}' is no finger", joint->name),
-                              "prismatic, zero where the gripper is closed, opening with positive values");
+      reader.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("joint '{}' is no finger", joint->name),
+                                 "prismatic, zero where the gripper is closed, opening with positive values");
     } else if (gripper.stroke > 0.0 && joint->upper != 0.5 * gripper.stroke) {
-      reader.findings().error(pointer, fmt::format("joint '{}' moves {} m", joint->name, joint->upper),
-                              "all fingers move as far");
+      reader.diagnostics().error(Code::kInvalidValue, pointer,
+                                 fmt::format("joint '{}' moves {} m", joint->name, joint->upper),
+                                 "all fingers move as far");
     } else {
       gripper.stroke = 2.0 * joint->upper;
     }
@@ -53,7 +56,7 @@ void read_fingers(DeviceFile& file, ObjectReader& reader, GripperDescription& gr
 Result<std::shared_ptr<const GripperDescription>> read_gripper(const fs::path& folder) {
   auto file = DeviceFile::open(folder, "gripper");
   if (!file) return std::unexpected(std::move(file.error()));
-  ObjectReader reader(file->json(), "", file->findings());
+  ObjectReader reader(file->json(), "", file->diagnostics());
   GripperDescription gripper;
   gripper.mount_link = file->read_common(reader, gripper);
   gripper.tcp_link = file->link(reader, "tcp");
@@ -66,7 +69,7 @@ Result<std::shared_ptr<const GripperDescription>> read_gripper(const fs::path& f
   gripper.pad_friction = reader.number("pad_friction", {}, kPositive);
   gripper.cycle = read_cycle(reader);
   gripper.sample_age_max = kSampleCyclesMax * gripper.cycle;
-  if (file->robot() != nullptr && !file->findings().has_errors()) {
+  if (file->robot() != nullptr && !file->diagnostics().has_errors()) {
     gripper.X_MT = pose_between(*file->robot(), gripper.mount_link, gripper.tcp_link);
     gripper.payload = transform(pose_between(*file->robot(), gripper.mount_link, file->robot()->root().name),
                                 rigid_payload(*file->robot()));

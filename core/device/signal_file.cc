@@ -20,13 +20,14 @@ void read_analog(ObjectReader& reader, IoChannel& channel) {
   channel.unit = reader.text("unit");
   const auto unit = net::parse_unit(channel.unit);
   if (!channel.unit.empty() && (!unit || unit->size() != 1 || !unit->front().variables.empty())) {
-    reader.findings().error(reader.at("unit"), fmt::format("'{}' is no unit", channel.unit), "such as V, A, m, N, 1");
+    reader.diagnostics().error(Code::kInvalidValue, reader.at("unit"), fmt::format("'{}' is no unit", channel.unit),
+                               "such as V, A, m, N, 1");
   }
   const auto ends = reader.numbers("range", 2);
   if (ends.size() == 2) std::tie(channel.lower, channel.upper) = std::pair(ends[0], ends[1]);
   if (!(channel.lower < channel.upper)) {
-    reader.findings().error(reader.at("range"), fmt::format("from {} to {}", channel.lower, channel.upper),
-                            "[smallest, largest]");
+    reader.diagnostics().error(Code::kOutOfRange, reader.at("range"),
+                               fmt::format("from {} to {}", channel.lower, channel.upper), "[smallest, largest]");
   }
 }
 
@@ -34,7 +35,7 @@ void read_stop(ObjectReader& reader, IoChannel& channel) {
   const Json* stop = reader.child("stop");
   if (stop == nullptr || *stop == "hold") return;
   const auto wrong = [&](const char* allowed) {
-    reader.findings().error(reader.at("stop"), short_dump(*stop) + " stands here", allowed);
+    reader.diagnostics().error(Code::kWrongType, reader.at("stop"), short_dump(*stop) + " stands here", allowed);
   };
   if (!channel.is_analog()) {
     if (*stop != "on" && *stop != "off") return wrong("hold, off or on");
@@ -47,8 +48,8 @@ void read_stop(ObjectReader& reader, IoChannel& channel) {
 }
 
 IoChannel read_channel(Kind kind, const std::string& name, const Json& json, const std::string& pointer,
-                       Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                       Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   IoChannel channel;
   channel.kind = kind;
   channel.name = name;
@@ -73,17 +74,19 @@ void read_channels(ObjectReader& reader, const char* key, Kind kind, std::vector
   for (const auto& [name, json] : members->items()) {
     const std::string pointer = reader.at(key) + pointer_segment(name);
     if (name.empty() || name.find('/') != std::string::npos)
-      reader.findings().error(pointer, fmt::format("'{}' cannot be a name", name), "not empty, no '/'");
+      reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("'{}' cannot be a name", name),
+                                 "not empty, no '/'");
     if (std::ranges::find(channels, name, &IoChannel::name) != channels.end())
-      reader.findings().error(pointer, fmt::format("'{}' is the name of two terminals", name), "each name once");
-    channels.push_back(read_channel(kind, name, json, pointer, reader.findings()));
+      reader.diagnostics().error(Code::kDuplicate, pointer, fmt::format("'{}' is the name of two terminals", name),
+                                 "each name once");
+    channels.push_back(read_channel(kind, name, json, pointer, reader.diagnostics()));
   }
 }
 
 Result<std::shared_ptr<const BeamDescription>> read_beam(const fs::path& folder, const std::string& kind) {
   auto file = DeviceFile::open(folder, kind);
   if (!file) return std::unexpected(std::move(file.error()));
-  ObjectReader reader(file->json(), "", file->findings());
+  ObjectReader reader(file->json(), "", file->diagnostics());
   BeamDescription beam;
   beam.mount_link = file->read_common(reader, beam);
   beam.beam_link = file->link(reader, "beam");
@@ -92,7 +95,7 @@ Result<std::shared_ptr<const BeamDescription>> read_beam(const fs::path& folder,
     const auto ends = reader.numbers("range_m", 2, {}, kNotNegative);
     if (ends.size() == 2) std::tie(beam.range_min, beam.range_max) = std::pair(ends[0], ends[1]);
     if (!(beam.range_min < beam.range_max))
-      reader.findings().error(reader.at("range_m"), "the range is empty", "[smallest, largest]");
+      reader.diagnostics().error(Code::kOutOfRange, reader.at("range_m"), "the range is empty", "[smallest, largest]");
     beam.resolution = reader.number("resolution_m", 0.0, kNotNegative);
     beam.noise = reader.number("noise_sigma_m", 0.0, kNotNegative);
   } else {
@@ -108,14 +111,15 @@ Result<std::shared_ptr<const BeamDescription>> read_beam(const fs::path& folder,
 Result<std::shared_ptr<const IoDescription>> read_io(const fs::path& folder) {
   auto file = DeviceFile::open(folder, "io");
   if (!file) return std::unexpected(std::move(file.error()));
-  ObjectReader reader(file->json(), "", file->findings());
+  ObjectReader reader(file->json(), "", file->diagnostics());
   IoDescription io;
   io.mount_link = file->read_common(reader, io);
   read_channels(reader, "digital_inputs", Kind::kDigitalInput, io.channels);
   read_channels(reader, "digital_outputs", Kind::kDigitalOutput, io.channels);
   read_channels(reader, "analog_inputs", Kind::kAnalogInput, io.channels);
   read_channels(reader, "analog_outputs", Kind::kAnalogOutput, io.channels);
-  if (io.channels.empty()) reader.findings().error("", "the block has no terminal", "digital_inputs and the like");
+  if (io.channels.empty())
+    reader.diagnostics().error(Code::kMissing, "", "the block has no terminal", "digital_inputs and the like");
   io.cycle = read_cycle(reader);
   io.sample_age_max = kSampleCyclesMax * io.cycle;
   return file->finish(reader, std::move(io));

@@ -39,8 +39,8 @@ void read_threshold(ObjectReader& reader, const std::string& unit, Condition& co
   const std::string below = unit.empty() ? "below" : fmt::format("below_{}", unit);
   const bool both_or_none = (reader.child(above) != nullptr) == (reader.child(below) != nullptr);
   if (both_or_none) {
-    reader.findings().error(reader.pointer(), "exactly one threshold is needed",
-                            fmt::format("'{}' or '{}'", above, below));
+    reader.diagnostics().error(Code::kConflict, reader.pointer(), "exactly one threshold is needed",
+                               fmt::format("'{}' or '{}'", above, below));
   }
   condition.above = reader.has(above);
   condition.threshold = reader.number(condition.above ? above : below, 0.0);
@@ -52,19 +52,21 @@ bool known_device(ObjectReader& reader, const char* key, const char* what, const
   if (!reader.has(key) || devices.contains(name)) return true;
   std::vector<std::string> names;
   for (const auto& [device, mounted] : devices) names.push_back(device);
-  reader.findings().error(reader.at(key), fmt::format("there is no {} '{}'", what, name), nearest_choice(name, names));
+  reader.diagnostics().error(Code::kUnknownName, reader.at(key), fmt::format("there is no {} '{}'", what, name),
+                             nearest_choice(name, names));
   return false;
 }
 
-Condition condition_of(const Json& json, const std::string& pointer, const Cell& cell, Findings& findings);
+Condition condition_of(const Json& json, const std::string& pointer, const Cell& cell, Diagnostics& diagnostics);
 
 std::vector<Condition> read_operands(ObjectReader& reader, std::string_view key, const Cell& cell) {
   std::vector<Condition> operands;
   const Json* list = reader.array(key);
   for (std::size_t i = 0; list && i < list->size(); ++i) {
-    operands.push_back(condition_of((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.findings()));
+    operands.push_back(condition_of((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.diagnostics()));
   }
-  if (operands.empty()) reader.findings().error(reader.at(key), "no condition stands here", "at least one");
+  if (operands.empty())
+    reader.diagnostics().error(Code::kMissing, reader.at(key), "no condition stands here", "at least one");
   return operands;
 }
 
@@ -86,7 +88,8 @@ Condition read_internal_force(ObjectReader& reader, const Cell& cell) {
   const auto names = reader.texts("internal_force");
   read_threshold(reader, "N", condition);
   if (names.size() != 2) {
-    reader.findings().error(place, fmt::format("{} sensors", names.size()), "two: one on each arm");
+    reader.diagnostics().error(Code::kWrongSize, place, fmt::format("{} sensors", names.size()),
+                               "two: one on each arm");
     return condition;
   }
   condition.device = names[0];
@@ -95,14 +98,16 @@ Condition read_internal_force(ObjectReader& reader, const Cell& cell) {
   for (const auto& [name, mounted] : cell.sensors) sensors.push_back(name);
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (cell.sensors.contains(names[i])) continue;
-    reader.findings().error(place + pointer_segment(i), fmt::format("there is no force/torque sensor '{}'", names[i]),
-                            nearest_choice(names[i], sensors));
+    reader.diagnostics().error(Code::kUnknownName, place + pointer_segment(i),
+                               fmt::format("there is no force/torque sensor '{}'", names[i]),
+                               nearest_choice(names[i], sensors));
   }
   const auto one = cell.sensors.find(names[0]), two = cell.sensors.find(names[1]);
   const bool known = one != cell.sensors.end() && two != cell.sensors.end() && !one->second.arm.empty();
   if (known && one->second.arm == two->second.arm) {
-    reader.findings().error(place, fmt::format("'{}' and '{}' are both on '{}'", names[0], names[1], one->second.arm),
-                            "sensors on two arms");
+    reader.diagnostics().error(Code::kConflict, place,
+                               fmt::format("'{}' and '{}' are both on '{}'", names[0], names[1], one->second.arm),
+                               "sensors on two arms");
   }
   return condition;
 }
@@ -161,16 +166,16 @@ Condition read_channel(ObjectReader& reader, const Cell& cell) {
   if (found == cell.channels.end() || found->second == nullptr) return condition;
   const net::ValueType carries = found->second->description().type;
   if (carries != (compared ? net::ValueType::kReal : net::ValueType::kBoolean)) {
-    reader.findings().error(reader.at("channel"),
-                            fmt::format("'{}' carries {}", condition.device, net::name_of(carries)),
-                            "a Boolean channel with 'is', a Real one with 'above' or 'below'");
+    reader.diagnostics().error(Code::kTypeMismatch, reader.at("channel"),
+                               fmt::format("'{}' carries {}", condition.device, net::name_of(carries)),
+                               "a Boolean channel with 'is', a Real one with 'above' or 'below'");
   }
   return condition;
 }
 
 /// Recursion is bounded by the depth that JSON files may have.
-Condition condition_of(const Json& json, const std::string& pointer, const Cell& cell, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+Condition condition_of(const Json& json, const std::string& pointer, const Cell& cell, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   Condition condition;
   if (reader.has("all")) {
     condition.kind = Condition::Kind::kAll;
@@ -180,7 +185,7 @@ Condition condition_of(const Json& json, const std::string& pointer, const Cell&
     condition.operands = read_operands(reader, "any", cell);
   } else if (reader.has("not")) {
     condition.kind = Condition::Kind::kNot;
-    condition.operands.push_back(condition_of(*reader.child("not"), reader.at("not"), cell, findings));
+    condition.operands.push_back(condition_of(*reader.child("not"), reader.at("not"), cell, diagnostics));
   } else if (reader.has("internal_force")) {
     condition = read_internal_force(reader, cell);
   } else if (reader.has("input")) {
@@ -209,9 +214,9 @@ void collect(const Condition& condition, std::vector<std::string>& names) {
 }  // namespace
 
 Result<Condition> parse_condition(const Json& json, const std::string& pointer, const Cell& cell) {
-  Findings findings;
-  Condition condition = condition_of(json, pointer, cell, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  Condition condition = condition_of(json, pointer, cell, diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return condition;
 }
 
@@ -220,7 +225,7 @@ std::optional<Condition> read_condition(ObjectReader& reader, std::string_view k
   if (json == nullptr) return std::nullopt;
   auto condition = parse_condition(*json, reader.at(key), cell);
   if (condition) return std::move(*condition);
-  reader.findings().append(condition.error());
+  reader.diagnostics().append(condition.error());
   return std::nullopt;
 }
 

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/expression/cell.h"
 #include "core/expression/file_unit.h"
 
@@ -57,11 +57,11 @@ struct Condition {
 };
 
 /// @param pointer  where `json` stands in its file
-/// @return the condition, or all findings: unknown device (nearest), unknown quantity, no or two thresholds, a unit
+/// @return the condition, or all diagnostics: unknown device (nearest), unknown quantity, no or two thresholds, a unit
 /// that does not fit the quantity. Realtime: setup.
 [[nodiscard]] Result<Condition> parse_condition(const nlohmann::ordered_json& json, const std::string& pointer,
                                                 const Cell& cell);
-/// The condition at a key of an object; nothing: it is not there, or is none, with findings. Realtime: setup.
+/// The condition at a key of an object; nothing: it is not there, or is none, with diagnostics. Realtime: setup.
 [[nodiscard]] std::optional<Condition> read_condition(ObjectReader& reader, std::string_view key, const Cell& cell,
                                                       bool required = false);
 

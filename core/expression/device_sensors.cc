@@ -23,7 +23,7 @@ std::string choices(const std::string& name, const Map& map) {
 
 template <class Map>
 ExpressionPtr unknown(ValueType type, const char* what, const std::string& name, const Map& map) {
-  return broken(type, fmt::format("there is no {} '{}'", what, name), choices(name, map));
+  return broken(Code::kUnknownName, type, fmt::format("there is no {} '{}'", what, name), choices(name, map));
 }
 
 Operand constant(const Eigen::Isometry3d& X) {
@@ -167,7 +167,7 @@ RealSensor gripper_force(const Cell& cell, const std::string& gripper) {
 State gripper_state(const Cell& cell, const std::string& gripper, const std::string& state) {
   static constexpr std::array<std::string_view, 5> kStates = {"moving", "holding", "lost", "open", "closed"};
   if (std::ranges::find(kStates, state) == kStates.end()) {
-    return State(broken(ValueType::kBoolean, fmt::format("a gripper has no state '{}'", state),
+    return State(broken(Code::kUnknownName, ValueType::kBoolean, fmt::format("a gripper has no state '{}'", state),
                         nearest_choice(state, {kStates.begin(), kStates.end()})));
   }
   return State(gripper_output(ValueType::kBoolean, cell, gripper, state));
@@ -197,7 +197,8 @@ Sensor<T> channel(const Cell& cell, const std::string& name) {
   if (found == cell.channels.end()) return Sensor<T>(unknown(type, "channel", name, cell.channels));
   const ValueType declared = found->second->description().type;
   if (declared != type) {
-    return Sensor<T>(broken(type, fmt::format("channel '{}' carries {}", name, net::name_of(declared)),
+    return Sensor<T>(broken(Code::kTypeMismatch, type,
+                            fmt::format("channel '{}' carries {}", name, net::name_of(declared)),
                             fmt::format("not {}", net::name_of(type))));
   }
   return Sensor<T>(read_resource(type, "Input" + std::string(net::name_of(type)), "channel", name, found->second,

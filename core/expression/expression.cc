@@ -91,15 +91,19 @@ ExpressionPtr leaf(net::ValueType type, SubjectPtr subject, std::string name, Js
   return node;
 }
 
-Finding fault_of(std::string message, std::string hint) {
-  return {
-      .severity = Severity::kError, .file = {}, .pointer = {}, .message = std::move(message), .hint = std::move(hint)};
+Diagnostic fault_of(Code code, std::string message, std::string hint) {
+  return {.severity = Severity::kError,
+          .code = code,
+          .file = {},
+          .pointer = {},
+          .message = std::move(message),
+          .hint = std::move(hint)};
 }
 
-ExpressionPtr broken(net::ValueType type, std::string message, std::string hint) {
+ExpressionPtr broken(Code code, net::ValueType type, std::string message, std::string hint) {
   auto node = std::make_shared<Expression>();
   node->type = type;
-  node->fault = fault_of(std::move(message), std::move(hint));
+  node->fault = fault_of(code, std::move(message), std::move(hint));
   return node;
 }
 
@@ -117,18 +121,19 @@ std::vector<SubjectPtr> subjects_of(const ExpressionPtr& node) {
   return subjects;
 }
 
-Findings faults_of(const ExpressionPtr& node) {
-  Findings findings;
+Diagnostics faults_of(const ExpressionPtr& node) {
+  Diagnostics diagnostics;
   if (!node) {
-    findings.error({}, "an empty formula", "a sensor or a state");
+    diagnostics.error(Code::kMissing, {}, "an empty formula", "a sensor or a state");
   } else if (node->depth > kMostDepth) {
-    findings.error({}, fmt::format("a formula of {} levels", node->depth), fmt::format("at most {}", kMostDepth));
+    diagnostics.error(Code::kTooLarge, {}, fmt::format("a formula of {} levels", node->depth),
+                      fmt::format("at most {}", kMostDepth));
   } else {
-    walk(node, [&findings](const Expression& e) {
-      if (e.fault) findings.add(*e.fault);
+    walk(node, [&diagnostics](const Expression& e) {
+      if (e.fault) diagnostics.add(*e.fault);
     });
   }
-  return findings;
+  return diagnostics;
 }
 
 template <class T>

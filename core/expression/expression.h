@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/net/description.h"
 #include "core/net/value.h"
 
@@ -41,7 +41,7 @@ struct Expression {
   SubjectPtr subject;                                         ///< of a leaf
   net::Resource* resource = nullptr;                          ///< that a parameter of the primitive names
   std::string resource_name;                                  ///< its name in the cell
-  std::optional<Finding> fault;                               ///< the formula cannot be: a device that is not there
+  std::optional<Diagnostic> fault;                            ///< the formula cannot be: a device that is not there
   int depth = 0;                                              ///< of the formula below this node
 };
 
@@ -71,9 +71,9 @@ struct Operand {
                                  nlohmann::ordered_json parameters = nlohmann::ordered_json::object());
 
 /// An error without a place.
-[[nodiscard]] Finding fault_of(std::string message, std::string hint);
+[[nodiscard]] Diagnostic fault_of(Code code, std::string message, std::string hint);
 /// A formula that cannot be; checks tell why and where it is used.
-[[nodiscard]] ExpressionPtr broken(net::ValueType type, std::string message, std::string hint);
+[[nodiscard]] ExpressionPtr broken(Code code, net::ValueType type, std::string message, std::string hint);
 
 /// The same node under another wish for its id.
 [[nodiscard]] ExpressionPtr named(const ExpressionPtr& node, std::string id);
@@ -82,7 +82,7 @@ struct Operand {
 [[nodiscard]] std::vector<SubjectPtr> subjects_of(const ExpressionPtr& node);
 
 /// Faults of all nodes of a formula, and whether it is too deep. Pointers are left empty.
-[[nodiscard]] Findings faults_of(const ExpressionPtr& node);
+[[nodiscard]] Diagnostics faults_of(const ExpressionPtr& node);
 
 /// The value of the formula now, outside of any net: its primitives are run for one first cycle on the newest samples.
 /// @return nothing for null, and for formulas that speak of a subject or are broken. Thread: the one that steps the

@@ -61,7 +61,8 @@ Place inverse(const Place& b) {
 
 TwistSensor flange_twist(const Cell& cell, const std::string& arm, const Isometry3d& X_FM) {
   auto node = std::make_shared<Expression>(*flange_fixed_pose(cell, arm, X_FM).node());
-  if (node->fault) return TwistSensor(broken(net::ValueType::kTwist, node->fault->message, node->fault->hint));
+  if (node->fault)
+    return TwistSensor(broken(node->fault->code, net::ValueType::kTwist, node->fault->message, node->fault->hint));
   node->type = net::ValueType::kTwist;
   node->output = "twist";
   node->inputs.emplace_back("dq", measured_velocities(cell, arm).node());
@@ -73,7 +74,8 @@ TwistSensor flange_twist(const Cell& cell, const std::string& arm, const Isometr
 TwistSensor channel_twist(const Cell& cell, const std::string& name) {
   constexpr double kOldest = 0.5;
   auto node = std::make_shared<Expression>(*channel<net::Frame>(cell, name).node());
-  if (node->fault) return TwistSensor(broken(net::ValueType::kTwist, node->fault->message, node->fault->hint));
+  if (node->fault)
+    return TwistSensor(broken(node->fault->code, net::ValueType::kTwist, node->fault->message, node->fault->hint));
   const Nanoseconds timeout = cell.channels.find(name)->second->description().timeout;
   node->type = net::ValueType::kTwist;
   node->output = "twist";
@@ -128,7 +130,8 @@ std::optional<Place> between(const Cell& cell, const std::string& of, const std:
 
 ExpressionPtr unknown(const Cell& cell, net::ValueType type, const std::string& of, const std::string& in) {
   const std::string& name = cell.frames.contains(of) ? in : of;
-  return broken(type, "there is no frame '" + name + "'", nearest_choice(name, cell.frames.names()));
+  return broken(Code::kUnknownName, type, "there is no frame '" + name + "'",
+                nearest_choice(name, cell.frames.names()));
 }
 
 }  // namespace

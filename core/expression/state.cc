@@ -22,7 +22,7 @@ State gate(const char* primitive, const State& a, const State& b) {
 State State::held_for(double seconds) const {
   constexpr double kLongest = 1e6;  // s: what timers take
   if (!(seconds >= 0.0 && seconds <= kLongest)) {
-    return State(broken(net::ValueType::kBoolean, fmt::format("a time of {:g} s", seconds),
+    return State(broken(Code::kOutOfRange, net::ValueType::kBoolean, fmt::format("a time of {:g} s", seconds),
                         fmt::format("0 to {:g} s", kLongest)));
   }
   return of("OnDelay", {{"input", {.node = node_}}}, {{"delay", seconds}});

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/kinematics/robot_model.h"
 #include "core/kinematics/types.h"
 
@@ -38,7 +38,7 @@ class Chain {
   /// What lies above the base link is left out; all below it belongs to the chain.
   /// @param rolling  joints beside the path whose bodies turn without changing where mass lies (the wheels of a base):
   /// they are merged as they stand at zero
-  /// @return the chain, or all findings: unknown link, no path, no movable joint, more than kMaxJoints, any other
+  /// @return the chain, or all diagnostics: unknown link, no path, no movable joint, more than kMaxJoints, any other
   /// movable joint on a branch beside the path (its bodies could not be merged). Realtime: setup.
   [[nodiscard]] static Result<Chain> create(const RobotModel& model, const std::string& base_link,
                                             const std::string& flange_link, std::span<const std::string> rolling = {});

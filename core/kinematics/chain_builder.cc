@@ -32,7 +32,7 @@ struct ChainBuilder {
   const std::string& base;
   const std::string& flange;
   std::span<const std::string> rolling;
-  Findings findings;
+  Diagnostics diagnostics;
   std::vector<const Joint*> path;  ///< from the base to the flange, fixed ones included
 
   /// Where a link of the subtree hangs: the movable joint that carries it (-1 = base) and its frame in that joint's.
@@ -45,8 +45,9 @@ struct ChainBuilder {
     if (model.link(link) != nullptr) return true;
     std::vector<std::string> names;
     for (const Link& candidate : model.links) names.push_back(candidate.name);
-    findings.error({}, fmt::format("{} link '{}' does not exist in robot '{}'", role, link, model.name),
-                   nearest_choice(link, names));
+    diagnostics.error(Code::kUnknownName, {},
+                      fmt::format("{} link '{}' does not exist in robot '{}'", role, link, model.name),
+                      nearest_choice(link, names));
     return false;
   }
 
@@ -56,8 +57,8 @@ struct ChainBuilder {
     for (std::string link = flange; link != base;) {
       const Joint* joint = model.joint_above(link);
       if (joint == nullptr) {
-        findings.error({}, fmt::format("link '{}' does not lie below link '{}'", flange, base),
-                       "the flange hangs on the base through joints");
+        diagnostics.error(Code::kInvalidValue, {}, fmt::format("link '{}' does not lie below link '{}'", flange, base),
+                          "the flange hangs on the base through joints");
         return false;
       }
       path.insert(path.begin(), joint);
@@ -69,10 +70,12 @@ struct ChainBuilder {
   bool check_count() {
     const auto count =
         std::count_if(path.begin(), path.end(), [](const Joint* j) { return j->type != JointType::kFixed; });
-    if (count == 0) findings.error({}, fmt::format("no movable joint between '{}' and '{}'", base, flange));
+    if (count == 0)
+      diagnostics.error(Code::kMissing, {}, fmt::format("no movable joint between '{}' and '{}'", base, flange));
     if (count > kMaxJoints)
-      findings.error({}, fmt::format("{} movable joints between '{}' and '{}'", count, base, flange),
-                     fmt::format("at most {}", kMaxJoints));
+      diagnostics.error(Code::kInvalidValue, {},
+                        fmt::format("{} movable joints between '{}' and '{}'", count, base, flange),
+                        fmt::format("at most {}", kMaxJoints));
     return count > 0 && count <= kMaxJoints;
   }
 
@@ -112,8 +115,9 @@ struct ChainBuilder {
       if (joint.type != JointType::kFixed && on_path) {
         place = add_segment(chain, joint, place.X);
       } else if (joint.type != JointType::kFixed && !rolls) {
-        findings.error(
-            {}, fmt::format("joint '{}' moves beside or beyond the chain from '{}' to '{}'", joint.name, base, flange),
+        diagnostics.error(
+            Code::kInvalidValue, {},
+            fmt::format("joint '{}' moves beside or beyond the chain from '{}' to '{}'", joint.name, base, flange),
             "fix it, or choose a base link below which there is one chain");
         continue;
       }
@@ -146,10 +150,10 @@ struct ChainBuilder {
 Result<Chain> Chain::create(const RobotModel& model, const std::string& base_link, const std::string& flange_link,
                             std::span<const std::string> rolling) {
   ChainBuilder builder{model, base_link, flange_link, rolling, {}, {}};
-  if (!builder.find_path()) return std::unexpected(std::move(builder.findings));
+  if (!builder.find_path()) return std::unexpected(std::move(builder.diagnostics));
   Chain chain;
   builder.fill(chain);
-  if (builder.findings.has_errors()) return std::unexpected(std::move(builder.findings));
+  if (builder.diagnostics.has_errors()) return std::unexpected(std::move(builder.diagnostics));
   return chain;
 }
 

@@ -69,25 +69,26 @@ Vector6 damped_step(const Matrix6& A, const Vector6& error) {
   return normal.llt().solve(right);
 }
 
-Findings check_held(int joint_count, const std::vector<int>& held) {
-  Findings findings;
+Diagnostics check_held(int joint_count, const std::vector<int>& held) {
+  Diagnostics diagnostics;
   if (joint_count < 3) {
-    findings.error({}, fmt::format("the chain has {} joints", joint_count), "three or more, to reach any place");
-    return findings;
+    diagnostics.error(Code::kWrongSize, {}, fmt::format("the chain has {} joints", joint_count),
+                      "three or more, to reach any place");
+    return diagnostics;
   }
   const int wanted = std::max(0, joint_count - 6);
   if (static_cast<int>(held.size()) != wanted)
-    findings.error({}, fmt::format("{} held joints for a chain of {}", held.size(), joint_count),
-                   wanted == 0 ? std::string("none") : fmt::format("{}, so that six remain", wanted));
+    diagnostics.error(Code::kWrongSize, {}, fmt::format("{} held joints for a chain of {}", held.size(), joint_count),
+                      wanted == 0 ? std::string("none") : fmt::format("{}, so that six remain", wanted));
   for (std::size_t i = 0; i < held.size(); ++i) {
     if (held[i] < 0 || held[i] >= joint_count)
-      findings.error(pointer_segment(i), fmt::format("held joint {}", held[i]),
-                     fmt::format("0 to {}", joint_count - 1));
+      diagnostics.error(Code::kOutOfRange, pointer_segment(i), fmt::format("held joint {}", held[i]),
+                        fmt::format("0 to {}", joint_count - 1));
     if (std::find(held.begin(), held.begin() + static_cast<std::ptrdiff_t>(i), held[i]) !=
         held.begin() + static_cast<std::ptrdiff_t>(i))
-      findings.error(pointer_segment(i), fmt::format("joint {} is held twice", held[i]));
+      diagnostics.error(Code::kDuplicate, pointer_segment(i), fmt::format("joint {} is held twice", held[i]));
   }
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace
@@ -114,8 +115,8 @@ struct InverseKinematics::Linear {
 };
 
 Result<InverseKinematics> InverseKinematics::create(const Chain& chain, std::vector<int> held_joints) {
-  Findings findings = check_held(chain.joint_count(), held_joints);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics = check_held(chain.joint_count(), held_joints);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   InverseKinematics inverse(chain);
   inverse.held_joints_ = std::move(held_joints);
   std::size_t k = 0;
@@ -132,7 +133,8 @@ Result<InverseKinematics> InverseKinematics::create(const Chain& chain, std::vec
 Result<InverseKinematics> InverseKinematics::create(const Chain& chain) {
   if (chain.joint_count() == 7) return create(chain, {2});
   if (chain.joint_count() > 7)
-    return failure({}, fmt::format("a chain of {} joints has no default held joints", chain.joint_count()),
+    return failure(Code::kWrongSize, {},
+                   fmt::format("a chain of {} joints has no default held joints", chain.joint_count()),
                    fmt::format("name {}", chain.joint_count() - 6));
   return create(chain, {});
 }

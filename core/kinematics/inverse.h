@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/types.h"
 
@@ -30,10 +30,10 @@ enum class IkStatus {
 class InverseKinematics {
  public:
   /// @param held_joints  n-6 different indices into the joints of the chain, in the order in which values are given;
-  /// none for n <= 6   @return findings if the chain has fewer than three joints, or the indices do not fit. Realtime:
-  /// setup.
+  /// none for n <= 6   @return diagnostics if the chain has fewer than three joints, or the indices do not fit.
+  /// Realtime: setup.
   [[nodiscard]] static Result<InverseKinematics> create(const Chain& chain, std::vector<int> held_joints);
-  /// The held joint that is right for most arms: none for n <= 6, the third for n == 7; findings for any other n.
+  /// The held joint that is right for most arms: none for n <= 6, the third for n == 7; diagnostics for any other n.
   [[nodiscard]] static Result<InverseKinematics> create(const Chain& chain);
 
   [[nodiscard]] const Chain& chain() const { return chain_; }

@@ -20,19 +20,21 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// What urdfdom prints becomes findings while this lives. The handler is global to the process, hence the lock.
+/// What urdfdom prints becomes diagnostics while this lives. The handler is global to the process, hence the lock.
 class CapturedConsole : public console_bridge::OutputHandler {
  public:
-  explicit CapturedConsole(Findings& findings) : findings_(findings) { console_bridge::useOutputHandler(this); }
+  explicit CapturedConsole(Diagnostics& diagnostics) : diagnostics_(diagnostics) {
+    console_bridge::useOutputHandler(this);
+  }
   ~CapturedConsole() override { console_bridge::restorePreviousOutputHandler(); }
   CapturedConsole(const CapturedConsole&) = delete;
   CapturedConsole& operator=(const CapturedConsole&) = delete;
 
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
     if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) {
-      findings_.error({}, text);
+      diagnostics_.error(Code::kInvalidModel, {}, text);
     } else if (level >= console_bridge::CONSOLE_BRIDGE_LOG_WARN) {
-      findings_.warning({}, text);
+      diagnostics_.warning(Code::kInvalidModel, {}, text);
     }
   }
 
@@ -42,17 +44,18 @@ class CapturedConsole : public console_bridge::OutputHandler {
     return mutex;
   }
   std::lock_guard<std::mutex> lock_{console_mutex()};
-  Findings& findings_;
+  Diagnostics& diagnostics_;
 };
 
-urdf::ModelInterfaceSharedPtr parse_with_urdfdom(const std::string& xml, Findings& findings) {
-  const CapturedConsole console(findings);
+urdf::ModelInterfaceSharedPtr parse_with_urdfdom(const std::string& xml, Diagnostics& diagnostics) {
+  const CapturedConsole console(diagnostics);
   try {
     auto model = urdf::parseURDF(xml);
-    if (model == nullptr && !findings.has_errors()) findings.error({}, "urdfdom refuses the file without a reason");
+    if (model == nullptr && !diagnostics.has_errors())
+      diagnostics.error(Code::kSyntax, {}, "urdfdom refuses the file without a reason");
     return model;
   } catch (const std::exception& error) {
-    findings.error({}, fmt::format("urdfdom: {}", error.what()));
+    diagnostics.error(Code::kInvalidModel, {}, fmt::format("urdfdom: {}", error.what()));
   }
   return nullptr;
 }
@@ -190,9 +193,9 @@ std::string_view to_string(JointType type) {
 }
 
 Result<RobotModel> RobotModel::load(const std::filesystem::path& urdf) {
-  const auto with_file = [&](Findings findings) {
-    findings.set_file(urdf.string());
-    return findings;
+  const auto with_file = [&](Diagnostics diagnostics) {
+    diagnostics.set_file(urdf.string());
+    return diagnostics;
   };
   const auto text = read_file(urdf, kMaxXmlBytes);
   if (!text) return std::unexpected(with_file(text.error()));
@@ -206,17 +209,17 @@ Result<RobotModel> RobotModel::load(const std::filesystem::path& urdf) {
 Result<RobotModel> RobotModel::parse(std::string_view xml, const std::filesystem::path& folder) {
   const auto tree = scan_xml(xml);
   if (!tree) return std::unexpected(tree.error());
-  Findings findings = check_urdf(*tree, folder);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
-  const auto source = parse_with_urdfdom(tree->sanitized, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics = check_urdf(*tree, folder);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+  const auto source = parse_with_urdfdom(tree->sanitized, diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
 
   std::vector<std::string> joint_order;
   for (const XmlElement* joint : tree->children(tree->elements.front(), "joint"))
     joint_order.push_back(*joint->attribute("name"));
   RobotModel model;
   model.name = source->getName();
-  model.warnings = std::move(findings);
+  model.warnings = std::move(diagnostics);
   append_tree(*source, joint_order, folder, model);
   return model;
 }

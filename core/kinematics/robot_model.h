@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::kinematics {
 
@@ -85,7 +85,7 @@ struct RobotModel {
   /// joints[i] moves links[i + 1]: a tree has one joint less than links.
   std::vector<Joint> joints;
   /// What is not wrong but may not be meant, e.g. an unknown element.
-  Findings warnings;
+  Diagnostics warnings;
 
   /// Reads a URDF file. @return the model, or everything found wrong in it, with line numbers: what parse() says, and
   /// a missing or unreadable file. Realtime: setup.

@@ -45,26 +45,27 @@ class Checker {
  public:
   Checker(const XmlTree& tree, const std::filesystem::path& folder) : tree_(tree), folder_(folder) {}
 
-  Findings run() {
+  Diagnostics run() {
     const XmlElement& robot = tree_.elements.front();
     if (robot.name != "robot") {
-      findings_.error(place(robot), fmt::format("the root element is <{}>", robot.name), "<robot>");
-      return std::move(findings_);
+      diagnostics_.error(Code::kSyntax, place(robot), fmt::format("the root element is <{}>", robot.name), "<robot>");
+      return std::move(diagnostics_);
     }
-    if (Findings xacro = check_no_xacro(tree_); xacro.has_errors()) return xacro;
+    if (Diagnostics xacro = check_no_xacro(tree_); xacro.has_errors()) return xacro;
     check_words(robot);
     name_of(robot, "the robot");
     for (const XmlElement* material : tree_.children(robot, "material")) check_material(*material, true);
     const auto links = tree_.children(robot, "link");
     const auto joints = tree_.children(robot, "joint");
-    if (links.empty()) findings_.error(place(robot), "the robot has no link");
+    if (links.empty()) diagnostics_.error(Code::kMissing, place(robot), "the robot has no link");
     if (links.size() > kMaxLinks)
-      findings_.error(place(robot), fmt::format("{} links", links.size()), fmt::format("at most {}", kMaxLinks));
+      diagnostics_.error(Code::kTooLarge, place(robot), fmt::format("{} links", links.size()),
+                         fmt::format("at most {}", kMaxLinks));
     for (const XmlElement* link : links) check_link(*link);
     for (const XmlElement* joint : joints) check_joint(*joint);
     check_tree(robot);
     check_material_uses();
-    return std::move(findings_);
+    return std::move(diagnostics_);
   }
 
  private:
@@ -85,8 +86,8 @@ class Checker {
 
   void warn_unknown(const XmlElement& element, std::string_view kind, const std::string& name,
                     const std::set<std::string>& known) {
-    findings_.warning(place(element), fmt::format("unknown {} '{}' is ignored", kind, name),
-                      nearest_choice(name, {known.begin(), known.end()}));
+    diagnostics_.warning(Code::kUnsupported, place(element), fmt::format("unknown {} '{}' is ignored", kind, name),
+                         nearest_choice(name, {known.begin(), known.end()}));
   }
 
   // --- attributes ------------------------------------------------------------------------------------------------
@@ -95,7 +96,7 @@ class Checker {
   std::string name_of(const XmlElement& element, std::string_view what) {
     const std::string* name = element.attribute("name");
     if (name == nullptr || name->empty()) {
-      findings_.error(place(element), fmt::format("{} has no name", what), "name=\"...\"");
+      diagnostics_.error(Code::kMissing, place(element), fmt::format("{} has no name", what), "name=\"...\"");
       return {};
     }
     return *name;
@@ -107,30 +108,31 @@ class Checker {
     const auto [end, error] = std::from_chars(begin, word.c_str() + word.size(), value);
     const std::string text = fmt::format("{}: {} of <{}> is '{:.40}'", who_, key, element.name, word);
     if (error == std::errc::invalid_argument || *end != '\0') {
-      findings_.error(place(element), text, "a number");
+      diagnostics_.error(Code::kSyntax, place(element), text, "a number");
     } else if (error == std::errc::result_out_of_range || !std::isfinite(value)) {
-      findings_.error(place(element), text, "a finite number");
+      diagnostics_.error(Code::kSyntax, place(element), text, "a finite number");
     } else if (std::abs(value) > kLargest) {
-      findings_.error(place(element), text, fmt::format("a number of at most {:g}", kLargest));
+      diagnostics_.error(Code::kOutOfRange, place(element), text, fmt::format("a number of at most {:g}", kLargest));
     } else {
       return value;
     }
     return std::nullopt;
   }
 
-  /// The `count` numbers of an attribute; nothing if it is absent or wrong (which is a finding).
+  /// The `count` numbers of an attribute; nothing if it is absent or wrong (which is a diagnostic).
   std::optional<std::vector<double>> numbers(const XmlElement& element, const std::string& key, std::size_t count,
                                              bool required) {
     const std::string* text = element.attribute(key);
     if (text == nullptr) {
-      if (required) findings_.error(place(element), fmt::format("{}: <{}> has no {}", who_, element.name, key));
+      if (required)
+        diagnostics_.error(Code::kMissing, place(element), fmt::format("{}: <{}> has no {}", who_, element.name, key));
       return std::nullopt;
     }
     const auto words = split(*text);
     if (words.size() != count) {
-      findings_.error(place(element),
-                      fmt::format("{}: {} of <{}> has {} numbers", who_, key, element.name, words.size()),
-                      fmt::format("{}", count));
+      diagnostics_.error(Code::kWrongSize, place(element),
+                         fmt::format("{}: {} of <{}> has {} numbers", who_, key, element.name, words.size()),
+                         fmt::format("{}", count));
       return std::nullopt;
     }
     std::vector<double> values;
@@ -152,16 +154,18 @@ class Checker {
 
   void out_of_range(const XmlElement& element, const std::string& key, double value, std::string_view unit,
                     std::string_view allowed) {
-    findings_.error(place(element), fmt::format("{}: {} of <{}> is {:g} {}", who_, key, element.name, value, unit),
-                    std::string(allowed));
+    diagnostics_.error(Code::kOutOfRange, place(element),
+                       fmt::format("{}: {} of <{}> is {:g} {}", who_, key, element.name, value, unit),
+                       std::string(allowed));
   }
 
   /// The only child of that name; a second one is an error, an absent one if it is required.
   const XmlElement* only_child(const XmlElement& element, std::string_view name, bool required) {
     const auto found = tree_.children(element, name);
     if (found.empty() && required)
-      findings_.error(place(element), fmt::format("{}: <{}> has no <{}>", who_, element.name, name));
-    if (found.size() > 1) findings_.error(place(*found[1]), fmt::format("{}: a second <{}>", who_, name));
+      diagnostics_.error(Code::kMissing, place(element), fmt::format("{}: <{}> has no <{}>", who_, element.name, name));
+    if (found.size() > 1)
+      diagnostics_.error(Code::kDuplicate, place(*found[1]), fmt::format("{}: a second <{}>", who_, name));
     if (!found.empty()) check_words(*found.front());
     return found.empty() ? nullptr : found.front();
   }
@@ -180,7 +184,7 @@ class Checker {
     const std::string name = name_of(link, "a link");
     who_ = fmt::format("link '{}'", name);
     if (!name.empty() && !link_names_.emplace(name, &link).second)
-      findings_.error(place(link), fmt::format("a second link '{}'", name), "names are unique");
+      diagnostics_.error(Code::kDuplicate, place(link), fmt::format("a second link '{}'", name), "names are unique");
     if (const XmlElement* inertial = only_child(link, "inertial", false)) check_inertial(*inertial);
     for (const XmlElement* visual : tree_.children(link, "visual")) check_geometry(*visual);
     for (const XmlElement* collision : tree_.children(link, "collision")) check_geometry(*collision);
@@ -213,9 +217,10 @@ class Checker {
     const std::string text = fmt::format("{}: the principal moments are {:.4g}, {:.4g}, {:.4g} kg m^2", who_,
                                          moments[0], moments[1], moments[2]);
     if (moments[0] <= 0.0) {
-      findings_.error(place(inertia), text, "all > 0: the tensor must be positive definite");
+      diagnostics_.error(Code::kInvalidValue, place(inertia), text, "all > 0: the tensor must be positive definite");
     } else if (moments[0] + moments[1] < moments[2] * (1.0 - 1e-9)) {
-      findings_.error(place(inertia), text, "no body has one above the sum of the other two (triangle rule)");
+      diagnostics_.error(Code::kInvalidValue, place(inertia), text,
+                         "no body has one above the sum of the other two (triangle rule)");
     }
   }
 
@@ -226,8 +231,9 @@ class Checker {
     const XmlElement* geometry = only_child(part, "geometry", true);
     if (geometry == nullptr) return;
     if (geometry->children.size() != 1) {
-      findings_.error(place(*geometry), fmt::format("{}: <geometry> holds {} shapes", who_, geometry->children.size()),
-                      "one of box, cylinder, sphere, mesh");
+      diagnostics_.error(Code::kWrongSize, place(*geometry),
+                         fmt::format("{}: <geometry> holds {} shapes", who_, geometry->children.size()),
+                         "one of box, cylinder, sphere, mesh");
       return;
     }
     check_shape(tree_.elements[static_cast<std::size_t>(geometry->children.front())]);
@@ -248,8 +254,8 @@ class Checker {
     } else if (shape.name == "mesh") {
       check_mesh(shape);
     } else {
-      findings_.error(place(shape), fmt::format("{}: unknown shape <{}>", who_, shape.name),
-                      nearest_choice(shape.name, {"box", "cylinder", "sphere", "mesh"}));
+      diagnostics_.error(Code::kInvalidValue, place(shape), fmt::format("{}: unknown shape <{}>", who_, shape.name),
+                         nearest_choice(shape.name, {"box", "cylinder", "sphere", "mesh"}));
     }
   }
 
@@ -261,15 +267,16 @@ class Checker {
     const std::string* name = mesh.attribute("filename");
     const std::string hint = "a path relative to the folder of the URDF";
     if (name == nullptr || name->empty()) {
-      findings_.error(place(mesh), fmt::format("{}: <mesh> has no filename", who_), hint);
+      diagnostics_.error(Code::kMissing, place(mesh), fmt::format("{}: <mesh> has no filename", who_), hint);
     } else if (name->find("://") != std::string::npos) {
-      findings_.error(place(mesh),
-                      fmt::format("{}: mesh '{}' is a URI; package:// and the like are not resolved", who_, *name),
-                      hint);
+      diagnostics_.error(Code::kInvalidValue, place(mesh),
+                         fmt::format("{}: mesh '{}' is a URI; package:// and the like are not resolved", who_, *name),
+                         hint);
     } else if (const auto path = resolve_below(folder_, *name, place(mesh)); !path) {
-      findings_.append(path.error());
+      diagnostics_.append(path.error());
     } else if (std::error_code error; !std::filesystem::is_regular_file(*path, error)) {
-      findings_.error(place(mesh), fmt::format("{}: there is no mesh file '{}'", who_, *name), hint);
+      diagnostics_.error(Code::kNotFound, place(mesh), fmt::format("{}: there is no mesh file '{}'", who_, *name),
+                         hint);
     } else {
       check_mesh_file(mesh, *path, *name);
     }
@@ -279,15 +286,16 @@ class Checker {
     std::string kind = path.extension().string();
     std::ranges::transform(kind, kind.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (kind != ".stl" && kind != ".obj") {
-      findings_.error(place(mesh), fmt::format("{}: mesh '{}' is of a kind that is not read", who_, name),
-                      ".stl or .obj: convert it (MeshLab, Blender); 'takt new robot' makes a model without it");
+      diagnostics_.error(Code::kUnsupported, place(mesh),
+                         fmt::format("{}: mesh '{}' is of a kind that is not read", who_, name),
+                         ".stl or .obj: convert it (MeshLab, Blender); 'takt new robot' makes a model without it");
       return;
     }
     std::error_code error;
     const auto bytes = std::filesystem::file_size(path, error);
     if (error || bytes <= kMaxMeshBytes) return;
-    findings_.error(place(mesh), fmt::format("{}: mesh '{}' has {} bytes", who_, name, bytes),
-                    fmt::format("at most {}: about {} triangles", kMaxMeshBytes, kMaxMeshBytes / 50));
+    diagnostics_.error(Code::kTooLarge, place(mesh), fmt::format("{}: mesh '{}' has {} bytes", who_, name, bytes),
+                       fmt::format("at most {}: about {} triangles", kMaxMeshBytes, kMaxMeshBytes / 50));
   }
 
   // --- materials: defined by the robot or by their first use with a colour ---------------------------------------
@@ -298,10 +306,12 @@ class Checker {
     const std::string name = name_of(material, fmt::format("{}: a material", who_));
     const XmlElement* color = only_child(material, "color", false);
     if (const XmlElement* texture = only_child(material, "texture", false))
-      findings_.warning(place(*texture), fmt::format("{}: textures are not shown", who_), "give the material a colour");
+      diagnostics_.warning(Code::kUnsupported, place(*texture), fmt::format("{}: textures are not shown", who_),
+                           "give the material a colour");
     if (color == nullptr) {
       if (of_robot)
-        findings_.error(place(material), fmt::format("material '{}' has no <color>", name), "rgba=\"r g b a\"");
+        diagnostics_.error(Code::kMissing, place(material), fmt::format("material '{}' has no <color>", name),
+                           "rgba=\"r g b a\"");
       material_uses_.emplace_back(&material, name);
       return;
     }
@@ -311,8 +321,8 @@ class Checker {
     }
     const auto [known, added] = materials_.emplace(name, rgba.value_or(std::vector<double>{}));
     if (!added && (of_robot || (rgba && known->second != *rgba)))
-      findings_.error(place(material), fmt::format("a second definition of material '{}'", name),
-                      "define it once, and refer to it by name");
+      diagnostics_.error(Code::kDuplicate, place(material), fmt::format("a second definition of material '{}'", name),
+                         "define it once, and refer to it by name");
   }
 
   void check_material_uses() {
@@ -320,8 +330,8 @@ class Checker {
     for (const auto& entry : materials_) known.push_back(entry.first);
     for (const auto& [element, name] : material_uses_) {
       if (!materials_.contains(name))
-        findings_.error(place(*element), fmt::format("material '{}' is not defined", name),
-                        nearest_choice(name, known));
+        diagnostics_.error(Code::kUnknownName, place(*element), fmt::format("material '{}' is not defined", name),
+                           nearest_choice(name, known));
     }
   }
 
@@ -332,19 +342,21 @@ class Checker {
     const std::string name = name_of(joint, "a joint");
     who_ = fmt::format("joint '{}'", name);
     if (!name.empty() && !joint_names_.insert(name).second)
-      findings_.error(place(joint), fmt::format("a second joint '{}'", name), "names are unique");
+      diagnostics_.error(Code::kDuplicate, place(joint), fmt::format("a second joint '{}'", name), "names are unique");
     check_origin(joint);
     if (const auto mimics = tree_.children(joint, "mimic"); !mimics.empty())
-      findings_.error(place(*mimics.front()), fmt::format("{}: mimic joints are not supported", who_),
-                      "model the coupling in the device, or fix the joint");
+      diagnostics_.error(Code::kUnsupported, place(*mimics.front()),
+                         fmt::format("{}: mimic joints are not supported", who_),
+                         "model the coupling in the device, or fix the joint");
     const std::string* type = joint.attribute("type");
     if (type == nullptr) {
-      findings_.error(place(joint), fmt::format("{} has no type", who_), "revolute, continuous, prismatic or fixed");
+      diagnostics_.error(Code::kMissing, place(joint), fmt::format("{} has no type", who_),
+                         "revolute, continuous, prismatic or fixed");
     } else if (*type == "revolute" || *type == "prismatic" || *type == "continuous") {
       check_movable(joint, *type);
     } else if (*type != "fixed") {
-      findings_.error(place(joint), fmt::format("{}: type '{}' is not supported", who_, *type),
-                      nearest_choice(*type, {"revolute", "continuous", "prismatic", "fixed"}));
+      diagnostics_.error(Code::kUnsupported, place(joint), fmt::format("{}: type '{}' is not supported", who_, *type),
+                         nearest_choice(*type, {"revolute", "continuous", "prismatic", "fixed"}));
     }
   }
 
@@ -356,8 +368,8 @@ class Checker {
     if (limit != nullptr) {
       check_limit(*limit, type);
     } else if (type != "continuous") {
-      findings_.error(place(joint), fmt::format("{} ({}) has no <limit>", who_, type),
-                      "lower, upper, velocity and effort");
+      diagnostics_.error(Code::kMissing, place(joint), fmt::format("{} ({}) has no <limit>", who_, type),
+                         "lower, upper, velocity and effort");
     }
     if (const XmlElement* dynamics = only_child(joint, "dynamics", false)) {
       for (const char* key : {"damping", "friction"}) {
@@ -370,9 +382,10 @@ class Checker {
   void check_axis(const XmlElement& axis, const std::vector<double>& xyz) {
     const double length = Eigen::Vector3d(xyz[0], xyz[1], xyz[2]).norm();
     if (length < 1e-6) {
-      findings_.error(place(axis), fmt::format("{}: the axis is zero", who_), "a direction");
+      diagnostics_.error(Code::kOutOfRange, place(axis), fmt::format("{}: the axis is zero", who_), "a direction");
     } else if (std::abs(length - 1.0) > 1e-3) {
-      findings_.warning(place(axis), fmt::format("{}: the axis has length {:g}", who_, length), "it is normalised");
+      diagnostics_.warning(Code::kInvalidValue, place(axis), fmt::format("{}: the axis has length {:g}", who_, length),
+                           "it is normalised");
     }
   }
 
@@ -383,13 +396,14 @@ class Checker {
     const auto lower = scalar(limit, "lower", bounded);
     const auto upper = scalar(limit, "upper", bounded);
     if (bounded && lower && upper && *lower >= *upper)
-      findings_.error(place(limit), fmt::format("{}: lower {:g} is not below upper {:g}", who_, *lower, *upper),
-                      "lower < upper; use type fixed for a joint that never moves");
+      diagnostics_.error(Code::kOutOfRange, place(limit),
+                         fmt::format("{}: lower {:g} is not below upper {:g}", who_, *lower, *upper),
+                         "lower < upper; use type fixed for a joint that never moves");
   }
 
   // --- the tree --------------------------------------------------------------------------------------------------
 
-  /// The link that <parent> or <child> of a joint names; empty if it names none (a finding).
+  /// The link that <parent> or <child> of a joint names; empty if it names none (a diagnostic).
   std::string end_of(const XmlElement& joint, const char* side) {
     const XmlElement* end = only_child(joint, side, true);
     if (end == nullptr) return {};
@@ -397,8 +411,9 @@ class Checker {
     if (link != nullptr && link_names_.contains(*link)) return *link;
     std::vector<std::string> known;
     for (const auto& entry : link_names_) known.push_back(entry.first);
-    findings_.error(place(*end), fmt::format("{}: {} link '{}' does not exist", who_, side, link ? *link : ""),
-                    nearest_choice(link ? *link : "", known));
+    diagnostics_.error(Code::kUnknownName, place(*end),
+                       fmt::format("{}: {} link '{}' does not exist", who_, side, link ? *link : ""),
+                       nearest_choice(link ? *link : "", known));
     return {};
   }
 
@@ -413,8 +428,9 @@ class Checker {
       whole = whole && !parent.empty() && !child.empty();
       if (child.empty()) continue;
       if (!parent_of.emplace(child, parent).second)
-        findings_.error(place(*joint), fmt::format("{}: link '{}' has a second parent", who_, child),
-                        "a robot is a tree: each link hangs on one joint");
+        diagnostics_.error(Code::kDuplicate, place(*joint),
+                           fmt::format("{}: link '{}' has a second parent", who_, child),
+                           "a robot is a tree: each link hangs on one joint");
     }
     check_loops(parent_of);
     if (whole) check_roots(robot, parent_of);
@@ -443,8 +459,8 @@ class Checker {
       if (inside) text += " <- '" + link + "'";
       inside = inside || link == entry;
     }
-    findings_.error(place(*link_names_.at(entry)), fmt::format("the joints form a loop: {} <- '{}'", text, entry),
-                    "a robot is a tree");
+    diagnostics_.error(Code::kInvalidValue, place(*link_names_.at(entry)),
+                       fmt::format("the joints form a loop: {} <- '{}'", text, entry), "a robot is a tree");
   }
 
   void check_roots(const XmlElement& robot, const std::map<std::string, std::string>& parent_of) {
@@ -457,13 +473,14 @@ class Checker {
     if (roots.size() < 2) return;
     std::string names;
     for (const auto& root : roots) names += (names.empty() ? "'" : ", '") + root + "'";
-    findings_.error(place(robot), fmt::format("{} links have no parent: {}", roots.size(), names),
-                    "one root; join the others with joints");
+    diagnostics_.error(Code::kInvalidValue, place(robot),
+                       fmt::format("{} links have no parent: {}", roots.size(), names),
+                       "one root; join the others with joints");
   }
 
   const XmlTree& tree_;
   const std::filesystem::path& folder_;
-  Findings findings_;
+  Diagnostics diagnostics_;
   std::string who_;  ///< the link or joint under check, for the messages
   std::map<std::string, const XmlElement*> link_names_;
   std::set<std::string> joint_names_;
@@ -473,17 +490,18 @@ class Checker {
 
 }  // namespace
 
-Findings check_no_xacro(const XmlTree& tree) {
-  Findings findings;
+Diagnostics check_no_xacro(const XmlTree& tree) {
+  Diagnostics diagnostics;
   for (const XmlElement& element : tree.elements) {
     if (!element.name.starts_with("xacro:")) continue;
-    findings.error(place(element), fmt::format("<{}>: this is a xacro file, not a URDF", element.name),
-                   "expand it first, where ROS is installed: xacro FILE.urdf.xacro > FILE.urdf");
+    diagnostics.error(Code::kSyntax, place(element),
+                      fmt::format("<{}>: this is a xacro file, not a URDF", element.name),
+                      "expand it first, where ROS is installed: xacro FILE.urdf.xacro > FILE.urdf");
     break;
   }
-  return findings;
+  return diagnostics;
 }
 
-Findings check_urdf(const XmlTree& tree, const std::filesystem::path& folder) { return Checker(tree, folder).run(); }
+Diagnostics check_urdf(const XmlTree& tree, const std::filesystem::path& folder) { return Checker(tree, folder).run(); }
 
 }  // namespace takt::kinematics

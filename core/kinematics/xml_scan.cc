@@ -39,19 +39,19 @@ std::size_t utf8_length(std::string_view text) {
   return code < kSmallest[length] || code > 0x10FFFF || surrogate || special ? 0 : length;
 }
 
-/// A scanner with one position; every function leaves a finding and returns false when it cannot go on.
+/// A scanner with one position; every function leaves a diagnostic and returns false when it cannot go on.
 class Scanner {
  public:
   explicit Scanner(std::string_view text) : text_(text), sanitized_(text) {}
 
   Result<XmlTree> run() {
-    if (!check_bytes() || !scan_all()) return std::unexpected(std::move(findings_));
+    if (!check_bytes() || !scan_all()) return std::unexpected(std::move(diagnostics_));
     return XmlTree{std::move(elements_), std::move(sanitized_)};
   }
 
  private:
   bool fail(std::string message, std::string hint = {}) {
-    findings_.error(fmt::format("line {}", line_), std::move(message), std::move(hint));
+    diagnostics_.error(Code::kSyntax, fmt::format("line {}", line_), std::move(message), std::move(hint));
     return false;
   }
 
@@ -254,7 +254,7 @@ class Scanner {
   int line_ = 1;
   std::vector<XmlElement> elements_;
   std::vector<int> open_;
-  Findings findings_;
+  Diagnostics diagnostics_;
 };
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::kinematics {
 
@@ -38,7 +38,7 @@ inline constexpr std::size_t kMaxXmlBytes = 4u << 20;
 inline constexpr std::size_t kMaxXmlElements = 100'000;
 
 /// Scans without recursion what a URDF may hold of XML 1.0: elements, attributes, comments, CDATA, the predefined
-/// entities. Everything else, and everything malformed, is one finding with its line; there is no second one, since
+/// entities. Everything else, and everything malformed, is one diagnostic with its line; there is no second one, since
 /// after a broken tag nothing can be trusted. Realtime: setup.
 [[nodiscard]] Result<XmlTree> scan_xml(std::string_view text);
 

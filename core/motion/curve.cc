@@ -28,28 +28,32 @@ std::string fault(const Json& point, std::size_t size) {
 
 Result<Curve> Curve::from_json(const Json& json, Form form, const std::string& pointer) {
   if (!json.is_array() || json.size() < 2 || json.size() > kMostPoints)
-    return failure(pointer, "not an array of points", fmt::format("2 to {} points [x, y, ...]", kMostPoints));
+    return failure(Code::kWrongType, pointer, "not an array of points",
+                   fmt::format("2 to {} points [x, y, ...]", kMostPoints));
   const std::size_t size = json.front().is_array() ? json.front().size() : 0;
   if (size < 2 || size > static_cast<std::size_t>(kinematics::kMaxJoints) + 1)
-    return failure(pointer + "/0", "the first point is no array of 2 to 13 numbers", "x, then the values there");
-  Findings findings;
+    return failure(Code::kWrongType, pointer + "/0", "the first point is no array of 2 to 13 numbers",
+                   "x, then the values there");
+  Diagnostics diagnostics;
   Curve curve;
   curve.dimension_ = static_cast<int>(size) - 1;
-  for (std::size_t i = 0; i < json.size() && findings.list().size() < kMostListed; ++i) {
+  for (std::size_t i = 0; i < json.size() && diagnostics.list().size() < kMostListed; ++i) {
     const std::string place = pointer + pointer_segment(i), wrong = fault(json[i], size);
     if (!wrong.empty()) {
-      findings.error(place, wrong, fmt::format("x and {} values, as in the first point", curve.dimension_));
+      diagnostics.error(Code::kWrongSize, place, wrong,
+                        fmt::format("x and {} values, as in the first point", curve.dimension_));
       continue;
     }
     const double x = json[i][0].get<double>();
     if (!curve.x_.empty() && x <= curve.x_.back())
-      findings.error(place + "/0", fmt::format("x = {} does not lie behind {}", x, curve.x_.back()), "ascending x");
+      diagnostics.error(Code::kOutOfRange, place + "/0",
+                        fmt::format("x = {} does not lie behind {}", x, curve.x_.back()), "ascending x");
     curve.x_.push_back(x);
     JointVector y(curve.dimension_);
     for (int k = 0; k < curve.dimension_; ++k) y[k] = json[i][static_cast<std::size_t>(k) + 1].get<double>();
     curve.y_.push_back(y);
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   curve.bend(form);
   return curve;
 }

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/kinematics/types.h"
 
 namespace takt::motion {
@@ -27,7 +27,7 @@ class Curve {
   };
 
   /// Reads [[x, y, ...], ...]: 2 to 10 000 points, x ascending, all of one size, numbers up to 1e100.
-  /// @return all findings, pointers below `pointer`. Realtime: setup.
+  /// @return all diagnostics, pointers below `pointer`. Realtime: setup.
   [[nodiscard]] static Result<Curve> from_json(const nlohmann::ordered_json& json, Form form,
                                                const std::string& pointer = {});
 

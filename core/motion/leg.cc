@@ -17,13 +17,13 @@ using Eigen::Vector3d;
 /// has no direction.
 constexpr double kLargestTurn = 170.0 * std::numbers::pi / 180.0;
 
-Findings check_start(const ArmModel& arm, const JointVector& q_start, bool cartesian) {
-  Findings findings;
-  check_limits(arm.chain, arm.limits, findings);
-  check_configuration(arm.chain, arm.limits, q_start, "/start", findings);
+Diagnostics check_start(const ArmModel& arm, const JointVector& q_start, bool cartesian) {
+  Diagnostics diagnostics;
+  check_limits(arm.chain, arm.limits, diagnostics);
+  check_configuration(arm.chain, arm.limits, q_start, "/start", diagnostics);
   if (cartesian && arm.inverse == nullptr)
-    findings.error("/goal", "the arm has no inverse kinematics", "a joint motion");
-  return findings;
+    diagnostics.error(Code::kRequires, "/goal", "the arm has no inverse kinematics", "a joint motion");
+  return diagnostics;
 }
 
 Leg leg_of(Geometry geometry) {
@@ -54,13 +54,14 @@ CartesianArc arc_from(const ArmModel& arm, const JointVector& q_start) {
 }
 
 /// Knots from 0 to 1 whose spacing goes with the square root of the ways between the points (centripetal).
-/// @return empty if two points in a row are the same, told in the findings.
-std::vector<double> centripetal(const std::vector<double>& ways, Findings& findings) {
+/// @return empty if two points in a row are the same, told in the diagnostics.
+std::vector<double> centripetal(const std::vector<double>& ways, Diagnostics& diagnostics) {
   std::vector<double> knots{0.0};
   for (std::size_t i = 0; i < ways.size(); ++i) {
     constexpr double kNoWay = 1e-9;
     if (ways[i] < kNoWay) {
-      findings.error("/points" + pointer_segment(i), "the point is the same as the one before", "points that differ");
+      diagnostics.error(Code::kInvalidValue, "/points" + pointer_segment(i), "the point is the same as the one before",
+                        "points that differ");
     }
     knots.push_back(knots.back() + std::sqrt(ways[i]));
   }
@@ -89,27 +90,27 @@ Leg spline_of(const std::vector<double>& knots, const Eigen::MatrixXd& rows, Mak
 }  // namespace
 
 Result<Leg> ptp_leg(const ArmModel& arm, const JointVector& q_start, const JointVector& q_goal) {
-  Findings findings = check_start(arm, q_start, false);
-  if (!findings.has_errors()) check_configuration(arm.chain, arm.limits, q_goal, "/goal", findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics = check_start(arm, q_start, false);
+  if (!diagnostics.has_errors()) check_configuration(arm.chain, arm.limits, q_goal, "/goal", diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return leg_of(JointLine{.q_start = q_start, .q_goal = q_goal});
 }
 
 Result<Leg> lin_leg(const ArmModel& arm, const JointVector& q_start, const Eigen::Isometry3d& X_BM_goal) {
-  Findings findings = check_start(arm, q_start, true);
-  check_pose(X_BM_goal, "/goal", findings);
-  if (!findings.has_errors())
-    check_directions(*arm.inverse, q_start, X_BM_goal * arm.X_FM.inverse(), "/goal", findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics = check_start(arm, q_start, true);
+  check_pose(X_BM_goal, "/goal", diagnostics);
+  if (!diagnostics.has_errors())
+    check_directions(*arm.inverse, q_start, X_BM_goal * arm.X_FM.inverse(), "/goal", diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   const JointVector held = arm.inverse->held(q_start);
   return leg_of(CartesianLine::between(arm.chain.forward(q_start) * arm.X_FM, X_BM_goal, held, held));
 }
 
 Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcThrough& wanted) {
-  Findings findings = check_start(arm, q_start, true);
-  check_pose(wanted.X_BM_goal, "/goal", findings);
-  if (!wanted.p_via.allFinite()) findings.error("/via", "the point is not finite");
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics = check_start(arm, q_start, true);
+  check_pose(wanted.X_BM_goal, "/goal", diagnostics);
+  if (!wanted.p_via.allFinite()) diagnostics.error(Code::kOutOfRange, "/via", "the point is not finite");
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   CartesianArc arc = arc_from(arm, q_start);
   const Vector3d a = wanted.p_via - arc.p_start;
   const Vector3d b = wanted.X_BM_goal.translation() - arc.p_start;
@@ -117,8 +118,9 @@ Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcT
   constexpr double kLeastHeight = 1e-6;  // m: of the triangle of the three points
   const double longest = std::max({a.norm(), b.norm(), (a - b).norm()});
   if (!(normal.norm() > kLeastHeight * longest)) {
-    findings.error("/via", "start, point on the way and goal lie on one line", "three points of a circle; or LIN");
-    return std::unexpected(std::move(findings));
+    diagnostics.error(Code::kInvalidValue, "/via", "start, point on the way and goal lie on one line",
+                      "three points of a circle; or LIN");
+    return std::unexpected(std::move(diagnostics));
   }
   // Centre of the circle through 0, a, b.
   const Vector3d out =
@@ -134,14 +136,15 @@ Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcT
 }
 
 Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcAbout& wanted) {
-  Findings findings = check_start(arm, q_start, true);
-  if (!wanted.centre.allFinite()) findings.error("/centre", "the point is not finite");
-  if (!(wanted.axis.allFinite() && wanted.axis.norm() > 1e-9)) findings.error("/axis", "the axis has no direction");
+  Diagnostics diagnostics = check_start(arm, q_start, true);
+  if (!wanted.centre.allFinite()) diagnostics.error(Code::kOutOfRange, "/centre", "the point is not finite");
+  if (!(wanted.axis.allFinite() && wanted.axis.norm() > 1e-9))
+    diagnostics.error(Code::kOutOfRange, "/axis", "the axis has no direction");
   constexpr double kMostTurns = 100.0;
   if (!(std::abs(wanted.angle) <= kMostTurns * 2.0 * std::numbers::pi)) {
-    findings.error("/angle", fmt::format("{} rad", wanted.angle), "finite, at most 100 turns");
+    diagnostics.error(Code::kOutOfRange, "/angle", fmt::format("{} rad", wanted.angle), "finite, at most 100 turns");
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   CartesianArc arc = arc_from(arm, q_start);
   // The circle lies in the plane through the start, whatever the height of the given centre on its axis.
   arc.normal = wanted.axis.normalized() * (wanted.angle < 0.0 ? -1.0 : 1.0);
@@ -149,20 +152,22 @@ Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcA
   arc.arc = std::abs(wanted.angle);
   constexpr double kLeastRadius = 1e-6;  // m
   if ((arc.p_start - arc.centre).norm() < kLeastRadius) {
-    findings.error("/centre", "the start lies on the axis of the circle", "a radius of at least 1 um");
-    return std::unexpected(std::move(findings));
+    diagnostics.error(Code::kOutOfRange, "/centre", "the start lies on the axis of the circle",
+                      "a radius of at least 1 um");
+    return std::unexpected(std::move(diagnostics));
   }
   set_orientation(arc, wanted.orientation, Eigen::Isometry3d::Identity());
   return leg_of(std::move(arc));
 }
 
 Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start, const std::vector<JointVector>& points) {
-  Findings findings = check_start(arm, q_start, false);
+  Diagnostics diagnostics = check_start(arm, q_start, false);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    check_configuration(arm.chain, arm.limits, points[i], "/points" + pointer_segment(i), findings);
+    check_configuration(arm.chain, arm.limits, points[i], "/points" + pointer_segment(i), diagnostics);
   }
-  if (points.size() < 2) findings.error("/points", fmt::format("{} points", points.size()), "two or more; or PTP");
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (points.size() < 2)
+    diagnostics.error(Code::kWrongSize, "/points", fmt::format("{} points", points.size()), "two or more; or PTP");
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   const auto n = static_cast<Eigen::Index>(points.size());
   Eigen::MatrixXd rows(n + 1, q_start.size());
   rows.row(0) = q_start.transpose();
@@ -172,8 +177,8 @@ Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start, const st
     const Eigen::RowVectorXd way = rows.row(i + 1) - rows.row(i);
     ways.push_back((way.transpose().cwiseAbs().cwiseQuotient(arm.limits.velocity)).maxCoeff());
   }
-  const std::vector<double> knots = centripetal(ways, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  const std::vector<double> knots = centripetal(ways, diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return spline_of(knots, rows, [](const Quintic<Eigen::VectorXd>& span) -> Geometry {
     JointCurve curve;
     for (std::size_t k = 0; k < 6; ++k) curve.q.c[k] = span.c[k];
@@ -183,12 +188,13 @@ Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start, const st
 
 Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start,
                        const std::vector<Eigen::Isometry3d>& poses_BM) {
-  Findings findings = check_start(arm, q_start, true);
+  Diagnostics diagnostics = check_start(arm, q_start, true);
   for (std::size_t i = 0; i < poses_BM.size(); ++i) {
-    check_pose(poses_BM[i], "/points" + pointer_segment(i), findings);
+    check_pose(poses_BM[i], "/points" + pointer_segment(i), diagnostics);
   }
-  if (poses_BM.size() < 2) findings.error("/points", fmt::format("{} points", poses_BM.size()), "two or more; or LIN");
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (poses_BM.size() < 2)
+    diagnostics.error(Code::kWrongSize, "/points", fmt::format("{} points", poses_BM.size()), "two or more; or LIN");
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   std::vector<Eigen::Isometry3d> poses{arm.chain.forward(q_start) * arm.X_FM};
   poses.insert(poses.end(), poses_BM.begin(), poses_BM.end());
   const Eigen::Matrix3d R_ref = poses[poses.size() / 2].linear();
@@ -197,8 +203,8 @@ Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start,
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Vector3d phi = log_rotation(poses[i].linear() * R_ref.transpose());
     if (phi.norm() > kLargestTurn) {
-      findings.error(
-          "/points" + pointer_segment(i == 0 ? 0 : i - 1),
+      diagnostics.error(
+          Code::kInvalidValue, "/points" + pointer_segment(i == 0 ? 0 : i - 1),
           fmt::format("the spline turns by {:.0f} degrees against its middle", phi.norm() * 180 / std::numbers::pi),
           "at most 170; two splines with a blend between them turn further");
     }
@@ -208,8 +214,8 @@ Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start,
     const double turn = log_rotation(poses[i].linear() * poses[i - 1].linear().transpose()).norm();
     ways.push_back(std::max(way, turn / arm.cartesian.angular_velocity));
   }
-  const std::vector<double> knots = centripetal(ways, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  const std::vector<double> knots = centripetal(ways, diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   const JointVector held = arm.inverse->held(q_start);
   const JointVector none = JointVector::Zero(held.size());
   return spline_of(knots, rows, [&](const Quintic<Eigen::VectorXd>& span) -> Geometry {

@@ -57,7 +57,7 @@ struct ArcAbout {
   ArcOrientation orientation = ArcOrientation::kFixed;
 };
 
-// Geometry from where the arm is. Held joints stay as they are. All: realtime: setup; findings at "/goal", "/via",
+// Geometry from where the arm is. Held joints stay as they are. All: realtime: setup; diagnostics at "/goal", "/via",
 // "/centre", "/axis", "/points/2".
 
 [[nodiscard]] Result<Leg> ptp_leg(const ArmModel& arm, const JointVector& q_start, const JointVector& q_goal);
@@ -78,14 +78,14 @@ struct SequencePlan {
   Motion motion;
   /// Notes: where a blend was made smaller, and where the arm stops although a blend was asked for, with the reason.
   /// Pointers "/1/blend" (index of the motion).
-  Findings notes;
+  Diagnostics notes;
   /// Path time (s) at which each motion but the last hands over: in the middle of its blend, or at its goal.
   std::vector<double> handed_over;
 };
 
 /// Plans motions one after the other as one path with one time law: through blends without stopping, with a rest where
 /// there is none. A blend that cannot be made becomes a rest, with a note.
-/// @return the plan, or findings "/1/goal" (index of the motion) of its geometry, reach, ranges, branch. Realtime:
+/// @return the plan, or diagnostics "/1/goal" (index of the motion) of its geometry, reach, ranges, branch. Realtime:
 /// setup, deterministic.
 [[nodiscard]] Result<SequencePlan> plan_sequence(const ArmModel& arm, const JointVector& q_start,
                                                  const std::vector<LegMaker>& makers);
@@ -103,7 +103,7 @@ struct Departure {
 /// tau the plan has position, velocity and acceleration of the motion, and until tau + lead every bit of its time law,
 /// so it may take over anywhere between. If the blend does not fit, since the motion is too far on or too fast, smaller
 /// ones are tried.
-/// @return the plan, or why it has to wait for the end of the motion: findings "/blend", "/tau", or as
+/// @return the plan, or why it has to wait for the end of the motion: diagnostics "/blend", "/tau", or as
 /// plan_sequence(). Realtime: setup, deterministic.
 [[nodiscard]] Result<SequencePlan> plan_take_over(const ArmModel& arm, const Departure& from,
                                                   const std::vector<LegMaker>& makers);

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/motion/path_curve.h"
 #include "core/motion/path_sample.h"
 
@@ -139,7 +139,7 @@ using Path = std::variant<JointLine, CartesianLine, CartesianArc, CompositePath>
 [[nodiscard]] std::vector<PathPiece> pieces_of(const Path& path);
 
 [[nodiscard]] nlohmann::ordered_json to_json(const Path& path);
-/// Findings: unknown kind with the known ones, sizes that differ, entries not finite, vectors not of unit length,
+/// Diagnostics: unknown kind with the known ones, sizes that differ, entries not finite, vectors not of unit length,
 /// pieces that leave a gap in s or do not meet in space.
 [[nodiscard]] Result<Path> path_from_json(const nlohmann::ordered_json& json, const std::string& pointer = {});
 

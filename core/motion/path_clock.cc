@@ -131,8 +131,8 @@ nlohmann::ordered_json to_json(const ClockBounds& bounds) {
 }
 
 Result<ClockBounds> clock_bounds_from_json(const nlohmann::ordered_json& json, const std::string& pointer) {
-  Findings findings;
-  ObjectReader reader(json, pointer, findings);
+  Diagnostics diagnostics;
+  ObjectReader reader(json, pointer, diagnostics);
   ClockBounds bounds;
   bounds.acceleration_max = reader.number("acceleration_max", {}, kPositive);
   bounds.jerk_max = reader.number("jerk_max", {}, kPositive);
@@ -141,10 +141,10 @@ Result<ClockBounds> clock_bounds_from_json(const nlohmann::ordered_json& json, c
     if (stop)
       bounds.stop = std::move(*stop);
     else
-      findings.append(stop.error(), "");
+      diagnostics.append(stop.error(), "");
   }
   reader.finish();
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return bounds;
 }
 

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/motion/braking.h"
 #include "core/motion/clock_state.h"
 #include "core/motion/time_law.h"

@@ -23,8 +23,8 @@ Json numbers(const auto& vector) {
 JointVector joints(ObjectReader& reader, const std::string& key) {
   const auto values = reader.numbers(key, 0);
   if (values.size() > kinematics::kMaxJoints) {
-    reader.findings().error(reader.at(key), fmt::format("{} joints", values.size()),
-                            fmt::format("at most {}", kinematics::kMaxJoints));
+    reader.diagnostics().error(Code::kWrongSize, reader.at(key), fmt::format("{} joints", values.size()),
+                               fmt::format("at most {}", kinematics::kMaxJoints));
     return {};
   }
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
@@ -32,14 +32,15 @@ JointVector joints(ObjectReader& reader, const std::string& key) {
 
 void check_same_size(ObjectReader& reader, const std::string& key, const JointVector& start, const JointVector& goal) {
   if (start.size() == goal.size()) return;
-  reader.findings().error(reader.at(key), fmt::format("{} joints", goal.size()),
-                          fmt::format("as many as at the start: {}", start.size()));
+  reader.diagnostics().error(Code::kWrongSize, reader.at(key), fmt::format("{} joints", goal.size()),
+                             fmt::format("as many as at the start: {}", start.size()));
 }
 
 void check_unit(ObjectReader& reader, const std::string& key, double norm) {
   constexpr double kUnitTolerance = 1e-9;
   if (std::abs(norm - 1.0) <= kUnitTolerance) return;
-  reader.findings().error(reader.at(key), fmt::format("'{}' has length {}", key, norm), "length 1");
+  reader.diagnostics().error(Code::kOutOfRange, reader.at(key), fmt::format("'{}' has length {}", key, norm),
+                             "length 1");
 }
 
 Geometry read_joint_line(ObjectReader& reader) {
@@ -79,7 +80,7 @@ Geometry read_cartesian_line(ObjectReader& reader) { return read_line(reader); }
 Geometry read_carried_line(ObjectReader& reader) {
   CarriedLine carried;
   if (const Json* json = reader.object("line")) {
-    ObjectReader line(*json, reader.at("line"), reader.findings());
+    ObjectReader line(*json, reader.at("line"), reader.diagnostics());
     line.choice("kind", {"cartesian_line"});
     carried.line = read_line(line);
     line.finish();
@@ -108,8 +109,8 @@ Geometry read_cartesian_arc(ObjectReader& reader) {
   const Eigen::Vector3d out = arc.p_start - arc.centre;
   constexpr double kSquare = 1e-9;
   if (std::abs(out.dot(arc.normal)) > kSquare * (1.0 + out.norm())) {
-    reader.findings().error(reader.at("normal"), "the normal leans towards the start of the arc",
-                            "at right angles to the way from the centre to the start");
+    reader.diagnostics().error(Code::kOutOfRange, reader.at("normal"), "the normal leans towards the start of the arc",
+                               "at right angles to the way from the centre to the start");
   }
   return arc;
 }
@@ -119,8 +120,8 @@ std::vector<std::vector<double>> coefficients(ObjectReader& reader, const std::s
   std::vector<std::vector<double>> rows;
   const Json* list = reader.array(key);
   const auto complain = [&] {
-    reader.findings().error(reader.at(key), "no six coefficients of one length",
-                            size == 0 ? "six lists of numbers" : fmt::format("six lists of {} numbers", size));
+    reader.diagnostics().error(Code::kWrongSize, reader.at(key), "no six coefficients of one length",
+                               size == 0 ? "six lists of numbers" : fmt::format("six lists of {} numbers", size));
     return std::vector<std::vector<double>>(6, std::vector<double>(size, 0.0));
   };
   if (!list || list->size() != 6) return complain();
@@ -252,18 +253,19 @@ Json write(const CompositePath& path) {
   return {{"kind", "composite"}, {"pieces", std::move(pieces)}};
 }
 
-PathPiece read_piece(const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+PathPiece read_piece(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   const auto s = reader.numbers("s", 2, std::vector<double>{0, 1});
   const auto own = reader.numbers("own", 2, std::vector<double>{0, 1});
   PathPiece piece{.geometry = {}, .s_begin = s[0], .s_end = s[1], .own_begin = own[0], .own_end = own[1]};
   if (const Json* geometry = reader.object("geometry")) {
-    ObjectReader inner(*geometry, reader.at("geometry"), findings);
+    ObjectReader inner(*geometry, reader.at("geometry"), diagnostics);
     const std::string name = inner.choice("kind", kind_names());
     piece.geometry = read_geometry(inner, name);
   }
   reader.finish();
-  if (!(piece.s_begin < piece.s_end)) findings.error(pointer + "/s", "a piece without length", "begin below end");
+  if (!(piece.s_begin < piece.s_end))
+    diagnostics.error(Code::kOutOfRange, pointer + "/s", "a piece without length", "begin below end");
   return piece;
 }
 
@@ -279,19 +281,20 @@ bool meet(const PathPiece& a, const PathPiece& b) {
          end.held.q.size() == begin.held.q.size();
 }
 
-void check_pieces(const CompositePath& path, const std::string& pointer, Findings& findings) {
+void check_pieces(const CompositePath& path, const std::string& pointer, Diagnostics& diagnostics) {
   double s = 0.0;
   for (std::size_t i = 0; i < path.pieces.size(); ++i) {
     const PathPiece& piece = path.pieces[i];
     const std::string place = pointer + pointer_segment(i);
     if (piece.s_begin != s)
-      findings.error(place + "/s", fmt::format("begins at {}", piece.s_begin), fmt::format("{}", s));
+      diagnostics.error(Code::kOutOfRange, place + "/s", fmt::format("begins at {}", piece.s_begin),
+                        fmt::format("{}", s));
     s = piece.s_end;
     if (i > 0 && !meet(path.pieces[i - 1], piece)) {
-      findings.error(place, "begins where the piece before does not end", "pieces that meet");
+      diagnostics.error(Code::kOutOfRange, place, "begins where the piece before does not end", "pieces that meet");
     }
   }
-  if (s != 1.0) findings.error(pointer, fmt::format("the pieces end at s = {}", s), "1");
+  if (s != 1.0) diagnostics.error(Code::kOutOfRange, pointer, fmt::format("the pieces end at s = {}", s), "1");
 }
 
 CompositePath read_composite(ObjectReader& reader) {
@@ -299,10 +302,10 @@ CompositePath read_composite(ObjectReader& reader) {
   const Json* pieces = reader.array("pieces");
   const std::string pointer = reader.at("pieces");
   for (std::size_t i = 0; pieces && i < pieces->size(); ++i) {
-    path.pieces.push_back(read_piece((*pieces)[i], pointer + pointer_segment(i), reader.findings()));
+    path.pieces.push_back(read_piece((*pieces)[i], pointer + pointer_segment(i), reader.diagnostics()));
   }
   reader.finish();
-  if (!reader.findings().has_errors()) check_pieces(path, pointer, reader.findings());
+  if (!reader.diagnostics().has_errors()) check_pieces(path, pointer, reader.diagnostics());
   return path;
 }
 
@@ -327,13 +330,13 @@ Json to_json(const Path& path) {
 }
 
 Result<Path> path_from_json(const Json& json, const std::string& pointer) {
-  Findings findings;
-  ObjectReader reader(json, pointer, findings);
+  Diagnostics diagnostics;
+  ObjectReader reader(json, pointer, diagnostics);
   std::vector<std::string> names = kind_names();
   names.emplace_back("composite");
   const std::string name = reader.choice("kind", names);
   Path path = name == "composite" ? Path(read_composite(reader)) : as_path(read_geometry(reader, name));
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return path;
 }
 

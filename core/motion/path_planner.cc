@@ -174,8 +174,8 @@ namespace {
 
 using Torques = std::optional<TorqueProfile>;
 
-Findings overloads(const Torques& torques, const std::string& pointer) {
-  return torques ? torques->overloads(pointer) : Findings{};
+Diagnostics overloads(const Torques& torques, const std::string& pointer) {
+  return torques ? torques->overloads(pointer) : Diagnostics{};
 }
 
 TorqueProfile::Need need_of(const Torques& torques, const TimeLaw& law, double share) {
@@ -208,21 +208,21 @@ ShapeLimits PathPlanner::limits_of(const PieceShares& shares) const {
 }
 
 void PathPlanner::check_ranges(const PieceWalk& walk, const char* word, const std::string& pointer,
-                               Findings& findings) const {
-  // One finding per joint: where it first leaves its range.
+                               Diagnostics& diagnostics) const {
+  // One diagnostic per joint: where it first leaves its range.
   for (int i = 0; i < chain_.joint_count(); ++i) {
     for (std::size_t n = 0; n < walk.nodes.size(); ++n) {
       const double q = walk.nodes[n].q[i];
       if (q >= limits_.lower[i] - kRangeTolerance && q <= limits_.upper[i] + kRangeTolerance) continue;
-      range_finding(chain_, limits_, i, q, pointer, fmt::format(" at {:.0f} % of the {}", 100 * walk.t(n), word),
-                    findings);
+      range_diagnostic(chain_, limits_, i, q, pointer, fmt::format(" at {:.0f} % of the {}", 100 * walk.t(n), word),
+                       diagnostics);
       break;
     }
   }
 }
 
 void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, const char* word,
-                              const std::string& pointer, Findings& findings) const {
+                              const std::string& pointer, Diagnostics& diagnostics) const {
   const std::string place = fmt::format("at {:.1f} % of the {}", 100 * walk.t_end, word);
   const double way = walk.nodes.empty() ? 0.0 : walk.nodes.front().dX.head<3>().norm();
   kinematics::SolutionOptions search;
@@ -230,8 +230,8 @@ void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, con
   const Eigen::Isometry3d X_BF = sample(piece.geometry, {.s = piece.own_end}).frame.X_BM * X_FM_.inverse();
   if (inverse_solutions(chain_, X_BF, search).empty()) {
     const bool few = chain_.joint_count() < 6;
-    findings.error(
-        pointer,
+    diagnostics.error(
+        Code::kUnreachable, pointer,
         fmt::format("the goal is out of reach: the arm follows to {:.1f} % of the {}, {:.1f} mm before the goal",
                     100 * walk.t_end, word, (1.0 - walk.t_end) * way * 1e3),
         few ? fmt::format("an arm of {} joints cannot turn its tool freely: a {} on which it can keep the orientation, "
@@ -242,18 +242,20 @@ void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, con
   }
   switch (walk.end) {
     case WalkEnd::kSingular:
-      findings.error(
-          pointer, fmt::format("the {} comes too near to a singularity {} (measure {:.4f})", word, place, walk.measure),
+      diagnostics.error(
+          Code::kPlanningFailed, pointer,
+          fmt::format("the {} comes too near to a singularity {} (measure {:.4f})", word, place, walk.measure),
           fmt::format("a measure of at least {}; another {}, or PTP", kSingularityLeast, word));
       break;
     case WalkEnd::kOtherBranch:
-      findings.error(pointer,
-                     fmt::format("the {} would change to another branch of the inverse kinematics {}", word, place),
-                     fmt::format("another {}, another start configuration, or PTP", word));
+      diagnostics.error(Code::kPlanningFailed, pointer,
+                        fmt::format("the {} would change to another branch of the inverse kinematics {}", word, place),
+                        fmt::format("another {}, another start configuration, or PTP", word));
       break;
     default:
-      findings.error(pointer, fmt::format("the arm cannot follow {} in the configuration of the start", place),
-                     "the goal is reachable in another configuration: PTP");
+      diagnostics.error(Code::kPlanningFailed, pointer,
+                        fmt::format("the arm cannot follow {} in the configuration of the start", place),
+                        "the goal is reachable in another configuration: PTP");
   }
 }
 
@@ -269,9 +271,9 @@ WalkedPath PathPlanner::walk(const std::vector<PlannedPiece>& pieces, const Join
     path.walks.push_back(same ? *known : walk_piece(inverse_, piece, X_FM_, q, steps[i]));
     const PieceWalk& walk = path.walks.back();
     const char* word = word_for(piece.geometry);
-    check_ranges(walk, word, pointer, path.findings);
-    if (walk.end != WalkEnd::kGoal) explain_end(walk, piece, word, pointer, path.findings);
-    if (path.findings.has_errors()) {
+    check_ranges(walk, word, pointer, path.diagnostics);
+    if (walk.end != WalkEnd::kGoal) explain_end(walk, piece, word, pointer, path.diagnostics);
+    if (path.diagnostics.has_errors()) {
       path.failed_piece = i;
       return path;
     }
@@ -355,9 +357,9 @@ Result<Motion> PathPlanner::plan_in_motion(const std::vector<PlannedPiece>& piec
   for (const PlannedPiece& piece : pieces) steps.push_back(steps_in_motion(piece.piece));
   const WalkedPath path = walk(pieces, q_start, steps, pointer);
   failed_piece = path.failed_piece;
-  if (path.findings.has_errors()) return std::unexpected(path.findings);
+  if (path.diagnostics.has_errors()) return std::unexpected(path.diagnostics);
   const auto torques = torques_along(pieces, path.walks);
-  if (Findings heavy = overloads(torques, pointer); heavy.has_errors()) return std::unexpected(std::move(heavy));
+  if (Diagnostics heavy = overloads(torques, pointer); heavy.has_errors()) return std::unexpected(std::move(heavy));
   const PathShape shape = shape_of(pieces, path.walks);
   Motion motion{.path = as_path(pieces),
                 .law = {},
@@ -386,7 +388,7 @@ Result<Motion> PathPlanner::plan_in_motion(const std::vector<PlannedPiece>& piec
     slow_down_around(shape, peak.s, 1.05 * std::cbrt(peak.share / kMeasuredShareOfJerk), slow);
   }
   failed_piece = pieces.size() - 1;
-  return failure(pointer, "the path bends too early for the speed with which it is entered");
+  return failure(Code::kLimitExceeded, pointer, "the path bends too early for the speed with which it is entered");
 }
 
 Result<FollowedPath> PathPlanner::follow(const Motion& motion, const std::string& pointer) const {
@@ -397,9 +399,9 @@ Result<FollowedPath> PathPlanner::follow(const Motion& motion, const std::string
     pieces.push_back({std::move(piece), k < motion.shares.size() ? motion.shares[k] : PieceShares{}});
   }
   WalkedPath path = walk(pieces, motion.q_start, std::vector<int>(pieces.size(), kSteps), pointer);
-  if (path.findings.has_errors()) return std::unexpected(std::move(path.findings));
+  if (path.diagnostics.has_errors()) return std::unexpected(std::move(path.diagnostics));
   auto torques = torques_along(pieces, path.walks);
-  if (Findings heavy = overloads(torques, pointer); heavy.has_errors()) return std::unexpected(std::move(heavy));
+  if (Diagnostics heavy = overloads(torques, pointer); heavy.has_errors()) return std::unexpected(std::move(heavy));
   return FollowedPath{
       .shape = shape_of(pieces, path.walks), .torques = std::move(torques), .q_goal = path.walks.back().nodes.back().q};
 }
@@ -431,9 +433,9 @@ Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const 
   for (const PlannedPiece& piece : pieces) steps.push_back(coarse_steps(pieces, piece.piece));
   for (;;) {
     WalkedPath path = walk(pieces, q_start, steps, pointer);
-    if (path.findings.has_errors()) {
+    if (path.diagnostics.has_errors()) {
       failed_piece = path.failed_piece;
-      return std::unexpected(std::move(path.findings));
+      return std::unexpected(std::move(path.diagnostics));
     }
     const PathShape shape = shape_of(pieces, path.walks);
     const bool single = pieces.size() == 1;
@@ -457,7 +459,7 @@ Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const 
                   .q_goal = path.walks.back().nodes.back().q,
                   .shares = shares_of(pieces)};
     const auto torques = torques_along(pieces, path.walks);
-    if (Findings heavy = overloads(torques, pointer); heavy.has_errors()) {
+    if (Diagnostics heavy = overloads(torques, pointer); heavy.has_errors()) {
       failed_piece = pieces.size() - 1;
       return std::unexpected(std::move(heavy));
     }
@@ -485,7 +487,7 @@ Result<Motion> PathPlanner::plan(const std::vector<PlannedPiece>& pieces, const 
   }
 }
 
-void check_cartesian(const CartesianLimits& limits, Findings& findings) {
+void check_cartesian(const CartesianLimits& limits, Diagnostics& diagnostics) {
   const struct {
     const char* name;
     double value;
@@ -497,7 +499,8 @@ void check_cartesian(const CartesianLimits& limits, Findings& findings) {
                  {"angular_jerk", limits.angular_jerk}};
   for (const auto& [name, value] : entries) {
     if (std::isfinite(value) && value > 0.0) continue;
-    findings.error(fmt::format("/cartesian_limits/{}", name), fmt::format("limit {}", value), "finite and above 0");
+    diagnostics.error(Code::kOutOfRange, fmt::format("/cartesian_limits/{}", name), fmt::format("limit {}", value),
+                      "finite and above 0");
   }
 }
 

@@ -24,8 +24,8 @@ struct PlannedPiece {
 /// A path seen in joints, piece by piece; or where the first piece ended that cannot be followed.
 struct WalkedPath {
   std::vector<PieceWalk> walks;
-  Findings findings;             ///< joints outside their range, and why a walk ended
-  std::size_t failed_piece = 0;  ///< the first piece with a finding
+  Diagnostics diagnostics;       ///< joints outside their range, and why a walk ended
+  std::size_t failed_piece = 0;  ///< the first piece with a diagnostic
 };
 
 /// A path as one arm follows it: what any number of laws over it can be judged by.
@@ -56,28 +56,29 @@ class PathPlanner {
   explicit PathPlanner(const ArmModel& arm)
       : PathPlanner(arm.chain, arm.inverse, arm.limits, arm.cartesian, arm.X_FM, arm.drive_load()) {}
 
-  /// Findings at `pointer`, in which a place is "% of the line" (the word for the piece).
+  /// Diagnostics at `pointer`, in which a place is "% of the line" (the word for the piece).
   [[nodiscard]] WalkedPath walk(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
                                 const std::vector<int>& steps, const std::string& pointer) const;
   /// The law with which the pieces (from s = 0 to 1, rest to rest) are run in the shortest time, and its clock.
-  /// @return findings of walk()   @param[out] failed_piece  set with findings
+  /// @return diagnostics of walk()   @param[out] failed_piece  set with diagnostics
   [[nodiscard]] Result<Motion> plan(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
                                     const std::string& pointer, std::size_t& failed_piece) const;
   /// The path of a motion as this arm follows it, from its q_start on; its law is not looked at.
-  /// @return findings of walk().
+  /// @return diagnostics of walk().
   [[nodiscard]] Result<FollowedPath> follow(const Motion& motion, const std::string& pointer) const;
   /// What a motion with a law of its own asks of this arm. @param path  what follow() gave for the motion's path
   [[nodiscard]] PathFit fit(const FollowedPath& path, const Motion& motion) const;
-  /// The same for a path that is entered in motion. A finding if there is no law within the limits: then the path
+  /// The same for a path that is entered in motion. A diagnostic if there is no law within the limits: then the path
   /// bends too early for the speed. Realtime: setup, deterministic.
   [[nodiscard]] Result<Motion> plan_in_motion(const std::vector<PlannedPiece>& pieces, const JointVector& q_start,
                                               const MovingStart& start, const std::string& pointer,
                                               std::size_t& failed_piece) const;
 
  private:
-  void check_ranges(const PieceWalk& walk, const char* word, const std::string& pointer, Findings& findings) const;
+  void check_ranges(const PieceWalk& walk, const char* word, const std::string& pointer,
+                    Diagnostics& diagnostics) const;
   void explain_end(const PieceWalk& walk, const PathPiece& piece, const char* word, const std::string& pointer,
-                   Findings& findings) const;
+                   Diagnostics& diagnostics) const;
   [[nodiscard]] PathShape shape_of(const std::vector<PlannedPiece>& pieces, const std::vector<PieceWalk>& walks) const;
   [[nodiscard]] ShapeLimits limits_of(const PieceShares& shares) const;
   /// Nothing if torques are not looked at.
@@ -98,7 +99,7 @@ class PathPlanner {
   const DriveLoad* load_;
 };
 
-/// Findings for Cartesian limits that are not finite or not > 0.
-void check_cartesian(const CartesianLimits& limits, Findings& findings);
+/// Diagnostics for Cartesian limits that are not finite or not > 0.
+void check_cartesian(const CartesianLimits& limits, Diagnostics& diagnostics);
 
 }  // namespace takt::motion

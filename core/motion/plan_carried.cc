@@ -14,25 +14,26 @@
 namespace takt::motion {
 namespace {
 
-Findings at(const char* place, const Findings& findings) {
-  Findings all;
-  all.append(findings, place);
+Diagnostics at(const char* place, const Diagnostics& diagnostics) {
+  Diagnostics all;
+  all.append(diagnostics, place);
   return all;
 }
 
-Findings check(const CarriedArm& both, const JointVector& q_carrier, const JointVector& q_rider,
-               const JointVector& q_carrier_goal, const Eigen::Isometry3d& X_BM_goal) {
-  Findings findings, of_carrier;
+Diagnostics check(const CarriedArm& both, const JointVector& q_carrier, const JointVector& q_rider,
+                  const JointVector& q_carrier_goal, const Eigen::Isometry3d& X_BM_goal) {
+  Diagnostics diagnostics, of_carrier;
   if (both.carrier.chain.joint_count() != 3)
-    findings.error("/carrier", fmt::format("{} joints", both.carrier.chain.joint_count()), "three: x, y, yaw");
-  if (both.rider.inverse == nullptr) findings.error("/goal", "the arm has no inverse kinematics");
-  if (findings.has_errors()) return findings;
+    diagnostics.error(Code::kWrongSize, "/carrier", fmt::format("{} joints", both.carrier.chain.joint_count()),
+                      "three: x, y, yaw");
+  if (both.rider.inverse == nullptr) diagnostics.error(Code::kRequires, "/goal", "the arm has no inverse kinematics");
+  if (diagnostics.has_errors()) return diagnostics;
   check_configuration(both.carrier.chain, both.carrier.limits, q_carrier, "/start", of_carrier);
   check_configuration(both.carrier.chain, both.carrier.limits, q_carrier_goal, "/goal", of_carrier);
-  findings.append(of_carrier, "/carrier");
-  check_configuration(both.rider.chain, both.rider.limits, q_rider, "/start", findings);
-  check_pose(X_BM_goal, "/goal", findings);
-  return findings;
+  diagnostics.append(of_carrier, "/carrier");
+  check_configuration(both.rider.chain, both.rider.limits, q_rider, "/start", diagnostics);
+  check_pose(X_BM_goal, "/goal", diagnostics);
+  return diagnostics;
 }
 
 /// By how much a law must be stretched so that M goes no faster on its line.
@@ -47,8 +48,8 @@ double stretch_for_speed(const TimeLaw& law, double length, double speed) {
 Result<PairPlan> plan_carried_lin(const CarriedArm& both, const JointVector& q_carrier, const JointVector& q_rider,
                                   const JointVector& q_carrier_goal, const Eigen::Isometry3d& X_BM_goal,
                                   const PieceShares& shares) {
-  Findings findings = check(both, q_carrier, q_rider, q_carrier_goal, X_BM_goal);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics = check(both, q_carrier, q_rider, q_carrier_goal, X_BM_goal);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   const Eigen::Isometry3d X_BM =
       both.carrier.chain.forward(q_carrier) * both.X_FA * both.rider.chain.forward(q_rider) * both.rider.X_FM;
   const JointVector held = both.rider.inverse->held(q_rider);

@@ -15,8 +15,8 @@ struct CarriedArm {
 /// @param q_carrier_goal  where the base ends; like q_carrier, it stands and the arm alone moves
 /// @param X_BM_goal       of M in the frame in which the base moves
 /// @param shares          of both; the linear velocity is that of M on its line in the room
-/// @return the base as leader, the arm as follower; or findings: those of plan_ptp for the base ("/carrier/..."), those
-/// of a line for the arm. Realtime: setup, deterministic.
+/// @return the base as leader, the arm as follower; or diagnostics: those of plan_ptp for the base ("/carrier/..."),
+/// those of a line for the arm. Realtime: setup, deterministic.
 [[nodiscard]] Result<PairPlan> plan_carried_lin(const CarriedArm& both, const JointVector& q_carrier,
                                                 const JointVector& q_rider, const JointVector& q_carrier_goal,
                                                 const Eigen::Isometry3d& X_BM_goal, const PieceShares& shares = {});

@@ -13,40 +13,41 @@ namespace takt::motion {
 namespace {
 
 void check_positive(const kinematics::Chain& chain, const JointVector& values, const std::string& name,
-                    Findings& findings) {
+                    Diagnostics& diagnostics) {
   if (values.size() != chain.joint_count()) {
-    findings.error("/limits/" + name, fmt::format("{} entries", values.size()),
-                   fmt::format("one for each of the {} joints", chain.joint_count()));
+    diagnostics.error(Code::kWrongSize, "/limits/" + name, fmt::format("{} entries", values.size()),
+                      fmt::format("one for each of the {} joints", chain.joint_count()));
     return;
   }
   for (int i = 0; i < chain.joint_count(); ++i) {
     if (std::isfinite(values[i]) && values[i] > 0.0) continue;
-    findings.error(
-        "/limits/" + name + pointer_segment(static_cast<std::size_t>(i)),
+    diagnostics.error(
+        Code::kOutOfRange, "/limits/" + name + pointer_segment(static_cast<std::size_t>(i)),
         fmt::format("joint '{}': {} limit {}", chain.joint_names()[static_cast<std::size_t>(i)], name, values[i]),
         "finite and above 0");
   }
 }
 
-void check_range(const kinematics::Chain& chain, const JointLimits& limits, Findings& findings) {
+void check_range(const kinematics::Chain& chain, const JointLimits& limits, Diagnostics& diagnostics) {
   if (limits.lower.size() != chain.joint_count() || limits.upper.size() != chain.joint_count()) {
-    findings.error("/limits", fmt::format("{} lower and {} upper ends", limits.lower.size(), limits.upper.size()),
-                   fmt::format("one for each of the {} joints", chain.joint_count()));
+    diagnostics.error(Code::kWrongSize, "/limits",
+                      fmt::format("{} lower and {} upper ends", limits.lower.size(), limits.upper.size()),
+                      fmt::format("one for each of the {} joints", chain.joint_count()));
     return;
   }
   for (int i = 0; i < chain.joint_count(); ++i) {
     if (limits.lower[i] <= limits.upper[i]) continue;
-    findings.error("/limits/lower" + pointer_segment(static_cast<std::size_t>(i)),
-                   fmt::format("joint '{}': range from {} to {}", chain.joint_names()[static_cast<std::size_t>(i)],
-                               limits.lower[i], limits.upper[i]),
-                   "the lower end first");
+    diagnostics.error(Code::kOutOfRange, "/limits/lower" + pointer_segment(static_cast<std::size_t>(i)),
+                      fmt::format("joint '{}': range from {} to {}", chain.joint_names()[static_cast<std::size_t>(i)],
+                                  limits.lower[i], limits.upper[i]),
+                      "the lower end first");
   }
 }
 
 }  // namespace
 
 void check_directions(const kinematics::InverseKinematics& inverse, const JointVector& q, const Eigen::Isometry3d& X_BF,
-                      const std::string& pointer, Findings& findings) {
+                      const std::string& pointer, Diagnostics& diagnostics) {
   if (!kinematics::moves_in_plane(inverse.chain())) return;  // elsewhere what is near q does not hold far from it
   constexpr double kNothing = 1e-9;                          // m and rad: rounding
   constexpr const char* kAxes[] = {"x", "y", "z"};
@@ -60,9 +61,10 @@ void check_directions(const kinematics::InverseKinematics& inverse, const JointV
                            kAxes[i % 3], "of its base");
   }
   if (missing.empty()) return;
-  findings.error(pointer,
-                 fmt::format("the goal is where the {} joints cannot go: {}", inverse.chain().joint_count(), missing),
-                 "a goal in the plane, or the space, in which they move");
+  diagnostics.error(
+      Code::kUnsupported, pointer,
+      fmt::format("the goal is where the {} joints cannot go: {}", inverse.chain().joint_count(), missing),
+      "a goal in the plane, or the space, in which they move");
 }
 
 std::vector<LawPoint> instants(const TimeLaw& law, int parts) {
@@ -94,60 +96,63 @@ double FastestOf::between(double s_begin, double s_end) const {
   return kHair * fastest;
 }
 
-void check_limits(const kinematics::Chain& chain, const JointLimits& limits, Findings& findings) {
-  check_range(chain, limits, findings);
-  check_positive(chain, limits.velocity, "velocity", findings);
-  check_positive(chain, limits.acceleration, "acceleration", findings);
-  check_positive(chain, limits.jerk, "jerk", findings);
+void check_limits(const kinematics::Chain& chain, const JointLimits& limits, Diagnostics& diagnostics) {
+  check_range(chain, limits, diagnostics);
+  check_positive(chain, limits.velocity, "velocity", diagnostics);
+  check_positive(chain, limits.acceleration, "acceleration", diagnostics);
+  check_positive(chain, limits.jerk, "jerk", diagnostics);
 }
 
-void check_options(const MotionOptions& options, Findings& findings) {
+void check_options(const MotionOptions& options, Diagnostics& diagnostics) {
   const struct {
     const char* name;
     double value;
   } shares[] = {{"velocity", options.velocity}, {"acceleration", options.acceleration}};
   for (const auto& [name, value] : shares) {
     if (value > 0.0 && value <= 1.0) continue;
-    findings.error(fmt::format("/options/{}", name), fmt::format("share {}", value), "above 0, at most 1");
+    diagnostics.error(Code::kOutOfRange, fmt::format("/options/{}", name), fmt::format("share {}", value),
+                      "above 0, at most 1");
   }
   const double speed = options.linear_velocity.value_or(1.0);
   if (!(speed > 0.0 && std::isfinite(speed))) {
-    findings.error("/options/linear_velocity", fmt::format("speed {} m/s", speed), "finite and above 0");
+    diagnostics.error(Code::kOutOfRange, "/options/linear_velocity", fmt::format("speed {} m/s", speed),
+                      "finite and above 0");
   }
 }
 
-void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Findings& findings) {
+void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Diagnostics& diagnostics) {
   constexpr double kRotationTolerance = 1e-6;
   const Eigen::Matrix3d R = X.linear();
   const bool rotation = R.allFinite() &&
                         (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRotationTolerance &&
                         R.determinant() > 0.0;
   if (X.translation().allFinite() && rotation) return;
-  findings.error(pointer, "the pose is no rotation and translation of finite numbers");
+  diagnostics.error(Code::kOutOfRange, pointer, "the pose is no rotation and translation of finite numbers");
 }
 
-void range_finding(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
-                   const std::string& pointer, const std::string& where, Findings& findings) {
-  findings.error(pointer,
-                 fmt::format("joint '{}': {:.6g}{} is outside its range",
-                             chain.joint_names()[static_cast<std::size_t>(joint)], value, where),
-                 fmt::format("from {:.6g} to {:.6g}", limits.lower[joint], limits.upper[joint]));
+void range_diagnostic(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
+                      const std::string& pointer, const std::string& where, Diagnostics& diagnostics) {
+  diagnostics.error(Code::kOutOfRange, pointer,
+                    fmt::format("joint '{}': {:.6g}{} is outside its range",
+                                chain.joint_names()[static_cast<std::size_t>(joint)], value, where),
+                    fmt::format("from {:.6g} to {:.6g}", limits.lower[joint], limits.upper[joint]));
 }
 
 void check_configuration(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q,
-                         const std::string& pointer, Findings& findings) {
+                         const std::string& pointer, Diagnostics& diagnostics) {
   if (q.size() != chain.joint_count()) {
-    findings.error(pointer, fmt::format("{} joint values", q.size()),
-                   fmt::format("one for each of the {} joints", chain.joint_count()));
+    diagnostics.error(Code::kWrongSize, pointer, fmt::format("{} joint values", q.size()),
+                      fmt::format("one for each of the {} joints", chain.joint_count()));
     return;
   }
   for (int i = 0; i < chain.joint_count(); ++i) {
     const std::string place = pointer + pointer_segment(static_cast<std::size_t>(i));
     if (!std::isfinite(q[i])) {
-      findings.error(place, fmt::format("joint '{}': {}", chain.joint_names()[static_cast<std::size_t>(i)], q[i]),
-                     "a finite number");
+      diagnostics.error(Code::kOutOfRange, place,
+                        fmt::format("joint '{}': {}", chain.joint_names()[static_cast<std::size_t>(i)], q[i]),
+                        "a finite number");
     } else if (q[i] < limits.lower[i] - kRangeTolerance || q[i] > limits.upper[i] + kRangeTolerance) {
-      range_finding(chain, limits, i, q[i], place, "", findings);
+      range_diagnostic(chain, limits, i, q[i], place, "", diagnostics);
     }
   }
 }

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/kinematics/chain.h"
 #include "core/motion/planner.h"
 
@@ -35,22 +35,22 @@ class FastestOf {
 /// next by less than 0.2 % of its largest rate.
 inline constexpr int kPartsPerSegment = 16;
 
-/// Findings for limits that do not fit the chain, are not finite or not > 0.
-void check_limits(const kinematics::Chain& chain, const JointLimits& limits, Findings& findings);
-/// Findings for options out of their range.
-void check_options(const MotionOptions& options, Findings& findings);
-/// Findings for a configuration of the wrong size, not finite, or outside the range of a joint, at `pointer`.
+/// Diagnostics for limits that do not fit the chain, are not finite or not > 0.
+void check_limits(const kinematics::Chain& chain, const JointLimits& limits, Diagnostics& diagnostics);
+/// Diagnostics for options out of their range.
+void check_options(const MotionOptions& options, Diagnostics& diagnostics);
+/// Diagnostics for a configuration of the wrong size, not finite, or outside the range of a joint, at `pointer`.
 void check_configuration(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q,
-                         const std::string& pointer, Findings& findings);
-/// A finding unless X is a rotation and a translation of finite numbers.
-void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Findings& findings);
-/// A finding if what drives in a plane (kinematics::moves_in_plane) cannot reach X_BF because of what its joints cannot
-/// do: "0.02 m along z". Nothing for other chains. @param q  where it stands. Realtime: setup.
+                         const std::string& pointer, Diagnostics& diagnostics);
+/// A diagnostic unless X is a rotation and a translation of finite numbers.
+void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Diagnostics& diagnostics);
+/// A diagnostic if what drives in a plane (kinematics::moves_in_plane) cannot reach X_BF because of what its joints
+/// cannot do: "0.02 m along z". Nothing for other chains. @param q  where it stands. Realtime: setup.
 void check_directions(const kinematics::InverseKinematics& inverse, const JointVector& q, const Eigen::Isometry3d& X_BF,
-                      const std::string& pointer, Findings& findings);
+                      const std::string& pointer, Diagnostics& diagnostics);
 /// "joint 'a2': 2.5 is outside its range" and the range as hint.
-void range_finding(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
-                   const std::string& pointer, const std::string& where, Findings& findings);
+void range_diagnostic(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
+                      const std::string& pointer, const std::string& where, Diagnostics& diagnostics);
 
 /// Range limits are compared with this tolerance (rad or m): a goal read back from a file or found by inverse
 /// kinematics may lie on its limit up to rounding.

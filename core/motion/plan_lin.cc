@@ -14,18 +14,18 @@ using kinematics::Chain;
 using kinematics::InverseKinematics;
 
 void check_held(const InverseKinematics& inverse, const JointLimits& limits, const JointVector& held,
-                Findings& findings) {
+                Diagnostics& diagnostics) {
   const auto& joints = inverse.held_joints();
   if (held.size() != static_cast<Eigen::Index>(joints.size())) {
-    findings.error("/held_goal", fmt::format("{} values", held.size()),
-                   fmt::format("one for each of the {} held joints", joints.size()));
+    diagnostics.error(Code::kWrongSize, "/held_goal", fmt::format("{} values", held.size()),
+                      fmt::format("one for each of the {} held joints", joints.size()));
     return;
   }
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const double q = held[static_cast<Eigen::Index>(i)];
     const int joint = joints[i];
     if (q >= limits.lower[joint] - kRangeTolerance && q <= limits.upper[joint] + kRangeTolerance) continue;
-    range_finding(inverse.chain(), limits, joint, q, "/held_goal" + pointer_segment(i), "", findings);
+    range_diagnostic(inverse.chain(), limits, joint, q, "/held_goal" + pointer_segment(i), "", diagnostics);
   }
 }
 
@@ -35,17 +35,17 @@ Result<Motion> plan_lin(const Chain& chain, const InverseKinematics& inverse, co
                         const CartesianLimits& cartesian_limits, const JointVector& q_start,
                         const Eigen::Isometry3d& X_BM_goal, const std::optional<JointVector>& held_goal,
                         const MotionOptions& options) {
-  Findings findings;
-  check_limits(chain, limits, findings);
-  check_cartesian(cartesian_limits, findings);
-  check_options(options, findings);
-  check_pose(X_BM_goal, "/goal", findings);
-  check_pose(options.X_FM, "/options/X_FM", findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
-  check_configuration(chain, limits, q_start, "/start", findings);
-  if (held_goal) check_held(inverse, limits, *held_goal, findings);
-  check_directions(inverse, q_start, X_BM_goal * options.X_FM.inverse(), "/goal", findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  check_limits(chain, limits, diagnostics);
+  check_cartesian(cartesian_limits, diagnostics);
+  check_options(options, diagnostics);
+  check_pose(X_BM_goal, "/goal", diagnostics);
+  check_pose(options.X_FM, "/options/X_FM", diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+  check_configuration(chain, limits, q_start, "/start", diagnostics);
+  if (held_goal) check_held(inverse, limits, *held_goal, diagnostics);
+  check_directions(inverse, q_start, X_BM_goal * options.X_FM.inverse(), "/goal", diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
 
   const JointVector held_start = inverse.held(q_start);
   const CartesianLine line = CartesianLine::between(chain.forward(q_start) * options.X_FM, X_BM_goal, held_start,

@@ -11,9 +11,9 @@
 namespace takt::motion {
 namespace {
 
-Findings of_follower(const Findings& findings) {
-  Findings all;
-  all.append(findings, "/follower");
+Diagnostics of_follower(const Diagnostics& diagnostics) {
+  Diagnostics all;
+  all.append(diagnostics, "/follower");
   return all;
 }
 
@@ -21,14 +21,15 @@ Findings of_follower(const Findings& findings) {
 Result<Motion> beside(const ArmPair& pair, const Motion& leader, const JointVector& q_follower) {
   const auto path = seen_from(leader.path, pair.X_FL, pair.follower.inverse->held(q_follower));
   if (!path)
-    return failure("/follower", "two arms move together on paths of a frame only", "LIN, CIRC, a spline of poses");
+    return failure(Code::kConflict, "/follower", "two arms move together on paths of a frame only",
+                   "LIN, CIRC, a spline of poses");
   Motion motion = leader;
   motion.path = *path;
   motion.q_start = motion.q_goal = q_follower;
   return motion;
 }
 
-/// The follower's motion as its arm follows it; findings are told of the follower.
+/// The follower's motion as its arm follows it; diagnostics are told of the follower.
 Result<FollowedPath> follow_beside(const ArmPair& pair, const Motion& follower) {
   auto path = PathPlanner(pair.follower).follow(follower, "/goal");
   if (!path) return std::unexpected(of_follower(path.error()));
@@ -52,20 +53,21 @@ void add_rest(const SequencePlan& alone, double stretch, PairPlan& plan) {
   plan.notes = alone.notes;
 }
 
-bool has_both(const ArmPair& pair, Findings& findings) {
+bool has_both(const ArmPair& pair, Diagnostics& diagnostics) {
   for (const auto& [arm, place] : {std::pair(&pair.leader, "/goal"), {&pair.follower, "/follower"}}) {
     if (arm->inverse == nullptr)
-      findings.error(place, "an arm of the pair has no inverse kinematics", "an arm of three joints at least");
+      diagnostics.error(Code::kRequires, place, "an arm of the pair has no inverse kinematics",
+                        "an arm of three joints at least");
   }
-  return !findings.has_errors();
+  return !diagnostics.has_errors();
 }
 
 }  // namespace
 
 Result<PairPlan> plan_pair(const ArmPair& pair, const JointVector& q_leader, const JointVector& q_follower,
                            const std::vector<LegMaker>& makers) {
-  Findings findings;
-  if (!has_both(pair, findings)) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  if (!has_both(pair, diagnostics)) return std::unexpected(std::move(diagnostics));
   auto alone = plan_sequence(pair.leader, q_leader, makers);
   if (!alone) return std::unexpected(std::move(alone.error()));
   auto follower = beside(pair, alone->motion, q_follower);
@@ -91,8 +93,8 @@ Result<PairPlan> plan_pair(const ArmPair& pair, const JointVector& q_leader, con
 Result<PairPlan> plan_pair_take_over(const ArmPair& pair, const Departure& from, const Motion& follower_before,
                                      const std::vector<LegMaker>& makers) {
   const auto q_follower = joints_at(pair.follower, follower_before, from.tau);
-  if (!q_follower) return failure("/follower", "nobody knows where it will be");
-  Result<PairPlan> plan = failure("/blend", "no blend was tried");
+  if (!q_follower) return failure(Code::kUnknownPosition, "/follower", "nobody knows where it will be");
+  Result<PairPlan> plan = failure(Code::kPlanningFailed, "/blend", "no blend was tried");
   for (const double share : {1.0, 0.8, 0.6}) {
     std::vector<LegMaker> slower;
     for (const LegMaker& maker : makers) {
@@ -113,7 +115,7 @@ Result<PairPlan> plan_pair_take_over(const ArmPair& pair, const Departure& from,
     if (!path) return std::unexpected(path.error());
     const PathFit fit = PathPlanner(pair.follower).fit(*path, *follower);
     if (!fit.leaves_room) {
-      plan = failure("/follower", "it cannot follow at the speed of the leader");
+      plan = failure(Code::kLimitExceeded, "/follower", "it cannot follow at the speed of the leader");
       continue;
     }
     plan = finish(pair, std::move(alone->motion), std::move(*follower), fit);

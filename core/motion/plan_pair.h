@@ -16,12 +16,13 @@ struct ArmPair {
 struct PairPlan {
   Motion leader, follower;
   std::vector<double> handed_over;  ///< as in SequencePlan
-  Findings notes = {};              ///< ...
+  Diagnostics notes = {};           ///< ...
 };
 
 /// Plans motions of C as the leader sees them, and brings the follower along: the law is stretched until both keep
 /// their limits.
-/// @return the plan, or findings of either arm ("/follower" before those of the other). Realtime: setup, deterministic.
+/// @return the plan, or diagnostics of either arm ("/follower" before those of the other). Realtime: setup,
+/// deterministic.
 [[nodiscard]] Result<PairPlan> plan_pair(const ArmPair& pair, const JointVector& q_leader,
                                          const JointVector& q_follower, const std::vector<LegMaker>& makers);
 

@@ -49,13 +49,13 @@ TorqueProfile torques_on(const kinematics::Chain& chain, const DriveLoad& load, 
 
 Result<Motion> plan_ptp(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q_start,
                         const JointVector& q_goal, const MotionOptions& options) {
-  Findings findings;
-  check_limits(chain, limits, findings);
-  check_options(options, findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
-  check_configuration(chain, limits, q_start, "/start", findings);
-  check_configuration(chain, limits, q_goal, "/goal", findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  check_limits(chain, limits, diagnostics);
+  check_options(options, diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+  check_configuration(chain, limits, q_start, "/start", diagnostics);
+  check_configuration(chain, limits, q_goal, "/goal", diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
 
   Motion motion{.path = JointLine{.q_start = q_start, .q_goal = q_goal},
                 .law = {},
@@ -77,8 +77,8 @@ Result<Motion> plan_ptp(const kinematics::Chain& chain, const JointLimits& limit
     return motion;
   }
   const TorqueProfile torques = torques_on(chain, *options.load, q_start, way);
-  findings = torques.overloads("/goal");
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  diagnostics = torques.overloads("/goal");
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   const double stretch = torques.need(motion.law, kLawShareOfAcceleration).stretch;
   if (stretch > 1.0) motion.law = motion.law.stretched(stretch);
   motion.clock = common(clock_for(motion.law, by_acceleration, by_jerk), torques.clock(motion.law));

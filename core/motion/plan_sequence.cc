@@ -46,8 +46,8 @@ class SequencePlanner {
   explicit SequencePlanner(const ArmModel& arm) : arm_(arm), planner_(arm) {}
 
   Result<SequencePlan> plan(const JointVector& q_start, const std::vector<LegMaker>& makers) {
-    Findings findings = make_parts(q_start, makers);
-    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    Diagnostics diagnostics = make_parts(q_start, makers);
+    if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
     for (std::size_t i = 0; i + 1 < parts_.size(); ++i) set_corner(i);
     for (std::size_t i = 0; i + 1 < parts_.size(); ++i) stop_where_faster(i);
     return plan_groups(q_start);
@@ -55,10 +55,10 @@ class SequencePlanner {
 
   /// Of the part that is left of a motion, and what follows.
   Result<SequencePlan> plan(const Departure& from, const std::vector<LegMaker>& makers) {
-    Findings findings = make_first_part(from);
-    if (!findings.has_errors()) findings = make_parts(from.motion.q_goal, makers);
-    if (!findings.has_errors()) findings = set_first_corner(from);
-    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    Diagnostics diagnostics = make_first_part(from);
+    if (!diagnostics.has_errors()) diagnostics = make_parts(from.motion.q_goal, makers);
+    if (!diagnostics.has_errors()) diagnostics = set_first_corner(from);
+    if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
     for (std::size_t i = 1; i + 1 < parts_.size(); ++i) set_corner(i);
     return plan_groups(place_at(parts_.front(), parts_.front().begin).joints.value);
   }
@@ -88,23 +88,23 @@ class SequencePlanner {
     return pointer_segment(part) + (key[0] == '\0' ? "" : "/") + key;
   }
 
-  Findings make_parts(const JointVector& q_start, const std::vector<LegMaker>& makers) {
-    Findings findings;
+  Diagnostics make_parts(const JointVector& q_start, const std::vector<LegMaker>& makers) {
+    Diagnostics diagnostics;
     JointVector q = q_start;
     for (std::size_t i = 0; i < makers.size(); ++i) {
       auto leg = makers[i](q);
       if (!leg) {
-        findings.append(leg.error(), pointer_segment(i));
-        return findings;
+        diagnostics.append(leg.error(), pointer_segment(i));
+        return diagnostics;
       }
       MotionOptions options{
           .velocity = leg->velocity, .acceleration = leg->acceleration, .linear_velocity = leg->linear_velocity};
-      Findings wrong;
+      Diagnostics wrong;
       check_options(options, wrong);
       check_blend(leg->blend, wrong);
       if (wrong.has_errors()) {
-        findings.append(wrong, pointer_segment(i));
-        return findings;
+        diagnostics.append(wrong, pointer_segment(i));
+        return diagnostics;
       }
       const PieceShares shares{
           .velocity = leg->velocity,
@@ -112,19 +112,19 @@ class SequencePlanner {
           .linear_velocity = leg->linear_velocity.value_or(std::numeric_limits<double>::infinity())};
       Part part{.leg = std::move(*leg), .shares = {}, .walks = {}, .q_start = q, .q_goal = q};
       part.shares.assign(part.leg.pieces.size(), shares);
-      if (Findings walked = walk(part, place_of(i, "goal")); walked.has_errors()) return walked;
+      if (Diagnostics walked = walk(part, place_of(i, "goal")); walked.has_errors()) return walked;
       q = part.q_goal;
       parts_.push_back(std::move(part));
     }
-    return findings;
+    return diagnostics;
   }
 
   /// Fills in what follows from the geometry of a part.
-  Findings walk(Part& part, const std::string& pointer) const {
+  Diagnostics walk(Part& part, const std::string& pointer) const {
     std::vector<PlannedPiece> pieces;
     for (std::size_t k = 0; k < part.leg.pieces.size(); ++k) pieces.push_back({part.leg.pieces[k], part.shares[k]});
     WalkedPath walked = planner_.walk(pieces, part.q_start, std::vector<int>(pieces.size(), kSteps), pointer);
-    if (walked.findings.has_errors()) return std::move(walked.findings);
+    if (walked.diagnostics.has_errors()) return std::move(walked.diagnostics);
     part.walks = std::move(walked.walks);
     part.q_goal = part.walks.back().nodes.back().q;
     part.cost = cost_of(part);
@@ -132,7 +132,7 @@ class SequencePlanner {
   }
 
   /// What is left of a motion, with how it is entered.
-  Findings make_first_part(const Departure& from) {
+  Diagnostics make_first_part(const Departure& from) {
     const Motion& motion = from.motion;
     Part part{.leg = {.pieces = pieces_of(motion.path), .linear_velocity = {}, .blend = from.blend},
               .shares = motion.shares,
@@ -140,13 +140,14 @@ class SequencePlanner {
               .q_start = motion.q_start,
               .q_goal = motion.q_goal};
     part.shares.resize(part.leg.pieces.size(), motion.shares.empty() ? PieceShares{} : motion.shares.back());
-    Findings findings;
-    check_blend(from.blend, findings);
-    if (from.blend.kind == Blend::Kind::kNone) findings.error("/blend", "none was asked for");
+    Diagnostics diagnostics;
+    check_blend(from.blend, diagnostics);
+    if (from.blend.kind == Blend::Kind::kNone) diagnostics.error(Code::kPlanningFailed, "/blend", "none was asked for");
     if (!(from.tau > 0.0 && from.tau + from.lead < motion.duration()))
-      findings.error("/tau", fmt::format("{:.4f} s", from.tau), "on the way, with the lead before the end");
-    if (!findings.has_errors()) findings = walk(part, "/motion");
-    if (findings.has_errors()) return findings;
+      diagnostics.error(Code::kOutOfRange, "/tau", fmt::format("{:.4f} s", from.tau),
+                        "on the way, with the lead before the end");
+    if (!diagnostics.has_errors()) diagnostics = walk(part, "/motion");
+    if (diagnostics.has_errors()) return diagnostics;
     part.begin = motion.law.at(from.tau).s;
     // By cost; the place in the group follows when it is known.
     const LawPoint at = motion.law.at(from.tau);
@@ -158,33 +159,34 @@ class SequencePlanner {
   }
 
   /// The blend out of what is left of a motion: smaller, if the motion is beyond the place where it should begin.
-  Findings set_first_corner(const Departure& from) {
-    Findings findings;
+  Diagnostics set_first_corner(const Departure& from) {
+    Diagnostics diagnostics;
     Part& a = parts_[0];
     Part& b = parts_[1];
     if (b.cost < kNoWay) {
-      findings.error("/blend", "the next motion has no way");
+      diagnostics.error(Code::kPlanningFailed, "/blend", "the next motion has no way");
     } else if (direction(a, 1.0).dot(direction(b, 0.0)) < kReversal) {
-      findings.error("/blend", "the next motion turns straight back");
+      diagnostics.error(Code::kPlanningFailed, "/blend", "the next motion turns straight back");
     }
     const double soonest = from.motion.law.at(from.tau + from.lead).s;
     const double wanted = share_of(0, true);
     const double share = from.shrink * std::min(wanted, 1.0 - soonest);
     constexpr double kLeast = 1e-3;  // of the motion
-    if (!(share > kLeast)) findings.error("/tau", fmt::format("{:.4f} s is too late", from.tau), "before the goal");
-    if (findings.has_errors()) return findings;
+    if (!(share > kLeast))
+      diagnostics.error(Code::kOutOfRange, "/tau", fmt::format("{:.4f} s is too late", from.tau), "before the goal");
+    if (diagnostics.has_errors()) return diagnostics;
     a.end = 1.0 - share;
     b.begin = share_of(0, false) * share / wanted;
     a.rest_after = false;
-    return findings;
+    return diagnostics;
   }
 
-  static void check_blend(const Blend& blend, Findings& findings) {
+  static void check_blend(const Blend& blend, Diagnostics& diagnostics) {
     const bool fraction = blend.kind == Blend::Kind::kFraction;
     const double least = fraction ? kLeastBlendShare : kLeastBlend_m, most = fraction ? kMostBlendShare : kNoUpperBound;
     if (blend.kind == Blend::Kind::kNone || (blend.value >= least && blend.value <= most)) return;
-    findings.error(
-        "/blend", fmt::format("{}", blend.value),
+    diagnostics.error(
+        Code::kOutOfRange, "/blend", fmt::format("{}", blend.value),
         fraction ? fmt::format("at least {}, at most {}", least, most) : fmt::format("at least {} m", least));
   }
 
@@ -224,7 +226,7 @@ class SequencePlanner {
     constexpr double kSharp = 0.02;  // s: wider blends are kept, as asked for; some take a tenth longer than a stop
     const Part a = parts_[i], b = parts_[i + 1];
     if (a.rest_after || (1.0 - a.end) * a.cost + b.begin * b.cost > kSharp) return;
-    const Findings notes = notes_;
+    const Diagnostics notes = notes_;
     const auto duration = [&](bool blended) {
       parts_[i].begin = 0.0;
       parts_[i + 1].end = 1.0;
@@ -454,7 +456,8 @@ class SequencePlanner {
     }
     constexpr double kSame = 1e-6;
     if ((motion->q_goal - parts_[last].q_goal).cwiseAbs().maxCoeff() > kSame) {
-      if (in_motion) return failure("/blend", "it would lead to another branch of the inverse kinematics");
+      if (in_motion)
+        return failure(Code::kPlanningFailed, "/blend", "it would lead to another branch of the inverse kinematics");
       return give_up(last - 1, "the blend would lead to another branch of the inverse kinematics");
     }
     group.motion = std::move(*motion);
@@ -543,25 +546,25 @@ class SequencePlanner {
   std::optional<MovingStart> start_;  ///< by cost: how the first part is entered, if in motion
   std::vector<Part> parts_;
   std::vector<Group> groups_;
-  Findings notes_;
+  Diagnostics notes_;
 };
 
 }  // namespace
 
 Result<SequencePlan> plan_sequence(const ArmModel& arm, const JointVector& q_start,
                                    const std::vector<LegMaker>& makers) {
-  Findings findings;
-  check_limits(arm.chain, arm.limits, findings);
-  check_cartesian(arm.cartesian, findings);
-  if (!findings.has_errors()) check_configuration(arm.chain, arm.limits, q_start, "/start", findings);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  check_limits(arm.chain, arm.limits, diagnostics);
+  check_cartesian(arm.cartesian, diagnostics);
+  if (!diagnostics.has_errors()) check_configuration(arm.chain, arm.limits, q_start, "/start", diagnostics);
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return SequencePlanner(arm).plan(q_start, makers);
 }
 
 Result<SequencePlan> plan_take_over(const ArmModel& arm, const Departure& from, const std::vector<LegMaker>& makers) {
-  if (makers.empty()) return failure("", "no motion to go on with");
+  if (makers.empty()) return failure(Code::kPlanningFailed, "", "no motion to go on with");
   Departure now = from;
-  Result<SequencePlan> plan = failure("", "no blend was tried");
+  Result<SequencePlan> plan = failure(Code::kPlanningFailed, "", "no blend was tried");
   for (const double shrink : {1.0, 0.5, 0.2}) {
     now.shrink = from.shrink * shrink;
     plan = SequencePlanner(arm).plan(now, makers);

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/kinematics/chain.h"
 #include "core/motion/limits.h"
 #include "core/motion/path.h"
@@ -56,8 +56,8 @@ struct MotionOptions {
 /// Plans a motion from rest to rest in which all joints go in proportion: as fast as the limits and the share kept for
 /// the path clock allow. A goal equal to the start gives a motion of duration 0.
 /// @param q_start, q_goal  joint_count() entries
-/// @return the motion, or findings: wrong size, not finite, outside the range (joint, value, range) of start or goal,
-/// bad limits or options, a load that a joint cannot carry on the way. Pointers: "/start/2", "/goal/2", "/goal",
+/// @return the motion, or diagnostics: wrong size, not finite, outside the range (joint, value, range) of start or
+/// goal, bad limits or options, a load that a joint cannot carry on the way. Pointers: "/start/2", "/goal/2", "/goal",
 /// "/options/velocity". Realtime: setup, deterministic.
 [[nodiscard]] Result<Motion> plan_ptp(const kinematics::Chain& chain, const JointLimits& limits,
                                       const JointVector& q_start, const JointVector& q_goal,
@@ -65,8 +65,8 @@ struct MotionOptions {
 
 /// Plans a straight line of the frame M = F * X_FM from where it is at q_start to X_BM_goal, on the branch of q_start.
 /// @param held_goal  value of the held joints at the goal, in the order of the inverse kinematics; default: as at start
-/// @return the motion, or findings as for plan_ptp and: goal out of reach, joint range left on the way (joint, value,
-/// range, path fraction), too near to a singularity (measure, path fraction), another branch. Realtime: setup,
+/// @return the motion, or diagnostics as for plan_ptp and: goal out of reach, joint range left on the way (joint,
+/// value, range, path fraction), too near to a singularity (measure, path fraction), another branch. Realtime: setup,
 /// deterministic.
 [[nodiscard]] Result<Motion> plan_lin(const kinematics::Chain& chain, const kinematics::InverseKinematics& inverse,
                                       const JointLimits& limits, const CartesianLimits& cartesian_limits,

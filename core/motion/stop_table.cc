@@ -144,14 +144,16 @@ Result<StopTable> stop_table_from_json(const nlohmann::ordered_json& json, const
       "a list of [s_end, deceleration, deceleration_at_full_rate, product, jerk, jerk_by_cube, jerk_by_product], s_end "
       "rising to 1";
   constexpr std::size_t kNumbers = 7;
-  if (!json.is_array()) return failure(pointer, "a stop table is no list", form);
+  if (!json.is_array()) return failure(Code::kWrongType, pointer, "a stop table is no list", form);
   StopTable table;
   for (std::size_t i = 0; i < json.size(); ++i) {
     const auto& entry = json[i];
     const bool numbers = entry.is_array() && entry.size() == kNumbers &&
                          std::ranges::all_of(entry, [](const auto& value) { return value.is_number(); });
     const std::string place = pointer + pointer_segment(i);
-    if (!numbers) return failure(place, fmt::format("a cell of a stop table is no list of {} numbers", kNumbers), form);
+    if (!numbers)
+      return failure(Code::kWrongType, place, fmt::format("a cell of a stop table is no list of {} numbers", kNumbers),
+                     form);
     const auto value = [&entry](std::size_t k) { return entry[k].template get<double>(); };
     table.push_back({.s_end = value(0),
                      .deceleration = value(1),
@@ -162,12 +164,13 @@ Result<StopTable> stop_table_from_json(const nlohmann::ordered_json& json, const
                      .jerk_by_product = value(6)});
     const StopCell& cell = table.back();
     const bool positive = cell.deceleration > 0.0 && cell.product > 0.0 && cell.jerk > 0.0;
-    if (!positive) return failure(place, "a cell of a stop table has a bound that is not above 0", form);
+    if (!positive)
+      return failure(Code::kOutOfRange, place, "a cell of a stop table has a bound that is not above 0", form);
     if (!(cell.s_end > (i == 0 ? 0.0 : table[i - 1].s_end)))
-      return failure(place, fmt::format("a cell of a stop table ends at s = {}", cell.s_end), form);
+      return failure(Code::kOutOfRange, place, fmt::format("a cell of a stop table ends at s = {}", cell.s_end), form);
   }
   if (!table.empty() && table.back().s_end != 1.0)
-    return failure(pointer, fmt::format("a stop table ends at s = {}", table.back().s_end), form);
+    return failure(Code::kOutOfRange, pointer, fmt::format("a stop table ends at s = {}", table.back().s_end), form);
   return table;
 }
 

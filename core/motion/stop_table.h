@@ -7,7 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::motion {
 
@@ -55,7 +55,7 @@ struct StopLoad {
 void append(StopTable& table, const StopTable& part, double s_end);
 
 [[nodiscard]] nlohmann::ordered_json to_json(const StopTable& table);
-/// Findings: no list of cells, entries that are no numbers, cells that do not go from s = 0 to 1. Realtime: setup.
+/// Diagnostics: no list of cells, entries that are no numbers, cells that do not go from s = 0 to 1. Realtime: setup.
 [[nodiscard]] Result<StopTable> stop_table_from_json(const nlohmann::ordered_json& json, const std::string& pointer);
 
 }  // namespace takt::motion

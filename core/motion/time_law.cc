@@ -32,18 +32,20 @@ TimeLaw::TimeLaw(std::vector<Segment> segments, const Begin& begin) : begin_(beg
 }
 
 Result<TimeLaw> TimeLaw::create(std::vector<Segment> segments, const Begin& begin) {
-  Findings findings;
+  Diagnostics diagnostics;
   if (!(std::isfinite(begin.ds) && std::isfinite(begin.dds) && begin.ds >= 0.0))
-    findings.error("/begin", fmt::format("ds = {} 1/s, dds = {} 1/s^2", begin.ds, begin.dds),
-                   "finite, and not backwards");
+    diagnostics.error(Code::kOutOfRange, "/begin", fmt::format("ds = {} 1/s, dds = {} 1/s^2", begin.ds, begin.dds),
+                      "finite, and not backwards");
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const auto [duration, jerk] = segments[i];
     if (!std::isfinite(duration) || duration < 0.0) {
-      findings.error(pointer_segment(i), fmt::format("duration {} s of a segment", duration), "finite and >= 0");
+      diagnostics.error(Code::kOutOfRange, pointer_segment(i), fmt::format("duration {} s of a segment", duration),
+                        "finite and >= 0");
     }
-    if (!std::isfinite(jerk)) findings.error(pointer_segment(i), fmt::format("jerk {} of a segment", jerk), "finite");
+    if (!std::isfinite(jerk))
+      diagnostics.error(Code::kOutOfRange, pointer_segment(i), fmt::format("jerk {} of a segment", jerk), "finite");
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
 
   TimeLaw law(std::move(segments), begin);
   if (law.knots_.empty()) return law;
@@ -56,13 +58,15 @@ Result<TimeLaw> TimeLaw::create(std::vector<Segment> segments, const Begin& begi
   }
   const LawPoint& end = law.knots_.back().point;
   if (!(std::abs(end.s - 1.0) <= kEndTolerance)) {
-    findings.error({}, fmt::format("the law ends at s = {}", end.s), "a law runs from s = 0 to s = 1");
+    diagnostics.error(Code::kOutOfRange, {}, fmt::format("the law ends at s = {}", end.s),
+                      "a law runs from s = 0 to s = 1");
   }
   if (!(std::abs(end.ds) <= kEndTolerance * fastest) || !(std::abs(end.dds) <= kEndTolerance * strongest)) {
-    findings.error({}, fmt::format("the law ends with ds = {} 1/s and dds = {} 1/s^2", end.ds, end.dds),
-                   "a law ends at rest");
+    diagnostics.error(Code::kOutOfRange, {},
+                      fmt::format("the law ends with ds = {} 1/s and dds = {} 1/s^2", end.ds, end.dds),
+                      "a law ends at rest");
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return law;
 }
 
@@ -138,18 +142,19 @@ namespace {
 Result<std::vector<TimeLaw::Segment>> segments_from_json(const nlohmann::ordered_json& json,
                                                          const std::string& pointer) {
   const std::string form = "a list of [duration in s, jerk in 1/s^3]";
-  if (!json.is_array()) return failure(pointer, "a time law is no list", form);
-  Findings findings;
+  if (!json.is_array()) return failure(Code::kWrongType, pointer, "a time law is no list", form);
+  Diagnostics diagnostics;
   std::vector<TimeLaw::Segment> segments;
   for (std::size_t i = 0; i < json.size(); ++i) {
     const auto& entry = json[i];
     if (!entry.is_array() || entry.size() != 2 || !entry[0].is_number() || !entry[1].is_number()) {
-      findings.error(pointer + pointer_segment(i), "a segment of a time law is no pair of numbers", form);
+      diagnostics.error(Code::kWrongType, pointer + pointer_segment(i), "a segment of a time law is no pair of numbers",
+                        form);
     } else {
       segments.push_back({entry[0].get<double>(), entry[1].get<double>()});
     }
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return segments;
 }
 
@@ -160,12 +165,12 @@ Result<TimeLaw> time_law_from_json(const nlohmann::ordered_json& json, const std
   const nlohmann::ordered_json* pieces = &json;
   std::string place = pointer;
   if (json.is_object()) {
-    Findings findings;
-    ObjectReader reader(json, pointer, findings);
+    Diagnostics diagnostics;
+    ObjectReader reader(json, pointer, diagnostics);
     const auto numbers = reader.numbers("begin", 2);
     pieces = reader.array("pieces");
     reader.finish();
-    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
     begin = {.ds = numbers[0], .dds = numbers[1]};
     place += "/pieces";
   }
@@ -173,9 +178,9 @@ Result<TimeLaw> time_law_from_json(const nlohmann::ordered_json& json, const std
   if (!segments) return std::unexpected(std::move(segments.error()));
   auto law = TimeLaw::create(std::move(*segments), begin);
   if (law) return law;
-  Findings findings;
-  findings.append(law.error(), pointer);
-  return std::unexpected(std::move(findings));
+  Diagnostics diagnostics;
+  diagnostics.append(law.error(), pointer);
+  return std::unexpected(std::move(diagnostics));
 }
 
 }  // namespace takt::motion

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::motion {
 
@@ -46,7 +46,7 @@ class TimeLaw {
     double ds = 0.0;   ///< 1/s, >= 0
     double dds = 0.0;  ///< 1/s^2
   };
-  /// @return the law, or findings: an entry that is not finite, a negative duration, an end that is not at rest at
+  /// @return the law, or diagnostics: an entry that is not finite, a negative duration, an end that is not at rest at
   /// s = 1 (within 1e-9 of what the law reaches). No segments = duration 0. Realtime: setup.
   [[nodiscard]] static Result<TimeLaw> create(std::vector<Segment> segments) { return create(std::move(segments), {}); }
   [[nodiscard]] static Result<TimeLaw> create(std::vector<Segment> segments, const Begin& begin);
@@ -92,7 +92,7 @@ class TimeLaw {
 };
 
 [[nodiscard]] nlohmann::ordered_json to_json(const TimeLaw& law);
-/// Findings carry `pointer` as prefix. Realtime: setup.
+/// Diagnostics carry `pointer` as prefix. Realtime: setup.
 [[nodiscard]] Result<TimeLaw> time_law_from_json(const nlohmann::ordered_json& json, const std::string& pointer = {});
 
 }  // namespace takt::motion

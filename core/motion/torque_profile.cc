@@ -37,23 +37,24 @@ double TorqueProfile::room(int joint, double gravity) const {
   return kShareOfTorque * chain_.effort_limit()[joint] - std::abs(gravity) - chain_.friction()[joint];
 }
 
-Findings TorqueProfile::overloads(const std::string& pointer) const {
-  Findings findings;
+Diagnostics TorqueProfile::overloads(const std::string& pointer) const {
+  Diagnostics diagnostics;
   for (int i = 0; i < chain_.joint_count(); ++i) {
     const double limit = chain_.effort_limit()[i];
     if (!std::isfinite(limit)) continue;
     const auto heaviest = std::ranges::max_element(nodes_, {}, [i](const Node& n) { return std::abs(n.gravity[i]); });
     if (heaviest == nodes_.end() || room(i, heaviest->gravity[i]) > kLeastRoom * limit) continue;
     const char* unit = chain_.is_prismatic(i) ? "N" : "N m";
-    findings.error(pointer,
-                   fmt::format("joint '{}' cannot carry arm and load of {:.2f} kg: at {:.0f} % of the way it needs "
-                               "{:.1f} {} to hold them and {:.1f} {} of friction",
-                               chain_.joint_names()[static_cast<std::size_t>(i)], load_.payload.mass,
-                               100.0 * heaviest->s, std::abs(heaviest->gravity[i]), unit, chain_.friction()[i], unit),
-                   fmt::format("less than {:.1f} {}: a lighter load, or a posture nearer to the base",
-                               (kShareOfTorque - kLeastRoom) * limit, unit));
+    diagnostics.error(
+        Code::kLimitExceeded, pointer,
+        fmt::format("joint '{}' cannot carry arm and load of {:.2f} kg: at {:.0f} % of the way it needs "
+                    "{:.1f} {} to hold them and {:.1f} {} of friction",
+                    chain_.joint_names()[static_cast<std::size_t>(i)], load_.payload.mass, 100.0 * heaviest->s,
+                    std::abs(heaviest->gravity[i]), unit, chain_.friction()[i], unit),
+        fmt::format("less than {:.1f} {}: a lighter load, or a posture nearer to the base",
+                    (kShareOfTorque - kLeastRoom) * limit, unit));
   }
-  return findings;
+  return diagnostics;
 }
 
 template <class Visit>

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/kinematics/chain.h"
 #include "core/motion/limits.h"
 #include "core/motion/path_clock.h"
@@ -28,8 +28,8 @@ class TorqueProfile {
   /// The next node: s does not fall; a node may stand twice where pieces meet. `first`, `second`: of q by s.
   void add(double s, const JointVector& q, const JointVector& first, const JointVector& second);
 
-  /// A finding at `pointer` if some joint cannot carry arm and load: where, what it needs, what it has.
-  [[nodiscard]] Findings overloads(const std::string& pointer) const;
+  /// A diagnostic at `pointer` if some joint cannot carry arm and load: where, what it needs, what it has.
+  [[nodiscard]] Diagnostics overloads(const std::string& pointer) const;
 
   /// By how much a law must be stretched so that it just keeps its share (below 1: it could be shrunk), and where.
   struct Need {

@@ -22,15 +22,15 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Every slot starts as null; a JSON value other than null is written into it.
-Findings write_slot(ValueType type, std::byte* place, const Json* json) {
+Diagnostics write_slot(ValueType type, std::byte* place, const Json* json) {
   return visit_type(type, [&]<class T>(std::type_identity<T>) {
     Out<T> out(reinterpret_cast<Slot<T>*>(place));
     out.set_null();
-    if (json == nullptr || json->is_null()) return Findings();
+    if (json == nullptr || json->is_null()) return Diagnostics();
     T value = null_payload<T>();
-    Findings findings = value_from_json(*json, value);
-    if (findings.empty()) out.set(value);
-    return findings;
+    Diagnostics diagnostics = value_from_json(*json, value);
+    if (diagnostics.empty()) out.set(value);
+    return diagnostics;
   });
 }
 
@@ -47,8 +47,8 @@ const void* null_slot(ValueType type) {
 
 }  // namespace
 
-/// Makes the primitives of a flat net and binds them as the plan says. Findings go to the report; with errors in it the
-/// result is of no use.
+/// Makes the primitives of a flat net and binds them as the plan says. Diagnostics go to the report; with errors in it
+/// the result is of no use.
 class Builder {
  public:
   Builder(const FlatNet& flat, NetPlan plan, Environment& environment, LoadReport& report, CompiledNet::Impl& net)
@@ -97,14 +97,14 @@ void Builder::write_initial_values() {
   for (const auto& port : net_.ports) (void)write_slot(port.type, net_.values.at(port.offset), nullptr);
   for (const NetPlan::Constant& constant : plan_.constants) {
     const auto& input = flat_.input(constant.node, constant.port);
-    const Findings findings = write_slot(input.type, net_.values.at(constant.place), constant.value);
-    if (findings.empty()) continue;
-    report_.append(findings, flat_.primitive_pointer(constant.node) + "/parameters" + pointer_segment(input.name));
+    const Diagnostics diagnostics = write_slot(input.type, net_.values.at(constant.place), constant.value);
+    if (diagnostics.empty()) continue;
+    report_.append(diagnostics, flat_.primitive_pointer(constant.node) + "/parameters" + pointer_segment(input.name));
   }
   for (const NetPlan::Delay& delay : plan_.delays) {
     const ValueType type = flat_.input(delay.node, delay.port).type;
-    const Findings findings = write_slot(type, net_.values.at(delay.initial), delay.initial_value);
-    if (!findings.empty()) report_.append(findings, flat_.link_pointer(link_of(delay)) + "/initial");
+    const Diagnostics diagnostics = write_slot(type, net_.values.at(delay.initial), delay.initial_value);
+    if (!diagnostics.empty()) report_.append(diagnostics, flat_.link_pointer(link_of(delay)) + "/initial");
     std::memcpy(net_.values.at(delay.memory), net_.values.at(delay.initial), slot_shape(type).size);
   }
 }
@@ -155,11 +155,12 @@ void Builder::make_primitive(int number, std::byte* place) {
     net_.primitives.push_back(made);
     net_.ids.push_back(primitive.id);
     net_.numbers.push_back(number);
-    if (!impl.findings.has_errors()) impl.findings.append(made->prepare());
+    if (!impl.diagnostics.has_errors()) impl.diagnostics.append(made->prepare());
   } catch (const std::exception& error) {
-    impl.findings.error({}, fmt::format("{} cannot be made: {}", primitive.info->type, error.what()));
+    impl.diagnostics.error(Code::kInternal, {},
+                           fmt::format("{} cannot be made: {}", primitive.info->type, error.what()));
   }
-  if (!impl.findings.empty()) report_.append(impl.findings, flat_.primitive_pointer(number) + "/parameters");
+  if (!impl.diagnostics.empty()) report_.append(impl.diagnostics, flat_.primitive_pointer(number) + "/parameters");
   take_claims(number, impl.claims);
   net_.claim_states.insert(net_.claim_states.end(), impl.claim_states.begin(), impl.claim_states.end());
   collect_monitors(number);
@@ -180,7 +181,8 @@ void Builder::take_claims(int number, const std::vector<Resource*>& claims) {
         const FlatPrimitive& one = flat_.primitives[static_cast<std::size_t>(p)];
         return shown(one.description->parameters.at(one.info->claims).get<std::string>());
       };
-      report_.error(flat_.primitive_pointer(number) + "/parameters" + pointer_segment(primitive.info->claims),
+      report_.error(Code::kResourceConflict,
+                    flat_.primitive_pointer(number) + "/parameters" + pointer_segment(primitive.info->claims),
                     fmt::format("'{}' drives '{}', which shares a part with '{}' that '{}' drives", primitive.id,
                                 name_at(number), name_at(claim->second.second), flat_.id(claim->second.second)),
                     "the whole, or its parts one by one");
@@ -228,7 +230,7 @@ void check_termination(const FlatNet& flat, LoadReport& report) {
                           [](const FlatPrimitive& p) { return p.info != nullptr && p.info->termination; })) {
     return;
   }
-  report.error("/primitives", "the net has no Termination, so it could never end",
+  report.error(Code::kMissing, "/primitives", "the net has no Termination, so it could never end",
                "add a primitive of type Termination and link its input");
 }
 

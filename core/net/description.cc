@@ -14,8 +14,8 @@ using Ports = std::vector<std::pair<std::string, std::string>>;
 /// Eleven days at 1 ms: a bound beyond that is a slip.
 constexpr double kMostDemandedCycles = 1e9;
 
-PrimitiveDescription read_primitive(const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+PrimitiveDescription read_primitive(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   PrimitiveDescription primitive;
   primitive.id = reader.text("id");
   primitive.type = reader.text("type");
@@ -25,8 +25,8 @@ PrimitiveDescription read_primitive(const Json& json, const std::string& pointer
   return primitive;
 }
 
-LinkDescription read_link(const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+LinkDescription read_link(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   LinkDescription link;
   link.from = reader.text("from");
   link.to = reader.text("to");
@@ -36,8 +36,8 @@ LinkDescription read_link(const Json& json, const std::string& pointer, Findings
   return link;
 }
 
-DemandDescription read_demand(const Json& json, const std::string& pointer, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+DemandDescription read_demand(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   DemandDescription demand;
   demand.from = reader.text("from");
   demand.to = reader.text("to");
@@ -54,7 +54,7 @@ Ports read_ports(ObjectReader& reader, std::string_view key, std::string_view in
   Ports ports;
   const Json* array = reader.array(key, false);
   for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
-    ObjectReader port((*array)[i], reader.at(key) + pointer_segment(i), reader.findings());
+    ObjectReader port((*array)[i], reader.at(key) + pointer_segment(i), reader.diagnostics());
     std::string name = port.text("port");
     ports.emplace_back(std::move(name), port.text(inner_key));
     port.finish();
@@ -70,13 +70,13 @@ struct Pending {
   std::size_t depth;
 };
 
-void read_fragments(const Json& array, const std::string& pointer, const Pending& parent, Findings& findings,
+void read_fragments(const Json& array, const std::string& pointer, const Pending& parent, Diagnostics& diagnostics,
                     std::vector<Pending>& pending) {
   NetDescription& net = *parent.net;
   net.fragments.resize(array.size());  // all at once: `pending` keeps pointers into it
   for (std::size_t i = 0; i < array.size(); ++i) {
     FragmentDescription& fragment = net.fragments[i];
-    ObjectReader reader(array[i], pointer + pointer_segment(i), findings);
+    ObjectReader reader(array[i], pointer + pointer_segment(i), diagnostics);
     fragment.id = reader.text("id");
     fragment.when_inactive = reader.choice("when_inactive", {"reset", "keep"}, "reset") == "keep"
                                  ? WhenInactive::kKeep
@@ -90,12 +90,12 @@ void read_fragments(const Json& array, const std::string& pointer, const Pending
   }
 }
 
-void read_net(const Pending& item, Findings& findings, std::vector<Pending>& pending) {
+void read_net(const Pending& item, Diagnostics& diagnostics, std::vector<Pending>& pending) {
   if (item.depth > kMaxNesting) {
-    findings.error(item.pointer, fmt::format("fragments nest deeper than {} levels", kMaxNesting));
+    diagnostics.error(Code::kTooLarge, item.pointer, fmt::format("fragments nest deeper than {} levels", kMaxNesting));
     return;
   }
-  ObjectReader reader(*item.json, item.pointer, findings);
+  ObjectReader reader(*item.json, item.pointer, diagnostics);
   item.net->name = reader.text("name", "");
   const auto each = [&](std::string_view key, const auto& read) {
     const Json* array = reader.array(key, false);
@@ -104,16 +104,16 @@ void read_net(const Pending& item, Findings& findings, std::vector<Pending>& pen
     }
   };
   each("primitives", [&](const Json& json, const std::string& pointer) {
-    item.net->primitives.push_back(read_primitive(json, pointer, findings));
+    item.net->primitives.push_back(read_primitive(json, pointer, diagnostics));
   });
   each("links", [&](const Json& json, const std::string& pointer) {
-    item.net->links.push_back(read_link(json, pointer, findings));
+    item.net->links.push_back(read_link(json, pointer, diagnostics));
   });
   each("demands", [&](const Json& json, const std::string& pointer) {
-    item.net->demands.push_back(read_demand(json, pointer, findings));
+    item.net->demands.push_back(read_demand(json, pointer, diagnostics));
   });
   if (const Json* array = reader.array("fragments", false)) {
-    read_fragments(*array, reader.at("fragments"), item, findings, pending);
+    read_fragments(*array, reader.at("fragments"), item, diagnostics, pending);
   }
   reader.finish();
 }
@@ -202,14 +202,14 @@ NetDescription& NetDescription::link_delayed(std::string from, std::string to, J
 
 Result<NetDescription> net_from_json(const Json& json) {
   NetDescription net;
-  Findings findings;
+  Diagnostics diagnostics;
   std::vector<Pending> pending{{&json, "", &net, 0}};
   while (!pending.empty()) {
     const Pending item = std::move(pending.back());
     pending.pop_back();
-    read_net(item, findings, pending);
+    read_net(item, diagnostics, pending);
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return net;
 }
 

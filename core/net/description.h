@@ -9,7 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::net {
 

@@ -78,7 +78,7 @@ class ExclusionCheck {
     }
     const int one = primitives[conflict ? conflict->one : 0], other = primitives[conflict ? conflict->other : count];
     const std::string& claims = flat_.primitives[static_cast<std::size_t>(other)].info->claims;
-    report_.error(flat_.primitive_pointer(other) + "/parameters" + pointer_segment(claims),
+    report_.error(Code::kResourceConflict, flat_.primitive_pointer(other) + "/parameters" + pointer_segment(claims),
                   fmt::format("device '{}' is driven by both '{}' and '{}'{}", shown(device), flat_.id(one),
                               flat_.id(other), when(conflict)),
                   "one primitive drives a device: put each into a fragment of its own whose activations exclude each "

@@ -96,7 +96,7 @@ Latency FlatNet::latency(int primitive, const PrimitiveInfo::LatencyEntry& entry
   const auto cycles = given != nullptr
                           ? *given
                           : nlohmann::ordered_json::parse(fallback(*p.info, entry.cycles_parameter), nullptr, false);
-  // What is no number of cycles is a finding of the parameter's own.
+  // What is no number of cycles is a diagnostic of the parameter's own.
   return {.cycles = cycles.is_number_integer() ? std::max<std::int64_t>(0, cycles.get<std::int64_t>()) : 0};
 }
 

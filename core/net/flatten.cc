@@ -142,7 +142,8 @@ void Flattener::add_primitive(int fragment, const PrimitiveDescription& descript
     add_name(primitive.id, description.id, flat_.primitive_pointer(number), number);
   }
   if (info == nullptr) {
-    report_.error(flat_.primitive_pointer(number) + "/type", fmt::format("unknown type '{}'", shown(description.type)),
+    report_.error(Code::kUnknownName, flat_.primitive_pointer(number) + "/type",
+                  fmt::format("unknown type '{}'", shown(description.type)),
                   description.type.size() <= kMaxIdBytes
                       ? report_.nearest(description.type, [] { return Registry::global().names(); })
                       : std::string());
@@ -162,7 +163,7 @@ void Flattener::add_fragments(int parent) {
     const std::string place = pointer + pointer_segment(i);
     const std::string id = scope.empty() ? description.id : scope + "/" + description.id;
     if (static_cast<std::size_t>(std::ranges::count(id, '/')) >= kMaxNesting) {
-      report_.error(place, fmt::format("fragments nest deeper than {} levels", kMaxNesting),
+      report_.error(Code::kTooLarge, place, fmt::format("fragments nest deeper than {} levels", kMaxNesting),
                     "a fragment inside may stand beside its parent as well");
       continue;
     }
@@ -179,12 +180,12 @@ void Flattener::add_fragments(int parent) {
 /// @return whether the name is new and valid; otherwise it is reported.
 bool Flattener::add_name(const std::string& full_id, const std::string& id, const std::string& pointer, int value) {
   if (!valid_id(id)) {
-    report_.error(pointer + "/id", fmt::format("'{}' is no id", shown(id)),
+    report_.error(Code::kInvalidName, pointer + "/id", fmt::format("'{}' is no id", shown(id)),
                   "1 to 128 bytes without '.', '/', blanks and control characters");
     return false;
   }
   if (names_.emplace(full_id, value).second) return true;
-  report_.error(pointer + "/id", fmt::format("id '{}' stands twice", id),
+  report_.error(Code::kDuplicate, pointer + "/id", fmt::format("id '{}' stands twice", id),
                 "ids of primitives and fragments are unique in a net");
   return false;
 }
@@ -199,7 +200,7 @@ void Flattener::check_parameters(int number) {
   const FlatPrimitive& primitive = flat_.primitives[static_cast<std::size_t>(number)];
   const Json& parameters = primitive.description->parameters;
   if (!parameters.is_object()) {
-    report_.error(flat_.primitive_pointer(number) + "/parameters", "parameters are no JSON object");
+    report_.error(Code::kWrongType, flat_.primitive_pointer(number) + "/parameters", "parameters are no JSON object");
     return;
   }
   for (auto item = parameters.begin(); item != parameters.end(); ++item) {
@@ -214,7 +215,7 @@ void Flattener::check_parameters(int number) {
       for (const auto& parameter : primitive.info->parameters) names.push_back(parameter.name);
       return names;
     };
-    report_.error(flat_.primitive_pointer(number) + "/parameters" + pointer_segment(shown(key)),
+    report_.error(Code::kUnknownName, flat_.primitive_pointer(number) + "/parameters" + pointer_segment(shown(key)),
                   fmt::format("{} has no parameter '{}'", primitive.info->type, shown(key)),
                   report_.nearest(shown(key), choices));
   }
@@ -226,7 +227,7 @@ void Flattener::check_on_null(int number) {
   const PrimitiveInfo& info = *primitive.info;
   const std::string place = flat_.primitive_pointer(number) + "/on_null";
   if (!primitive.description->on_null.is_object()) {
-    report_.error(place, "\"on_null\" is no JSON object", "{\"INPUT\": what null means there}");
+    report_.error(Code::kWrongType, place, "\"on_null\" is no JSON object", "{\"INPUT\": what null means there}");
     return;
   }
   const auto listed = [](const std::vector<std::string>& names, const std::string& name) {
@@ -235,11 +236,12 @@ void Flattener::check_on_null(int number) {
   for (const auto& [key, value] : primitive.description->on_null.items()) {
     if (listed(info.flags, key)) {
       if (value.is_boolean()) continue;
-      report_.error(place + pointer_segment(key), fmt::format("{} is not what null can mean here", shown(value.dump())),
-                    "true or false");
+      report_.error(Code::kInvalidValue, place + pointer_segment(key),
+                    fmt::format("{} is not what null can mean here", shown(value.dump())), "true or false");
     } else if (listed(info.bridgeable_inputs, key)) {
       if (!bridge_error(value)) continue;
-      report_.error(place + pointer_segment(key), fmt::format("{} is not what null can mean here", shown(value.dump())),
+      report_.error(Code::kUnknownName, place + pointer_segment(key),
+                    fmt::format("{} is not what null can mean here", shown(value.dump())),
                     fmt::format("\"stop\", or {{\"bridge_cycles\": N}} with N in [0,{}]", kMostBridgedCycles));
     } else {
       const auto choices = [&info] {
@@ -247,7 +249,7 @@ void Flattener::check_on_null(int number) {
         names.insert(names.end(), info.bridgeable_inputs.begin(), info.bridgeable_inputs.end());
         return names;
       };
-      report_.error(place + pointer_segment(shown(key)),
+      report_.error(Code::kUnknownName, place + pointer_segment(shown(key)),
                     fmt::format("{} has no input '{}' at which a net declares what null means", info.type, shown(key)),
                     choices().empty() ? "this type has none at all" : report_.nearest(shown(key), choices));
     }
@@ -290,7 +292,8 @@ void Flattener::index_ports(FlatFragment& fragment) {
           i > 0 && ports[i].first == ports[i - 1].first && (output || text(ports[i]) == text(ports[i - 1]));
       if (!reserved && !twice && !ports[i].first.empty()) continue;
       fragment.broken = true;
-      report_.error(place + pointer_segment(key) + pointer_segment(static_cast<std::size_t>(ports[i].second)),
+      report_.error(Code::kDuplicate,
+                    place + pointer_segment(key) + pointer_segment(static_cast<std::size_t>(ports[i].second)),
                     twice ? fmt::format("port '{}' stands twice", shown(ports[i].first))
                           : fmt::format("'{}' is no name for a port", ports[i].first),
                     reserved ? "the input 'active' is there by itself"
@@ -332,7 +335,8 @@ void Flattener::resolve_links(int fragment) {
     targets.clear();
     resolve_inputs(fragment, description.to, pointer + "/to", targets);
     if (!description.delayed && !description.initial.is_null()) {
-      report_.error(pointer + "/initial", "only a delayed link has an initial value", "add \"delayed\": true");
+      report_.error(Code::kConflict, pointer + "/initial", "only a delayed link has an initial value",
+                    "add \"delayed\": true");
     }
     for (const Endpoint& target : targets) {
       link.to = target.node;
@@ -357,7 +361,8 @@ void Flattener::resolve_demands(int fragment) {
     resolve_inputs(fragment, description.to, pointer + "/to", targets);
     if (description.maximum_cycles < 0 || description.minimum_cycles.value_or(0) < 0 ||
         description.minimum_cycles.value_or(0) > description.maximum_cycles) {
-      report_.error(pointer, "the demanded cycles are no range", "0 <= minimum_cycles <= maximum_cycles");
+      report_.error(Code::kOutOfRange, pointer, "the demanded cycles are no range",
+                    "0 <= minimum_cycles <= maximum_cycles");
     }
     for (const Endpoint& target : targets) {
       if (!found) break;
@@ -374,7 +379,8 @@ bool Flattener::split(std::string_view text, std::string_view& id, std::string_v
   const std::size_t dot = text.rfind('.');
   if (dot == std::string_view::npos || dot == 0 || dot + 1 == text.size()) {
     if (pointer == nullptr) return false;
-    report_.error(*pointer, fmt::format("'{}' names no port", shown(text)), "a port is \"id.port\"");
+    report_.error(Code::kUnknownName, *pointer, fmt::format("'{}' names no port", shown(text)),
+                  "a port is \"id.port\"");
     return false;
   }
   id = text.substr(0, dot);
@@ -412,7 +418,7 @@ void Flattener::unknown_id(int fragment, std::string_view id, const std::string&
     for (const auto& inner : net.fragments | std::views::take(kMost)) ids.push_back(inner.id);
     return ids;
   };
-  report_.error(pointer, fmt::format("there is no primitive or fragment '{}'", shown(id)),
+  report_.error(Code::kUnknownName, pointer, fmt::format("there is no primitive or fragment '{}'", shown(id)),
                 is_outside(fragment, id)
                     ? "it lies outside of this fragment: lead it in or out through a port of the fragment"
                     : report_.nearest(shown(id), choices));
@@ -420,7 +426,7 @@ void Flattener::unknown_id(int fragment, std::string_view id, const std::string&
 
 void Flattener::unknown_port(std::string_view port, std::string_view owner, std::string_view kind,
                              const std::vector<std::string>& choices, const std::string& pointer) {
-  report_.error(pointer, fmt::format("{} has no {} '{}'", owner, kind, shown(port)),
+  report_.error(Code::kUnknownName, pointer, fmt::format("{} has no {} '{}'", owner, kind, shown(port)),
                 choices.empty() ? fmt::format("it has no {}s at all", kind)
                                 : report_.nearest(shown(port), [&choices] { return choices; }));
 }
@@ -514,7 +520,7 @@ void Flattener::connect(const FlatLink& link) {
       flat_.input_link[static_cast<std::size_t>(flat_.input_base[static_cast<std::size_t>(link.to)] + link.to_port)];
   if (taken >= 0) {
     const FlatLink& other = flat_.links[static_cast<std::size_t>(taken)];
-    report_.error(flat_.link_pointer(link) + "/to",
+    report_.error(Code::kDuplicate, flat_.link_pointer(link) + "/to",
                   fmt::format("input '{}' is linked twice", flat_.input_name(link.to, link.to_port)),
                   fmt::format("the other link is {}; fragments that take turns share an input through a Merge",
                               flat_.link_pointer(other)));
@@ -526,7 +532,7 @@ void Flattener::connect(const FlatLink& link) {
   const PrimitiveInfo::Port& output = flat_.output(link.from, link.from_port);
   const PrimitiveInfo::Port& input = flat_.input(link.to, link.to_port);
   if (output.type != input.type) {
-    report_.error(flat_.link_pointer(link),
+    report_.error(Code::kTypeMismatch, flat_.link_pointer(link),
                   fmt::format("'{}' is {}, but '{}' takes {}", flat_.output_name(link.from, link.from_port),
                               name_of(output.type), flat_.input_name(link.to, link.to_port), name_of(input.type)),
                   "nothing is converted in silence: put a primitive between that does it");
@@ -555,12 +561,13 @@ void Flattener::check_inputs(int number) {
         flat_.input_link[static_cast<std::size_t>(flat_.input_base[static_cast<std::size_t>(number)] + port)];
     const bool constant = flat_.constant(number, port) != nullptr;
     if (link >= 0 && constant) {
-      report_.error(flat_.primitive_pointer(number) + "/parameters" + pointer_segment(info->inputs[i].name),
+      report_.error(Code::kConflict,
+                    flat_.primitive_pointer(number) + "/parameters" + pointer_segment(info->inputs[i].name),
                     fmt::format("input '{}' has both a link and a constant", flat_.input_name(number, port)),
                     fmt::format("the link is {}", flat_.link_pointer(flat_.links[static_cast<std::size_t>(link)])));
     } else if (link < 0 && !constant && !info->inputs[i].spec.optional) {
       report_.error(
-          flat_.primitive_pointer(number),
+          Code::kUnlinkedInput, flat_.primitive_pointer(number),
           fmt::format("input '{}' ({}) is not linked", flat_.input_name(number, port), name_of(info->inputs[i].type)),
           fmt::format("link it, or give it a constant as parameter \"{}\"", info->inputs[i].name));
     }

@@ -6,20 +6,20 @@
 
 namespace takt::net {
 
-void LoadReport::error(std::string pointer, std::string message, std::string hint) {
-  if (++errors_ <= kMostErrors) findings_.error(std::move(pointer), std::move(message), std::move(hint));
+void LoadReport::error(Code code, std::string pointer, std::string message, std::string hint) {
+  if (++errors_ <= kMostErrors) diagnostics_.error(code, std::move(pointer), std::move(message), std::move(hint));
 }
 
 void LoadReport::note(std::string pointer, std::string message, std::string hint) {
-  findings_.note(std::move(pointer), std::move(message), std::move(hint));
+  diagnostics_.note(std::move(pointer), std::move(message), std::move(hint));
 }
 
-void LoadReport::append(const Findings& findings, std::string_view prefix) {
-  for (const Finding& finding : findings.list()) {
-    if (finding.severity == Severity::kError && ++errors_ > kMostErrors) continue;
-    Finding placed = finding;
+void LoadReport::append(const Diagnostics& diagnostics, std::string_view prefix) {
+  for (const Diagnostic& diagnostic : diagnostics.list()) {
+    if (diagnostic.severity == Severity::kError && ++errors_ > kMostErrors) continue;
+    Diagnostic placed = diagnostic;
     placed.pointer.insert(0, prefix);
-    findings_.add(std::move(placed));
+    diagnostics_.add(std::move(placed));
   }
 }
 
@@ -31,13 +31,13 @@ std::string LoadReport::nearest_of(std::string_view name, const std::vector<std:
   return enough ? nearest_choice(name, choices) : std::string();
 }
 
-Findings LoadReport::take() {
-  if (errors_ == 0) return std::move(findings_);
-  Findings errors;
-  for (const Finding& finding : findings_.list()) {
-    if (finding.severity == Severity::kError) errors.add(finding);
+Diagnostics LoadReport::take() {
+  if (errors_ == 0) return std::move(diagnostics_);
+  Diagnostics errors;
+  for (const Diagnostic& diagnostic : diagnostics_.list()) {
+    if (diagnostic.severity == Severity::kError) errors.add(diagnostic);
   }
-  if (errors_ > kMostErrors) errors.error({}, fmt::format("{} more errors", errors_ - kMostErrors));
+  if (errors_ > kMostErrors) errors.error(Code::kTooLarge, {}, fmt::format("{} more errors", errors_ - kMostErrors));
   return errors;
 }
 

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/net/description.h"
 #include "core/net/registry.h"
 
@@ -15,7 +15,7 @@ namespace takt::net {
 /// What LOAD knows about an accepted net, as data for tools. Primitives, fragments and links are named by their place
 /// in the lists below. Owned by the CompiledNet; strings and infos live as long as the process or this.
 struct NetReport {
-  Findings notes;  ///< null paths, free units, latencies that depend on data, exclusions without a proof
+  Diagnostics notes;  ///< null paths, free units, latencies that depend on data, exclusions without a proof
   std::vector<std::string> order;      ///< ids in evaluation order
   std::vector<std::string> resources;  ///< devices this net drives
 

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "core/net/value.h"
 
@@ -207,8 +207,8 @@ class Primitive {
   Primitive(const Primitive&) = delete;
   Primitive& operator=(const Primitive&) = delete;
 
-  /// Checks and precomputes. Pointers of the findings are relative to the primitive's parameters. Realtime: setup.
-  virtual Findings prepare() { return {}; }
+  /// Checks and precomputes. Pointers of the diagnostics are relative to the primitive's parameters. Realtime: setup.
+  virtual Diagnostics prepare() { return {}; }
   /// One cycle: reads inputs, writes every output. Realtime: cyclic, no allocation, no lock, no throw.
   virtual void update(const Cycle& cycle) = 0;
   /// Longest time (s) from the cycle in which it is asked to stop, by its inputs or by Cycle::stop_requested, until it

@@ -62,7 +62,7 @@ class DemandCheck {
       const int output = flat_.output_base[static_cast<std::size_t>(demand.from)] + demand.from_port;
       if (output != followed) work_ += graph_.size();
       if (work_ > kMostWork) {
-        report_.error(flat_.demand_pointer(demand), "too many demands for a net of this size",
+        report_.error(Code::kTooLarge, flat_.demand_pointer(demand), "too many demands for a net of this size",
                       "demands from one output stand best one after the other: the way from there is followed once");
         return;
       }
@@ -82,21 +82,21 @@ class DemandCheck {
     const ReactionGraph::Arrival& arrival = graph_.at(input);
     if (arrival.first == ReactionGraph::kNever) {
       report_.error(
-          place, fmt::format("nothing leads from '{}' to '{}', so it never arrives", from, to),
+          Code::kReactionBound, place, fmt::format("nothing leads from '{}' to '{}', so it never arrives", from, to),
           fmt::format("at most {} demanded; link the two, or drop the demand", cycles(wanted.maximum_cycles)));
       return;
     }
     if (arrival.data_dependent) {
       work_ += graph_.size();
       report_.error(
-          place,
+          Code::kReactionBound, place,
           fmt::format("no bound from '{}' to '{}': the time depends on data: {}", from, to,
                       graph_.words_of(graph_.data_dependent_way(std::span(&output, 1), input))),
           fmt::format("at most {} demanded; lead a way with a fixed latency beside it", cycles(wanted.maximum_cycles)));
       return;
     }
     if (arrival.last > wanted.maximum_cycles) {
-      report_.error(place + "/maximum_cycles",
+      report_.error(Code::kReactionBound, place + "/maximum_cycles",
                     fmt::format("'{}' can take {} to '{}': {}", from, cycles(arrival.last), to,
                                 arrival.exact ? graph_.words_of(graph_.longest_way(input))
                                               : "an upper bound, since the loop on the way is too tangled"),
@@ -104,7 +104,7 @@ class DemandCheck {
     }
     const std::int64_t minimum = wanted.minimum_cycles.value_or(0);
     if (arrival.first < minimum) {
-      report_.error(place + "/minimum_cycles",
+      report_.error(Code::kReactionBound, place + "/minimum_cycles",
                     fmt::format("'{}' can take only {} to '{}': {}", from, cycles(arrival.first), to,
                                 graph_.words_of(graph_.shortest_way(input))),
                     fmt::format("at least {} demanded; put a delay into this way", cycles(minimum)));

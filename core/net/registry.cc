@@ -36,21 +36,23 @@ bool duplicate_name(const PrimitiveInfo& info) {
 }
 
 /// Unit and frame texts are part of the program: a malformed one is found at the first look at its type.
-void check_texts(const PrimitiveInfo& info, Findings& findings) {
+void check_texts(const PrimitiveInfo& info, Diagnostics& diagnostics) {
   for (const auto* ports : {&info.inputs, &info.outputs}) {
     for (const PrimitiveInfo::Port& port : *ports) {
       if (!parse_unit(port.spec.unit)) {
-        findings.error({}, fmt::format("{}.{}: '{}' is no unit", info.type, port.name, port.spec.unit));
+        diagnostics.error(Code::kInvalidName, {},
+                          fmt::format("{}.{}: '{}' is no unit", info.type, port.name, port.spec.unit));
       }
       if (!parse_frame_names(port.spec.frame, info)) {
-        findings.error({}, fmt::format("{}.{}: '{}' names no frames", info.type, port.name, port.spec.frame));
+        diagnostics.error(Code::kInvalidName, {},
+                          fmt::format("{}.{}: '{}' names no frames", info.type, port.name, port.spec.frame));
       }
     }
   }
 }
 
 /// So is what a type says of the meaning of its outputs.
-void check_declarations(const PrimitiveInfo& info, Findings& findings) {
+void check_declarations(const PrimitiveInfo& info, Diagnostics& diagnostics) {
   const auto boolean_output = [&](const std::string& name) {
     return std::ranges::any_of(info.outputs, [&](const PrimitiveInfo::Port& port) {
       return port.name == name && port.type == ValueType::kBoolean;
@@ -58,24 +60,25 @@ void check_declarations(const PrimitiveInfo& info, Findings& findings) {
   };
   for (const PrimitiveInfo::Meaning& meaning : info.meanings) {
     if (!boolean_output(meaning.output) || !parse_formula(meaning.formula, info)) {
-      findings.error({}, fmt::format("{}.{}: '{}' is no formula", info.type, meaning.output, meaning.formula));
+      diagnostics.error(Code::kSyntax, {},
+                        fmt::format("{}.{}: '{}' is no formula", info.type, meaning.output, meaning.formula));
     }
   }
   for (const auto& group : info.exclusive_outputs) {
     if (!std::ranges::all_of(group, boolean_output)) {
-      findings.error({}, fmt::format("{}: exclusive outputs are Boolean", info.type));
+      diagnostics.error(Code::kRequires, {}, fmt::format("{}: exclusive outputs are Boolean", info.type));
     }
   }
   const bool one_type = std::ranges::all_of(
       info.inputs, [&](const auto& in) { return !info.outputs.empty() && in.type == info.outputs.front().type; });
   if (info.merge && (info.outputs.size() != 1 || info.inputs.size() < 2 || !one_type)) {
-    findings.error({}, fmt::format("{}: a merge has inputs and one output of one type", info.type));
+    diagnostics.error(Code::kRequires, {}, fmt::format("{}: a merge has inputs and one output of one type", info.type));
   }
 }
 
 /// Runs the constructor once without a net, so that it declares ports and parameters. @return what is wrong with them.
-Findings describe(const Maker& maker, PrimitiveInfo& info) {
-  Findings findings;
+Diagnostics describe(const Maker& maker, PrimitiveInfo& info) {
+  Diagnostics diagnostics;
   Setup::Impl impl;
   impl.describing = &info;
   Setup setup(impl);
@@ -84,18 +87,19 @@ Findings describe(const Maker& maker, PrimitiveInfo& info) {
   try {
     maker.construct(place, setup)->~Primitive();
   } catch (const std::exception& error) {
-    findings.error({}, fmt::format("describing primitive {} threw: {}", info.type, error.what()));
+    diagnostics.error(Code::kInternal, {}, fmt::format("describing primitive {} threw: {}", info.type, error.what()));
   }
   ::operator delete(place, maker.size, alignment);
   if (duplicate_name(info)) {
-    findings.error({}, fmt::format("primitive {} uses one name for two ports or parameters", info.type));
+    diagnostics.error(Code::kDuplicate, {},
+                      fmt::format("primitive {} uses one name for two ports or parameters", info.type));
   }
-  check_texts(info, findings);
-  check_declarations(info, findings);
+  check_texts(info, diagnostics);
+  check_declarations(info, diagnostics);
   const bool has_device = std::ranges::any_of(
       info.parameters, [](const PrimitiveInfo::Parameter& p) { return p.type.starts_with("device:"); });
   info.source = info.source || (has_device && !info.outputs.empty());
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace
@@ -141,7 +145,7 @@ const PrimitiveInfo* Registry::find(std::string_view type) const {
   const Entry* found = entry(type);
   if (found == nullptr) return nullptr;
   std::call_once(found->described, [found] {
-    const Findings wrong = describe(found->maker, found->info);
+    const Diagnostics wrong = describe(found->maker, found->info);
     if (wrong.has_errors()) programming_error(wrong.list().front().message);
   });
   return &found->info;
@@ -164,12 +168,13 @@ std::vector<std::string> Registry::names() const {
   return names;
 }
 
-Findings Registry::check(std::string_view type, const Maker& maker) const {
-  Findings findings;
+Diagnostics Registry::check(std::string_view type, const Maker& maker) const {
+  Diagnostics diagnostics;
   if (const Entry* taken = entry(type)) {
-    findings.error({}, fmt::format("a primitive '{}' is there already, in family '{}'", type, taken->info.family),
-                   "another name");
-    return findings;
+    diagnostics.error(Code::kDuplicate, {},
+                      fmt::format("a primitive '{}' is there already, in family '{}'", type, taken->info.family),
+                      "another name");
+    return diagnostics;
   }
   PrimitiveInfo info;
   info.type = type;

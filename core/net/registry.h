@@ -77,7 +77,7 @@ class Registry {
   [[nodiscard]] std::vector<const PrimitiveInfo*> all() const;
   [[nodiscard]] std::vector<std::string> names() const;
   /// Why a type cannot be added: its name is taken, or what it declares is broken. Realtime: setup.
-  [[nodiscard]] Findings check(std::string_view type, const Maker& maker) const;
+  [[nodiscard]] Diagnostics check(std::string_view type, const Maker& maker) const;
 
  private:
   struct Entry;
@@ -98,7 +98,7 @@ class PrimitiveRegistration final : public Registration {
 
   [[nodiscard]] std::string_view what() const override { return "primitive"; }
   [[nodiscard]] std::string_view name() const override { return type_; }
-  [[nodiscard]] Findings check() const override { return Registry::global().check(type_, maker_); }
+  [[nodiscard]] Diagnostics check() const override { return Registry::global().check(type_, maker_); }
   void add() override { Registry::global().add(type_, family_, doc_, maker_); }
 
  private:

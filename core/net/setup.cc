@@ -41,20 +41,21 @@ std::string missing_hint(std::string_view type, const ParameterSpec& spec) {
                      spec.doc.empty() ? "" : fmt::format(": {}", spec.doc));
 }
 
-void missing(Findings& findings, std::string_view name, std::string_view type, const ParameterSpec& spec) {
-  findings.error({}, fmt::format("parameter '{}' is missing", name), missing_hint(type, spec));
+void missing(Diagnostics& diagnostics, std::string_view name, std::string_view type, const ParameterSpec& spec) {
+  diagnostics.error(Code::kMissing, {}, fmt::format("parameter '{}' is missing", name), missing_hint(type, spec));
 }
 
 /// Reads and checks a parameter that is given; on an error `value` stays.
 template <class T>
-void read_parameter(const Json& json, std::string_view name, const ParameterSpec& spec, T& value, Findings& findings) {
+void read_parameter(const Json& json, std::string_view name, const ParameterSpec& spec, T& value,
+                    Diagnostics& diagnostics) {
   T read = placeholder<T>();
-  Findings found = value_from_json(json, read);
+  Diagnostics found = value_from_json(json, read);
   if (found.empty()) found = check_range(read, spec.range);
   if (found.empty()) {
     value = read;
   } else {
-    findings.append(found, pointer_segment(name));
+    diagnostics.append(found, pointer_segment(name));
   }
 }
 
@@ -160,9 +161,9 @@ T Setup::parameter(std::string_view name, const ParameterSpec& spec) {
   if (describing()) {
     impl_.describe_parameter(name, type_name<T>(), spec, {});
   } else if (const Json* json = impl_.given(name)) {
-    read_parameter(*json, name, spec, value, impl_.findings);
+    read_parameter(*json, name, spec, value, impl_.diagnostics);
   } else {
-    missing(impl_.findings, name, type_name<T>(), spec);
+    missing(impl_.diagnostics, name, type_name<T>(), spec);
   }
   return value;
 }
@@ -173,7 +174,7 @@ T Setup::parameter(std::string_view name, const T& fallback, const ParameterSpec
   if (describing()) {
     impl_.describe_parameter(name, type_name<T>(), spec, value_to_json(fallback).dump());
   } else if (const Json* json = impl_.given(name)) {
-    read_parameter(*json, name, spec, value, impl_.findings);
+    read_parameter(*json, name, spec, value, impl_.diagnostics);
   }
   return value;
 }
@@ -184,7 +185,7 @@ const Json& Setup::json(std::string_view name, const ParameterSpec& spec) {
   } else if (const Json* json = impl_.given(name)) {
     return *json;
   } else {
-    missing(impl_.findings, name, "JSON", spec);
+    missing(impl_.diagnostics, name, "JSON", spec);
   }
   return kNoJson;
 }
@@ -202,7 +203,7 @@ Resource* Setup::resource(std::string_view name, std::string_view kind, std::str
     return nullptr;
   }
   const auto text = parameter<std::string>(name, spec);
-  if (text.empty()) return nullptr;  // missing or no text: that is a finding already
+  if (text.empty()) return nullptr;  // missing or no text: that is a diagnostic already
   Resource* found = impl_.environment->find(text);
   if (found != nullptr && (kind.empty() || found->kind() == kind)) return found;
   std::vector<std::string> choices;
@@ -211,8 +212,8 @@ Resource* Setup::resource(std::string_view name, std::string_view kind, std::str
     if (resource != nullptr && (kind.empty() || resource->kind() == kind)) choices.push_back(std::move(other));
   }
   const std::string shown = text.substr(0, 64);
-  impl_.findings.error(
-      pointer_segment(name),
+  impl_.diagnostics.error(
+      Code::kUnknownName, pointer_segment(name),
       found == nullptr ? fmt::format("there is no device '{}'", shown)
                        : fmt::format("'{}' is of kind {}, not {}", shown, found->kind(), kind),
       choices.empty() ? fmt::format("no device of kind '{}' is there", kind) : nearest_choice(shown, choices));

@@ -12,8 +12,8 @@ namespace takt::net {
 /// Through this a primitive's constructor declares its ports and parameters and gets them bound.
 ///
 /// The same constructor runs in two ways: to *describe* the type (no net, parameters have their defaults, ports are
-/// bound to nothing) and to *build* an instance in a net. A wrong or missing parameter is recorded as a finding and a
-/// usable placeholder is returned, so constructors have no error paths. Realtime: setup.
+/// bound to nothing) and to *build* an instance in a net. A wrong or missing parameter is recorded as a diagnostic and
+/// a usable placeholder is returned, so constructors have no error paths. Realtime: setup.
 class Setup {
  public:
   template <class T>
@@ -41,7 +41,7 @@ class Setup {
   [[nodiscard]] const nlohmann::ordered_json& json(std::string_view name, const ParameterSpec& spec = {});
   [[nodiscard]] const nlohmann::ordered_json* optional_json(std::string_view name, const ParameterSpec& spec = {});
 
-  /// The device named by the String parameter `name`; nullptr while describing, or (with a finding that lists what
+  /// The device named by the String parameter `name`; nullptr while describing, or (with a diagnostic that lists what
   /// there is) if it is absent or of another kind.
   template <class D>
   [[nodiscard]] D* device(std::string_view name, std::string_view kind, std::string_view doc) {

@@ -24,7 +24,7 @@ struct Setup::Impl {
   std::span<const void* const> inputs;                 ///< slot per input of `info`
   std::span<void* const> outputs;
   Environment* environment = nullptr;
-  Findings findings;  ///< pointers relative to the primitive's parameters
+  Diagnostics diagnostics;  ///< pointers relative to the primitive's parameters
   std::vector<Resource*> claims;
   std::vector<ClaimState> claim_states;
   std::size_t next_input = 0, next_output = 0;

@@ -230,7 +230,7 @@ class UnitChecker {
     equation.product = std::move(product);
     const Product& p = equation.product;
     if (!p.valid()) {
-      report_.error(flat_.link_pointer(flat_.links[static_cast<std::size_t>(equation.link)]),
+      report_.error(Code::kTooLarge, flat_.link_pointer(flat_.links[static_cast<std::size_t>(equation.link)]),
                     "the exponents of the units here grow without bound");
       return;
     }
@@ -354,7 +354,7 @@ class UnitChecker {
     const FlatLink& link = flat_.links[static_cast<std::size_t>(number)];
     if (!reported_.insert(number).second) return;
     report_.error(
-        flat_.link_pointer(link),
+        Code::kUnitMismatch, flat_.link_pointer(link),
         fmt::format("unit mismatch: '{}' is {}{}, but '{}' takes {}{}", flat_.output_name(link.from, link.from_port),
                     unit_text(link.from, terms(link.from, link.from_port, true)), flat_.declared_unit(link.from),
                     flat_.input_name(link.to, link.to_port), unit_text(link.to, terms(link.to, link.to_port, false)),

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/net/flat_net.h"
 #include "core/net/net_report.h"
 

@@ -19,57 +19,58 @@ using Json = nlohmann::ordered_json;
 /// Unit quaternions in files are written by hand ("0.7071"); what is further off is a mistake.
 constexpr double kNormTolerance = 1e-3;
 
-Findings expected(const Json& json, std::string_view what) {
-  Findings findings;
-  findings.error({}, fmt::format("{} is not {}", short_dump(json), what));
-  return findings;
+Diagnostics expected(const Json& json, std::string_view what) {
+  Diagnostics diagnostics;
+  diagnostics.error(Code::kSyntax, {}, fmt::format("{} is not {}", short_dump(json), what));
+  return diagnostics;
 }
 
 /// Reads n numbers; n = 0 takes as many as there are, at most `capacity`.
-Findings numbers(const Json& json, std::size_t n, std::size_t capacity, std::string_view form, double* values) {
+Diagnostics numbers(const Json& json, std::size_t n, std::size_t capacity, std::string_view form, double* values) {
   if (!json.is_array()) return expected(json, form);
   if (n != 0 ? json.size() != n : json.size() > capacity) {
-    Findings findings;
-    findings.error({}, fmt::format("{} elements", json.size()), std::string(form));
-    return findings;
+    Diagnostics diagnostics;
+    diagnostics.error(Code::kWrongSize, {}, fmt::format("{} elements", json.size()), std::string(form));
+    return diagnostics;
   }
-  Findings findings;
+  Diagnostics diagnostics;
   for (std::size_t i = 0; i < json.size(); ++i) {
-    findings.append(value_from_json(json[i], values[i]), pointer_segment(i));
+    diagnostics.append(value_from_json(json[i], values[i]), pointer_segment(i));
   }
-  return findings;
+  return diagnostics;
 }
 
 /// Reads an object with two keys that hold three or four numbers each.
-Findings pair_of_arrays(const Json& json, std::string_view form, std::string_view first, double* first_values,
-                        std::string_view second, double* second_values, std::size_t second_size) {
+Diagnostics pair_of_arrays(const Json& json, std::string_view form, std::string_view first, double* first_values,
+                           std::string_view second, double* second_values, std::size_t second_size) {
   if (!json.is_object()) return expected(json, form);
-  Findings findings;
+  Diagnostics diagnostics;
   for (const auto& [key, value] : json.items()) {
     if (key == first) {
-      findings.append(numbers(value, 3, 3, "[x,y,z]", first_values), pointer_segment(first));
+      diagnostics.append(numbers(value, 3, 3, "[x,y,z]", first_values), pointer_segment(first));
     } else if (key == second) {
-      findings.append(
+      diagnostics.append(
           numbers(value, second_size, second_size, second_size == 4 ? "[w,x,y,z]" : "[x,y,z]", second_values),
           pointer_segment(second));
     } else {
-      findings.error(pointer_segment(key), fmt::format("unknown key '{}'", key),
-                     nearest_choice(key.substr(0, 64), {std::string(first), std::string(second)}));
+      diagnostics.error(Code::kUnknownKey, pointer_segment(key), fmt::format("unknown key '{}'", key),
+                        nearest_choice(key.substr(0, 64), {std::string(first), std::string(second)}));
     }
   }
-  return findings;
+  return diagnostics;
 }
 
-Findings unit_quaternion(const double (&wxyz)[4], Rotation& value) {
+Diagnostics unit_quaternion(const double (&wxyz)[4], Rotation& value) {
   const Rotation q(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
   const double norm = q.norm();
-  Findings findings;
+  Diagnostics diagnostics;
   if (!(std::abs(norm - 1.0) <= kNormTolerance)) {
-    findings.error({}, fmt::format("quaternion of norm {:.6g}", norm), "[w,x,y,z] with norm 1 within 0.001");
-    return findings;
+    diagnostics.error(Code::kOutOfRange, {}, fmt::format("quaternion of norm {:.6g}", norm),
+                      "[w,x,y,z] with norm 1 within 0.001");
+    return diagnostics;
   }
   value = norm == 1.0 ? q : q.normalized();
-  return findings;
+  return diagnostics;
 }
 
 struct Interval {
@@ -105,43 +106,43 @@ bool inside(double value, const Interval& interval) {
   return above && below;
 }
 
-Findings check_numbers(std::span<const double> values, std::string_view range, bool indexed) {
-  Findings findings;
+Diagnostics check_numbers(std::span<const double> values, std::string_view range, bool indexed) {
+  Diagnostics diagnostics;
   const Interval interval = parse_interval(range);
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (inside(values[i], interval)) continue;
-    findings.error(indexed ? pointer_segment(i) : "", fmt::format("{} is out of range", values[i]),
-                   fmt::format("allowed: {}", range));
+    diagnostics.error(Code::kOutOfRange, indexed ? pointer_segment(i) : "",
+                      fmt::format("{} is out of range", values[i]), fmt::format("allowed: {}", range));
   }
-  return findings;
+  return diagnostics;
 }
 
-Findings check_words(std::string_view value, std::string_view range) {
+Diagnostics check_words(std::string_view value, std::string_view range) {
   std::vector<std::string> words;
   for (std::size_t start = 0; start <= range.size();) {
     const std::size_t end = std::min(range.find('|', start), range.size());
     words.emplace_back(range.substr(start, end - start));
     start = end + 1;
   }
-  Findings findings;
+  Diagnostics diagnostics;
   if (std::ranges::find(words, value) == words.end()) {
-    findings.error({}, fmt::format("'{}' is not allowed", value.substr(0, 64)),
-                   nearest_choice(value.substr(0, 64), words));
+    diagnostics.error(Code::kUnknownName, {}, fmt::format("'{}' is not allowed", value.substr(0, 64)),
+                      nearest_choice(value.substr(0, 64), words));
   }
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace
 
 template <>
-Findings value_from_json(const Json& json, Boolean& value) {
+Diagnostics value_from_json(const Json& json, Boolean& value) {
   if (!json.is_boolean()) return expected(json, "a Boolean (true or false)");
   value = json.get<bool>();
   return {};
 }
 
 template <>
-Findings value_from_json(const Json& json, Integer& value) {
+Diagnostics value_from_json(const Json& json, Integer& value) {
   constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<Integer>::max());
   if (json.is_number_unsigned() ? json.get<std::uint64_t>() > kMost : !json.is_number_integer()) {
     return expected(json, "an Integer of 64 bits");
@@ -151,7 +152,7 @@ Findings value_from_json(const Json& json, Integer& value) {
 }
 
 template <>
-Findings value_from_json(const Json& json, Real& value) {
+Diagnostics value_from_json(const Json& json, Real& value) {
   if (!json.is_number()) return expected(json, "a number");
   double read = json.get<double>();
   if (!canonicalise(read)) return expected(json, "finite");
@@ -160,14 +161,14 @@ Findings value_from_json(const Json& json, Real& value) {
 }
 
 template <>
-Findings value_from_json(const Json& json, std::string& value) {
+Diagnostics value_from_json(const Json& json, std::string& value) {
   if (!json.is_string()) return expected(json, "a text");
   value = json.get_ref<const std::string&>();
   return {};
 }
 
 template <>
-Findings value_from_json(const Json& json, Text& value) {
+Diagnostics value_from_json(const Json& json, Text& value) {
   if (!json.is_string()) return expected(json, "a text");
   const std::string& text = json.get_ref<const std::string&>();
   if (text.size() > value.bytes.size()) return expected(json, "at most 63 bytes long");
@@ -176,31 +177,31 @@ Findings value_from_json(const Json& json, Text& value) {
 }
 
 template <>
-Findings value_from_json(const Json& json, Vector& value) {
+Diagnostics value_from_json(const Json& json, Vector& value) {
   Vector read;
-  Findings findings = numbers(json, 3, 3, "a Vector [x,y,z]", read.data());
-  if (findings.empty()) value = read;
-  return findings;
+  Diagnostics diagnostics = numbers(json, 3, 3, "a Vector [x,y,z]", read.data());
+  if (diagnostics.empty()) value = read;
+  return diagnostics;
 }
 
 template <>
-Findings value_from_json(const Json& json, Rotation& value) {
+Diagnostics value_from_json(const Json& json, Rotation& value) {
   double wxyz[4];
-  Findings findings = numbers(json, 4, 4, "a Rotation [w,x,y,z]", wxyz);
-  if (findings.empty()) findings = unit_quaternion(wxyz, value);
-  return findings;
+  Diagnostics diagnostics = numbers(json, 4, 4, "a Rotation [w,x,y,z]", wxyz);
+  if (diagnostics.empty()) diagnostics = unit_quaternion(wxyz, value);
+  return diagnostics;
 }
 
 template <>
-Findings value_from_json(const Json& json, Frame& value) {
+Diagnostics value_from_json(const Json& json, Frame& value) {
   Vector position = Vector::Zero();
   double wxyz[4] = {1.0, 0.0, 0.0, 0.0};
-  Findings findings = pair_of_arrays(json, R"(a Frame {"position":[x,y,z],"quaternion":[w,x,y,z]})", "position",
-                                     position.data(), "quaternion", wxyz, 4);
-  if (!findings.empty()) return findings;
+  Diagnostics diagnostics = pair_of_arrays(json, R"(a Frame {"position":[x,y,z],"quaternion":[w,x,y,z]})", "position",
+                                           position.data(), "quaternion", wxyz, 4);
+  if (!diagnostics.empty()) return diagnostics;
   Rotation rotation;
-  findings.append(unit_quaternion(wxyz, rotation), "/quaternion");
-  if (!findings.empty()) return findings;
+  diagnostics.append(unit_quaternion(wxyz, rotation), "/quaternion");
+  if (!diagnostics.empty()) return diagnostics;
   value.linear() = rotation.toRotationMatrix();
   value.translation() = position;
   canonicalise(value);
@@ -208,28 +209,28 @@ Findings value_from_json(const Json& json, Frame& value) {
 }
 
 template <>
-Findings value_from_json(const Json& json, Twist& value) {
+Diagnostics value_from_json(const Json& json, Twist& value) {
   Twist read;
-  Findings findings = pair_of_arrays(json, R"(a Twist {"linear":[x,y,z],"angular":[x,y,z]})", "linear",
-                                     read.linear.data(), "angular", read.angular.data(), 3);
-  if (findings.empty()) value = read;
-  return findings;
+  Diagnostics diagnostics = pair_of_arrays(json, R"(a Twist {"linear":[x,y,z],"angular":[x,y,z]})", "linear",
+                                           read.linear.data(), "angular", read.angular.data(), 3);
+  if (diagnostics.empty()) value = read;
+  return diagnostics;
 }
 
 template <>
-Findings value_from_json(const Json& json, Wrench& value) {
+Diagnostics value_from_json(const Json& json, Wrench& value) {
   Wrench read;
-  Findings findings = pair_of_arrays(json, R"(a Wrench {"force":[x,y,z],"torque":[x,y,z]})", "force", read.force.data(),
-                                     "torque", read.torque.data(), 3);
-  if (findings.empty()) value = read;
-  return findings;
+  Diagnostics diagnostics = pair_of_arrays(json, R"(a Wrench {"force":[x,y,z],"torque":[x,y,z]})", "force",
+                                           read.force.data(), "torque", read.torque.data(), 3);
+  if (diagnostics.empty()) value = read;
+  return diagnostics;
 }
 
 template <>
-Findings value_from_json(const Json& json, JointArray& value) {
+Diagnostics value_from_json(const Json& json, JointArray& value) {
   JointArray read;
-  Findings findings = numbers(json, 0, kJointCapacity, "a joint array of at most 12 numbers", read.value.data());
-  if (!findings.empty()) return findings;
+  Diagnostics diagnostics = numbers(json, 0, kJointCapacity, "a joint array of at most 12 numbers", read.value.data());
+  if (!diagnostics.empty()) return diagnostics;
   read.size = static_cast<std::int64_t>(json.size());
   value = read;
   return {};
@@ -291,7 +292,7 @@ Json slot_to_json(ValueType type, const void* slot) {
 }
 
 template <class T>
-Findings check_range(const T& value, std::string_view range) {
+Diagnostics check_range(const T& value, std::string_view range) {
   if (range.empty()) return {};
   if constexpr (std::is_same_v<T, Real>) {
     return check_numbers({&value, 1}, range, false);
@@ -311,16 +312,16 @@ Findings check_range(const T& value, std::string_view range) {
   }
 }
 
-template Findings check_range(const Boolean&, std::string_view);
-template Findings check_range(const Integer&, std::string_view);
-template Findings check_range(const Real&, std::string_view);
-template Findings check_range(const Text&, std::string_view);
-template Findings check_range(const std::string&, std::string_view);
-template Findings check_range(const Vector&, std::string_view);
-template Findings check_range(const Rotation&, std::string_view);
-template Findings check_range(const Frame&, std::string_view);
-template Findings check_range(const Twist&, std::string_view);
-template Findings check_range(const Wrench&, std::string_view);
-template Findings check_range(const JointArray&, std::string_view);
+template Diagnostics check_range(const Boolean&, std::string_view);
+template Diagnostics check_range(const Integer&, std::string_view);
+template Diagnostics check_range(const Real&, std::string_view);
+template Diagnostics check_range(const Text&, std::string_view);
+template Diagnostics check_range(const std::string&, std::string_view);
+template Diagnostics check_range(const Vector&, std::string_view);
+template Diagnostics check_range(const Rotation&, std::string_view);
+template Diagnostics check_range(const Frame&, std::string_view);
+template Diagnostics check_range(const Twist&, std::string_view);
+template Diagnostics check_range(const Wrench&, std::string_view);
+template Diagnostics check_range(const JointArray&, std::string_view);
 
 }  // namespace takt::net

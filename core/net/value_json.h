@@ -5,7 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/net/value.h"
 
 namespace takt::net {
@@ -16,35 +16,35 @@ namespace takt::net {
 
 /// Reads `json` into `value` (canonical); `value` is untouched on an error. A quaternion must have norm 1 within 1e-3
 /// and is normalised.
-/// @return all findings, pointers relative to `json`.
+/// @return all diagnostics, pointers relative to `json`.
 template <class T>
-[[nodiscard]] Findings value_from_json(const nlohmann::ordered_json& json, T& value);
+[[nodiscard]] Diagnostics value_from_json(const nlohmann::ordered_json& json, T& value);
 
 template <class T>
 [[nodiscard]] nlohmann::ordered_json value_to_json(const T& value);
 
 template <>
-Findings value_from_json(const nlohmann::ordered_json& json, Boolean& value);
+Diagnostics value_from_json(const nlohmann::ordered_json& json, Boolean& value);
 template <>
-Findings value_from_json(const nlohmann::ordered_json& json, Integer& value);
+Diagnostics value_from_json(const nlohmann::ordered_json& json, Integer& value);
 template <>
-Findings value_from_json(const nlohmann::ordered_json& json, Real& value);
+Diagnostics value_from_json(const nlohmann::ordered_json& json, Real& value);
 template <>
-Findings value_from_json(const nlohmann::ordered_json& json, std::string& value);
+Diagnostics value_from_json(const nlohmann::ordered_json& json, std::string& value);
 template <>
-Findings value_from_json(const nlohmann::ordered_json& json, Text& value);
+Diagnostics value_from_json(const nlohmann::ordered_json& json, Text& value);
 template <>
-Findings value_from_json(const nlohmann::ordered_json& json, Vector& value);
+Diagnostics value_from_json(const nlohmann::ordered_json& json, Vector& value);
 template <>
-Findings value_from_json(const nlohmann::ordered_json& json, Rotation& value);
+Diagnostics value_from_json(const nlohmann::ordered_json& json, Rotation& value);
 template <>
-Findings value_from_json(const nlohmann::ordered_json& json, Frame& value);
+Diagnostics value_from_json(const nlohmann::ordered_json& json, Frame& value);
 template <>
-Findings value_from_json(const nlohmann::ordered_json& json, Twist& value);
+Diagnostics value_from_json(const nlohmann::ordered_json& json, Twist& value);
 template <>
-Findings value_from_json(const nlohmann::ordered_json& json, Wrench& value);
+Diagnostics value_from_json(const nlohmann::ordered_json& json, Wrench& value);
 template <>
-Findings value_from_json(const nlohmann::ordered_json& json, JointArray& value);
+Diagnostics value_from_json(const nlohmann::ordered_json& json, JointArray& value);
 template <>
 nlohmann::ordered_json value_to_json(const Boolean& value);
 template <>
@@ -74,6 +74,6 @@ nlohmann::ordered_json value_to_json(const JointArray& value);
 /// Checks every number of `value` against an interval text such as "(0,inf)", or a String against words "a|b|c"; an
 /// empty range allows everything. A malformed range text is a programming error (abort).
 template <class T>
-[[nodiscard]] Findings check_range(const T& value, std::string_view range);
+[[nodiscard]] Diagnostics check_range(const T& value, std::string_view range);
 
 }  // namespace takt::net

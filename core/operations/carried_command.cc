@@ -36,8 +36,8 @@ Result<Eigen::Isometry3d> tool_goal(const CarriedRequest& request, const command
   return Eigen::Isometry3d(X_BF * cell.frames.relation(arm)->X_PF * X_AM);
 }
 
-std::unexpected<Findings> below(const char* place, const Findings& found) {
-  Findings placed;
+std::unexpected<Diagnostics> below(const char* place, const Diagnostics& found) {
+  Diagnostics placed;
   placed.append(found, place);
   return std::unexpected(std::move(placed));
 }
@@ -50,7 +50,7 @@ Planned plan(const CarriedRequest& request, const command::Cell& now, const comm
   const JointVector &q_base = places.at(*base), &q_arm = places.at(request.tool.arm);
   const auto X_goal = tool_goal(request, cell, *base, q_base, q_arm);
   if (!X_goal) return below("/to", X_goal.error());
-  Findings unheard;  // a base turns as it is told, or not at all
+  Diagnostics unheard;  // a base turns as it is told, or not at all
   const auto q_goal = goal_joints(request.base_goal, cell, *base, q_base, unheard);
   if (!q_goal) return below("/base_to", q_goal.error());
   command::MotionWish wish{.velocity = request.tool.velocity,
@@ -60,10 +60,10 @@ Planned plan(const CarriedRequest& request, const command::Cell& now, const comm
   auto planned = command::carried_lin(cell, request.tool.arm, {q_base, q_arm, *q_goal, *X_goal}, wish);
   if (planned) return planned;
   // The planner speaks of goals, the file of keys.
-  Findings renamed;
-  for (Finding finding : planned.error().list()) {
-    finding.pointer = finding.pointer.starts_with("/carrier") ? "/base_to" : "/to";
-    renamed.add(std::move(finding));
+  Diagnostics renamed;
+  for (Diagnostic diagnostic : planned.error().list()) {
+    diagnostic.pointer = diagnostic.pointer.starts_with("/carrier") ? "/base_to" : "/to";
+    renamed.add(std::move(diagnostic));
   }
   return std::unexpected(std::move(renamed));
 }
@@ -72,7 +72,7 @@ class CarriedCommand final : public CommandRequest {
  public:
   CarriedRequest request;
 
-  [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
+  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
     const command::Actuator both = command::arm_on_base(making.cell, request.tool.arm);
     const auto planner = [this, &cell = making.cell](const command::Places& places) {
       return plan(request, cell, places);
@@ -83,11 +83,11 @@ class CarriedCommand final : public CommandRequest {
     return {.command = moved, .action = action, .actuator = both};
   }
 
-  void rehearse(Rehearsal& rehearsal, Findings&) const override {
+  void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     for (const std::string& device : devices(rehearsal.cell)) rehearsal.touched[device] = false;
   }
 
-  void finish(const ActivityRun& ended, const std::string& key, bool, Context& context, Findings&) const override {
+  void finish(const ActivityRun& ended, const std::string& key, bool, Context& context, Diagnostics&) const override {
     if (!ended.was_true(key + " started")) return;
     for (const std::string& device : devices(context.cell)) context.variables.touches.erase(device);
   }
@@ -101,19 +101,20 @@ class CarriedCommand final : public CommandRequest {
 }  // namespace
 
 std::unique_ptr<CommandRequest> read_carried_command(const Json& json, const std::string& pointer,
-                                                     const command::Cell& cell, Findings& findings) {
+                                                     const command::Cell& cell, Diagnostics& diagnostics) {
   auto command = std::make_unique<CarriedCommand>();
   CarriedRequest& request = command->request;
-  request.base_goal = read_goal(json.at("base_to"), pointer + "/base_to", nullptr, findings);
+  request.base_goal = read_goal(json.at("base_to"), pointer + "/base_to", nullptr, diagnostics);
   Json alone = json;
   alone.erase("base_to");
   for (const char* key :
        {"blend_m", "blend_fraction", "until", "unless", "follower", "compliance", "weave", "force_offset"}) {
     if (alone.contains(key))
-      findings.error(pointer + "/" + key, fmt::format("a motion with a base has no '{}'", key), "two motions");
+      diagnostics.error(Code::kConflict, pointer + "/" + key, fmt::format("a motion with a base has no '{}'", key),
+                        "two motions");
     alone.erase(key);
   }
-  request.tool = read_motion(PathKind::kLin, alone, pointer, cell, findings);
+  request.tool = read_motion(PathKind::kLin, alone, pointer, cell, diagnostics);
   return command;
 }
 

@@ -24,31 +24,31 @@ void read_effects(ObjectReader& reader, const char* key, Kind kind, HandlerReque
   const std::string pointer = reader.at(key);
   if (json.is_string()) return handler.effects.push_back({kind, json.get<std::string>(), pointer});
   if (!json.is_array() || json.empty() || kind == Kind::kExternal) {
-    return reader.findings().error(pointer, short_dump(json) + " stands here",
-                                   kind == Kind::kExternal ? "a text" : "a name, or several as an array");
+    return reader.diagnostics().error(Code::kWrongType, pointer, short_dump(json) + " stands here",
+                                      kind == Kind::kExternal ? "a text" : "a name, or several as an array");
   }
   for (std::size_t i = 0; i < json.size(); ++i) {
     const std::string place = pointer + pointer_segment(i);
     if (json[i].is_string()) {
       handler.effects.push_back({kind, json[i].get<std::string>(), place});
     } else {
-      reader.findings().error(place, short_dump(json[i]) + " stands here", "a name");
+      reader.diagnostics().error(Code::kWrongType, place, short_dump(json[i]) + " stands here", "a name");
     }
   }
 }
 
 HandlerRequest read_handler(const Json& json, const std::string& pointer, const command::Cell& cell,
-                            Findings& findings) {
+                            Diagnostics& diagnostics) {
   HandlerRequest handler;
   handler.pointer = pointer;
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   if (!json.is_object()) return handler;
   if (reader.has("entered") == reader.has("left")) {
-    findings.error(pointer, "exactly one event is needed", "'entered' or 'left' with a state");
+    diagnostics.error(Code::kMissing, pointer, "exactly one event is needed", "'entered' or 'left' with a state");
   }
   handler.entered = !reader.has("left");
   for (const char* key : {"entered", "left"}) {
-    if (const Json* state = reader.child(key)) handler.state = read_state(*state, reader.at(key), cell, findings);
+    if (const Json* state = reader.child(key)) handler.state = read_state(*state, reader.at(key), cell, diagnostics);
   }
   read_effects(reader, "start", Kind::kStart, handler);
   read_effects(reader, "stop", Kind::kStop, handler);
@@ -56,23 +56,24 @@ HandlerRequest read_handler(const Json& json, const std::string& pointer, const 
   read_effects(reader, "raise", Kind::kRaise, handler);
   read_effects(reader, "tell", Kind::kExternal, handler);
   if (handler.effects.empty()) {
-    findings.error(pointer, "nothing happens then", "at least one of start, stop, cancel, raise, tell");
+    diagnostics.error(Code::kMissing, pointer, "nothing happens then",
+                      "at least one of start, stop, cancel, raise, tell");
   }
-  handler.occasion.delay = reader.number("after_s", 0.0, {.low = 0.0, .high = 3600.0});
-  handler.occasion.first_only = reader.boolean("first_only", false);
+  handler.trigger.delay = reader.number("after_s", 0.0, {.low = 0.0, .high = 3600.0});
+  handler.trigger.first_only = reader.boolean("first_only", false);
   reader.finish();
   return handler;
 }
 
 std::vector<HandlerRequest> read_handlers(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                          Findings& findings) {
+                                          Diagnostics& diagnostics) {
   std::vector<HandlerRequest> handlers;
   if (!json.is_array()) {
-    findings.error(pointer, short_dump(json) + " stands here", "an array of event handlers");
+    diagnostics.error(Code::kWrongType, pointer, short_dump(json) + " stands here", "an array of event handlers");
     return handlers;
   }
   for (std::size_t i = 0; i < json.size(); ++i)
-    handlers.push_back(read_handler(json[i], pointer + pointer_segment(i), cell, findings));
+    handlers.push_back(read_handler(json[i], pointer + pointer_segment(i), cell, diagnostics));
   return handlers;
 }
 
@@ -81,58 +82,61 @@ std::vector<HandlerRequest> read_handlers(const Json& json, const std::string& p
 /// Only its form counts: it stands for a command that could not be read, and such a program is never run.
 class Unread final : public CommandRequest {
  public:
-  [[nodiscard]] MadeCommand make(const Making&, const std::string&) const override {
+  [[nodiscard]] MadeCommand make(const BuildContext&, const std::string&) const override {
     return {command::WaitCommand(name, 0.0)};
   }
 };
 
 /// What does not belong to its kind is taken out before the kind reads it.
 std::unique_ptr<CommandRequest> read_one(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                         Findings& findings) {
-  Findings unheard;
-  ObjectReader reader(json, pointer, json.is_object() ? unheard : findings);
+                                         Diagnostics& diagnostics) {
+  Diagnostics unheard;
+  ObjectReader reader(json, pointer, json.is_object() ? unheard : diagnostics);
   if (!json.is_object()) return std::make_unique<Unread>();
   const std::string word = reader.text("do", "");
   const auto kind = std::ranges::find(command_kinds(), word, &CommandKind::name);
   if (kind == command_kinds().end()) {
     std::vector<std::string> names;
     for (const CommandKind& one : command_kinds()) names.emplace_back(one.name);
-    findings.error(pointer + "/do", word.empty() ? "'do' is missing" : fmt::format("there is no command '{}'", word),
-                   nearest_choice(word, names, 20));
+    diagnostics.error(Code::kUnknownName, pointer + "/do",
+                      word.empty() ? "'do' is missing" : fmt::format("there is no command '{}'", word),
+                      nearest_choice(word, names, 20));
     return std::make_unique<Unread>();
   }
   Json own = json;
   for (const char* key : {"start", "on"}) own.erase(key);
-  auto request = kind->read(own, pointer, cell, findings);
+  auto request = kind->read(own, pointer, cell, diagnostics);
   request->pointer = pointer;
   request->name = word;
-  if (json.contains("on")) request->handlers = read_handlers(json.at("on"), pointer + "/on", cell, findings);
+  if (json.contains("on")) request->handlers = read_handlers(json.at("on"), pointer + "/on", cell, diagnostics);
   return request;
 }
 
 std::unique_ptr<CommandRequest> read_part(const std::string& name, const Json& json, const std::string& pointer,
-                                          const command::Cell& cell, Findings& findings) {
-  auto request = read_one(json, pointer, cell, findings);
+                                          const command::Cell& cell, Diagnostics& diagnostics) {
+  auto request = read_one(json, pointer, cell, diagnostics);
   request->name = name;
   if (name.empty() || name.find('/') != std::string::npos) {
-    findings.error(pointer, fmt::format("a command named '{}'", name), "a name that is not empty and has no '/'");
+    diagnostics.error(Code::kInvalidName, pointer, fmt::format("a command named '{}'", name),
+                      "a name that is not empty and has no '/'");
   }
   if (!json.is_object()) return request;
   if (json.contains("name")) {
-    findings.error(pointer + "/name", fmt::format("a second name: {}", short_dump(json.at("name"))),
-                   fmt::format("'{}' is its name", name));
+    diagnostics.error(Code::kDuplicate, pointer + "/name",
+                      fmt::format("a second name: {}", short_dump(json.at("name"))),
+                      fmt::format("'{}' is its name", name));
   }
-  Findings unheard;
-  ObjectReader reader(json, pointer, json.contains("start") ? findings : unheard);
+  Diagnostics unheard;
+  ObjectReader reader(json, pointer, json.contains("start") ? diagnostics : unheard);
   request->starts = reader.boolean("start", false);
   return request;
 }
 
-/// A transaction is made by who makes the tree (made_tree.h).
+/// A transaction is made by who makes the tree (command_builder.h).
 class Transaction final : public CommandRequest {
  public:
   Transaction() { transaction_ = std::make_unique<TransactionRequest>(); }
-  [[nodiscard]] MadeCommand make(const Making&, const std::string&) const override {
+  [[nodiscard]] MadeCommand make(const BuildContext&, const std::string&) const override {
     return {command::TransactionCommand(name)};
   }
   TransactionRequest& own() { return *transaction_; }
@@ -144,13 +148,13 @@ void read_captures(ObjectReader& reader, const command::Cell& cell, TransactionR
   if (!json) return;
   for (const auto& [name, capture] : json->items()) {
     const std::string pointer = reader.at("capture") + pointer_segment(name);
-    ObjectReader one(capture, pointer, reader.findings());
+    ObjectReader one(capture, pointer, reader.diagnostics());
     if (!capture.is_object()) continue;
     CaptureRequest request{.name = name, .pointer = pointer, .value = {}, .when = {}};
     if (const Json* value = one.object("value"))
-      request.value = read_value(*value, one.at("value"), cell, reader.findings());
+      request.value = read_value(*value, one.at("value"), cell, reader.diagnostics());
     if (const Json* when = one.object("when", false))
-      request.when = read_state(*when, one.at("when"), cell, reader.findings());
+      request.when = read_state(*when, one.at("when"), cell, reader.diagnostics());
     one.finish();
     transaction.captures.push_back(std::move(request));
   }
@@ -171,7 +175,7 @@ void read_on_cancel(ObjectReader& reader, TransactionRequest& transaction) {
 /// What names mean: all of them are known once the whole tree is read.
 class NameCheck {
  public:
-  NameCheck(const CommandRequest& root, Findings& findings) : root_(root), findings_(findings) {}
+  NameCheck(const CommandRequest& root, Diagnostics& diagnostics) : root_(root), diagnostics_(diagnostics) {}
 
   void run() {
     for (const CommandRequest* command : root_.all()) {
@@ -196,7 +200,7 @@ class NameCheck {
     check_state(owner, handler.state);
     for (const HandlerRequest::Effect& effect : handler.effects) {
       if (effect.kind == Kind::kExternal) {
-        if (effect.name.empty()) findings_.error(effect.pointer, "an empty text", "what is told");
+        if (effect.name.empty()) diagnostics_.error(Code::kMissing, effect.pointer, "an empty text", "what is told");
       } else if (effect.kind == Kind::kRaise) {
         check_raised(owner, effect.name, effect.pointer);
       } else {
@@ -216,8 +220,9 @@ class NameCheck {
     if (owner.find(name) != nullptr) return;
     std::vector<std::string> names;
     for (const CommandRequest* command : root_.all()) names.push_back(command->name);
-    findings_.error(pointer, fmt::format("C6: there is no command '{}' in '{}'", name, root_.name),
-                    nearest_choice(name, names));
+    diagnostics_.error(Code::kUnknownName, pointer,
+                       fmt::format("C6: there is no command '{}' in '{}'", name, root_.name),
+                       nearest_choice(name, names));
   }
 
   void check_raised(const CommandRequest& owner, const std::string& name, const std::string& pointer) {
@@ -228,12 +233,12 @@ class NameCheck {
       names.insert(names.end(), command->transaction()->raised.begin(), command->transaction()->raised.end());
     }
     const std::string nearest = names.empty() ? "" : nearest_choice(name, names) + "; ";
-    findings_.error(pointer, fmt::format("C10: no transaction has the raised state '{}'", name),
-                    nearest + "'raised' of a transaction around this place");
+    diagnostics_.error(Code::kUnknownName, pointer, fmt::format("C10: no transaction has the raised state '{}'", name),
+                       nearest + "'raised' of a transaction around this place");
   }
 
   const CommandRequest& root_;
-  Findings& findings_;
+  Diagnostics& diagnostics_;
 };
 
 }  // namespace
@@ -271,16 +276,16 @@ const std::vector<ParameterInfo>& transaction_parameter_list() {
 }
 
 std::unique_ptr<CommandRequest> read_transaction(const Json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Findings& findings) {
+                                                 const command::Cell& cell, Diagnostics& diagnostics) {
   auto request = std::make_unique<Transaction>();
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   (void)reader.text("do");
   (void)read_name(reader, "");
   const Json* commands = reader.object("commands");
   if (commands != nullptr) {
     for (const auto& [name, command] : commands->items()) {
-      auto part = read_part(name, command, reader.at("commands") + pointer_segment(name), cell, findings);
-      part->around_ = request.get();
+      auto part = read_part(name, command, reader.at("commands") + pointer_segment(name), cell, diagnostics);
+      part->parent_ = request.get();
       request->own_parts().push_back(std::move(part));
     }
   }
@@ -292,16 +297,17 @@ std::unique_ptr<CommandRequest> read_transaction(const Json& json, const std::st
 }
 
 std::unique_ptr<CommandRequest> read_command_step(const Json& json, const std::string& pointer,
-                                                  const command::Cell& cell, Findings& findings) {
-  auto request = read_one(json, pointer, cell, findings);
+                                                  const command::Cell& cell, Diagnostics& diagnostics) {
+  auto request = read_one(json, pointer, cell, diagnostics);
   if (!json.is_object()) return request;
-  Findings unheard;
+  Diagnostics unheard;
   ObjectReader reader(json, pointer, unheard);
   request->name = read_name(reader, request->name);
   if (json.contains("start")) {
-    findings.error(pointer + "/start", "a step of its own has no 'start'", "a command inside of a transaction");
+    diagnostics.error(Code::kConflict, pointer + "/start", "a step of its own has no 'start'",
+                      "a command inside of a transaction");
   }
-  NameCheck(*request, findings).run();
+  NameCheck(*request, diagnostics).run();
   return request;
 }
 
@@ -309,7 +315,7 @@ const CommandRequest* CommandRequest::find(std::string_view wanted) const {
   const auto slash = wanted.find('/');
   const std::string_view first = wanted.substr(0, slash);
   const CommandRequest* found = nullptr;
-  for (const CommandRequest* at = this; at != nullptr && found == nullptr; at = at->around_) {
+  for (const CommandRequest* at = this; at != nullptr && found == nullptr; at = at->parent_) {
     for (const auto& part : at->parts_) {
       if (part->name == first) found = part.get();
     }
@@ -329,7 +335,7 @@ const CommandRequest* CommandRequest::find_raised(const std::string& state) cons
            std::ranges::find(command.transaction_->raised, state) != command.transaction_->raised.end();
   };
   const CommandRequest* root = this;
-  for (const CommandRequest* at = this; at != nullptr; at = at->around_) {
+  for (const CommandRequest* at = this; at != nullptr; at = at->parent_) {
     if (has(*at)) return at;
     root = at;
   }

@@ -23,10 +23,10 @@ namespace takt::activity {
 class CommandRequest;
 
 /// What commands are made with.
-struct Making {
+struct BuildContext {
   const command::Cell& cell;
   const command::Biases& biases;
-  Findings& notes;                                   ///< gets what planners have to say, with pointers of the file
+  Diagnostics& notes;                                ///< gets what planners have to say, with pointers of the file
   std::optional<command::RealSensor> progress = {};  ///< of the command that this one follows()
   command::ExternalHandler tell = {};                ///< hears of external effects
 };
@@ -52,7 +52,7 @@ struct HandlerRequest {
   StateRequest state;
   bool entered = true;
   std::vector<Effect> effects;
-  command::Occasion occasion;
+  command::Trigger trigger;
 };
 
 /// A value that is kept under a name.
@@ -80,16 +80,16 @@ class CommandRequest {
 
   /// The command, named as this, without what `on` says. Not of transactions.
   /// @param key  with which the names of what it observes begin
-  [[nodiscard]] virtual MadeCommand make(const Making& making, const std::string& key) const = 0;
+  [[nodiscard]] virtual MadeCommand make(const BuildContext& making, const std::string& key) const = 0;
   /// The name of the command whose progress it follows; empty: none. That one is made before.
   [[nodiscard]] virtual std::string follows() const { return {}; }
   /// Figures that its device does not have; with whole pointers.
-  virtual void check(const command::Cell&, Findings&) const {}
+  virtual void check(const command::Cell&, Diagnostics&) const {}
   /// What it leaves in a rehearsal beside the places of the arms: time, what is touched or carried.
-  virtual void rehearse(Rehearsal&, Findings&) const {}
-  /// What has come of it once the tree has ended in order: results for the program; findings, with whole pointers, if
-  /// it has failed. @param cancelled  somebody has cancelled the whole
-  virtual void finish(const ActivityRun&, const std::string& key, bool cancelled, Context&, Findings&) const {
+  virtual void rehearse(Rehearsal&, Diagnostics&) const {}
+  /// What has come of it once the tree has ended in order: results for the program; diagnostics, with whole pointers,
+  /// if it has failed. @param cancelled  somebody has cancelled the whole
+  virtual void finish(const ActivityRun&, const std::string& key, bool cancelled, Context&, Diagnostics&) const {
     (void)key;
     (void)cancelled;
   }
@@ -97,7 +97,7 @@ class CommandRequest {
   /// Null but of a transaction.
   [[nodiscard]] const TransactionRequest* transaction() const { return transaction_.get(); }
   [[nodiscard]] const std::vector<std::unique_ptr<CommandRequest>>& parts() const { return parts_; }
-  [[nodiscard]] const CommandRequest* around() const { return around_; }
+  [[nodiscard]] const CommandRequest* parent() const { return parent_; }
   /// The command that a name means here: one directly inside, itself, or one around; "a/b" is b inside of a.
   [[nodiscard]] const CommandRequest* find(std::string_view name) const;
   /// The transaction that declares a raised state: this or around, else any of the tree (rule C10 tells).
@@ -115,60 +115,60 @@ class CommandRequest {
 
  private:
   friend std::unique_ptr<CommandRequest> read_transaction(const nlohmann::ordered_json&, const std::string&,
-                                                          const command::Cell&, Findings&);
-  const CommandRequest* around_ = nullptr;
+                                                          const command::Cell&, Diagnostics&);
+  const CommandRequest* parent_ = nullptr;
 };
 
 /// A kind of command: the word after "do", and how to read it.
 struct CommandKind {
   std::string_view name;
   std::unique_ptr<CommandRequest> (*read)(const nlohmann::ordered_json& json, const std::string& pointer,
-                                          const command::Cell& cell, Findings& findings);
+                                          const command::Cell& cell, Diagnostics& diagnostics);
 };
 /// All kinds, by name.
 [[nodiscard]] const std::vector<CommandKind>& command_kinds();
 /// The parameters of a transaction beside what its commands have.
 [[nodiscard]] const std::vector<ParameterInfo>& transaction_parameter_list();
 
-/// Reads a command that is a step of its own, with all in it. Findings: all that is wrong with its form, names of
+/// Reads a command that is a step of its own, with all in it. Diagnostics: all that is wrong with its form, names of
 /// commands and raised states included. Never null. Realtime: setup.
 [[nodiscard]] std::unique_ptr<CommandRequest> read_command_step(const nlohmann::ordered_json& json,
                                                                 const std::string& pointer, const command::Cell& cell,
-                                                                Findings& findings);
+                                                                Diagnostics& diagnostics);
 
 // Readers of the kinds.
 std::unique_ptr<CommandRequest> read_transaction(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Findings& findings);
+                                                 const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_ptp_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Findings& findings);
+                                                 const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_lin_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Findings& findings);
+                                                 const command::Cell& cell, Diagnostics& diagnostics);
 /// "lin" with "base_to".
 std::unique_ptr<CommandRequest> read_carried_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                     const command::Cell& cell, Findings& findings);
+                                                     const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_circ_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                  const command::Cell& cell, Findings& findings);
+                                                  const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_spline_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                    const command::Cell& cell, Findings& findings);
+                                                    const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_motions_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                     const command::Cell& cell, Findings& findings);
+                                                     const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_press_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                   const command::Cell& cell, Findings& findings);
+                                                   const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_search_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                    const command::Cell& cell, Findings& findings);
+                                                    const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_grip_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                  const command::Cell& cell, Findings& findings);
+                                                  const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_release_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                     const command::Cell& cell, Findings& findings);
+                                                     const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_set_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Findings& findings);
+                                                 const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_wait_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                  const command::Cell& cell, Findings& findings);
+                                                  const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_hold_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                  const command::Cell& cell, Findings& findings);
+                                                  const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_jog_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Findings& findings);
+                                                 const command::Cell& cell, Diagnostics& diagnostics);
 std::unique_ptr<CommandRequest> read_follow_command(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                    const command::Cell& cell, Findings& findings);
+                                                    const command::Cell& cell, Diagnostics& diagnostics);
 
 }  // namespace takt::activity

@@ -9,9 +9,9 @@
 #include "core/command/actions/motion_action.h"
 #include "core/command/check.h"
 #include "core/command/mapping.h"
+#include "core/operations/command_builder.h"
 #include "core/operations/command_request.h"
 #include "core/operations/compliance_request.h"
-#include "core/operations/made_tree.h"
 #include "core/operations/rehearsed_net.h"
 #include "core/operations/scheduled_run.h"
 
@@ -20,13 +20,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Checks and plans a tree. @return findings with locations of the file
+/// Checks and plans a tree. @return diagnostics with locations of the file
 /// @param[in,out] places  as command::plan() has them
-Findings plan(const MadeTree& tree, const command::Cell& cell, command::Places& places) {
-  Findings found;
-  for (const MadeTree::Part& part : tree.parts()) part.request->check(cell, found);
+Diagnostics plan(const CommandBuilder& tree, const command::Cell& cell, command::Places& places) {
+  Diagnostics found;
+  for (const CommandBuilder::Part& part : tree.parts()) part.request->check(cell, found);
   // What is planned is checked as a plan.
-  const Findings planned = command::plan(tree.command(), places);
+  const Diagnostics planned = command::plan(tree.command(), places);
   command::add_news(tree.in_file(command::check(tree.command(), false)), found);
   command::add_news(tree.in_file(planned), found);
   return found;
@@ -36,24 +36,24 @@ Findings plan(const MadeTree& tree, const command::Cell& cell, command::Places& 
 struct MadeStep {
   MadeStep(const CommandRequest& root, Context& context, const command::ExternalHandler& tell)
       : tree(root, {.cell = context.cell, .biases = context.variables.biases, .notes = notes, .tell = tell}) {}
-  Findings notes;  ///< of planners; what there is to say was said in the rehearsal
-  MadeTree tree;
+  Diagnostics notes;  ///< of planners; what there is to say was said in the rehearsal
+  CommandBuilder tree;
 };
 
 /// Locations are whole; those of a step are below it.
-Findings below(const CommandRequest& root, const Findings& findings) {
-  Findings inside;
-  for (Finding finding : findings.list()) {
-    if (finding.pointer.starts_with(root.pointer)) finding.pointer.erase(0, root.pointer.size());
-    inside.add(std::move(finding));
+Diagnostics below(const CommandRequest& root, const Diagnostics& diagnostics) {
+  Diagnostics inside;
+  for (Diagnostic diagnostic : diagnostics.list()) {
+    if (diagnostic.pointer.starts_with(root.pointer)) diagnostic.pointer.erase(0, root.pointer.size());
+    inside.add(std::move(diagnostic));
   }
   return inside;
 }
 
 /// The devices that a tree drives, each once.
-std::vector<std::string> driven_by(const MadeTree& tree) {
+std::vector<std::string> driven_by(const CommandBuilder& tree) {
   std::vector<std::string> devices;
-  for (const MadeTree::Part& part : tree.parts()) {
+  for (const CommandBuilder::Part& part : tree.parts()) {
     if (!part.made.actuator) continue;
     for (std::string& device : part.made.actuator->model().devices())
       if (std::ranges::find(devices, device) == devices.end()) devices.push_back(std::move(device));
@@ -73,7 +73,7 @@ class TreeActivity final : public ActivityModel {
     command::Places places;
     for (const auto& [device, before] : planning.predecessors)
       if (before.at_end.q) places[device] = *before.at_end.q;
-    if (const Findings wrong = plan(made_->tree, planning.cell, places); wrong.has_errors())
+    if (const Diagnostics wrong = plan(made_->tree, planning.cell, places); wrong.has_errors())
       return std::unexpected(below(root_, wrong));
     PlannedActivity prepared;
     prepared.command = made_->tree.command();
@@ -101,25 +101,25 @@ class CommandRun final : public ScheduledRun {
     };
     const auto made = std::make_shared<MadeStep>(root_, context, tell);
     keys_.clear();
-    for (const MadeTree::Part& part : made->tree.parts()) keys_.emplace_back(part.request, part.key);
+    for (const CommandBuilder::Part& part : made->tree.parts()) keys_.emplace_back(part.request, part.key);
     return std::make_shared<const TreeActivity>(root_, made);
   }
 
-  Progress finish(Context& context, Findings& findings) override {
+  Progress finish(Context& context, Diagnostics& diagnostics) override {
     if (run()->first_cycle() < 0) return Progress::kDone;  // it was called off before its start
-    Findings own;
+    Diagnostics own;
     for (const auto& [request, key] : keys_) {
       request->finish(*run(), key, cancelled(), context, own);
       if (request->transaction() != nullptr) keep_captures(*request, key, context);
     }
-    findings.append(below(root_, own));
+    diagnostics.append(below(root_, own));
     return own.has_errors() ? Progress::kFailed : Progress::kDone;
   }
 
   /// What was captured, for `monitor(step, name)` in expressions.
   void keep_captures(const CommandRequest& transaction, const std::string& key, Context& context) const {
     for (const CaptureRequest& capture : transaction.transaction()->captures) {
-      const std::string name = MadeTree::capture_name(key, capture.name);
+      const std::string name = CommandBuilder::capture_name(key, capture.name);
       if (!run()->observes(name)) continue;
       const auto number = run()->value<net::Real>(name);
       const auto level = run()->value<net::Boolean>(name);
@@ -138,29 +138,29 @@ class CommandStep final : public Step {
   explicit CommandStep(std::unique_ptr<CommandRequest> root) : root_(std::move(root)) {}
 
   /// Arms go to the natural end of what moves them; where that is not known before they stay.
-  void rehearse(Rehearsal& rehearsal, const std::string&, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, const std::string&, Diagnostics& diagnostics) const override {
     const command::Biases untared;
-    Findings notes;
-    const Making making{.cell = rehearsal.cell, .biases = untared, .notes = notes};
-    const MadeTree tree(*root_, making);
+    Diagnostics notes;
+    const BuildContext making{.cell = rehearsal.cell, .biases = untared, .notes = notes};
+    const CommandBuilder tree(*root_, making);
     command::Places places = rehearsal.q;
-    const Findings wrong = plan(tree, rehearsal.cell, places);
-    findings.append(notes);
-    if (wrong.has_errors()) return findings.append(wrong);
+    const Diagnostics wrong = plan(tree, rehearsal.cell, places);
+    diagnostics.append(notes);
+    if (wrong.has_errors()) return diagnostics.append(wrong);
     const auto mapped = command::map(tree.command());
-    if (!mapped) return findings.append(tree.in_file(mapped.error()));
-    for (const MadeTree::Part& part : tree.parts()) {
+    if (!mapped) return diagnostics.append(tree.in_file(mapped.error()));
+    for (const CommandBuilder::Part& part : tree.parts()) {
       const auto mode = part.made.action ? part.made.action->model().mode() : std::nullopt;
       if (!mode) continue;
       for (const std::string& arm : part.made.actuator->model().devices())
-        rehearse_mode(rehearsal, arm, *mode, part.request->pointer, findings);
+        rehearse_mode(rehearsal, arm, *mode, part.request->pointer, diagnostics);
     }
-    rehearse_net(mapped->net, rehearsal, root_->pointer, findings);
-    for (const MadeTree::Part& part : tree.parts()) {
+    rehearse_net(mapped->net, rehearsal, root_->pointer, diagnostics);
+    for (const CommandBuilder::Part& part : tree.parts()) {
       if (part.made.action) rehearsal.duration += part.made.command.node()->model().duration();
     }
     rehearsal.q = std::move(places);
-    for (const MadeTree::Part& part : tree.parts()) part.request->rehearse(rehearsal, findings);
+    for (const CommandBuilder::Part& part : tree.parts()) part.request->rehearse(rehearsal, diagnostics);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<CommandRun>(*root_); }
@@ -172,8 +172,8 @@ class CommandStep final : public Step {
 }  // namespace
 
 std::unique_ptr<Step> parse_command_step(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                         Findings& findings) {
-  return std::make_unique<CommandStep>(read_command_step(json, pointer, cell, findings));
+                                         Diagnostics& diagnostics) {
+  return std::make_unique<CommandStep>(read_command_step(json, pointer, cell, diagnostics));
 }
 
 }  // namespace takt::activity

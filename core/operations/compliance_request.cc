@@ -106,15 +106,15 @@ command::CartesianCompliance cartesian_wish(const Values& values, bool in_tool_a
 }
 
 /// What the command layer has found, at the keys of the file.
-Findings in_file(const Findings& found, const ComplianceRequest& request) {
-  Findings placed;
+Diagnostics in_file(const Diagnostics& found, const ComplianceRequest& request) {
+  Diagnostics placed;
   const auto places = places_of(request);
-  for (Finding finding : found.list()) {
+  for (Diagnostic diagnostic : found.list()) {
     const auto place = std::ranges::find_if(places, [&](const auto& one) {
-      return finding.pointer == one.first || finding.pointer.starts_with(one.first + "/");
+      return diagnostic.pointer == one.first || diagnostic.pointer.starts_with(one.first + "/");
     });
-    if (place != places.end()) finding.pointer.replace(0, place->first.size(), place->second);
-    placed.add(std::move(finding));
+    if (place != places.end()) diagnostic.pointer.replace(0, place->first.size(), place->second);
+    placed.add(std::move(diagnostic));
   }
   return placed;
 }
@@ -154,7 +154,7 @@ const ParameterInfo& compliance_parameter() {
 std::optional<ComplianceRequest> read_compliance(ObjectReader& step) {
   const nlohmann::ordered_json* json = step.object("compliance", false);
   if (json == nullptr) return std::nullopt;
-  ObjectReader reader(*json, step.at("compliance"), step.findings());
+  ObjectReader reader(*json, step.at("compliance"), step.diagnostics());
   std::vector<std::string> modes;
   for (const ControlMode mode : device::all_control_modes()) modes.emplace_back(name_of(mode));
   const auto mode = device::control_mode_of(reader.choice("mode", modes));
@@ -176,11 +176,11 @@ command::ComplianceWish wish_of(const ComplianceRequest& request, int joint_coun
   return command::Stiff{};
 }
 
-void check_springs_of_two(const ComplianceRequest& request, const std::string& pointer, Findings& findings) {
+void check_springs_of_two(const ComplianceRequest& request, const std::string& pointer, Diagnostics& diagnostics) {
   for (const char* key : {"force_N", "torque_Nm"}) {
     if (request.values.contains(key))
-      findings.error(pointer + "/compliance/" + key, "two arms that move as one push with springs alone",
-                     "springs, or a motion of one arm");
+      diagnostics.error(Code::kConflict, pointer + "/compliance/" + key,
+                        "two arms that move as one push with springs alone", "springs, or a motion of one arm");
   }
 }
 
@@ -209,9 +209,9 @@ device::Compliance springs_of(const ComplianceRequest& request, const device::Ar
   return springs;
 }
 
-Findings check_compliance(const ComplianceRequest& request, const command::Cell& cell,
-                          const std::vector<std::string>& arms) {
-  Findings found;
+Diagnostics check_compliance(const ComplianceRequest& request, const command::Cell& cell,
+                             const std::vector<std::string>& arms) {
+  Diagnostics found;
   const device::ArmDescription* first = nullptr;
   for (const std::string& name : arms) {
     const device::Arm* arm = cell.arms.find(name)->second.device;
@@ -219,7 +219,8 @@ Findings check_compliance(const ComplianceRequest& request, const command::Cell&
     const int joint_count = arm->description().chain->joint_count();
     if (first == nullptr) first = &arm->description();
     if (request.mode == ControlMode::kJointImpedance && joint_count != first->chain->joint_count())
-      found.error("/compliance/mode", fmt::format("springs of the joints of '{}' and '{}'", arms.front(), name),
+      found.error(Code::kConflict, "/compliance/mode",
+                  fmt::format("springs of the joints of '{}' and '{}'", arms.front(), name),
                   "arms with as many joints each, or springs of the tool");
     found.append(in_file(command::check_compliance(wish_of(request, joint_count), arm->description(), name), request));
   }
@@ -227,22 +228,22 @@ Findings check_compliance(const ComplianceRequest& request, const command::Cell&
 }
 
 void rehearse_mode(Rehearsal& rehearsal, const std::string& name, ControlMode needed, const std::string& pointer,
-                   Findings& findings) {
+                   Diagnostics& diagnostics) {
   const device::Arm* arm = rehearsal.cell.arms.find(name)->second.device;
   if (arm == nullptr) return;  // only names are known
   const auto is = rehearsal.modes.find(name);
-  const Findings refused =
+  const Diagnostics refused =
       check_needed_mode(*arm, is != rehearsal.modes.end() ? std::optional(is->second) : std::nullopt, needed);
-  findings.append(refused, pointer + "/compliance");
+  diagnostics.append(refused, pointer + "/compliance");
   if (!refused.has_errors()) rehearsal.modes[name] = needed;
 }
 
 bool rehearse_compliance(const ComplianceRequest& request, Rehearsal& rehearsal, const std::vector<std::string>& arms,
-                         const std::string& pointer, Findings& findings) {
-  Findings own;
+                         const std::string& pointer, Diagnostics& diagnostics) {
+  Diagnostics own;
   for (const std::string& arm : arms) rehearse_mode(rehearsal, arm, request.mode, pointer, own);
   own.append(check_compliance(request, rehearsal.cell, arms), pointer);
-  findings.append(own);
+  diagnostics.append(own);
   return !own.has_errors();
 }
 

@@ -25,15 +25,15 @@ struct ComplianceRequest {
 
 /// The parameter "compliance" of an operation, for its table.
 [[nodiscard]] const ParameterInfo& compliance_parameter();
-/// The key "compliance" of a step; nothing: the step has none. Findings: all that is wrong with its form. Realtime:
+/// The key "compliance" of a step; nothing: the step has none. Diagnostics: all that is wrong with its form. Realtime:
 /// setup.
 [[nodiscard]] std::optional<ComplianceRequest> read_compliance(ObjectReader& step);
 
 /// @param joint_count  of the arm
 [[nodiscard]] command::ComplianceWish wish_of(const ComplianceRequest& request, int joint_count);
 
-/// Two arms as one exert nothing beside their springs: findings at its keys below the pointer of the step.
-void check_springs_of_two(const ComplianceRequest& request, const std::string& pointer, Findings& findings);
+/// Two arms as one exert nothing beside their springs: diagnostics at its keys below the pointer of the step.
+void check_springs_of_two(const ComplianceRequest& request, const std::string& pointer, Diagnostics& diagnostics);
 
 /// The springs that the device has with it: what the request does not say is the device's standard. Of mode position if
 /// it has none, or not that mode.
@@ -41,18 +41,18 @@ void check_springs_of_two(const ComplianceRequest& request, const std::string& p
 
 /// What the devices of the arms do not allow that give way like this together, at its key below the step. Nothing of
 /// arms of which only the names are known.
-[[nodiscard]] Findings check_compliance(const ComplianceRequest& request, const command::Cell& cell,
-                                        const std::vector<std::string>& arms);
+[[nodiscard]] Diagnostics check_compliance(const ComplianceRequest& request, const command::Cell& cell,
+                                           const std::vector<std::string>& arms);
 
 /// In a rehearsal: whether the arms can be in that mode there, and what their devices do not allow. After it they are
-/// in that mode. @param pointer  of the step. @return false: with findings
+/// in that mode. @param pointer  of the step. @return false: with diagnostics
 bool rehearse_compliance(const ComplianceRequest& request, Rehearsal& rehearsal, const std::vector<std::string>& arms,
-                         const std::string& pointer, Findings& findings);
+                         const std::string& pointer, Diagnostics& diagnostics);
 
-/// A step of a rehearsal needs a control mode: whether START can give it there, with findings at "/compliance" below
+/// A step of a rehearsal needs a control mode: whether START can give it there, with diagnostics at "/compliance" below
 /// the step if not. After it the arm is in that mode.
 void rehearse_mode(Rehearsal& rehearsal, const std::string& arm, device::ControlMode needed, const std::string& pointer,
-                   Findings& findings);
+                   Diagnostics& diagnostics);
 
 /// Where below the step stands what the command layer finds at a place below a command: theirs, ours.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> places_of(const ComplianceRequest& request);

@@ -47,12 +47,12 @@ class ControlModeStep final : public Step {
  public:
   explicit ControlModeStep(ModeRequest request) : request_(std::move(request)) {}
 
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     const device::Arm* arm = rehearsal.cell.arms.at(request_.arm).device;
     if (arm == nullptr) return;  // only names are known
     const auto is = rehearsal.modes.find(request_.arm);
-    findings.append(check_mode_change(*arm, is != rehearsal.modes.end() ? is->second : request_.mode, request_.mode),
-                    pointer);
+    diagnostics.append(check_mode_change(*arm, is != rehearsal.modes.end() ? is->second : request_.mode, request_.mode),
+                       pointer);
     rehearsal.modes[request_.arm] = request_.mode;
   }
 
@@ -67,8 +67,8 @@ class ControlModeStep final : public Step {
 const std::vector<ParameterInfo>& control_mode_parameter_list() { return control_mode_parameters().list(); }
 
 std::unique_ptr<Step> parse_control_mode(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                         Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                         Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   return std::make_unique<ControlModeStep>(control_mode_parameters().read(reader, cell));
 }
 

@@ -10,7 +10,7 @@ namespace takt::activity {
 
 /// {"do": "control_mode", "arm": ..., "mode": ...}: brings an arm into a control mode while no net holds it.
 [[nodiscard]] std::unique_ptr<Step> parse_control_mode(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                       const command::Cell& cell, Findings& findings);
+                                                       const command::Cell& cell, Diagnostics& diagnostics);
 
 [[nodiscard]] const std::vector<ParameterInfo>& control_mode_parameter_list();
 

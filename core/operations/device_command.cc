@@ -20,7 +20,7 @@ class GripperCommand final : public CommandRequest {
  public:
   GripRequest request;
 
-  [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
+  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
     const command::MountedGripper& mounted = making.cell.grippers.find(request.gripper)->second;
     const command::GripCommand figures = command_of(request, mounted.device->description());
     const command::GripWish wish{.width = figures.width, .speed = figures.speed, .force = figures.force};
@@ -37,24 +37,25 @@ class GripperCommand final : public CommandRequest {
     return {.command = gripped, .action = action, .actuator = actuator};
   }
 
-  void check(const command::Cell& cell, Findings& findings) const override {
-    (void)check_figures(request, cell.grippers.find(request.gripper)->second.device->description(), pointer, findings);
+  void check(const command::Cell& cell, Diagnostics& diagnostics) const override {
+    (void)check_figures(request, cell.grippers.find(request.gripper)->second.device->description(), pointer,
+                        diagnostics);
   }
-  void rehearse(Rehearsal& rehearsal, Findings& findings) const override {
-    rehearse_grip(request, rehearsal, findings);
+  void rehearse(Rehearsal& rehearsal, Diagnostics& diagnostics) const override {
+    rehearse_grip(request, rehearsal, diagnostics);
   }
 
   void finish(const ActivityRun& ended, const std::string& key, bool, Context& context,
-              Findings& findings) const override {
+              Diagnostics& diagnostics) const override {
     if (!ended.was_true(key + " stands")) return;
     const auto q = ended.value<net::JointArray>(key + " q");
     GripOutcome outcome{.holding = ended.value<net::Boolean>(key + " holding"),
                         .width = ended.value<net::Real>(key + " width"),
                         .q = {}};
     if (q) outcome.q = q->map();
-    Findings own;
+    Diagnostics own;
     (void)note_grip(request, outcome, context, own);
-    findings.append(own, pointer);
+    diagnostics.append(own, pointer);
   }
 };
 
@@ -62,7 +63,7 @@ class OutputCommand final : public CommandRequest {
  public:
   SetRequest request;
 
-  [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
+  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
     if (request.source) return make_following(making, key);
     const bool* level = std::get_if<bool>(&request.value);
     const command::Action action =
@@ -70,24 +71,25 @@ class OutputCommand final : public CommandRequest {
     const command::Actuator actuator = command::output(making.cell, request.output);
     return {.command = command::RuntimeCommand(name, actuator, action), .action = action, .actuator = actuator};
   }
-  void check(const command::Cell& cell, Findings& findings) const override {
-    (void)check_range(request, cell, pointer, findings);
+  void check(const command::Cell& cell, Diagnostics& diagnostics) const override {
+    (void)check_range(request, cell, pointer, diagnostics);
   }
   [[nodiscard]] std::string follows() const override {
     const bool progress = request.source && request.source->kind == ValueRequest::Kind::kProgress;
     return progress ? request.source->of : std::string();
   }
-  void rehearse(Rehearsal& rehearsal, Findings&) const override {
+  void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     if (request.source) rehearsal.duration += request.seconds.value_or(0.0);
   }
-  void finish(const ActivityRun& ended, const std::string& key, bool, Context&, Findings& findings) const override {
+  void finish(const ActivityRun& ended, const std::string& key, bool, Context&,
+              Diagnostics& diagnostics) const override {
     if (!ended.was_true(key + " silent")) return;
-    findings.error(pointer + "/value", "what the output follows did not answer, so it stayed where it was",
-                   "its power and its wires");
+    diagnostics.error(Code::kSensorSilent, pointer + "/value",
+                      "what the output follows did not answer, so it stayed where it was", "its power and its wires");
   }
 
  private:
-  [[nodiscard]] MadeCommand make_following(const Making& making, const std::string& key) const {
+  [[nodiscard]] MadeCommand make_following(const BuildContext& making, const std::string& key) const {
     command::RealSensor value = value_of(*request.source, making);
     if (request.factor) value = value * *request.factor;
     if (request.offset) value = value + *request.offset;
@@ -111,7 +113,7 @@ class OutputCommand final : public CommandRequest {
     return made;
   }
 
-  [[nodiscard]] static command::RealSensor value_of(const ValueRequest& value, const Making& making) {
+  [[nodiscard]] static command::RealSensor value_of(const ValueRequest& value, const BuildContext& making) {
     if (value.kind != ValueRequest::Kind::kProgress) return number_of(value, making.cell, making.biases);
     return *making.progress;
   }
@@ -121,7 +123,7 @@ class TimeCommand final : public CommandRequest {
  public:
   WaitRequest request;
 
-  [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
+  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
     if (!request.until) return {.command = command::WaitCommand(name, request.seconds.value_or(0.0))};
     const command::State until = command::state_of(*request.until, making.cell, making.biases);
     command::WaitCommand wait(name, until, request.timeout);
@@ -131,16 +133,20 @@ class TimeCommand final : public CommandRequest {
     return {.command = wait};
   }
 
-  void rehearse(Rehearsal& rehearsal, Findings&) const override { rehearsal.duration += request.seconds.value_or(0.0); }
+  void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
+    rehearsal.duration += request.seconds.value_or(0.0);
+  }
 
-  void finish(const ActivityRun& ended, const std::string& key, bool, Context&, Findings& findings) const override {
+  void finish(const ActivityRun& ended, const std::string& key, bool, Context&,
+              Diagnostics& diagnostics) const override {
     if (!ended.was_true(key + " timed out")) return;
     if (ended.value<net::Boolean>(key + " held")) {
-      findings.error(pointer + "/until",
-                     fmt::format("the condition did not hold within {:g} s", request.timeout.value_or(0.0)),
-                     "a longer \"timeout_s\"");
+      diagnostics.error(Code::kTimeout, pointer + "/until",
+                        fmt::format("the condition did not hold within {:g} s", request.timeout.value_or(0.0)),
+                        "a longer \"timeout_s\"");
     } else {
-      findings.error(pointer + "/until", "a sensor of the condition did not answer", "its power and its wires");
+      diagnostics.error(Code::kSensorSilent, pointer + "/until", "a sensor of the condition did not answer",
+                        "its power and its wires");
     }
   }
 };
@@ -148,33 +154,33 @@ class TimeCommand final : public CommandRequest {
 }  // namespace
 
 std::unique_ptr<CommandRequest> read_grip_command(const Json& json, const std::string& pointer,
-                                                  const command::Cell& cell, Findings& findings) {
+                                                  const command::Cell& cell, Diagnostics& diagnostics) {
   auto command = std::make_unique<GripperCommand>();
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   command->request = read_grip(reader, cell);
   return command;
 }
 
 std::unique_ptr<CommandRequest> read_release_command(const Json& json, const std::string& pointer,
-                                                     const command::Cell& cell, Findings& findings) {
+                                                     const command::Cell& cell, Diagnostics& diagnostics) {
   auto command = std::make_unique<GripperCommand>();
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   command->request = read_release(reader, cell);
   return command;
 }
 
 std::unique_ptr<CommandRequest> read_set_command(const Json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Findings& findings) {
+                                                 const command::Cell& cell, Diagnostics& diagnostics) {
   auto command = std::make_unique<OutputCommand>();
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   command->request = read_set(reader, cell);
   return command;
 }
 
 std::unique_ptr<CommandRequest> read_wait_command(const Json& json, const std::string& pointer,
-                                                  const command::Cell& cell, Findings& findings) {
+                                                  const command::Cell& cell, Diagnostics& diagnostics) {
   auto command = std::make_unique<TimeCommand>();
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   command->request = read_wait(reader, cell);
   return command;
 }

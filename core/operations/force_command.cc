@@ -15,7 +15,7 @@ class ForceCommand final : public CommandRequest {
  public:
   ForceRequest request;
 
-  [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
+  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
     const command::Action action = action_of(making);
     PressingCommand pressing = pressing_command(request, name, action, making.cell, making.biases, key);
     MadeCommand made{.command = pressing.command,
@@ -26,19 +26,19 @@ class ForceCommand final : public CommandRequest {
     return made;
   }
 
-  void rehearse(Rehearsal& rehearsal, Findings&) const override {
+  void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     rehearsal.touched[request.arm] = true;
     rehearsal.duration += request.hold.value_or(0.0);
   }
 
   void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
-              Findings& findings) const override {
+              Diagnostics& diagnostics) const override {
     const auto kept = [&ended](const std::string& what) { return ended.value<net::Frame>(what); };
-    findings.append(end_pressing(request, kept, key, cancelled, context), pointer);
+    diagnostics.append(end_pressing(request, kept, key, cancelled, context), pointer);
   }
 
  private:
-  [[nodiscard]] command::Action action_of(const Making& making) const {
+  [[nodiscard]] command::Action action_of(const BuildContext& making) const {
     if (!request.needs_place() && !moves(making.cell.frames, request.in, request.arm)) {
       const auto prepared = prepare_press(request, making.cell, place_now(making.cell));
       if (prepared) return press_action(request, *prepared, making.cell, making.biases);
@@ -56,17 +56,17 @@ class ForceCommand final : public CommandRequest {
 }  // namespace
 
 std::unique_ptr<CommandRequest> read_press_command(const Json& json, const std::string& pointer,
-                                                   const command::Cell& cell, Findings& findings) {
+                                                   const command::Cell& cell, Diagnostics& diagnostics) {
   auto command = std::make_unique<ForceCommand>();
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   command->request = read_press(reader, cell, std::nullopt);
   return command;
 }
 
 std::unique_ptr<CommandRequest> read_search_command(const Json& json, const std::string& pointer,
-                                                    const command::Cell& cell, Findings& findings) {
+                                                    const command::Cell& cell, Diagnostics& diagnostics) {
   auto command = std::make_unique<ForceCommand>();
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   command->request = read_search(reader, cell);
   return command;
 }

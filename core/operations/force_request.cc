@@ -54,8 +54,9 @@ Result<motion::SequencePlan> plan_pattern(const ForceRequest& request, const com
 void check_sensor(ForceRequest& request, const ReadContext& from) {
   const auto sensor = from.cell.sensors.find(request.sensor);
   if (sensor == from.cell.sensors.end() || sensor->second.arm == request.arm) return;
-  from.reader.findings().error(from.reader.at("sensor"),
-                               fmt::format("'{}' is not on '{}'", request.sensor, request.arm), "a sensor on this arm");
+  from.reader.diagnostics().error(Code::kConflict, from.reader.at("sensor"),
+                                  fmt::format("'{}' is not on '{}'", request.sensor, request.arm),
+                                  "a sensor on this arm");
 }
 
 /// What press and search have in common.
@@ -83,12 +84,13 @@ void check_pattern(ForceRequest& request, const ReadContext& from) {
   if (reader.has("radius_m") && reader.has("pitch_m") && pattern.pitch > 0.0) {
     const std::size_t size = search_size(pattern.kind, pattern.radius, pattern.pitch);
     if (size > kMostSearchPoints) {
-      reader.findings().error(reader.at("pitch_m"), fmt::format("{} points for this radius", size),
-                              fmt::format("a wider pitch: at most {} points", kMostSearchPoints));
+      reader.diagnostics().error(Code::kTooLarge, reader.at("pitch_m"), fmt::format("{} points for this radius", size),
+                                 fmt::format("a wider pitch: at most {} points", kMostSearchPoints));
     }
   }
   if (!request.drop && !reader.has("until")) {
-    reader.findings().error(reader.pointer(), "nothing says when something is found", "'drop_m' or 'until'");
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing says when something is found",
+                               "'drop_m' or 'until'");
   }
 }
 
@@ -141,10 +143,11 @@ Result<std::optional<double>> softness_of(const ForceRequest& request, const com
   if (springs.mode == ControlMode::kPosition) return std::nullopt;
   const Softness softness = softness_along(springs, as_springs_feel(springs, arm, direction_B, q));
   if (!std::isfinite(softness.by))
-    return failure("/force_N", "no spring holds the tool along the direction", "a stiffness above 0 there");
+    return failure(Code::kRequires, "/force_N", "no spring holds the tool along the direction",
+                   "a stiffness above 0 there");
   const double bent = softness.by * request.force - softness.beside;
   if (bent <= request.travel) return std::optional(softness.by);
-  return failure("/travel_m",
+  return failure(Code::kLimitExceeded, "/travel_m",
                  fmt::format("{:g} N bend the springs by {:.4g} m, and the tool is sent by {:g} m at most",
                              request.force, bent, request.travel),
                  "a longer travel, stiffer springs along the direction, or a part of the force beside them");

@@ -48,8 +48,8 @@ struct PreparedPress {
   command::PressWish wish;
 };
 /// What it comes to with the arm at q (rad or m). Without a compliance of its own the springs are those that the arm
-/// has now. @return findings: an unknown frame, a pattern that the arm cannot follow, springs that take up the travel.
-/// Realtime: setup.
+/// has now. @return diagnostics: an unknown frame, a pattern that the arm cannot follow, springs that take up the
+/// travel. Realtime: setup.
 [[nodiscard]] Result<PreparedPress> prepare_press(const ForceRequest& request, const command::Cell& cell,
                                                   const kinematics::JointVector& q);
 

@@ -27,7 +27,7 @@ class PressActivity final : public ActivityModel {
     const command::Cell& cell = planning.cell;
     const kinematics::JointVector& q = *planning.predecessors.find(request_.arm)->second.at_end.q;
     if (request_.compliance) {
-      Findings wrong = check_compliance(*request_.compliance, cell, actuators());
+      Diagnostics wrong = check_compliance(*request_.compliance, cell, actuators());
       if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     }
     const auto pressing = prepare_press(request_, cell, q);
@@ -59,10 +59,10 @@ class ForceRun final : public ScheduledRun {
     return std::make_shared<const PressActivity>(request_, context.variables.biases);
   }
 
-  Progress finish(Context& context, Findings& findings) override {
+  Progress finish(Context& context, Diagnostics& diagnostics) override {
     const auto kept = [this](const std::string& what) { return run()->value<net::Frame>(what); };
-    const Findings failed = end_pressing(request_, kept, {}, cancelled(), context);
-    findings.append(failed);
+    const Diagnostics failed = end_pressing(request_, kept, {}, cancelled(), context);
+    diagnostics.append(failed);
     return failed.has_errors() ? Progress::kFailed : Progress::kDone;
   }
 
@@ -74,21 +74,22 @@ class ForceStep final : public Step {
   explicit ForceStep(ForceRequest request) : request_(std::move(request)) {}
 
   /// Where the surface is shows only in the run: the arm is taken to stay where it begins.
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     rehearsal.touched[request_.arm] = true;
-    if (request_.compliance && !rehearse_compliance(*request_.compliance, rehearsal, {request_.arm}, pointer, findings))
+    if (request_.compliance &&
+        !rehearse_compliance(*request_.compliance, rehearsal, {request_.arm}, pointer, diagnostics))
       return;
     const auto prepared = prepare_press(request_, rehearsal.cell, rehearsal.q[request_.arm]);
     if (!prepared) {
-      findings.append(prepared.error(), pointer);
+      diagnostics.append(prepared.error(), pointer);
       return;
     }
     rehearsal.duration += request_.hold.value_or(0.0);
     if (prepared->wish.path) rehearsal.duration += prepared->wish.path->duration();
     const auto command = PressActivity::command_of(request_, *prepared, rehearsal.cell, {});
     const auto mapped = command::single_net(command, request_.name);
-    if (!mapped) return findings.append(mapped.error(), pointer);
-    rehearse_net(mapped->net, rehearsal, pointer, findings);
+    if (!mapped) return diagnostics.append(mapped.error(), pointer);
+    rehearse_net(mapped->net, rehearsal, pointer, diagnostics);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<ForceRun>(request_); }
@@ -100,16 +101,16 @@ class ForceStep final : public Step {
 }  // namespace
 
 std::unique_ptr<Step> parse_press(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                  Findings& findings) {
+                                  Diagnostics& diagnostics) {
   constexpr double kHold_s = 0.5;
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   ForceRequest request = read_press(reader, cell, kHold_s);
   return std::make_unique<ForceStep>(std::move(request));
 }
 
 std::unique_ptr<Step> parse_search(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                   Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                   Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   ForceRequest request = read_search(reader, cell);
   return std::make_unique<ForceStep>(std::move(request));
 }

@@ -40,7 +40,8 @@ const ParameterTable<FreedriveRequest>& freedrive_parameters() {
             {.low = 0.0, .high = 180.0, .low_open = true}, "Largest angular speed of the tool.")
         .rule([](FreedriveRequest&, const ReadContext& from) {
           if (from.reader.has("until") || from.reader.has("seconds")) return;
-          from.reader.findings().error(from.reader.pointer(), "nothing says when it ends", "'until' or 'seconds'");
+          from.reader.diagnostics().error(Code::kMissing, from.reader.pointer(), "nothing says when it ends",
+                                          "'until' or 'seconds'");
         });
     return freedrive;
   }();
@@ -79,17 +80,17 @@ class FreedriveStep final : public Step {
   explicit FreedriveStep(FreedriveRequest request) : request_(std::move(request)) {}
 
   /// Where a hand leads the arm shows only in the run: it is taken to stay.
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     rehearsal.touched[request_.arm] = false;
     rehearsal.duration += request_.seconds.value_or(0.0);
     if (rehearsal.cell.arms.at(request_.arm).device == nullptr) return;  // only names are known
     const Guiding guiding(request_, rehearsal.cell, {});
     const auto mapped = command::map(freedrive_command(rehearsal.cell, request_.arm, guiding.wish, guiding.end, {}));
     if (!mapped) {
-      for (const Finding& one : mapped.error().list()) findings.error(pointer, one.message, one.hint);
+      for (const Diagnostic& one : mapped.error().list()) diagnostics.error(one.code, pointer, one.message, one.hint);
       return;
     }
-    rehearse_net(mapped->net, rehearsal, pointer, findings);
+    rehearse_net(mapped->net, rehearsal, pointer, diagnostics);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<FreedriveRun>(request_); }
@@ -103,8 +104,8 @@ class FreedriveStep final : public Step {
 const std::vector<ParameterInfo>& freedrive_parameter_list() { return freedrive_parameters().list(); }
 
 std::unique_ptr<Step> parse_freedrive(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                      Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                      Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   return std::make_unique<FreedriveStep>(freedrive_parameters().read(reader, cell));
 }
 

@@ -56,18 +56,20 @@ const std::vector<ParameterInfo>& goal_fields() {
 }
 
 Goal read_goal(ObjectReader& parent, const command::MountedArm* arm, std::string_view key) {
-  if (const Json* json = parent.child(key)) return read_goal(*json, parent.at(key), arm, parent.findings());
-  parent.findings().error(parent.pointer(), fmt::format("key '{}' is missing", key), "\"home\" or an object {...}");
+  if (const Json* json = parent.child(key)) return read_goal(*json, parent.at(key), arm, parent.diagnostics());
+  parent.diagnostics().error(Code::kMissing, parent.pointer(), fmt::format("key '{}' is missing", key),
+                             "\"home\" or an object {...}");
   return {};
 }
 
-Goal read_goal(const Json& json, const std::string& pointer, const command::MountedArm* arm, Findings& findings) {
+Goal read_goal(const Json& json, const std::string& pointer, const command::MountedArm* arm, Diagnostics& diagnostics) {
   if (json == "home") return {Goal::Home{}};
   if (json.is_string()) {
-    findings.error(pointer, fmt::format("{} stands here", short_dump(json)), "\"home\" or an object {...}");
+    diagnostics.error(Code::kWrongType, pointer, fmt::format("{} stands here", short_dump(json)),
+                      "\"home\" or an object {...}");
     return {};
   }
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   Goal goal;
   if (reader.has("joints_deg")) {
     goal.value = read_joints(reader, arm);
@@ -85,7 +87,7 @@ Goal read_goal(const Json& json, const std::string& pointer, const command::Moun
   return goal;
 }
 
-bool hangs_on_motion(const Goal& goal, const command::Cell& cell, const std::string& arm) {
+bool depends_on_moving_frame(const Goal& goal, const command::Cell& cell, const std::string& arm) {
   const auto* pose = std::get_if<Goal::Pose>(&goal.value);
   const auto* step = std::get_if<Goal::Step>(&goal.value);
   return (pose != nullptr && moves(cell.frames, pose->in, arm)) ||

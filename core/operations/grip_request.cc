@@ -17,11 +17,11 @@ Eigen::Isometry3d part_in_tool(const command::Cell& cell, const std::string& arm
 
 /// Puts the frame of a carried part where the tool now is.
 void leave_part(command::Cell& cell, const std::string& arm, const kinematics::JointVector& q, const CarriedPart& part,
-                Findings& findings) {
+                Diagnostics& diagnostics) {
   const auto X_WB = cell.frames.pose(arm);
   if (!X_WB || part.object.empty()) return;
-  findings.append(cell.frames.set(part.object, std::string(world::FrameGraph::kWorld),
-                                  *X_WB * tool_pose(cell.arms.find(arm)->second, q) * part.X_TO));
+  diagnostics.append(cell.frames.set(part.object, std::string(world::FrameGraph::kWorld),
+                                     *X_WB * tool_pose(cell.arms.find(arm)->second, q) * part.X_TO));
 }
 
 /// The arm's payload with the part, a point mass at the origin of its frame.
@@ -33,12 +33,13 @@ void tell_payload(device::Arm& arm, const CarriedPart& part, double mass) {
 }
 
 /// Whatever it carried before, it has let go.
-void leave_former(const GripRequest& request, const kinematics::JointVector& q, Context& context, Findings& findings) {
+void leave_former(const GripRequest& request, const kinematics::JointVector& q, Context& context,
+                  Diagnostics& diagnostics) {
   const auto carried = context.variables.carried.find(request.gripper);
   if (carried == context.variables.carried.end()) return;
   const std::string& arm = context.cell.grippers.find(request.gripper)->second.arm;
   device::Arm& device = *context.cell.arms.find(arm)->second.device;
-  leave_part(context.cell, arm, q, carried->second, findings);
+  leave_part(context.cell, arm, q, carried->second, diagnostics);
   if (carried->second.told && !device.held()) device.set_tool(carried->second.before);
   context.variables.carried.erase(carried);
 }
@@ -74,13 +75,13 @@ command::GripCommand command_of(const GripRequest& request, const device::Grippe
 }
 
 bool check_figures(const GripRequest& request, const device::GripperDescription& gripper, const std::string& pointer,
-                   Findings& findings) {
+                   Diagnostics& diagnostics) {
   const command::GripCommand command = command_of(request, gripper);
   bool right = true;
   const auto check = [&](const char* key, double value, double low, double high) {
     if (value >= low && value <= high) return;
-    findings.error(pointer + key, fmt::format("{:g} is not for '{}'", value, command.gripper),
-                   fmt::format("{:g} to {:g}", low, high));
+    diagnostics.error(Code::kOutOfRange, pointer + key, fmt::format("{:g} is not for '{}'", value, command.gripper),
+                      fmt::format("{:g} to {:g}", low, high));
     right = false;
   };
   check("/width_m", command.width, 0.0, gripper.stroke);
@@ -89,35 +90,38 @@ bool check_figures(const GripRequest& request, const device::GripperDescription&
   return right;
 }
 
-Progress note_grip(const GripRequest& request, const GripOutcome& outcome, Context& context, Findings& findings) {
+Progress note_grip(const GripRequest& request, const GripOutcome& outcome, Context& context, Diagnostics& diagnostics) {
   const auto& [holding, width, q] = outcome;
   if (!holding || !width) {
-    findings.error({}, fmt::format("'{}' did not answer", request.gripper), "its power and its wires");
+    diagnostics.error(Code::kSensorSilent, {}, fmt::format("'{}' did not answer", request.gripper),
+                      "its power and its wires");
     return Progress::kFailed;
   }
   context.event(request.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));
   if (request.expect == GripRequest::Expect::kPart && !*holding) {
-    findings.error({}, fmt::format("no part was found; the fingers stand {:.1f} mm apart", 1e3 * *width),
-                   "\"expect\": \"any\", where that is no fault");
+    diagnostics.error(Code::kConditionNotMet, {},
+                      fmt::format("no part was found; the fingers stand {:.1f} mm apart", 1e3 * *width),
+                      "\"expect\": \"any\", where that is no fault");
     return Progress::kFailed;
   }
   if (request.expect == GripRequest::Expect::kNothing && *holding) {
-    findings.error({}, fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width),
-                   "\"expect\": \"any\", where that is no fault");
+    diagnostics.error(Code::kConditionNotMet, {},
+                      fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width),
+                      "\"expect\": \"any\", where that is no fault");
     return Progress::kFailed;
   }
-  leave_former(request, q, context, findings);
+  leave_former(request, q, context, diagnostics);
   if (*holding && !request.opens) take(request, q, context);
   return Progress::kDone;
 }
 
-void rehearse_grip(const GripRequest& request, Rehearsal& rehearsal, Findings& findings) {
+void rehearse_grip(const GripRequest& request, Rehearsal& rehearsal, Diagnostics& diagnostics) {
   const command::MountedGripper& mounted = rehearsal.cell.grippers.find(request.gripper)->second;
   const device::GripperDescription& gripper = mounted.device->description();
   rehearsal.duration += gripper.stroke / command_of(request, gripper).speed;
   const kinematics::JointVector& q = rehearsal.q[mounted.arm];
   if (const auto carried = rehearsal.carried.find(request.gripper); carried != rehearsal.carried.end()) {
-    leave_part(rehearsal.cell, mounted.arm, q, carried->second, findings);
+    leave_part(rehearsal.cell, mounted.arm, q, carried->second, diagnostics);
     rehearsal.carried.erase(carried);
   }
   if (request.opens || !request.part) return;

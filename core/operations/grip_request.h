@@ -24,9 +24,9 @@ struct GripRequest : OperationHead {
 [[nodiscard]] GripRequest read_release(ObjectReader& reader, const command::Cell& cell);
 
 [[nodiscard]] command::GripCommand command_of(const GripRequest& request, const device::GripperDescription& gripper);
-/// @return false with findings below `pointer`: figures that the gripper does not have.
+/// @return false with diagnostics below `pointer`: figures that the gripper does not have.
 bool check_figures(const GripRequest& request, const device::GripperDescription& gripper, const std::string& pointer,
-                   Findings& findings);
+                   Diagnostics& diagnostics);
 
 /// How things were when the fingers stood.
 struct GripOutcome {
@@ -35,8 +35,8 @@ struct GripOutcome {
   kinematics::JointVector q;    ///< of the arm that carries the gripper, as sent
 };
 /// What has come of it: whether that is what was expected, and what the arm carries now.
-Progress note_grip(const GripRequest& request, const GripOutcome& outcome, Context& context, Findings& findings);
+Progress note_grip(const GripRequest& request, const GripOutcome& outcome, Context& context, Diagnostics& diagnostics);
 /// The same for a rehearsal, in which every grip finds its part.
-void rehearse_grip(const GripRequest& request, Rehearsal& rehearsal, Findings& findings);
+void rehearse_grip(const GripRequest& request, Rehearsal& rehearsal, Diagnostics& diagnostics);
 
 }  // namespace takt::activity

@@ -28,13 +28,13 @@ class GripRun final : public ScheduledRun {
         [request = request_](const PlanningContext& planning) { return gripping(request, planning.cell); });
   }
 
-  Progress finish(Context& context, Findings& findings) override {
+  Progress finish(Context& context, Diagnostics& diagnostics) override {
     if (cancelled()) return Progress::kDone;
     const std::string& arm = context.cell.grippers.find(request_.gripper)->second.arm;
     const GripOutcome outcome{.holding = run()->value<net::Boolean>(command::observed::kHolding),
                               .width = run()->value<net::Real>(command::observed::kWidth),
                               .q = context.cell.arms.find(arm)->second.device->set_point().q};
-    return note_grip(request_, outcome, context, findings);
+    return note_grip(request_, outcome, context, diagnostics);
   }
 
   const GripRequest& request_;
@@ -44,11 +44,11 @@ class GripStep final : public Step {
  public:
   explicit GripStep(GripRequest request) : request_(std::move(request)) {}
 
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     const auto& gripper = rehearsal.cell.grippers.find(request_.gripper)->second.device->description();
-    if (!check_figures(request_, gripper, pointer, findings)) return;
-    rehearse_command(gripping(request_, rehearsal.cell), "grip " + request_.gripper, rehearsal, pointer, findings);
-    rehearse_grip(request_, rehearsal, findings);
+    if (!check_figures(request_, gripper, pointer, diagnostics)) return;
+    rehearse_command(gripping(request_, rehearsal.cell), "grip " + request_.gripper, rehearsal, pointer, diagnostics);
+    rehearse_grip(request_, rehearsal, diagnostics);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<GripRun>(request_); }
@@ -60,15 +60,15 @@ class GripStep final : public Step {
 }  // namespace
 
 std::unique_ptr<Step> parse_grip(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                 Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                 Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   GripRequest request = read_grip(reader, cell);
   return std::make_unique<GripStep>(std::move(request));
 }
 
 std::unique_ptr<Step> parse_release(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                    Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                    Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   GripRequest request = read_release(reader, cell);
   return std::make_unique<GripStep>(std::move(request));
 }

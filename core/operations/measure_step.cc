@@ -32,13 +32,13 @@ std::vector<std::string> keys_of(const Map& map) {
 /// A step that does its work at once, without a net.
 class ImmediateRun final : public StepRun {
  public:
-  explicit ImmediateRun(std::function<bool(Context&, Findings&)> work) : work_(std::move(work)) {}
-  Progress advance(Context& context, Findings& findings) override {
-    return work_(context, findings) ? Progress::kDone : Progress::kFailed;
+  explicit ImmediateRun(std::function<bool(Context&, Diagnostics&)> work) : work_(std::move(work)) {}
+  Progress advance(Context& context, Diagnostics& diagnostics) override {
+    return work_(context, diagnostics) ? Progress::kDone : Progress::kFailed;
   }
 
  private:
-  std::function<bool(Context&, Findings&)> work_;
+  std::function<bool(Context&, Diagnostics&)> work_;
 };
 
 // -- tare ----------------------------------------------------------------------------------------------------------
@@ -70,12 +70,12 @@ class TareRun final : public ScheduledRun {
                             });
   }
 
-  Progress finish(Context& context, Findings& findings) override {
+  Progress finish(Context& context, Diagnostics& diagnostics) override {
     if (cancelled()) return Progress::kDone;
     const auto bias = run()->value<net::Wrench>(command::observed::kBias);
     if (!bias) {
-      findings.error("/sensor", fmt::format("'{}' did not answer while it was tared", sensor_),
-                     "its power and its wires; \"try\" with \"retry\" tares again");
+      diagnostics.error(Code::kSensorSilent, "/sensor", fmt::format("'{}' did not answer while it was tared", sensor_),
+                        "its power and its wires; \"try\" with \"retry\" tares again");
       return Progress::kFailed;
     }
     context.variables.biases[sensor_] = *bias;
@@ -89,10 +89,10 @@ class TareRun final : public ScheduledRun {
 class TareStep final : public Step {
  public:
   explicit TareStep(const TareParameters& tare) : sensor_(tare.sensor), cycles_(tare.cycles) {}
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     rehearsal.duration += 1e-3 * static_cast<double>(cycles_);
     const auto command = command::tare_command(sensor_, cycles_, rehearsal.cell);
-    rehearse_command(command, "tare " + sensor_, rehearsal, pointer, findings);
+    rehearse_command(command, "tare " + sensor_, rehearsal, pointer, diagnostics);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<TareRun>(sensor_, cycles_); }
 
@@ -122,23 +122,25 @@ class RecordContactStep final : public Step {
  public:
   explicit RecordContactStep(const RecordContactParameters& record) : arm_(record.arm), name_(record.as) {}
 
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     if (!rehearsal.touched[arm_]) {
-      findings.error(pointer, fmt::format("the last motion of '{}' was not guarded, so there is no contact", arm_),
-                     "a motion with \"until\" directly before");
+      diagnostics.error(Code::kRequires, pointer,
+                        fmt::format("the last motion of '{}' was not guarded, so there is no contact", arm_),
+                        "a motion with \"until\" directly before");
     }
     if (rehearsal.contacts.contains(name_)) {
-      findings.warning(pointer + "/as", fmt::format("contact '{}' is recorded again; the later one counts", name_));
+      diagnostics.warning(Code::kDuplicate, pointer + "/as",
+                          fmt::format("contact '{}' is recorded again; the later one counts", name_));
     }
     rehearsal.contacts[name_] = arm_;
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
-    return std::make_unique<ImmediateRun>([this](Context& context, Findings& findings) {
+    return std::make_unique<ImmediateRun>([this](Context& context, Diagnostics& diagnostics) {
       const auto touch = context.variables.touches.find(arm_);
       if (touch == context.variables.touches.end()) {
-        findings.error({}, fmt::format("the last motion of '{}' ended without a contact", arm_),
-                       "known(touch('...')) asks before");
+        diagnostics.error(Code::kNoContact, {}, fmt::format("the last motion of '{}' ended without a contact", arm_),
+                          "known(touch('...')) asks before");
         return false;
       }
       context.variables.contacts[name_] = {name_, touch->second.p_W, touch->second.radius};
@@ -162,8 +164,9 @@ struct FitRequest : OperationHead {
 /// The fit of an object may replace what the file says of this object, and of nothing else.
 void check_estimate(FitRequest& request, const ReadContext& from) {
   if (request.as == request.object || !from.cell.frames.contains(request.as)) return;
-  from.reader.findings().error(from.reader.at("as"), fmt::format("'{}' cannot be the name of an estimate", request.as),
-                               fmt::format("a new name, or '{}'", request.object));
+  from.reader.diagnostics().error(Code::kInvalidName, from.reader.at("as"),
+                                  fmt::format("'{}' cannot be the name of an estimate", request.as),
+                                  fmt::format("a new name, or '{}'", request.object));
 }
 
 const std::vector<std::string>& coordinate_names() {
@@ -176,9 +179,9 @@ void read_coordinates(const ParameterInfo& row, const ReadContext& from, FitRequ
   for (std::size_t i = 0; i < free.size(); ++i) {
     const auto found = std::ranges::find(coordinate_names(), free[i]);
     if (found == coordinate_names().end()) {
-      from.reader.findings().error(from.reader.at(row.key) + pointer_segment(i),
-                                   fmt::format("unknown coordinate '{}'", free[i]),
-                                   nearest_choice(free[i], coordinate_names()));
+      from.reader.diagnostics().error(Code::kUnknownName, from.reader.at(row.key) + pointer_segment(i),
+                                      fmt::format("unknown coordinate '{}'", free[i]),
+                                      nearest_choice(free[i], coordinate_names()));
     } else {
       request.free.push_back(static_cast<world::Coordinate>(found - coordinate_names().begin()));
     }
@@ -214,61 +217,62 @@ class FitPoseStep final : public Step {
  public:
   explicit FitPoseStep(FitRequest request) : request_(std::move(request)) {}
 
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     for (std::size_t i = 0; i < request_.contacts.size(); ++i) {
       const std::string& name = request_.contacts[i];
       if (rehearsal.contacts.contains(name)) continue;
-      findings.error(pointer + "/contacts" + pointer_segment(i),
-                     fmt::format("no contact '{}' is recorded before this", name),
-                     nearest_choice(name, keys_of(rehearsal.contacts)));
+      diagnostics.error(Code::kUnknownName, pointer + "/contacts" + pointer_segment(i),
+                        fmt::format("no contact '{}' is recorded before this", name),
+                        nearest_choice(name, keys_of(rehearsal.contacts)));
     }
     if (request_.contacts.size() < request_.free.size()) {
-      findings.error(pointer + "/contacts",
-                     fmt::format("{} contacts for {} free coordinates", request_.contacts.size(), request_.free.size()),
-                     "at least one contact a coordinate");
+      diagnostics.error(
+          Code::kWrongSize, pointer + "/contacts",
+          fmt::format("{} contacts for {} free coordinates", request_.contacts.size(), request_.free.size()),
+          "at least one contact a coordinate");
     }
     const auto X_WO = rehearsal.cell.frames.pose(request_.object);
-    if (X_WO) findings.append(rehearsal.cell.frames.set(request_.as, "world", *X_WO), pointer + "/as");
+    if (X_WO) diagnostics.append(rehearsal.cell.frames.set(request_.as, "world", *X_WO), pointer + "/as");
     rehearsal.estimates.insert(request_.as);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
     return std::make_unique<ImmediateRun>(
-        [this](Context& context, Findings& findings) { return fit(context, findings); });
+        [this](Context& context, Diagnostics& diagnostics) { return fit(context, diagnostics); });
   }
 
  private:
   /// The fit is done in the axes of the object's nominal frame, so that "x" in the file is the object's own x.
-  bool fit(Context& context, Findings& findings) const {
+  bool fit(Context& context, Diagnostics& diagnostics) const {
     const Eigen::Isometry3d X_WN = *context.cell.frames.pose(request_.object);
     std::vector<world::Contact> contacts;
     for (const std::string& name : request_.contacts) {
       const auto found = context.variables.contacts.find(name);
       if (found == context.variables.contacts.end()) {
-        findings.error("/contacts", fmt::format("contact '{}' was not recorded", name),
-                       nearest_choice(name, keys_of(context.variables.contacts)));
+        diagnostics.error(Code::kNoContact, "/contacts", fmt::format("contact '{}' was not recorded", name),
+                          nearest_choice(name, keys_of(context.variables.contacts)));
         continue;
       }
       contacts.push_back(found->second);
       contacts.back().p_R = X_WN.inverse() * found->second.p_R;
     }
-    if (findings.has_errors()) return false;
+    if (diagnostics.has_errors()) return false;
     const world::Object& object = context.cell.objects.find(request_.object)->second;
     const auto fit =
         world::fit_pose(object, contacts, Eigen::Isometry3d::Identity(), request_.free, request_.max_residual);
     if (!fit) {
-      findings.append(fit.error());
+      diagnostics.append(fit.error());
       return false;
     }
     const Eigen::Isometry3d X_WO = X_WN * fit->X_RO;
     context.variables.estimates[request_.as] = X_WO;
     context.variables.residuals[request_.as] = fit->rms_residual;
-    findings.append(context.cell.frames.set(request_.as, "world", X_WO), "/as");
+    diagnostics.append(context.cell.frames.set(request_.as, "world", X_WO), "/as");
     const Eigen::Vector3d step = fit->X_RO.translation() * 1e3;
     context.event(
         "program", "estimate",
         fmt::format("{}: ({:+.3f}, {:+.3f}, {:+.3f}) mm off nominal", request_.as, step.x(), step.y(), step.z()));
-    return !findings.has_errors();
+    return !diagnostics.has_errors();
   }
 
   FitRequest request_;
@@ -281,20 +285,20 @@ const std::vector<ParameterInfo>& record_contact_parameter_list() { return recor
 const std::vector<ParameterInfo>& fit_pose_parameter_list() { return fit_pose_parameters().list(); }
 
 std::unique_ptr<Step> parse_tare(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                 Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                 Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   return std::make_unique<TareStep>(tare_parameters().read(reader, cell));
 }
 
 std::unique_ptr<Step> parse_record_contact(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                           Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                           Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   return std::make_unique<RecordContactStep>(record_contact_parameters().read(reader, cell));
 }
 
 std::unique_ptr<Step> parse_fit_pose(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                     Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                     Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   return std::make_unique<FitPoseStep>(fit_pose_parameters().read(reader, cell));
 }
 

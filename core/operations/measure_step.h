@@ -12,13 +12,13 @@ namespace takt::activity {
 
 /// "tare": averages a force/torque sensor at rest and keeps the offset for all later conditions.
 [[nodiscard]] std::unique_ptr<Step> parse_tare(const nlohmann::ordered_json& json, const std::string& pointer,
-                                               const command::Cell& cell, Findings& findings);
+                                               const command::Cell& cell, Diagnostics& diagnostics);
 /// "record_contact": keeps the last touch of an arm under a name.
 [[nodiscard]] std::unique_ptr<Step> parse_record_contact(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                         const command::Cell& cell, Findings& findings);
+                                                         const command::Cell& cell, Diagnostics& diagnostics);
 /// "fit_pose": finds the pose of an object whose surface explains recorded contacts; makes it a frame.
 [[nodiscard]] std::unique_ptr<Step> parse_fit_pose(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                   const command::Cell& cell, Findings& findings);
+                                                   const command::Cell& cell, Diagnostics& diagnostics);
 
 [[nodiscard]] const std::vector<ParameterInfo>& tare_parameter_list();
 [[nodiscard]] const std::vector<ParameterInfo>& record_contact_parameter_list();

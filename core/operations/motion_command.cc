@@ -47,7 +47,7 @@ class MotionCommand final : public CommandRequest {
   [[nodiscard]] const std::string& arm() const { return requests.front().arm; }
   [[nodiscard]] const std::string& follower() const { return requests.front().follower; }
 
-  [[nodiscard]] MadeCommand make(const Making& making, const std::string& key) const override {
+  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
     const bool alone = follower().empty();
     const command::Actuator actuator =
         alone ? command::arm(making.cell, arm()) : command::arm_pair(making.cell, arm(), follower());
@@ -85,32 +85,33 @@ class MotionCommand final : public CommandRequest {
     return made;
   }
 
-  void rehearse(Rehearsal& rehearsal, Findings&) const override {
+  void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     if (!follower().empty()) rehearsal.touched[follower()] = false;
     rehearsal.touched[arm()] = requests.back().until.has_value();
   }
 
   void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
-              Findings& findings) const override {
+              Diagnostics& diagnostics) const override {
     if (ended.value<net::Frame>(key + " no force")) {
-      findings.error(pointer + offset_place() + "/sensor",
-                     fmt::format("'{}' did not answer, so the arm stopped on its path", force().sensor),
-                     "its power and its wires");
+      diagnostics.error(Code::kSensorSilent, pointer + offset_place() + "/sensor",
+                        fmt::format("'{}' did not answer, so the arm stopped on its path", force().sensor),
+                        "its power and its wires");
     }
-    tell_broken(ended, key, findings);
+    tell_broken(ended, key, diagnostics);
     const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
     if (!completed && !was_cancelled) return;  // it was never started
     for (const std::string& moved : {arm(), follower()}) context.variables.touches.erase(moved);
     if (!requests.back().until) return;
     if (const auto X_BT = ended.value<net::Frame>(key + " touch"))
-      return findings.append(note_touch(context, arm(), *X_BT), pointer);
+      return diagnostics.append(note_touch(context, arm(), *X_BT), pointer);
     const std::string place = pointer + places.back() + "/until";
     if (ended.value<net::Frame>(key + " silent")) {
-      findings.error(place, "a sensor of the condition did not answer, so the arm stopped on its path",
-                     "its power and its wires");
+      diagnostics.error(Code::kSensorSilent, place,
+                        "a sensor of the condition did not answer, so the arm stopped on its path",
+                        "its power and its wires");
     } else if (requests.back().must_touch && !was_cancelled && !cancelled) {
-      findings.error(place, "the motion reached its end and the condition never held",
-                     "a longer motion, another threshold, or \"on_end\": \"continue\"");
+      diagnostics.error(Code::kConditionNotMet, place, "the motion reached its end and the condition never held",
+                        "a longer motion, another threshold, or \"on_end\": \"continue\"");
     }
   }
 
@@ -119,7 +120,7 @@ class MotionCommand final : public CommandRequest {
     return fmt::format("{} unless {}", key, part);
   }
   /// What must not hold cancels it, each while its motion is being done.
-  void add_unless(const Making& making, const std::string& key, const command::Action& action,
+  void add_unless(const BuildContext& making, const std::string& key, const command::Action& action,
                   command::RuntimeCommand& moved, MadeCommand& made) const {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       if (!requests[i].unless) continue;
@@ -132,20 +133,21 @@ class MotionCommand final : public CommandRequest {
       moved.capture(unless_of(key, i) + " silent", action.progress(), is_null(command::BooleanSensor(holds.node())));
     }
   }
-  void tell_broken(const ActivityRun& ended, const std::string& key, Findings& findings) const {
+  void tell_broken(const ActivityRun& ended, const std::string& key, Diagnostics& diagnostics) const {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       const std::string place = pointer + places[i] + "/unless";
       if (ended.value<net::Real>(unless_of(key, i))) {
-        findings.error(place, "this must not hold and did, so the arm stopped on its path",
-                       "what made it hold; \"try\" around the step");
+        diagnostics.error(Code::kAbortCondition, place, "this must not hold and did, so the arm stopped on its path",
+                          "what made it hold; \"try\" around the step");
       } else if (ended.value<net::Real>(unless_of(key, i) + " silent")) {
-        findings.error(place, "a sensor of the condition did not answer, so the arm stopped on its path",
-                       "its power and its wires");
+        diagnostics.error(Code::kSensorSilent, place,
+                          "a sensor of the condition did not answer, so the arm stopped on its path",
+                          "its power and its wires");
       }
     }
   }
   /// Planned when everything before it is, with machines where they are then.
-  [[nodiscard]] command::Action motion(const Making& making) const {
+  [[nodiscard]] command::Action motion(const BuildContext& making) const {
     return command::planned_by(kind(), command::SetPointKind::kPath, [this, making](const command::Places& q_start) {
       const command::Cell cell = cell_at(making.cell, q_start);
       auto plan = plan_motions(requests, cell, q_start.at(arm()));
@@ -159,7 +161,7 @@ class MotionCommand final : public CommandRequest {
     });
   }
   /// Of two arms as one, which hold what they move as they stand where it begins.
-  [[nodiscard]] command::Action pair_motion(const Making& making) const {
+  [[nodiscard]] command::Action pair_motion(const BuildContext& making) const {
     return command::planned_by(kind(), command::SetPointKind::kPair, [this, making](const command::Places& q_start) {
       const command::Cell cell = cell_at(making.cell, q_start);
       const JointVector &q = q_start.at(arm()), &q_follower = q_start.at(follower());
@@ -174,14 +176,14 @@ class MotionCommand final : public CommandRequest {
     });
   }
   [[nodiscard]] const char* kind() const { return requests.size() == 1 ? name_of(requests.front().kind) : "motions"; }
-  /// Findings of a plan, below the pointer of this.
-  [[nodiscard]] std::unexpected<Findings> placed(const Findings& findings) const {
-    Findings below;
-    below.append(findings, places.front());
+  /// Diagnostics of a plan, below the pointer of this.
+  [[nodiscard]] std::unexpected<Diagnostics> placed(const Diagnostics& diagnostics) const {
+    Diagnostics below;
+    below.append(diagnostics, places.front());
     return std::unexpected(std::move(below));
   }
 
-  [[nodiscard]] command::Action with_overlay(const Making& making, command::Action motion) const {
+  [[nodiscard]] command::Action with_overlay(const BuildContext& making, command::Action motion) const {
     if (std::ranges::any_of(requests, [](const auto& request) { return request.overlay.weave.has_value(); }))
       motion = command::weave_each(motion, weaves_of(requests));
     if (const auto first = first_offset(requests))
@@ -196,65 +198,67 @@ class MotionCommand final : public CommandRequest {
 };
 
 std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std::string& pointer,
-                                     const command::Cell& cell, Findings& findings) {
+                                     const command::Cell& cell, Diagnostics& diagnostics) {
   auto command = std::make_unique<MotionCommand>();
-  command->requests.push_back(read_motion(kind, json, pointer, cell, findings));
+  command->requests.push_back(read_motion(kind, json, pointer, cell, diagnostics));
   command->places.emplace_back();
   const MotionRequest& request = command->requests.back();
   command->compliance = request.compliance;
   if (request.blend.kind != motion::Blend::Kind::kNone) {
-    findings.error(pointer + (json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
-                   "a command of its own has nothing to blend into", "\"do\": \"motions\" with several");
+    diagnostics.error(Code::kConflict, pointer + (json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
+                      "a command of its own has nothing to blend into", "\"do\": \"motions\" with several");
   }
   return command;
 }
 
 /// One arm, or the same two as one.
-void check_movers(const MotionCommand& command, const std::string& pointer, Findings& findings) {
+void check_movers(const MotionCommand& command, const std::string& pointer, Diagnostics& diagnostics) {
   const MotionRequest& first = command.requests.front();
   for (std::size_t i = 0; i < command.requests.size(); ++i) {
     const MotionRequest& request = command.requests[i];
     const std::string place = pointer + command.places[i];
     if (request.arm != first.arm) {
-      findings.error(place + "/arm", fmt::format("'{}' after '{}'", request.arm, first.arm), "one arm for all of them");
+      diagnostics.error(Code::kConflict, place + "/arm", fmt::format("'{}' after '{}'", request.arm, first.arm),
+                        "one arm for all of them");
     } else if (request.follower != first.follower) {
       const auto movers = [](const MotionRequest& one) {
         return one.follower.empty() ? fmt::format("'{}' alone", one.arm)
                                     : fmt::format("'{}' and '{}' as one", one.arm, one.follower);
       };
-      findings.error(place + (request.follower.empty() ? "" : "/follower"),
-                     fmt::format("{} after {}", movers(request), movers(first)), "the same 'follower' at all of them");
+      diagnostics.error(Code::kConflict, place + (request.follower.empty() ? "" : "/follower"),
+                        fmt::format("{} after {}", movers(request), movers(first)),
+                        "the same 'follower' at all of them");
     }
   }
-  if (command.compliance && !first.follower.empty()) check_springs_of_two(*command.compliance, pointer, findings);
+  if (command.compliance && !first.follower.empty()) check_springs_of_two(*command.compliance, pointer, diagnostics);
 }
 
 }  // namespace
 
 std::unique_ptr<CommandRequest> read_ptp_command(const Json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Findings& findings) {
-  return read(PathKind::kPtp, json, pointer, cell, findings);
+                                                 const command::Cell& cell, Diagnostics& diagnostics) {
+  return read(PathKind::kPtp, json, pointer, cell, diagnostics);
 }
 std::unique_ptr<CommandRequest> read_lin_command(const Json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Findings& findings) {
-  if (json.contains("base_to")) return read_carried_command(json, pointer, cell, findings);
-  return read(PathKind::kLin, json, pointer, cell, findings);
+                                                 const command::Cell& cell, Diagnostics& diagnostics) {
+  if (json.contains("base_to")) return read_carried_command(json, pointer, cell, diagnostics);
+  return read(PathKind::kLin, json, pointer, cell, diagnostics);
 }
 std::unique_ptr<CommandRequest> read_circ_command(const Json& json, const std::string& pointer,
-                                                  const command::Cell& cell, Findings& findings) {
-  return read(PathKind::kCirc, json, pointer, cell, findings);
+                                                  const command::Cell& cell, Diagnostics& diagnostics) {
+  return read(PathKind::kCirc, json, pointer, cell, diagnostics);
 }
 std::unique_ptr<CommandRequest> read_spline_command(const Json& json, const std::string& pointer,
-                                                    const command::Cell& cell, Findings& findings) {
-  return read(PathKind::kSpline, json, pointer, cell, findings);
+                                                    const command::Cell& cell, Diagnostics& diagnostics) {
+  return read(PathKind::kSpline, json, pointer, cell, diagnostics);
 }
 
 std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std::string& pointer,
-                                                     const command::Cell& cell, Findings& findings) {
+                                                     const command::Cell& cell, Diagnostics& diagnostics) {
   static constexpr std::pair<const char*, PathKind> kKinds[] = {
       {"ptp", PathKind::kPtp}, {"lin", PathKind::kLin}, {"circ", PathKind::kCirc}, {"spline", PathKind::kSpline}};
   auto command = std::make_unique<MotionCommand>();
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   (void)reader.text("do");
   (void)read_name(reader, "");
   command->compliance = read_compliance(reader);
@@ -265,40 +269,43 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     const Json word = step.is_object() ? step.value("do", Json()) : Json();
     const auto* kind = std::ranges::find_if(kKinds, [&](const auto& one) { return word == one.first; });
     if (kind == std::end(kKinds)) {
-      findings.error(pointer + place + "/do", fmt::format("{} is no planned motion", short_dump(word)),
-                     "ptp, lin, circ or spline");
+      diagnostics.error(Code::kUnknownName, pointer + place + "/do",
+                        fmt::format("{} is no planned motion", short_dump(word)), "ptp, lin, circ or spline");
       continue;
     }
     Json alone = step;
     if (alone.erase("base_to") > 0)
-      findings.error(pointer + place + "/base_to", "a motion with a base is not blended", "a 'lin' of its own");
-    command->requests.push_back(read_motion(kind->second, alone, pointer + place, cell, findings));
+      diagnostics.error(Code::kConflict, pointer + place + "/base_to", "a motion with a base is not blended",
+                        "a 'lin' of its own");
+    command->requests.push_back(read_motion(kind->second, alone, pointer + place, cell, diagnostics));
     command->places.push_back(place);
   }
   reader.finish();
   if (command->requests.empty()) {
-    findings.error(pointer + "/steps", "no motion stands here", "one at least");
+    diagnostics.error(Code::kMissing, pointer + "/steps", "no motion stands here", "one at least");
     command->requests.emplace_back();
     command->places.emplace_back();
   }
-  check_movers(*command, pointer, findings);
-  const Findings mixed = check_offsets(command->requests);
-  for (Finding finding : mixed.list()) {
-    finding.pointer = pointer + "/steps" + finding.pointer;
-    findings.add(std::move(finding));
+  check_movers(*command, pointer, diagnostics);
+  const Diagnostics mixed = check_offsets(command->requests);
+  for (Diagnostic diagnostic : mixed.list()) {
+    diagnostic.pointer = pointer + "/steps" + diagnostic.pointer;
+    diagnostics.add(std::move(diagnostic));
   }
   for (std::size_t i = 0; i < command->requests.size(); ++i) {
     const MotionRequest& request = command->requests[i];
     const bool last = i + 1 == command->requests.size(), blends = request.blend.kind != motion::Blend::Kind::kNone;
     if (request.compliance)
-      findings.error(pointer + command->places[i] + "/compliance", "one motion of several gives way otherwise",
-                     "'compliance' beside 'steps', for all of them");
+      diagnostics.error(Code::kConflict, pointer + command->places[i] + "/compliance",
+                        "one motion of several gives way otherwise", "'compliance' beside 'steps', for all of them");
     if (!last && request.until)
-      findings.error(pointer + command->places[i] + "/until", "only the last of them may be guarded", "on the last");
+      diagnostics.error(Code::kConflict, pointer + command->places[i] + "/until",
+                        "only the last of them may be guarded", "on the last");
     if (last == blends && steps != nullptr && !steps->empty())
-      findings.error(pointer + command->places[i],
-                     last ? "the last motion has nothing to blend into" : "a motion that is not blended into the next",
-                     "'blend_m' or 'blend_fraction' on all but the last");
+      diagnostics.error(
+          Code::kConflict, pointer + command->places[i],
+          last ? "the last motion has nothing to blend into" : "a motion that is not blended into the next",
+          "'blend_m' or 'blend_fraction' on all but the last");
   }
   return command;
 }

@@ -90,7 +90,8 @@ void add_arc(Table& table) {
     if (!request.about) return;
     for (const char* key : {"to", "via"}) {
       if (from.reader.has(key))
-        from.reader.findings().error(from.reader.at(key), fmt::format("'{}' and 'about'", key), "one of them");
+        from.reader.diagnostics().error(Code::kConflict, from.reader.at(key), fmt::format("'{}' and 'about'", key),
+                                        "one of them");
     }
   });
 }
@@ -103,15 +104,17 @@ void read_through(const ParameterInfo& row, const ReadContext& from, MotionReque
   const std::string pointer = reader.at(row.key);
   std::size_t joints = 0;
   for (std::size_t i = 0; i < list->size(); ++i) {
-    request.through.push_back(read_goal((*list)[i], pointer + pointer_segment(i), arm, reader.findings()));
+    request.through.push_back(read_goal((*list)[i], pointer + pointer_segment(i), arm, reader.diagnostics()));
     joints += request.through.back().is_joints();
   }
   constexpr std::size_t kMost = 200;
   if (list->size() < 2 || list->size() > kMost) {
-    reader.findings().error(pointer, fmt::format("{} points", list->size()), fmt::format("from 2 to {}", kMost));
+    reader.diagnostics().error(Code::kWrongSize, pointer, fmt::format("{} points", list->size()),
+                               fmt::format("from 2 to {}", kMost));
   }
   if (joints != 0 && joints != list->size()) {
-    reader.findings().error(pointer, "joint positions and poses in one spline", "points of one kind");
+    reader.diagnostics().error(Code::kConflict, pointer, "joint positions and poses in one spline",
+                               "points of one kind");
   }
 }
 
@@ -138,38 +141,42 @@ void add_follower(Table& table) {
 
 void check_follower(MotionRequest& request, const ReadContext& from) {
   if (request.follower.empty()) return;
-  Findings& findings = from.reader.findings();
+  Diagnostics& diagnostics = from.reader.diagnostics();
   const std::string place = from.reader.at("follower");
   if (request.kind != PathKind::kLin && request.kind != PathKind::kCirc) {
-    findings.error(place, "two arms move as one only on the path of a frame", "lin or circ");
+    diagnostics.error(Code::kConflict, place, "two arms move as one only on the path of a frame", "lin or circ");
   } else if (request.follower == request.arm && !request.arm.empty()) {
-    findings.error(place, fmt::format("'{}' leads already", request.arm), "another arm");
+    diagnostics.error(Code::kConflict, place, fmt::format("'{}' leads already", request.arm), "another arm");
   }
-  if (request.compliance) check_springs_of_two(*request.compliance, from.reader.pointer(), findings);
+  if (request.compliance) check_springs_of_two(*request.compliance, from.reader.pointer(), diagnostics);
   if (request.overlay.any())
-    findings.error(place, "two arms as one with a weave or a force offset", "one arm, or a plain motion");
+    diagnostics.error(Code::kConflict, place, "two arms as one with a weave or a force offset",
+                      "one arm, or a plain motion");
 }
 
 /// What two arms do to each other is felt by their own sensors.
 void check_internal_force(const command::Condition& condition, const command::Cell& cell, const std::string& place,
-                          const MotionRequest& request, Findings& findings) {
+                          const MotionRequest& request, Diagnostics& diagnostics) {
   for (const command::Condition& operand : condition.operands)
-    check_internal_force(operand, cell, place, request, findings);
+    check_internal_force(operand, cell, place, request, diagnostics);
   if (condition.kind != command::Condition::Kind::kInternalForce) return;
   for (const std::string& name : {condition.device, condition.other}) {
     const std::string& arm = cell.sensors.find(name)->second.arm;
     if (arm.empty() || arm == request.arm || arm == request.follower) continue;
-    findings.error(place, fmt::format("an internal force that '{}' feels, which is on '{}'", name, arm),
-                   fmt::format("sensors of '{}' and '{}'", request.arm, request.follower));
+    diagnostics.error(Code::kConflict, place,
+                      fmt::format("an internal force that '{}' feels, which is on '{}'", name, arm),
+                      fmt::format("sensors of '{}' and '{}'", request.arm, request.follower));
   }
 }
 
 void check_ends(MotionRequest& request, const ReadContext& from) {
   if (from.reader.has("on_end") && !request.must_touch && !from.reader.has("until"))
-    from.reader.findings().error(from.reader.at("on_end"), "'on_end' without 'until'", "a guarded motion");
+    from.reader.diagnostics().error(Code::kConflict, from.reader.at("on_end"), "'on_end' without 'until'",
+                                    "a guarded motion");
   if (request.follower.empty()) return;
   for (const auto& [key, condition] : {std::pair("until", &request.until), {"unless", &request.unless}}) {
-    if (*condition) check_internal_force(**condition, from.cell, from.reader.at(key), request, from.reader.findings());
+    if (*condition)
+      check_internal_force(**condition, from.cell, from.reader.at(key), request, from.reader.diagnostics());
   }
 }
 
@@ -181,20 +188,20 @@ void check_overlay(MotionRequest& request, const ReadContext& from) {
   if (overlay.force) {
     const auto mounted = from.cell.sensors.find(overlay.force->sensor);
     if (mounted != from.cell.sensors.end() && mounted->second.arm != request.arm)
-      reader.findings().error(reader.at("force_offset") + "/sensor",
-                              fmt::format("'{}' is not on '{}'", overlay.force->sensor, request.arm),
-                              "a sensor on this arm");
+      reader.diagnostics().error(Code::kConflict, reader.at("force_offset") + "/sensor",
+                                 fmt::format("'{}' is not on '{}'", overlay.force->sensor, request.arm),
+                                 "a sensor on this arm");
   }
   if (overlay.weave && overlay.force)
-    reader.findings().error(reader.at("force_offset"), "a weave and a force offset", "one of them");
+    reader.diagnostics().error(Code::kConflict, reader.at("force_offset"), "a weave and a force offset", "one of them");
   const bool moves_joints =
       request.kind == PathKind::kPtp || (!request.through.empty() && request.through.front().is_joints());
   if (!moves_joints) return;
-  reader.findings().error(reader.at(overlay.weave ? "weave" : "force_offset"),
-                          fmt::format("C8: {} moves joints, so there is nothing to {}",
-                                      request.kind == PathKind::kPtp ? "PTP" : "a spline of joints",
-                                      overlay.weave ? "weave beside" : "shift"),
-                          "a motion of a frame");
+  reader.diagnostics().error(Code::kConflict, reader.at(overlay.weave ? "weave" : "force_offset"),
+                             fmt::format("C8: {} moves joints, so there is nothing to {}",
+                                         request.kind == PathKind::kPtp ? "PTP" : "a spline of joints",
+                                         overlay.weave ? "weave beside" : "shift"),
+                             "a motion of a frame");
 }
 
 // -- How it goes on ------------------------------------------------------------------------------------------------
@@ -217,10 +224,11 @@ void check_blend(MotionRequest& request, const ReadContext& from) {
   ObjectReader& reader = from.reader;
   const bool distance = reader.has("blend_m"), fraction = reader.has("blend_fraction");
   if (distance && fraction)
-    reader.findings().error(reader.at("blend_fraction"), "a blend by distance and by fraction", "one of them");
+    reader.diagnostics().error(Code::kConflict, reader.at("blend_fraction"), "a blend by distance and by fraction",
+                               "one of them");
   if ((distance || fraction) && request.until)
-    reader.findings().error(reader.at(distance ? "blend_m" : "blend_fraction"), "a guarded motion is not blended",
-                            "a motion without 'until'");
+    reader.diagnostics().error(Code::kConflict, reader.at(distance ? "blend_m" : "blend_fraction"),
+                               "a guarded motion is not blended", "a motion without 'until'");
 }
 
 Table make_table(PathKind kind) {
@@ -285,8 +293,8 @@ const ParameterTable<MotionRequest>& motion_parameters(PathKind kind) {
 }
 
 MotionRequest read_motion(PathKind kind, const Json& json, const std::string& pointer, const command::Cell& cell,
-                          Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                          Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   MotionRequest request = motion_parameters(kind).read(reader, cell);
   constexpr std::string_view kNames[] = {"ptp", "lin", "circ", "spline"};
   if (request.name.empty()) request.name = kNames[static_cast<std::size_t>(kind)];

@@ -27,7 +27,7 @@ using kinematics::JointVector;
 /// An arm with fewer than six joints goes to the place and turns the tool as near as it can; `notes` tells by how much
 /// it fails.
 std::optional<JointVector> nearest_place(const command::MountedArm& arm, const Eigen::Isometry3d& X_BT,
-                                         const JointVector& q, Findings& notes) {
+                                         const JointVector& q, Diagnostics& notes) {
   const kinematics::Chain& chain = *arm.device->description().chain;
   auto place = kinematics::nearest_place(chain, X_BT, arm.X_FT, q);
   if (!place) return std::nullopt;
@@ -40,7 +40,7 @@ std::optional<JointVector> nearest_place(const command::MountedArm& arm, const E
 }
 
 Result<JointVector> nearest_configuration(const command::MountedArm& mounted, const Eigen::Isometry3d& X_BT,
-                                          const JointVector& q, Findings& notes) {
+                                          const JointVector& q, Diagnostics& notes) {
   const device::ArmDescription& arm = mounted.device->description();
   const Eigen::Isometry3d X_BF = X_BT * mounted.X_FT.inverse();
   // A base that should tilt is told so; an arm of few joints turns its tool as far as it can.
@@ -52,38 +52,39 @@ Result<JointVector> nearest_configuration(const command::MountedArm& mounted, co
   options.most = 1;
   const auto solutions = kinematics::inverse_solutions(*arm.chain, X_BF, options);
   if (!solutions.empty()) return solutions.front();
-  Findings short_of;
+  Diagnostics short_of;
   if (arm.inverse) motion::check_directions(*arm.inverse, q, X_BF, "", short_of);
   if (short_of.has_errors()) return std::unexpected(std::move(short_of));
   const Eigen::Vector3d p = X_BF.translation();
-  return failure("",
+  return failure(Code::kUnreachable, "",
                  fmt::format("the goal is out of reach: flange at ({:.3f}, {:.3f}, {:.3f}) m in the arm's base", p.x(),
                              p.y(), p.z()),
                  "a pose that some joint configuration inside the limits reaches");
 }
 
 /// The planner speaks of "/goal/2" and "/start/2"; the file has the goal at "/to".
-Findings as_seen_in_file(const Findings& findings) {
+Diagnostics as_seen_in_file(const Diagnostics& diagnostics) {
   constexpr std::pair<std::string_view, std::string_view> kPlaces[] = {
       {"/goal", "/to"},         {"/points", "/through"},        {"/centre", "/about/position_m"},
       {"/axis", "/about/axis"}, {"/angle", "/about/angle_deg"}, {"/ramp", "/weave/ramp_s"}};
-  Findings renamed;
-  for (Finding finding : findings.list()) {
+  Diagnostics renamed;
+  for (Diagnostic diagnostic : diagnostics.list()) {
     for (const auto& [theirs, ours] : kPlaces) {
-      if (!finding.pointer.starts_with(theirs)) continue;
+      if (!diagnostic.pointer.starts_with(theirs)) continue;
       const bool one_of_many = theirs == "/points";
-      finding.pointer = std::string(ours) + (one_of_many ? finding.pointer.substr(theirs.size()) : "");
+      diagnostic.pointer = std::string(ours) + (one_of_many ? diagnostic.pointer.substr(theirs.size()) : "");
       break;
     }
-    if (finding.pointer.starts_with("/start") || finding.pointer.starts_with("/options")) finding.pointer.clear();
-    renamed.add(std::move(finding));
+    if (diagnostic.pointer.starts_with("/start") || diagnostic.pointer.starts_with("/options"))
+      diagnostic.pointer.clear();
+    renamed.add(std::move(diagnostic));
   }
   return renamed;
 }
 
-std::unexpected<Findings> at_place(const Findings& findings, std::string_view place) {
-  Findings placed;
-  placed.append(findings, place);
+std::unexpected<Diagnostics> at_place(const Diagnostics& diagnostics, std::string_view place) {
+  Diagnostics placed;
+  placed.append(diagnostics, place);
   return std::unexpected(std::move(placed));
 }
 
@@ -97,8 +98,8 @@ Result<Eigen::Isometry3d> goal_pose(const Goal& goal, const command::Cell& cell,
 }
 
 Result<JointVector> joints_of(const MotionRequest& request, const command::Cell& cell, const JointVector& q,
-                              Findings& notes) {
-  Findings own;
+                              Diagnostics& notes) {
+  Diagnostics own;
   auto joints = goal_joints(request.goal, cell, request.arm, q, own);
   notes.append(own, "/to");
   return joints ? joints : Result<JointVector>(at_place(joints.error(), "/to"));
@@ -141,7 +142,7 @@ Result<motion::Leg> geometry_of(const MotionRequest& request, const command::Cel
   const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   switch (request.kind) {
     case PathKind::kPtp: {
-      Findings unheard;  // of a sequence only the way is told
+      Diagnostics unheard;  // of a sequence only the way is told
       const auto q_goal = joints_of(request, cell, q, unheard);
       if (!q_goal) return std::unexpected(q_goal.error());
       return motion::ptp_leg(arm, q, *q_goal);
@@ -170,7 +171,7 @@ Result<motion::Leg> leg_of(const MotionRequest& request, const command::Cell& ce
 
 /// PTP and LIN alone have planners of their own: the shortest way from a goal to a motion.
 Result<motion::Motion> plan_single(const MotionRequest& request, const command::Cell& cell, const JointVector& q,
-                                   Findings& notes) {
+                                   Diagnostics& notes) {
   const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   const motion::MotionOptions options{.velocity = request.velocity,
                                       .acceleration = request.acceleration,
@@ -184,7 +185,7 @@ Result<motion::Motion> plan_single(const MotionRequest& request, const command::
   }
   const auto X_goal = goal_pose(request.goal, cell, request.arm, q);
   if (!X_goal) return at_place(X_goal.error(), "/to");
-  if (!arm.inverse) return failure("", "an arm of fewer than three joints follows no line", "PTP");
+  if (!arm.inverse) return failure(Code::kConflict, "", "an arm of fewer than three joints follows no line", "PTP");
   return motion::plan_lin(arm.chain, *arm.inverse, arm.limits, arm.cartesian, q, *X_goal, {}, options);
 }
 
@@ -196,13 +197,13 @@ std::size_t index_in(std::string_view pointer) {
 }
 
 /// Notes speak of "/1/blend"; the file has that at the key of that step.
-Findings as_notes(const Findings& notes, const std::vector<MotionRequest>& requests) {
-  Findings result;
-  for (Finding finding : notes.list()) {
-    const MotionRequest& request = requests.at(index_in(finding.pointer));
-    finding.pointer =
+Diagnostics as_notes(const Diagnostics& notes, const std::vector<MotionRequest>& requests) {
+  Diagnostics result;
+  for (Diagnostic diagnostic : notes.list()) {
+    const MotionRequest& request = requests.at(index_in(diagnostic.pointer));
+    diagnostic.pointer =
         request.pointer + (request.blend.kind == motion::Blend::Kind::kDistance ? "/blend_m" : "/blend_fraction");
-    result.add(std::move(finding));
+    result.add(std::move(diagnostic));
   }
   return result;
 }
@@ -213,14 +214,14 @@ std::string moved_by(const MotionRequest& request) {
   return request.follower.empty() ? request.arm : request.arm + "/" + request.follower;  // no name has a '/'
 }
 
-bool hangs_on_motion(const MotionRequest& request, const command::Cell& cell) {
-  const auto hangs = [&](const Goal& goal) { return hangs_on_motion(goal, cell, request.arm); };
+bool depends_on_moving_frame(const MotionRequest& request, const command::Cell& cell) {
+  const auto hangs = [&](const Goal& goal) { return depends_on_moving_frame(goal, cell, request.arm); };
   return hangs(request.goal) || (request.via && hangs(*request.via)) || std::ranges::any_of(request.through, hangs) ||
          (request.about && moves(cell.frames, request.about->in, request.arm));
 }
 
 Result<JointVector> goal_joints(const Goal& goal, const command::Cell& cell, const std::string& name,
-                                const JointVector& q, Findings& notes) {
+                                const JointVector& q, Diagnostics& notes) {
   const command::MountedArm& arm = cell.arms.find(name)->second;
   const auto resolved = resolve(goal, cell, name, q);
   if (!resolved) return std::unexpected(resolved.error());
@@ -228,19 +229,19 @@ Result<JointVector> goal_joints(const Goal& goal, const command::Cell& cell, con
   return nearest_configuration(arm, std::get<Eigen::Isometry3d>(*resolved), q, notes);
 }
 
-Findings of_motions(const Findings& findings, const std::vector<MotionRequest>& requests) {
-  Findings result;
+Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionRequest>& requests) {
+  Diagnostics result;
   for (std::size_t i = 0; i < requests.size(); ++i) {
-    Findings own;
+    Diagnostics own;
     const std::string prefix = pointer_segment(i);
-    for (Finding finding : findings.list()) {
-      const bool mine = finding.pointer == prefix || finding.pointer.starts_with(prefix + "/");
-      if (!mine && (i != 0 || finding.pointer.starts_with("/start") == false)) continue;
-      if (mine) finding.pointer.erase(0, prefix.size());
-      const bool named = finding.message.contains(fmt::format("'{}'", requests[i].name));
+    for (Diagnostic diagnostic : diagnostics.list()) {
+      const bool mine = diagnostic.pointer == prefix || diagnostic.pointer.starts_with(prefix + "/");
+      if (!mine && (i != 0 || diagnostic.pointer.starts_with("/start") == false)) continue;
+      if (mine) diagnostic.pointer.erase(0, prefix.size());
+      const bool named = diagnostic.message.contains(fmt::format("'{}'", requests[i].name));
       if (i > 0 && !named)
-        finding.message = fmt::format("in '{}', which is blended into: {}", requests[i].name, finding.message);
-      own.add(std::move(finding));
+        diagnostic.message = fmt::format("in '{}', which is blended into: {}", requests[i].name, diagnostic.message);
+      own.add(std::move(diagnostic));
     }
     result.append(as_seen_in_file(own));
   }
@@ -253,30 +254,30 @@ std::optional<std::size_t> first_offset(const std::vector<MotionRequest>& reques
   return static_cast<std::size_t>(first - requests.begin());
 }
 
-Findings check_offsets(const std::vector<MotionRequest>& requests) {
-  Findings findings;
+Diagnostics check_offsets(const std::vector<MotionRequest>& requests) {
+  Diagnostics diagnostics;
   const auto first = first_offset(requests);
-  if (!first) return findings;
+  if (!first) return diagnostics;
   const auto same = "the same 'force_offset' at both, or no blend between them";
   for (std::size_t i = *first + 1; i < requests.size(); ++i) {
     const MotionRequest &before = requests[i - 1], &now = requests[i];
     if (now.overlay.force == before.overlay.force) continue;
-    findings.error(pointer_segment(i) + "/force_offset",
-                   fmt::format("the force offset of '{}' ({}) does not go on in '{}' ({}), into which it is blended",
-                               before.name, before.pointer, now.name, now.pointer),
-                   same);
+    diagnostics.error(Code::kConflict, pointer_segment(i) + "/force_offset",
+                      fmt::format("the force offset of '{}' ({}) does not go on in '{}' ({}), into which it is blended",
+                                  before.name, before.pointer, now.name, now.pointer),
+                      same);
     break;
   }
   for (std::size_t i = 0; i < requests.size(); ++i) {
     if (!requests[i].overlay.weave) continue;
-    findings.error(
-        pointer_segment(i) + "/weave",
+    diagnostics.error(
+        Code::kConflict, pointer_segment(i) + "/weave",
         fmt::format("a weave of '{}' ({}) and a force offset of '{}' ({}), which are blended into each other",
                     requests[i].name, requests[i].pointer, requests[*first].name, requests[*first].pointer),
         "one of them, or no blend between them");
     break;
   }
-  return findings;
+  return diagnostics;
 }
 
 command::WeaveWishes weaves_of(const std::vector<MotionRequest>& requests) {
@@ -290,7 +291,7 @@ Result<motion::SequencePlan> plan_motions(const std::vector<MotionRequest>& requ
   const MotionRequest& first = requests.front();
   const bool single = requests.size() == 1 && (first.kind == PathKind::kPtp || first.kind == PathKind::kLin);
   if (single) {
-    Findings notes, placed;
+    Diagnostics notes, placed;
     auto motion = plan_single(first, cell, q, notes);
     if (!motion) return std::unexpected(as_seen_in_file(motion.error()));
     placed.append(notes, first.pointer);
@@ -320,12 +321,12 @@ Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionRequest>& req
     return plan;
   }
   // Of the follower, of the whole, of one of the motions.
-  Findings whole, all;
-  for (Finding finding : plan.error().list()) {
-    const bool follows = finding.pointer.starts_with("/follower");
-    if (!follows && !finding.pointer.starts_with("/goal")) continue;
-    if (follows) finding.pointer = "/follower";
-    whole.add(std::move(finding));
+  Diagnostics whole, all;
+  for (Diagnostic diagnostic : plan.error().list()) {
+    const bool follows = diagnostic.pointer.starts_with("/follower");
+    if (!follows && !diagnostic.pointer.starts_with("/goal")) continue;
+    if (follows) diagnostic.pointer = "/follower";
+    whole.add(std::move(diagnostic));
   }
   all.append(as_seen_in_file(whole));
   all.append(of_motions(plan.error(), requests));

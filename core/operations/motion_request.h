@@ -50,33 +50,33 @@ struct MotionRequest : OperationHead {
 
 [[nodiscard]] const ParameterTable<MotionRequest>& motion_parameters(PathKind kind);
 
-/// Reads a step. Findings: all that is wrong with its form.
+/// Reads a step. Diagnostics: all that is wrong with its form.
 [[nodiscard]] MotionRequest read_motion(PathKind kind, const nlohmann::ordered_json& json, const std::string& pointer,
-                                        const command::Cell& cell, Findings& findings);
+                                        const command::Cell& cell, Diagnostics& diagnostics);
 
 /// Where it leads to, or how, changes while machines move: a goal in a frame that does.
-[[nodiscard]] bool hangs_on_motion(const MotionRequest& request, const command::Cell& cell);
+[[nodiscard]] bool depends_on_moving_frame(const MotionRequest& request, const command::Cell& cell);
 
 /// Where a goal of an arm or a base lies in its joints: of a pose the solution next to q. `notes` tells how much an arm
-/// of few joints is turned away from it. @return findings without a place: unknown frame, out of reach. Realtime:
+/// of few joints is turned away from it. @return diagnostics without a place: unknown frame, out of reach. Realtime:
 /// setup.
 [[nodiscard]] Result<kinematics::JointVector> goal_joints(const Goal& goal, const command::Cell& cell,
                                                           const std::string& arm, const kinematics::JointVector& q,
-                                                          Findings& notes);
+                                                          Diagnostics& notes);
 
 /// What is laid over each of them.
 [[nodiscard]] command::WeaveWishes weaves_of(const std::vector<MotionRequest>& requests);
 /// The first motion with a force offset; nothing: none has one.
 [[nodiscard]] std::optional<std::size_t> first_offset(const std::vector<MotionRequest>& requests);
 /// A force offset may begin in a blend, but not change or end in one, and there is no weave in the same plan.
-/// @return findings "/1/force_offset" (index of the motion) that name both places
-[[nodiscard]] Findings check_offsets(const std::vector<MotionRequest>& requests);
-/// Findings of motions by number, "/1/ramp", as a program has them: below the step of the first; those of a later one
-/// are named in the text.
-[[nodiscard]] Findings of_motions(const Findings& findings, const std::vector<MotionRequest>& requests);
+/// @return diagnostics "/1/force_offset" (index of the motion) that name both places
+[[nodiscard]] Diagnostics check_offsets(const std::vector<MotionRequest>& requests);
+/// Diagnostics of motions by number, "/1/ramp", as a program has them: below the step of the first; those of a later
+/// one are named in the text.
+[[nodiscard]] Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionRequest>& requests);
 
 /// Plans one motion, or several that follow each other and are blended, from q (rad or m) as things are believed to be.
-/// @return the plan, or findings with pointers below the step of the first motion; those of a later one are named in
+/// @return the plan, or diagnostics with pointers below the step of the first motion; those of a later one are named in
 /// the text. Notes of the plan have the pointers of the file. Realtime: setup.
 [[nodiscard]] Result<motion::SequencePlan> plan_motions(const std::vector<MotionRequest>& requests,
                                                         const command::Cell& cell, const kinematics::JointVector& q);
@@ -91,7 +91,7 @@ struct MotionRequest : OperationHead {
 [[nodiscard]] std::vector<motion::LegMaker> leg_makers(const std::vector<MotionRequest>& requests,
                                                        const command::Cell& cell);
 
-/// Plans motions of two arms as one: of the leader's tool centre point, from where both stand. Findings as of
+/// Plans motions of two arms as one: of the leader's tool centre point, from where both stand. Diagnostics as of
 /// plan_motions(), those of the second arm at "/follower". Realtime: setup.
 [[nodiscard]] Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionRequest>& requests,
                                                          const command::Cell& cell, const motion::ArmPair& pair,

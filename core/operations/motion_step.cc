@@ -40,46 +40,47 @@ class MotionRun final : public ScheduledRun {
     return requested_motion(requests_, context.variables.biases);
   }
 
-  Progress finish(Context& context, Findings& findings) override {
+  Progress finish(Context& context, Diagnostics& diagnostics) override {
     for (const std::string& arm : {request_.arm, request_.follower}) context.variables.touches.erase(arm);
     const GuardedEnd end = guarded_end(*run(), static_cast<int>(requests_.size()));
-    if (end.no_force) return tell_no_force(findings);
-    if (end.broken) return tell_broken(*end.broken, findings);
-    return request_.until ? tell_outcome(end.outcome, context, findings) : Progress::kDone;
+    if (end.no_force) return tell_no_force(diagnostics);
+    if (end.broken) return tell_broken(*end.broken, diagnostics);
+    return request_.until ? tell_outcome(end.outcome, context, diagnostics) : Progress::kDone;
   }
 
-  Progress tell_outcome(const GuardedOutcome& outcome, Context& context, Findings& findings) {
+  Progress tell_outcome(const GuardedOutcome& outcome, Context& context, Diagnostics& diagnostics) {
     using enum GuardedOutcome::Kind;
     if (outcome.touched()) {
-      const Findings lost = note_touch(context, request_.arm, *outcome.X_BT);
-      findings.append(lost, "/until");
+      const Diagnostics lost = note_touch(context, request_.arm, *outcome.X_BT);
+      diagnostics.append(lost, "/until");
       return lost.has_errors() ? Progress::kFailed : Progress::kDone;
     }
     if (cancelled() || outcome.kind == kInterrupted) return Progress::kDone;
     if (outcome.kind == kNotTouched && !request_.must_touch) return Progress::kDone;
     if (outcome.kind == kNotTouched) {
-      findings.error("/until", "the motion reached its end and the condition never held",
-                     "a longer motion, another threshold, or \"on_end\": \"continue\"");
+      diagnostics.error(Code::kConditionNotMet, "/until", "the motion reached its end and the condition never held",
+                        "a longer motion, another threshold, or \"on_end\": \"continue\"");
     } else {
-      findings.error("/until", "a sensor of the condition did not answer, so the arm stopped on its path",
-                     "its power and its wires");
+      diagnostics.error(Code::kSensorSilent, "/until",
+                        "a sensor of the condition did not answer, so the arm stopped on its path",
+                        "its power and its wires");
     }
     return Progress::kFailed;
   }
 
-  Progress tell_no_force(Findings& findings) const {
+  Progress tell_no_force(Diagnostics& diagnostics) const {
     const std::size_t first = first_offset(requests_).value_or(0);
     const MotionRequest& with_force = requests_[first];
     std::string message =
         fmt::format("'{}' did not answer, so the arm stopped on its path", with_force.overlay.force->sensor);
     if (first > 0) message = fmt::format("in '{}', which is blended into: {}", with_force.name, message);
     const std::string way_out = "its power and its wires";
-    findings.error(first > 0 ? "" : "/force_offset/sensor", message, way_out);
+    diagnostics.error(Code::kSensorSilent, first > 0 ? "" : "/force_offset/sensor", message, way_out);
     return Progress::kFailed;
   }
 
   /// What must not hold did: this is where it stands, or which motion it stands at.
-  Progress tell_broken(const GuardedEnd::Broken& broken, Findings& findings) const {
+  Progress tell_broken(const GuardedEnd::Broken& broken, Diagnostics& diagnostics) const {
     std::string message = broken.silent ? "a sensor of the condition did not answer, so the arm stopped on its path"
                                         : "this must not hold and did, so the arm stopped on its path";
     if (broken.motion < 0) message = fmt::format("'unless' of the motion that it went on with: {}", message);
@@ -89,7 +90,7 @@ class MotionRun final : public ScheduledRun {
     }
     const std::string way_out =
         broken.silent ? "its power and its wires" : "what made it hold; \"try\" around the step";
-    findings.error(broken.motion < 0 ? "" : "/unless", message, way_out);
+    diagnostics.error(Code::kAbortCondition, broken.motion < 0 ? "" : "/unless", message, way_out);
     return Progress::kFailed;
   }
 
@@ -112,26 +113,26 @@ class MotionStep final : public Step {
     return true;
   }
 
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     const MotionRequest& last = requests_.back();
-    if (!gives_way_as_it_can(rehearsal, pointer, findings)) return;
+    if (!gives_way_as_it_can(rehearsal, pointer, diagnostics)) return;
     const bool goes_on = rehearsal.open && rehearsal.open->arm == moved_arm() && may_go_on(rehearsal.cell);
-    if (!goes_on) note_open_begin(rehearsal, findings);
+    if (!goes_on) note_open_begin(rehearsal, diagnostics);
     rehearsal.open.reset();
-    if (last.blend.kind != motion::Blend::Kind::kNone) note_open_end(rehearsal, findings);
+    if (last.blend.kind != motion::Blend::Kind::kNone) note_open_end(rehearsal, diagnostics);
     if (!last.follower.empty()) rehearsal.touched[last.follower] = false;
     rehearsal.touched[last.arm] = last.until.has_value();
     const auto alone = requested_motion(requests_, {})->alone(rehearsal.cell, rehearsal.q);
     if (!alone) {
-      findings.append(alone.error(), pointer);
+      diagnostics.append(alone.error(), pointer);
       return;
     }
-    findings.append(alone->notes);
+    diagnostics.append(alone->notes);
     for (const auto& [arm, q] : alone->q_goal) rehearsal.q[arm] = q;
     rehearsal.duration += alone->duration;
     const auto mapped = command::single_net(*alone->prepared.command, requests_.front().name);
-    if (!mapped) return findings.append(mapped.error(), pointer);
-    rehearse_net(mapped->net, rehearsal, pointer, findings);
+    if (!mapped) return diagnostics.append(mapped.error(), pointer);
+    rehearse_net(mapped->net, rehearsal, pointer, diagnostics);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<MotionRun>(requests_); }
@@ -141,7 +142,7 @@ class MotionStep final : public Step {
     // What is laid over a path begins with it at rest, unless another motion of the same plan comes before.
     if (requests_.front().overlay.any()) return false;
     return std::ranges::none_of(
-        requests_, [&](const auto& request) { return request.compliance || hangs_on_motion(request, cell); });
+        requests_, [&](const auto& request) { return request.compliance || depends_on_moving_frame(request, cell); });
   }
 
  private:
@@ -149,35 +150,37 @@ class MotionStep final : public Step {
     return request.overlay.weave ? "weave" : "force offset";
   }
   /// The one before is not gone on with: its blend is in vain.
-  void note_open_begin(Rehearsal& rehearsal, Findings& findings) const {
+  void note_open_begin(Rehearsal& rehearsal, Diagnostics& diagnostics) const {
     const MotionRequest& first = requests_.front();
     const bool of_same_arm = rehearsal.open && rehearsal.open->arm == moved_arm();
-    if (!of_same_arm || !first.overlay.any()) return settle_rehearsal(rehearsal, findings);
-    findings.note(rehearsal.open->pointer,
-                  fmt::format("'{}' ({}) does not stand directly behind it, and begins with a {}, at rest: it stops at "
-                              "the goal",
-                              first.name, first.pointer, laid_over(first)),
-                  "the two right behind each other in the file, or no blend");
+    if (!of_same_arm || !first.overlay.any()) return settle_rehearsal(rehearsal, diagnostics);
+    diagnostics.note(
+        rehearsal.open->pointer,
+        fmt::format("'{}' ({}) does not stand directly behind it, and begins with a {}, at rest: it stops at "
+                    "the goal",
+                    first.name, first.pointer, laid_over(first)),
+        "the two right behind each other in the file, or no blend");
   }
   /// The next motion is decided in the run: whatever is laid over this one has to be gone, and so it stops.
-  void note_open_end(Rehearsal& rehearsal, Findings& findings) const {
+  void note_open_end(Rehearsal& rehearsal, Diagnostics& diagnostics) const {
     const MotionRequest& last = requests_.back();
     if (!last.overlay.any()) {
       rehearsal.open = {moved_arm(), last.pointer};
       return;
     }
-    findings.note(last.pointer,
-                  fmt::format("no motion of this arm stands directly behind it, and it has a {}: it stops at the goal",
-                              laid_over(last)),
-                  "the next motion right behind it in the file, or no blend");
+    diagnostics.note(
+        last.pointer,
+        fmt::format("no motion of this arm stands directly behind it, and it has a {}: it stops at the goal",
+                    laid_over(last)),
+        "the next motion right behind it in the file, or no blend");
   }
-  /// The mode and the values of its compliance. @return false: with findings
-  bool gives_way_as_it_can(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const {
+  /// The mode and the values of its compliance. @return false: with diagnostics
+  bool gives_way_as_it_can(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const {
     const MotionRequest& last = requests_.back();
     if (!last.compliance) return true;
     std::vector<std::string> arms{last.arm};
     if (!last.follower.empty()) arms.push_back(last.follower);
-    return rehearse_compliance(*last.compliance, rehearsal, arms, pointer, findings);
+    return rehearse_compliance(*last.compliance, rehearsal, arms, pointer, diagnostics);
   }
 
   std::vector<MotionRequest> requests_;  ///< one, or several that are blended, and give way alike
@@ -185,31 +188,31 @@ class MotionStep final : public Step {
 
 template <PathKind kind>
 std::unique_ptr<Step> parse(const Json& json, const std::string& pointer, const command::Cell& cell,
-                            Findings& findings) {
-  return std::make_unique<MotionStep>(read_motion(kind, json, pointer, cell, findings));
+                            Diagnostics& diagnostics) {
+  return std::make_unique<MotionStep>(read_motion(kind, json, pointer, cell, diagnostics));
 }
 
 }  // namespace
 
 std::unique_ptr<Step> parse_ptp(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                Findings& findings) {
-  return parse<PathKind::kPtp>(json, pointer, cell, findings);
+                                Diagnostics& diagnostics) {
+  return parse<PathKind::kPtp>(json, pointer, cell, diagnostics);
 }
 
 std::unique_ptr<Step> parse_lin(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                Findings& findings) {
-  if (json.contains("base_to")) return parse_command_step(json, pointer, cell, findings);
-  return parse<PathKind::kLin>(json, pointer, cell, findings);
+                                Diagnostics& diagnostics) {
+  if (json.contains("base_to")) return parse_command_step(json, pointer, cell, diagnostics);
+  return parse<PathKind::kLin>(json, pointer, cell, diagnostics);
 }
 
 std::unique_ptr<Step> parse_circ(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                 Findings& findings) {
-  return parse<PathKind::kCirc>(json, pointer, cell, findings);
+                                 Diagnostics& diagnostics) {
+  return parse<PathKind::kCirc>(json, pointer, cell, diagnostics);
 }
 
 std::unique_ptr<Step> parse_spline(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                   Findings& findings) {
-  return parse<PathKind::kSpline>(json, pointer, cell, findings);
+                                   Diagnostics& diagnostics) {
+  return parse<PathKind::kSpline>(json, pointer, cell, diagnostics);
 }
 
 }  // namespace takt::activity

@@ -44,13 +44,14 @@ class NetStepRun final : public ScheduledRun {
     return net_activity(request_.net, context.cell.nets.find(request_.net)->second, context.core.environment());
   }
 
-  Progress watch(Context& context, Findings& findings) override {
+  Progress watch(Context& context, Diagnostics& diagnostics) override {
     const std::int64_t cycle = context.core.cycle();
     if (cycle >= cancel_cycle_) run()->cancel();
     if (cycle < last_cycle_) return Progress::kRunning;
     run()->abort();
-    findings.error("/within_s", fmt::format("the net '{}' still runs after {:g} s", request_.net, request_.within_s),
-                   "a longer time, or a net that ends");
+    diagnostics.error(Code::kTimeout, "/within_s",
+                      fmt::format("the net '{}' still runs after {:g} s", request_.net, request_.within_s),
+                      "a longer time, or a net that ends");
     return Progress::kFailed;
   }
 
@@ -74,8 +75,8 @@ class NetStep final : public Step {
   explicit NetStep(NetRequest request) : request_(std::move(request)) {}
 
   /// Where a net leaves its devices is not known before it runs: arms are taken to stay where they were.
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
-    rehearse_net(*rehearsal.cell.nets.find(request_.net)->second, rehearsal, pointer + "/net", findings);
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
+    rehearse_net(*rehearsal.cell.nets.find(request_.net)->second, rehearsal, pointer + "/net", diagnostics);
     // It may have changed control modes where START can do that.
     std::erase_if(rehearsal.modes, [&](const auto& known) {
       const auto& changes = rehearsal.cell.arms.find(known.first)->second.device->description().modes.changes;
@@ -108,8 +109,8 @@ const ParameterTable<NetRequest>& net_parameters() {
 const std::vector<ParameterInfo>& net_parameter_list() { return net_parameters().list(); }
 
 std::unique_ptr<Step> parse_net_step(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                     Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                     Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   return std::make_unique<NetStep>(net_parameters().read(reader, cell));
 }
 

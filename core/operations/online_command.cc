@@ -23,7 +23,7 @@ using command::State;
 /// What moves an arm until it is cancelled, or until a time or a condition.
 class OnlineCommand : public CommandRequest {
  public:
-  [[nodiscard]] MadeCommand make(const Making& making, const std::string&) const final {
+  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string&) const final {
     const command::Actuator actuator = command::arm(making.cell, parameters().arm);
     command::Action action = action_of(making);
     if (parameters().compliance) {
@@ -45,13 +45,13 @@ class OnlineCommand : public CommandRequest {
   }
 
   /// Where it goes shows in the run: the arm is taken to stay where it is.
-  void rehearse(Rehearsal& rehearsal, Findings&) const final {
+  void rehearse(Rehearsal& rehearsal, Diagnostics&) const final {
     rehearsal.duration += parameters().seconds.value_or(0.0);
   }
 
  protected:
   [[nodiscard]] virtual const OnlineParameters& parameters() const = 0;
-  [[nodiscard]] virtual command::Action action_of(const Making& making) const = 0;
+  [[nodiscard]] virtual command::Action action_of(const BuildContext& making) const = 0;
 };
 
 command::FrameTerm pose_in_base(const command::Cell& cell, const std::string& arm, const std::string& frame) {
@@ -66,7 +66,7 @@ class JogCommand final : public OnlineCommand {
 
  private:
   [[nodiscard]] const OnlineParameters& parameters() const override { return jog_; }
-  [[nodiscard]] command::Action action_of(const Making& making) const override {
+  [[nodiscard]] command::Action action_of(const BuildContext& making) const override {
     command::FollowWish own = jog_.bounds;
     own.speed = command::override_of(making.cell).speed;
     const State enabled = command::state_of(*jog_.enabled, making.cell, making.biases);
@@ -95,7 +95,7 @@ class FollowCommand final : public OnlineCommand {
 
  private:
   [[nodiscard]] const OnlineParameters& parameters() const override { return follow_; }
-  [[nodiscard]] command::Action action_of(const Making& making) const override {
+  [[nodiscard]] command::Action action_of(const BuildContext& making) const override {
     command::FollowWish own = follow_.bounds;
     own.speed = command::override_of(making.cell).speed;
     const command::FrameSensor frame = command::pose_between(making.cell, follow_.in, follow_.arm);
@@ -112,7 +112,7 @@ class HoldCommand final : public OnlineCommand {
 
  private:
   [[nodiscard]] const OnlineParameters& parameters() const override { return hold_; }
-  [[nodiscard]] command::Action action_of(const Making&) const override { return command::hold(); }
+  [[nodiscard]] command::Action action_of(const BuildContext&) const override { return command::hold(); }
 
   OnlineParameters hold_;
 };
@@ -120,14 +120,14 @@ class HoldCommand final : public OnlineCommand {
 }  // namespace
 
 std::unique_ptr<CommandRequest> read_hold_command(const Json& json, const std::string& pointer,
-                                                  const command::Cell& cell, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                                  const command::Cell& cell, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   return std::make_unique<HoldCommand>(hold_parameters().read(reader, cell));
 }
 
 std::unique_ptr<CommandRequest> read_jog_command(const Json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                                 const command::Cell& cell, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   JogParameters parameters = jog_parameters().read(reader, cell);
   // With a diagnostic: such a program never runs.
   if (!parameters.enabled) parameters.enabled.emplace();
@@ -135,8 +135,8 @@ std::unique_ptr<CommandRequest> read_jog_command(const Json& json, const std::st
 }
 
 std::unique_ptr<CommandRequest> read_follow_command(const Json& json, const std::string& pointer,
-                                                    const command::Cell& cell, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                                    const command::Cell& cell, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   return std::make_unique<FollowCommand>(follow_parameters().read(reader, cell));
 }
 

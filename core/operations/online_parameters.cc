@@ -29,19 +29,19 @@ void add_bounds(ParameterTable<P>& table) {
 /// A channel by its name. Its type can only be checked where channels are known.
 void check_channel(const std::string& name, net::ValueType type, const ReadContext& from) {
   const auto found = from.cell.channels.find(name);
-  Findings& findings = from.reader.findings();
+  Diagnostics& diagnostics = from.reader.diagnostics();
   if (found == from.cell.channels.end()) {
     std::vector<std::string> names;
     for (const auto& [one, channel] : from.cell.channels) {
       if (channel == nullptr || channel->description().type == type) names.push_back(one);
     }
-    findings.error(
-        from.reader.at("channel"), fmt::format("there is no channel '{}'", name),
+    diagnostics.error(
+        Code::kUnknownName, from.reader.at("channel"), fmt::format("there is no channel '{}'", name),
         names.empty() ? fmt::format("the cell has none of type {}", net::name_of(type)) : nearest_choice(name, names));
   } else if (found->second != nullptr && found->second->description().type != type) {
-    findings.error(from.reader.at("channel"),
-                   fmt::format("'{}' carries {}", name, net::name_of(found->second->description().type)),
-                   fmt::format("a channel of type {}", net::name_of(type)));
+    diagnostics.error(Code::kTypeMismatch, from.reader.at("channel"),
+                      fmt::format("'{}' carries {}", name, net::name_of(found->second->description().type)),
+                      fmt::format("a channel of type {}", net::name_of(type)));
   }
 }
 
@@ -50,11 +50,12 @@ void check_jog(JogParameters& jog, const ReadContext& from) {
   const bool velocity = jog.linear || jog.angular;
   if (jog.channel) check_channel(*jog.channel, net::ValueType::kTwist, from);
   if (jog.channel && velocity) {
-    reader.findings().error(reader.at(jog.linear ? "linear_m_s" : "angular_deg_s"),
-                            "a velocity from a channel and a velocity", "one of them");
+    reader.diagnostics().error(Code::kConflict, reader.at(jog.linear ? "linear_m_s" : "angular_deg_s"),
+                               "a velocity from a channel and a velocity", "one of them");
   }
   if (!jog.channel && !velocity) {
-    reader.findings().error(reader.pointer(), "nothing says how fast", "'channel', 'linear_m_s' or 'angular_deg_s'");
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing says how fast",
+                               "'channel', 'linear_m_s' or 'angular_deg_s'");
   }
 }
 
@@ -64,7 +65,8 @@ void check_follow(FollowParameters& follow, const ReadContext& from) {
     check_channel(*follow.channel, net::ValueType::kFrame, from);
     if (follow.in.empty()) follow.in = "world";
   } else if (follow.in.empty()) {
-    reader.findings().error(reader.at("in"), "nothing says what is followed", "'in' (a frame), or 'channel'");
+    reader.diagnostics().error(Code::kMissing, reader.at("in"), "nothing says what is followed",
+                               "'in' (a frame), or 'channel'");
   }
 }
 

@@ -246,7 +246,7 @@ class ParameterTable {
         [&table, access](const ParameterInfo& row, const ReadContext& from, P& p) {
           const auto* json = from.reader.object(row.key, false);
           if (json == nullptr) return;
-          ObjectReader reader(*json, from.reader.at(row.key), from.reader.findings());
+          ObjectReader reader(*json, from.reader.at(row.key), from.reader.diagnostics());
           auto& member = std::invoke(access, p);
           table.read_into(member.emplace(), {reader, from.cell});
           reader.finish();
@@ -338,13 +338,13 @@ class ParameterTable {
   void write_row(std::size_t i, const P& p, ParameterWriter& to) const { rows_[i].write(infos_[i], p, to); }
 
   /// What a file with these values would be told, for values that a program has set.
-  [[nodiscard]] Findings check(const P& p, const command::Cell& cell) const {
+  [[nodiscard]] Diagnostics check(const P& p, const command::Cell& cell) const {
     ParameterWriter writer;
     write(p, writer);
-    Findings findings;
-    ObjectReader reader(writer.result(), "", findings);
+    Diagnostics diagnostics;
+    ObjectReader reader(writer.result(), "", diagnostics);
     (void)read(reader, cell);
-    return findings;
+    return diagnostics;
   }
 
   [[nodiscard]] const std::vector<ParameterInfo>& list() const { return infos_; }

@@ -90,25 +90,27 @@ PressingCommand pressing_command(const ForceRequest& request, const std::string&
   return made;
 }
 
-Findings end_pressing(const ForceRequest& request, const KeptPlaces& kept, const std::string& key, bool cancelled,
-                      Context& context) {
+Diagnostics end_pressing(const ForceRequest& request, const KeptPlaces& kept, const std::string& key, bool cancelled,
+                         Context& context) {
   const auto was = [&](const char* what) { return kept(key + what).has_value(); };
-  Findings findings;
+  Diagnostics diagnostics;
   const auto touched = kept(key + " touched"), end = kept(key + " end");
   // Where the tool stood when it was to press no more, else where it touched, is the touch of this arm.
-  if (touched) findings.append(note_touch(context, request.arm, end ? *end : *touched));
-  if (cancelled || was(" held") || was(" found") || was(" until")) return findings;
+  if (touched) diagnostics.append(note_touch(context, request.arm, end ? *end : *touched));
+  if (cancelled || was(" held") || was(" found") || was(" until")) return diagnostics;
   if (was(" silent")) {
-    findings.error("/sensor", fmt::format("'{}' did not answer, so the arm stopped", request.sensor),
-                   "its power and its wires");
+    diagnostics.error(Code::kSensorSilent, "/sensor",
+                      fmt::format("'{}' did not answer, so the arm stopped", request.sensor),
+                      "its power and its wires");
   } else if (was(" too far")) {
-    findings.error("/travel_m", touched ? "the travel was used up after the touch" : "nothing was touched",
-                   "a longer travel, another beginning or direction");
+    diagnostics.error(Code::kConditionNotMet, "/travel_m",
+                      touched ? "the travel was used up after the touch" : "nothing was touched",
+                      "a longer travel, another beginning or direction");
   } else if (was(" path ended") && request.must_find) {
-    findings.error("", "the pattern has come to its end and nothing was found",
-                   "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
+    diagnostics.error(Code::kConditionNotMet, "", "the pattern has come to its end and nothing was found",
+                      "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
   }
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace takt::activity

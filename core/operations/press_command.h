@@ -31,9 +31,9 @@ struct PressingCommand {
 
 /// Where the tool stood in the arm's base, by the name under which it was kept; nothing: it never was.
 using KeptPlaces = std::function<std::optional<net::Frame>(const std::string& name)>;
-/// What has come of it once it has ended in order: the touch of its arm; findings, with pointers below the step, if it
-/// has failed. @param cancelled  somebody has cancelled it, so that it may end anywhere
-[[nodiscard]] Findings end_pressing(const ForceRequest& request, const KeptPlaces& kept, const std::string& key,
-                                    bool cancelled, Context& context);
+/// What has come of it once it has ended in order: the touch of its arm; diagnostics, with pointers below the step, if
+/// it has failed. @param cancelled  somebody has cancelled it, so that it may end anywhere
+[[nodiscard]] Diagnostics end_pressing(const ForceRequest& request, const KeptPlaces& kept, const std::string& key,
+                                       bool cancelled, Context& context);
 
 }  // namespace takt::activity

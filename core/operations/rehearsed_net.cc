@@ -32,24 +32,25 @@ void note_claims(const net::CompiledNet& net, const Rehearsal& rehearsal) {
 }  // namespace
 
 void rehearse_net(const net::NetDescription& description, const Rehearsal& rehearsal, const std::string& pointer,
-                  Findings& findings) {
+                  Diagnostics& diagnostics) {
   if (rehearsal.nets) rehearsal.nets->push_back({rehearsal.step, pointer, description});
   if (!rehearsal.devices) return;
   const auto net = net::CompiledNet::compile(description, *rehearsal.devices);
   if (net) return note_claims(**net, rehearsal);
-  for (const Finding& finding : net.error().list()) {
-    findings.error(pointer, fmt::format("in the net of this step, {}: {}", finding.pointer, finding.message),
-                   finding.hint);
+  for (const Diagnostic& diagnostic : net.error().list()) {
+    diagnostics.error(diagnostic.code, pointer,
+                      fmt::format("in the net of this step, {}: {}", diagnostic.pointer, diagnostic.message),
+                      diagnostic.hint);
   }
 }
 
 void rehearse_command(const command::Command& command, const std::string& title, const Rehearsal& rehearsal,
-                      const std::string& pointer, Findings& findings) {
+                      const std::string& pointer, Diagnostics& diagnostics) {
   const auto mapped = command::single_net(command, title);
-  if (mapped) return rehearse_net(mapped->net, rehearsal, pointer, findings);
-  for (Finding finding : mapped.error().list()) {
-    finding.pointer = pointer;  // those of the command mean nothing in a file
-    findings.add(std::move(finding));
+  if (mapped) return rehearse_net(mapped->net, rehearsal, pointer, diagnostics);
+  for (Diagnostic diagnostic : mapped.error().list()) {
+    diagnostic.pointer = pointer;  // those of the command mean nothing in a file
+    diagnostics.add(std::move(diagnostic));
   }
 }
 

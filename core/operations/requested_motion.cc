@@ -41,11 +41,11 @@ class Requested : public RequestedMotion {
     return states;
   }
   /// Values that one of the devices does not have.
-  [[nodiscard]] Findings wrong_springs(const command::Cell& cell) const {
-    return last().compliance ? check_compliance(*last().compliance, cell, actuators()) : Findings();
+  [[nodiscard]] Diagnostics wrong_springs(const command::Cell& cell) const {
+    return last().compliance ? check_compliance(*last().compliance, cell, actuators()) : Diagnostics();
   }
-  [[nodiscard]] std::unexpected<Findings> nowhere() const {
-    return failure("", fmt::format("'{}': nobody knows where the arm will be at rest", name()),
+  [[nodiscard]] std::unexpected<Diagnostics> nowhere() const {
+    return failure(Code::kUnknownPosition, "", fmt::format("'{}': nobody knows where the arm will be at rest", name()),
                    "a motion after the end of what runs");
   }
   static PlanningContext nothing_before(const command::Cell& cell) {
@@ -66,9 +66,9 @@ class OfOneArm final : public Requested {
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     const Predecessor& before = planning.predecessors.find(last().arm)->second;
     if (!before.at_end.rests()) return nowhere();
-    if (const Findings mixed = check_offsets(requests()); mixed.has_errors())
+    if (const Diagnostics mixed = check_offsets(requests()); mixed.has_errors())
       return std::unexpected(of_motions(mixed, requests()));
-    if (Findings wrong = wrong_springs(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    if (Diagnostics wrong = wrong_springs(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
     auto plan = plan_motions(requests(), planning.cell, *before.at_end.q);
     if (!plan) return std::unexpected(std::move(plan.error()));
     // What is laid over the first motion begins at rest.
@@ -77,7 +77,7 @@ class OfOneArm final : public Requested {
   }
 
   [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q) const override {
-    if (const Findings mixed = check_offsets(requests()); mixed.has_errors())
+    if (const Diagnostics mixed = check_offsets(requests()); mixed.has_errors())
       return std::unexpected(of_motions(mixed, requests()));
     auto plan = plan_motions(requests(), cell, q.find(last().arm)->second);
     if (!plan) return std::unexpected(std::move(plan.error()));
@@ -136,7 +136,7 @@ class OfTwoArms final : public Requested {
     const Predecessor& leads = planning.predecessors.find(last().arm)->second;
     const Predecessor& follows = planning.predecessors.find(last().follower)->second;
     if (!leads.at_end.rests() || !follows.at_end.rests()) return nowhere();
-    if (Findings wrong = wrong_springs(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    if (Diagnostics wrong = wrong_springs(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
     auto grasp = grasp_at(planning.cell, last().arm, last().follower, *leads.at_end.q, *follows.at_end.q);
     if (!grasp) return std::unexpected(std::move(grasp.error()));
     // They hold the part as before, to the last bit.

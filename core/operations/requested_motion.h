@@ -11,7 +11,7 @@
 namespace takt::activity {
 
 /// Motions of one arm, or of two as one, as a program's steps ask for them, each blended into the next one, as an
-/// activity: it may be guarded, left, and go on with what may be left. Findings have pointers below the step of the
+/// activity: it may be guarded, left, and go on with what may be left. Diagnostics have pointers below the step of the
 /// first motion.
 class RequestedMotion : public ActivityModel {
  public:
@@ -20,7 +20,7 @@ class RequestedMotion : public ActivityModel {
   /// What it is when nothing precedes it.
   struct Alone {
     PlannedActivity prepared;
-    Findings notes;                                                      ///< of the planner, with pointers of the file
+    Diagnostics notes;                                                   ///< of the planner, with pointers of the file
     std::map<std::string, kinematics::JointVector, std::less<>> q_goal;  ///< of each arm, rad or m
     double duration = 0.0;                                               ///< s
   };

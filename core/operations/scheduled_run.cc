@@ -13,7 +13,7 @@ bool is_of_the_run(RunFailure failure) {
 
 }  // namespace
 
-Progress ScheduledRun::advance(Context& context, Findings& findings) {
+Progress ScheduledRun::advance(Context& context, Diagnostics& diagnostics) {
   if (!run_) {
     if (cancelled_) return Progress::kDone;
     ActivityPtr wanted = activity(context);
@@ -21,9 +21,9 @@ Progress ScheduledRun::advance(Context& context, Findings& findings) {
     run_ = context.scheduler->schedule(std::move(wanted));
     context.scheduler->prepare(run_);  // others may move the frames of its goals in this very cycle
   }
-  if (!run_->over()) return watch(context, findings);
+  if (!run_->over()) return watch(context, diagnostics);
   ended(context);
-  return run_->state() == RunState::kFailed ? fail(findings) : finish(context, findings);
+  return run_->state() == RunState::kFailed ? fail(diagnostics) : finish(context, diagnostics);
 }
 
 bool ScheduledRun::have_samples(const ActivityModel& model, const command::Cell& cell) {
@@ -35,14 +35,14 @@ bool ScheduledRun::have_samples(const ActivityModel& model, const command::Cell&
   });
 }
 
-Progress ScheduledRun::fail(Findings& findings) const {
+Progress ScheduledRun::fail(Diagnostics& diagnostics) const {
   bool first = true;
-  const Findings inside = run_->findings_inside();
-  for (Finding finding : inside.list()) {
-    finding.pointer = location_of(std::move(finding.pointer));
+  const Diagnostics inside = run_->diagnostics_inside();
+  for (Diagnostic diagnostic : inside.list()) {
+    diagnostic.pointer = location_of(std::move(diagnostic.pointer));
     if (std::exchange(first, false) && is_of_the_run(run_->failure()))
-      finding.hint = "\"try\" around the step, where the program can go on";
-    findings.add(std::move(finding));
+      diagnostic.hint = "\"try\" around the step, where the program can go on";
+    diagnostics.add(std::move(diagnostic));
   }
   return Progress::kFailed;
 }

@@ -17,7 +17,7 @@ class ScheduledRun : public StepRun {
   ScheduledRun(const ScheduledRun&) = delete;
   ScheduledRun& operator=(const ScheduledRun&) = delete;
 
-  Progress advance(Context& context, Findings& findings) final;
+  Progress advance(Context& context, Diagnostics& diagnostics) final;
   void cancel(Context&) final {
     cancelled_ = true;
     if (run_) run_->cancel();
@@ -27,11 +27,11 @@ class ScheduledRun : public StepRun {
   /// What is to be done. Asked for again as long as its arms have given no sample.
   [[nodiscard]] virtual ActivityPtr activity(Context& context) = 0;
   /// After each cycle in which it was on its way. kFailed: it is not waited for any longer.
-  virtual Progress watch(Context&, Findings&) { return Progress::kRunning; }
+  virtual Progress watch(Context&, Diagnostics&) { return Progress::kRunning; }
   /// It is over, whether it came to its end or failed.
   virtual void ended(Context&) {}
   /// It ended in order, by itself or because it was cancelled.
-  virtual Progress finish(Context&, Findings&) { return Progress::kDone; }
+  virtual Progress finish(Context&, Diagnostics&) { return Progress::kDone; }
   /// Where below the step something is that was found at this location below the activity.
   [[nodiscard]] virtual std::string location_of(std::string location) const { return location; }
 
@@ -41,7 +41,7 @@ class ScheduledRun : public StepRun {
  private:
   /// The first step of a program may come before the first sample.
   static bool have_samples(const ActivityModel& model, const command::Cell& cell);
-  Progress fail(Findings& findings) const;
+  Progress fail(Diagnostics& diagnostics) const;
 
   RunPtr run_;
   bool cancelled_ = false;

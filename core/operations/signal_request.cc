@@ -13,8 +13,8 @@ void read_output_value(const ParameterInfo& row, const ReadContext& from, SetReq
   ObjectReader& reader = from.reader;
   const bool analog = from.cell.analog_outputs.contains(request.output);
   if (analog && sets_by_following(reader.json())) {
-    request.source = read_value(*reader.object(row.key), reader.at(row.key), from.cell, reader.findings());
-    (void)check_number(*request.source, from.cell, reader.at(row.key), reader.findings());
+    request.source = read_value(*reader.object(row.key), reader.at(row.key), from.cell, reader.diagnostics());
+    (void)check_number(*request.source, from.cell, reader.at(row.key), reader.diagnostics());
   } else if (analog) {
     request.value = reader.number(row.key);
   } else if (from.cell.digital_outputs.contains(request.output)) {
@@ -28,8 +28,9 @@ void check_following(SetRequest& request, const ReadContext& from) {
   if (request.source) return;
   for (const char* key : {"factor", "offset", "seconds", "until"}) {
     if (from.reader.has(key)) {
-      from.reader.findings().error(from.reader.at(key), fmt::format("'{}' without a value to follow", key),
-                                   "an analog output whose 'value' is an object, such as {\"input\": ...}");
+      from.reader.diagnostics().error(Code::kConflict, from.reader.at(key),
+                                      fmt::format("'{}' without a value to follow", key),
+                                      "an analog output whose 'value' is an object, such as {\"input\": ...}");
     }
   }
 }
@@ -38,21 +39,24 @@ void check_wait(WaitRequest& request, const ReadContext& from) {
   ObjectReader& reader = from.reader;
   const bool until = reader.has("until");
   if (until && request.seconds)
-    reader.findings().error(reader.at("seconds"), "a time and a condition", "'timeout_s' for the longest wait");
+    reader.diagnostics().error(Code::kConflict, reader.at("seconds"), "a time and a condition",
+                               "'timeout_s' for the longest wait");
   if (!until && request.timeout)
-    reader.findings().error(reader.at("timeout_s"), "a timeout without a condition", "'until', or 'seconds' alone");
+    reader.diagnostics().error(Code::kConflict, reader.at("timeout_s"), "a timeout without a condition",
+                               "'until', or 'seconds' alone");
   if (!until && !reader.has("seconds"))
-    reader.findings().error(reader.pointer(), "nothing says how long", "'seconds' or 'until'");
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing says how long", "'seconds' or 'until'");
 }
 
 /// Without a factor the value is sent as it is.
-bool check_unit(const SetRequest& request, const command::Cell& cell, const std::string& pointer, Findings& findings) {
+bool check_unit(const SetRequest& request, const command::Cell& cell, const std::string& pointer,
+                Diagnostics& diagnostics) {
   const auto unit = unit_of(*request.source, cell);
   const std::string& own = cell.analog_outputs.find(request.output)->second->description().unit;
   if (request.factor || !unit || *unit == own) return true;
-  findings.error(pointer + "/value",
-                 fmt::format("a value in {} is not for '{}', which is in {}", *unit, request.output, own),
-                 fmt::format("'factor', in {} for each {}", own, *unit));
+  diagnostics.error(Code::kUnitMismatch, pointer + "/value",
+                    fmt::format("a value in {} is not for '{}', which is in {}", *unit, request.output, own),
+                    fmt::format("'factor', in {} for each {}", own, *unit));
   return false;
 }
 
@@ -95,14 +99,16 @@ const ParameterTable<WaitRequest>& wait_parameters() {
 
 SetRequest read_set(ObjectReader& reader, const command::Cell& cell) { return set_parameters().read(reader, cell); }
 
-bool check_range(const SetRequest& request, const command::Cell& cell, const std::string& pointer, Findings& findings) {
-  if (request.source) return check_unit(request, cell, pointer, findings);
+bool check_range(const SetRequest& request, const command::Cell& cell, const std::string& pointer,
+                 Diagnostics& diagnostics) {
+  if (request.source) return check_unit(request, cell, pointer, diagnostics);
   const double* value = std::get_if<double>(&request.value);
   if (value == nullptr) return true;
   const auto& output = cell.analog_outputs.find(request.output)->second->description();
   if (*value >= output.lower && *value <= output.upper) return true;
-  findings.error(pointer + "/value", fmt::format("{:g} {} is not for '{}'", *value, output.unit, request.output),
-                 fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
+  diagnostics.error(Code::kOutOfRange, pointer + "/value",
+                    fmt::format("{:g} {} is not for '{}'", *value, output.unit, request.output),
+                    fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
   return false;
 }
 

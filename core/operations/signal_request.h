@@ -26,8 +26,9 @@ struct SetRequest : OperationHead {
 [[nodiscard]] SetRequest read_set(ObjectReader& reader, const command::Cell& cell);
 /// Whether a step "set" follows a value.
 [[nodiscard]] bool sets_by_following(const nlohmann::ordered_json& json);
-/// @return false with a finding: a value outside of the range of the output, or in another unit.
-bool check_range(const SetRequest& request, const command::Cell& cell, const std::string& pointer, Findings& findings);
+/// @return false with a diagnostic: a value outside of the range of the output, or in another unit.
+bool check_range(const SetRequest& request, const command::Cell& cell, const std::string& pointer,
+                 Diagnostics& diagnostics);
 
 /// What a step "wait" says: a time, or a condition and maybe a time after which that has failed.
 struct WaitRequest : OperationHead {

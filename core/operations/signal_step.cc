@@ -37,11 +37,11 @@ class SetRun final : public ScheduledRun {
 class SetStep final : public Step {
  public:
   explicit SetStep(SetRequest request) : request_(std::move(request)) {}
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
-    if (!check_range(request_, rehearsal.cell, pointer, findings)) return;
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
+    if (!check_range(request_, rehearsal.cell, pointer, diagnostics)) return;
     // The form of the net does not depend on the period.
     const auto command = command::set_command(request_.output, request_.value, rehearsal.cell);
-    rehearse_command(command, "set " + request_.output, rehearsal, pointer, findings);
+    rehearse_command(command, "set " + request_.output, rehearsal, pointer, diagnostics);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<SetRun>(request_); }
 
@@ -55,13 +55,15 @@ class SetStep final : public Step {
 class PauseStep final : public Step {
  public:
   explicit PauseStep(double seconds) : seconds_(seconds) {}
-  void rehearse(Rehearsal& rehearsal, const std::string&, Findings&) const override { rehearsal.duration += seconds_; }
+  void rehearse(Rehearsal& rehearsal, const std::string&, Diagnostics&) const override {
+    rehearsal.duration += seconds_;
+  }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
     class Run final : public StepRun {
      public:
       explicit Run(double seconds) : seconds_(seconds) {}
-      Progress advance(Context& context, Findings&) override {
+      Progress advance(Context& context, Diagnostics&) override {
         const auto period = static_cast<double>(context.core.period());
         if (end_ < 0) end_ = context.core.cycle() + static_cast<std::int64_t>(std::llround(seconds_ * 1e9 / period));
         return cancelled_ || context.core.cycle() >= end_ ? Progress::kDone : Progress::kRunning;
@@ -92,15 +94,17 @@ class WaitRun final : public ScheduledRun {
     return command_activity("wait", {}, make);
   }
 
-  Progress finish(Context&, Findings& findings) override {
+  Progress finish(Context&, Diagnostics& diagnostics) override {
     if (cancelled()) return Progress::kDone;
     const auto held = run()->value<net::Boolean>(command::observed::kCondition);
     if (held && *held) return Progress::kDone;
     if (!held) {
-      findings.error("/until", "a sensor of the condition did not answer", "its power and its wires");
+      diagnostics.error(Code::kSensorSilent, "/until", "a sensor of the condition did not answer",
+                        "its power and its wires");
     } else {
-      findings.error("/until", fmt::format("the condition did not hold within {:g} s", request_.timeout.value_or(0.0)),
-                     "a longer \"timeout_s\", or \"try\" around it");
+      diagnostics.error(Code::kTimeout, "/until",
+                        fmt::format("the condition did not hold within {:g} s", request_.timeout.value_or(0.0)),
+                        "a longer \"timeout_s\", or \"try\" around it");
     }
     return Progress::kFailed;
   }
@@ -111,9 +115,9 @@ class WaitRun final : public ScheduledRun {
 class WaitStep final : public Step {
  public:
   explicit WaitStep(WaitRequest request) : request_(std::move(request)) {}
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     const auto command = command::wait_command(*request_.until, request_.timeout, rehearsal.cell, {});
-    rehearse_command(command, "wait", rehearsal, pointer, findings);
+    rehearse_command(command, "wait", rehearsal, pointer, diagnostics);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<WaitRun>(request_); }
 
@@ -124,16 +128,16 @@ class WaitStep final : public Step {
 }  // namespace
 
 std::unique_ptr<Step> parse_set(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                Findings& findings) {
-  if (sets_by_following(json)) return parse_command_step(json, pointer, cell, findings);
-  ObjectReader reader(json, pointer, findings);
+                                Diagnostics& diagnostics) {
+  if (sets_by_following(json)) return parse_command_step(json, pointer, cell, diagnostics);
+  ObjectReader reader(json, pointer, diagnostics);
   SetRequest request = read_set(reader, cell);
   return std::make_unique<SetStep>(std::move(request));
 }
 
 std::unique_ptr<Step> parse_wait(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                 Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+                                 Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   WaitRequest request = read_wait(reader, cell);
   if (request.until) return std::make_unique<WaitStep>(std::move(request));
   return std::make_unique<PauseStep>(request.seconds.value_or(0.0));

@@ -52,9 +52,10 @@ std::vector<StateRequest> read_operands(ObjectReader& reader, const char* key, c
   std::vector<StateRequest> operands;
   const Json* list = reader.array(key);
   for (std::size_t i = 0; list && i < list->size(); ++i) {
-    operands.push_back(read_state((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.findings()));
+    operands.push_back(read_state((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.diagnostics()));
   }
-  if (operands.empty()) reader.findings().error(reader.at(key), "no state stands here", "at least one");
+  if (operands.empty())
+    reader.diagnostics().error(Code::kMissing, reader.at(key), "no state stands here", "at least one");
   return operands;
 }
 
@@ -68,7 +69,7 @@ bool read_own_form(ObjectReader& reader, const command::Cell& cell, StateRequest
   }
   if (const Json* denied = reader.has("not") ? reader.child("not") : nullptr) {
     state.kind = Kind::kNot;
-    state.operands.push_back(read_state(*denied, reader.at("not"), cell, reader.findings()));
+    state.operands.push_back(read_state(*denied, reader.at("not"), cell, reader.diagnostics()));
     return true;
   }
   for (const char* word : kOfCommands) {
@@ -100,10 +101,11 @@ bool is_known_form(const Json& json) {
 
 }  // namespace
 
-StateRequest read_state(const Json& json, const std::string& pointer, const command::Cell& cell, Findings& findings) {
+StateRequest read_state(const Json& json, const std::string& pointer, const command::Cell& cell,
+                        Diagnostics& diagnostics) {
   StateRequest state;
   state.pointer = pointer;
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   if (!json.is_object()) return state;
   if (reader.has("held_for_s")) state.held_for = reader.number("held_for_s", {}, {.low = 0.0, .high = 3600.0});
   if (read_own_form(reader, cell, state)) {
@@ -111,9 +113,10 @@ StateRequest read_state(const Json& json, const std::string& pointer, const comm
     return state;
   }
   if (!is_known_form(json)) {
-    findings.error(pointer, "no state stands here",
-                   "a condition over sensors, started, active, completed, stopped, cancelled, timed_out of a command, "
-                   "action, actuator, raised, all, any or not");
+    diagnostics.error(
+        Code::kMissing, pointer, "no state stands here",
+        "a condition over sensors, started, active, completed, stopped, cancelled, timed_out of a command, "
+        "action, actuator, raised, all, any or not");
     return state;
   }
   Json alone = json;
@@ -122,14 +125,15 @@ StateRequest read_state(const Json& json, const std::string& pointer, const comm
   if (condition) {
     state.condition = std::move(*condition);
   } else {
-    findings.append(condition.error());
+    diagnostics.append(condition.error());
   }
   return state;
 }
 
-ValueRequest read_value(const Json& json, const std::string& pointer, const command::Cell& cell, Findings& findings) {
+ValueRequest read_value(const Json& json, const std::string& pointer, const command::Cell& cell,
+                        Diagnostics& diagnostics) {
   ValueRequest value;
-  ObjectReader reader(json, pointer, findings);
+  ObjectReader reader(json, pointer, diagnostics);
   if (!json.is_object()) return value;
   std::vector<std::string> names;
   const auto of = [&](const char* key, ValueRequest::Kind kind) {
@@ -170,9 +174,9 @@ bool is_boolean(const ValueRequest& value, const command::Cell& cell) {
 }
 
 bool check_number(const ValueRequest& value, const command::Cell& cell, const std::string& pointer,
-                  Findings& findings) {
+                  Diagnostics& diagnostics) {
   const auto refuse = [&](const char* key, std::string_view is, const char* way_out) {
-    findings.error(pointer + key, fmt::format("'{}' is {}", value.of, is), way_out);
+    diagnostics.error(Code::kInvalidValue, pointer + key, fmt::format("'{}' is {}", value.of, is), way_out);
     return false;
   };
   if (value.kind == ValueRequest::Kind::kInput && is_boolean(value, cell))

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/expression/condition.h"
 #include "core/expression/state.h"
 
@@ -35,9 +35,9 @@ struct StateRequest {
   std::optional<double> held_for;      ///< s
   std::vector<StateRequest> operands;  ///< of kAll and kAny at least one, of kNot exactly one
 };
-/// Findings: all that is wrong with its form. Realtime: setup.
+/// Diagnostics: all that is wrong with its form. Realtime: setup.
 [[nodiscard]] StateRequest read_state(const nlohmann::ordered_json& json, const std::string& pointer,
-                                      const command::Cell& cell, Findings& findings);
+                                      const command::Cell& cell, Diagnostics& diagnostics);
 
 /// A value that a transaction captures, or that an output follows, as a file has it:
 ///   {"sensor": NAME, "quantity": Q}     as in conditions
@@ -51,9 +51,10 @@ struct ValueRequest {
   command::Quantity quantity = command::Quantity::kForce;
 };
 [[nodiscard]] ValueRequest read_value(const nlohmann::ordered_json& json, const std::string& pointer,
-                                      const command::Cell& cell, Findings& findings);
-/// Whether it is a number for sure, and not true or false; false with a finding below the pointer.
-bool check_number(const ValueRequest& value, const command::Cell& cell, const std::string& pointer, Findings& findings);
+                                      const command::Cell& cell, Diagnostics& diagnostics);
+/// Whether it is a number for sure, and not true or false; false with a diagnostic below the pointer.
+bool check_number(const ValueRequest& value, const command::Cell& cell, const std::string& pointer,
+                  Diagnostics& diagnostics);
 /// Its unit; null for one that does not exist, or is no number.
 [[nodiscard]] std::optional<std::string> unit_of(const ValueRequest& value, const command::Cell& cell);
 /// The number as a sensor. Not of kProgress. @param biases  as tared until now

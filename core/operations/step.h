@@ -13,7 +13,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/activity/context.h"
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/expression/cell.h"
 #include "core/net/description.h"
 #include "core/operations/parameter.h"
@@ -51,7 +51,7 @@ struct Rehearsal {
 };
 
 /// What comes next does not go on with the motion that may be left: a note says that the arm stops.
-void settle_rehearsal(Rehearsal& rehearsal, Findings& findings);
+void settle_rehearsal(Rehearsal& rehearsal, Diagnostics& diagnostics);
 
 /// A way that was not the only one: only modes in which arms are after either are known.
 void keep_agreed_modes(const Rehearsal& other, Rehearsal& rehearsal);
@@ -62,9 +62,9 @@ enum class Progress { kRunning, kDone, kFailed };
 class StepRun {
  public:
   virtual ~StepRun() = default;
-  /// Called between cycles, as often as needed; never blocks. Findings, with pointers below the step, say why it
+  /// Called between cycles, as often as needed; never blocks. Diagnostics, with pointers below the step, say why it
   /// failed.
-  virtual Progress advance(Context& context, Findings& findings) = 0;
+  virtual Progress advance(Context& context, Diagnostics& diagnostics) = 0;
   /// Asks for a graceful end (row L6); advance() then comes to an end. A step that is done at once needs none.
   virtual void cancel(Context& context) { (void)context; }
   /// Of a step that has absorbed others: which of them is being done, from 0.
@@ -83,7 +83,7 @@ class Step {
   virtual ~Step() = default;
   /// Plays the step on the rehearsal's state: everything that can be found wrong before anything moves.
   /// @param pointer  of the step in its file. Realtime: setup.
-  virtual void rehearse(Rehearsal& rehearsal, const std::string& pointer, Findings& findings) const = 0;
+  virtual void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const = 0;
   /// A new execution; it may refer to the step, which must outlive it.
   [[nodiscard]] virtual std::unique_ptr<StepRun> begin() const = 0;
   /// Takes the step that follows it in its sequence into itself, so that both run as one (blended motions). Called
@@ -108,7 +108,7 @@ struct StepKind {
   std::string_view doc;  ///< what it does, one sentence
   const std::vector<ParameterInfo>& (*parameters)();
   std::unique_ptr<Step> (*parse)(const nlohmann::ordered_json& json, const std::string& pointer,
-                                 const command::Cell& cell, Findings& findings);
+                                 const command::Cell& cell, Diagnostics& diagnostics);
 };
 
 /// The unit of the number at a JSON pointer below an operation, commands of transactions included.

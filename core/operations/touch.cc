@@ -4,7 +4,7 @@
 
 namespace takt::activity {
 
-Findings note_touch(Context& context, const std::string& arm, const Eigen::Isometry3d& X_BT) {
+Diagnostics note_touch(Context& context, const std::string& arm, const Eigen::Isometry3d& X_BT) {
   const auto X_WB = context.cell.frames.pose(arm);
   if (!X_WB) return X_WB.error();
   const Eigen::Vector3d p_W = *X_WB * X_BT.translation();

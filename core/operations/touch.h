@@ -6,8 +6,8 @@
 
 namespace takt::activity {
 
-/// Takes note of where the tool of an arm touched: its last touch, and an event. Findings: nobody knows where the arm
-/// stands. @param X_BT  of the tool centre point in the arm's base, m. Realtime: setup.
-[[nodiscard]] Findings note_touch(Context& context, const std::string& arm, const Eigen::Isometry3d& X_BT);
+/// Takes note of where the tool of an arm touched: its last touch, and an event. Diagnostics: nobody knows where the
+/// arm stands. @param X_BT  of the tool centre point in the arm's base, m. Realtime: setup.
+[[nodiscard]] Diagnostics note_touch(Context& context, const std::string& arm, const Eigen::Isometry3d& X_BT);
 
 }  // namespace takt::activity

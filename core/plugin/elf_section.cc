@@ -53,14 +53,14 @@ std::string wrong_header(const Elf64_Ehdr& header) {
 
 Result<std::string> read_elf_section(const std::filesystem::path& file, std::string_view section) {
   std::error_code error;
-  if (!std::filesystem::exists(file, error)) return failure("", "there is no such file");
-  if (!std::filesystem::is_regular_file(file, error)) return failure("", "is no file");
+  if (!std::filesystem::exists(file, error)) return failure(Code::kNotFound, "", "there is no such file");
+  if (!std::filesystem::is_regular_file(file, error)) return failure(Code::kFileNotReadable, "", "is no file");
   Bytes bytes(file);
   Elf64_Ehdr header{};
-  if (!bytes.read(0, &header, sizeof header)) return failure("", "is no shared object");
-  if (const std::string wrong = wrong_header(header); !wrong.empty()) return failure("", wrong);
+  if (!bytes.read(0, &header, sizeof header)) return failure(Code::kFileNotReadable, "", "is no shared object");
+  if (const std::string wrong = wrong_header(header); !wrong.empty()) return failure(Code::kIncompatible, "", wrong);
 
-  const auto cut_off = [] { return failure("", "is a shared object, but not whole"); };
+  const auto cut_off = [] { return failure(Code::kSyntax, "", "is a shared object, but not whole"); };
   const auto read_entry = [&](std::uint64_t index, Elf64_Shdr& entry) {
     return index < header.e_shnum && bytes.read(header.e_shoff + index * sizeof entry, &entry, sizeof entry);
   };

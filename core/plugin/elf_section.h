@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::plugin {
 

@@ -67,29 +67,34 @@ std::vector<Registration*> in_order(Registration* first) {
   return list;
 }
 
-Findings check_registrations(const std::vector<Registration*>& list) {
-  Findings findings;
-  if (list.empty()) findings.error("", "brings nothing", "TAKT_PRIMITIVE or TAKT_DEVICE_KIND in one of its files");
+Diagnostics check_registrations(const std::vector<Registration*>& list) {
+  Diagnostics diagnostics;
+  if (list.empty())
+    diagnostics.error(Code::kMissing, "", "brings nothing", "TAKT_PRIMITIVE or TAKT_DEVICE_KIND in one of its files");
   for (std::size_t i = 0; i < list.size(); ++i) {
-    findings.append(list[i]->check());
+    diagnostics.append(list[i]->check());
     if (i == 0 || list[i]->what() != list[i - 1]->what() || list[i]->name() != list[i - 1]->name()) continue;
-    findings.error("", fmt::format("declares {} '{}' twice", list[i]->what(), list[i]->name()));
+    diagnostics.error(Code::kDuplicate, "", fmt::format("declares {} '{}' twice", list[i]->what(), list[i]->name()));
   }
-  return findings;
+  return diagnostics;
 }
 
 Result<Loaded> load_checked(const std::filesystem::path& file, const Lines& about) {
   Loaded loaded{file, value_or(about, "name", "?"), value_or(about, "version", "?"), {}};
   if (std::ranges::find(loaded_names(), loaded.name) != loaded_names().end()) {
-    return failure("", fmt::format("a plug-in '{}' is loaded already", loaded.name), "each plug-in once");
+    return failure(Code::kDuplicate, "", fmt::format("a plug-in '{}' is loaded already", loaded.name),
+                   "each plug-in once");
   }
   // Never closed: nets, devices and registries point into it. RTLD_NOW: a missing symbol shows here, not in the cycle.
   void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!library) return failure("", fmt::format("cannot be loaded: {}", readable(dlerror())), kRebuild);
+  if (!library)
+    return failure(Code::kIncompatible, "", fmt::format("cannot be loaded: {}", readable(dlerror())), kRebuild);
   const auto entry = reinterpret_cast<Registration* (*)()>(dlsym(library, "takt_plugin_registrations"));
-  if (!entry) return failure("", "has no takt_plugin_registrations()", "TAKT_PLUGIN(name, version) makes it");
+  if (!entry)
+    return failure(Code::kIncompatible, "", "has no takt_plugin_registrations()",
+                   "TAKT_PLUGIN(name, version) makes it");
   const std::vector<Registration*> list = in_order(entry());
-  if (Findings wrong = check_registrations(list); wrong.has_errors()) return std::unexpected(std::move(wrong));
+  if (Diagnostics wrong = check_registrations(list); wrong.has_errors()) return std::unexpected(std::move(wrong));
   for (Registration* one : list) {
     one->add();
     loaded.brings.push_back(fmt::format("{} {}", one->what(), one->name()));
@@ -100,34 +105,37 @@ Result<Loaded> load_checked(const std::filesystem::path& file, const Lines& abou
 
 }  // namespace
 
-Findings check_about(std::string_view text) {
-  Findings findings;
+Diagnostics check_about(std::string_view text) {
+  Diagnostics diagnostics;
   const auto theirs = parse(text);
   if (!theirs) {
-    findings.error("", "is no plug-in of takt", "TAKT_PLUGIN(name, version) in one of its files");
-    return findings;
+    diagnostics.error(Code::kIncompatible, "", "is no plug-in of takt",
+                      "TAKT_PLUGIN(name, version) in one of its files");
+    return diagnostics;
   }
   constexpr About here = about_plugin("", "");
   Lines ours = *parse(here.view());
   const std::string version = value_or(*theirs, "takt", "an unknown version");
   if (version != TAKT_VERSION) {
-    findings.error("", fmt::format("is built for takt {}; this is takt {}", version, TAKT_VERSION), kRebuild);
-    return findings;  // that everything else differs too is a consequence
+    diagnostics.error(Code::kIncompatible, "",
+                      fmt::format("is built for takt {}; this is takt {}", version, TAKT_VERSION), kRebuild);
+    return diagnostics;  // that everything else differs too is a consequence
   }
   for (const char* own : {"name", "version"}) ours.erase(own);
   for (const auto& [key, value] : ours) {
     const std::string other = value_or(*theirs, key, "nothing");
     if (other == value) continue;
-    findings.error("", fmt::format("is built with {} {}; this takt with {}", key, other, value), kRebuild);
+    diagnostics.error(Code::kIncompatible, "", fmt::format("is built with {} {}; this takt with {}", key, other, value),
+                      kRebuild);
   }
-  return findings;
+  return diagnostics;
 }
 
 Result<Loaded> load(const std::filesystem::path& file) {
   const auto loaded = [&]() -> Result<Loaded> {
     const auto section = read_elf_section(file, kSection);
     if (!section) return std::unexpected(section.error());
-    if (Findings wrong = check_about(*section); wrong.has_errors()) return std::unexpected(std::move(wrong));
+    if (Diagnostics wrong = check_about(*section); wrong.has_errors()) return std::unexpected(std::move(wrong));
     std::error_code error;
     return load_checked(std::filesystem::canonical(file, error), *parse(*section));
   };

@@ -30,13 +30,14 @@ class ArmCommand final : public Primitive {
     setup.costs(40.0);
   }
 
-  Findings prepare() override {
+  Diagnostics prepare() override {
     const auto mode = device::control_mode_of(mode_.view());
-    Findings findings;
+    Diagnostics diagnostics;
     if (mode && arm_ != nullptr && !arm_->description().modes.has(*mode))
-      findings.error("/mode", fmt::format("arm '{}' has no mode '{}'", arm_->name(), mode_.view()),
-                     arm_->description().modes.list());
-    return findings;
+      diagnostics.error(Code::kUnknownName, "/mode",
+                        fmt::format("arm '{}' has no mode '{}'", arm_->name(), mode_.view()),
+                        arm_->description().modes.list());
+    return diagnostics;
   }
 
   void update(const Cycle& cycle) override {

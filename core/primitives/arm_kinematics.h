@@ -15,13 +15,14 @@ inline net::Frame tool_parameter(net::Setup& setup, const device::Arm* arm) {
       "tool", fallback, {.unit = "m", .doc = "pose of the frame T in the flange; default: the arm's tool"});
 }
 
-/// A finding if the arm lacks kinematics. Realtime: setup.
-inline Findings need_chain(const device::Arm* arm, bool need_inverse) {
-  Findings findings;
+/// A diagnostic if the arm lacks kinematics. Realtime: setup.
+inline Diagnostics need_chain(const device::Arm* arm, bool need_inverse) {
+  Diagnostics diagnostics;
   const bool missing = arm != nullptr &&
                        (arm->description().chain == nullptr || (need_inverse && arm->description().inverse == nullptr));
-  if (missing) findings.error("/device", "arm '" + arm->name() + "' has no such kinematics", "another arm");
-  return findings;
+  if (missing)
+    diagnostics.error(Code::kUnknownName, "/device", "arm '" + arm->name() + "' has no such kinematics", "another arm");
+  return diagnostics;
 }
 
 /// What the linear rows of a Jacobian are divided by where lengths and angles have to be compared.
@@ -36,7 +37,7 @@ struct ArmKinematics {
       : arm(setup.device<device::Arm>("device", device::Arm::kKind, "whose kinematics")),
         X_FT(tool_parameter(setup, arm)) {}
 
-  [[nodiscard]] Findings check() const { return need_chain(arm, false); }
+  [[nodiscard]] Diagnostics check() const { return need_chain(arm, false); }
 
   /// @return false if these are not positions of this arm's joints. Realtime: cyclic.
   bool look(const net::In<net::JointArray>& q) {

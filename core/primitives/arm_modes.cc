@@ -18,19 +18,19 @@ using device::Compliance;
 using device::ControlMode;
 using kinematics::JointVector;
 
-/// A finding with all that is allowed if the arm has no such mode.
-Findings need_mode(const Arm* arm, ControlMode mode, const char* pointer) {
-  Findings findings;
+/// A diagnostic with all that is allowed if the arm has no such mode.
+Diagnostics need_mode(const Arm* arm, ControlMode mode, const char* pointer) {
+  Diagnostics diagnostics;
   if (arm != nullptr && !arm->description().modes.has(mode))
-    findings.error(pointer, fmt::format("arm '{}' has no mode '{}'", arm->name(), name_of(mode)),
-                   arm->description().modes.list());
-  return findings;
+    diagnostics.error(Code::kUnknownName, pointer, fmt::format("arm '{}' has no mode '{}'", arm->name(), name_of(mode)),
+                      arm->description().modes.list());
+  return diagnostics;
 }
 
 /// The part that both modes of impedance share: where the springs rest, and how what the net wants of them is reached.
 class ImpedanceCommand : public Primitive {
  public:
-  Findings prepare() override { return need_mode(arm_, mode_, "/device"); }
+  Diagnostics prepare() override { return need_mode(arm_, mode_, "/device"); }
 
   void update(const Cycle& cycle) final {
     if (q_.null() || dq_.null() || ddq_.null() || wants_null()) return fail(cycle);
@@ -210,7 +210,7 @@ class ExternalWrench final : public Primitive {
     setup.costs(1500.0);
   }
 
-  Findings prepare() override { return need_chain(arm_, /*need_inverse=*/false); }
+  Diagnostics prepare() override { return need_chain(arm_, /*need_inverse=*/false); }
 
   void update(const Cycle&) override {
     if (!arm_->has_sample() || arm_->sample().tau_external.size() == 0) return wrench_.set_null();

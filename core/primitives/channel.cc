@@ -59,13 +59,14 @@ class Output final : public Primitive {
     setup.claims("channel");
   }
 
-  Findings prepare() override {
-    Findings findings;
+  Diagnostics prepare() override {
+    Diagnostics diagnostics;
     if (channel_->description().writer != ChannelDescription::Writer::kNet) {
-      findings.error("/channel", fmt::format("'{}' is written from outside, not by nets", channel_->name()),
-                     "a channel that is declared with writer \"net\"");
+      diagnostics.error(Code::kInvalidValue, "/channel",
+                        fmt::format("'{}' is written from outside, not by nets", channel_->name()),
+                        "a channel that is declared with writer \"net\"");
     }
-    return findings;
+    return diagnostics;
   }
 
   void update(const Cycle&) override { channel_->put(value_); }

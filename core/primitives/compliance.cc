@@ -132,12 +132,14 @@ class ForceController final : public Primitive {
         velocity_max_(number(setup, "velocity_max", "m/s", "never faster, either way", "0.02", "(0,inf)")),
         acceleration_max_(number(setup, "acceleration_max", "m/s^2", "bounds every change", "1.0", "(0,inf)")) {}
 
-  Findings prepare() override {
-    Findings findings;
+  Diagnostics prepare() override {
+    Diagnostics diagnostics;
     if (release_ >= touch_)
-      findings.error("/release_force", "not below contact_force", "release_force < contact_force");
-    if (approach_ > velocity_max_) findings.error("/approach_velocity", "above velocity_max", "at most velocity_max");
-    return findings;
+      diagnostics.error(Code::kOutOfRange, "/release_force", "not below contact_force",
+                        "release_force < contact_force");
+    if (approach_ > velocity_max_)
+      diagnostics.error(Code::kOutOfRange, "/approach_velocity", "above velocity_max", "at most velocity_max");
+    return diagnostics;
   }
 
   void update(const Cycle& cycle) override {

@@ -20,7 +20,7 @@ class Reservation final : public Primitive {
     setup.claims("device");
   }
 
-  Findings prepare() override {
+  Diagnostics prepare() override {
     for (const Resource* part : whole_->leaves())
       if (const auto* actuator = dynamic_cast<const device::Actuator*>(part)) actuators_.push_back(actuator);
     return {};

@@ -43,12 +43,12 @@ class Pid final : public Primitive {
         lower_(setup.parameter<Real>("lower", -1e300, {.unit = "v", .doc = "smallest output"})),
         upper_(setup.parameter<Real>("upper", 1e300, {.unit = "v", .doc = "largest output"})) {}
 
-  Findings prepare() override {
-    Findings findings;
-    if (lower_ > upper_) findings.error("/lower", "lower is above upper", "lower <= upper");
+  Diagnostics prepare() override {
+    Diagnostics diagnostics;
+    if (lower_ > upper_) diagnostics.error(Code::kOutOfRange, "/lower", "lower is above upper", "lower <= upper");
     if (tracking_time_ == 0.0)
       tracking_time_ = derivative_time_ > 0.0 ? std::sqrt(integral_time_ * derivative_time_) : integral_time_;
-    return findings;
+    return diagnostics;
   }
 
   void update(const Cycle& cycle) override {

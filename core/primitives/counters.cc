@@ -42,12 +42,13 @@ class UpDownCounter final : public Primitive {
         lower_(setup.parameter<Integer>("lower", 0, {.doc = "never below"})),
         upper_(setup.parameter<Integer>("upper", std::numeric_limits<Integer>::max(), {.doc = "never above"})) {}
 
-  Findings prepare() override {
-    Findings findings;
-    if (lower_ > upper_) findings.error("/lower", "lower is above upper", "lower <= upper");
+  Diagnostics prepare() override {
+    Diagnostics diagnostics;
+    if (lower_ > upper_) diagnostics.error(Code::kOutOfRange, "/lower", "lower is above upper", "lower <= upper");
     if (initial_ < lower_ || initial_ > upper_)
-      findings.error("/initial", "initial is outside [lower, upper]", "a count that may be reached");
-    return findings;
+      diagnostics.error(Code::kOutOfRange, "/initial", "initial is outside [lower, upper]",
+                        "a count that may be reached");
+    return diagnostics;
   }
 
   void update(const Cycle& cycle) override {

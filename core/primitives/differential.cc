@@ -28,7 +28,7 @@ class JointTorques final : public Primitive {
             "tau", {.unit = "N*m", .doc = "torques that exert this wrench on the surroundings", .may_be_null = true})),
         kinematics_(setup) {}
 
-  Findings prepare() override { return kinematics_.check(); }
+  Diagnostics prepare() override { return kinematics_.check(); }
 
   void update(const Cycle&) override {
     if (wrench_.null() || !kinematics_.look(q_)) return tau_.set_null();
@@ -53,7 +53,7 @@ class JointTwist final : public Primitive {
             "twist", {.unit = "m/s,rad/s", .doc = "of T at its origin, in the axes of B", .may_be_null = true})),
         kinematics_(setup) {}
 
-  Findings prepare() override { return kinematics_.check(); }
+  Diagnostics prepare() override { return kinematics_.check(); }
 
   void update(const Cycle&) override {
     if (dq_.null() || !kinematics_.look(q_) || dq_->size != q_->size) return twist_.set_null();
@@ -78,7 +78,7 @@ class Manipulability final : public Primitive {
         kinematics_(setup),
         length_(length_parameter(setup)) {}
 
-  Findings prepare() override { return kinematics_.check(); }
+  Diagnostics prepare() override { return kinematics_.check(); }
 
   void update(const Cycle&) override {
     if (!kinematics_.look(q_)) {
@@ -126,15 +126,15 @@ class DifferentialInverseKinematics final : public Primitive {
     setup.latency("twist", "dq", {.cycles = 0, .data_dependent = true});
   }
 
-  Findings prepare() override {
-    Findings findings = kinematics_.check();
-    if (findings.has_errors() || kinematics_.arm == nullptr) return findings;
+  Diagnostics prepare() override {
+    Diagnostics diagnostics = kinematics_.check();
+    if (diagnostics.has_errors() || kinematics_.arm == nullptr) return diagnostics;
     const int n = kinematics_.arm->joint_count();
     if (seed_.size != 0 && seed_.size != n)
-      findings.error("/seed", "wrong number of joints", "one number per joint of the arm");
+      diagnostics.error(Code::kWrongSize, "/seed", "wrong number of joints", "one number per joint of the arm");
     follower_.emplace(kinematics_.arm->description().limits, bounds_);
     stop_time_ = motion::longest_stop(kinematics_.arm->description().limits);
-    return findings;
+    return diagnostics;
   }
 
   [[nodiscard]] double stop_time_bound() const override { return stop_time_; }

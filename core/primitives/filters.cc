@@ -82,7 +82,7 @@ class MovingAverageOf : public Filter<T> {
       : Filter<T>(setup, "mean of the newest inputs"),
         cycles_(setup.parameter<Integer>("cycles", {.doc = "how many at most", .range = "[1,10000]", .example = "5"})) {
   }
-  Findings prepare() override {
+  Diagnostics prepare() override {
     window_.resize(static_cast<std::size_t>(cycles_));
     return {};
   }
@@ -196,11 +196,11 @@ class Biquad final : public SecondOrder {
       : SecondOrder(setup),
         c_{number(setup, "b0", "0.2"), number(setup, "b1", "0.4"), number(setup, "b2", "0.2"),
            number(setup, "a1", "-0.4"), number(setup, "a2", "0.2")} {}
-  Findings prepare() override {
-    Findings findings;
+  Diagnostics prepare() override {
+    Diagnostics diagnostics;
     const bool stable = std::abs(c_.a2) < 1.0 && std::abs(c_.a1) < 1.0 + c_.a2;
-    if (!stable) findings.error("/a1", "the filter is not stable", "|a2| < 1 and |a1| < 1 + a2");
-    return findings;
+    if (!stable) diagnostics.error(Code::kOutOfRange, "/a1", "the filter is not stable", "|a2| < 1 and |a1| < 1 + a2");
+    return diagnostics;
   }
 
  private:
@@ -276,11 +276,12 @@ class Integrator final : public Primitive {
         lower_(setup.parameter<Real>("lower", -1e300, {.unit = "u*s", .doc = "never below"})),
         upper_(setup.parameter<Real>("upper", 1e300, {.unit = "u*s", .doc = "never above"})) {}
 
-  Findings prepare() override {
-    Findings findings;
+  Diagnostics prepare() override {
+    Diagnostics diagnostics;
     if (!(lower_ <= initial_ && initial_ <= upper_))
-      findings.error("/initial", "initial is outside [lower, upper]", "lower <= initial <= upper");
-    return findings;
+      diagnostics.error(Code::kOutOfRange, "/initial", "initial is outside [lower, upper]",
+                        "lower <= initial <= upper");
+    return diagnostics;
   }
 
   void update(const Cycle& cycle) override {

@@ -66,7 +66,7 @@ class JerkLimited : public Primitive {
     setup.latency("target", "position", {.cycles = 0, .data_dependent = true});
   }
 
-  Findings prepare() override {
+  Diagnostics prepare() override {
     using enum OnlineGenerator::Synchronization;
     generator_.emplace(static_cast<int>(count_), synchronization_ == "none"    ? kNone
                                                  : synchronization_ == "phase" ? kPhase

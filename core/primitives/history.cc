@@ -51,7 +51,7 @@ class Delay final : public Primitive {
     setup.latency_by("input", "value", "cycles");
   }
 
-  Findings prepare() override {
+  Diagnostics prepare() override {
     ring_.allocate(cycles_ + 1);
     return {};
   }
@@ -83,7 +83,7 @@ class ValueAgo final : public Primitive {
     setup.latency("input", "value", {.cycles = 0, .data_dependent = true});
   }
 
-  Findings prepare() override {
+  Diagnostics prepare() override {
     ring_.allocate(cycles_ + 1);
     return {};
   }
@@ -196,7 +196,7 @@ class Trace final : public Primitive {
     setup.latency("input", "value", {.cycles = 0, .data_dependent = true});
   }
 
-  Findings prepare() override {
+  Diagnostics prepare() override {
     entries_.resize(static_cast<std::size_t>(cycles_));
     return {};
   }

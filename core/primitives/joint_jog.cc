@@ -37,12 +37,12 @@ class JointJog final : public Primitive {
     setup.costs(2500.0);
   }
 
-  Findings prepare() override {
-    Findings findings = kinematics_.check();
-    if (findings.has_errors() || kinematics_.arm == nullptr) return findings;
+  Diagnostics prepare() override {
+    Diagnostics diagnostics = kinematics_.check();
+    if (diagnostics.has_errors() || kinematics_.arm == nullptr) return diagnostics;
     follower_.emplace(kinematics_.arm->description().limits, bounds_);
     stop_time_ = motion::longest_stop(kinematics_.arm->description().limits);
-    return findings;
+    return diagnostics;
   }
 
   [[nodiscard]] double stop_time_bound() const override { return stop_time_; }

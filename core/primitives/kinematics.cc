@@ -32,7 +32,7 @@ class ForwardKinematics final : public Primitive {
     setup.costs(400.0);
   }
 
-  Findings prepare() override { return need_chain(arm_, false); }
+  Diagnostics prepare() override { return need_chain(arm_, false); }
 
   void update(const Cycle&) override {
     const auto& chain = *arm_->description().chain;
@@ -90,13 +90,13 @@ class InverseKinematics final : public Primitive {
     setup.costs(1'500.0);
   }
 
-  Findings prepare() override {
+  Diagnostics prepare() override {
     X_TF_ = X_FT_.inverse();
-    Findings findings = need_chain(arm_, true);
-    if (findings.has_errors() || arm_ == nullptr) return findings;
+    Diagnostics diagnostics = need_chain(arm_, true);
+    if (diagnostics.has_errors() || arm_ == nullptr) return diagnostics;
     if (seed_.size != 0 && seed_.size != arm_->joint_count())
-      findings.error("/seed", "wrong number of joints", "one number per joint of the arm");
-    return findings;
+      diagnostics.error(Code::kWrongSize, "/seed", "wrong number of joints", "one number per joint of the arm");
+    return diagnostics;
   }
 
   void update(const Cycle& cycle) override {

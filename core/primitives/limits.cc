@@ -12,10 +12,10 @@ namespace {
 using namespace net;
 
 /// An error unless lower <= upper.
-Findings check_order(double lower, double upper) {
-  Findings findings;
-  if (lower > upper) findings.error("/lower", "lower is above upper", "lower <= upper");
-  return findings;
+Diagnostics check_order(double lower, double upper) {
+  Diagnostics diagnostics;
+  if (lower > upper) diagnostics.error(Code::kOutOfRange, "/lower", "lower is above upper", "lower <= upper");
+  return diagnostics;
 }
 
 class Saturation final : public Primitive {
@@ -27,7 +27,7 @@ class Saturation final : public Primitive {
         lower_(setup.parameter<Real>("lower", {.unit = "u", .doc = "smallest value", .example = "-1.0"})),
         upper_(setup.parameter<Real>("upper", {.unit = "u", .doc = "largest value", .example = "1.0"})) {}
 
-  Findings prepare() override { return check_order(lower_, upper_); }
+  Diagnostics prepare() override { return check_order(lower_, upper_); }
 
   void update(const Cycle&) override {
     if (input_.null()) {
@@ -85,7 +85,7 @@ class Hysteresis final : public Primitive {
         initial_(setup.parameter<Boolean>("initial", false,
                                           {.doc = "state of a first value between the two, also after null"})) {}
 
-  Findings prepare() override { return check_order(lower_, upper_); }
+  Diagnostics prepare() override { return check_order(lower_, upper_); }
 
   void update(const Cycle& cycle) override {
     if (cycle.first || input_.null()) state_ = initial_;

@@ -150,7 +150,7 @@ class BoundedOffset final : public Primitive {
         jerk_max_(setup.parameter<Real>(
             "jerk_max", {.unit = "m/s^3", .doc = "of every change", .range = "[1e-6,1e6]", .example = "20.0"})) {}
 
-  Findings prepare() override {
+  Diagnostics prepare() override {
     generator_.emplace(1, OnlineGenerator::Synchronization::kNone);
     const auto one = [](double value) { return JointVector(JointVector::Constant(1, value)); };
     limits_ = {.velocity = one(velocity_max_), .acceleration = one(acceleration_max_), .jerk = one(jerk_max_)};

@@ -50,16 +50,17 @@ struct JointOutputs {
 
 /// Reads a path of kind P from parameter "path".
 template <class P>
-Findings read_path(const nlohmann::ordered_json& json, P& path) {
+Diagnostics read_path(const nlohmann::ordered_json& json, P& path) {
   auto read = motion::path_from_json(json, "/path");
   if (!read) return std::move(read.error());
   if (auto* wanted = std::get_if<P>(&*read)) {
     path = std::move(*wanted);
     return {};
   }
-  Findings findings;
-  findings.error("/path/kind", "this primitive follows another kind of path", "use the primitive of that kind");
-  return findings;
+  Diagnostics diagnostics;
+  diagnostics.error(Code::kInvalidValue, "/path/kind", "this primitive follows another kind of path",
+                    "use the primitive of that kind");
+  return diagnostics;
 }
 
 class JointLine final : public Primitive {
@@ -72,7 +73,7 @@ class JointLine final : public Primitive {
     setup.costs(60.0);
   }
 
-  Findings prepare() override { return read_path(json_, line_); }
+  Diagnostics prepare() override { return read_path(json_, line_); }
 
   void update(const Cycle&) override {
     if (at_.null()) return joints_.set_null();
@@ -138,7 +139,7 @@ class FramePath final : public Primitive {
     setup.costs(150.0);
   }
 
-  Findings prepare() override { return read_path(json_, path_); }
+  Diagnostics prepare() override { return read_path(json_, path_); }
 
   void update(const Cycle&) override {
     if (at_.null()) return frame_.set_null();
@@ -165,7 +166,7 @@ class CompositePath final : public Primitive {
         json_(setup.json("path", {.doc = "{\"kind\": \"composite\", \"pieces\": [...]} from the plan",
                                   .example = kCompositeExample})) {}
 
-  Findings prepare() override { return read_path(json_, path_); }
+  Diagnostics prepare() override { return read_path(json_, path_); }
 
   void update(const Cycle&) override {
     if (at_.null()) {

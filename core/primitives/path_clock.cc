@@ -44,7 +44,7 @@ class PathClock final : public Primitive {
     setup.costs(60.0);
   }
 
-  Findings prepare() override {
+  Diagnostics prepare() override {
     auto bounds = motion::clock_bounds_from_json(bounds_json_, "/bounds");
     if (!bounds) return std::move(bounds.error());
     if (law_json_.is_null() || bounds->stop.empty()) {
@@ -75,10 +75,11 @@ class PathClock final : public Primitive {
   static nlohmann::ordered_json given(const nlohmann::ordered_json* json) {
     return json != nullptr ? *json : nlohmann::ordered_json();
   }
-  [[nodiscard]] Findings lasts_otherwise(double law_s) const {
-    Findings findings;
-    findings.error("/law", fmt::format("the law lasts {} s, the clock {} s", law_s, duration_), "the same duration");
-    return findings;
+  [[nodiscard]] Diagnostics lasts_otherwise(double law_s) const {
+    Diagnostics diagnostics;
+    diagnostics.error(Code::kInvalidValue, "/law", fmt::format("the law lasts {} s, the clock {} s", law_s, duration_),
+                      "the same duration");
+    return diagnostics;
   }
   static PortSpec begin(std::string_view unit, std::string_view doc) {
     return {.unit = unit, .doc = doc, .on_null = OnNull::kHandled, .optional = true};
@@ -116,7 +117,7 @@ class TimeLaw final : public Primitive {
     setup.costs(40.0);
   }
 
-  Findings prepare() override {
+  Diagnostics prepare() override {
     auto law = motion::time_law_from_json(law_json_, "/law");
     if (!law) return std::move(law.error());
     law_ = std::move(*law);

@@ -154,10 +154,10 @@ class UniformNoise final : public Noise {
       : Noise(setup),
         low_(setup.parameter<Real>("low", {.unit = "u", .doc = "smallest number", .example = "-1.0"})),
         high_(setup.parameter<Real>("high", {.unit = "u", .doc = "all are below", .example = "1.0"})) {}
-  Findings prepare() override {
-    Findings findings;
-    if (low_ > high_) findings.error("/low", "low is above high", "low <= high");
-    return findings;
+  Diagnostics prepare() override {
+    Diagnostics diagnostics;
+    if (low_ > high_) diagnostics.error(Code::kOutOfRange, "/low", "low is above high", "low <= high");
+    return diagnostics;
   }
 
  private:

@@ -25,7 +25,7 @@ class Points {
             {.doc = "linear: straight lines; natural: cubic spline; rest: cubic spline with slope 0 at both ends",
              .range = "linear|natural|rest"})) {}
 
-  Findings read(Curve& curve) const {
+  Diagnostics read(Curve& curve) const {
     using enum Curve::Form;
     auto read = Curve::from_json(json_, form_ == "linear" ? kLinear : form_ == "rest" ? kRest : kNatural, "/points");
     if (!read) return std::move(read.error());
@@ -47,11 +47,11 @@ class Table final : public Primitive {
         inside_(setup.out<Boolean>("inside", {.doc = "the input lies between the first and the last point"})),
         points_(setup, "[[input, value], ...], input ascending", "[[0.0, 1.0], [1.0, 3.0], [2.0, 2.0]]") {}
 
-  Findings prepare() override {
-    Findings findings = points_.read(curve_);
-    if (!findings.has_errors() && curve_.dimension() != 1)
-      findings.error("/points/0", "more than one value", "[input, value]");
-    return findings;
+  Diagnostics prepare() override {
+    Diagnostics diagnostics = points_.read(curve_);
+    if (!diagnostics.has_errors() && curve_.dimension() != 1)
+      diagnostics.error(Code::kWrongSize, "/points/0", "more than one value", "[input, value]");
+    return diagnostics;
   }
 
   void update(const Cycle&) override {
@@ -87,7 +87,7 @@ class JointTable final : public Primitive {
         points_(setup, "[[time in s, positions in rad ...], ...], time ascending",
                 "[[0.0, 0.0, 0.5], [1.0, 1.0, 0.2], [2.0, 0.5, 0.0]]") {}
 
-  Findings prepare() override { return points_.read(curve_); }
+  Diagnostics prepare() override { return points_.read(curve_); }
 
   void update(const Cycle&) override {
     if (time_.null() || rate_.null() || rate_derivative_.null()) {

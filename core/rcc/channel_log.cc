@@ -6,20 +6,21 @@
 
 namespace takt::rcc {
 
-Findings LatchReplay::before_step(ControlCore& core) {
-  Findings findings;
+Diagnostics LatchReplay::before_step(ControlCore& core) {
+  Diagnostics diagnostics;
   for (; next_ < latches_.size() && latches_[next_].cycle <= core.cycle(); ++next_) {
     const Latch& latch = latches_[next_];
     device::Channel* channel = core.find_channel(latch.channel);
     if (channel == nullptr) {
-      findings.error({}, fmt::format("there is no channel '{}' to replay", latch.channel));
+      diagnostics.error(Code::kUnknownName, {}, fmt::format("there is no channel '{}' to replay", latch.channel));
       continue;
     }
     const auto written = latch.value ? channel->write(*latch.value) : channel->write_null();
     if (written != device::Channel::Written::kDone || latch.cycle != core.cycle())
-      findings.error({}, fmt::format("channel '{}' cannot be replayed in cycle {}", latch.channel, latch.cycle));
+      diagnostics.error(Code::kNotPossibleNow, {},
+                        fmt::format("channel '{}' cannot be replayed in cycle {}", latch.channel, latch.cycle));
   }
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace takt::rcc

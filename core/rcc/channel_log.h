@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/device/channel.h"
 
 namespace takt::rcc {
@@ -27,7 +27,7 @@ class LatchReplay {
   /// @param latches  in the order of their cycles, as ControlCore::take_latches() gave them
   explicit LatchReplay(std::vector<Latch> latches) : latches_(std::move(latches)) {}
   /// @return what could not be written: a channel that is absent, of another type, or written by nets.
-  Findings before_step(ControlCore& core);
+  Diagnostics before_step(ControlCore& core);
 
  private:
   std::vector<Latch> latches_;

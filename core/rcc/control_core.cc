@@ -43,8 +43,9 @@ struct Posted {
   device::ControlMode mode = device::ControlMode::kPosition;
 };
 
-Findings full_queue() {
-  return failure("", fmt::format("{} requests wait for the next cycle: the queue holds no more", kQueueCapacity),
+Diagnostics full_queue() {
+  return failure(Code::kTooLarge, "",
+                 fmt::format("{} requests wait for the next cycle: the queue holds no more", kQueueCapacity),
                  "let the core run a cycle, then ask again")
       .error();
 }
@@ -98,14 +99,14 @@ struct ControlCore::Impl {
     resources.add(std::move(name), *resource);
     return *owned.emplace_back(std::move(resource));
   }
-  [[nodiscard]] Findings bind(NetEntry& entry);
-  void bind_states(NetEntry& entry, Findings& findings) const;
+  [[nodiscard]] Diagnostics bind(NetEntry& entry);
+  void bind_states(NetEntry& entry, Diagnostics& diagnostics) const;
   void bind_path_stop(NetEntry& entry) const;
   [[nodiscard]] std::vector<NetEntry::DeclaredSeam> bind_seams(const NetEntry& entry, const std::vector<NetSeam>& seams,
-                                                               const std::string& pointer, Findings& findings);
+                                                               const std::string& pointer, Diagnostics& diagnostics);
 
   /// Why none of the declared ways in which a net takes a device over follows this end of another one; or nothing.
-  [[nodiscard]] std::optional<net::Text> misfit(const NetEntry::DeclaredSeam& end, const NetEntry& successor);
+  [[nodiscard]] std::optional<net::Text> seam_mismatch(const NetEntry::DeclaredSeam& end, const NetEntry& successor);
 
   void take_samples(std::int64_t k, Nanoseconds now);
   void note_latches(std::int64_t k);
@@ -147,12 +148,12 @@ struct ControlCore::Impl {
 };
 
 /// Places of what the net claims, its seams, its bound, its cost.
-Findings ControlCore::Impl::bind(NetEntry& entry) {
-  Findings findings;
+Diagnostics ControlCore::Impl::bind(NetEntry& entry) {
+  Diagnostics diagnostics;
   for (const net::Resource* claim : entry.net->claims()) entry.claims.push_back(resources.place_of(claim));
-  bind_states(entry, findings);
-  entry.begins = bind_seams(entry, entry.options.begins, "/begins", findings);
-  entry.ends = bind_seams(entry, entry.options.ends, "/ends", findings);
+  bind_states(entry, diagnostics);
+  entry.begins = bind_seams(entry, entry.options.begins, "/begins", diagnostics);
+  entry.ends = bind_seams(entry, entry.options.ends, "/ends", diagnostics);
   const net::StopBound* bound = entry.net->stop_bound();
   entry.cancel_bound_cycles = entry.options.cancel_bound_cycles.value_or(
       bound != nullptr ? bound->in_cycles(options.period) : LoadOptions::kDefaultCancelBound);
@@ -160,13 +161,13 @@ Findings ControlCore::Impl::bind(NetEntry& entry) {
   entry.cost_ns = entry.net->cost_ns() * machine_factor();
   const double load = executor.load_ns(), budget = static_cast<double>(options.budget);
   if (budget > 0.0 && load + entry.cost_ns > budget) {
-    findings.error("",
-                   fmt::format("the net costs about {:.1f} us a cycle and those that run {:.1f} us, together {:.1f} "
-                               "us: the budget is {:.1f} us",
-                               1e-3 * entry.cost_ns, 1e-3 * load, 1e-3 * (load + entry.cost_ns), 1e-3 * budget),
-                   "a smaller net, or fewer at one time");
+    diagnostics.error(Code::kOverBudget, "",
+                      fmt::format("the net costs about {:.1f} us a cycle and those that run {:.1f} us, together {:.1f} "
+                                  "us: the budget is {:.1f} us",
+                                  1e-3 * entry.cost_ns, 1e-3 * load, 1e-3 * (load + entry.cost_ns), 1e-3 * budget),
+                      "a smaller net, or fewer at one time");
   }
-  return findings;
+  return diagnostics;
 }
 
 void ControlCore::Impl::bind_path_stop(NetEntry& entry) const {
@@ -181,7 +182,7 @@ void ControlCore::Impl::bind_path_stop(NetEntry& entry) const {
 }
 
 /// What all drivers of a device agree on is needed at the start. Where they differ, the net changes it by turns.
-void ControlCore::Impl::bind_states(NetEntry& entry, Findings& findings) const {
+void ControlCore::Impl::bind_states(NetEntry& entry, Diagnostics& diagnostics) const {
   std::map<int, std::vector<std::string>> states;
   for (const net::ClaimState& one : entry.net->claim_states()) {
     const int place = resources.place_of(one.device);
@@ -190,22 +191,25 @@ void ControlCore::Impl::bind_states(NetEntry& entry, Findings& findings) const {
   for (auto& [place, wanted] : states) {
     const bool agree = std::ranges::all_of(wanted, [&](const std::string& one) { return one == wanted.front(); });
     if (const auto why = resources.at(place).actuator->conflict(wanted))
-      findings.error("", *why, "a net for each, or one state for all primitives that drive the device");
+      diagnostics.error(Code::kConflict, "", *why,
+                        "a net for each, or one state for all primitives that drive the device");
     if (agree && !wanted.front().empty()) entry.needs.push_back({place, wanted.front()});
   }
 }
 
 std::vector<NetEntry::DeclaredSeam> ControlCore::Impl::bind_seams(const NetEntry& entry,
                                                                   const std::vector<NetSeam>& seams,
-                                                                  const std::string& pointer, Findings& findings) {
+                                                                  const std::string& pointer,
+                                                                  Diagnostics& diagnostics) {
   std::vector<NetEntry::DeclaredSeam> bound;
   for (std::size_t i = 0; i < seams.size(); ++i) {
     const int place = resources.place_of(devices.find(seams[i].device));
     const std::string where = fmt::format("{}/{}", pointer, i);
     if (place < 0 || resources[place].actuator == nullptr || std::ranges::count(entry.claims, place) == 0) {
-      findings.error(where + "/device", fmt::format("the net does not drive '{}'", seams[i].device));
-    } else if (const auto why = resources[place].actuator->misfit(seams[i].seam, seams[i].seam)) {
-      findings.error(where, std::string(why->view()), "a set point of this device");
+      diagnostics.error(Code::kNotPossibleNow, where + "/device",
+                        fmt::format("the net does not drive '{}'", seams[i].device));
+    } else if (const auto why = resources[place].actuator->seam_mismatch(seams[i].seam, seams[i].seam)) {
+      diagnostics.error(Code::kNotPossibleNow, where, std::string(why->view()), "a set point of this device");
     } else {
       bound.push_back({place, seams[i].seam});
     }
@@ -213,11 +217,12 @@ std::vector<NetEntry::DeclaredSeam> ControlCore::Impl::bind_seams(const NetEntry
   return bound;
 }
 
-std::optional<net::Text> ControlCore::Impl::misfit(const NetEntry::DeclaredSeam& end, const NetEntry& successor) {
+std::optional<net::Text> ControlCore::Impl::seam_mismatch(const NetEntry::DeclaredSeam& end,
+                                                          const NetEntry& successor) {
   std::optional<net::Text> first;
   for (const auto& [place, begin] : successor.begins) {
     if (place != end.place) continue;
-    const auto why = resources[place].actuator->misfit(end.seam, begin);
+    const auto why = resources[place].actuator->seam_mismatch(end.seam, begin);
     if (!why) return std::nullopt;
     if (!first) first = why;
   }
@@ -363,10 +368,11 @@ std::span<device::Arm* const> ControlCore::arms() const { return impl_->arms; }
 
 Result<device::Channel*> ControlCore::declare(const device::ChannelDescription& description) {
   auto channel = device::Channel::make(description);
-  Findings findings = channel ? Findings{} : std::move(channel.error());
+  Diagnostics diagnostics = channel ? Diagnostics{} : std::move(channel.error());
   if (impl_->devices.find(description.name) != nullptr)
-    findings.error("/name", fmt::format("'{}' is there already", description.name), "one name, one device or channel");
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+    diagnostics.error(Code::kDuplicate, "/name", fmt::format("'{}' is there already", description.name),
+                      "one name, one device or channel");
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return &add(std::move(*channel));
 }
 
@@ -388,7 +394,7 @@ std::int64_t ControlCore::latches_dropped() const { return impl_->latches_droppe
 
 Result<std::shared_ptr<Watch>> ControlCore::watch(NetId id, std::string_view port, const WatchOptions& options) {
   const NetHandle compiled = net(id);
-  if (compiled == nullptr) return failure("", fmt::format("net {} is not loaded", id));
+  if (compiled == nullptr) return failure(Code::kNotPossibleNow, "", fmt::format("net {} is not loaded", id));
   std::vector<std::string> names;
   for (const auto& monitor : compiled->monitors()) {
     if (monitor.name == port)
@@ -400,7 +406,8 @@ Result<std::shared_ptr<Watch>> ControlCore::watch(NetId id, std::string_view por
       return attach(id, std::make_unique<Watch>(one.name, one.type, compiled->slots().data() + one.offset, options));
     names.push_back(one.name);
   }
-  return failure("", fmt::format("the net '{}' shows no '{}'", compiled->name(), port), nearest_choice(port, names));
+  return failure(Code::kUnknownName, "", fmt::format("the net '{}' shows no '{}'", compiled->name(), port),
+                 nearest_choice(port, names));
 }
 
 Result<std::shared_ptr<Watch>> ControlCore::watch(std::string_view channel, const WatchOptions& options) {
@@ -408,7 +415,8 @@ Result<std::shared_ptr<Watch>> ControlCore::watch(std::string_view channel, cons
     return attach(0, std::make_unique<Watch>(found->name(), found->description().type, found->raw_slot(), options));
   std::vector<std::string> names;
   for (const device::Channel* one : impl_->channels) names.push_back(one->name());
-  return failure("", fmt::format("there is no channel '{}'", channel), nearest_choice(channel, names));
+  return failure(Code::kUnknownName, "", fmt::format("there is no channel '{}'", channel),
+                 nearest_choice(channel, names));
 }
 
 Result<std::shared_ptr<Watch>> ControlCore::attach(NetId net, std::unique_ptr<Watch> watch) {
@@ -432,10 +440,10 @@ NetId ControlCore::load_async(net::NetDescription description, const LoadOptions
 
 bool ControlCore::knows(NetId net) const { return impl_->nets.hold(net) != nullptr; }
 
-Findings ControlCore::findings(NetId net) const {
+Diagnostics ControlCore::diagnostics(NetId net) const {
   const EntryHandle entry = impl_->nets.hold(net);
   const bool known = entry != nullptr && entry->state.load(std::memory_order_acquire) == NetState::kRejected;
-  return known ? entry->findings : Findings{};
+  return known ? entry->diagnostics : Diagnostics{};
 }
 
 bool ControlCore::unload(NetId net) {
@@ -486,26 +494,27 @@ RequestId ControlCore::change_mode(std::string_view name, device::ControlMode mo
 }
 
 Result<RequestId> ControlCore::schedule_after(NetId predecessor, NetId successor, NetId from_rest) {
-  Findings findings;
+  Diagnostics diagnostics;
   // Held, so that no other thread can have them freed while they are compared.
   const EntryHandle before = impl_->nets.hold(predecessor), after = impl_->nets.hold(successor);
   const EntryHandle rested = from_rest != 0 ? impl_->nets.hold(from_rest) : nullptr;
-  const auto check = [&findings](NetId id, const EntryHandle& entry, bool starts) {
-    if (entry == nullptr) return findings.error("", fmt::format("net {} is not loaded", id));
+  const auto check = [&diagnostics](NetId id, const EntryHandle& entry, bool starts) {
+    if (entry == nullptr) return diagnostics.error(Code::kNotPossibleNow, "", fmt::format("net {} is not loaded", id));
     const NetState state = entry->state.load(std::memory_order_acquire);
     if (starts && state != NetState::kReady)
-      findings.error("", fmt::format("net {} is not Ready, it is {}", id, name_of(state)));
+      diagnostics.error(Code::kNotPossibleNow, "", fmt::format("net {} is not Ready, it is {}", id, name_of(state)));
   };
   check(predecessor, before, false);
   check(successor, after, true);
   if (from_rest != 0) check(from_rest, rested, true);
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   for (const auto& end : before->known_ends()) {
-    if (const auto why = impl_->misfit(end, *after))
-      findings.error("", fmt::format("net {} cannot follow net {}: {}: {}", successor, predecessor,
-                                     impl_->resources[end.place].actuator->name(), why->view()));
+    if (const auto why = impl_->seam_mismatch(end, *after))
+      diagnostics.error(Code::kNotPossibleNow, "",
+                        fmt::format("net {} cannot follow net {}: {}: {}", successor, predecessor,
+                                    impl_->resources[end.place].actuator->name(), why->view()));
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   Rule rule{.condition = {Term::state(predecessor, {NetState::kTerminated})},
             .action = {.abort = {}, .cancel = {}, .start = {successor}}};
   if (from_rest != 0) rule.otherwise.start = {from_rest};

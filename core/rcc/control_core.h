@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "core/device/arm.h"
 #include "core/device/channel.h"
@@ -129,7 +129,7 @@ class ControlCore {
   /// The same on a worker thread: Loading now, Ready or Rejected later (row L1). For real time; in lock-step load().
   [[nodiscard]] NetId load_async(net::NetDescription description, const LoadOptions& options = {});
   /// Why a net was rejected.
-  [[nodiscard]] Findings findings(NetId net) const;
+  [[nodiscard]] Diagnostics diagnostics(NetId net) const;
   /// Forgets a net that is not active, in the next cycle. Needs no room: it is refused for no other reason.
   /// @return false while it is active or Loading, or unknown.
   bool unload(NetId net);

@@ -284,9 +284,9 @@ void Executor::prepare(const Transaction& transaction) {
 std::optional<net::Text> Executor::refuse_seam(const NetEntry& entry) const {
   for (const auto& [place, begin] : entry.begins) {
     const device::Actuator& actuator = *resources_[place].actuator;
-    const auto why = actuator.misfit(actuator.seam(), begin);
+    const auto why = actuator.seam_mismatch(actuator.seam(), begin);
     const auto fits = [&](const NetEntry::DeclaredSeam& other) {
-      return other.place == place && !actuator.misfit(actuator.seam(), other.seam);
+      return other.place == place && !actuator.seam_mismatch(actuator.seam(), other.seam);
     };
     if (why && std::ranges::none_of(entry.begins, fits)) return why;
   }

@@ -106,27 +106,28 @@ void NetTable::compile(NetEntry& entry, const net::NetDescription& description) 
   const std::lock_guard lock(compile_mutex_);
   auto compiled = net::CompiledNet::compile(description, environment_);
   if (!compiled) {
-    entry.findings = std::move(compiled.error());
+    entry.diagnostics = std::move(compiled.error());
     entry.state.store(NetState::kRejected, std::memory_order_release);
     return;
   }
   entry.net = std::move(*compiled);
-  entry.findings = bind_(entry);
-  const NetState state = entry.findings.has_errors() ? NetState::kRejected : NetState::kReady;
+  entry.diagnostics = bind_(entry);
+  const NetState state = entry.diagnostics.has_errors() ? NetState::kRejected : NetState::kReady;
   entry.state.store(state, std::memory_order_release);
 }
 
 Result<NetId> NetTable::load(const net::NetDescription& description, const LoadOptions& options) {
   const std::shared_ptr<NetEntry> entry = reserve(options);
   if (entry == nullptr)
-    return failure("", fmt::format("no room for another net ({} are loaded)", slots_.size()), "unload some first");
+    return failure(Code::kTooLarge, "", fmt::format("no room for another net ({} are loaded)", slots_.size()),
+                   "unload some first");
   compile(*entry, description);
   if (entry->state == NetState::kReady) {
     publish(*entry);
     return entry->id;
   }
   drop(entry);
-  return std::unexpected(std::move(entry->findings));
+  return std::unexpected(std::move(entry->diagnostics));
 }
 
 NetId NetTable::load_async(net::NetDescription description, const LoadOptions& options) {

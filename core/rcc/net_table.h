@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/net/compiled_net.h"
 #include "core/rcc/control_core.h"
 #include "core/rcc/net_bits.h"
@@ -28,7 +28,7 @@ struct NetEntry : std::enable_shared_from_this<NetEntry> {
   LoadOptions options;
   std::atomic<NetState> state = NetState::kLoading;
   std::unique_ptr<net::CompiledNet> net;
-  Findings findings;
+  Diagnostics diagnostics;
   std::vector<int> claims;  ///< places in the resource table
   struct DeclaredSeam {
     int place;
@@ -71,7 +71,7 @@ using EntryHandle = std::shared_ptr<const NetEntry>;
 class NetTable {
  public:
   /// Fits a compiled net into the core: claims, seams, bounds, cost. @return why it does not fit. Realtime: setup.
-  using Bind = std::function<Findings(NetEntry&)>;
+  using Bind = std::function<Diagnostics(NetEntry&)>;
 
   NetTable(int capacity, net::Environment& environment, Bind bind);
   ~NetTable();

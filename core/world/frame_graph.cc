@@ -4,32 +4,37 @@
 
 namespace takt::world {
 
-Findings FrameGraph::add(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF) {
+Diagnostics FrameGraph::add(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF) {
   if (!contains(name)) return set(name, parent, X_PF);
-  Findings findings;
-  findings.error({}, fmt::format("a frame named '{}' exists already", name), "each name once");
-  return findings;
+  Diagnostics diagnostics;
+  diagnostics.error(Code::kDuplicate, {}, fmt::format("a frame named '{}' exists already", name), "each name once");
+  return diagnostics;
 }
 
-Findings FrameGraph::set(const std::string& name, const Relation& relation) {
-  Findings findings;
+Diagnostics FrameGraph::set(const std::string& name, const Relation& relation) {
+  Diagnostics diagnostics;
   const std::string& parent = relation.parent;
-  if (name.empty()) findings.error({}, "a frame without a name", "a name of its own");
-  if (name == kWorld) findings.error({}, "the frame 'world' is the root and cannot be placed", "another name");
+  if (name.empty()) diagnostics.error(Code::kMissing, {}, "a frame without a name", "a name of its own");
+  if (name == kWorld)
+    diagnostics.error(Code::kInvalidName, {}, "the frame 'world' is the root and cannot be placed", "another name");
   if (!contains(parent)) {
-    findings.error({}, fmt::format("there is no frame '{}'", parent), nearest_choice(parent, names()));
+    diagnostics.error(Code::kUnknownName, {}, fmt::format("there is no frame '{}'", parent),
+                      nearest_choice(parent, names()));
   } else if (is_below(parent, name)) {
-    findings.error({}, fmt::format("frame '{}' cannot hang below itself through '{}'", name, parent),
-                   "a parent that does not hang on it");
+    diagnostics.error(Code::kInvalidValue, {},
+                      fmt::format("frame '{}' cannot hang below itself through '{}'", name, parent),
+                      "a parent that does not hang on it");
   }
   if (!relation.X_PF.matrix().allFinite()) {
-    findings.error({}, fmt::format("the pose of frame '{}' is not finite", name), "finite numbers");
+    diagnostics.error(Code::kInvalidValue, {}, fmt::format("the pose of frame '{}' is not finite", name),
+                      "finite numbers");
   }
   if (relation.moves() && relation.source.empty()) {
-    findings.error({}, fmt::format("frame '{}' moves, but nothing says where it is", name), "the name of its source");
+    diagnostics.error(Code::kMissing, {}, fmt::format("frame '{}' moves, but nothing says where it is", name),
+                      "the name of its source");
   }
-  if (findings.empty()) relations_[name] = relation;
-  return findings;
+  if (diagnostics.empty()) relations_[name] = relation;
+  return diagnostics;
 }
 
 void FrameGraph::see(std::string_view name, const Eigen::Isometry3d& X_PF) {
@@ -75,7 +80,7 @@ Result<Eigen::Isometry3d> FrameGraph::along(const std::vector<std::string_view>&
   for (std::size_t i = 0; i < count; ++i) {
     const Relation& relation = *this->relation(way[i]);
     if (relation.moves() && !relation.X_seen) {
-      return failure({}, fmt::format("frame '{}' moves with '{}'", way[i], relation.source),
+      return failure(Code::kInvalidValue, {}, fmt::format("frame '{}' moves with '{}'", way[i], relation.source),
                      "a frame that does not, or a sensor");
     }
     X = (relation.moves() ? *relation.X_seen : relation.X_PF) * X;
@@ -86,7 +91,8 @@ Result<Eigen::Isometry3d> FrameGraph::along(const std::vector<std::string_view>&
 Result<Eigen::Isometry3d> FrameGraph::pose(std::string_view of, std::string_view in) const {
   for (const std::string_view name : {of, in}) {
     if (!contains(name)) {
-      return failure({}, fmt::format("there is no frame '{}'", name), nearest_choice(name, names()));
+      return failure(Code::kUnknownName, {}, fmt::format("there is no frame '{}'", name),
+                     nearest_choice(name, names()));
     }
   }
   const auto from = way_to_world(of), to = way_to_world(in);

@@ -9,7 +9,7 @@
 
 #include <Eigen/Geometry>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::world {
 
@@ -39,21 +39,21 @@ class FrameGraph {
   static constexpr std::string_view kWorld = "world";
 
   /// Adds frame `name` at X_PF in `parent`.
-  /// @return a finding if the name exists, the parent does not, or the name is empty.
-  [[nodiscard]] Findings add(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF);
+  /// @return a diagnostic if the name exists, the parent does not, or the name is empty.
+  [[nodiscard]] Diagnostics add(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF);
   /// Replaces the relation of a frame to its parent, or adds the frame.
-  [[nodiscard]] Findings set(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF) {
+  [[nodiscard]] Diagnostics set(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF) {
     return set(name, Relation{.kind = Relation::Kind::kFixed, .parent = parent, .X_PF = X_PF});
   }
-  [[nodiscard]] Findings set(const std::string& name, const Relation& relation);
+  [[nodiscard]] Diagnostics set(const std::string& name, const Relation& relation);
   /// Where a frame that moves is now, in its parent: what pose() answers until it is seen again. Others do not change.
   void see(std::string_view name, const Eigen::Isometry3d& X_PF);
 
   [[nodiscard]] bool contains(std::string_view name) const;
   /// How a frame hangs on its parent; null for the world and for frames that are not there.
   [[nodiscard]] const Relation* relation(std::string_view name) const;
-  /// Pose of frame `of` in frame `in`; findings name the unknown frame and the nearest one, or the frame between them
-  /// that moves and has not been seen: where that is only sensors tell (core/expression/frame_sensors.h).
+  /// Pose of frame `of` in frame `in`; diagnostics name the unknown frame and the nearest one, or the frame between
+  /// them that moves and has not been seen: where that is only sensors tell (core/expression/frame_sensors.h).
   [[nodiscard]] Result<Eigen::Isometry3d> pose(std::string_view of, std::string_view in = kWorld) const;
   [[nodiscard]] std::vector<std::string> names() const;
   /// Names of the frames that move.

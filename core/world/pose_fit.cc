@@ -75,7 +75,8 @@ Result<PoseFit> fit_pose(const Object& object, const std::vector<Contact>& conta
                          double max_residual) {
   if (contacts.size() < free.size()) {
     return failure(
-        {}, fmt::format("{} contacts for {} free coordinates of '{}'", contacts.size(), free.size(), object.name),
+        Code::kWrongSize, {},
+        fmt::format("{} contacts for {} free coordinates of '{}'", contacts.size(), free.size(), object.name),
         "at least one contact a coordinate");
   }
   const Problem problem(object, contacts, X_RO_nominal, free);
@@ -100,13 +101,13 @@ Result<PoseFit> fit_pose(const Object& object, const std::vector<Contact>& conta
     }
   }
   if (const std::string name = undetermined(problem.jacobian(x), free); !name.empty()) {
-    return failure({}, fmt::format("the contacts do not determine '{}' of '{}'", name, object.name),
+    return failure(Code::kNoContact, {}, fmt::format("the contacts do not determine '{}' of '{}'", name, object.name),
                    "touch a face that this coordinate moves, or take it out of the free ones");
   }
   fit.X_RO = problem.pose(x);
   fit.rms_residual = contacts.empty() ? 0.0 : std::sqrt(r.squaredNorm() / static_cast<double>(contacts.size()));
   if (fit.rms_residual > max_residual) {
-    return failure({},
+    return failure(Code::kNoContact, {},
                    fmt::format("the best pose of '{}' misses the contacts by {:.3g} mm (rms)", object.name,
                                1e3 * fit.rms_residual),
                    fmt::format("at most {:.3g} mm", 1e3 * max_residual));

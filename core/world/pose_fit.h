@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/world/shape.h"
 
 namespace takt::world {
@@ -29,8 +29,8 @@ struct PoseFit {
 
 /// Finds the pose of `object` in R whose surface touches every ball: least squares over the signed distances, by
 /// Levenberg-Marquardt from the nominal pose. Coordinates that are not free keep their nominal value.
-/// @return findings if there are fewer contacts than free coordinates, if the contacts leave a coordinate undetermined
-/// (named), or if the best residual is above `max_residual` (m). Realtime: setup.
+/// @return diagnostics if there are fewer contacts than free coordinates, if the contacts leave a coordinate
+/// undetermined (named), or if the best residual is above `max_residual` (m). Realtime: setup.
 [[nodiscard]] Result<PoseFit> fit_pose(const Object& object, const std::vector<Contact>& contacts,
                                        const Eigen::Isometry3d& X_RO_nominal, const std::vector<Coordinate>& free,
                                        double max_residual = 1e-3);

@@ -13,8 +13,8 @@ int main(int argc, char** argv) {
         attempt();
         cell.expect(what, false, "it was taken");
       } catch (const ActivityError& error) {
-        for (const takt::Finding& finding : error.findings().list())
-          cell.print(fmt::format("{}: {}", what, to_string(finding)));
+        for (const takt::Diagnostic& diagnostic : error.diagnostics().list())
+          cell.print(fmt::format("{}: {}", what, to_string(diagnostic)));
         cell.expect(what, true, "refused");
       }
     };

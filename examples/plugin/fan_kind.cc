@@ -51,8 +51,8 @@ class FanKind final : public scenario::DeviceKind {
     const std::filesystem::path file = folder / "device.json";
     const auto json = read_json(file);
     if (!json) return std::unexpected(json.error());
-    Findings findings;
-    ObjectReader reader(*json, "", findings);
+    Diagnostics diagnostics;
+    ObjectReader reader(*json, "", diagnostics);
     FanDescription fan;
     (void)reader.choice("kind", {name()});
     fan.model = reader.text("name");
@@ -62,17 +62,17 @@ class FanKind final : public scenario::DeviceKind {
     fan.speed_max = reader.number("speed_max_rad_s", {}, kPositive);
     fan.time_constant = reader.number("time_constant_s", {}, kPositive);
     reader.finish();
-    findings.set_file(file.string());
+    diagnostics.set_file(file.string());
     auto robot = kinematics::RobotModel::load(fan.urdf);
     if (robot) fan.robot = std::make_shared<const kinematics::RobotModel>(std::move(*robot));
-    if (!robot) findings.append(robot.error());
-    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    if (!robot) diagnostics.append(robot.error());
+    if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
     return std::make_shared<const FanDescription>(std::move(fan));
   }
 
   /// Of the settings there is one: the speed that the fan has before the program, rad/s.
-  void check(const scenario::LoadedDevice& device, Findings& findings) const override {
-    ObjectReader reader(device.entry->settings, device.pointer() + "/settings", findings);
+  void check(const scenario::LoadedDevice& device, Diagnostics& diagnostics) const override {
+    ObjectReader reader(device.entry->settings, device.pointer() + "/settings", diagnostics);
     (void)reader.number("speed_rad_s", 0.0, {.low = 0.0, .high = device.as<FanDescription>()->speed_max});
     reader.finish();
   }

@@ -52,10 +52,10 @@ class Smoothstep final : public Primitive {
         from_(setup.parameter<Real>("from", {.unit = "u", .doc = "where it begins"})),
         to_(setup.parameter<Real>("to", {.unit = "u", .doc = "where it ends"})) {}
 
-  takt::Findings prepare() override {
-    takt::Findings findings;
-    if (!(to_ > from_)) findings.error("/to", "'to' is not beyond 'from'", "from < to");
-    return findings;
+  takt::Diagnostics prepare() override {
+    takt::Diagnostics diagnostics;
+    if (!(to_ > from_)) diagnostics.error(takt::Code::kOutOfRange, "/to", "'to' is not beyond 'from'", "from < to");
+    return diagnostics;
   }
 
   void update(const Cycle&) override {

@@ -34,13 +34,13 @@ void there_and_back(Cell& cell) {
 
 /// Runs it as run() does, without a command line.
 RunReport report_of(Cell& cell, const Program& program) {
-  Findings why;
+  Diagnostics why;
   try {
     program(cell);
   } catch (const ProgramCancelled&) {
     // It was asked for.
   } catch (const ActivityError& error) {
-    why = error.findings();
+    why = error.diagnostics();
   }
   return cell.finish(why);
 }
@@ -106,7 +106,7 @@ TEST(Cell, StepsExpectationsAndLinesAreInTheReport) {
   cell.print("done");
   cell.expect("back again", true, "0 mm");
   const RunReport report = cell.finish();
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   EXPECT_THAT(report.lines, testing::ElementsAre("done"));
   EXPECT_EQ(report.expectations.front().name, "back again");
   EXPECT_GT(report.expectations.size(), 3u) << "those of the file too";
@@ -123,7 +123,7 @@ TEST(Cell, WhatWasBegunIsWaitedFor) {
   const auto home = cell.arm().tool();
   const RunPtr run = cell.arm().use<LinInterface>().lin_by({0.0, 0.1, 0.0}).schedule();
   const RunReport report = cell.finish();
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   EXPECT_EQ(run->state(), RunState::kCompleted);
   EXPECT_NEAR((cell.arm().tool().translation() - home.translation()).norm(), 0.1, 1e-6);
 }
@@ -136,8 +136,8 @@ TEST(Cell, AnErrorOfTheProgramEndsWhatRunsInOrder) {
     (void)own.arm("hand");
   });
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.findings.to_string(), HasSubstr("no arm 'hand'"));
-  EXPECT_THAT(report.findings.to_string(), Not(HasSubstr("when the program has ended")));
+  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("no arm 'hand'"));
+  EXPECT_THAT(report.diagnostics.to_string(), Not(HasSubstr("when the program has ended")));
   EXPECT_TRUE(failed(report).empty());
   EXPECT_FALSE(cell.core().find_arm("arm")->held());
 }
@@ -146,7 +146,7 @@ TEST(Cell, TheTimeLimitEndsAProgramThatWaitsForEver) {
   Cell cell("wave.json", {.set = {{"/expectations", kOnlyLimits}, {"/time_limit_s", "0.5"}}});
   const RunReport report = report_of(cell, [](Cell& own) { own.wait(1e6); });
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.findings.to_string(), HasSubstr("the program has not ended after 0.5 s"));
+  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("the program has not ended after 0.5 s"));
 }
 
 TEST(Cell, WaitUntilTellsWhetherItHeld) {
@@ -192,7 +192,7 @@ TEST(Cell, O7_AForceBrakesTheMotionWhenTheCertificateSays) {
   motion.lin_by({0.0, 0.0, -0.1}, {.linear_velocity = 0.01, .until = is_greater(cell.force(), 5.0)}).execute();
   const double now = cell.force().now().value();
   const RunReport report = cell.finish();
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   ASSERT_EQ(report.reactions.size(), 1u);
   const Reaction& reaction = report.reactions.front();
   EXPECT_GT(reaction.event_cycle, 0);
@@ -227,7 +227,7 @@ TEST(Cell, P2_APauseOfTheOperatorStandsOnThePathAndGoesOn) {
   const RunReport paused = operated(R"([{"at_s": 0.3, "do": "pause"}, {"at_s": 1.3, "do": "resume"}])");
   const RunReport slow = operated(R"([{"at_s": 0, "do": "override", "value": 0.5}])");
   for (const RunReport* report : {&plain, &paused, &slow})
-    EXPECT_EQ(report->verdict, Verdict::kPassed) << report->findings.to_string();
+    EXPECT_EQ(report->verdict, Verdict::kPassed) << report->diagnostics.to_string();
   EXPECT_GT(paused.sim_time, plain.sim_time + 0.8);
   EXPECT_GT(slow.sim_time, 1.5 * plain.sim_time);
 }
@@ -235,11 +235,11 @@ TEST(Cell, P2_APauseOfTheOperatorStandsOnThePathAndGoesOn) {
 TEST(Cell, L6_ACancelOfTheOperatorEndsTheProgramInOrder) {
   for (const bool coroutines : {false, true}) {
     const RunReport cancelled = operated(R"([{"at_s": 0.4, "do": "cancel"}])", coroutines);
-    EXPECT_EQ(cancelled.verdict, Verdict::kPassed) << cancelled.findings.to_string();
+    EXPECT_EQ(cancelled.verdict, Verdict::kPassed) << cancelled.diagnostics.to_string();
     EXPECT_LT(cancelled.sim_time, 1.2);
   }
   const RunReport in_pause = operated(R"([{"at_s": 0.3, "do": "pause"}, {"at_s": 1, "do": "cancel"}])");
-  EXPECT_EQ(in_pause.verdict, Verdict::kPassed) << in_pause.findings.to_string();
+  EXPECT_EQ(in_pause.verdict, Verdict::kPassed) << in_pause.diagnostics.to_string();
   EXPECT_LT(in_pause.sim_time, 1.3);
 }
 
@@ -247,8 +247,8 @@ TEST(Cell, L6_AnAbortStopsTheDevicesAndFailsTheProgram) {
   for (const bool coroutines : {false, true}) {
     const RunReport aborted = operated(R"([{"at_s": 0.4, "do": "abort"}])", coroutines);
     EXPECT_EQ(aborted.verdict, Verdict::kError);
-    EXPECT_THAT(aborted.findings.to_string(), HasSubstr("the operator stopped everything"));
-    EXPECT_THAT(aborted.findings.to_string(), Not(HasSubstr("when the program has ended")));
+    EXPECT_THAT(aborted.diagnostics.to_string(), HasSubstr("the operator stopped everything"));
+    EXPECT_THAT(aborted.diagnostics.to_string(), Not(HasSubstr("when the program has ended")));
     EXPECT_TRUE(failed(aborted).empty()) << "within the limits";
   }
 }
@@ -260,7 +260,7 @@ TEST(Cell, L6_AnAbortBetweenTwoNetsStopsTheNextOne) {
     there_and_back(own);
   });
   EXPECT_EQ(aborted.verdict, Verdict::kError);
-  EXPECT_THAT(aborted.findings.to_string(), HasSubstr("the operator stopped everything"));
+  EXPECT_THAT(aborted.diagnostics.to_string(), HasSubstr("the operator stopped everything"));
   EXPECT_LT(aborted.sim_time, 0.5);
 }
 

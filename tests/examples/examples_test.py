@@ -96,7 +96,7 @@ class Activities(unittest.TestCase):
         if program not in self.reports:
             status, report = self.start(program)
             failed = [one for one in report["expectations"] if not one["passed"]]
-            self.assertEqual((status, report["result"]), (0, "passed"), f"{program}: {failed} {report['findings']}")
+            self.assertEqual((status, report["result"]), (0, "passed"), f"{program}: {failed} {report['diagnostics']}")
             self.reports[program] = report
         return self.reports[program]
 
@@ -106,7 +106,7 @@ class Activities(unittest.TestCase):
             with self.subTest(program):
                 report = self.report(program)
                 self.assertGreaterEqual(len(report["expectations"]), 3)
-                self.assertEqual(report["findings"], [])
+                self.assertEqual(report["diagnostics"], [])
 
     def test_pick_and_place_is_short(self):
         text = (self.SOURCE / "02_pick_and_place.cc").read_text()
@@ -133,7 +133,7 @@ class Activities(unittest.TestCase):
     def test_what_is_wrong_with_the_cell_is_refused(self):
         status, report = self.start("01_first_motion", "--set", "/devices/arm/model=lwr4", "--set", "/devices/arm/colour=1")
         self.assertEqual((status, report["result"]), (2, "error"))
-        pointers = {one["pointer"] for one in report["findings"]}
+        pointers = {one["pointer"] for one in report["diagnostics"]}
         self.assertTrue({"/devices/arm/model", "/devices/arm/colour"} <= pointers, pointers)
 
     def test_an_install_without_its_data_says_so(self):
@@ -148,7 +148,7 @@ class Activities(unittest.TestCase):
     def test_a_seed_a_film_and_a_recording(self):
         video, recording = SCRATCH / "first.mp4", SCRATCH / "first.mcap"
         status, report = self.start("01_first_motion", "--seed", "7", "--video", video, "--size", "320x240", "--record", recording)
-        self.assertEqual(status, 0, report["findings"])
+        self.assertEqual(status, 0, report["diagnostics"])
         self.assertEqual(report["products"], [str(recording), str(video)])
         for product in (video, recording):
             self.assertGreater(product.stat().st_size, 1000)
@@ -173,7 +173,7 @@ class Activities(unittest.TestCase):
     def test_what_cannot_be_tried_is_refused(self):
         status, report = self.start("01_first_motion", "--try-interruptions", "10", "--realtime", "--record", SCRATCH / "no.mcap")
         self.assertEqual((status, report["result"]), (2, "error"))
-        self.assertEqual([one["pointer"] for one in report["findings"]], ["--try-interruptions"] * 2)
+        self.assertEqual([one["pointer"] for one in report["diagnostics"]], ["--try-interruptions"] * 2)
         self.assertEqual(self.start("01_first_motion", "--try-interruptions", "0")[0], 2)
 
 
@@ -196,7 +196,7 @@ class Plugin(unittest.TestCase):
         self.assertEqual(report["result"], "passed")
         self.assertEqual(len(report["expectations"]), 3)
 
-    def test_its_findings_are_those_of_its_kind(self):
+    def test_its_diagnostics_are_those_of_its_kind(self):
         broken = takt("run", self.source / "spin_up.json", "--plugin", self.plugin, "--models", self.source / "models",
                       "--set", "/devices/cooler/settings/speed_rad_s=4000", "--set", "/devices/cooler/settings/colour=1")
         self.assertEqual(broken.returncode, 2)

@@ -1,4 +1,4 @@
-// Any bytes as a device file lead to a description, or to findings with reasons. The URDFs beside it are those of
+// Any bytes as a device file lead to a description, or to diagnostics with reasons. The URDFs beside it are those of
 // models/.
 #include <unistd.h>
 

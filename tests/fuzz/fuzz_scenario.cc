@@ -1,4 +1,4 @@
-// Any bytes as a scenario lead to a cell that is ready to run, or to findings with reasons.
+// Any bytes as a scenario lead to a cell that is ready to run, or to diagnostics with reasons.
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -18,7 +18,8 @@ namespace {
 std::vector<std::string> scenario_words() {
   std::vector<std::string> words;
   for (const auto& entry : std::filesystem::directory_iterator("scenarios")) {
-    const auto json = entry.path().extension() == ".json" ? read_json(entry.path()) : failure("", "no scenario");
+    const auto json =
+        entry.path().extension() == ".json" ? read_json(entry.path()) : failure(Code::kNotFound, "", "no scenario");
     if (!json) continue;
     for (std::string& word : test::words_of(*json))
       if (word.size() < 40) words.push_back(std::move(word));

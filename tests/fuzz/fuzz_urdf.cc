@@ -1,4 +1,4 @@
-// Any bytes as a URDF lead to a robot, or to findings with reasons; a robot has kinematics and dynamics of finite
+// Any bytes as a URDF lead to a robot, or to diagnostics with reasons; a robot has kinematics and dynamics of finite
 // numbers.
 #include <string>
 #include <string_view>

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::test {
 
@@ -15,9 +15,10 @@ inline void demand(bool holds, const char* what) {
 }
 
 /// What is refused is refused with reasons.
-inline void expect_reasons(const Findings& findings) {
-  demand(findings.has_errors(), "what is refused has at least one error");
-  for (const Finding& finding : findings.list()) demand(!finding.message.empty(), "every finding says something");
+inline void expect_reasons(const Diagnostics& diagnostics) {
+  demand(diagnostics.has_errors(), "what is refused has at least one error");
+  for (const Diagnostic& diagnostic : diagnostics.list())
+    demand(!diagnostic.message.empty(), "every diagnostic says something");
 }
 
 }  // namespace takt::test

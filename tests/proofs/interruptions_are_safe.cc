@@ -115,8 +115,8 @@ class Interrupted {
   }
 
   [[noreturn]] void finish_child(const RunReport& report) {
-    if (report.findings.to_string().find("did not end within") != std::string::npos)
-      tries.complain(report.findings.to_string());
+    if (report.diagnostics.to_string().find("did not end within") != std::string::npos)
+      tries.complain(report.diagnostics.to_string());
     come_to_rest();
     release();
     move_again();
@@ -163,7 +163,8 @@ class Interrupted {
       progress = runner.advance();
       step(1);
     }
-    if (progress != activity::Progress::kDone) tries.complain("does not move again: " + runner.findings().to_string());
+    if (progress != activity::Progress::kDone)
+      tries.complain("does not move again: " + runner.diagnostics().to_string());
   }
 
   std::unique_ptr<Session> session_;

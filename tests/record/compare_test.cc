@@ -298,9 +298,9 @@ TEST(Golden, MistakesInTheFileAreAllTold) {
                  "thinning": 0, "time_s": [1, 0.5, 2], "value": [1, null]}]})";
   const auto golden = golden_from_json(nlohmann::ordered_json::parse(text));
   ASSERT_FALSE(golden);
-  const std::string findings = golden.error().to_string();
-  EXPECT_THAT(findings, AllOf(HasSubstr("/scenario"), HasSubstr("did you mean 'tube'"), HasSubstr("/events/0"),
-                              HasSubstr("3 times and 2 values"), HasSubstr("times do not ascend")));
+  const std::string diagnostics = golden.error().to_string();
+  EXPECT_THAT(diagnostics, AllOf(HasSubstr("/scenario"), HasSubstr("did you mean 'tube'"), HasSubstr("/events/0"),
+                                 HasSubstr("3 times and 2 values"), HasSubstr("times do not ascend")));
   EXPECT_THAT(golden_from_json(nlohmann::ordered_json::parse("[]")).error().to_string(),
               HasSubstr("this is no golden"));
 }

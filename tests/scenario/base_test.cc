@@ -43,7 +43,7 @@ RunReport run(Description description) {
 }
 
 void expect_passed(const RunReport& report) {
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   for (const auto& one : report.expectations) EXPECT_TRUE(one.passed) << one.name << ": " << one.measured;
 }
 
@@ -95,7 +95,7 @@ TEST(Base, WrongOdometryMissesTheGoalByAsMuchAsItIsWrong) {
       {"name": "where it wanted to be", "kind": "tool_pose", "position_m": [1, 3, 0], "position_within_m": 0.02},
       {"name": "where it is", "kind": "tool_pose", "position_m": [1, 2.95238, 0], "position_within_m": 0.002}])",
                                 wrong));
-  ASSERT_EQ(report.expectations.size(), 2u) << report.findings.to_string();
+  ASSERT_EQ(report.expectations.size(), 2u) << report.diagnostics.to_string();
   EXPECT_FALSE(report.expectations[0].passed) << report.expectations[0].measured;
   EXPECT_TRUE(report.expectations[1].passed) << report.expectations[1].measured;
 }
@@ -156,7 +156,7 @@ double off_line(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen:
 /// way and turns. Figures: docs/benchmarks.md.
 TEST(ArmOnBase, TheToolGoesStraightInTheRoomWhileTheBaseDrivesAndTurns) {
   const Description description = mounted(R"({"do": "wait", "seconds": 1})");
-  Findings warnings;
+  Diagnostics warnings;
   auto built = build_cell(description, models(), false, warnings);
   ASSERT_TRUE(built) << built.error().to_string();
   const auto cycle = [&] {

@@ -41,7 +41,7 @@ TEST(ChannelsOfAScenario, O5_OneRunOfANetReadsWhatTheLastOneWrote) {
   auto session = session_with("m");
   ASSERT_TRUE(session) << session.error().to_string();
   const RunReport report = (*session)->run({});
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   ASSERT_EQ(report.expectations.size(), 1u);
   EXPECT_TRUE(report.expectations[0].passed) << report.expectations[0].measured;
 }

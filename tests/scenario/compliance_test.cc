@@ -29,7 +29,7 @@ class CellTest : public testing::Test {
                                                R"("}, "wrist": {"model": "ft_gamma", "on": "arm"},
         "probe": {"model": "probe_ball", "on": "wrist"}}, "program": {"do": "wait", "seconds": 1}})");
     ASSERT_TRUE(description) << description.error().to_string();
-    Findings warnings;
+    Diagnostics warnings;
     auto built = build_cell(*description, models, false, warnings);
     ASSERT_TRUE(built) << built.error().to_string();
     cell_ = std::make_unique<BuiltCell>(std::move(*built));
@@ -164,7 +164,7 @@ double way_under_a_push(const std::string& step) {
     return true;
   };
   const RunReport report = (*session)->run(options);
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   return pushed - before;
 }
 

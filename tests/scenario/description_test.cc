@@ -12,9 +12,9 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-std::vector<std::string> pointers(const Findings& findings) {
+std::vector<std::string> pointers(const Diagnostics& diagnostics) {
   std::vector<std::string> pointers;
-  for (const Finding& finding : findings.list()) pointers.push_back(finding.pointer);
+  for (const Diagnostic& diagnostic : diagnostics.list()) pointers.push_back(diagnostic.pointer);
   return pointers;
 }
 

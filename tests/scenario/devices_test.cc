@@ -37,7 +37,7 @@ std::string refusal(Description description) {
 }
 
 void expect_passed(const RunReport& report) {
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   for (const auto& one : report.expectations) EXPECT_TRUE(one.passed) << one.name << ": " << one.measured;
 }
 
@@ -55,7 +55,7 @@ TEST(Pick, ThePartStandsOnTheBox) { expect_passed(run(pick())); }
 
 TEST(Pick, TooWeakAGripIsSeen) {
   const RunReport report = run(pick({{"/program/steps/2/force_N", "8"}}));
-  EXPECT_EQ(report.verdict, Verdict::kFailed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kFailed) << report.diagnostics.to_string();
   EXPECT_FALSE(report.expectations[0].passed) << report.expectations[0].measured;
 }
 
@@ -63,8 +63,8 @@ TEST(Pick, AGripOfNothingFailsTheStep) {
   const RunReport report = run(pick({{"/objects/part/at/position_m", "[0.56, -0.15, 0.78]"},
                                      {"/objects/part/vary", R"({"position_m": [0, 0.2, 0]})"}}));
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.findings.to_string(), HasSubstr("no part was found"));
-  EXPECT_THAT(report.findings.to_string(), HasSubstr("/program/steps/2"));
+  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("no part was found"));
+  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("/program/steps/2"));
 }
 
 TEST(Pick, FiguresBeyondTheGripperAreFoundBeforeTheRun) {
@@ -79,7 +79,7 @@ TEST(Pick, AMotionMayWatchTheGrip) {
   EXPECT_EQ(run(pick({watch, {"/program/steps/2/force_N", "8"}})).verdict, Verdict::kFailed);
   const RunReport held = run(pick({watch}));
   EXPECT_EQ(held.verdict, Verdict::kError);
-  EXPECT_THAT(held.findings.to_string(), HasSubstr("the condition never held"));
+  EXPECT_THAT(held.diagnostics.to_string(), HasSubstr("the condition never held"));
 }
 
 /// A button pressed by a script, a valve that is read back, a lamp wired to a terminal.
@@ -120,8 +120,8 @@ TEST(Terminals, AWaitThatEndsInVainFails) {
   description.program["steps"][0]["timeout_s"] = 0.05;
   const RunReport report = run(std::move(description));
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.findings.to_string(), HasSubstr("/program/steps/0/until"));
-  EXPECT_THAT(report.findings.to_string(), HasSubstr("did not hold within 0.05 s"));
+  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("/program/steps/0/until"));
+  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("did not hold within 0.05 s"));
 }
 
 TEST(Terminals, MistakesAreFindingsWithTheirPlace) {
@@ -201,7 +201,7 @@ TEST(Mounting, ARangeFinderLooksWhereItIsTurnedTo) {
 /// weight.
 TEST(Mounting, WhatHangsOnWhatIsTurnedIsTurned) {
   const auto built = [](const std::string& wrist, const std::string& probe) {
-    Findings warnings;
+    Diagnostics warnings;
     auto cell = build_cell(parsed(R"({"devices": {"arm": {"model": "lwr4plus"},
         "wrist": {"model": "ft_gamma", "on": "arm", "mount": )" +
                                   wrist + R"(}, "probe": {"model": "probe_ball", "on": "wrist", "mount": )" + probe +

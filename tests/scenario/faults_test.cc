@@ -36,7 +36,7 @@ TEST(Faults, S3_AnArmThatStopsByItselfEndsItsNetWithTheCause) {
     const RunReport report =
         run(R"([{"at_s": 1, "do": "stop", "arm": "arm", "category": )" + std::to_string(category) + "}]");
     EXPECT_EQ(report.verdict, Verdict::kError) << category;
-    EXPECT_THAT(report.findings.to_string(), HasSubstr("stopped by category " + std::to_string(category)));
+    EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("stopped by category " + std::to_string(category)));
     EXPECT_NEAR(report.sim_time, 1.0, 0.05) << "the net ends in the cycle in which it is told";
   }
 }
@@ -114,7 +114,7 @@ TEST(Faults, S4_AnEmergencyStopEndsTheNetAndNothingResumes) {
   const RunReport report = run(R"([{"at_s": 1, "do": "emergency_stop", "category": 1},
                                    {"at_s": 1.5, "do": "reset"}])");
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.findings.to_string(), HasSubstr("stopped"));
+  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("stopped"));
 }
 
 TEST(Faults, AButtonThatIsNeverPressedInTheWayOfNothing) {

@@ -33,7 +33,7 @@ class FreedriveTest : public testing::TestWithParam<std::string> {
   void build(const std::string& arm) {
     const auto description = parse_description(cell_of(arm, R"({"do": "wait", "seconds": 1})"));
     ASSERT_TRUE(description) << description.error().to_string();
-    Findings warnings;
+    Diagnostics warnings;
     auto built = build_cell(*description, test::models(), false, warnings);
     ASSERT_TRUE(built) << built.error().to_string();
     cell_ = std::make_unique<BuiltCell>(std::move(*built));
@@ -89,7 +89,7 @@ class FreedriveTest : public testing::TestWithParam<std::string> {
   void end(const RunPtr& run) {
     run->cancel();
     for (int i = 0; i < 5000 && !run->over(); ++i) program_->step();
-    EXPECT_EQ(run->state(), RunState::kCancelled) << run->findings().to_string();
+    EXPECT_EQ(run->state(), RunState::kCancelled) << run->diagnostics().to_string();
     EXPECT_TRUE(device().at_rest());
     EXPECT_EQ(device().mode(), ControlMode::kPosition);
   }
@@ -178,7 +178,7 @@ TEST_P(FreedriveTest, AStrongHandBreaksNoLimitAndTheEndsOfTheJointsHold) {
       fastest = std::max(fastest, (now - last).norm() / 1e-3);
       last = now;
     }
-    ASSERT_EQ(run->state(), RunState::kRunning) << run->findings().to_string();
+    ASSERT_EQ(run->state(), RunState::kRunning) << run->diagnostics().to_string();
     EXPECT_LT(fastest, 0.25 * 1.02) << "m/s of the set point";
   }
   hand_.setZero();
@@ -210,7 +210,7 @@ class FreedriveStepTest : public testing::TestWithParam<std::string> {
     auto session = Session::create(test::parsed(text), test::models());
     if (session) return (*session)->run({});
     RunReport report;
-    report.findings = session.error();
+    report.diagnostics = session.error();
     return report;
   }
 };
@@ -225,7 +225,7 @@ TEST_P(FreedriveStepTest, StandsBetweenMotionsAndThePlaceIsKnownAfterIt) {
       {"do": "branch", "cases": [{"when": "$distance(position('arm'), taught) > 0.1[mm]",
                                   "steps": [{"do": "fail", "text": "not there"}]}]}
     ]})json"));
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   EXPECT_GT(report.sim_time, 1.5);
 }
 
@@ -233,8 +233,8 @@ TEST_P(FreedriveStepTest, IsCancelledInOrderWhereverItIs) {
   for (const char* at : {"0.05", "0.3", "0.9"}) {
     const RunReport report = run(cell_with(R"({"do": "freedrive", "seconds": 30})",
                                            R"("operator": [{"at_s": )" + std::string(at) + R"(, "do": "cancel"}], )"));
-    EXPECT_LT(report.sim_time, 5.0) << at << report.findings.to_string();
-    EXPECT_FALSE(report.findings.to_string().find("guard") != std::string::npos) << report.findings.to_string();
+    EXPECT_LT(report.sim_time, 5.0) << at << report.diagnostics.to_string();
+    EXPECT_FALSE(report.diagnostics.to_string().find("guard") != std::string::npos) << report.diagnostics.to_string();
   }
 }
 

@@ -42,7 +42,7 @@ TEST(Jog, TheArmMovesOnlyWhileTheSwitchIsHeldAndRestsInTheCyclesOfTheBound) {
     return true;
   };
   const RunReport report = (*session)->run(options);
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   for (const ExpectationResult& result : report.expectations) EXPECT_TRUE(result.passed) << result.measured;
 
   const auto& limits = (*session)->built().core->arms().front()->description().limits;

@@ -21,7 +21,7 @@ RunReport run_with(const std::string& file, int latency) {
   auto session = Session::open(file, models, options);
   RunReport report;
   if (!session) {
-    report.findings = session.error();
+    report.diagnostics = session.error();
     return report;
   }
   RunOptions run;
@@ -48,7 +48,7 @@ TEST_P(Latency, RowD2EveryExpectationStillHolds) {
   for (const int latency : latencies()) {
     SCOPED_TRACE(latency);
     const RunReport report = run_with("scenarios/" + GetParam() + ".json", latency);
-    EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+    EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
     for (const ExpectationResult& result : report.expectations) {
       EXPECT_TRUE(result.passed) << result.name << ": " << result.measured;
     }

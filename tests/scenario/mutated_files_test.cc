@@ -36,14 +36,14 @@ TEST(Mutated, ScenariosAreReadyOrRefusedWithReasons) {
     // A process that ends without a word leaves the file in build/.
     std::ofstream("build/mutated-last.json") << text;
     auto description = parse_description(text);
-    Findings findings = description ? Findings{} : description.error();
+    Diagnostics diagnostics = description ? Diagnostics{} : description.error();
     if (description) {
       const auto session = Session::create(std::move(*description), models);
-      if (!session) findings = session.error();
+      if (!session) diagnostics = session.error();
     }
-    ready += !findings.has_errors();
-    refused += findings.has_errors();
-    for (const Finding& finding : findings.list()) EXPECT_FALSE(finding.message.empty());
+    ready += !diagnostics.has_errors();
+    refused += diagnostics.has_errors();
+    for (const Diagnostic& diagnostic : diagnostics.list()) EXPECT_FALSE(diagnostic.message.empty());
   }
   std::printf("%d ready, %d refused\n", ready, refused);
   EXPECT_GT(ready, runs.count / 20);

@@ -44,7 +44,7 @@ Watched run(const std::string& script, const std::string& steps = kThereAndBack,
   auto session = open(script.empty() ? "" : "\"operator\": [" + script + "],", steps);
   Watched watched;
   if (!session) {
-    watched.report.findings = session.error();
+    watched.report.diagnostics = session.error();
     return watched;
   }
   RunOptions options;
@@ -75,7 +75,7 @@ double largest(const std::vector<double>& values, std::size_t begin, std::size_t
 TEST(Operator, APauseStandsOnThePathAndTheProgramGoesOn) {
   const Watched plain = run("");
   const Watched paused = run(R"({"at_s": 0.3, "do": "pause"}, {"at_s": 1.3, "do": "resume"})");
-  ASSERT_EQ(paused.report.verdict, Verdict::kPassed) << paused.report.findings.to_string();
+  ASSERT_EQ(paused.report.verdict, Verdict::kPassed) << paused.report.diagnostics.to_string();
   EXPECT_GT(largest(plain.speed, 500, 600), 0.01);
   EXPECT_EQ(largest(paused.speed, 700, 1300), 0.0);
   EXPECT_NEAR(paused.report.sim_time, plain.report.sim_time + 1.0, 0.2);
@@ -90,14 +90,14 @@ TEST(Operator, NoStepBeginsInAPause) {
 TEST(Operator, AnOverrideScalesTheSpeed) {
   const Watched plain = run("");
   const Watched slow = run(R"({"at_s": 0, "do": "override", "value": 0.5})");
-  ASSERT_EQ(slow.report.verdict, Verdict::kPassed) << slow.report.findings.to_string();
+  ASSERT_EQ(slow.report.verdict, Verdict::kPassed) << slow.report.diagnostics.to_string();
   EXPECT_NEAR(slow.report.sim_time, 2 * plain.report.sim_time, 0.2 * plain.report.sim_time);
   EXPECT_NEAR(largest(slow.speed, 0, slow.speed.size()) / largest(plain.speed, 0, plain.speed.size()), 0.5, 0.05);
 }
 
 TEST(Operator, ACancelEndsTheProgramInOrder) {
   const Watched cancelled = run(R"({"at_s": 0.3, "do": "cancel"})");
-  EXPECT_EQ(cancelled.report.verdict, Verdict::kPassed) << cancelled.report.findings.to_string();
+  EXPECT_EQ(cancelled.report.verdict, Verdict::kPassed) << cancelled.report.diagnostics.to_string();
   EXPECT_LT(cancelled.report.sim_time, 0.6);
   EXPECT_TRUE(cancelled.at_rest);
   EXPECT_TRUE(cancelled.free);
@@ -105,14 +105,14 @@ TEST(Operator, ACancelEndsTheProgramInOrder) {
 
 TEST(Operator, ACancelInAPauseEndsIt) {
   const Watched cancelled = run(R"({"at_s": 0.3, "do": "pause"}, {"at_s": 1, "do": "cancel"})");
-  EXPECT_EQ(cancelled.report.verdict, Verdict::kPassed) << cancelled.report.findings.to_string();
+  EXPECT_EQ(cancelled.report.verdict, Verdict::kPassed) << cancelled.report.diagnostics.to_string();
   EXPECT_NEAR(cancelled.report.sim_time, 1.0, 0.05);
 }
 
 TEST(Operator, AnAbortStopsTheDevicesAndFailsTheProgram) {
   const Watched aborted = run(R"({"at_s": 0.3, "do": "abort"})");
   EXPECT_EQ(aborted.report.verdict, Verdict::kError);
-  EXPECT_THAT(aborted.report.findings.to_string(), HasSubstr("the operator stopped everything"));
+  EXPECT_THAT(aborted.report.diagnostics.to_string(), HasSubstr("the operator stopped everything"));
   EXPECT_TRUE(aborted.report.expectations.front().passed) << "within the limits";
   EXPECT_TRUE(aborted.at_rest);
   EXPECT_TRUE(aborted.free);
@@ -122,29 +122,30 @@ TEST(Operator, AnAbortBetweenTwoNetsStopsTheNextOne) {
   const Watched aborted = run(R"({"at_s": 0.05, "do": "abort"})",
                               R"({"do": "wait", "seconds": 0.1}, {"do": "lin", "to": {"by_m": [0, 0, 0.1]}})");
   EXPECT_EQ(aborted.report.verdict, Verdict::kError);
-  EXPECT_THAT(aborted.report.findings.to_string(), HasSubstr("the operator stopped everything"));
+  EXPECT_THAT(aborted.report.diagnostics.to_string(), HasSubstr("the operator stopped everything"));
   EXPECT_LT(aborted.report.sim_time, 0.3);
   EXPECT_TRUE(aborted.free);
 }
 
 TEST(Operator, EverythingThatIsWrongIsToldAtOnce) {
-  const auto findings = [](const std::string& script) {
+  const auto diagnostics = [](const std::string& script) {
     const auto session = open("\"operator\": [" + script + "],", kThereAndBack);
     std::vector<std::string> pointers;
     if (session) return pointers;
-    for (const Finding& finding : session.error().list()) pointers.push_back(finding.pointer);
+    for (const Diagnostic& diagnostic : session.error().list()) pointers.push_back(diagnostic.pointer);
     return pointers;
   };
-  EXPECT_THAT(findings(R"({"at_s": -1, "do": "pause"}, {"do": "resume"}, {"at_s": 1, "do": "jump"},
+  EXPECT_THAT(diagnostics(R"({"at_s": -1, "do": "pause"}, {"do": "resume"}, {"at_s": 1, "do": "jump"},
                           {"at_s": 1, "do": "override"}, {"at_s": 1, "do": "override", "value": 2},
                           {"at_s": 1, "do": "write", "channel": "go"}, {"at_s": 1, "do": "cancel", "value": 1})"),
               ElementsAre("/operator/0/at_s", "/operator/1", "/operator/2/do", "/operator/3", "/operator/4/value",
                           "/operator/5", "/operator/6/value"));
-  EXPECT_THAT(findings(R"({"at_step": "upp", "do": "pause"}, {"at_s": 1, "do": "write", "channel": "gone", "value": 1},
+  EXPECT_THAT(
+      diagnostics(R"({"at_step": "upp", "do": "pause"}, {"at_s": 1, "do": "write", "channel": "gone", "value": 1},
                           {"at_s": 1, "do": "write", "channel": "felt", "value": 1},
                           {"at_s": 1, "do": "write", "channel": "go", "value": 1},
                           {"at_s": 1, "do": "write", "channel": "go", "value": true})"),
-              ElementsAre("/operator/0/at_step", "/operator/1/channel", "/operator/2/channel", "/operator/3/value"));
+      ElementsAre("/operator/0/at_step", "/operator/1/channel", "/operator/2/channel", "/operator/3/value"));
 }
 
 TEST(Operator, ValuesReachNetsAtTheirTime) {
@@ -157,7 +158,7 @@ TEST(Operator, ValuesReachNetsAtTheirTime) {
   RunOptions options;
   options.record = testing::TempDir() + "operator.mcap";
   const RunReport report = (*session)->run(options);
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   EXPECT_NEAR(report.sim_time, 0.2, 0.01);
   const auto recording = record::Recording::open(options.record);
   ASSERT_TRUE(recording);
@@ -172,11 +173,11 @@ TEST(Operator, ValuesReachNetsAtTheirTime) {
 TEST(Operator, AProgramIsEnteredAtAStep) {
   const Watched whole = run("");
   const Watched entered = run("", kThereAndBack, "down");
-  EXPECT_EQ(entered.report.verdict, Verdict::kPassed) << entered.report.findings.to_string();
+  EXPECT_EQ(entered.report.verdict, Verdict::kPassed) << entered.report.diagnostics.to_string();
   EXPECT_NEAR(entered.report.sim_time, 0.5 * whole.report.sim_time, 0.1);
   const Watched nowhere = run("", kThereAndBack, "dwon");
   EXPECT_EQ(nowhere.report.verdict, Verdict::kRefused);
-  EXPECT_THAT(nowhere.report.findings.to_string(), HasSubstr("did you mean 'down'?"));
+  EXPECT_THAT(nowhere.report.diagnostics.to_string(), HasSubstr("did you mean 'down'?"));
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ constexpr const char* kTwoArms = R"({
 })";
 
 TEST(PairSchema, TwoArmsAsOneAreKnownToBothAndSoAreTheirMistakes) {
-  Findings warnings;
+  Diagnostics warnings;
   auto built = build_cell(*parse_description(kTwoArms), models(), false, warnings);
   ASSERT_TRUE(built) << built.error().to_string();
   const auto refused = [&](const Json& json) {

@@ -87,7 +87,7 @@ Lifted lift(double stiffness) {
 TEST(PairOnSprings, P5_SofterSpringsPushLessAgainstWhatIsInTheWayAndWhatIsSentAgrees) {
   const Lifted soft = lift(300), stiff = lift(5000);
   for (const Lifted* one : {&soft, &stiff}) {
-    EXPECT_EQ(one->report.verdict, Verdict::kPassed) << one->report.findings.to_string();
+    EXPECT_EQ(one->report.verdict, Verdict::kPassed) << one->report.diagnostics.to_string();
     EXPECT_LT(one->apart, 1e-9);
   }
   EXPECT_NEAR(soft.force, 2 * 300 * 0.02, 4.0) << "both springs, 20 mm beyond the block";

@@ -31,7 +31,7 @@ class PairTest : public testing::TestWithParam<const char*> {
                           "program": {"do": "wait", "seconds": 1},
                           "faults": [{"at_s": 3600, "do": "emergency_stop"}]})");
     EXPECT_TRUE(description) << description.error().to_string();
-    Findings warnings;
+    Diagnostics warnings;
     auto cell = build_cell(*description, device::ModelLibrary({"models"}), false, warnings);
     EXPECT_TRUE(cell) << cell.error().to_string();
     built = std::make_unique<BuiltCell>(std::move(*cell));
@@ -125,7 +125,7 @@ class PairTest : public testing::TestWithParam<const char*> {
 TEST_P(PairTest, P5_AMotionKeepsThemTogether) {
   const RunPtr run = begin();
   expect_together(follow(run, {}), "motion");
-  EXPECT_EQ(run->state(), activity::RunState::kCompleted) << run->findings().to_string();
+  EXPECT_EQ(run->state(), activity::RunState::kCompleted) << run->diagnostics().to_string();
 }
 
 TEST_P(PairTest, P5_ACancelKeepsThemTogether) {
@@ -135,7 +135,7 @@ TEST_P(PairTest, P5_ACancelKeepsThemTogether) {
                            if (i == 350) run->cancel();
                          }),
                   "cancel");
-  EXPECT_EQ(run->state(), activity::RunState::kCancelled) << run->findings().to_string();
+  EXPECT_EQ(run->state(), activity::RunState::kCancelled) << run->diagnostics().to_string();
 }
 
 TEST_P(PairTest, S1_StopsOfCategory1And2KeepThemTogether) {

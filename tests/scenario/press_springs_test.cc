@@ -100,7 +100,7 @@ TEST(PressOnSprings, TheForceComesOnAnySprings) {
   for (const Springs& springs : all_springs()) {
     SCOPED_TRACE(springs.name);
     const Pressed pressed = run(springs.mode, press(R"(, "seconds": 3)" + springs.key));
-    ASSERT_EQ(pressed.report.verdict, Verdict::kPassed) << pressed.report.findings.to_string();
+    ASSERT_EQ(pressed.report.verdict, Verdict::kPassed) << pressed.report.diagnostics.to_string();
     // What it presses with, and with what it rubs along the block: within a share of each other.
     EXPECT_GT(pressed.mean(1000), 9.3);
     EXPECT_LT(pressed.mean(1000), 12.5);
@@ -116,9 +116,10 @@ TEST(PressOnSprings, WhatASearchFindsIsADropOfTheToolAndNotABentSpring) {
       "travel_m": 0.2, "radius_m": 0.006, "pitch_m": 0.004, "velocity_m_s": 0.005, "drop_m": 0.003)";
   const std::string on_end = R"(, "on_end": "continue")";
   const Pressed nowhere = run("cartesian_impedance", search + springs_of_tool(500));
-  EXPECT_THAT(nowhere.report.findings.to_string(), HasSubstr("the pattern has come to its end and nothing was found"));
+  EXPECT_THAT(nowhere.report.diagnostics.to_string(),
+              HasSubstr("the pattern has come to its end and nothing was found"));
   const Pressed goes_on = run("cartesian_impedance", search + on_end + springs_of_tool(500));
-  EXPECT_EQ(goes_on.report.verdict, Verdict::kPassed) << goes_on.report.findings.to_string();
+  EXPECT_EQ(goes_on.report.verdict, Verdict::kPassed) << goes_on.report.diagnostics.to_string();
   EXPECT_GT(goes_on.mean(500), 8.0);
 }
 
@@ -127,7 +128,7 @@ TEST(PressOnSprings, ASearchOnSpringsFindsTheEdge) {
   const Pressed found = run("cartesian_impedance", R"({"do": "lin", "to": {"by_m": [0.072, 0, 0]}}, {"do": "search",
       "direction": [0, 0, -1], "in": "world", "force_N": 10, "radius_m": 0.015, "pitch_m": 0.005, "velocity_m_s": 0.02,
       "drop_m": 0.003, "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": [4000, 4000, 2000]}})");
-  EXPECT_EQ(found.report.verdict, Verdict::kPassed) << found.report.findings.to_string();
+  EXPECT_EQ(found.report.verdict, Verdict::kPassed) << found.report.diagnostics.to_string();
   EXPECT_TRUE(found.rests);
   EXPECT_GT(found.most(), 8.0) << "it pressed before";
 }
@@ -144,7 +145,7 @@ TEST(PressOnSprings, InATransactionAndAfterACancelNothingIsLeftBehind) {
   for (const std::string& steps : {press_once, inside}) {
     SCOPED_TRACE(steps);
     const Pressed pressed = run("cartesian_impedance", steps + away);
-    EXPECT_EQ(pressed.report.verdict, Verdict::kPassed) << pressed.report.findings.to_string();
+    EXPECT_EQ(pressed.report.verdict, Verdict::kPassed) << pressed.report.diagnostics.to_string();
     EXPECT_GT(pressed.most(), 9.0);
     EXPECT_EQ(pressed.force.back(), 0.0) << "lifted off, home";
   }
@@ -159,10 +160,10 @@ TEST(PressOnSprings, L6_P2_ItMayBeInterruptedAnywhere) {
   for (const double after : {0.5, 1.5, 3.0, 4.0, 5.0}) {
     SCOPED_TRACE(after);
     const Pressed cancelled = run("cartesian_impedance", steps, act("cancel", after));
-    EXPECT_EQ(cancelled.report.verdict, Verdict::kPassed) << cancelled.report.findings.to_string();
+    EXPECT_EQ(cancelled.report.verdict, Verdict::kPassed) << cancelled.report.diagnostics.to_string();
     EXPECT_TRUE(cancelled.rests);
     const Pressed paused = run("cartesian_impedance", steps, act("pause", after) + ", " + act("resume", after + 1.0));
-    EXPECT_EQ(paused.report.verdict, Verdict::kPassed) << paused.report.findings.to_string();
+    EXPECT_EQ(paused.report.verdict, Verdict::kPassed) << paused.report.diagnostics.to_string();
     EXPECT_GT(paused.mean(500), 9.3);
     EXPECT_LT(paused.most(), 13.0);
     const Pressed aborted = run("cartesian_impedance", steps, act("abort", after));

@@ -45,7 +45,7 @@ RunReport run(const Json& json) {
   auto session = session_of(json);
   if (!session) {
     RunReport report;
-    report.findings = session.error();
+    report.diagnostics = session.error();
     return report;
   }
   return (*session)->run({});
@@ -70,7 +70,7 @@ TEST(Program, DevicesMayHaveAnyName) {
   json["program"]["steps"][2]["until"] = Json::parse(R"({"any": [
       {"sensor": "until", "quantity": "force_z", "above_N": 5}, {"sensor": "until", "above_N": 5}]})");
   const RunReport report = run(json);
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
 }
 
 TEST(Program, D2_ANetStartsLatencyCyclesAfterTheCommand) {
@@ -78,7 +78,7 @@ TEST(Program, D2_ANetStartsLatencyCyclesAfterTheCommand) {
   const auto cycles = [&](int latency) {
     json["program_latency_cycles"] = latency;
     const RunReport report = run(json);
-    EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+    EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
     return report.cycles;
   };
   const auto at_once = cycles(0);
@@ -91,7 +91,7 @@ TEST(Program, D2_MeasuringHoldsWhateverTheLatency) {
   for (const int latency : {0, 1, 50}) {
     json["program_latency_cycles"] = latency;
     const RunReport report = run(json);
-    EXPECT_EQ(report.verdict, Verdict::kPassed) << latency << " cycles\n" << report.findings.to_string();
+    EXPECT_EQ(report.verdict, Verdict::kPassed) << latency << " cycles\n" << report.diagnostics.to_string();
   }
 }
 
@@ -104,7 +104,7 @@ TEST(Program, D1_AProgramThatNeverWaitsIsStoppedAndNamed) {
   EXPECT_EQ(waits(9'000).verdict, Verdict::kPassed);
   const RunReport report = waits(20'000);
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.findings.to_string(),
+  EXPECT_THAT(report.diagnostics.to_string(),
               HasSubstr("/program/steps/0/steps/0: error: 10000 steps without a single cycle between them"));
 }
 
@@ -126,7 +126,7 @@ TEST(Program, AGuardedMotionThatMeetsNothingFailsUnlessToldToGoOn) {
                              "until": {"sensor": "wrist", "above_N": 5}}])");
   const RunReport failed = run(json);
   EXPECT_EQ(failed.verdict, Verdict::kError);
-  EXPECT_THAT(failed.findings.to_string(),
+  EXPECT_THAT(failed.diagnostics.to_string(),
               HasSubstr("/program/steps/1/until: error: the motion reached its end and the condition never held"));
   json["program"]["steps"][1]["on_end"] = "continue";
   EXPECT_EQ(run(json).verdict, Verdict::kPassed);
@@ -137,7 +137,7 @@ TEST(Program, ARunThatDoesNotEndIsAnErrorThatNamesTheStep) {
   json["time_limit_s"] = 0.5;
   const RunReport report = run(json);
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.findings.to_string(),
+  EXPECT_THAT(report.diagnostics.to_string(),
               HasSubstr("/time_limit_s: error: the program has not ended after 0.5 s, in step 'long'"));
 }
 

@@ -171,28 +171,28 @@ constexpr const char* kEverything = R"({
 })";
 
 /// What takt's own readers say of a file. Program and expectations are read against a cell, that of kEverything.
-Findings findings_of(const Json& json) {
+Diagnostics diagnostics_of(const Json& json) {
   const auto description = parse_description(json.dump());
   if (!description) return description.error();
-  static Findings warnings;
+  static Diagnostics warnings;
   static auto built = build_cell(*parse_description(kEverything), models(), false, warnings);
   if (!built) return built.error();
   const auto program = activity::Program::parse(description->program, "/program", built->cell, &description->programs);
   if (!program) return program.error();
   const auto expectations = make_expectations(description->expectations, *built, program->names());
-  return expectations ? Findings{} : expectations.error();
+  return expectations ? Diagnostics{} : expectations.error();
 }
 
 TEST(ScenarioSchema, EveryKeyThereIsIsKnownToBoth) {
   const Json everything = Json::parse(kEverything);
   EXPECT_TRUE(schema().accepts(everything));
-  EXPECT_EQ(findings_of(everything).to_string(), "");
+  EXPECT_EQ(diagnostics_of(everything).to_string(), "");
 }
 
 TEST(ScenarioSchema, TheLeastIsEnough) {
   const Json least = Json::parse(R"({"program": {"do": "wait", "seconds": 1}})");
   EXPECT_TRUE(schema().accepts(least));
-  EXPECT_EQ(findings_of(least).to_string(), "");
+  EXPECT_EQ(diagnostics_of(least).to_string(), "");
 }
 
 class ScenarioMistake : public testing::TestWithParam<Mistake> {};
@@ -200,7 +200,7 @@ class ScenarioMistake : public testing::TestWithParam<Mistake> {};
 TEST_P(ScenarioMistake, IsRefusedByBoth) {
   const Json json = with_mistake(Json::parse(kEverything), GetParam());
   EXPECT_FALSE(schema().accepts(json)) << "by the schema";
-  EXPECT_TRUE(findings_of(json).has_errors()) << "by takt";
+  EXPECT_TRUE(diagnostics_of(json).has_errors()) << "by takt";
 }
 
 constexpr Mistake kMistakes[] = {

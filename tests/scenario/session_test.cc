@@ -59,7 +59,7 @@ RunReport judged(const std::string& expectation) { return run(shorty(R"(, "expec
 TEST(Session, TouchPassesWhereverTheBlockLies) {
   for (const std::uint64_t seed : {1, 7, 42}) {
     const RunReport report = run(touch({}, seed));
-    EXPECT_EQ(report.verdict, Verdict::kPassed) << "seed " << seed << "\n" << report.findings.to_string();
+    EXPECT_EQ(report.verdict, Verdict::kPassed) << "seed " << seed << "\n" << report.diagnostics.to_string();
     for (const auto& one : report.expectations) EXPECT_TRUE(one.passed) << "seed " << seed << ": " << one.measured;
   }
 }
@@ -71,7 +71,7 @@ TEST(Session, D6_AHeavierPlantIsFeltButNotKnown) {
   const RunReport payload = run(touch({{"/devices/arm/payload_error_kg", "0.5"}}));
   for (const RunReport* other : {&heavy, &payload}) {
     EXPECT_NE(other->digest, nominal.digest);
-    ASSERT_TRUE(other->estimates.contains("block found")) << other->findings.to_string();
+    ASSERT_TRUE(other->estimates.contains("block found")) << other->diagnostics.to_string();
     const double moved =
         (other->estimates.at("block found").translation() - nominal.estimates.at("block found").translation()).norm();
     EXPECT_GT(moved, 1e-7) << "the contacts are elsewhere";
@@ -83,7 +83,7 @@ TEST(Session, D6_AHeavierPlantIsFeltButNotKnown) {
 
 TEST(Session, D4_D5_TwoRunsAreEqualBitForBit) {
   const RunReport a = run(shorty()), b = run(shorty());
-  EXPECT_EQ(a.verdict, Verdict::kPassed) << a.findings.to_string();
+  EXPECT_EQ(a.verdict, Verdict::kPassed) << a.diagnostics.to_string();
   EXPECT_GT(a.cycles, 100);
   EXPECT_EQ(a.cycles, b.cycles);
   EXPECT_EQ(a.digest, b.digest);
@@ -119,8 +119,8 @@ TEST(Session, TheTimeLimitEndsTheRun) {
   const RunReport report = run(shorty(R"(, "time_limit_s": 0.1)"));
   EXPECT_EQ(report.verdict, Verdict::kError);
   EXPECT_NEAR(report.sim_time, 0.1, 1e-9);
-  EXPECT_THAT(report.findings.to_string(), HasSubstr("/time_limit_s: error: the program has not ended after 0.1 s"));
-  EXPECT_THAT(report.findings.to_string(), HasSubstr("in step 'there'"));
+  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("/time_limit_s: error: the program has not ended after 0.1 s"));
+  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("in step 'there'"));
 }
 
 TEST(Session, AFirstInterruptEndsAtRest) {
@@ -157,7 +157,7 @@ TEST(Session, AFailingStepIsAnErrorWithItsPlace) {
       R"({"do": "lin", "to": {"by_m": [0, 0, 0.01]}, "until": {"sensor": "wrist", "above_N": 500}})"));
   const RunReport report = run(std::move(description));
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.findings.to_string(), HasSubstr("/program/steps/2/until: error: the motion reached its end"));
+  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("/program/steps/2/until: error: the motion reached its end"));
 }
 
 TEST(Session, WhatCannotRunIsRefusedBeforeAnythingMoves) {
@@ -188,7 +188,7 @@ class ExpectationTest : public testing::TestWithParam<Judgement> {};
 
 TEST_P(ExpectationTest, IsJudged) {
   const RunReport report = judged(GetParam().expectation);
-  ASSERT_EQ(report.expectations.size(), 1u) << report.findings.to_string();
+  ASSERT_EQ(report.expectations.size(), 1u) << report.diagnostics.to_string();
   EXPECT_EQ(report.expectations[0].passed, GetParam().passed) << report.expectations[0].measured;
   EXPECT_NE(report.expectations[0].measured, "");
   EXPECT_EQ(report.verdict, GetParam().passed ? Verdict::kPassed : Verdict::kFailed);

@@ -51,9 +51,9 @@ TEST(Site, EveryKeyIsRead) {
 
 TEST(Site, TheCommandLineSaysTheSameShorter) {
   Site site;
-  const Findings findings = scenario::bind(
+  const Diagnostics diagnostics = scenario::bind(
       site, "arm=slow:8ms,offset=5ms,drift=-20ppm,jitter=0.5ms,transport=0.1ms,loss=1%,repeat=2%,reorder=3%,timeout=7");
-  ASSERT_TRUE(findings.empty()) << findings.to_string();
+  ASSERT_TRUE(diagnostics.empty()) << diagnostics.to_string();
   const Binding& arm = *site.find("arm");
   EXPECT_EQ(arm.slow.cycle, 8 * kMillisecond);
   EXPECT_EQ(arm.slow.clock_offset, 5 * kMillisecond);
@@ -80,9 +80,9 @@ TEST(Site, WhatIsWrongIsSaidWithWhatIsAllowed) {
                         Case{"arm=slow:8ms,loss=90%", "0.9"}, Case{"arm=sim:8ms", "has no address"},
                         Case{"arm=slow:8ms,,", "is no cycle"}, Case{"arm=slow:nanms", "is no cycle"}}) {
     Site site;
-    const Findings findings = scenario::bind(site, c.argument);
-    EXPECT_TRUE(findings.has_errors()) << c.argument;
-    EXPECT_THAT(findings.to_string(), HasSubstr(c.message)) << c.argument;
+    const Diagnostics diagnostics = scenario::bind(site, c.argument);
+    EXPECT_TRUE(diagnostics.has_errors()) << c.argument;
+    EXPECT_THAT(diagnostics.to_string(), HasSubstr(c.message)) << c.argument;
     EXPECT_TRUE(site.devices.empty()) << c.argument;
   }
 }
@@ -107,7 +107,7 @@ TEST(Site, T4_LockStepAndAClockOfItsOwnAreRefusedTogether) {
   site.devices["left"].kind = "sim";
   site.devices["right"].kind = "wire";
   site.devices["right"].pointer = "/devices/right";
-  const Findings refused = check_clocks(site, /*realtime=*/false, kinds);
+  const Diagnostics refused = check_clocks(site, /*realtime=*/false, kinds);
   ASSERT_EQ(refused.list().size(), 1u);
   EXPECT_EQ(refused.list()[0].pointer, "/devices/right");
   EXPECT_THAT(refused.list()[0].message, HasSubstr("a clock of its own"));
@@ -167,8 +167,8 @@ const device::ModelLibrary& models() {
 RunReport run(const std::string& devices, const std::vector<std::string>& backends, std::uint64_t seed = 1) {
   Site site;
   for (const std::string& backend : backends) {
-    const Findings findings = scenario::bind(site, backend);
-    EXPECT_TRUE(findings.empty()) << findings.to_string();
+    const Diagnostics diagnostics = scenario::bind(site, backend);
+    EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
   }
   auto description = parse_description(R"({"devices": {)" + devices + R"(}, "program": {"do": "sequence", "steps": [
         {"do": "lin", "arm": "a", "to": {"by_m": [0, 0, 0.05]}},
@@ -186,7 +186,7 @@ const std::string kTwo = kOne + R"(, "b": {"model": "ur5", "at": {"in": "world",
 
 TEST(SiteRun, T1_TheDelayIsTheDeclaredOne) {
   const RunReport report = run(kOne, {"a=slow:8ms"});
-  ASSERT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  ASSERT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   const DeviceTiming& arm = report.site.devices.at(0);
   const Nanoseconds declared = arm.declared.driver_delay + arm.declared.dead_time;
   EXPECT_EQ(declared, 17 * kMillisecond + 300'000) << "period, jitter, two cycles of the device";
@@ -201,7 +201,7 @@ TEST(SiteRun, T1_TheDelayIsTheDeclaredOne) {
 
 TEST(SiteRun, T3_ArmsOfOneCellArePaddedToTheLongestDelay) {
   const RunReport padded = run(kTwo, {"b=slow:8ms,jitter=0ms,transport=0ms"});
-  ASSERT_EQ(padded.verdict, Verdict::kPassed) << padded.findings.to_string();
+  ASSERT_EQ(padded.verdict, Verdict::kPassed) << padded.diagnostics.to_string();
   const auto delay = [](const DeviceTiming& arm) { return arm.declared.driver_delay + arm.declared.dead_time; };
   EXPECT_EQ(delay(padded.site.devices.at(0)), delay(padded.site.devices.at(1)));
   EXPECT_EQ(delay(padded.site.devices.at(0)), 17 * kMillisecond);
@@ -210,7 +210,7 @@ TEST(SiteRun, T3_ArmsOfOneCellArePaddedToTheLongestDelay) {
 
 TEST(SiteRun, AModelsOwnCycleIsKept) {
   const RunReport report = run(R"("a": {"model": "tx90"})", {});
-  ASSERT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  ASSERT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   EXPECT_EQ(report.site.devices.at(0).declared.cycle, 4 * kMillisecond);
   EXPECT_EQ(report.site.devices.at(0).delay_least, 9 * kMillisecond);
   EXPECT_EQ(report.site.devices.at(0).delay_most, 9 * kMillisecond) << "an ideal clock: exactly";

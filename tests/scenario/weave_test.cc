@@ -73,7 +73,7 @@ TEST_P(WeaveTest, ItNeverStopsInACornerAndTheToolFollows) {
     return true;
   };
   const RunReport report = seam->run(watched);
-  ASSERT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  ASSERT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
 
   // The seam is in the plane in which the arm is after its first step.
   const double plane = cycles.front().sent.z() - 0.03;
@@ -114,10 +114,10 @@ TEST_P(WeaveTest, L6_P2_S1_InterruptedAnywhereItKeepsAllLimits) {
   const RunReport report = seam->run(interrupted);
   if (tries.in_child()) {
     if (report.verdict == Verdict::kError && tries.way() == Interruptions::Way::kCancel)
-      tries.complain("a cancel became an error: " + report.findings.to_string());
+      tries.complain("a cancel became an error: " + report.diagnostics.to_string());
     tries.answer();
   }
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.findings.to_string();
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
   EXPECT_GE(tries.tried(), 300);
   for (const std::string& failure : tries.failures()) ADD_FAILURE() << failure;
 }

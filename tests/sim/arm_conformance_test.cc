@@ -59,8 +59,8 @@ class SimArmRig final : public ArmRig {
     }
     return true;
   }
-  static bool fail(const Findings& findings) {
-    ADD_FAILURE() << findings.to_string();
+  static bool fail(const Diagnostics& diagnostics) {
+    ADD_FAILURE() << diagnostics.to_string();
     return false;
   }
 

@@ -20,7 +20,7 @@ void add_probe(WorldDescription& world);
 /// A box fixed to the world.
 [[nodiscard]] ObjectDescription box(const std::string& name, const Eigen::Vector3d& size, const Eigen::Vector3d& at);
 
-/// The world, or a failure of the test with all findings.
+/// The world, or a failure of the test with all diagnostics.
 [[nodiscard]] World make(const WorldDescription& description);
 
 /// Steps with the set point q (and rates) for that many cycles; fails the test if the physics diverges.

@@ -20,14 +20,14 @@ WorldDescription described_cell() {
   return world;
 }
 
-std::string findings(const WorldDescription& description) {
+std::string diagnostics(const WorldDescription& description) {
   const auto world = World::create(description);
   return world ? std::string() : world.error().to_string();
 }
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-TEST(Description, GoodOneHasNoFindings) { EXPECT_EQ(findings(described_cell()), ""); }
+TEST(Description, GoodOneHasNoFindings) { EXPECT_EQ(diagnostics(described_cell()), ""); }
 
 TEST(Description, AllErrorsAtOnceEachAtItsPlace) {
   WorldDescription world = described_cell();
@@ -37,7 +37,7 @@ TEST(Description, AllErrorsAtOnceEachAtItsPlace) {
   world.objects.push_back(box("table", {1, 1, -1}, {0, 0, 0}));
   world.force_torque_sensors[0].tool_side = "sensor/mesuring";
   world.arms.push_back(world.arms[0]);
-  const std::string text = findings(world);
+  const std::string text = diagnostics(world);
   EXPECT_TRUE(contains(text, "/robots/sensor: error: unknown parent 'arm/flanch'")) << text;
   EXPECT_TRUE(contains(text, "arm/flange")) << text;
   EXPECT_TRUE(contains(text, "/cell/devices/arm: error: unknown joint 'a8'")) << text;
@@ -53,16 +53,16 @@ TEST(Description, MountLoopIsFound) {
   world.objects.push_back(box("b", {1, 1, 1}, {0, 0, 0}));
   world.objects[1].mount.parent = "b";
   world.objects[2].mount.parent = "a";
-  EXPECT_TRUE(contains(findings(world), "in a loop"));
+  EXPECT_TRUE(contains(diagnostics(world), "in a loop"));
   world.objects[2].mount.parent = "b";
-  EXPECT_TRUE(contains(findings(world), "'b' is mounted on itself"));
+  EXPECT_TRUE(contains(diagnostics(world), "'b' is mounted on itself"));
 }
 
 TEST(Description, FiguresOutOfRange) {
   const auto broken = [](auto change) {
     WorldDescription world = described_cell();
     change(world);
-    return findings(world);
+    return diagnostics(world);
   };
   EXPECT_TRUE(contains(broken([](auto& w) { w.physics.timestep = 300'000; }), "whole physics steps"));
   EXPECT_TRUE(contains(broken([](auto& w) { w.robots[0].q[1] = 3.0; }), "the start position of joint 'a2' is 3"));
@@ -84,7 +84,7 @@ TEST(Description, WhatMujocoRefusesIsAFinding) {
   kinematics::Mesh mesh;
   mesh.path = path;
   world.objects[0].shapes.push_back({.shape = mesh});
-  const std::string text = findings(world);
+  const std::string text = diagnostics(world);
   EXPECT_TRUE(contains(text, "MuJoCo")) << text;
   EXPECT_TRUE(contains(text, "takt_broken_mesh")) << text;
   std::filesystem::remove(path);

@@ -10,7 +10,7 @@ namespace takt::test {
 namespace {
 
 /// Words by which the layers say that something is wrong.
-constexpr const char* kCalls = R"(\b(error|failure|wrong|fail|broken|fault_of|throw_finding|errors\.\w+_back)\()";
+constexpr const char* kCalls = R"(\b(error|failure|wrong|fail|broken|fault_of|throw_diagnostic|errors\.\w+_back)\()";
 
 /// A text between quotes; `at` goes from its first quote to behind its last. Pieces that stand side by side are one.
 std::string read_text(const std::string& source, std::size_t& at) {

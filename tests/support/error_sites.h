@@ -13,7 +13,7 @@ struct ErrorSite {
 };
 
 /// All calls of error(), failure() and their kind in the .cc files of a folder whose message stands there as a text.
-/// What is written on from elsewhere ("findings.append") has its site there.
+/// What is written on from elsewhere ("diagnostics.append") has its site there.
 /// @param folder  from the root of the repository, in which tests run
 [[nodiscard]] std::vector<ErrorSite> error_sites(const std::string& folder);
 

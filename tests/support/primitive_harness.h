@@ -196,13 +196,13 @@ class PrimitiveHarness {
     if (net) {
       net_ = std::move(*net);
     } else {
-      findings_ = std::move(net.error());
+      diagnostics_ = std::move(net.error());
     }
   }
 
-  /// Whether LOAD took it; otherwise findings() says why. Use it in tests of bad parameters.
+  /// Whether LOAD took it; otherwise diagnostics() says why. Use it in tests of bad parameters.
   [[nodiscard]] bool ready() const { return net_ != nullptr; }
-  [[nodiscard]] const Findings& findings() const { return findings_; }
+  [[nodiscard]] const Diagnostics& diagnostics() const { return diagnostics_; }
 
   template <class T>
   PrimitiveHarness& set(const std::string& input, const T& value) {
@@ -236,7 +236,7 @@ class PrimitiveHarness {
   /// Runs cycles; none may allocate.
   PrimitiveHarness& step(int cycles = 1) {
     if (net_ == nullptr) {
-      ADD_FAILURE() << "the net was rejected:\n" << findings_.to_string();
+      ADD_FAILURE() << "the net was rejected:\n" << diagnostics_.to_string();
       return *this;
     }
     for (int i = 0; i < cycles; ++i) {
@@ -316,7 +316,7 @@ class PrimitiveHarness {
   std::vector<const net::PrimitiveInfo::Port*> linked_;
   std::string prefix_;
   std::unique_ptr<net::CompiledNet> net_;
-  Findings findings_;
+  Diagnostics diagnostics_;
 };
 
 /// What every primitive owes the net, tried with seeded values of every size: no allocation; null on an input that
@@ -338,8 +338,8 @@ inline void check_primitive_contract(const std::string& type,
     }
   };
   PrimitiveHarness fresh(type, parameters, options), reset(type, parameters, options, true);
-  ASSERT_TRUE(fresh.ready()) << fresh.findings().to_string();
-  ASSERT_TRUE(reset.ready()) << reset.findings().to_string();
+  ASSERT_TRUE(fresh.ready()) << fresh.diagnostics().to_string();
+  ASSERT_TRUE(reset.ready()) << reset.diagnostics().to_string();
 
   // The reset one has lived a life before: both must then go on alike.
   Random before(1, type), first(2, type), second(2, type);
@@ -386,7 +386,7 @@ inline void check_recovery(const std::string& type, const nlohmann::ordered_json
                            const HarnessOptions& options = {}) {
   SCOPED_TRACE("recovery of " + type);
   PrimitiveHarness spoiled(type, parameters, options), fresh(type, parameters, options);
-  ASSERT_TRUE(spoiled.ready()) << spoiled.findings().to_string();
+  ASSERT_TRUE(spoiled.ready()) << spoiled.diagnostics().to_string();
   Random extreme(4, type), first(5, type), second(5, type);
   spoiled.step_random(60, extreme, harness::Numbers::kExtreme);
   if (spoiled.signals().fail || spoiled.signals().terminate) return;  // the net would have ended
@@ -402,7 +402,7 @@ inline void check_declared_nulls(const std::string& type, const nlohmann::ordere
                                  const HarnessOptions& options = {}) {
   SCOPED_TRACE("declared nulls of " + type);
   PrimitiveHarness harness(type, parameters, options);
-  ASSERT_TRUE(harness.ready()) << harness.findings().to_string();
+  ASSERT_TRUE(harness.ready()) << harness.diagnostics().to_string();
   Random random(6, type);
   for (int i = 0; i < 60; ++i) {
     harness.step_random(1, random, harness::Numbers::kModerate);

@@ -430,7 +430,7 @@ class BadInput(WithFolder):
         self.assertEqual(result.returncode, 2)
         report = json.loads(result.stdout)
         self.assertEqual(report["result"], "error")
-        self.assertTrue(all(one["message"] for one in report["findings"]))
+        self.assertTrue(all(one["message"] for one in report["diagnostics"]))
 
     def test_film_that_cannot_be_written(self):
         result = takt("run", "scenarios/touch.json", "--video", "/nowhere/film.mp4")

@@ -255,7 +255,7 @@ class Check(NetTest):
             self.assertIn(words, text)
         report = json.loads(self.takt("net", self.write(FIVE), "--check", "--json").stdout)
         self.assertEqual(len(report["primitives"]), 5)
-        for key in ("order", "resources", "reactions", "null_paths", "links", "findings"):
+        for key in ("order", "resources", "reactions", "null_paths", "links", "diagnostics"):
             self.assertIn(key, report)
 
     def test_bad_input(self):

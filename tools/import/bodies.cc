@@ -50,8 +50,8 @@ class Meshes {
     if (!file) return {{}, "there is no such file; --packages DIR tells where packages lie"};
     auto mesh = read_mesh(*file);
     if (!mesh) {
-      const Finding& finding = mesh.error().list().front();
-      return {{}, finding.message + (finding.hint.empty() ? "" : ", allowed: " + finding.hint)};
+      const Diagnostic& diagnostic = mesh.error().list().front();
+      return {{}, diagnostic.message + (diagnostic.hint.empty() ? "" : ", allowed: " + diagnostic.hint)};
     }
     const std::string own = unused_name(draft_, *file, mesh->extension);
     draft_.mesh_files.emplace(own, std::move(mesh->content));

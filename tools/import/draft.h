@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "tools/import/mesh_files.h"
 #include "tools/import/node.h"
 
@@ -22,7 +22,7 @@ struct ImportNote {
 struct Draft {
   Node robot;
   std::vector<ImportNote> notes;
-  Findings findings;  ///< errors that no guess can mend
+  Diagnostics diagnostics;  ///< errors that no guess can mend
   std::string base, flange;
   std::vector<std::string> without_effort;        ///< movable joints whose torque limit is not known
   std::map<std::string, std::string> mesh_files;  ///< path below the folder of the model, content

@@ -26,21 +26,23 @@ bool is_name(const std::string& text) {
   return text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos;
 }
 
-Findings check_options(const ImportOptions& options) {
-  Findings findings;
+Diagnostics check_options(const ImportOptions& options) {
+  Diagnostics diagnostics;
   std::error_code error;
   if (!is_name(options.name)) {
-    findings.error("NAME", fmt::format("'{}' is no name of a model", options.name), "a-z, 0-9, _, a letter first");
+    diagnostics.error(Code::kInvalidName, "NAME", fmt::format("'{}' is no name of a model", options.name),
+                      "a-z, 0-9, _, a letter first");
   }
   for (const fs::path& folder : options.packages) {
     if (!fs::is_directory(folder, error))
-      findings.error("--packages", fmt::format("'{}' is no folder", folder.string()));
+      diagnostics.error(Code::kNotFound, "--packages", fmt::format("'{}' is no folder", folder.string()));
   }
   if (fs::exists(options.out / options.name, error)) {
-    findings.error("--out", fmt::format("'{}' exists already", (options.out / options.name).string()),
-                   "another name, or remove it");
+    diagnostics.error(Code::kDuplicate, "--out",
+                      fmt::format("'{}' exists already", (options.out / options.name).string()),
+                      "another name, or remove it");
   }
-  return findings;
+  return diagnostics;
 }
 
 Result<Draft> read_draft(const ImportOptions& options) {
@@ -48,11 +50,11 @@ Result<Draft> read_draft(const ImportOptions& options) {
   if (!text) return std::unexpected(text.error());
   const auto tree = kinematics::scan_xml(*text);
   if (!tree) return std::unexpected(tree.error());
-  if (Findings findings = kinematics::check_no_xacro(*tree); findings.has_errors()) {
-    return std::unexpected(std::move(findings));
+  if (Diagnostics diagnostics = kinematics::check_no_xacro(*tree); diagnostics.has_errors()) {
+    return std::unexpected(std::move(diagnostics));
   }
   if (tree->elements.front().name != "robot") {
-    return failure(fmt::format("line {}", tree->elements.front().line),
+    return failure(Code::kSyntax, fmt::format("line {}", tree->elements.front().line),
                    fmt::format("the root element is <{}>", tree->elements.front().name), "<robot>");
   }
   Draft draft;
@@ -89,8 +91,8 @@ class Workshop {
 Result<void> write(const fs::path& file, const std::string& content) {
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
-  Findings findings = write_file(file, content, "--out");
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  Diagnostics diagnostics = write_file(file, content, "--out");
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return {};
 }
 
@@ -139,7 +141,7 @@ Result<void> finish(const ImportOptions& options, Draft& draft, const fs::path& 
   if (!chain) return std::unexpected(chain.error());
   if (chain->joint_count() < 3) {
     return failure(
-        "",
+        Code::kInvalidValue, "",
         fmt::format("the way from '{}' to '{}' has {} movable joints", draft.base, draft.flange, chain->joint_count()),
         "3 to 12: an arm moves its flange to places");
   }
@@ -157,7 +159,7 @@ Result<void> build(const ImportOptions& options, Draft& draft, const fs::path& f
   complete_joints(draft);
   gather_meshes(draft, MeshPaths(options.urdf, options.packages));
   guess_chain(draft);
-  if (draft.findings.has_errors()) return std::unexpected(draft.findings);
+  if (draft.diagnostics.has_errors()) return std::unexpected(draft.diagnostics);
   complete_bodies(draft);
   if (auto written = write_robot(draft, folder, options.name); !written) return written;
   const auto robot = load(folder, options.name);
@@ -172,7 +174,8 @@ Result<void> build(const ImportOptions& options, Draft& draft, const fs::path& f
 }  // namespace
 
 Result<ImportReport> import_robot(const ImportOptions& options) {
-  if (Findings findings = check_options(options); findings.has_errors()) return std::unexpected(std::move(findings));
+  if (Diagnostics diagnostics = check_options(options); diagnostics.has_errors())
+    return std::unexpected(std::move(diagnostics));
   auto draft = read_draft(options);
   if (!draft) {
     draft.error().set_file(options.urdf.string());
@@ -180,20 +183,23 @@ Result<ImportReport> import_robot(const ImportOptions& options) {
   }
   // All is made beside its place and moved there when it is whole.
   const Workshop workshop(options);
-  if (workshop.folder().empty()) return failure("--out", fmt::format("cannot write '{}'", options.out.string()));
+  if (workshop.folder().empty())
+    return failure(Code::kFileNotWritable, "--out", fmt::format("cannot write '{}'", options.out.string()));
   auto built = build(options, *draft, workshop.folder());
   std::error_code error;
   if (built) fs::rename(workshop.folder(), options.out / options.name, error);
-  if (error) return failure("--out", fmt::format("cannot write '{}'", (options.out / options.name).string()));
+  if (error)
+    return failure(Code::kFileNotWritable, "--out",
+                   fmt::format("cannot write '{}'", (options.out / options.name).string()));
   if (!built) {
-    Findings findings;
-    for (Finding finding : built.error().list()) {
+    Diagnostics diagnostics;
+    for (Diagnostic diagnostic : built.error().list()) {
       // The user's file is the one to mend; its lines are not those of the file that was made from it.
-      finding.file = options.urdf.string();
-      if (finding.pointer.starts_with("line ")) finding.pointer.clear();
-      findings.add(std::move(finding));
+      diagnostic.file = options.urdf.string();
+      if (diagnostic.pointer.starts_with("line ")) diagnostic.pointer.clear();
+      diagnostics.add(std::move(diagnostic));
     }
-    return std::unexpected(std::move(findings));
+    return std::unexpected(std::move(diagnostics));
   }
   ImportReport report{options.out / options.name, draft->base, draft->flange, {}, draft->notes};
   for (const Node& node : draft->robot.children) {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "tools/import/draft.h"
 
 namespace takt::tools {

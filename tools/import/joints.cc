@@ -141,7 +141,7 @@ void guess_flange(Draft& draft) {
     if (tip.better_than(best)) best = tip;
   }
   if (best.link.empty()) {
-    draft.findings.error("", "no joint moves", "a URDF of an arm");
+    draft.diagnostics.error(Code::kInvalidValue, "", "no joint moves", "a URDF of an arm");
     return;
   }
   draft.flange = best.link;
@@ -205,13 +205,15 @@ void check_tree(Draft& draft) {
   for (const Node* joint : draft.robot.all("joint")) {
     for (const std::string& link : {parent_of(*joint), child_of(*joint)}) {
       if (draft.link(link) != nullptr) continue;
-      draft.findings.error("", fmt::format("joint '{}': link '{}' does not exist", joint->text("name"), link));
+      draft.diagnostics.error(Code::kUnknownName, "",
+                              fmt::format("joint '{}': link '{}' does not exist", joint->text("name"), link));
     }
   }
   std::set<std::string> children;
   for (const Node* joint : draft.robot.all("joint")) {
     if (children.insert(child_of(*joint)).second) continue;
-    draft.findings.error("", fmt::format("link '{}' has a second parent", child_of(*joint)), "a robot is a tree");
+    draft.diagnostics.error(Code::kDuplicate, "", fmt::format("link '{}' has a second parent", child_of(*joint)),
+                            "a robot is a tree");
   }
   for (const Node* start : draft.robot.all("link")) {
     std::set<std::string> seen;
@@ -221,7 +223,8 @@ void check_tree(Draft& draft) {
       link = parent_of(*joint);
     }
     if (link != start->text("name") || !seen.contains(link)) continue;
-    draft.findings.error("", fmt::format("the joints form a loop through link '{}'", link), "a robot is a tree");
+    draft.diagnostics.error(Code::kInvalidValue, "", fmt::format("the joints form a loop through link '{}'", link),
+                            "a robot is a tree");
     return;
   }
 }
@@ -249,14 +252,16 @@ void guess_chain(Draft& draft) {
     if (link.empty() || draft.link(link) != nullptr) continue;
     std::vector<std::string> names;
     for (const Node* node : draft.robot.all("link")) names.push_back(node->text("name"));
-    draft.findings.error(option, fmt::format("there is no link '{}'", link), nearest_choice(link, names));
+    draft.diagnostics.error(Code::kUnknownName, option, fmt::format("there is no link '{}'", link),
+                            nearest_choice(link, names));
   }
-  if (draft.findings.has_errors()) return;
+  if (draft.diagnostics.has_errors()) return;
   if (draft.flange.empty()) guess_flange(draft);
-  if (draft.findings.has_errors()) return;
+  if (draft.diagnostics.has_errors()) return;
   if (draft.base.empty()) guess_base(draft);
   if (!below(draft, draft.flange, draft.base)) {
-    draft.findings.error("--base", fmt::format("'{}' does not carry '{}'", draft.base, draft.flange));
+    draft.diagnostics.error(Code::kInvalidValue, "--base",
+                            fmt::format("'{}' does not carry '{}'", draft.base, draft.flange));
     return;
   }
   drop_above_base(draft);

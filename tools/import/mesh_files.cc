@@ -30,8 +30,9 @@ std::string lower(std::string text) {
   return text;
 }
 
-std::unexpected<Findings> too_many(std::size_t triangles) {
-  return failure("", fmt::format("{} triangles", triangles), fmt::format("at most {}", kMostTriangles));
+std::unexpected<Diagnostics> too_many(std::size_t triangles) {
+  return failure(Code::kTooLarge, "", fmt::format("{} triangles", triangles),
+                 fmt::format("at most {}", kMostTriangles));
 }
 
 /// Numbers with a decimal point, whatever the locale of the program.
@@ -58,7 +59,8 @@ Result<MeshFile> binary_stl(std::string content) {
     for (std::size_t k = 0; k < 3; ++k) {
       Corner corner;
       std::memcpy(corner.data(), mesh.content.data() + kHeader + t * kTriangle + 12 + 12 * k, sizeof corner);
-      if (!extend(mesh.box, corner)) return failure("", "a corner is no place", "finite numbers, at most 1e6");
+      if (!extend(mesh.box, corner))
+        return failure(Code::kOutOfRange, "", "a corner is no place", "finite numbers, at most 1e6");
     }
   }
   return mesh;
@@ -82,10 +84,11 @@ Result<MeshFile> text_stl(const std::string& content) {
   for (std::string word; in >> word;) {
     if (word != "vertex") continue;
     Corner corner;
-    if (!(in >> corner[0] >> corner[1] >> corner[2])) return failure("", "a vertex without three numbers");
+    if (!(in >> corner[0] >> corner[1] >> corner[2]))
+      return failure(Code::kSyntax, "", "a vertex without three numbers");
     corners.push_back(corner);
   }
-  if (corners.size() % 3 != 0) return failure("", "a facet without three corners");
+  if (corners.size() % 3 != 0) return failure(Code::kSyntax, "", "a facet without three corners");
   if (corners.size() / 3 > kMostTriangles) return too_many(corners.size() / 3);
   return binary_stl(to_binary(corners));
 }
@@ -96,7 +99,7 @@ Result<MeshFile> read_stl(std::string content) {
   const bool binary = content.size() >= kHeader && content.size() == kHeader + std::size_t{count} * kTriangle;
   if (binary) return count > kMostTriangles ? Result<MeshFile>(too_many(count)) : binary_stl(std::move(content));
   if (content.starts_with("solid")) return text_stl(content);
-  return failure("", "it is neither a binary STL of the size that it claims nor a text STL");
+  return failure(Code::kSyntax, "", "it is neither a binary STL of the size that it claims nor a text STL");
 }
 
 Result<MeshFile> read_obj(std::string content) {
@@ -110,7 +113,7 @@ Result<MeshFile> read_obj(std::string content) {
       Corner corner;
       const bool whole = static_cast<bool>(row >> corner[0] >> corner[1] >> corner[2]);
       if (!whole || !extend(mesh.box, corner))
-        return failure("", "a corner is no place", "finite numbers, at most 1e6");
+        return failure(Code::kOutOfRange, "", "a corner is no place", "finite numbers, at most 1e6");
     } else if (word == "f") {
       std::size_t corners = 0;
       while (row >> word) ++corners;
@@ -162,7 +165,8 @@ std::optional<fs::path> MeshPaths::find(const std::string& name) const {
 Result<MeshFile> read_mesh(const fs::path& file) {
   const std::string extension = lower(file.extension().string());
   if (extension != ".stl" && extension != ".obj") {
-    return failure("", fmt::format("{} is not read", extension.empty() ? "a file without extension" : extension),
+    return failure(Code::kUnsupported, "",
+                   fmt::format("{} is not read", extension.empty() ? "a file without extension" : extension),
                    ".stl or .obj");
   }
   std::error_code error;
@@ -170,7 +174,7 @@ Result<MeshFile> read_mesh(const fs::path& file) {
   auto content = read_file(file, kMostBytes);
   if (!content) return std::unexpected(content.error());
   auto mesh = extension == ".stl" ? read_stl(std::move(*content)) : read_obj(std::move(*content));
-  if (mesh && mesh->triangles == 0) return failure("", "it has no triangle");
+  if (mesh && mesh->triangles == 0) return failure(Code::kMissing, "", "it has no triangle");
   return mesh;
 }
 

@@ -7,7 +7,7 @@
 
 #include <Eigen/Geometry>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::tools {
 

@@ -8,7 +8,7 @@
 /// An arm on a base as one actuator (docs/command-layer.md). Realtime: setup.
 namespace takt::command {
 
-/// Name of the base that carries the arm: what the arm's frame rides on. @return a finding where none does.
+/// Name of the base that carries the arm: what the arm's frame rides on. @return a diagnostic where none does.
 [[nodiscard]] Result<std::string> carrier_of(const Cell& cell, const std::string& arm);
 
 /// The base and the arm as one: "base+arm". An arm that is not there, or on no base, gives one that every check
@@ -22,7 +22,7 @@ struct CarriedGoal {
   Eigen::Isometry3d X_BM_goal;            ///< of the frame that moves (wish.X_FM, or the tool) in the base's frame, m
 };
 /// LIN of the tool in the room while the base drives (motion::plan_carried_lin), for arm_on_base().
-/// @return the motion of the base with that of the arm as its partner; or findings.
+/// @return the motion of the base with that of the arm as its partner; or diagnostics.
 [[nodiscard]] Result<PlannedMotion> carried_lin(const Cell& cell, const std::string& arm, const CarriedGoal& goal,
                                                 const MotionWish& wish = {});
 

@@ -70,27 +70,28 @@ void collect(const Json& constant, std::vector<double>& numbers) {
 }
 
 void check_constant(const SpringValue& value, const device::ComplianceRange& range, const std::string& arm,
-                    Findings& findings) {
+                    Diagnostics& diagnostics) {
   const JointVector lower = value.of(range.lower), upper = value.of(range.upper);
   std::vector<double> numbers;
   collect(value.wanted.constant, numbers);
   const std::string pointer = std::string("/compliance/") + value.port;
   if (numbers.size() != static_cast<std::size_t>(upper.size()))
-    return findings.error(pointer, fmt::format("{} values for '{}'", numbers.size(), arm),
-                          fmt::format("{} values", upper.size()));
+    return diagnostics.error(Code::kWrongSize, pointer, fmt::format("{} values for '{}'", numbers.size(), arm),
+                             fmt::format("{} values", upper.size()));
   for (Eigen::Index i = 0; i < upper.size(); ++i) {
     const double number = numbers[static_cast<std::size_t>(i)];
     if (number >= lower[i] && number <= upper[i]) continue;  // false for NaN
-    findings.error(fmt::format("{}/{}", pointer, i), fmt::format("{:g} {} for '{}'", number, value.unit, arm),
-                   fmt::format("{:g} to {:g} {}", lower[i], upper[i], value.unit));
+    diagnostics.error(Code::kOutOfRange, fmt::format("{}/{}", pointer, i),
+                      fmt::format("{:g} {} for '{}'", number, value.unit, arm),
+                      fmt::format("{:g} to {:g} {}", lower[i], upper[i], value.unit));
   }
 }
 
 void check_constants(const SpringValues& values, ControlMode mode, const device::ArmDescription& description,
-                     const std::string& arm, Findings& findings) {
+                     const std::string& arm, Diagnostics& diagnostics) {
   if (mode == ControlMode::kPosition || !description.modes.has(mode)) return;
   for (const SpringValue& value : values)
-    if (!value.wanted.node) check_constant(value, description.impedance.range(mode), arm, findings);
+    if (!value.wanted.node) check_constant(value, description.impedance.range(mode), arm, diagnostics);
 }
 
 class Compliant final : public ActionModel {
@@ -131,16 +132,17 @@ class Compliant final : public ActionModel {
     return formulas;
   }
 
-  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
-    Findings findings = action_->check(actuator);
+  [[nodiscard]] Diagnostics check(const ActuatorModel& actuator) const override {
+    Diagnostics diagnostics = action_->check(actuator);
     if (const auto other = action_->mode(); other && *other != mode_)
-      findings.error({}, fmt::format("{} for mode {} is to be for mode {}", name(), name_of(*other), name_of(mode_)),
-                     "one compliance");
+      diagnostics.error(Code::kConflict, {},
+                        fmt::format("{} for mode {} is to be for mode {}", name(), name_of(*other), name_of(mode_)),
+                        "one compliance");
     const auto arms = actuator.arms();
     for (const MountedArm* arm : arms)
-      check_constants(values_, mode_, arm->device->description(), arm->device->name(), findings);
-    if (arms.size() > 1) check_of_two(findings);
-    return findings;
+      check_constants(values_, mode_, arm->device->description(), arm->device->name(), diagnostics);
+    if (arms.size() > 1) check_of_two(diagnostics);
+    return diagnostics;
   }
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
@@ -176,11 +178,11 @@ class Compliant final : public ActionModel {
 
  private:
   /// A force of both would press on what they hold from two sides, and nobody would bound it.
-  void check_of_two(Findings& findings) const {
+  void check_of_two(Diagnostics& diagnostics) const {
     for (const SpringValue& value : values_) {
       if (std::string_view(value.port) != "wrench" && std::string_view(value.port) != "torque") continue;
-      findings.error(std::string("/compliance/") + value.port, "two arms as one exert nothing beside their springs",
-                     "springs alone, or a motion of one arm");
+      diagnostics.error(Code::kConflict, std::string("/compliance/") + value.port,
+                        "two arms as one exert nothing beside their springs", "springs alone, or a motion of one arm");
     }
   }
 
@@ -209,11 +211,11 @@ bool same(const std::optional<ComplianceWish>& a, const std::optional<Compliance
   });
 }
 
-Findings check_compliance(const ComplianceWish& wish, const device::ArmDescription& description,
-                          const std::string& arm) {
-  Findings findings;
-  check_constants(values_of(wish), mode_of(wish), description, arm, findings);
-  return findings;
+Diagnostics check_compliance(const ComplianceWish& wish, const device::ArmDescription& description,
+                             const std::string& arm) {
+  Diagnostics diagnostics;
+  check_constants(values_of(wish), mode_of(wish), description, arm, diagnostics);
+  return diagnostics;
 }
 
 Action with_compliance(const Action& action, const ComplianceWish& wish) {

@@ -36,8 +36,8 @@ using ComplianceWish = std::variant<Stiff, JointCompliance, CartesianCompliance>
 [[nodiscard]] bool same(const std::optional<ComplianceWish>& a, const std::optional<ComplianceWish>& b);
 
 /// Constants that the device does not allow, at "/compliance/PORT" and below. @param arm  for people
-[[nodiscard]] Findings check_compliance(const ComplianceWish& wish, const device::ArmDescription& description,
-                                        const std::string& arm);
+[[nodiscard]] Diagnostics check_compliance(const ComplianceWish& wish, const device::ArmDescription& description,
+                                           const std::string& arm);
 
 /// The action on an arm that gives way like this, whatever it is: a motion, a hold, a jog. What is wanted of the
 /// springs may be a formula; it is approached with the rates of the device, and null there ends the net (row N4).

@@ -55,13 +55,14 @@ class SetAnalog final : public ActionModel {
   [[nodiscard]] std::string_view name() const override { return "set value"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kReal; }
 
-  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
-    Findings findings;
+  [[nodiscard]] Diagnostics check(const ActuatorModel& actuator) const override {
+    Diagnostics diagnostics;
     const auto& output = *actuator.analog_output();
-    if (value_ >= output.lower && value_ <= output.upper) return findings;
-    findings.error({}, fmt::format("{:g} {} is not for '{}'", value_, output.unit, actuator.name()),
-                   fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
-    return findings;
+    if (value_ >= output.lower && value_ <= output.upper) return diagnostics;
+    diagnostics.error(Code::kOutOfRange, {},
+                      fmt::format("{:g} {} is not for '{}'", value_, output.unit, actuator.name()),
+                      fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
+    return diagnostics;
   }
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
@@ -147,18 +148,18 @@ class GripModel final : public ActionModel {
   [[nodiscard]] std::string_view name() const override { return opens_ ? "release" : "grip"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kGrip; }
 
-  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
-    Findings findings;
+  [[nodiscard]] Diagnostics check(const ActuatorModel& actuator) const override {
+    Diagnostics diagnostics;
     const device::GripperDescription& gripper = *actuator.gripper();
     const auto check = [&](const char* key, double value, double low, double high) {
       if (value >= low && value <= high) return;
-      findings.error(key, fmt::format("{:g} is not for '{}'", value, actuator.name()),
-                     fmt::format("{:g} to {:g}", low, high));
+      diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} is not for '{}'", value, actuator.name()),
+                        fmt::format("{:g} to {:g}", low, high));
     };
     check("/width", width(gripper), 0.0, gripper.stroke);
     check("/speed", speed(gripper), gripper.speed_min, gripper.speed_max);
     check("/force", force(gripper), gripper.force_min, gripper.force_max);
-    return findings;
+    return diagnostics;
   }
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {

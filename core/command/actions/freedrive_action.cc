@@ -24,19 +24,19 @@ Json three(double value) { return net::value_to_json(net::Vector(net::Vector::Co
 /// Joints that are slower and change their velocity less than this stand, rad/s and rad/s^2.
 constexpr double kStanding = 1e-9;
 
-void check_positive(Findings& findings, const char* key, double value, const char* unit) {
+void check_positive(Diagnostics& diagnostics, const char* key, double value, const char* unit) {
   if (std::isfinite(value) && value > 0.0) return;
-  findings.error(key, fmt::format("{:g} {}", value, unit), fmt::format("above 0 {}", unit));
+  diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit), fmt::format("above 0 {}", unit));
 }
 
-void check_from_zero(Findings& findings, const char* key, double value, const char* unit) {
+void check_from_zero(Diagnostics& diagnostics, const char* key, double value, const char* unit) {
   if (std::isfinite(value) && value >= 0.0) return;
-  findings.error(key, fmt::format("{:g} {}", value, unit), fmt::format("from 0 {}", unit));
+  diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit), fmt::format("from 0 {}", unit));
 }
 
-void check_bounds(Findings& findings, const FreedriveWish& wish) {
-  check_positive(findings, "/linear_max", wish.linear_max, "m/s");
-  check_positive(findings, "/angular_max", wish.angular_max, "rad/s");
+void check_bounds(Diagnostics& diagnostics, const FreedriveWish& wish) {
+  check_positive(diagnostics, "/linear_max", wish.linear_max, "m/s");
+  check_positive(diagnostics, "/angular_max", wish.angular_max, "rad/s");
 }
 
 /// "guided.value": somebody has the arm in hand, and nobody has asked for the end. Never null.
@@ -71,14 +71,14 @@ class BySprings final : public ActionModel {
     return wish_.enabled ? std::vector{wish_.enabled->node()} : std::vector<ExpressionPtr>();
   }
 
-  [[nodiscard]] Findings check(const ActuatorModel&) const override {
-    Findings findings;
-    check_bounds(findings, wish_);
-    check_positive(findings, "/springs/stiffness", wish_.springs.stiffness, "Nm/rad");
-    check_from_zero(findings, "/springs/torque", wish_.springs.torque, "Nm");
-    check_positive(findings, "/springs/gain", wish_.springs.gain, "1/s");
-    check_from_zero(findings, "/springs/margin", wish_.springs.margin, "rad");
-    return findings;
+  [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
+    Diagnostics diagnostics;
+    check_bounds(diagnostics, wish_);
+    check_positive(diagnostics, "/springs/stiffness", wish_.springs.stiffness, "Nm/rad");
+    check_from_zero(diagnostics, "/springs/torque", wish_.springs.torque, "Nm");
+    check_positive(diagnostics, "/springs/gain", wish_.springs.gain, "1/s");
+    check_from_zero(diagnostics, "/springs/margin", wish_.springs.margin, "rad");
+    return diagnostics;
   }
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
@@ -166,19 +166,19 @@ class ByBody final : public VelocityModel {
     return formulas;
   }
 
-  [[nodiscard]] Findings check(const ActuatorModel&) const override {
-    Findings findings;
+  [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
+    Diagnostics diagnostics;
     const FreedriveWish::Body& body = wish_.body;
-    check_bounds(findings, wish_);
-    check_positive(findings, "/body/mass", body.mass, "kg");
-    check_positive(findings, "/body/damping", body.damping, "Ns/m");
-    check_positive(findings, "/body/inertia", body.inertia, "kg m^2");
-    check_positive(findings, "/body/rotational_damping", body.rotational_damping, "Nms/rad");
-    check_from_zero(findings, "/body/force", body.force, "N");
-    check_from_zero(findings, "/body/torque", body.torque, "Nm");
-    check_positive(findings, "/body/cutoff", body.cutoff, "Hz");
-    check_positive(findings, "/body/tare_time", body.tare_time, "s");
-    return findings;
+    check_bounds(diagnostics, wish_);
+    check_positive(diagnostics, "/body/mass", body.mass, "kg");
+    check_positive(diagnostics, "/body/damping", body.damping, "Ns/m");
+    check_positive(diagnostics, "/body/inertia", body.inertia, "kg m^2");
+    check_positive(diagnostics, "/body/rotational_damping", body.rotational_damping, "Nms/rad");
+    check_from_zero(diagnostics, "/body/force", body.force, "N");
+    check_from_zero(diagnostics, "/body/torque", body.torque, "Nm");
+    check_positive(diagnostics, "/body/cutoff", body.cutoff, "Hz");
+    check_positive(diagnostics, "/body/tare_time", body.tare_time, "s");
+    return diagnostics;
   }
 
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
@@ -262,15 +262,15 @@ class NoFreedrive final : public ActionModel {
   [[nodiscard]] std::string_view name() const override { return "freedrive"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
   [[nodiscard]] Contribution add_to(FragmentWriter&, const ActuatorModel&) const override { return {}; }
-  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
-    Findings findings;
+  [[nodiscard]] Diagnostics check(const ActuatorModel& actuator) const override {
+    Diagnostics diagnostics;
     std::string modes = "none";
     if (actuator.arm() != nullptr) modes = actuator.arm()->device->description().modes.list();
-    findings.error(
-        {},
+    diagnostics.error(
+        Code::kConflict, {},
         fmt::format("C8: nobody can guide '{}' by hand: it feels nothing (control modes: {})", actuator.name(), modes),
         "an arm with the mode joint_impedance, or with a force/torque sensor on its flange");
-    return findings;
+    return diagnostics;
   }
 };
 

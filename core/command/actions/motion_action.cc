@@ -259,7 +259,8 @@ Action ptp(const JointVector& q_goal, const MotionWish& wish) {
 Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish) {
   return motion_action("LIN", wish, [wish, X_BM_goal](const MountedArm& arm, const JointVector& q) {
     const motion::ArmModel model = planning_model(arm, wish.X_FM);
-    if (!model.inverse) return Result<motion::SequencePlan>(failure({}, "the arm has no inverse kinematics", "a PTP"));
+    if (!model.inverse)
+      return Result<motion::SequencePlan>(failure(Code::kRequires, {}, "the arm has no inverse kinematics", "a PTP"));
     return alone(motion::plan_lin(model.chain, *model.inverse, model.limits, model.cartesian, q, X_BM_goal, {},
                                   options_of(model, wish)));
   });
@@ -284,69 +285,72 @@ Action spline(const std::vector<JointVector>& points, const MotionWish& wish) {
 
 Action sequence(std::vector<SequencePart> parts) {
   const MotionWish first = parts.empty() ? MotionWish{} : parts.front().wish;
-  return motion_action(
-      "sequence", first, [parts = std::move(parts), first](const MountedArm& arm, const JointVector& q) {
-        if (parts.empty())
-          return Result<motion::SequencePlan>(failure({}, "a sequence without motions", "one at least"));
-        std::vector<motion::LegMaker> makers;
-        for (const SequencePart& part : parts) makers.push_back(with_wish(part));
-        return motion::plan_sequence(planning_model(arm, first.X_FM), q, makers);
-      });
+  return motion_action("sequence", first,
+                       [parts = std::move(parts), first](const MountedArm& arm, const JointVector& q) {
+                         if (parts.empty())
+                           return Result<motion::SequencePlan>(
+                               failure(Code::kMissing, {}, "a sequence without motions", "one at least"));
+                         std::vector<motion::LegMaker> makers;
+                         for (const SequencePart& part : parts) makers.push_back(with_wish(part));
+                         return motion::plan_sequence(planning_model(arm, first.X_FM), q, makers);
+                       });
 }
 
 namespace {
 
 /// One action, if it needs a plan.
-Findings plan(CommandNode& node, const Result<Places>& begin) {
-  Findings findings;
+Diagnostics plan(CommandNode& node, const Result<Places>& begin) {
+  Diagnostics diagnostics;
   const ActionModel& action = node.action->model();
-  if (!action.needs_plan()) return findings;
+  if (!action.needs_plan()) return diagnostics;
   if (!begin) return begin.error();
   const auto takes = node.actuator->model().takes();
-  if (std::ranges::find(takes, action.gives(node.actuator->model())) == takes.end()) return findings;  // check() tells
+  if (std::ranges::find(takes, action.gives(node.actuator->model())) == takes.end())
+    return diagnostics;  // check() tells
   for (const std::string& device : node.actuator->model().devices()) {
     if (begin->at(device).size() == 0)
-      findings.error({}, fmt::format("'{}' has not told yet where it is", device), "a cycle of the core before");
+      diagnostics.error(Code::kNotPossibleNow, {}, fmt::format("'{}' has not told yet where it is", device),
+                        "a cycle of the core before");
   }
-  if (findings.has_errors()) return findings;
+  if (diagnostics.has_errors()) return diagnostics;
   auto planned = action.plan(node.actuator->model(), *begin);
   if (!planned) return planned.error();
   node.planned = std::move(*planned);
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace
 
-Findings plan(const Command& command) {
+Diagnostics plan(const Command& command) {
   Places set_points;
   return plan(command, set_points);
 }
 
-Findings plan(const Command& command, Places& places) {
-  Findings findings;
+Diagnostics plan(const Command& command, Places& places) {
+  Diagnostics diagnostics;
   const CommandTree tree(command);
-  if (!tree.cycle_of_starts().empty()) return findings;  // check() tells
+  if (!tree.cycle_of_starts().empty()) return diagnostics;  // check() tells
   const std::vector<int> ranks = tree.ranks();
   std::vector<int> order(ranks.size());
   for (std::size_t i = 0; i < ranks.size(); ++i) order[static_cast<std::size_t>(ranks[i])] = static_cast<int>(i);
-  Whereabouts whereabouts(tree, places);
+  StartPositions start_positions(tree, places);
   for (const int i : order) {
     CommandNode& node = *tree.at(i).node;
     if (!node.is_runtime() || node.actuator->model().arms().empty()) continue;
-    if (whereabouts.follows_unplanned(i)) {
-      whereabouts.note_unplanned(i);
+    if (start_positions.follows_unplanned(i)) {
+      start_positions.note_unplanned(i);
       continue;
     }
-    const auto begin = whereabouts.all_at_begin_of(i);
-    if (Findings faults = plan(node, begin); faults.has_errors()) {
-      findings.append(faults, tree.at(i).path);
-      if (begin) whereabouts.note_unplanned(i);
+    const auto begin = start_positions.all_at_begin_of(i);
+    if (Diagnostics faults = plan(node, begin); faults.has_errors()) {
+      diagnostics.append(faults, tree.at(i).path);
+      if (begin) start_positions.note_unplanned(i);
     } else {
-      whereabouts.note(i);
+      start_positions.note(i);
     }
   }
-  places = whereabouts.nominal_ends();
-  return findings;
+  places = start_positions.nominal_ends();
+  return diagnostics;
 }
 
 }  // namespace takt::command

@@ -9,7 +9,7 @@
 #include "core/command/action.h"
 #include "core/command/actions/planned_path.h"
 #include "core/command/command.h"
-#include "core/command/whereabouts.h"
+#include "core/command/start_positions.h"
 #include "core/motion/leg.h"
 #include "core/motion/planner.h"
 
@@ -80,10 +80,10 @@ using MotionPlanner = std::function<Result<PlannedMotion>(const Places& q_start)
 /// Plans every action of the tree that needs it: from where its arm will be when what starts before it on that arm has
 /// come to its natural end; the first one from the arm's set point. An action that is cancelled ends elsewhere: a
 /// planned motion that could follow it then is refused.
-/// @return findings with paths in the tree. Realtime: setup, deterministic.
-[[nodiscard]] Findings plan(const Command& command);
+/// @return diagnostics with paths in the tree. Realtime: setup, deterministic.
+[[nodiscard]] Diagnostics plan(const Command& command);
 /// The same from other places than the set points of now.
 /// @param[in,out] places  where arms are; then where they are when all has come to its natural end
-[[nodiscard]] Findings plan(const Command& command, Places& places);
+[[nodiscard]] Diagnostics plan(const Command& command, Places& places);
 
 }  // namespace takt::command

@@ -27,18 +27,20 @@ struct Figure {
 };
 
 /// All of them are above 0 and finite.
-Findings check_positive(std::initializer_list<Figure> figures) {
-  Findings findings;
+Diagnostics check_positive(std::initializer_list<Figure> figures) {
+  Diagnostics diagnostics;
   for (const auto& [name, value, unit] : figures) {
     if (value > 0.0 && std::isfinite(value)) continue;
-    findings.error(pointer_segment(name), fmt::format("{:g} {}", value, unit), "above 0 and finite");
+    diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("{:g} {}", value, unit),
+                      "above 0 and finite");
   }
-  return findings;
+  return diagnostics;
 }
 
-void check_share(const char* name, double value, Findings& findings) {
+void check_share(const char* name, double value, Diagnostics& diagnostics) {
   if (value > 0.0 && value <= 1.0) return;
-  findings.error(pointer_segment(name), fmt::format("a share of {:g}", value), "above 0, at most 1");
+  diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("a share of {:g}", value),
+                    "above 0, at most 1");
 }
 
 void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWish& wish) {
@@ -62,7 +64,7 @@ std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const
 constexpr double kShortest = 1e-9;  ///< of a direction that is none
 
 ExpressionPtr no_direction(net::ValueType type) {
-  return broken(type, "a direction of no length", "a vector that is not zero");
+  return broken(Code::kInvalidValue, type, "a direction of no length", "a vector that is not zero");
 }
 
 class Jog final : public VelocityModel {
@@ -73,7 +75,7 @@ class Jog final : public VelocityModel {
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
     return with_speed({velocity_, enabled_}, bounds_);
   }
-  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+  [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     return check_positive({{"linear_max", bounds_.linear_max, "m/s"}, {"angular_max", bounds_.angular_max, "rad/s"}});
   }
 
@@ -95,7 +97,7 @@ class FollowPose final : public VelocityModel {
   FollowPose(const FrameSensor& target, const FollowWish& wish) : target_(target.node()), wish_(wish) {}
   [[nodiscard]] std::string_view name() const override { return "follow"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return with_speed({target_}, wish_); }
-  [[nodiscard]] Findings check(const ActuatorModel&) const override {
+  [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     return check_positive({{"linear_max", wish_.linear_max, "m/s"},
                            {"angular_max", wish_.angular_max, "rad/s"},
                            {"gain", wish_.gain, "1/s"},
@@ -145,17 +147,17 @@ class HoldForce final : public VelocityModel {
         wish_(wish) {}
   [[nodiscard]] std::string_view name() const override { return "hold force"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {pressing_, direction_}; }
-  [[nodiscard]] Findings check(const ActuatorModel&) const override {
-    Findings findings = check_positive({{"force", wish_.force, "N"},
-                                        {"approach_velocity", wish_.approach_velocity, "m/s"},
-                                        {"contact_force", wish_.contact_force, "N"},
-                                        {"release_time", wish_.release_time, "s"},
-                                        {"gain", wish_.gain, "m/s/N"},
-                                        {"integral_time", wish_.integral_time, "s"},
-                                        {"velocity_max", wish_.velocity_max, "m/s"},
-                                        {"acceleration_max", wish_.acceleration_max, "m/s^2"}});
-    check_share("release_share", wish_.release_share, findings);
-    return findings;
+  [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
+    Diagnostics diagnostics = check_positive({{"force", wish_.force, "N"},
+                                              {"approach_velocity", wish_.approach_velocity, "m/s"},
+                                              {"contact_force", wish_.contact_force, "N"},
+                                              {"release_time", wish_.release_time, "s"},
+                                              {"gain", wish_.gain, "m/s/N"},
+                                              {"integral_time", wish_.integral_time, "s"},
+                                              {"velocity_max", wish_.velocity_max, "m/s"},
+                                              {"acceleration_max", wish_.acceleration_max, "m/s^2"}});
+    check_share("release_share", wish_.release_share, diagnostics);
+    return diagnostics;
   }
   [[nodiscard]] std::vector<std::string> states() const override { return {"in_contact", "error"}; }
 
@@ -189,11 +191,11 @@ class FollowJoints final : public ActionModel {
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {target_}; }
   [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
-  [[nodiscard]] Findings check(const ActuatorModel&) const override {
-    Findings findings;
-    check_share("velocity", velocity_, findings);
-    check_share("acceleration", acceleration_, findings);
-    return findings;
+  [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
+    Diagnostics diagnostics;
+    check_share("velocity", velocity_, diagnostics);
+    check_share("acceleration", acceleration_, diagnostics);
+    return diagnostics;
   }
   [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override {
     return time_to_rest(actuator, acceleration_);

@@ -23,9 +23,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// One thing at a time is laid over a motion.
-void check_is_bare(const ActionModel& motion, Findings& findings) {
+void check_is_bare(const ActionModel& motion, Diagnostics& diagnostics) {
   if (motion.planned_path().laid_over)
-    findings.error({}, fmt::format("something is laid over {} already", motion.name()), "a force offset or a weave");
+    diagnostics.error(Code::kConflict, {}, fmt::format("something is laid over {} already", motion.name()),
+                      "a force offset or a weave");
 }
 
 class Woven final : public ActionModel {
@@ -77,10 +78,10 @@ class Woven final : public ActionModel {
     return std::make_shared<const Woven>(std::move(motion), wishes_, plan.value_or(WeavePlan{}));
   }
 
-  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
-    Findings findings = motion_->check(actuator);
-    findings.append(own_faults(*motion_, actuator));
-    return findings;
+  [[nodiscard]] Diagnostics check(const ActuatorModel& actuator) const override {
+    Diagnostics diagnostics = motion_->check(actuator);
+    diagnostics.append(own_faults(*motion_, actuator));
+    return diagnostics;
   }
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
@@ -114,36 +115,38 @@ class Woven final : public ActionModel {
   }
 
   /// What is wrong whatever the motion is like.
-  [[nodiscard]] Findings own_faults(const ActionModel& motion, const ActuatorModel& actuator) const {
-    Findings findings;
+  [[nodiscard]] Diagnostics own_faults(const ActionModel& motion, const ActuatorModel& actuator) const {
+    Diagnostics diagnostics;
     const SetPointKind gives = motion.gives(actuator);
     const bool of_frame = gives == SetPointKind::kPose || gives == SetPointKind::kPath;
     if (!of_frame || motion.planned_path().motion == nullptr) {
-      findings.error({}, fmt::format("C8: {} moves joints, so there is nothing to weave beside", name()),
-                     "a motion of a frame");
-      return findings;
+      diagnostics.error(Code::kConflict, {},
+                        fmt::format("C8: {} moves joints, so there is nothing to weave beside", name()),
+                        "a motion of a frame");
+      return diagnostics;
     }
-    check_is_bare(motion, findings);
+    check_is_bare(motion, diagnostics);
     const std::size_t motions = motion.planned_path().handed_over.size() + 1;
     if (wishes_.size() > 1 && wishes_.size() != motions) {
-      findings.error({}, fmt::format("{} weaves for {} motions", wishes_.size(), motions), "one for each, or one");
+      diagnostics.error(Code::kWrongSize, {}, fmt::format("{} weaves for {} motions", wishes_.size(), motions),
+                        "one for each, or one");
     }
     for (std::size_t i = 0; i < wishes_.size(); ++i) {
       if (!wishes_[i] || (i > 0 && wishes_[i] == wishes_[i - 1])) continue;
-      Findings own = check_figures(*wishes_[i]);
+      Diagnostics own = check_figures(*wishes_[i]);
       if (!own.has_errors()) own = check_alone(*wishes_[i], actuator.arm()->device->description().cartesian);
-      findings.append(own, wishes_.size() == 1 ? "" : pointer_segment(i));
+      diagnostics.append(own, wishes_.size() == 1 ? "" : pointer_segment(i));
     }
-    return findings;
+    return diagnostics;
   }
 
   /// A motion that is alone has no number.
-  static Findings in_place(const Findings& found, const PlannedPath& path) {
+  static Diagnostics in_place(const Diagnostics& found, const PlannedPath& path) {
     if (!path.handed_over.empty()) return found;
-    Findings placed;
-    for (Finding finding : found.list()) {
-      finding.pointer.erase(0, pointer_segment(0).size());
-      placed.add(std::move(finding));
+    Diagnostics placed;
+    for (Diagnostic diagnostic : found.list()) {
+      diagnostic.pointer.erase(0, pointer_segment(0).size());
+      placed.add(std::move(diagnostic));
     }
     return placed;
   }
@@ -171,15 +174,15 @@ class OffsetRoom {
     if (motion_.shares.empty()) share_ = 1.0;
   }
 
-  [[nodiscard]] Findings check() {
-    Findings findings;
+  [[nodiscard]] Diagnostics check() {
+    Diagnostics diagnostics;
     const ForceWish& force = wish_.force;
-    check_use(findings, "acceleration", -1, 0.0, force.acceleration_max,
+    check_use(diagnostics, "acceleration", -1, 0.0, force.acceleration_max,
               (1.0 - share_) * arm_.cartesian.linear_acceleration);
-    check_use(findings, "jerk", -1, 0.0, wish_.jerk_max, (1.0 - share_) * arm_.cartesian.linear_jerk);
+    check_use(diagnostics, "jerk", -1, 0.0, wish_.jerk_max, (1.0 - share_) * arm_.cartesian.linear_jerk);
     const double step = std::max((motion_.duration() - begin_) / places_, kLeastStep_s);
     std::optional<JointVector> before, before_rate;
-    for (double at = begin_; at <= motion_.duration() && findings.empty(); at += step) {
+    for (double at = begin_; at <= motion_.duration() && diagnostics.empty(); at += step) {
       const auto sample = motion::joints_at(arm_, motion_, at);
       const auto per_metre = sample ? joints_per_metre(sample->q) : std::nullopt;
       if (!per_metre) break;  // no plan lets that happen
@@ -192,17 +195,17 @@ class OffsetRoom {
         const double x = std::max(wish_.reach, wish_.retreat);
         const int joint = static_cast<int>(i);
         const double share = at / std::max(motion_.duration(), kLeastStep_s);
-        check_use(findings, "velocity", joint, share, kMargin * (s * v + ds * x),
+        check_use(diagnostics, "velocity", joint, share, kMargin * (s * v + ds * x),
                   arm_.limits.velocity[i] - std::abs(sample->dq[i]));
-        check_use(findings, "acceleration", joint, share, kMargin * (s * a + 2.0 * ds * v + dds * x),
+        check_use(diagnostics, "acceleration", joint, share, kMargin * (s * a + 2.0 * ds * v + dds * x),
                   (1.0 - share_) * arm_.limits.acceleration[i]);
-        check_use(findings, "jerk", joint, share, kMargin * (s * j + 3.0 * ds * a + 3.0 * dds * v),
+        check_use(diagnostics, "jerk", joint, share, kMargin * (s * j + 3.0 * ds * a + 3.0 * dds * v),
                   (1.0 - share_) * arm_.limits.jerk[i]);
       }
       before = per_metre;
       before_rate = rate;
     }
-    return findings;
+    return diagnostics;
   }
 
  private:
@@ -225,11 +228,12 @@ class OffsetRoom {
   }
 
   /// @param joint  -1: the frame that moves
-  static void check_use(Findings& findings, const char* what, int joint, double share, double value, double room) {
+  static void check_use(Diagnostics& diagnostics, const char* what, int joint, double share, double value,
+                        double room) {
     if (value <= room * (1.0 + kRounding)) return;
     const std::string whose = joint < 0 ? "the tool" : fmt::format("joint {}", joint + 1);
-    findings.error(
-        {},
+    diagnostics.error(
+        Code::kLimitExceeded, {},
         fmt::format("the offset may need {:.3g} of the {} of {}, where the motion leaves {:.3g} (at {:.0f} % "
                     "of its time)",
                     value, what, whose, std::max(room, 0.0), 100.0 * share),
@@ -285,22 +289,23 @@ class ForceOffset final : public ActionModel {
     return std::make_shared<const ForceOffset>(std::move(*planned), pressing_, wish_, first_);
   }
 
-  [[nodiscard]] Findings check(const ActuatorModel& actuator) const override {
-    Findings findings = motion_->check(actuator);
+  [[nodiscard]] Diagnostics check(const ActuatorModel& actuator) const override {
+    Diagnostics diagnostics = motion_->check(actuator);
     const PlannedPath path = motion_->planned_path();
     if (path.motion == nullptr || !begin_of(path)) {
-      findings.error({}, fmt::format("C8: {} moves joints, so there is nothing to shift", name()),
-                     "a motion of a frame");
-      return findings;
+      diagnostics.error(Code::kConflict, {}, fmt::format("C8: {} moves joints, so there is nothing to shift", name()),
+                        "a motion of a frame");
+      return diagnostics;
     }
     if (!(wish_.reach >= 0.0 && wish_.retreat >= 0.0 && wish_.reach + wish_.retreat > 0.0)) {
-      findings.error({}, fmt::format("a force offset from {:g} to {:g} m", 0.0 - wish_.retreat, wish_.reach),
-                     "a reach and a retreat from 0, not both 0");
+      diagnostics.error(Code::kOutOfRange, {},
+                        fmt::format("a force offset from {:g} to {:g} m", 0.0 - wish_.retreat, wish_.reach),
+                        "a reach and a retreat from 0, not both 0");
     }
-    check_is_bare(*motion_, findings);
+    check_is_bare(*motion_, diagnostics);
     if (!path.laid_over && actuator.arm() != nullptr)
-      findings.append(OffsetRoom(*actuator.arm(), path, wish_, *begin_of(path)).check());
-    return findings;
+      diagnostics.append(OffsetRoom(*actuator.arm(), path, wish_, *begin_of(path)).check());
+    return diagnostics;
   }
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {

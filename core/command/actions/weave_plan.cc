@@ -93,20 +93,20 @@ std::string longer_ramp(const WeaveWish& wish, double duration, const Peaks& mos
 }
 
 /// What is needed to grow from nothing, and to fade, shows once it is known how long the motion takes.
-Findings check_ramps(const WeaveWish& wish, double duration, const Peaks& most) {
-  Findings findings;
+Diagnostics check_ramps(const WeaveWish& wish, double duration, const Peaks& most) {
+  Diagnostics diagnostics;
   const Peaks ramps = peaks_in_ramps(wish, duration);
   std::string way_out;
   for (std::size_t k = 0; k < kWhat.size(); ++k) {
     if (ramps[k] <= most[k]) continue;
     if (way_out.empty()) way_out = longer_ramp(wish, duration, most);
     const auto& [what, unit] = kWhat[k];
-    findings.error("/ramp",
-                   fmt::format("a weave that grows or fades in {:.3g} s, with {} of {:.3g} {} (at most {:.3g} {})",
-                               std::min(wish.ramp, 0.5 * duration), what, ramps[k], unit, most[k], unit),
-                   way_out);
+    diagnostics.error(Code::kLimitExceeded, "/ramp",
+                      fmt::format("a weave that grows or fades in {:.3g} s, with {} of {:.3g} {} (at most {:.3g} {})",
+                                  std::min(wish.ramp, 0.5 * duration), what, ramps[k], unit, most[k], unit),
+                      way_out);
   }
-  return findings;
+  return diagnostics;
 }
 
 // -- Where weaves lie on the path clock ----------------------------------------------------------------------------
@@ -123,12 +123,12 @@ class Placing {
   }
 
   Result<std::vector<WeaveWindow>> windows() const {
-    Findings findings;
+    Diagnostics diagnostics;
     std::vector<WeaveWindow> windows;
     for (std::size_t first = 0, next = 0; first < wishes_.size(); first = next) {
       for (next = first + 1; next < wishes_.size() && wishes_[next] == wishes_[first];) ++next;
       if (!wishes_[first]) continue;
-      for (std::size_t i = first; i < next; ++i) check_moves_frame(i, findings);
+      for (std::size_t i = first; i < next; ++i) check_moves_frame(i, diagnostics);
       const Interval whole{.begin = interval(first).begin, .end = interval(next - 1).end};
       for (const Interval& stretch : stretches_) {
         const Interval own = common(whole, stretch);
@@ -136,7 +136,7 @@ class Placing {
           windows.push_back({.wish = *wishes_[first], .begin = own.begin, .end = own.end, .motion = first});
       }
     }
-    if (findings.has_errors()) return std::unexpected(std::move(findings));
+    if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
     return windows;
   }
 
@@ -145,12 +145,12 @@ class Placing {
   [[nodiscard]] Interval interval(std::size_t i) const {
     return {.begin = i == 0 ? 0.0 : handed_over_[i - 1], .end = i == handed_over_.size() ? duration_ : handed_over_[i]};
   }
-  void check_moves_frame(std::size_t i, Findings& findings) const {
+  void check_moves_frame(std::size_t i, Diagnostics& diagnostics) const {
     const Interval own = interval(i);
     const auto moves = [&](const Interval& stretch) { return is_some(common(own, stretch)); };
     if (!is_some(own) || std::ranges::any_of(stretches_, moves)) return;
-    findings.error(pointer_segment(i), "C8: a motion of joints, so there is nothing to weave beside",
-                   "a motion of a frame");
+    diagnostics.error(Code::kConflict, pointer_segment(i),
+                      "C8: a motion of joints, so there is nothing to weave beside", "a motion of a frame");
   }
 
   double duration_;
@@ -194,8 +194,8 @@ class WovenPath {
   WovenPath(const MountedArm& arm, const ActionModel::PlannedPath& path)
       : arm_(planning_model(arm, path.X_FM)), X_MF_(path.X_FM.inverse()), motion_(*path.motion) {}
 
-  /// Goes along a weave. Findings without a place.
-  Findings look(const WeaveWindow& window) {
+  /// Goes along a weave. Diagnostics without a place.
+  Diagnostics look(const WeaveWindow& window) {
     worst_ = {};
     const auto begin = motion::joints_at(arm_, motion_, window.begin);
     if (!begin || arm_.inverse == nullptr) return {};  // no plan lets that happen
@@ -204,24 +204,25 @@ class WovenPath {
     const double wanted = std::min(kCycle, 1.0 / (kPlacesPerPeriod * window.wish.frequency));
     const int places = static_cast<int>(std::ceil(length / wanted));
     step_ = length / places;
-    Findings findings;
+    Diagnostics diagnostics;
     Differences<JointVector> joints(begin->q);
     Differences<Eigen::Vector3d> tool(frame_at(window, window.begin).X_BM.translation());
-    for (int i = 1; i <= places && !findings.has_errors(); ++i) {
+    for (int i = 1; i <= places && !diagnostics.has_errors(); ++i) {
       const double at = window.begin + length * i / places;
       const Place place = frame_at(window, at);
       JointVector q = joints.next();
       if (arm_.inverse->solve(place.X_BM * X_MF_, place.held, q) != kinematics::IkStatus::kOk) {
-        findings.error({}, fmt::format("the weave leads where the arm does not reach, at {:.3f} s", at),
-                       "a smaller amplitude, or another path");
+        diagnostics.error(Code::kUnreachable, {},
+                          fmt::format("the weave leads where the arm does not reach, at {:.3f} s", at),
+                          "a smaller amplitude, or another path");
         break;
       }
       joints.add(q);
       tool.add(place.X_BM.translation());
-      check_range(q, at, findings);
+      check_range(q, at, diagnostics);
       note(joints, tool, at);
     }
-    return findings.has_errors() ? findings : too_much(window.wish);
+    return diagnostics.has_errors() ? diagnostics : too_much(window.wish);
   }
 
   /// Of all that was looked at and of the plan itself.
@@ -256,13 +257,13 @@ class WovenPath {
     return place;
   }
 
-  void check_range(const JointVector& q, double at, Findings& findings) const {
+  void check_range(const JointVector& q, double at, Diagnostics& diagnostics) const {
     for (Eigen::Index i = 0; i < q.size(); ++i) {
       if (q[i] >= arm_.limits.lower[i] && q[i] <= arm_.limits.upper[i]) continue;
-      findings.error({},
-                     fmt::format("with the weave joint {} leaves its range, {:.4g} to {:.4g}, at {:.3f} s", i + 1,
-                                 arm_.limits.lower[i], arm_.limits.upper[i], at),
-                     "a smaller amplitude, or another path");
+      diagnostics.error(Code::kUnreachable, {},
+                        fmt::format("with the weave joint {} leaves its range, {:.4g} to {:.4g}, at {:.3f} s", i + 1,
+                                    arm_.limits.lower[i], arm_.limits.upper[i], at),
+                        "a smaller amplitude, or another path");
     }
   }
 
@@ -296,13 +297,13 @@ class WovenPath {
                  .third_by_jerk = values[2] / limits[2]});
   }
 
-  [[nodiscard]] Findings too_much(const WeaveWish& wish) const {
+  [[nodiscard]] Diagnostics too_much(const WeaveWish& wish) const {
     static constexpr std::array<const char*, 3> kOrders = {"velocity", "acceleration", "jerk"};
     static constexpr std::array<const char*, 3> kWaysOut = {
         "a slower motion, a smaller amplitude or frequency",
         "a smaller share of the acceleration for the motion, a smaller amplitude or frequency",
         "a smaller share of the acceleration for the motion, a longer ramp, a smaller amplitude or frequency"};
-    Findings findings;
+    Diagnostics diagnostics;
     for (std::size_t k = 0; k < worst_.size(); ++k) {
       const Worst& worst = worst_[k];
       if (worst.share <= 1.0) continue;
@@ -312,12 +313,12 @@ class WovenPath {
       if (k == 0 && worst.whose < 0 && left > 0.0)
         way_out = fmt::format("a motion of at most {:.3g} m/s on its path, or a smaller amplitude or frequency",
                               std::floor(1e3 * std::sqrt(left)) / 1e3);
-      findings.error({},
-                     fmt::format("path and weave together need {:.3g} of the {} of {} (at most {:.3g}), at {:.3f} s",
-                                 worst.value, kOrders[k], whose, worst.limit, worst.at),
-                     way_out);
+      diagnostics.error(Code::kLimitExceeded, {},
+                        fmt::format("path and weave together need {:.3g} of the {} of {} (at most {:.3g}), at {:.3f} s",
+                                    worst.value, kOrders[k], whose, worst.limit, worst.at),
+                        way_out);
     }
-    return findings;
+    return diagnostics;
   }
 
   /// Of each limit; the clock has the rest, as where a motion is entered at speed (docs/motion.md).
@@ -333,45 +334,47 @@ class WovenPath {
 
 }  // namespace
 
-Findings check_figures(const WeaveWish& wish) {
-  Findings findings;
+Diagnostics check_figures(const WeaveWish& wish) {
+  Diagnostics diagnostics;
   const auto check = [&](const char* name, double value, const char* unit) {
     if (value > 0.0 && std::isfinite(value)) return;
-    findings.error(pointer_segment(name), fmt::format("{:g} {}", value, unit), "above 0 and finite");
+    diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("{:g} {}", value, unit),
+                      "above 0 and finite");
   };
   check("amplitude", wish.amplitude, "m");
   check("frequency", wish.frequency, "Hz");
   check("ramp", wish.ramp, "s");
   const double length = wish.direction_M.norm();
   if (!(std::abs(length - 1.0) < 1e-6))
-    findings.error("/direction", fmt::format("a direction of length {:g}", length), "length 1");
-  return findings;
+    diagnostics.error(Code::kOutOfRange, "/direction", fmt::format("a direction of length {:g}", length), "length 1");
+  return diagnostics;
 }
 
-Findings check_alone(const WeaveWish& wish, const motion::CartesianLimits& limits) {
-  Findings findings;
+Diagnostics check_alone(const WeaveWish& wish, const motion::CartesianLimits& limits) {
+  Diagnostics diagnostics;
   const Peaks most = most_of(limits), steady = peaks_between_ramps(wish);
   for (std::size_t k = 0; k < kWhat.size(); ++k) {
     if (steady[k] <= most[k]) continue;
-    findings.error({}, fmt::format("a weave with {} of {:.3g} {}", kWhat[k].first, steady[k], kWhat[k].second),
-                   fmt::format("at most {:.3g} {}: a smaller amplitude or frequency", most[k], kWhat[k].second));
+    diagnostics.error(Code::kOutOfRange, {},
+                      fmt::format("a weave with {} of {:.3g} {}", kWhat[k].first, steady[k], kWhat[k].second),
+                      fmt::format("at most {:.3g} {}: a smaller amplitude or frequency", most[k], kWhat[k].second));
   }
-  return findings;
+  return diagnostics;
 }
 
 Result<WeavePlan> plan_weaves(const MountedArm& arm, const ActionModel::PlannedPath& path, const WeaveWishes& wishes) {
   auto windows = Placing(path, wishes).windows();
   if (!windows) return std::unexpected(std::move(windows.error()));
   const motion::CartesianLimits& limits = arm.device->description().cartesian;
-  Findings findings;
+  Diagnostics diagnostics;
   WovenPath woven(arm, path);
   for (const WeaveWindow& window : *windows) {
-    Findings own = check_alone(window.wish, limits);
+    Diagnostics own = check_alone(window.wish, limits);
     if (!own.has_errors()) own.append(check_ramps(window.wish, window.end - window.begin, most_of(limits)));
     if (!own.has_errors()) own.append(woven.look(window));
-    findings.append(own, pointer_segment(window.motion));
+    diagnostics.append(own, pointer_segment(window.motion));
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return WeavePlan{.windows = std::move(*windows), .clock = woven.clock()};
 }
 

@@ -95,8 +95,8 @@ bool same(const Value& a, const Value& b) {
 
 class Evaluator {
  public:
-  Evaluator(const std::string& text, const Sight& sight, Findings& findings)
-      : text_(text), sight_(sight), findings_(findings) {}
+  Evaluator(const std::string& text, const EvalContext& sight, Diagnostics& diagnostics)
+      : text_(text), sight_(sight), diagnostics_(diagnostics) {}
 
   Value at(const Node& node) {
     switch (node.kind) {
@@ -123,18 +123,20 @@ class Evaluator {
   }
 
  private:
-  Value wrong(const Node& node, const std::string& message, const std::string& hint = {}) {
-    findings_.error({}, fmt::format("in '{}', character {}: {}", text_, node.at + 1, message), hint);
+  Value wrong(const Node& node, const std::string& message, const std::string& hint = {},
+              Code code = Code::kTypeMismatch) {
+    diagnostics_.error(code, {}, fmt::format("in '{}', character {}: {}", text_, node.at + 1, message), hint);
     return {};
   }
 
   Value variable(const Node& node) {
     if (const Variable* variable = sight_.scope ? sight_.scope->find(node.name) : nullptr) {
       // A value that is not known has the type of its variable.
-      return sight_.mode == Sight::Mode::kCheck ? Value::unknown(variable->type) : variable->value;
+      return sight_.mode == EvalContext::Mode::kCheck ? Value::unknown(variable->type) : variable->value;
     }
     const auto names = sight_.scope ? sight_.scope->names() : std::vector<std::string>{};
-    return wrong(node, fmt::format("there is no variable '{}'", node.name), nearest_choice(node.name, names));
+    return wrong(node, fmt::format("there is no variable '{}'", node.name), nearest_choice(node.name, names),
+                 Code::kUnknownName);
   }
 
   Value boolean(const Node& node, Value value) {
@@ -179,7 +181,7 @@ class Evaluator {
     // A rehearsal may not have filled the list.
     if ((i < 0 || i >= size) && !sight_.running()) return Value::unknown(type);
     if (i != std::floor(i) || i < 0 || i >= size) {
-      return wrong(node, fmt::format("element {:g} of {:g}", i, size), "whole numbers from 0");
+      return wrong(node, fmt::format("element {:g} of {:g}", i, size), "whole numbers from 0", Code::kOutOfRange);
     }
     return list.list()[static_cast<std::size_t>(i)];
   }
@@ -205,7 +207,7 @@ class Evaluator {
     if (a.null() || b.null()) return Value::unknown(Type::text());
     const std::size_t size = a.text().size() + b.text().size();
     if (size <= kMostTextBytes) return Value::of(a.text() + b.text());
-    wrong(node, fmt::format("a text of {} bytes", size), fmt::format("at most {}", kMostTextBytes));
+    wrong(node, fmt::format("a text of {} bytes", size), fmt::format("at most {}", kMostTextBytes), Code::kTooLarge);
     return Value::unknown(Type::text());
   }
 
@@ -277,7 +279,8 @@ class Evaluator {
     if (found == functions().end()) {
       std::vector<std::string> names;
       for (const Function& function : functions()) names.emplace_back(function.name);
-      return wrong(node, fmt::format("there is no function '{}'", node.name), nearest_choice(node.name, names, 40));
+      return wrong(node, fmt::format("there is no function '{}'", node.name), nearest_choice(node.name, names, 40),
+                   Code::kUnknownName);
     }
     if (!arguments_fit(node, *found, arguments)) return {};
     std::vector<std::string> errors;
@@ -313,8 +316,8 @@ class Evaluator {
   }
 
   const std::string& text_;
-  const Sight& sight_;
-  Findings& findings_;
+  const EvalContext& sight_;
+  Diagnostics& diagnostics_;
 };
 
 }  // namespace
@@ -341,8 +344,8 @@ bool changes(const Node& node, const command::Cell& cell) {
 
 bool Expression::changes(const command::Cell& cell) const { return activity::changes(*root_, cell); }
 
-Value Expression::evaluate(const Sight& sight, Findings& findings) const {
-  return Evaluator(text_, sight, findings).at(*root_);
+Value Expression::evaluate(const EvalContext& sight, Diagnostics& diagnostics) const {
+  return Evaluator(text_, sight, diagnostics).at(*root_);
 }
 
 }  // namespace takt::activity

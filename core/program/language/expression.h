@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "core/expression/cell.h"
 #include "core/program/language/value.h"
@@ -16,7 +16,7 @@ namespace takt::activity {
 struct Variables;
 
 /// What an expression can see.
-struct Sight {
+struct EvalContext {
   /// kCheck: types only, all is unknown that only a rehearsal or a run can tell. kRehearse: nominal values; devices are
   /// not asked. kRun: everything.
   enum class Mode { kCheck, kRehearse, kRun };
@@ -46,12 +46,12 @@ struct ExpressionNode {
 /// functions that ask the cell. docs/programs.md has the grammar. Immutable.
 class Expression {
  public:
-  /// @param text  without the "$" that marks it in a file. Findings say at which character. Realtime: setup.
+  /// @param text  without the "$" that marks it in a file. Diagnostics say at which character. Realtime: setup.
   [[nodiscard]] static Result<Expression> parse(std::string_view text);
 
   /// What is not known gives null of the right type, so checking types is evaluating with nothing known.
-  /// Findings, without a pointer: all that is wrong. Realtime: setup.
-  [[nodiscard]] Value evaluate(const Sight& sight, Findings& findings) const;
+  /// Diagnostics, without a pointer: all that is wrong. Realtime: setup.
+  [[nodiscard]] Value evaluate(const EvalContext& sight, Diagnostics& diagnostics) const;
   [[nodiscard]] const std::string& text() const { return text_; }
   /// What it is worth changes while machines move: it asks where they are, for an input, the time.
   [[nodiscard]] bool changes(const command::Cell& cell) const;
@@ -72,7 +72,7 @@ struct Function {
   std::string_view arguments;
   std::string_view doc;
   struct Call {
-    const Sight& sight;
+    const EvalContext& sight;
     const std::vector<Value>& arguments;
     std::vector<std::string>& errors;  ///< what is wrong, without the place
     bool all_known;                    ///< no argument is null

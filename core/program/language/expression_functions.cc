@@ -90,8 +90,8 @@ Value as_text(Call& call) {
 }
 
 Value known(Call& call) {
-  return call.sight.mode == Sight::Mode::kCheck ? Value::unknown(Type::boolean())
-                                                : Value::of(!call.arguments[0].null());
+  return call.sight.mode == EvalContext::Mode::kCheck ? Value::unknown(Type::boolean())
+                                                      : Value::of(!call.arguments[0].null());
 }
 
 Value choose(Call& call) {
@@ -220,14 +220,14 @@ Value inverted(Call& call) {
 
 /// Frames that a program makes are not there when types are checked.
 Value frame(Call& call) {
-  if (!call.all_known || call.sight.mode == Sight::Mode::kCheck || !call.sight.cell) {
+  if (!call.all_known || call.sight.mode == EvalContext::Mode::kCheck || !call.sight.cell) {
     return Value::unknown(Type::pose());
   }
   const bool relative = call.arguments.size() > 1;
   const auto X = call.sight.cell->frames.pose(call.arguments[0].text(),
                                               relative ? call.arguments[1].text() : std::string("world"));
   if (X) return Value::of(*X);
-  for (const Finding& finding : X.error().list()) call.errors.push_back(finding.message);
+  for (const Diagnostic& diagnostic : X.error().list()) call.errors.push_back(diagnostic.message);
   return Value::unknown(Type::pose());
 }
 
@@ -287,7 +287,7 @@ Value position(Call& call) {
   const Value unknown = Value::unknown(Type::pose());
   if (!call.sight.cell) return unknown;
   const auto found = device_of(call, call.sight.cell->arms, "arm");
-  if (found == call.sight.cell->arms.end() || call.sight.mode == Sight::Mode::kCheck) return unknown;
+  if (found == call.sight.cell->arms.end() || call.sight.mode == EvalContext::Mode::kCheck) return unknown;
   kinematics::JointVector q;
   if (call.sight.running()) {
     q = found->second.device->set_point().q;

@@ -266,7 +266,7 @@ class Parser {
 
 Result<Expression> Expression::parse(std::string_view text) {
   if (text.size() > kMostCharacters) {
-    return failure({}, fmt::format("an expression of {} characters", text.size()), "at most 1000");
+    return failure(Code::kTooLarge, {}, fmt::format("an expression of {} characters", text.size()), "at most 1000");
   }
   try {
     Expression expression;
@@ -274,7 +274,8 @@ Result<Expression> Expression::parse(std::string_view text) {
     expression.root_ = std::make_shared<const ExpressionNode>(Parser(text).whole());
     return expression;
   } catch (const SyntaxError& error) {
-    return failure({}, fmt::format("in '{}', character {}: {}", text, error.at + 1, error.message), error.hint);
+    return failure(Code::kSyntax, {}, fmt::format("in '{}', character {}: {}", text, error.at + 1, error.message),
+                   error.hint);
   }
 }
 

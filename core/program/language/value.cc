@@ -189,11 +189,11 @@ Value value_from_json(const Json& json) {
 Variable* Scope::find(std::string_view name) {
   const auto found = own_.find(name);
   if (found != own_.end()) return &found->second;
-  return around_ ? around_->find(name) : nullptr;
+  return parent_ ? parent_->find(name) : nullptr;
 }
 
 std::vector<std::string> Scope::names() const {
-  std::vector<std::string> names = around_ ? around_->names() : std::vector<std::string>{};
+  std::vector<std::string> names = parent_ ? parent_->names() : std::vector<std::string>{};
   for (const auto& [name, variable] : own_) names.push_back(name);
   return names;
 }
@@ -205,14 +205,14 @@ void Scope::assign(Variable& variable, Value value, bool rehearsing) {
 }
 
 Scope::Saved Scope::save() const {
-  Saved saved = around_ ? around_->save() : Saved{};
+  Saved saved = parent_ ? parent_->save() : Saved{};
   saved.push_back(own_);
   return saved;
 }
 
 void Scope::restore(const Saved& saved) {
   Scope* scope = this;
-  for (auto values = saved.rbegin(); values != saved.rend() && scope; ++values, scope = scope->around_) {
+  for (auto values = saved.rbegin(); values != saved.rend() && scope; ++values, scope = scope->parent_) {
     scope->own_ = *values;
   }
 }

@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/net/unit.h"
 
 namespace takt::activity {
@@ -83,7 +83,7 @@ struct Variable {
 /// The variables of a part of a program, inside those of the part around it. A sub-program sees nothing around it.
 class Scope {
  public:
-  explicit Scope(Scope* around = nullptr) : around_(around) {}
+  explicit Scope(Scope* around = nullptr) : parent_(around) {}
 
   /// Makes a variable, or replaces the one of this name in this very scope.
   void declare(const std::string& name, Variable variable) { own_[name] = std::move(variable); }
@@ -102,7 +102,7 @@ class Scope {
   void from_json(const nlohmann::ordered_json& json);
 
  private:
-  Scope* around_;
+  Scope* parent_;
   std::map<std::string, Variable, std::less<>> own_;
 };
 

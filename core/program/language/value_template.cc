@@ -50,9 +50,9 @@ Json number_json(double value) {
 /// Replaces expressions, walking down a piece of a file.
 class ValueTemplate::Resolver {
  public:
-  Resolver(const ValueTemplate& whole, const Sight& sight, command::Cell& cell, const UnitOf& unit_of,
-           Findings& findings)
-      : whole_(whole), sight_(sight), cell_(cell), unit_of_(unit_of), findings_(findings) {}
+  Resolver(const ValueTemplate& whole, const EvalContext& sight, command::Cell& cell, const UnitOf& unit_of,
+           Diagnostics& diagnostics)
+      : whole_(whole), sight_(sight), cell_(cell), unit_of_(unit_of), diagnostics_(diagnostics) {}
 
   Json resolve(const Json& json, const std::string& pointer, std::string_view key) {
     if (json.is_object()) {
@@ -70,9 +70,9 @@ class ValueTemplate::Resolver {
     }
     const auto expression = whole_.expressions_.find(pointer);
     if (expression == whole_.expressions_.end()) return plain(json);
-    Findings own;
+    Diagnostics own;
     const Value value = expression->second.evaluate(sight_, own);
-    findings_.append(own, pointer);
+    diagnostics_.append(own, pointer);
     if (value.null() || own.has_errors()) unknown.push_back(expression->second.text());
     return in_file(value, pointer, key);
   }
@@ -112,8 +112,8 @@ class ValueTemplate::Resolver {
     const std::optional<FileUnit> wanted = unit_of_(std::string_view(pointer).substr(whole_.pointer_.size()));
     const bool bare = value.type.unit.zero();
     if (wanted && !bare && value.type.unit != wanted->dimension) {
-      findings_.error(
-          pointer, fmt::format("'{}' is given a {}", key, to_string(value.type)),
+      diagnostics_.error(
+          Code::kUnitMismatch, pointer, fmt::format("'{}' is given a {}", key, to_string(value.type)),
           wanted->dimension.zero() ? "a number without a unit" : "a number in " + net::to_string(wanted->dimension));
     }
     if (value.null()) return 1;
@@ -129,18 +129,18 @@ class ValueTemplate::Resolver {
     }
     if (value.null()) return "world";
     const std::string frame = "$" + pointer;
-    findings_.append(cell_.frames.set(frame, std::string(world::FrameGraph::kWorld), value.pose()), pointer);
+    diagnostics_.append(cell_.frames.set(frame, std::string(world::FrameGraph::kWorld), value.pose()), pointer);
     return frame;
   }
 
   const ValueTemplate& whole_;
-  const Sight& sight_;
+  const EvalContext& sight_;
   command::Cell& cell_;
   const UnitOf& unit_of_;
-  Findings& findings_;
+  Diagnostics& diagnostics_;
 };
 
-ValueTemplate ValueTemplate::parse(const Json& json, const std::string& pointer, Findings& findings) {
+ValueTemplate ValueTemplate::parse(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
   ValueTemplate result;
   result.json_ = std::make_shared<const Json>(json);
   result.pointer_ = pointer;
@@ -149,7 +149,7 @@ ValueTemplate ValueTemplate::parse(const Json& json, const std::string& pointer,
     if (expression) {
       result.expressions_.emplace(place, std::move(*expression));
     } else {
-      findings.append(expression.error(), place);
+      diagnostics.append(expression.error(), place);
     }
   });
   return result;
@@ -190,9 +190,9 @@ bool ValueTemplate::depends_on_key(std::string_view key) const {
   return false;
 }
 
-ValueTemplate::Resolved ValueTemplate::resolve(const Sight& sight, command::Cell& cell, const UnitOf& unit_of,
-                                               Findings& findings) const {
-  Resolver resolver(*this, sight, cell, unit_of, findings);
+ValueTemplate::Resolved ValueTemplate::resolve(const EvalContext& sight, command::Cell& cell, const UnitOf& unit_of,
+                                               Diagnostics& diagnostics) const {
+  Resolver resolver(*this, sight, cell, unit_of, diagnostics);
   auto json = std::make_shared<const Json>(resolver.resolve(*json_, pointer_, ""));
   return {std::move(json), std::move(resolver.unknown)};
 }
@@ -200,25 +200,25 @@ ValueTemplate::Resolved ValueTemplate::resolve(const Sight& sight, command::Cell
 namespace {
 
 /// A place of a file as a pose in the world.
-Value place_value(const Json& json, const std::string& pointer, const Sight& sight, Findings& findings) {
-  ObjectReader reader(json, pointer, findings);
+Value place_value(const Json& json, const std::string& pointer, const EvalContext& sight, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
   const std::string in = reader.text("in", "world");
   const Eigen::Isometry3d X = reader.pose();
   reader.finish();
-  if (sight.mode == Sight::Mode::kCheck || !sight.cell) return Value::unknown(Type::pose());
+  if (sight.mode == EvalContext::Mode::kCheck || !sight.cell) return Value::unknown(Type::pose());
   const auto X_WI = sight.cell->frames.pose(in);
   if (X_WI) return Value::of(Eigen::Isometry3d(*X_WI * X));
-  findings.append(X_WI.error(), pointer + "/in");
+  diagnostics.append(X_WI.error(), pointer + "/in");
   return Value::unknown(Type::pose());
 }
 
 }  // namespace
 
-Value ValueTemplate::value(const Sight& sight, Findings& findings) const {
+Value ValueTemplate::value(const EvalContext& sight, Diagnostics& diagnostics) const {
   struct Walk {
     const ValueTemplate& whole;
-    const Sight& sight;
-    Findings& findings;
+    const EvalContext& sight;
+    Diagnostics& diagnostics;
 
     Value at(const Json& json, const std::string& pointer) {
       if (json.is_boolean()) return Value::of(json.get<bool>());
@@ -238,17 +238,17 @@ Value ValueTemplate::value(const Sight& sight, Findings& findings) const {
         if (given.kind == Type::Kind::kUnknown || (element.kind != Type::Kind::kUnknown && accepts(element, given))) {
           continue;
         }
-        findings.error(pointer + pointer_segment(i), fmt::format("a {} in this list", to_string(given)),
-                       "elements of one type and one unit");
+        diagnostics.error(Code::kTypeMismatch, pointer + pointer_segment(i),
+                          fmt::format("a {} in this list", to_string(given)), "elements of one type and one unit");
       }
       return result;
     }
     Value text(const std::string& text, const std::string& pointer) {
       const auto expression = whole.expressions_.find(pointer);
       if (expression == whole.expressions_.end()) return Value::of(text.starts_with("$$") ? text.substr(1) : text);
-      Findings own;
+      Diagnostics own;
       Value value = expression->second.evaluate(sight, own);
-      findings.append(own, pointer);
+      diagnostics.append(own, pointer);
       return value;
     }
     /// A place with expressions in it is resolved first.
@@ -256,19 +256,19 @@ Value ValueTemplate::value(const Sight& sight, Findings& findings) const {
       command::Cell frames;
       if (sight.cell) frames.frames = sight.cell->frames;
       const UnitOf unit_of = unit_in_pose;
-      Resolver resolver(whole, sight, frames, unit_of, findings);
+      Resolver resolver(whole, sight, frames, unit_of, diagnostics);
       const Json resolved = resolver.resolve(json, pointer, "");
-      Sight inside = sight;
+      EvalContext inside = sight;
       inside.cell = &frames;
-      Findings own;
+      Diagnostics own;
       const Value value = place_value(resolved, pointer, inside, own);
-      for (const Finding& finding : own.list()) {
-        if (resolver.unknown.empty() || !whole.depends(finding.pointer)) findings.add(finding);
+      for (const Diagnostic& diagnostic : own.list()) {
+        if (resolver.unknown.empty() || !whole.depends(diagnostic.pointer)) diagnostics.add(diagnostic);
       }
       return resolver.unknown.empty() ? value : Value::unknown(Type::pose());
     }
   };
-  return json_ ? Walk{*this, sight, findings}.at(*json_, pointer_) : Value{};
+  return json_ ? Walk{*this, sight, diagnostics}.at(*json_, pointer_) : Value{};
 }
 
 }  // namespace takt::activity

@@ -9,7 +9,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/expression/file_unit.h"
 #include "core/program/language/expression.h"
 
@@ -19,9 +19,9 @@ namespace takt::activity {
 class ValueTemplate {
  public:
   ValueTemplate() = default;
-  /// Findings: expressions that are none, with their pointers.
+  /// Diagnostics: expressions that are none, with their pointers.
   [[nodiscard]] static ValueTemplate parse(const nlohmann::ordered_json& json, const std::string& pointer,
-                                           Findings& findings);
+                                           Diagnostics& diagnostics);
 
   /// No expression stands in it.
   [[nodiscard]] bool constant() const { return expressions_.empty(); }
@@ -44,11 +44,11 @@ class ValueTemplate {
     std::vector<std::string> unknown;  ///< expressions that are not known yet; placeholders stand for them
   };
   /// @param cell  gets a frame for each pose at a key "in"
-  [[nodiscard]] Resolved resolve(const Sight& sight, command::Cell& cell, const UnitOf& unit_of,
-                                 Findings& findings) const;
+  [[nodiscard]] Resolved resolve(const EvalContext& sight, command::Cell& cell, const UnitOf& unit_of,
+                                 Diagnostics& diagnostics) const;
 
   /// The piece as one value: numbers, Booleans, texts, arrays as lists, places {"in", "position_m", ...} as poses.
-  [[nodiscard]] Value value(const Sight& sight, Findings& findings) const;
+  [[nodiscard]] Value value(const EvalContext& sight, Diagnostics& diagnostics) const;
 
  private:
   class Resolver;

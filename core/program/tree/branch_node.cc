@@ -27,13 +27,13 @@ class BranchNode final : public Node {
 
   /// All ways are played, each from the state before. What follows begins where the way ends that nominal values take;
   /// if they do not tell, the first. A contact or an estimate of any way counts as known then.
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
     const Rehearsal before = rehearsal;
     const Scope::Saved values = scope.save();
     std::optional<std::size_t> chosen;
     bool open = false;  // a condition before did not tell
     for (std::size_t i = 0; i < cases.size(); ++i) {
-      const auto holds = cases[i].when.rehearse(rehearsal, scope, findings);
+      const auto holds = cases[i].when.rehearse(rehearsal, scope, diagnostics);
       open = open || !holds;
       if (!chosen && !open && *holds) chosen = i;
     }
@@ -46,10 +46,10 @@ class BranchNode final : public Node {
       own.effort = rehearsal.effort;
       scope.restore(values);
       // A way that nominal values do not take may not be possible with them.
-      Findings inside;
+      Diagnostics inside;
       way(i).rehearse(own, scope, inside);
       if (chosen && i != taken) inside = as_warnings(inside, "nominal values do not come here");
-      findings.append(inside);
+      diagnostics.append(inside);
       rehearsal.effort = own.effort;
       merge(own, rehearsal);
       if (i != taken) continue;
@@ -101,7 +101,7 @@ class BranchRun final : public NodeRun {
  public:
   BranchRun(const BranchNode& node, Scope& scope) : node_(node), scope_(scope) {}
 
-  Outcome advance(Execution& execution, Findings& findings) override {
+  Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     while (!run_) {
       if (cancelled_) return Outcome::kDone;
       if (case_ >= node_.cases.size()) {
@@ -109,7 +109,7 @@ class BranchRun final : public NodeRun {
         break;
       }
       if (!question_) question_.emplace(node_.cases[case_].when, scope_);
-      const Progress progress = question_->advance(execution, findings);
+      const Progress progress = question_->advance(execution, diagnostics);
       if (progress == Progress::kRunning) return Outcome::kRunning;
       const bool holds = progress == Progress::kDone && question_->answer();
       question_.reset();
@@ -121,7 +121,7 @@ class BranchRun final : public NodeRun {
         ++case_;
       }
     }
-    return run_->advance(execution, findings);
+    return run_->advance(execution, diagnostics);
   }
 
   void cancel(Execution& execution) override {
@@ -134,12 +134,12 @@ class BranchRun final : public NodeRun {
     if (!run_) return {{"case", case_}};
     return {{"way", way_}, {"run", run_->state()}};
   }
-  void restore(const Json& state, Execution& execution, Findings& findings) override {
+  void restore(const Json& state, Execution& execution, Diagnostics& diagnostics) override {
     if (!state.contains("way")) return;
     way_ = state.at("way").get<std::size_t>();
     if (way_ > node_.cases.size()) throw std::out_of_range("there is no such case");
     run_ = node_.way(way_).begin(scope_);
-    run_->restore(state.at("run"), execution, findings);
+    run_->restore(state.at("run"), execution, diagnostics);
   }
 
  private:
@@ -162,12 +162,12 @@ class BranchRun final : public NodeRun {
 std::unique_ptr<NodeRun> BranchNode::begin(Scope& scope) const { return std::make_unique<BranchRun>(*this, scope); }
 
 Case parse_case(const Json& json, const std::string& pointer, NodeParser& parser) {
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   Case one;
   if (const Json* when = reader.child("when")) {
     one.when = Question::parse(*when, reader.at("when"), parser);
   } else if (json.is_object()) {
-    parser.findings().error(pointer, "key 'when' is missing", "\"$...\", or a condition {...}");
+    parser.diagnostics().error(Code::kMissing, pointer, "key 'when' is missing", "\"$...\", or a condition {...}");
   }
   const NodeParser::Inner inner(parser);
   one.steps = parser.steps(reader, "steps");
@@ -180,13 +180,14 @@ Case parse_case(const Json& json, const std::string& pointer, NodeParser& parser
 std::unique_ptr<Node> parse_branch(const Json& json, const std::string& pointer, NodeParser& parser) {
   auto node = std::make_unique<BranchNode>();
   node->pointer = pointer;
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "branch");
   if (const Json* cases = reader.array("cases")) {
     for (std::size_t i = 0; i < cases->size(); ++i) {
       node->cases.push_back(parse_case((*cases)[i], reader.at("cases") + pointer_segment(i), parser));
     }
-    if (cases->empty()) parser.findings().error(reader.at("cases"), "no case stands here", "at least one");
+    if (cases->empty())
+      parser.diagnostics().error(Code::kMissing, reader.at("cases"), "no case stands here", "at least one");
   }
   node->otherwise = parser.steps(reader, "else", false);
   reader.finish();

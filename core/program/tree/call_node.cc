@@ -19,17 +19,17 @@ class CallNode final : public Node {
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
-  void rehearse(Rehearsal& rehearsal, Scope& around, Findings& findings) const override {
-    if (!spend_rehearsal(rehearsal, *this, findings)) return;
+  void rehearse(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
+    if (!spend_rehearsal(rehearsal, *this, diagnostics)) return;
     Scope inside;
-    Findings own;
+    Diagnostics own;
     enter(sight_of(rehearsal, around), sight_of(rehearsal, inside), inside, own);
     if (!own.has_errors()) program->body->rehearse(rehearsal, inside, own);
     if (!own.has_errors()) leave(sight_of(rehearsal, inside), around, own);
     // What is wrong inside stands inside; who called it is told too.
-    for (Finding finding : own.list()) {
-      if (!finding.pointer.starts_with(pointer)) finding.message += fmt::format(" (called by {})", pointer);
-      findings.add(std::move(finding));
+    for (Diagnostic diagnostic : own.list()) {
+      if (!diagnostic.pointer.starts_with(pointer)) diagnostic.message += fmt::format(" (called by {})", pointer);
+      diagnostics.add(std::move(diagnostic));
     }
   }
 
@@ -43,43 +43,43 @@ class CallNode final : public Node {
            std::ranges::any_of(program->parameters, looks) || std::ranges::any_of(program->variables, looks);
   }
   /// The parameters, from what the caller gives, and the variables.
-  void enter(const Sight& outside, const Sight& inside, Scope& scope, Findings& findings) const {
-    declare(program->parameters, inside, scope, findings);
+  void enter(const EvalContext& outside, const EvalContext& inside, Scope& scope, Diagnostics& diagnostics) const {
+    declare(program->parameters, inside, scope, diagnostics);
     for (const auto& [parameter, argument] : arguments) {
-      scope.assign(*scope.find(parameter), argument.value(outside, findings), outside.rehearsing());
+      scope.assign(*scope.find(parameter), argument.value(outside, diagnostics), outside.rehearsing());
     }
-    declare(program->variables, inside, scope, findings);
+    declare(program->variables, inside, scope, diagnostics);
   }
-  void leave(const Sight& inside, Scope& around, Findings& findings) const {
+  void leave(const EvalContext& inside, Scope& around, Diagnostics& diagnostics) const {
     if (!program->result || as.empty()) return;
-    around.assign(*around.find(as), program->result->value(inside, findings), inside.rehearsing());
+    around.assign(*around.find(as), program->result->value(inside, diagnostics), inside.rehearsing());
   }
 };
 
 class CallRun final : public NodeRun {
  public:
-  CallRun(const CallNode& node, Scope& around) : node_(node), around_(around) {}
+  CallRun(const CallNode& node, Scope& around) : node_(node), parent_(around) {}
 
-  Outcome advance(Execution& execution, Findings& findings) override {
+  Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (!run_) {
       if (cancelled_) return Outcome::kDone;
-      if (const Outcome ready = node_.looks(execution.context.cell) ? execution.settle(findings) : Outcome::kDone;
+      if (const Outcome ready = node_.looks(execution.context.cell) ? execution.settle(diagnostics) : Outcome::kDone;
           ready != Outcome::kDone)
         return ready;
-      if (!execution.spend(node_.pointer, findings) || !begin(execution, findings)) return Outcome::kFailed;
+      if (!execution.spend(node_.pointer, diagnostics) || !begin(execution, diagnostics)) return Outcome::kFailed;
     }
     if (!ended_) {
-      const Outcome outcome = run_->advance(execution, findings);
+      const Outcome outcome = run_->advance(execution, diagnostics);
       if (outcome != Outcome::kDone || cancelled_) return outcome;
       ended_ = true;
     }
     const bool tells = node_.program->result && !node_.as.empty();
-    if (const Outcome ready = tells ? execution.settle_for(*node_.program->result, findings) : Outcome::kDone;
+    if (const Outcome ready = tells ? execution.settle_for(*node_.program->result, diagnostics) : Outcome::kDone;
         ready != Outcome::kDone || cancelled_)
       return ready;
-    Findings own;
-    node_.leave(execution.sight(scope_), around_, own);
-    findings.append(own);
+    Diagnostics own;
+    node_.leave(execution.sight(scope_), parent_, own);
+    diagnostics.append(own);
     return own.has_errors() ? Outcome::kFailed : Outcome::kDone;
   }
 
@@ -92,24 +92,24 @@ class CallRun final : public NodeRun {
     if (!run_) return Json::object();
     return {{"parameters", scope_.to_json()}, {"run", run_->state()}};
   }
-  void restore(const Json& state, Execution& execution, Findings& findings) override {
-    if (!state.contains("run") || !begin(execution, findings)) return;
+  void restore(const Json& state, Execution& execution, Diagnostics& diagnostics) override {
+    if (!state.contains("run") || !begin(execution, diagnostics)) return;
     scope_.from_json(state.at("parameters"));
-    run_->restore(state.at("run"), execution, findings);
+    run_->restore(state.at("run"), execution, diagnostics);
   }
 
  private:
-  bool begin(Execution& execution, Findings& findings) {
-    Findings own;
-    node_.enter(execution.sight(around_), execution.sight(scope_), scope_, own);
-    findings.append(own);
+  bool begin(Execution& execution, Diagnostics& diagnostics) {
+    Diagnostics own;
+    node_.enter(execution.sight(parent_), execution.sight(scope_), scope_, own);
+    diagnostics.append(own);
     if (own.has_errors()) return false;
     run_ = node_.program->body->begin(scope_);
     return true;
   }
 
   const CallNode& node_;
-  Scope& around_;
+  Scope& parent_;
   Scope scope_;  ///< a program sees nothing of its caller
   std::unique_ptr<NodeRun> run_;
   bool cancelled_ = false, ended_ = false;
@@ -129,8 +129,9 @@ void read_arguments(const Json& json, const std::string& pointer, CallNode& node
     const std::string place = pointer + pointer_segment(name);
     const auto found = std::ranges::find(parameters, name, &Declaration::name);
     if (found == parameters.end()) {
-      parser.findings().error(place, fmt::format("'{}' has no parameter '{}'", node.program->name, name),
-                              nearest_choice(name, names_of(parameters)));
+      parser.diagnostics().error(Code::kUnknownName, place,
+                                 fmt::format("'{}' has no parameter '{}'", node.program->name, name),
+                                 nearest_choice(name, names_of(parameters)));
       continue;
     }
     node.arguments.emplace(name, parser.value(value, place, found->type));
@@ -143,14 +144,14 @@ void read_result(ObjectReader& reader, CallNode& node, NodeParser& parser) {
   const Variable* variable = parser.scope().find(node.as);
   const Type& type = node.program->result_type;
   if (!variable) {
-    parser.findings().error(reader.at("as"), fmt::format("there is no variable '{}'", node.as),
-                            nearest_choice(node.as, parser.scope().names()));
+    parser.diagnostics().error(Code::kUnknownName, reader.at("as"), fmt::format("there is no variable '{}'", node.as),
+                               nearest_choice(node.as, parser.scope().names()));
   } else if (!node.program->result) {
-    parser.findings().error(reader.at("as"), fmt::format("'{}' has no result", node.program->name),
-                            "a \"result\" in that program, or no \"as\"");
+    parser.diagnostics().error(Code::kRequires, reader.at("as"), fmt::format("'{}' has no result", node.program->name),
+                               "a \"result\" in that program, or no \"as\"");
   } else if (!accepts(variable->type, type)) {
-    parser.findings().error(
-        reader.at("as"),
+    parser.diagnostics().error(
+        Code::kTypeMismatch, reader.at("as"),
         fmt::format("'{}' is a {}, the result a {}", node.as, to_string(variable->type), to_string(type)),
         fmt::format("a variable that is a {}", to_string(type)));
   }
@@ -161,7 +162,7 @@ void read_result(ObjectReader& reader, CallNode& node, NodeParser& parser) {
 std::unique_ptr<Node> parse_call(const Json& json, const std::string& pointer, NodeParser& parser) {
   auto node = std::make_unique<CallNode>();
   node->pointer = pointer;
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "call");
   const std::string program = reader.text("program");
   const Json* with = reader.object("with", false);
@@ -174,9 +175,9 @@ std::unique_ptr<Node> parse_call(const Json& json, const std::string& pointer, N
   read_arguments(with ? *with : Json::object(), reader.at("with"), *node, parser);
   for (const Declaration& parameter : node->program->parameters) {
     if (parameter.initial || (with && with->contains(parameter.name))) continue;
-    parser.findings().error(pointer + "/with",
-                            fmt::format("parameter '{}' of '{}' is missing", parameter.name, program),
-                            "a " + to_string(parameter.type));
+    parser.diagnostics().error(Code::kMissing, pointer + "/with",
+                               fmt::format("parameter '{}' of '{}' is missing", parameter.name, program),
+                               "a " + to_string(parameter.type));
   }
   read_result(reader, *node, parser);
   return node;

@@ -44,7 +44,7 @@ class LeafNode final : public Node {
   std::vector<std::string> absorbed;
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override;
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override;
   [[nodiscard]] std::int64_t count() const override { return static_cast<std::int64_t>(parts.size()); }
   void collect_names(std::vector<std::string>& names) const override {
     for (const Part& part : parts) names.push_back(part.name);
@@ -57,16 +57,16 @@ class LeafNode final : public Node {
   }
 
   /// The steps with what their expressions are worth now. `unknown` gets expressions that are not known.
-  [[nodiscard]] std::vector<Instance> instances(const Sight& sight, command::Cell& cell, Findings& findings,
+  [[nodiscard]] std::vector<Instance> instances(const EvalContext& sight, command::Cell& cell, Diagnostics& diagnostics,
                                                 std::vector<std::string>& unknown) const {
     std::vector<Instance> result;
     if (step) result.push_back({nullptr, step.get(), name, pointer, absorbed});
     for (const Part& part : parts) {
       if (step && !is_motion(part)) break;  // nothing is to be put in, and nobody goes on with it
-      const auto resolved = part.piece.resolve(sight, cell, part.unit_of, findings);
+      const auto resolved = part.piece.resolve(sight, cell, part.unit_of, diagnostics);
       unknown.insert(unknown.end(), resolved.unknown.begin(), resolved.unknown.end());
-      if (findings.has_errors() || !unknown.empty()) return {};
-      if (!step && !add(part, *resolved.json, cell, result, findings)) return {};
+      if (diagnostics.has_errors() || !unknown.empty()) return {};
+      if (!step && !add(part, *resolved.json, cell, result, diagnostics)) return {};
       result.back().steps.push_back(*resolved.json);
     }
     return result;
@@ -75,9 +75,9 @@ class LeafNode final : public Node {
  private:
   /// Makes a part that has no expressions any more; the one before may take it into itself.
   static bool add(const Part& part, const Json& json, command::Cell& cell, std::vector<Instance>& instances,
-                  Findings& findings) {
-    auto made = part.kind->parse(json, part.pointer, cell, findings);
-    if (findings.has_errors()) return false;
+                  Diagnostics& diagnostics) {
+    auto made = part.kind->parse(json, part.pointer, cell, diagnostics);
+    if (diagnostics.has_errors()) return false;
     if (!instances.empty() && instances.back().made->absorb(*made)) {
       instances.back().absorbed.push_back(part.name);
       return true;
@@ -92,18 +92,18 @@ class LeafRun final : public NodeRun {
  public:
   LeafRun(const LeafNode& node, Scope& scope) : node_(node), scope_(scope) {}
 
-  Outcome advance(Execution& execution, Findings& findings) override {
+  Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (!begun_) {
       if (cancelled_) return Outcome::kDone;
       const bool looks = node_.looks(execution.context.cell);
-      if (const Outcome ready = looks ? execution.settle(findings) : Outcome::kDone; ready != Outcome::kDone)
+      if (const Outcome ready = looks ? execution.settle(diagnostics) : Outcome::kDone; ready != Outcome::kDone)
         return ready;
       if (!execution.may_begin(node_)) return Outcome::kRunning;
-      if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
-      if (!begin(execution, findings)) return Outcome::kFailed;
+      if (!execution.spend(node_.pointer, diagnostics)) return Outcome::kFailed;
+      if (!begin(execution, diagnostics)) return Outcome::kFailed;
     }
     while (index_ < instances_.size()) {
-      const Outcome outcome = advance_step(execution, findings);
+      const Outcome outcome = advance_step(execution, diagnostics);
       if (outcome != Outcome::kDone) return outcome;
     }
     return Outcome::kDone;
@@ -116,39 +116,40 @@ class LeafRun final : public NodeRun {
 
   [[nodiscard]] Json state() const override { return {{"begun", begun_}, {"done", index_}}; }
   /// Steps that were over, or left open, are not begun again.
-  void restore(const Json& state, Execution&, Findings&) override { index_ = state.value("done", std::size_t{0}); }
+  void restore(const Json& state, Execution&, Diagnostics&) override { index_ = state.value("done", std::size_t{0}); }
 
  private:
-  bool begin(Execution& execution, Findings& findings) {
+  bool begin(Execution& execution, Diagnostics& diagnostics) {
     begun_ = true;
-    Findings own;
+    Diagnostics own;
     std::vector<std::string> unknown;
     instances_ = node_.instances(execution.sight(scope_), execution.context.cell, own, unknown);
     for (const std::string& text : unknown) {
-      own.error(node_.pointer, fmt::format("'{}' is not known yet when this step begins", text), "a value before");
+      own.error(Code::kNotKnownYet, node_.pointer, fmt::format("'{}' is not known yet when this step begins", text),
+                "a value before");
     }
-    findings.append(own);
+    diagnostics.append(own);
     return !own.has_errors();
   }
 
-  Outcome advance_step(Execution& execution, Findings& findings) {
+  Outcome advance_step(Execution& execution, Diagnostics& diagnostics) {
     Instance& instance = instances_[index_];
     if (!run_) {
       if (cancelled_) return finish();
       const Step& step = *instance.step;
       const bool goes_on = step.moved_arm() == execution.strand->open_arm() && step.may_go_on(execution.context.cell);
-      if (const Outcome ready = goes_on ? Outcome::kDone : execution.settle(findings); ready != Outcome::kDone)
+      if (const Outcome ready = goes_on ? Outcome::kDone : execution.settle(diagnostics); ready != Outcome::kDone)
         return ready;
       // What it would go on with may have failed, or ended, meanwhile.
-      if (execution.strand->advance(execution, findings) == Progress::kFailed) return give_up();
+      if (execution.strand->advance(execution, diagnostics) == Progress::kFailed) return give_up();
       run_ = instance.step->begin();
       part_ = 0;
       entered_ = execution.strand->open_arm().empty();
       if (entered_) enter(execution, instance.name);
     }
-    Findings own;
+    Diagnostics own;
     const Progress progress = run_->advance(execution.context, own);
-    if (!entered_ && !enter_after_open(execution, instance, findings)) return give_up();
+    if (!entered_ && !enter_after_open(execution, instance, diagnostics)) return give_up();
     follow_part(execution, instance);
     if (progress == Progress::kRunning) return cancelled_ ? Outcome::kRunning : leave_open(execution, instance);
     run_.reset();
@@ -157,7 +158,7 @@ class LeafRun final : public NodeRun {
     execution.steps_done += 1 + static_cast<std::int64_t>(instance.absorbed.size());
     execution.leave(current_, progress == Progress::kDone ? "end" : "failed");
     if (progress == Progress::kDone) return Outcome::kDone;
-    findings.append(own, instance.pointer);
+    diagnostics.append(own, instance.pointer);
     return Outcome::kFailed;
   }
 
@@ -175,14 +176,14 @@ class LeafRun final : public NodeRun {
 
   /// The step is the one that is being done as soon as what it goes on with is behind it, or over. @return false if
   /// that has failed
-  bool enter_after_open(Execution& execution, const Instance& instance, Findings& findings) {
+  bool enter_after_open(Execution& execution, const Instance& instance, Diagnostics& diagnostics) {
     Strand& strand = *execution.strand;
     if (!strand.open_arm().empty()) {
       if (run_->begun()) {
         strand.hand_over(execution);
       } else if (run_->has_taken_over()) {
         return true;
-      } else if (const Progress before = strand.advance(execution, findings); before != Progress::kDone) {
+      } else if (const Progress before = strand.advance(execution, diagnostics); before != Progress::kDone) {
         return before == Progress::kRunning;
       } else {
         execution.context.event("program", "no blend", fmt::format("'{}' begins at rest", instance.name));
@@ -236,40 +237,40 @@ class LeafRun final : public NodeRun {
 
 std::unique_ptr<NodeRun> LeafNode::begin(Scope& scope) const { return std::make_unique<LeafRun>(*this, scope); }
 
-void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const {
-  if (!spend_rehearsal(rehearsal, *this, findings)) return;
+void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const {
+  if (!spend_rehearsal(rehearsal, *this, diagnostics)) return;
   const auto planned = [&](const std::string& arm) { return rehearsal.q[arm]; };
   see_flanges(rehearsal.cell, planned);
-  Findings own;
+  Diagnostics own;
   std::vector<std::string> unknown;
   const auto made = instances(sight_of(rehearsal, scope), rehearsal.cell, own, unknown);
-  findings.append(own);
+  diagnostics.append(own);
   if (own.has_errors()) return;
   if (!unknown.empty()) {
-    findings.note(pointer, fmt::format("not checked before the run: '{}' is not known then", unknown.front()),
-                  "\"nominal\" where the variable is declared");
+    diagnostics.note(pointer, fmt::format("not checked before the run: '{}' is not known then", unknown.front()),
+                     "\"nominal\" where the variable is declared");
     return;
   }
   for (const Instance& instance : made) {
-    if (instance.step->moved_arm().empty()) settle_rehearsal(rehearsal, findings);
+    if (instance.step->moved_arm().empty()) settle_rehearsal(rehearsal, diagnostics);
     rehearsal.step = instance.name;
-    instance.step->rehearse(rehearsal, instance.pointer, findings);
+    instance.step->rehearse(rehearsal, instance.pointer, diagnostics);
     see_flanges(rehearsal.cell, planned);
   }
 }
 
 /// Errors of form of a step with expressions: what hangs on their values shows in the rehearsal only.
 void check_form(const Part& part, NodeParser& parser) {
-  Findings own;
+  Diagnostics own;
   command::Cell cell = parser.cell();
   const auto resolved = part.piece.resolve(parser.sight(), cell, part.unit_of, own);
-  parser.findings().append(own);
-  Findings form;
+  parser.diagnostics().append(own);
+  Diagnostics form;
   (void)part.kind->parse(*resolved.json, part.pointer, cell, form);
-  for (const Finding& finding : form.list()) {
+  for (const Diagnostic& diagnostic : form.list()) {
     // A key that nobody knows is wrong whatever its value is.
-    const bool unknown_key = finding.message.starts_with("key '");
-    if (unknown_key || !part.piece.depends(finding.pointer)) parser.findings().add(finding);
+    const bool unknown_key = diagnostic.message.starts_with("key '");
+    if (unknown_key || !part.piece.depends(diagnostic.pointer)) parser.diagnostics().add(diagnostic);
   }
 }
 
@@ -280,7 +281,7 @@ std::unique_ptr<Node> parse_leaf(const StepKind& kind, const Json& json, const s
   auto leaf = std::make_unique<LeafNode>();
   leaf->pointer = pointer;
   Part part{.name = {}, .pointer = pointer, .kind = &kind, .piece = {}, .unit_of = {}, .blends = false};
-  part.piece = ValueTemplate::parse(json, pointer, parser.findings());
+  part.piece = ValueTemplate::parse(json, pointer, parser.diagnostics());
   part.unit_of = [whole = std::make_shared<const Json>(json)](std::string_view at) {
     return unit_in_operation(*whole, at);
   };
@@ -289,13 +290,14 @@ std::unique_ptr<Node> parse_leaf(const StepKind& kind, const Json& json, const s
   part.name = leaf->name = name != json.end() && name->is_string() ? name->get<std::string>() : std::string(kind.name);
   for (const char* key : {"do", "name"}) {
     if (part.piece.depends_on_key(key)) {
-      parser.findings().error(pointer + "/" + key, fmt::format("an expression at '{}'", key), "a text that is fixed");
+      parser.diagnostics().error(Code::kNotKnownYet, pointer + "/" + key, fmt::format("an expression at '{}'", key),
+                                 "a text that is fixed");
     }
   }
   if (part.piece.constant()) {
     command::Cell none;  // without expressions nothing is asked
-    const auto resolved = part.piece.resolve(parser.sight(), none, part.unit_of, parser.findings());
-    leaf->step = kind.parse(*resolved.json, pointer, parser.cell(), parser.findings());
+    const auto resolved = part.piece.resolve(parser.sight(), none, part.unit_of, parser.diagnostics());
+    leaf->step = kind.parse(*resolved.json, pointer, parser.cell(), parser.diagnostics());
   } else {
     check_form(part, parser);
   }

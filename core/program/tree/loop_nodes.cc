@@ -29,10 +29,10 @@ class RepeatNode final : public Node {
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
   /// As often as nominal values say; twice where they do not.
-  void rehearse(Rehearsal& rehearsal, Scope& around, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
     Scope scope(&around);
     declare_counter(scope);
-    const auto fixed = kind == Kind::kTimes ? rounds(sight_of(rehearsal, scope), findings) : std::nullopt;
+    const auto fixed = kind == Kind::kTimes ? rounds(sight_of(rehearsal, scope), diagnostics) : std::nullopt;
     constexpr std::int64_t kBlind = 2;
     const bool blind = kind == Kind::kTimes && !fixed;
     const std::int64_t most = blind ? kBlind : fixed.value_or(at_most);
@@ -40,22 +40,22 @@ class RepeatNode final : public Node {
     std::int64_t unknown = 0;
     double last_round = 0.0;
     std::int64_t round = 0;
-    for (; round < worth_playing && spend_rehearsal(rehearsal, *this, findings); ++round) {
-      if (kind == Kind::kWhile && !goes_on(rehearsal, scope, findings, unknown)) return;
+    for (; round < worth_playing && spend_rehearsal(rehearsal, *this, diagnostics); ++round) {
+      if (kind == Kind::kWhile && !goes_on(rehearsal, scope, diagnostics, unknown)) return;
       count_round(scope, round);
-      Findings own;
+      Diagnostics own;
       const double begin = rehearsal.duration;
       body->rehearse(rehearsal, scope, own);
       last_round = rehearsal.duration - begin;
-      findings.append(own);
+      diagnostics.append(own);
       if (own.has_errors()) return;
-      if (kind == Kind::kUntil && !goes_on(rehearsal, scope, findings, unknown)) return;
+      if (kind == Kind::kUntil && !goes_on(rehearsal, scope, diagnostics, unknown)) return;
     }
     if (fixed) rehearsal.duration += static_cast<double>(*fixed - round) * last_round;
   }
 
   [[nodiscard]] std::int64_t count() const override {
-    Findings none;
+    Diagnostics none;
     const auto fixed = kind == Kind::kTimes && times.constant() ? rounds({}, none) : std::nullopt;
     return saturated(fixed.value_or(1), body->count());
   }
@@ -72,13 +72,14 @@ class RepeatNode final : public Node {
     return inside ? std::optional(Json{{"round", 0}, {"run", std::move(*inside)}}) : std::nullopt;
   }
 
-  /// How often; nothing if it is not known, or with findings if it is no number of rounds.
-  [[nodiscard]] std::optional<std::int64_t> rounds(const Sight& sight, Findings& findings) const {
-    const Value value = times.value(sight, findings);
+  /// How often; nothing if it is not known, or with diagnostics if it is no number of rounds.
+  [[nodiscard]] std::optional<std::int64_t> rounds(const EvalContext& sight, Diagnostics& diagnostics) const {
+    const Value value = times.value(sight, diagnostics);
     if (value.null()) return std::nullopt;
     const double number = value.type.kind == Type::Kind::kNumber ? value.number() : -1.0;
     if (number >= 0 && number <= 1e6 && number == std::floor(number)) return static_cast<std::int64_t>(number);
-    findings.error(pointer + "/times", fmt::format("{} rounds", to_string(value)), "a whole number from 0 to 1000000");
+    diagnostics.error(Code::kOutOfRange, pointer + "/times", fmt::format("{} rounds", to_string(value)),
+                      "a whole number from 0 to 1000000");
     return std::nullopt;
   }
   void declare_counter(Scope& scope) const {
@@ -90,9 +91,9 @@ class RepeatNode final : public Node {
 
  private:
   /// On nominal values: two rounds where the condition is not known.
-  bool goes_on(Rehearsal& rehearsal, Scope& scope, Findings& findings, std::int64_t& unknown) const {
-    const auto holds = condition.rehearse(rehearsal, scope, findings);
-    if (!holds) return ++unknown < 3 && !findings.has_errors();
+  bool goes_on(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics, std::int64_t& unknown) const {
+    const auto holds = condition.rehearse(rehearsal, scope, diagnostics);
+    if (!holds) return ++unknown < 3 && !diagnostics.has_errors();
     return *holds == (kind == Kind::kWhile);
   }
 };
@@ -101,20 +102,20 @@ class RepeatRun final : public NodeRun {
  public:
   RepeatRun(const RepeatNode& node, Scope& around) : node_(node), scope_(&around) { node_.declare_counter(scope_); }
 
-  Outcome advance(Execution& execution, Findings& findings) override {
+  Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     for (;;) {
       if (!run_) {
-        const Outcome ready = prepare(execution, findings);
+        const Outcome ready = prepare(execution, diagnostics);
         if (ready != Outcome::kRunning || !run_) return ready;
       }
-      const Outcome outcome = run_->advance(execution, findings);
+      const Outcome outcome = run_->advance(execution, diagnostics);
       if (outcome == Outcome::kRunning) return outcome;
       run_.reset();
       if (outcome != Outcome::kDone) return outcome;
       ++round_;
       // "until" is asked after a round, "while" before one.
       asked_ = node_.kind == RepeatNode::Kind::kTimes;
-      if (!execution.spend_round(mark_, node_.pointer, findings)) return Outcome::kFailed;
+      if (!execution.spend_round(mark_, node_.pointer, diagnostics)) return Outcome::kFailed;
     }
   }
 
@@ -130,7 +131,7 @@ class RepeatRun final : public NodeRun {
     if (run_) state["run"] = run_->state();
     return state;
   }
-  void restore(const Json& state, Execution& execution, Findings& findings) override {
+  void restore(const Json& state, Execution& execution, Diagnostics& diagnostics) override {
     if (!state.contains("round")) return;
     round_ = state.at("round").get<std::int64_t>();
     asked_ = state.value("asked", true);
@@ -138,25 +139,25 @@ class RepeatRun final : public NodeRun {
     if (state.contains("variables")) scope_.from_json(state.at("variables"));
     if (!state.contains("run")) return;
     begin_round(execution);
-    run_->restore(state.at("run"), execution, findings);
+    run_->restore(state.at("run"), execution, diagnostics);
   }
 
  private:
   /// Finds out whether there is another round, and begins it. @return kRunning without a run: the answer is not there.
-  Outcome prepare(Execution& execution, Findings& findings) {
+  Outcome prepare(Execution& execution, Diagnostics& diagnostics) {
     if (cancelled_) return Outcome::kDone;
     if (node_.kind == RepeatNode::Kind::kTimes) {
       if (!total_) {
-        const Outcome ready = execution.settle_for(node_.times, findings);
+        const Outcome ready = execution.settle_for(node_.times, diagnostics);
         if (ready != Outcome::kDone) return ready;
-        if (!find_total(execution, findings)) return Outcome::kFailed;
+        if (!find_total(execution, diagnostics)) return Outcome::kFailed;
       }
       if (round_ >= *total_) return Outcome::kDone;
     } else if (!asked_ && (node_.kind == RepeatNode::Kind::kWhile || round_ > 0)) {
-      const Outcome answer = ask(execution, findings);
+      const Outcome answer = ask(execution, diagnostics);
       if (answer != Outcome::kRunning || !asked_) return answer;
     }
-    if (round_ >= node_.at_most && node_.kind != RepeatNode::Kind::kTimes) return too_often(findings);
+    if (round_ >= node_.at_most && node_.kind != RepeatNode::Kind::kTimes) return too_often(diagnostics);
     begin_round(execution);
     return Outcome::kRunning;
   }
@@ -167,18 +168,19 @@ class RepeatRun final : public NodeRun {
     run_ = node_.body->begin(scope_);
   }
 
-  bool find_total(Execution& execution, Findings& findings) {
-    Findings own;
+  bool find_total(Execution& execution, Diagnostics& diagnostics) {
+    Diagnostics own;
     total_ = node_.rounds(execution.sight(scope_), own);
     if (!total_ && !own.has_errors())
-      own.error(node_.pointer + "/times", "the number of rounds is not known", "a value before: known(x) asks");
-    findings.append(own);
+      own.error(Code::kNotKnownYet, node_.pointer + "/times", "the number of rounds is not known",
+                "a value before: known(x) asks");
+    diagnostics.append(own);
     return total_.has_value();
   }
 
-  Outcome ask(Execution& execution, Findings& findings) {
+  Outcome ask(Execution& execution, Diagnostics& diagnostics) {
     if (!question_) question_.emplace(node_.condition, scope_);
-    const Progress progress = question_->advance(execution, findings);
+    const Progress progress = question_->advance(execution, diagnostics);
     if (progress == Progress::kRunning) return Outcome::kRunning;
     const bool holds = progress == Progress::kDone && question_->answer();
     question_.reset();
@@ -189,9 +191,10 @@ class RepeatRun final : public NodeRun {
     return Outcome::kRunning;
   }
 
-  Outcome too_often(Findings& findings) const {
-    findings.error(node_.pointer, fmt::format("after {} rounds there is no end", node_.at_most),
-                   "a larger \"at_most\", or a condition that comes true");
+  Outcome too_often(Diagnostics& diagnostics) const {
+    diagnostics.error(Code::kConditionNotMet, node_.pointer,
+                      fmt::format("after {} rounds there is no end", node_.at_most),
+                      "a larger \"at_most\", or a condition that comes true");
     return Outcome::kFailed;
   }
 
@@ -225,23 +228,23 @@ class ForEachNode final : public Node {
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
-  void rehearse(Rehearsal& rehearsal, Scope& around, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
     Scope scope(&around);
-    auto elements = values(sight_of(rehearsal, around), findings);
+    auto elements = values(sight_of(rehearsal, around), diagnostics);
     // Nothing is known of the list: one round shows the form.
     if (!elements) elements = std::vector<Value>{Value::unknown(element)};
-    for (std::size_t i = 0; i < elements->size() && spend_rehearsal(rehearsal, *this, findings); ++i) {
+    for (std::size_t i = 0; i < elements->size() && spend_rehearsal(rehearsal, *this, diagnostics); ++i) {
       set(scope, (*elements)[i], i);
-      Findings own;
+      Diagnostics own;
       body->rehearse(rehearsal, scope, own);
-      findings.append(own);
+      diagnostics.append(own);
       if (own.has_errors()) return;
     }
   }
 
   [[nodiscard]] std::int64_t count() const override {
-    Findings none;
-    const auto elements = grid || list.constant() ? values({.mode = Sight::Mode::kRehearse}, none) : std::nullopt;
+    Diagnostics none;
+    const auto elements = grid || list.constant() ? values({.mode = EvalContext::Mode::kRehearse}, none) : std::nullopt;
     return saturated(elements ? static_cast<std::int64_t>(elements->size()) : 1, body->count());
   }
   void collect_names(std::vector<std::string>& names) const override {
@@ -258,12 +261,12 @@ class ForEachNode final : public Node {
   /// What the elements are made from.
   [[nodiscard]] const ValueTemplate& elements() const { return grid ? grid->place : list; }
   /// The elements; nothing if they are not known.
-  [[nodiscard]] std::optional<std::vector<Value>> values(const Sight& sight, Findings& findings) const {
+  [[nodiscard]] std::optional<std::vector<Value>> values(const EvalContext& sight, Diagnostics& diagnostics) const {
     if (!grid) {
-      const Value value = list.value(sight, findings);
+      const Value value = list.value(sight, diagnostics);
       return value.data.index() == 5 ? std::optional(value.list()) : std::nullopt;
     }
-    const Value first = grid->place.value(sight, findings);
+    const Value first = grid->place.value(sight, diagnostics);
     std::vector<Value> poses;
     for (std::int64_t z = 0; z < grid->count[2]; ++z) {
       for (std::int64_t y = 0; y < grid->count[1]; ++y) {
@@ -295,25 +298,25 @@ class ForEachNode final : public Node {
 
 class ForEachRun final : public NodeRun {
  public:
-  ForEachRun(const ForEachNode& node, Scope& around) : node_(node), around_(around), scope_(&around) {}
+  ForEachRun(const ForEachNode& node, Scope& around) : node_(node), parent_(around), scope_(&around) {}
 
-  Outcome advance(Execution& execution, Findings& findings) override {
+  Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (!values_) {
-      const Outcome ready = execution.settle_for(node_.elements(), findings);
+      const Outcome ready = execution.settle_for(node_.elements(), diagnostics);
       if (ready != Outcome::kDone) return ready;
-      if (!find_values(execution, findings)) return Outcome::kFailed;
+      if (!find_values(execution, diagnostics)) return Outcome::kFailed;
     }
     for (;;) {
       if (!run_) {
         if (cancelled_ || at_ >= values_->size()) return Outcome::kDone;
         begin_round(execution);
       }
-      const Outcome outcome = run_->advance(execution, findings);
+      const Outcome outcome = run_->advance(execution, diagnostics);
       if (outcome == Outcome::kRunning) return outcome;
       run_.reset();
       if (outcome != Outcome::kDone) return outcome;
       ++at_;
-      if (!execution.spend_round(mark_, node_.pointer, findings)) return Outcome::kFailed;
+      if (!execution.spend_round(mark_, node_.pointer, diagnostics)) return Outcome::kFailed;
     }
   }
 
@@ -331,29 +334,30 @@ class ForEachRun final : public NodeRun {
     if (run_) state["run"] = run_->state();
     return state;
   }
-  void restore(const Json& state, Execution& execution, Findings& findings) override {
+  void restore(const Json& state, Execution& execution, Diagnostics& diagnostics) override {
     if (!state.contains("at")) return;
     at_ = state.at("at").get<std::size_t>();
     if (state.contains("values")) {
       values_.emplace();
       for (const Json& value : state.at("values")) values_->push_back(value_from_json(value));
-    } else if (!find_values(execution, findings)) {
+    } else if (!find_values(execution, diagnostics)) {
       return;
     }
     if (!state.contains("run")) return;
     if (at_ >= values_->size()) throw std::out_of_range("there is no such element");
     begin_round(execution);
-    run_->restore(state.at("run"), execution, findings);
+    run_->restore(state.at("run"), execution, diagnostics);
   }
 
  private:
-  bool find_values(Execution& execution, Findings& findings) {
-    Findings own;
-    values_ = node_.values(execution.sight(around_), own);
+  bool find_values(Execution& execution, Diagnostics& diagnostics) {
+    Diagnostics own;
+    values_ = node_.values(execution.sight(parent_), own);
     if (!values_ && !own.has_errors())
-      own.error(node_.pointer + "/in", "the list is not known yet", "a value before: known(x) asks");
+      own.error(Code::kNotKnownYet, node_.pointer + "/in", "the list is not known yet",
+                "a value before: known(x) asks");
     const bool found = !own.has_errors();
-    findings.append(own);
+    diagnostics.append(own);
     return found;
   }
   void begin_round(Execution& execution) {
@@ -363,7 +367,7 @@ class ForEachRun final : public NodeRun {
   }
 
   const ForEachNode& node_;
-  Scope& around_;
+  Scope& parent_;
   Scope scope_;
   std::optional<std::vector<Value>> values_;
   std::size_t at_ = 0;
@@ -382,8 +386,8 @@ std::string read_variable(ObjectReader& reader, std::string_view key, bool requi
   const std::string name = required ? reader.text(key) : reader.text(key, "");
   if (!reader.has(key)) return {};
   if (!is_variable_name(name)) {
-    parser.findings().error(reader.at(key), fmt::format("'{}' is no name of a variable", name),
-                            "letters, digits and _, not one of the words of expressions");
+    parser.diagnostics().error(Code::kInvalidName, reader.at(key), fmt::format("'{}' is no name of a variable", name),
+                               "letters, digits and _, not one of the words of expressions");
     return {};
   }
   parser.scope().declare(name, {type, Value::unknown(type), {}});
@@ -391,7 +395,7 @@ std::string read_variable(ObjectReader& reader, std::string_view key, bool requi
 }
 
 Grid read_grid(const Json& json, const std::string& pointer, NodeParser& parser) {
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   Grid grid;
   constexpr double kMost = 1000;
   const auto counts = reader.numbers("count", 3, {}, {.low = 1, .high = kMost});
@@ -400,11 +404,11 @@ Grid read_grid(const Json& json, const std::string& pointer, NodeParser& parser)
     grid.count[i] = static_cast<std::int64_t>(counts[i]);
     grid.step[i] = steps[i];
     if (counts[i] == std::floor(counts[i])) continue;
-    parser.findings().error(reader.at("count") + pointer_segment(i), fmt::format("{:g} places", counts[i]),
-                            "a whole number");
+    parser.diagnostics().error(Code::kOutOfRange, reader.at("count") + pointer_segment(i),
+                               fmt::format("{:g} places", counts[i]), "a whole number");
   }
   if (const double all = counts[0] * counts[1] * counts[2]; all > 1e4)
-    parser.findings().error(reader.at("count"), fmt::format("{:g} places", all), "at most 10000");
+    parser.diagnostics().error(Code::kOutOfRange, reader.at("count"), fmt::format("{:g} places", all), "at most 10000");
   Json place = Json::object();
   for (const char* key : {"in", "position_m", "rpy_deg", "quaternion"}) {
     if (const Json* value = reader.child(key)) place[key] = *value;
@@ -419,7 +423,7 @@ Grid read_grid(const Json& json, const std::string& pointer, NodeParser& parser)
 std::unique_ptr<Node> parse_repeat(const Json& json, const std::string& pointer, NodeParser& parser) {
   auto node = std::make_unique<RepeatNode>();
   node->pointer = pointer;
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "repeat");
   const NodeParser::Inner inner(parser);
   if (reader.has("as")) node->as = read_variable(reader, "as", false, Type::number(), parser);
@@ -427,11 +431,12 @@ std::unique_ptr<Node> parse_repeat(const Json& json, const std::string& pointer,
   const Json* when = reader.child("while");
   const Json* until = reader.child("until");
   if ((times != nullptr) + (when != nullptr) + (until != nullptr) != 1) {
-    parser.findings().error(pointer, "exactly one end is needed", "'times', 'while' or 'until'");
+    parser.diagnostics().error(Code::kMissing, pointer, "exactly one end is needed", "'times', 'while' or 'until'");
   } else if (times) {
-    const std::size_t before = parser.findings().list().size();
+    const std::size_t before = parser.diagnostics().list().size();
     node->times = parser.value(*times, reader.at("times"), Type::number());
-    if (node->times.constant() && parser.findings().list().size() == before) (void)node->rounds({}, parser.findings());
+    if (node->times.constant() && parser.diagnostics().list().size() == before)
+      (void)node->rounds({}, parser.diagnostics());
   } else {
     node->kind = when ? RepeatNode::Kind::kWhile : RepeatNode::Kind::kUntil;
     node->condition = Question::parse(when ? *when : *until, reader.at(when ? "while" : "until"), parser);
@@ -445,12 +450,12 @@ std::unique_ptr<Node> parse_repeat(const Json& json, const std::string& pointer,
 std::unique_ptr<Node> parse_for_each(const Json& json, const std::string& pointer, NodeParser& parser) {
   auto node = std::make_unique<ForEachNode>();
   node->pointer = pointer;
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "for_each");
   const Json* list = reader.child("in");
   const Json* grid = reader.object("grid", false);
   if ((list != nullptr) == (grid != nullptr)) {
-    parser.findings().error(pointer, "exactly one list is needed", "'in' or 'grid'");
+    parser.diagnostics().error(Code::kMissing, pointer, "exactly one list is needed", "'in' or 'grid'");
   } else if (grid) {
     node->grid = read_grid(*grid, reader.at("grid"), parser);
     node->element = Type::pose();

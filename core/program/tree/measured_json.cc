@@ -79,7 +79,7 @@ Json measured_to_json(const Variables& variables, const command::Cell& cell) {
   return json;
 }
 
-Findings measured_from_json(const Json& json, Variables& variables, command::Cell& cell) {
+Diagnostics measured_from_json(const Json& json, Variables& variables, command::Cell& cell) {
   Variables read;
   for (const auto& [name, contact] : json.at("contacts").items()) {
     read.contacts[name] = {contact.at("name").get<std::string>(), vector_of(contact.at("at")),
@@ -98,12 +98,12 @@ Findings measured_from_json(const Json& json, Variables& variables, command::Cel
   for (const auto& [name, bias] : json.at("biases").items()) {
     read.biases[name] = {.force = vector_of(bias.at("force")), .torque = vector_of(bias.at("torque"))};
   }
-  Findings findings;
+  Diagnostics diagnostics;
   for (const auto& [name, pose] : json.at("frames").items()) {
-    findings.append(cell.frames.set(name, std::string(world::FrameGraph::kWorld), pose_from_json(pose)), "/frames");
+    diagnostics.append(cell.frames.set(name, std::string(world::FrameGraph::kWorld), pose_from_json(pose)), "/frames");
   }
   variables = std::move(read);
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace takt::activity

@@ -18,7 +18,7 @@ constexpr std::int64_t kMostEffort = 3'000;
 
 }  // namespace
 
-bool Execution::spend(const std::string& pointer, Findings& findings) {
+bool Execution::spend(const std::string& pointer, Diagnostics& diagnostics) {
   const std::int64_t cycle = context.core.cycle();
   if (cycle != spent_in_cycle) {
     spent = 0;
@@ -26,8 +26,8 @@ bool Execution::spend(const std::string& pointer, Findings& findings) {
   }
   ++begun;
   if (++spent <= kStepBudget) return true;
-  findings.error(pointer, fmt::format("{} steps without a single cycle between them", kStepBudget),
-                 "a wait or a motion inside the sequence");
+  diagnostics.error(Code::kTooLarge, pointer, fmt::format("{} steps without a single cycle between them", kStepBudget),
+                    "a wait or a motion inside the sequence");
   return false;
 }
 
@@ -52,15 +52,15 @@ void Execution::leave(const std::string& name, std::string_view how) {
   context.event("program", how, name);
 }
 
-Outcome Execution::settle(Findings& findings) { return strand->settle(Outcome::kDone, *this, findings); }
+Outcome Execution::settle(Diagnostics& diagnostics) { return strand->settle(Outcome::kDone, *this, diagnostics); }
 
-Outcome Execution::settle_for(const std::vector<Declaration>& declarations, Findings& findings) {
+Outcome Execution::settle_for(const std::vector<Declaration>& declarations, Diagnostics& diagnostics) {
   const auto changes = [&](const Declaration& one) { return one.initial && one.initial->changes(context.cell); };
-  return std::ranges::any_of(declarations, changes) ? settle(findings) : Outcome::kDone;
+  return std::ranges::any_of(declarations, changes) ? settle(diagnostics) : Outcome::kDone;
 }
 
-Sight Execution::sight(const Scope& scope) const {
-  return {.mode = Sight::Mode::kRun,
+EvalContext Execution::sight(const Scope& scope) const {
+  return {.mode = EvalContext::Mode::kRun,
           .scope = &scope,
           .cell = &context.cell,
           .measured = &context.variables,
@@ -77,29 +77,29 @@ std::optional<nlohmann::ordered_json> Node::state_before(std::string_view wanted
   return nlohmann::ordered_json::object();
 }
 
-bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Findings& findings) {
+bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Diagnostics& diagnostics) {
   if (++rehearsal.effort == kMostEffort) {
-    findings.note(node.pointer,
-                  fmt::format("the rehearsal ends here, after {} steps: what follows is not checked", kMostEffort),
-                  "fewer repetitions");
+    diagnostics.note(node.pointer,
+                     fmt::format("the rehearsal ends here, after {} steps: what follows is not checked", kMostEffort),
+                     "fewer repetitions");
   }
   return rehearsal.effort < kMostEffort;
 }
 
-Findings as_warnings(const Findings& findings, std::string_view why) {
-  Findings result;
-  for (Finding finding : findings.list()) {
-    if (finding.severity == Severity::kError) {
-      finding.severity = Severity::kWarning;
-      finding.message += fmt::format("; {}", why);
+Diagnostics as_warnings(const Diagnostics& diagnostics, std::string_view why) {
+  Diagnostics result;
+  for (Diagnostic diagnostic : diagnostics.list()) {
+    if (diagnostic.severity == Severity::kError) {
+      diagnostic.severity = Severity::kWarning;
+      diagnostic.message += fmt::format("; {}", why);
     }
-    result.add(std::move(finding));
+    result.add(std::move(diagnostic));
   }
   return result;
 }
 
-Sight sight_of(const Rehearsal& rehearsal, const Scope& scope) {
-  return {.mode = Sight::Mode::kRehearse,
+EvalContext sight_of(const Rehearsal& rehearsal, const Scope& scope) {
+  return {.mode = EvalContext::Mode::kRehearse,
           .scope = &scope,
           .cell = &rehearsal.cell,
           .measured = nullptr,
@@ -107,8 +107,9 @@ Sight sight_of(const Rehearsal& rehearsal, const Scope& scope) {
           .time = 0};
 }
 
-bool declare(const std::vector<Declaration>& declarations, const Sight& sight, Scope& scope, Findings& findings) {
-  Findings own;
+bool declare(const std::vector<Declaration>& declarations, const EvalContext& sight, Scope& scope,
+             Diagnostics& diagnostics) {
+  Diagnostics own;
   for (const Declaration& declaration : declarations) {
     Variable variable{declaration.type, Value::unknown(declaration.type), {}};
     if (declaration.nominal) variable.nominal = declaration.nominal->value(sight, own);
@@ -117,7 +118,7 @@ bool declare(const std::vector<Declaration>& declarations, const Sight& sight, S
     scope.assign(*scope.find(declaration.name), std::move(value), sight.rehearsing());
   }
   const bool declared = !own.has_errors();
-  findings.append(own);
+  diagnostics.append(own);
   return declared;
 }
 

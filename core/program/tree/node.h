@@ -50,11 +50,11 @@ struct Execution {
   std::int64_t spent_in_cycle = -1;
 
   /// Counts a step against the budget of the cycle. @return false if it is used up, with a
-  /// finding.
-  bool spend(const std::string& pointer, Findings& findings);
+  /// diagnostic.
+  bool spend(const std::string& pointer, Diagnostics& diagnostics);
   /// The same for a round that began no step since `begun` was `mark`.
-  bool spend_round(std::int64_t mark, const std::string& pointer, Findings& findings) {
-    return begun != mark || spend(pointer, findings);
+  bool spend_round(std::int64_t mark, const std::string& pointer, Diagnostics& diagnostics) {
+    return begun != mark || spend(pointer, diagnostics);
   }
   /// May the step begin now? Uses up a permission, or asks for one.
   bool may_begin(const Node& step);
@@ -62,26 +62,26 @@ struct Execution {
   void enter(const std::string& name);
   void leave(const std::string& name, std::string_view how);
   /// What asks the machines waits until the motion that was left open is over. @return kDone: go on
-  Outcome settle(Findings& findings);
-  Outcome settle_for(const ValueTemplate& piece, Findings& findings) {
-    return piece.changes(context.cell) ? settle(findings) : Outcome::kDone;
+  Outcome settle(Diagnostics& diagnostics);
+  Outcome settle_for(const ValueTemplate& piece, Diagnostics& diagnostics) {
+    return piece.changes(context.cell) ? settle(diagnostics) : Outcome::kDone;
   }
-  Outcome settle_for(const std::vector<Declaration>& declarations, Findings& findings);
-  [[nodiscard]] Sight sight(const Scope& scope) const;
+  Outcome settle_for(const std::vector<Declaration>& declarations, Diagnostics& diagnostics);
+  [[nodiscard]] EvalContext sight(const Scope& scope) const;
 };
 
 /// One execution of a node. All its state can be taken as data and put back (row D3).
 class NodeRun {
  public:
   virtual ~NodeRun() = default;
-  /// Between cycles; never blocks. Findings have whole pointers.
-  virtual Outcome advance(Execution& execution, Findings& findings) = 0;
+  /// Between cycles; never blocks. Diagnostics have whole pointers.
+  virtual Outcome advance(Execution& execution, Diagnostics& diagnostics) = 0;
   /// Asks for a graceful end; advance() then comes to it. What has not begun does not begin.
   virtual void cancel(Execution& execution) = 0;
   [[nodiscard]] virtual nlohmann::ordered_json state() const = 0;
   /// Puts a state back into a new run. A step that was begun begins again. Throws nlohmann's exceptions, or
-  /// std::out_of_range, on a foreign state; findings: values that cannot be found.
-  virtual void restore(const nlohmann::ordered_json& state, Execution& execution, Findings& findings) = 0;
+  /// std::out_of_range, on a foreign state; diagnostics: values that cannot be found.
+  virtual void restore(const nlohmann::ordered_json& state, Execution& execution, Diagnostics& diagnostics) = 0;
 };
 
 /// A node of a program tree. Immutable after parsing.
@@ -92,7 +92,7 @@ class Node {
   /// A new execution. The node and the scope must outlive it.
   [[nodiscard]] virtual std::unique_ptr<NodeRun> begin(Scope& scope) const = 0;
   /// Plays the node on nominal values: everything that can be found wrong before anything moves.
-  virtual void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const = 0;
+  virtual void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const = 0;
   /// Steps that one run executes as far as that is known; kMostSteps stands for all that is more.
   [[nodiscard]] virtual std::int64_t count() const = 0;
   /// Adds the names of this node and of all in it, in the order of the file.
@@ -133,10 +133,10 @@ struct SubProgram {
   int depth = 1;  ///< of calls inside it
 };
 
-/// Makes nodes from JSON: all findings at once. Realtime: setup.
+/// Makes nodes from JSON: all diagnostics at once. Realtime: setup.
 class NodeParser {
  public:
-  NodeParser(const command::Cell& cell, const nlohmann::ordered_json* programs, Findings& findings);
+  NodeParser(const command::Cell& cell, const nlohmann::ordered_json* programs, Diagnostics& diagnostics);
   ~NodeParser();
   NodeParser(const NodeParser&) = delete;
   NodeParser& operator=(const NodeParser&) = delete;
@@ -151,7 +151,7 @@ class NodeParser {
   }
   /// The programs of the file, also those that nobody calls.
   void all_programs();
-  /// A program by its name; null with a finding at `pointer` if there is none, or if it calls itself.
+  /// A program by its name; null with a diagnostic at `pointer` if there is none, or if it calls itself.
   std::shared_ptr<const SubProgram> program(const std::string& name, const std::string& pointer);
   [[nodiscard]] std::vector<std::shared_ptr<const SubProgram>> programs() const;
 
@@ -163,9 +163,9 @@ class NodeParser {
   /// The key "name"; "do" is read too.
   void head(ObjectReader& reader, Node& node, std::string_view fallback);
 
-  [[nodiscard]] Sight sight() const;
+  [[nodiscard]] EvalContext sight() const;
   [[nodiscard]] const command::Cell& cell() const { return cell_; }
-  Findings& findings() { return findings_; }
+  Diagnostics& diagnostics() { return diagnostics_; }
   [[nodiscard]] Scope& scope() { return *scope_; }
 
   /// Variables that are declared while it lives are seen inside of it only.
@@ -191,7 +191,7 @@ class NodeParser {
 
   const command::Cell& cell_;
   const nlohmann::ordered_json* programs_json_;
-  Findings& findings_;
+  Diagnostics& diagnostics_;
   Scope* scope_ = nullptr;
   std::map<std::string, std::shared_ptr<SubProgram>, std::less<>> programs_;
   std::vector<std::string> being_parsed_;
@@ -209,13 +209,14 @@ struct NodeKind {
 [[nodiscard]] const std::vector<NodeKind>& node_kinds();
 
 /// A rehearsal's effort is bounded: @return false once it is used up; a note says so.
-bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Findings& findings);
+bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Diagnostics& diagnostics);
 /// Errors that may not be any, because nobody knows whether or from where their step is begun.
-[[nodiscard]] Findings as_warnings(const Findings& findings, std::string_view why);
+[[nodiscard]] Diagnostics as_warnings(const Diagnostics& diagnostics, std::string_view why);
 /// What an expression sees in a rehearsal.
-[[nodiscard]] Sight sight_of(const Rehearsal& rehearsal, const Scope& scope);
-/// Evaluates and declares, in a run or a rehearsal. @return false with findings if a value could not be found.
-bool declare(const std::vector<Declaration>& declarations, const Sight& sight, Scope& scope, Findings& findings);
+[[nodiscard]] EvalContext sight_of(const Rehearsal& rehearsal, const Scope& scope);
+/// Evaluates and declares, in a run or a rehearsal. @return false with diagnostics if a value could not be found.
+bool declare(const std::vector<Declaration>& declarations, const EvalContext& sight, Scope& scope,
+             Diagnostics& diagnostics);
 /// Adds counts of steps, up to Node::kMostSteps.
 [[nodiscard]] std::int64_t saturated(std::int64_t times, std::int64_t count);
 

@@ -48,12 +48,13 @@ const std::vector<NodeKind>& node_kinds() {
   return kinds;
 }
 
-NodeParser::NodeParser(const command::Cell& cell, const Json* programs, Findings& findings)
-    : cell_(cell), programs_json_(programs), findings_(findings) {}
+NodeParser::NodeParser(const command::Cell& cell, const Json* programs, Diagnostics& diagnostics)
+    : cell_(cell), programs_json_(programs), diagnostics_(diagnostics) {}
 NodeParser::~NodeParser() = default;
 
-Sight NodeParser::sight() const {
-  return {.mode = Sight::Mode::kCheck, .scope = scope_, .cell = &cell_, .measured = nullptr, .q = nullptr, .time = 0};
+EvalContext NodeParser::sight() const {
+  return {
+      .mode = EvalContext::Mode::kCheck, .scope = scope_, .cell = &cell_, .measured = nullptr, .q = nullptr, .time = 0};
 }
 
 void NodeParser::head(ObjectReader& reader, Node& node, std::string_view fallback) {
@@ -63,8 +64,8 @@ void NodeParser::head(ObjectReader& reader, Node& node, std::string_view fallbac
 
 /// Recursion is bounded by the depth that JSON files may have.
 std::unique_ptr<Node> NodeParser::node(const Json& json, const std::string& pointer) {
-  Findings unread;
-  ObjectReader reader(json, pointer, json.is_object() ? unread : findings_);
+  Diagnostics unread;
+  ObjectReader reader(json, pointer, json.is_object() ? unread : diagnostics_);
   const std::string kind = reader.text("do", "");
   if (!json.is_object()) return make_sequence({}, pointer);
   if (waits_for_expression(json)) return activity::parse_until(json, pointer, *this);
@@ -72,8 +73,9 @@ std::unique_ptr<Node> NodeParser::node(const Json& json, const std::string& poin
   if (inner != node_kinds().end()) return inner->parse(json, pointer, *this);
   const auto leaf = std::ranges::find(step_kinds(), kind, &StepKind::name);
   if (leaf != step_kinds().end()) return parse_leaf(*leaf, json, pointer, *this);
-  findings_.error(pointer + "/do", kind.empty() ? "'do' is missing" : fmt::format("there is no step '{}'", kind),
-                  nearest_choice(kind, kind_names(), 40));
+  diagnostics_.error(Code::kMissing, pointer + "/do",
+                     kind.empty() ? "'do' is missing" : fmt::format("there is no step '{}'", kind),
+                     nearest_choice(kind, kind_names(), 40));
   return make_sequence({}, pointer);
 }
 
@@ -88,16 +90,17 @@ NodeList NodeParser::list(ObjectReader& reader, std::string_view key, bool requi
 }
 
 ValueTemplate NodeParser::value(const Json& json, const std::string& pointer, const Type& wanted, Type* type) {
-  Findings own;
+  Diagnostics own;
   ValueTemplate piece = ValueTemplate::parse(json, pointer, own);
   if (!own.has_errors()) {
     const Value value = piece.value(sight(), own);
     if (!own.has_errors() && !accepts(wanted, value.type)) {
-      own.error(pointer, fmt::format("a {} stands here", to_string(value.type)), "a " + to_string(wanted));
+      own.error(Code::kWrongType, pointer, fmt::format("a {} stands here", to_string(value.type)),
+                "a " + to_string(wanted));
     }
     if (type) *type = value.type;
   }
-  findings_.append(own);
+  diagnostics_.append(own);
   return piece;
 }
 
@@ -110,15 +113,15 @@ bool is_long_form(const Json& json) {
 }
 
 Declaration read_long_form(const std::string& name, const Json& json, const std::string& pointer, NodeParser& parser) {
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   Declaration declaration{.name = name, .type = {}, .initial = {}, .nominal = {}};
   const std::string unit = reader.text("unit", "");
   const std::string text = reader.text("type", reader.has("unit") ? "number" : "");
   if (const auto type = type_from_text(text, unit)) {
     declaration.type = *type;
   } else if (!text.empty() || !reader.has("value")) {
-    parser.findings().error(pointer, fmt::format("'{}' in '{}' is no type", text, unit),
-                            "number (with a unit), boolean, text, pose, or \"list of ...\"");
+    parser.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("'{}' in '{}' is no type", text, unit),
+                               "number (with a unit), boolean, text, pose, or \"list of ...\"");
   }
   for (const char* key : {"value", "nominal"}) {
     const Json* value = reader.child(key);
@@ -141,8 +144,8 @@ std::vector<Declaration> NodeParser::declarations(ObjectReader& reader, std::str
   for (const auto& [name, value] : json->items()) {
     const std::string place = reader.at(key) + pointer_segment(name);
     if (!is_variable_name(name)) {
-      findings_.error(place, fmt::format("'{}' is no name of a variable", name),
-                      "letters, digits and _, not one of the words of expressions");
+      diagnostics_.error(Code::kInvalidName, place, fmt::format("'{}' is no name of a variable", name),
+                         "letters, digits and _, not one of the words of expressions");
       continue;
     }
     Declaration declaration{.name = name, .type = {}, .initial = {}, .nominal = {}};
@@ -162,8 +165,8 @@ std::shared_ptr<const SubProgram> NodeParser::program(const std::string& name, c
   if (cycle != being_parsed_.end()) {
     std::string chain;
     for (auto caller = cycle; caller != being_parsed_.end(); ++caller) chain += "'" + *caller + "' calls ";
-    findings_.error(pointer, fmt::format("{}'{}': a program may not call itself", chain, name),
-                    "\"repeat\" for what is done again");
+    diagnostics_.error(Code::kInvalidValue, pointer, fmt::format("{}'{}': a program may not call itself", chain, name),
+                       "\"repeat\" for what is done again");
     return nullptr;
   }
   if (!programs_json_ || !programs_json_->is_object() || !programs_json_->contains(name)) {
@@ -171,7 +174,8 @@ std::shared_ptr<const SubProgram> NodeParser::program(const std::string& name, c
     if (programs_json_ && programs_json_->is_object()) {
       for (const auto& [known, json] : programs_json_->items()) names.push_back(known);
     }
-    findings_.error(pointer, fmt::format("there is no program '{}'", name), nearest_choice(name, names));
+    diagnostics_.error(Code::kUnknownName, pointer, fmt::format("there is no program '{}'", name),
+                       nearest_choice(name, names));
     return nullptr;
   }
   const auto known = programs_.find(name);
@@ -183,7 +187,8 @@ std::shared_ptr<const SubProgram> NodeParser::program(const std::string& name, c
 }
 
 std::nullptr_t NodeParser::too_deep(const std::string& pointer) {
-  findings_.error(pointer, fmt::format("calls are nested more than {} deep", kMostCalls), "fewer programs in programs");
+  diagnostics_.error(Code::kTooLarge, pointer, fmt::format("calls are nested more than {} deep", kMostCalls),
+                     "fewer programs in programs");
   return nullptr;
 }
 
@@ -194,7 +199,7 @@ std::shared_ptr<SubProgram> NodeParser::parse_program(const std::string& name) {
   being_parsed_.push_back(name);
   const int depth = std::exchange(depth_, 0);
   {
-    ObjectReader reader(programs_json_->at(name), program->pointer, findings_);
+    ObjectReader reader(programs_json_->at(name), program->pointer, diagnostics_);
     const Inner inner(*this, false);
     (void)reader.text("description", "");
     program->parameters = declarations(reader, "parameters");
@@ -218,7 +223,7 @@ std::shared_ptr<SubProgram> NodeParser::parse_program(const std::string& name) {
 void NodeParser::all_programs() {
   if (!programs_json_) return;
   if (!programs_json_->is_object()) {
-    findings_.error("/programs", short_dump(*programs_json_) + " stands here", "an object {...}");
+    diagnostics_.error(Code::kWrongType, "/programs", short_dump(*programs_json_) + " stands here", "an object {...}");
     return;
   }
   for (const auto& [name, json] : programs_json_->items()) {

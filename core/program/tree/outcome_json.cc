@@ -26,23 +26,28 @@ Outcome outcome_from_json(const Json& json) {
   return found->first;
 }
 
-Json findings_to_json(const Findings& findings) {
+Json diagnostics_to_json(const Diagnostics& diagnostics) {
   Json list = Json::array();
-  for (const Finding& one : findings.list())
-    list.push_back({{"severity", one.severity}, {"pointer", one.pointer}, {"text", one.message}, {"hint", one.hint}});
+  for (const Diagnostic& one : diagnostics.list())
+    list.push_back({{"severity", one.severity},
+                    {"code", name_of(one.code)},
+                    {"pointer", one.pointer},
+                    {"text", one.message},
+                    {"hint", one.hint}});
   return list;
 }
 
-Findings findings_from_json(const Json& json) {
-  Findings findings;
+Diagnostics diagnostics_from_json(const Json& json) {
+  Diagnostics diagnostics;
   for (const Json& one : json) {
-    findings.add({.severity = one.at("severity").get<Severity>(),
-                  .file = {},
-                  .pointer = one.at("pointer").get<std::string>(),
-                  .message = one.at("text").get<std::string>(),
-                  .hint = one.at("hint").get<std::string>()});
+    diagnostics.add({.severity = one.at("severity").get<Severity>(),
+                     .code = code_named(one.at("code").get<std::string>()).value_or(Code::kInternal),
+                     .file = {},
+                     .pointer = one.at("pointer").get<std::string>(),
+                     .message = one.at("text").get<std::string>(),
+                     .hint = one.at("hint").get<std::string>()});
   }
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace takt::activity

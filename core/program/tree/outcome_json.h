@@ -13,8 +13,8 @@ namespace takt::activity {
 [[nodiscard]] Outcome outcome_from_json(const nlohmann::ordered_json& json);
 
 /// Without the names of files.
-[[nodiscard]] nlohmann::ordered_json findings_to_json(const Findings& findings);
+[[nodiscard]] nlohmann::ordered_json diagnostics_to_json(const Diagnostics& diagnostics);
 /// Throws nlohmann's exceptions on what is none.
-[[nodiscard]] Findings findings_from_json(const nlohmann::ordered_json& json);
+[[nodiscard]] Diagnostics diagnostics_from_json(const nlohmann::ordered_json& json);
 
 }  // namespace takt::activity

@@ -21,8 +21,8 @@ class ParallelNode final : public Node {
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
   /// One after the other, from the same beginning. What two of them drive is a conflict.
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
-    settle_rehearsal(rehearsal, findings);
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
+    settle_rehearsal(rehearsal, diagnostics);
     const double begin = rehearsal.duration;
     std::vector<double> durations;
     std::map<std::string, std::size_t, std::less<>> owner;
@@ -30,13 +30,13 @@ class ParallelNode final : public Node {
       std::set<std::string, std::less<>> claimed;
       auto* const outer = std::exchange(rehearsal.claimed, &claimed);
       rehearsal.duration = begin;
-      branches[i]->rehearse(rehearsal, scope, findings);
-      settle_rehearsal(rehearsal, findings);
+      branches[i]->rehearse(rehearsal, scope, diagnostics);
+      settle_rehearsal(rehearsal, diagnostics);
       rehearsal.claimed = outer;
       durations.push_back(rehearsal.duration);
       for (const std::string& device : claimed) {
         const auto [found, fresh] = owner.emplace(device, i);
-        if (!fresh) conflict(device, found->second, i, findings);
+        if (!fresh) conflict(device, found->second, i, diagnostics);
         if (outer) outer->insert(device);
       }
     }
@@ -57,10 +57,10 @@ class ParallelNode final : public Node {
   }
 
  private:
-  void conflict(const std::string& device, std::size_t a, std::size_t b, Findings& findings) const {
-    findings.error(fmt::format("{}/branches/{}", pointer, b),
-                   fmt::format("'{}' is driven here and in branch {} at the same time", device, a),
-                   "a device in one branch only, or the branches one after the other");
+  void conflict(const std::string& device, std::size_t a, std::size_t b, Diagnostics& diagnostics) const {
+    diagnostics.error(Code::kResourceConflict, fmt::format("{}/branches/{}", pointer, b),
+                      fmt::format("'{}' is driven here and in branch {} at the same time", device, a),
+                      "a device in one branch only, or the branches one after the other");
   }
 };
 
@@ -74,20 +74,20 @@ class ParallelRun final : public NodeRun {
 
   /// Each branch once, in their order. One that fails or stops the program ends the others, as the first that is done
   /// does if it is to.
-  Outcome advance(Execution& execution, Findings& findings) override {
+  Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (!begun_) {
-      const Outcome ready = execution.settle(findings);
+      const Outcome ready = execution.settle(diagnostics);
       if (ready != Outcome::kDone) return ready;
       begun_ = true;
     }
-    findings.append(std::exchange(to_tell_, {}));
+    diagnostics.append(std::exchange(to_tell_, {}));
     ask_for_end(execution);  // a state that was put back may say so
     for (Branch& branch : branches_) {
       if (branch.outcome != Outcome::kRunning) continue;
       const OnStrand line(execution, branch.strand);
-      Findings own;
+      Diagnostics own;
       branch.outcome = branch.run->advance(execution, own);
-      findings.append(own);
+      diagnostics.append(own);
       if (branch.outcome == Outcome::kRunning) continue;
       branch.run.reset();
       note_end(branch.outcome);
@@ -109,10 +109,10 @@ class ParallelRun final : public NodeRun {
     }
     Json state{{"branches", std::move(list)}, {"open", std::move(open)}, {"ends", ends_}, {"begun", begun_}};
     state["result"] = outcome_to_json(result_);
-    state["failures"] = findings_to_json(failures_);
+    state["failures"] = diagnostics_to_json(failures_);
     return state;
   }
-  void restore(const Json& state, Execution& execution, Findings& findings) override {
+  void restore(const Json& state, Execution& execution, Diagnostics& diagnostics) override {
     if (!state.contains("branches")) return;
     for (std::size_t i = 0; i < branches_.size(); ++i) {
       const Json& branch = state.at("branches").at(i);
@@ -121,13 +121,13 @@ class ParallelRun final : public NodeRun {
         continue;
       }
       const OnStrand line(execution, branches_[i].strand);
-      branches_[i].run->restore(branch, execution, findings);
-      branches_[i].strand.restore(state.at("open").at(i), execution, findings);
+      branches_[i].run->restore(branch, execution, diagnostics);
+      branches_[i].strand.restore(state.at("open").at(i), execution, diagnostics);
     }
     begun_ = state.at("begun").get<bool>();
     ends_ = state.at("ends").get<bool>();
     result_ = outcome_from_json(state.at("result"));
-    failures_ = to_tell_ = findings_from_json(state.at("failures"));
+    failures_ = to_tell_ = diagnostics_from_json(state.at("failures"));
   }
 
  private:
@@ -154,8 +154,8 @@ class ParallelRun final : public NodeRun {
   const ParallelNode& node_;
   std::vector<Branch> branches_;
   Outcome result_ = Outcome::kDone;  ///< of those that are over
-  Findings failures_;                ///< of those that have failed, as part of the state
-  Findings to_tell_;                 ///< what a state that was put back has of them
+  Diagnostics failures_;             ///< of those that have failed, as part of the state
+  Diagnostics to_tell_;              ///< what a state that was put back has of them
   bool begun_ = false, ends_ = false, asked_ = false;
 };
 
@@ -166,7 +166,7 @@ std::unique_ptr<NodeRun> ParallelNode::begin(Scope& scope) const { return std::m
 std::unique_ptr<Node> parse_parallel(const Json& json, const std::string& pointer, NodeParser& parser) {
   auto node = std::make_unique<ParallelNode>();
   node->pointer = pointer;
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "parallel");
   node->first_ends = reader.choice("end", {"all", "first"}, "all") == "first";
   constexpr std::size_t kMost = 32;
@@ -175,8 +175,8 @@ std::unique_ptr<Node> parse_parallel(const Json& json, const std::string& pointe
       node->branches.push_back(parser.node((*branches)[i], reader.at("branches") + pointer_segment(i)));
     }
     if (branches->empty() || branches->size() > kMost) {
-      parser.findings().error(reader.at("branches"), fmt::format("{} branches", branches->size()),
-                              fmt::format("from 1 to {}", kMost));
+      parser.diagnostics().error(Code::kWrongSize, reader.at("branches"), fmt::format("{} branches", branches->size()),
+                                 fmt::format("from 1 to {}", kMost));
     }
   }
   reader.finish();

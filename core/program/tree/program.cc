@@ -16,11 +16,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Rounds that are played find the same again.
-Findings each_once(const Findings& findings) {
-  Findings result;
+Diagnostics each_once(const Diagnostics& diagnostics) {
+  Diagnostics result;
   std::set<std::string> seen;
-  for (const Finding& finding : findings.list()) {
-    if (seen.insert(to_string(finding)).second) result.add(finding);
+  for (const Diagnostic& diagnostic : diagnostics.list()) {
+    if (seen.insert(to_string(diagnostic)).second) result.add(diagnostic);
   }
   return result;
 }
@@ -43,14 +43,14 @@ void collect_variables(const Json& state, const std::string& place,
 
 Result<Program> Program::parse(const Json& json, const std::string& pointer, const command::Cell& cell,
                                const Json* programs) {
-  Findings findings;
-  NodeParser parser(cell, programs, findings);
+  Diagnostics diagnostics;
+  NodeParser parser(cell, programs, diagnostics);
   const NodeParser::Inner variables(parser);
   Program program;
   program.root_ = parser.node(json, pointer);
   parser.all_programs();
   program.programs_ = parser.programs();
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return program;
 }
 
@@ -64,11 +64,11 @@ Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices
     rehearsal.q[name] = arm.start;
     if (arm.device != nullptr) rehearsal.modes[name] = arm.device->mode();
   }
-  Findings findings;
+  Diagnostics diagnostics;
   Scope scope;
-  root_->rehearse(rehearsal, scope, findings);
-  settle_rehearsal(rehearsal, findings);
-  return {each_once(findings), rehearsal.duration, std::move(rehearsal.estimates)};
+  root_->rehearse(rehearsal, scope, diagnostics);
+  settle_rehearsal(rehearsal, diagnostics);
+  return {each_once(diagnostics), rehearsal.duration, std::move(rehearsal.estimates)};
 }
 
 std::vector<std::string> Program::names() const {
@@ -96,7 +96,7 @@ Progress ProgramRunner::advance() {
   execution_.asking.clear();
   see_flanges(execution_.context.cell);
   scheduler_.poll();
-  const Outcome outcome = run_->advance(execution_, findings_);
+  const Outcome outcome = run_->advance(execution_, diagnostics_);
   scheduler_.poll();  // what was asked for just now
   tell_current();
   if (outcome == Outcome::kRunning) return progress_;
@@ -131,39 +131,41 @@ std::map<std::string, ProgramRunner::Known> ProgramRunner::variables() const {
   return found;
 }
 
-Findings ProgramRunner::restore(const Json& snapshot) {
-  Findings findings;
+Diagnostics ProgramRunner::restore(const Json& snapshot) {
+  Diagnostics diagnostics;
   try {
-    findings.append(measured_from_json(snapshot.at("measured"), execution_.context.variables, execution_.context.cell),
-                    "/measured");
+    diagnostics.append(
+        measured_from_json(snapshot.at("measured"), execution_.context.variables, execution_.context.cell),
+        "/measured");
     execution_.steps_done = snapshot.at("steps_done").get<std::int64_t>();
-    findings.append(put_back(snapshot.at("position")), "/position");
-    strand_.restore(snapshot.value("open", Json()), execution_, findings);
+    diagnostics.append(put_back(snapshot.at("position")), "/position");
+    strand_.restore(snapshot.value("open", Json()), execution_, diagnostics);
   } catch (const std::exception& error) {
-    findings.error({}, fmt::format("this is no state of this program: {}", error.what()),
-                   "what snapshot() gave for the same file");
+    diagnostics.error(Code::kWrongType, {}, fmt::format("this is no state of this program: {}", error.what()),
+                      "what snapshot() gave for the same file");
   }
-  return findings;
+  return diagnostics;
 }
 
-Findings ProgramRunner::enter(std::string_view name) {
+Diagnostics ProgramRunner::enter(std::string_view name) {
   const auto state = program_.root().state_before(name);
   if (state) return put_back(*state);
-  Findings findings;
-  findings.error({}, fmt::format("no step '{}' can be entered", name), nearest_choice(name, program_.names()));
-  return findings;
+  Diagnostics diagnostics;
+  diagnostics.error(Code::kUnknownName, {}, fmt::format("no step '{}' can be entered", name),
+                    nearest_choice(name, program_.names()));
+  return diagnostics;
 }
 
-Findings ProgramRunner::put_back(const Json& state) {
-  Findings findings;
+Diagnostics ProgramRunner::put_back(const Json& state) {
+  Diagnostics diagnostics;
   try {
     run_ = std::make_unique<SettledRun>(program_.root().begin(scope_));
-    run_->restore(state, execution_, findings);
+    run_->restore(state, execution_, diagnostics);
   } catch (const std::exception& error) {
-    findings.error({}, fmt::format("this is no state of this program: {}", error.what()),
-                   "what snapshot() gave for the same file");
+    diagnostics.error(Code::kWrongType, {}, fmt::format("this is no state of this program: {}", error.what()),
+                      "what snapshot() gave for the same file");
   }
-  return findings;
+  return diagnostics;
 }
 
 }  // namespace takt::activity

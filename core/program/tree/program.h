@@ -18,7 +18,7 @@ namespace takt::activity {
 
 /// What a rehearsal found out.
 struct Rehearsed {
-  Findings findings;
+  Diagnostics diagnostics;
   double duration = 0.0;                         ///< s: planned motions and waits, guarded motions to their end
   std::set<std::string, std::less<>> estimates;  ///< names of the poses that the program fits
 };
@@ -26,7 +26,7 @@ struct Rehearsed {
 /// A program tree, checked for form and types. Immutable (docs/programs.md).
 class Program {
  public:
-  /// Any step, usually {"do": "sequence", "steps": [...]}: all findings at once. Pointers start with `pointer`.
+  /// Any step, usually {"do": "sequence", "steps": [...]}: all diagnostics at once. Pointers start with `pointer`.
   /// @param programs  what "call" may call: name to program, with pointers below "/programs"; may be null.
   /// Realtime: setup.
   [[nodiscard]] static Result<Program> parse(const nlohmann::ordered_json& json, const std::string& pointer,
@@ -63,7 +63,7 @@ class ProgramRunner {
   ProgramRunner& operator=(const ProgramRunner&) = delete;
 
   /// Runs until it has to wait for the next cycle. A program that makes more than 10 000 steps without waiting is
-  /// stopped with a finding (row D1). @return where it is.
+  /// stopped with a diagnostic (row D1). @return where it is.
   Progress advance();
   /// Graceful end: the steps that run are cancelled, nothing follows, not even a "finally".
   void cancel();
@@ -87,21 +87,21 @@ class ProgramRunner {
   };
   /// All variables that live now, each by a place of its own.
   [[nodiscard]] std::map<std::string, Known> variables() const;
-  /// Puts a snapshot into a runner that has not begun. Findings: it is none of this program.
-  [[nodiscard]] Findings restore(const nlohmann::ordered_json& snapshot);
+  /// Puts a snapshot into a runner that has not begun. Diagnostics: it is none of this program.
+  [[nodiscard]] Diagnostics restore(const nlohmann::ordered_json& snapshot);
   /// Begins at the first node of this name, in the first round of what repeats it; what stands before is left out.
-  /// Findings: there is none, or it lies where nothing can be entered (a parallel, a called program).
-  [[nodiscard]] Findings enter(std::string_view name);
+  /// Diagnostics: there is none, or it lies where nothing can be entered (a parallel, a called program).
+  [[nodiscard]] Diagnostics enter(std::string_view name);
 
   [[nodiscard]] Progress progress() const { return progress_; }
   /// Why it failed.
-  [[nodiscard]] const Findings& findings() const { return findings_; }
+  [[nodiscard]] const Diagnostics& diagnostics() const { return diagnostics_; }
   /// Names of the steps that run, joined by " + "; empty before the first and after the last.
   [[nodiscard]] const std::string& current() const { return current_; }
   [[nodiscard]] std::int64_t steps_done() const { return execution_.steps_done; }
 
  private:
-  [[nodiscard]] Findings put_back(const nlohmann::ordered_json& state);
+  [[nodiscard]] Diagnostics put_back(const nlohmann::ordered_json& state);
   void tell_current();
 
   const Program& program_;
@@ -113,7 +113,7 @@ class ProgramRunner {
   Progress progress_ = Progress::kRunning;
   std::vector<std::string> told_;
   std::string current_;
-  Findings findings_;
+  Diagnostics diagnostics_;
 };
 
 }  // namespace takt::activity

@@ -24,80 +24,80 @@ Question Question::parse(const Json& json, const std::string& pointer, NodeParse
   Question question;
   if (json.is_string() || json.is_boolean()) {
     if (json.is_string() && !is_expression(json.get<std::string>())) {
-      parser.findings().error(pointer, fmt::format("'{}' is no expression", json.get<std::string>()),
-                              "\"$...\", or a condition {...}");
+      parser.diagnostics().error(Code::kSyntax, pointer, fmt::format("'{}' is no expression", json.get<std::string>()),
+                                 "\"$...\", or a condition {...}");
       return question;
     }
     question.piece_ = parser.value(json, pointer, Type::boolean());
     return question;
   }
   question.immediate_ = false;
-  question.piece_ = ValueTemplate::parse(json, pointer, parser.findings());
-  Findings own;
+  question.piece_ = ValueTemplate::parse(json, pointer, parser.diagnostics());
+  Diagnostics own;
   command::Cell cell = parser.cell();
   const auto resolved = question.piece_.resolve(parser.sight(), cell, command::unit_in_condition, own);
   const auto condition = command::parse_condition(*resolved.json, pointer, parser.cell());
   if (!condition) own.append(condition.error());
-  for (const Finding& finding : own.list()) {
-    if (finding.message.starts_with("in '") || !question.piece_.depends(finding.pointer))
-      parser.findings().add(finding);
+  for (const Diagnostic& diagnostic : own.list()) {
+    if (diagnostic.message.starts_with("in '") || !question.piece_.depends(diagnostic.pointer))
+      parser.diagnostics().add(diagnostic);
   }
   return question;
 }
 
-std::optional<bool> Question::rehearse(Rehearsal& rehearsal, const Scope& scope, Findings& findings) const {
-  const Sight sight = sight_of(rehearsal, scope);
+std::optional<bool> Question::rehearse(Rehearsal& rehearsal, const Scope& scope, Diagnostics& diagnostics) const {
+  const EvalContext sight = sight_of(rehearsal, scope);
   if (immediate_) {
-    const Value value = piece_.value(sight, findings);
+    const Value value = piece_.value(sight, diagnostics);
     return value.null() ? std::nullopt : std::optional(value.boolean());
   }
-  Findings own;
+  Diagnostics own;
   const auto resolved = piece_.resolve(sight, rehearsal.cell, command::unit_in_condition, own);
   const auto condition = command::parse_condition(*resolved.json, piece_.pointer(), rehearsal.cell);
   if (!condition) own.append(condition.error());
   if (condition && !own.has_errors()) {
     rehearse_command(asking(*condition, rehearsal.cell, {}), "question", rehearsal, piece_.pointer(), own);
   }
-  findings.append(own);
+  diagnostics.append(own);
   return std::nullopt;
 }
 
-Progress QuestionRun::advance(Execution& execution, Findings& findings) {
+Progress QuestionRun::advance(Execution& execution, Diagnostics& diagnostics) {
   const Outcome ready =
-      question_.immediate_ ? execution.settle_for(question_.piece_, findings) : execution.settle(findings);
+      question_.immediate_ ? execution.settle_for(question_.piece_, diagnostics) : execution.settle(diagnostics);
   if (ready != Outcome::kDone) return ready == Outcome::kRunning ? Progress::kRunning : Progress::kFailed;
   if (question_.immediate_) {
-    Findings own;
+    Diagnostics own;
     const Value value = question_.piece_.value(execution.sight(scope_), own);
-    findings.append(own);
+    diagnostics.append(own);
     if (own.has_errors()) return Progress::kFailed;
-    if (value.null()) return no_answer(findings);
+    if (value.null()) return no_answer(diagnostics);
     answer_ = value.boolean();
     return Progress::kDone;
   }
-  if (!run_) return begin(execution, findings);
+  if (!run_) return begin(execution, diagnostics);
   if (!run_->over()) return Progress::kRunning;
   if (run_->state() == RunState::kFailed) {
-    findings.append(run_->findings_inside(), question_.piece_.pointer());
+    diagnostics.append(run_->diagnostics_inside(), question_.piece_.pointer());
     return Progress::kFailed;
   }
   const auto held = run_->value<net::Boolean>(command::observed::kCondition);
-  if (!held) return no_answer(findings);
+  if (!held) return no_answer(diagnostics);
   answer_ = *held;
   return Progress::kDone;
 }
 
-Progress QuestionRun::begin(Execution& execution, Findings& findings) {
+Progress QuestionRun::begin(Execution& execution, Diagnostics& diagnostics) {
   Context& context = execution.context;
-  Findings own;
+  Diagnostics own;
   const auto resolved =
       question_.piece_.resolve(execution.sight(scope_), context.cell, command::unit_in_condition, own);
-  findings.append(own);
+  diagnostics.append(own);
   if (own.has_errors()) return Progress::kFailed;
-  if (!resolved.unknown.empty()) return no_answer(findings);
+  if (!resolved.unknown.empty()) return no_answer(diagnostics);
   const auto condition = command::parse_condition(*resolved.json, question_.piece_.pointer(), context.cell);
   if (!condition) {
-    findings.append(condition.error());
+    diagnostics.append(condition.error());
     return Progress::kFailed;
   }
   const auto make = [condition = *condition, biases = context.variables.biases](const PlanningContext& planning) {
@@ -108,10 +108,10 @@ Progress QuestionRun::begin(Execution& execution, Findings& findings) {
   return Progress::kRunning;
 }
 
-Progress QuestionRun::no_answer(Findings& findings) const {
-  findings.error(question_.piece_.pointer(),
-                 "nobody knows whether this holds: a value is not known, or a sensor silent",
-                 "known(x) asks whether a value is there");
+Progress QuestionRun::no_answer(Diagnostics& diagnostics) const {
+  diagnostics.error(Code::kConditionNotMet, question_.piece_.pointer(),
+                    "nobody knows whether this holds: a value is not known, or a sensor silent",
+                    "known(x) asks whether a value is there");
   return Progress::kFailed;
 }
 

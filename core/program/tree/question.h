@@ -14,12 +14,12 @@ namespace takt::activity {
 /// one cycle answers, so that it means what it means in a motion's "until". Immutable.
 class Question {
  public:
-  /// Findings at the parser: the form, types.
+  /// Diagnostics at the parser: the form, types.
   [[nodiscard]] static Question parse(const nlohmann::ordered_json& json, const std::string& pointer,
                                       NodeParser& parser);
 
   /// The answer on nominal values; nothing: it is not known before the run.
-  [[nodiscard]] std::optional<bool> rehearse(Rehearsal& rehearsal, const Scope& scope, Findings& findings) const;
+  [[nodiscard]] std::optional<bool> rehearse(Rehearsal& rehearsal, const Scope& scope, Diagnostics& diagnostics) const;
   /// An expression is answered at once.
   [[nodiscard]] bool immediate() const { return immediate_; }
   [[nodiscard]] const ValueTemplate& piece() const { return piece_; }
@@ -35,16 +35,16 @@ class QuestionRun {
  public:
   QuestionRun(const Question& question, const Scope& scope) : question_(question), scope_(scope) {}
 
-  /// @return kDone when answer() is there; kFailed with findings if nobody knows it.
-  Progress advance(Execution& execution, Findings& findings);
+  /// @return kDone when answer() is there; kFailed with diagnostics if nobody knows it.
+  Progress advance(Execution& execution, Diagnostics& diagnostics);
   void cancel() {
     if (run_) run_->cancel();
   }
   [[nodiscard]] bool answer() const { return answer_; }
 
  private:
-  Progress begin(Execution& execution, Findings& findings);
-  Progress no_answer(Findings& findings) const;
+  Progress begin(Execution& execution, Diagnostics& diagnostics);
+  Progress no_answer(Diagnostics& diagnostics) const;
 
   const Question& question_;
   const Scope& scope_;

@@ -23,16 +23,16 @@ class SequenceNode final : public Node {
   /// One round of a sequence that does the same each time shows whatever the form of the steps can show; a second one
   /// starts where the first ended. The others are taken to last as long as the last one that was played. A sequence
   /// with expressions in it is played whole.
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
     const std::int64_t outer = rehearsal.most_rounds;
     const std::int64_t rounds = constant() ? std::min(times, outer) : times;
     double last_round = 0.0;
     std::int64_t played = 0;
-    for (; played < rounds && spend_rehearsal(rehearsal, *this, findings); ++played) {
+    for (; played < rounds && spend_rehearsal(rehearsal, *this, diagnostics); ++played) {
       const double begin = rehearsal.duration;
       // Inside a second round one round is enough, or the effort would double with each level.
       if (played > 0) rehearsal.most_rounds = 1;
-      const bool good = rehearse_round(rehearsal, scope, findings);
+      const bool good = rehearse_round(rehearsal, scope, diagnostics);
       last_round = rehearsal.duration - begin;
       rehearsal.most_rounds = outer;
       if (!good) return;
@@ -64,13 +64,13 @@ class SequenceNode final : public Node {
   }
 
  private:
-  bool rehearse_round(Rehearsal& rehearsal, Scope& around, Findings& findings) const {
-    Findings own;
+  bool rehearse_round(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const {
+    Diagnostics own;
     Scope scope(&around);
     declare(variables, sight_of(rehearsal, scope), scope, own);
     for (const auto& child : children) child->rehearse(rehearsal, scope, own);
     const bool good = !own.has_errors();
-    findings.append(own);
+    diagnostics.append(own);
     return good;
   }
 
@@ -81,14 +81,14 @@ class SequenceRun final : public NodeRun {
  public:
   SequenceRun(const SequenceNode& node, Scope& around) : node_(node), scope_(&around) {}
 
-  Outcome advance(Execution& execution, Findings& findings) override {
+  Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     for (;;) {
       if (!run_) {
-        const Outcome next = cancelled_ ? Outcome::kDone : find_next(execution, findings);
+        const Outcome next = cancelled_ ? Outcome::kDone : find_next(execution, diagnostics);
         if (next != Outcome::kDone || cancelled_ || ended_) return next;
         run_ = node_.children[child_]->begin(scope_);
       }
-      const Outcome outcome = run_->advance(execution, findings);
+      const Outcome outcome = run_->advance(execution, diagnostics);
       if (outcome == Outcome::kRunning) return outcome;
       run_.reset();
       if (outcome != Outcome::kDone) return outcome;
@@ -109,41 +109,41 @@ class SequenceRun final : public NodeRun {
   }
 
   /// A state that only says which child is next begins the round as any other.
-  void restore(const Json& state, Execution& execution, Findings& findings) override {
+  void restore(const Json& state, Execution& execution, Diagnostics& diagnostics) override {
     round_ = state.value("round", std::int64_t{0});
     child_ = state.value("child", std::size_t{0});
     if (child_ > node_.children.size()) throw std::out_of_range("there is no such step");
-    if (!declare_variables(execution, findings)) return;
+    if (!declare_variables(execution, diagnostics)) return;
     if (state.contains("variables")) scope_.from_json(state.at("variables"));
     if (!state.contains("run")) return;
     run_ = node_.children.at(child_)->begin(scope_);
-    run_->restore(state.at("run"), execution, findings);
+    run_->restore(state.at("run"), execution, diagnostics);
   }
 
  private:
   /// Finds the child that is next, or that the sequence has ended. @return kRunning: not yet
-  Outcome find_next(Execution& execution, Findings& findings) {
+  Outcome find_next(Execution& execution, Diagnostics& diagnostics) {
     for (;;) {
       ended_ = round_ >= node_.times || node_.children.empty();
       if (ended_) return Outcome::kDone;
       if (!declared_) {
-        const Outcome ready = execution.settle_for(node_.variables, findings);
+        const Outcome ready = execution.settle_for(node_.variables, diagnostics);
         if (ready != Outcome::kDone) return ready;
-        if (!declare_variables(execution, findings)) return Outcome::kFailed;
+        if (!declare_variables(execution, diagnostics)) return Outcome::kFailed;
       }
       if (child_ < node_.children.size()) return Outcome::kDone;
       child_ = 0;
       ++round_;
       declared_ = false;
-      if (!execution.spend_round(mark_, node_.pointer, findings)) return Outcome::kFailed;
+      if (!execution.spend_round(mark_, node_.pointer, diagnostics)) return Outcome::kFailed;
     }
   }
 
   /// A round begins.
-  bool declare_variables(Execution& execution, Findings& findings) {
+  bool declare_variables(Execution& execution, Diagnostics& diagnostics) {
     declared_ = true;
     mark_ = execution.begun;
-    return declare(node_.variables, execution.sight(scope_), scope_, findings);
+    return declare(node_.variables, execution.sight(scope_), scope_, diagnostics);
   }
 
   const SequenceNode& node_;
@@ -170,7 +170,7 @@ std::unique_ptr<Node> make_sequence(NodeList children, const std::string& pointe
 std::unique_ptr<Node> parse_sequence(const Json& json, const std::string& pointer, NodeParser& parser) {
   auto node = std::make_unique<SequenceNode>();
   node->pointer = pointer;
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "sequence");
   node->times = reader.integer("times", 1, {.low = 0, .high = 1e6});
   const NodeParser::Inner inner(parser);

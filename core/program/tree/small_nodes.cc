@@ -18,7 +18,7 @@ class ImmediateNode : public Node {
  public:
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
   [[nodiscard]] std::int64_t count() const override { return 1; }
-  virtual Outcome act(Execution& execution, Scope& scope, Findings& findings) const = 0;
+  virtual Outcome act(Execution& execution, Scope& scope, Diagnostics& diagnostics) const = 0;
   /// It looks at machines, or ends something: a motion that was left open has to be over.
   [[nodiscard]] virtual bool looks(const command::Cell& cell) const = 0;
 };
@@ -26,19 +26,19 @@ class ImmediateNode : public Node {
 class ImmediateRun final : public NodeRun {
  public:
   ImmediateRun(const ImmediateNode& node, Scope& scope) : node_(node), scope_(scope) {}
-  Outcome advance(Execution& execution, Findings& findings) override {
+  Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (cancelled_) return Outcome::kDone;
     const bool looks = node_.looks(execution.context.cell);
-    if (const Outcome ready = looks ? execution.settle(findings) : Outcome::kDone; ready != Outcome::kDone)
+    if (const Outcome ready = looks ? execution.settle(diagnostics) : Outcome::kDone; ready != Outcome::kDone)
       return ready;
     if (!execution.may_begin(node_)) return Outcome::kRunning;
-    if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
+    if (!execution.spend(node_.pointer, diagnostics)) return Outcome::kFailed;
     ++execution.steps_done;
-    return node_.act(execution, scope_, findings);
+    return node_.act(execution, scope_, diagnostics);
   }
   void cancel(Execution&) override { cancelled_ = true; }
   [[nodiscard]] Json state() const override { return Json::object(); }
-  void restore(const Json&, Execution&, Findings&) override {}
+  void restore(const Json&, Execution&, Diagnostics&) override {}
 
  private:
   const ImmediateNode& node_;
@@ -50,11 +50,11 @@ std::unique_ptr<NodeRun> ImmediateNode::begin(Scope& scope) const {
   return std::make_unique<ImmediateRun>(*this, scope);
 }
 
-/// Evaluates; the findings go to `findings` too. @return true if there were none.
-bool evaluate(const ValueTemplate& piece, const Sight& sight, Value& value, Findings& findings) {
-  Findings own;
+/// Evaluates; the diagnostics go to `diagnostics` too. @return true if there were none.
+bool evaluate(const ValueTemplate& piece, const EvalContext& sight, Value& value, Diagnostics& diagnostics) {
+  Diagnostics own;
   value = piece.value(sight, own);
-  findings.append(own);
+  diagnostics.append(own);
   return !own.has_errors();
 }
 
@@ -64,12 +64,12 @@ class LetNode final : public ImmediateNode {
  public:
   std::vector<std::pair<std::string, ValueTemplate>> values;
 
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
-    if (spend_rehearsal(rehearsal, *this, findings)) assign(sight_of(rehearsal, scope), scope, findings, {});
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
+    if (spend_rehearsal(rehearsal, *this, diagnostics)) assign(sight_of(rehearsal, scope), scope, diagnostics, {});
   }
-  Outcome act(Execution& execution, Scope& scope, Findings& findings) const override {
+  Outcome act(Execution& execution, Scope& scope, Diagnostics& diagnostics) const override {
     const auto tell = [&](const std::string& text) { execution.context.event("program", "let", text); };
-    return assign(execution.sight(scope), scope, findings, tell) ? Outcome::kDone : Outcome::kFailed;
+    return assign(execution.sight(scope), scope, diagnostics, tell) ? Outcome::kDone : Outcome::kFailed;
   }
   [[nodiscard]] bool constant() const override { return false; }
   [[nodiscard]] bool looks(const command::Cell& cell) const override {
@@ -78,15 +78,15 @@ class LetNode final : public ImmediateNode {
 
  private:
   /// One after the other: a later one sees the earlier.
-  bool assign(const Sight& sight, Scope& scope, Findings& findings,
+  bool assign(const EvalContext& sight, Scope& scope, Diagnostics& diagnostics,
               const std::function<void(const std::string&)>& tell) const {
     for (const auto& [target, piece] : values) {
       Value value;
-      if (!evaluate(piece, sight, value, findings)) return false;
+      if (!evaluate(piece, sight, value, diagnostics)) return false;
       Variable& variable = *scope.find(target);
       if (!accepts(variable.type, value.type)) {
-        findings.error(
-            piece.pointer(),
+        diagnostics.error(
+            Code::kTypeMismatch, piece.pointer(),
             fmt::format("'{}' is a {}, here is a {}", target, to_string(variable.type), to_string(value.type)),
             fmt::format("a {}", to_string(variable.type)));
         return false;
@@ -106,19 +106,19 @@ class TextNode final : public ImmediateNode {
   ValueTemplate text;
   bool fails = false;
 
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
-    (void)text.value(sight_of(rehearsal, scope), findings);
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
+    (void)text.value(sight_of(rehearsal, scope), diagnostics);
   }
-  Outcome act(Execution& execution, Scope& scope, Findings& findings) const override {
+  Outcome act(Execution& execution, Scope& scope, Diagnostics& diagnostics) const override {
     Value value;
-    if (!evaluate(text, execution.sight(scope), value, findings)) return Outcome::kFailed;
+    if (!evaluate(text, execution.sight(scope), value, diagnostics)) return Outcome::kFailed;
     const std::string words = to_string(value);
     if (!fails) {
       execution.context.event("program", "log", words);
       return Outcome::kDone;
     }
     execution.context.event("program", "failed", name);
-    findings.error(pointer, words);
+    diagnostics.error(Code::kRaised, pointer, words);
     return Outcome::kFailed;
   }
   [[nodiscard]] bool constant() const override { return text.constant(); }
@@ -127,8 +127,8 @@ class TextNode final : public ImmediateNode {
 
 class StopNode final : public ImmediateNode {
  public:
-  void rehearse(Rehearsal&, Scope&, Findings&) const override {}
-  Outcome act(Execution& execution, Scope&, Findings&) const override {
+  void rehearse(Rehearsal&, Scope&, Diagnostics&) const override {}
+  Outcome act(Execution& execution, Scope&, Diagnostics&) const override {
     execution.context.event("program", "stop", name);
     return Outcome::kStopped;
   }
@@ -144,9 +144,9 @@ class UntilNode final : public Node {
   std::optional<double> timeout;  ///< s
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Findings& findings) const override {
-    settle_rehearsal(rehearsal, findings);
-    if (spend_rehearsal(rehearsal, *this, findings)) (void)until.value(sight_of(rehearsal, scope), findings);
+  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
+    settle_rehearsal(rehearsal, diagnostics);
+    if (spend_rehearsal(rehearsal, *this, diagnostics)) (void)until.value(sight_of(rehearsal, scope), diagnostics);
   }
   [[nodiscard]] std::int64_t count() const override { return 1; }
   [[nodiscard]] bool constant() const override { return until.constant(); }
@@ -157,16 +157,16 @@ class UntilRun final : public NodeRun {
  public:
   UntilRun(const UntilNode& node, Scope& scope) : node_(node), scope_(scope) {}
 
-  Outcome advance(Execution& execution, Findings& findings) override {
+  Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (begun_ < 0) {
       if (cancelled_) return Outcome::kDone;
-      if (const Outcome ready = execution.settle(findings); ready != Outcome::kDone) return ready;
+      if (const Outcome ready = execution.settle(diagnostics); ready != Outcome::kDone) return ready;
       if (!execution.may_begin(node_)) return Outcome::kRunning;
-      if (!execution.spend(node_.pointer, findings)) return Outcome::kFailed;
+      if (!execution.spend(node_.pointer, diagnostics)) return Outcome::kFailed;
       begun_ = execution.context.core.cycle();
       execution.enter(node_.name);
     }
-    const Outcome outcome = look(execution, findings);
+    const Outcome outcome = look(execution, diagnostics);
     if (outcome == Outcome::kRunning) return outcome;
     ++execution.steps_done;
     execution.leave(node_.name, outcome == Outcome::kDone ? "end" : "failed");
@@ -174,18 +174,19 @@ class UntilRun final : public NodeRun {
   }
   void cancel(Execution&) override { cancelled_ = true; }
   [[nodiscard]] Json state() const override { return Json::object(); }
-  void restore(const Json&, Execution&, Findings&) override {}
+  void restore(const Json&, Execution&, Diagnostics&) override {}
 
  private:
-  Outcome look(Execution& execution, Findings& findings) {
+  Outcome look(Execution& execution, Diagnostics& diagnostics) {
     Value value;
-    if (!evaluate(node_.until, execution.sight(scope_), value, findings)) return Outcome::kFailed;
+    if (!evaluate(node_.until, execution.sight(scope_), value, diagnostics)) return Outcome::kFailed;
     if (cancelled_ || (!value.null() && value.boolean())) return Outcome::kDone;
     const double waited =
         static_cast<double>(execution.context.core.cycle() - begun_) * to_seconds(execution.context.core.period());
     if (!node_.timeout || waited < *node_.timeout) return Outcome::kRunning;
-    findings.error(node_.pointer + "/until", fmt::format("this did not hold within {:g} s", *node_.timeout),
-                   "a longer \"timeout_s\", or \"try\" around it");
+    diagnostics.error(Code::kTimeout, node_.pointer + "/until",
+                      fmt::format("this did not hold within {:g} s", *node_.timeout),
+                      "a longer \"timeout_s\", or \"try\" around it");
     return Outcome::kFailed;
   }
 
@@ -201,12 +202,12 @@ std::unique_ptr<Node> parse_text(const Json& json, const std::string& pointer, N
   auto node = std::make_unique<TextNode>();
   node->pointer = pointer;
   node->fails = fails;
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, fails ? "fail" : "log");
   if (const Json* text = reader.child("text")) {
     node->text = parser.value(*text, reader.at("text"), Type::text());
   } else {
-    parser.findings().error(pointer, "key 'text' is missing", "a text, or \"$...\"");
+    parser.diagnostics().error(Code::kMissing, pointer, "key 'text' is missing", "a text, or \"$...\"");
   }
   reader.finish();
   return node;
@@ -217,7 +218,7 @@ std::unique_ptr<Node> parse_text(const Json& json, const std::string& pointer, N
 std::unique_ptr<Node> parse_let(const Json& json, const std::string& pointer, NodeParser& parser) {
   auto node = std::make_unique<LetNode>();
   node->pointer = pointer;
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "let");
   const Json none = Json::object();
   const Json* values = reader.object("values");
@@ -225,8 +226,8 @@ std::unique_ptr<Node> parse_let(const Json& json, const std::string& pointer, No
     const std::string place = reader.at("values") + pointer_segment(name);
     const Variable* variable = parser.scope().find(name);
     if (!variable) {
-      parser.findings().error(place, fmt::format("there is no variable '{}'", name),
-                              nearest_choice(name, parser.scope().names()));
+      parser.diagnostics().error(Code::kUnknownName, place, fmt::format("there is no variable '{}'", name),
+                                 nearest_choice(name, parser.scope().names()));
     }
     node->values.emplace_back(name, parser.value(value, place, variable ? variable->type : Type{}));
   }
@@ -245,7 +246,7 @@ std::unique_ptr<Node> parse_fail(const Json& json, const std::string& pointer, N
 std::unique_ptr<Node> parse_stop(const Json& json, const std::string& pointer, NodeParser& parser) {
   auto node = std::make_unique<StopNode>();
   node->pointer = pointer;
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "stop");
   reader.finish();
   return node;
@@ -254,7 +255,7 @@ std::unique_ptr<Node> parse_stop(const Json& json, const std::string& pointer, N
 std::unique_ptr<Node> parse_until(const Json& json, const std::string& pointer, NodeParser& parser) {
   auto node = std::make_unique<UntilNode>();
   node->pointer = pointer;
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "wait");
   node->until = parser.value(*reader.child("until"), reader.at("until"), Type::boolean());
   if (reader.has("timeout_s")) node->timeout = reader.number("timeout_s", {}, {.low = 0, .high = 3600});

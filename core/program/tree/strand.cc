@@ -17,20 +17,20 @@ const std::string& Strand::open_arm() const {
   return open_ ? open_->arm : kNone;
 }
 
-Progress Strand::advance(Execution& execution, Findings& findings) {
+Progress Strand::advance(Execution& execution, Diagnostics& diagnostics) {
   if (!open_) return Progress::kDone;
-  Findings own;
+  Diagnostics own;
   const Progress progress = open_->run->advance(execution.context, own);
   if (progress == Progress::kRunning) return progress;
-  findings.append(own, open_->pointer);
+  diagnostics.append(own, open_->pointer);
   if (progress == Progress::kFailed) failed_ = opened_;
   close(execution, progress == Progress::kDone ? "end" : "failed");
   return progress;
 }
 
-Outcome Strand::settle(Outcome outcome, Execution& execution, Findings& findings) {
+Outcome Strand::settle(Outcome outcome, Execution& execution, Diagnostics& diagnostics) {
   if (outcome == Outcome::kFailed && open_) open_->run->cancel(execution.context);
-  const Progress progress = advance(execution, findings);
+  const Progress progress = advance(execution, diagnostics);
   if (progress == Progress::kRunning) return Outcome::kRunning;
   return progress == Progress::kFailed ? Outcome::kFailed : outcome;
 }
@@ -51,23 +51,23 @@ Json Strand::state() const {
   return {{"pointer", open_->pointer}, {"steps", *open_->steps}, {"frames", *open_->frames}};
 }
 
-void Strand::restore(const Json& state, Execution& execution, Findings& findings) {
+void Strand::restore(const Json& state, Execution& execution, Diagnostics& diagnostics) {
   if (state.is_null()) return;
   OpenStep open;
   open.pointer = state.at("pointer").get<std::string>();
   open.steps = std::make_shared<Json>(state.at("steps"));
   open.frames = std::make_shared<Json>(state.at("frames"));
   for (const auto& [frame, pose] : open.frames->items()) {
-    findings.append(
+    diagnostics.append(
         execution.context.cell.frames.set(frame, std::string(world::FrameGraph::kWorld), pose_from_json(pose)));
   }
   open.parts = 0;
   for (const Json& json : *open.steps) {
     const auto kind = std::ranges::find(step_kinds(), json.at("do").get<std::string>(), &StepKind::name);
     if (kind == step_kinds().end()) throw std::out_of_range("there is no such step");
-    Findings own;
+    Diagnostics own;
     auto step = kind->parse(json, open.pointer, execution.context.cell, own);
-    findings.append(own);
+    diagnostics.append(own);
     if (own.has_errors()) return;
     if (!open.step) open.name = json.value("name", std::string(kind->name));
     if (!open.step) {
@@ -82,7 +82,7 @@ void Strand::restore(const Json& state, Execution& execution, Findings& findings
   open.run = open.step->begin();
   execution.enter(open.name);
   leave_open(std::move(open));
-  (void)advance(execution, findings);
+  (void)advance(execution, diagnostics);
 }
 
 Json keep_frames(Json& steps, const world::FrameGraph& frames) {
@@ -101,31 +101,32 @@ Json keep_frames(Json& steps, const world::FrameGraph& frames) {
   return kept;
 }
 
-Outcome SettledRun::advance(Execution& execution, Findings& findings) {
+Outcome SettledRun::advance(Execution& execution, Diagnostics& diagnostics) {
   Strand& strand = *execution.strand;
   if (!opened_before_) opened_before_ = strand.opened();
   if (!ended_) {
-    const Outcome outcome = run_->advance(execution, findings_);
+    const Outcome outcome = run_->advance(execution, diagnostics_);
     if (outcome == Outcome::kRunning) return outcome;
     ended_ = outcome;
   }
   const bool of_others = strand.opened() == *opened_before_;
-  const Outcome outcome = of_others ? *ended_ : strand.settle(*ended_, execution, findings_);
-  if (outcome != Outcome::kRunning) findings.append(findings_);
+  const Outcome outcome = of_others ? *ended_ : strand.settle(*ended_, execution, diagnostics_);
+  if (outcome != Outcome::kRunning) diagnostics.append(diagnostics_);
   return outcome;
 }
 
 Json SettledRun::state() const {
   Json state = run_->state();
-  if (ended_) state["ended"] = {{"outcome", outcome_to_json(*ended_)}, {"findings", findings_to_json(findings_)}};
+  if (ended_)
+    state["ended"] = {{"outcome", outcome_to_json(*ended_)}, {"diagnostics", diagnostics_to_json(diagnostics_)}};
   return state;
 }
 
-void SettledRun::restore(const Json& state, Execution& execution, Findings& findings) {
+void SettledRun::restore(const Json& state, Execution& execution, Diagnostics& diagnostics) {
   opened_before_ = execution.strand->opened();
-  if (!state.contains("ended")) return run_->restore(state, execution, findings);
+  if (!state.contains("ended")) return run_->restore(state, execution, diagnostics);
   ended_ = outcome_from_json(state.at("ended").at("outcome"));
-  findings_ = findings_from_json(state.at("ended").at("findings"));
+  diagnostics_ = diagnostics_from_json(state.at("ended").at("diagnostics"));
 }
 
 void SettledRun::cancel(Execution& execution) {

@@ -42,18 +42,18 @@ class Strand {
   /// While something cleans up, only the end of the whole program cancels what it has left open.
   void protect(bool on) { protected_ += on ? 1 : -1; }
   /// Looks at the step that was left open. @return kDone: there is none (any more)
-  Progress advance(Execution& execution, Findings& findings);
+  Progress advance(Execution& execution, Diagnostics& diagnostics);
   /// Something goes on with the step that was left open: it is over.
   void hand_over(Execution& execution) { close(execution, "end"); }
-  /// What the line of control comes to, once nothing of it is left open: `outcome`, or kFailed with findings. After a
-  /// failure what is open is cancelled.
-  Outcome settle(Outcome outcome, Execution& execution, Findings& findings);
+  /// What the line of control comes to, once nothing of it is left open: `outcome`, or kFailed with diagnostics. After
+  /// a failure what is open is cancelled.
+  Outcome settle(Outcome outcome, Execution& execution, Diagnostics& diagnostics);
   void cancel(Execution& execution);
 
   /// The open step as data; null: there is none.
   [[nodiscard]] nlohmann::ordered_json state() const;
   /// Begins it again.
-  void restore(const nlohmann::ordered_json& state, Execution& execution, Findings& findings);
+  void restore(const nlohmann::ordered_json& state, Execution& execution, Diagnostics& diagnostics);
 
  private:
   void close(Execution& execution, std::string_view how);
@@ -85,17 +85,17 @@ class SettledRun final : public NodeRun {
  public:
   explicit SettledRun(std::unique_ptr<NodeRun> run) : run_(std::move(run)) {}
 
-  Outcome advance(Execution& execution, Findings& findings) override;
+  Outcome advance(Execution& execution, Diagnostics& diagnostics) override;
   void cancel(Execution& execution) override;
   /// That of the node; once that has ended, also what it has come to.
   [[nodiscard]] nlohmann::ordered_json state() const override;
-  void restore(const nlohmann::ordered_json& state, Execution& execution, Findings& findings) override;
+  void restore(const nlohmann::ordered_json& state, Execution& execution, Diagnostics& diagnostics) override;
 
  private:
   std::unique_ptr<NodeRun> run_;
   std::optional<int> opened_before_;
   std::optional<Outcome> ended_;
-  Findings findings_;  ///< of what has ended
+  Diagnostics diagnostics_;  ///< of what has ended
 };
 
 }  // namespace takt::activity

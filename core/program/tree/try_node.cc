@@ -27,12 +27,12 @@ class TryNode final : public Node {
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
   /// The body, and each other part from where the body began: nobody knows where it fails.
-  void rehearse(Rehearsal& rehearsal, Scope& around, Findings& findings) const override {
+  void rehearse(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
     Rehearsal before = rehearsal;
     before.open.reset();
     const Scope::Saved values = around.save();
-    body->rehearse(rehearsal, around, findings);
-    settle_rehearsal(rehearsal, findings);
+    body->rehearse(rehearsal, around, diagnostics);
+    settle_rehearsal(rehearsal, diagnostics);
     const Scope::Saved values_after = around.save();
     for (const Node* part : {recover.get(), handler.get()}) {
       Rehearsal own = before;
@@ -41,17 +41,17 @@ class TryNode final : public Node {
       around.restore(values);
       Scope scope(&around);
       declare_error(scope, "an error");
-      Findings inside;
+      Diagnostics inside;
       part->rehearse(own, scope, inside);
       settle_rehearsal(own, inside);
-      findings.append(as_warnings(inside, "where a failure leaves the arm is not known"));
+      diagnostics.append(as_warnings(inside, "where a failure leaves the arm is not known"));
       rehearsal.effort = own.effort;
       keep_agreed_modes(own, rehearsal);
       rehearsal.contacts.insert(own.contacts.begin(), own.contacts.end());
       rehearsal.estimates.insert(own.estimates.begin(), own.estimates.end());
     }
     around.restore(values_after);
-    cleanup->rehearse(rehearsal, around, findings);
+    cleanup->rehearse(rehearsal, around, diagnostics);
   }
 
   [[nodiscard]] std::int64_t count() const override { return std::min(kMostSteps, body->count() + cleanup->count()); }
@@ -77,7 +77,7 @@ class TryRun final : public NodeRun {
  public:
   TryRun(const TryNode& node, Scope& around) : node_(node), scope_(&around) {}
 
-  Outcome advance(Execution& execution, Findings& findings) override {
+  Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (!opened_before_) {
       opened_before_ = execution.strand->opened();
       failed_before_ = execution.strand->failed();
@@ -89,17 +89,17 @@ class TryRun final : public NodeRun {
       }
       if (!run_) {
         if (cancelled_ && phase_ != Phase::kCleanup) enter(Phase::kCleanup);
-        if (phase_ == Phase::kCleanup && execution.cancelled) return end(findings);
+        if (phase_ == Phase::kCleanup && execution.cancelled) return end(diagnostics);
         if (phase_ == Phase::kCleanup) execution.strand->protect(true);
         run_ = std::make_unique<SettledRun>(part().begin(scope_));
       }
-      Findings own;
+      Diagnostics own;
       const Outcome outcome = run_->advance(execution, own);
       if (outcome == Outcome::kRunning) return outcome;
       run_.reset();
       if (phase_ == Phase::kCleanup) {
         execution.strand->protect(false);
-        return finish_cleanup(outcome, own, findings);
+        return finish_cleanup(outcome, own, diagnostics);
       }
       note_end(outcome, std::move(own), execution);
     }
@@ -117,25 +117,25 @@ class TryRun final : public NodeRun {
                {"attempts", attempts_},
                {"result", static_cast<int>(result_)},
                {"variables", scope_.to_json()}};
-    state["errors"] = findings_to_json(failure_);
+    state["errors"] = diagnostics_to_json(failure_);
     if (run_) state["run"] = run_->state();
     return state;
   }
-  void restore(const Json& state, Execution& execution, Findings& findings) override {
+  void restore(const Json& state, Execution& execution, Diagnostics& diagnostics) override {
     const int phase = state.value("phase", 0);
     if (phase < 0 || phase > static_cast<int>(Phase::kCleanup)) throw std::out_of_range("there is no such phase");
     phase_ = static_cast<Phase>(phase);
     after_ = static_cast<Phase>(std::clamp(state.value("after", 0), 0, static_cast<int>(Phase::kCleanup)));
     attempts_ = state.value("attempts", std::int64_t{0});
     result_ = static_cast<Outcome>(std::clamp(state.value("result", 1), 1, 3));
-    failure_ = findings_from_json(state.value("errors", Json::array()));
+    failure_ = diagnostics_from_json(state.value("errors", Json::array()));
     if (state.contains("variables") && !state.at("variables").empty()) {
       node_.declare_error(scope_, "");
       scope_.from_json(state.at("variables"));
     }
     if (!state.contains("run")) return;
     run_ = std::make_unique<SettledRun>(part().begin(scope_));
-    run_->restore(state.at("run"), execution, findings);
+    run_->restore(state.at("run"), execution, diagnostics);
   }
 
  private:
@@ -158,7 +158,7 @@ class TryRun final : public NodeRun {
   void enter(Phase phase) { phase_ = phase; }
 
   /// The body, an attempt to recover or the handler has ended.
-  void note_end(Outcome outcome, Findings own, Execution& execution) {
+  void note_end(Outcome outcome, Diagnostics own, Execution& execution) {
     if (outcome == Outcome::kDone && phase_ == Phase::kRecover) return enter(Phase::kBody);
     if (outcome != Outcome::kFailed) {
       failure_ = {};
@@ -195,7 +195,7 @@ class TryRun final : public NodeRun {
   void after_rest(Execution& execution) {
     enter(after_);
     std::string text;
-    for (const Finding& finding : failure_.list()) text += (text.empty() ? "" : "; ") + finding.message;
+    for (const Diagnostic& diagnostic : failure_.list()) text += (text.empty() ? "" : "; ") + diagnostic.message;
     if (phase_ == Phase::kRecover) {
       ++attempts_;
       execution.context.event("program", "retry",
@@ -206,14 +206,14 @@ class TryRun final : public NodeRun {
     node_.declare_error(scope_, text);
   }
 
-  Outcome finish_cleanup(Outcome outcome, const Findings& own, Findings& findings) {
+  Outcome finish_cleanup(Outcome outcome, const Diagnostics& own, Diagnostics& diagnostics) {
     if (outcome == Outcome::kFailed) failure_.append(own);
     if (outcome != Outcome::kDone) result_ = outcome;
-    return end(findings);
+    return end(diagnostics);
   }
 
-  Outcome end(Findings& findings) {
-    findings.append(failure_);
+  Outcome end(Diagnostics& diagnostics) {
+    diagnostics.append(failure_);
     return result_;
   }
 
@@ -224,7 +224,7 @@ class TryRun final : public NodeRun {
   std::optional<int> opened_before_;  ///< motions that the strand had left open when this began
   int failed_before_ = 0;
   Outcome result_ = Outcome::kDone;
-  Findings failure_;
+  Diagnostics failure_;
   std::unique_ptr<NodeRun> run_;
   bool cancelled_ = false;
 };
@@ -235,12 +235,12 @@ void read_handler(ObjectReader& parent, TryNode& node, NodeParser& parser) {
   const Json* json = parent.object("on_error", false);
   node.handles = json != nullptr;
   static const Json kNothing{{"steps", Json::array()}};
-  ObjectReader reader(json ? *json : kNothing, parent.at("on_error"), parser.findings());
+  ObjectReader reader(json ? *json : kNothing, parent.at("on_error"), parser.diagnostics());
   const NodeParser::Inner inner(parser);
   node.as = reader.text("as", "");
   if (!node.as.empty() && !is_variable_name(node.as)) {
-    parser.findings().error(reader.at("as"), fmt::format("'{}' is no name of a variable", node.as),
-                            "letters, digits and _");
+    parser.diagnostics().error(Code::kInvalidName, reader.at("as"),
+                               fmt::format("'{}' is no name of a variable", node.as), "letters, digits and _");
     node.as.clear();
   }
   if (!node.as.empty()) parser.scope().declare(node.as, {Type::text(), Value::unknown(Type::text()), {}});
@@ -253,20 +253,21 @@ void read_handler(ObjectReader& parent, TryNode& node, NodeParser& parser) {
 std::unique_ptr<Node> parse_try(const Json& json, const std::string& pointer, NodeParser& parser) {
   auto node = std::make_unique<TryNode>();
   node->pointer = pointer;
-  ObjectReader reader(json, pointer, parser.findings());
+  ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "try");
   if (reader.has("retry")) node->retry = reader.integer("retry", {}, {.low = 1, .high = 1000});
   const NodeParser::Inner inner(parser);
   node->body = parser.steps(reader, "steps");
   node->recover = parser.steps(reader, "recover", false);
   if (reader.has("recover") && node->retry == 0) {
-    parser.findings().error(reader.at("recover"), "there is no other attempt to recover for",
-                            "\"retry\": how many more");
+    parser.diagnostics().error(Code::kInvalidValue, reader.at("recover"), "there is no other attempt to recover for",
+                               "\"retry\": how many more");
   }
   read_handler(reader, *node, parser);
   node->cleanup = parser.steps(reader, "finally", false);
   if (node->retry == 0 && !node->handles && !reader.has("finally")) {
-    parser.findings().error(pointer, "nothing is said of a failure", "'retry', 'on_error' or 'finally'");
+    parser.diagnostics().error(Code::kMissing, pointer, "nothing is said of a failure",
+                               "'retry', 'on_error' or 'finally'");
   }
   reader.finish();
   return node;

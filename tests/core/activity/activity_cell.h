@@ -14,8 +14,8 @@ class ActivityCell : public CommandCell {
  public:
   ActivityCell()
       : CommandCell([](CommandCell& own) {
-          const Findings findings = activity::declare_channels(own.core, own.cell);
-          EXPECT_FALSE(findings.has_errors()) << findings.to_string();
+          const Diagnostics diagnostics = activity::declare_channels(own.core, own.cell);
+          EXPECT_FALSE(diagnostics.has_errors()) << diagnostics.to_string();
         }) {}
 
   activity::Runtime program{core, cell, [this] { step(); }};

@@ -92,7 +92,7 @@ TEST_F(ActivityRunTest, AStartThatFindsTheQueueFullIsPostedInALaterCycle) {
     EXPECT_LT(run->state(), RunState::kRunning) << i;
   }
   for (int i = 0; i < 20'000 && !run->over(); ++i) cell.program.step();
-  EXPECT_EQ(run->state(), RunState::kCompleted) << run->findings().to_string();
+  EXPECT_EQ(run->state(), RunState::kCompleted) << run->diagnostics().to_string();
   EXPECT_LT(cell.nearest_to(goal.translation()), 1e-6);
 }
 
@@ -156,8 +156,8 @@ TEST_F(ActivityRunTest, AfterACancelNothingStartsByItself) {
   cell.program.run_until([&] { return third->over(); });
   EXPECT_EQ(first->state(), RunState::kCancelled);
   EXPECT_EQ(second->state(), RunState::kFailed);
-  EXPECT_THAT(third->findings().to_string(), HasSubstr("was given up"));
-  EXPECT_THAT(second->findings().to_string(), HasSubstr("'arm LIN' before it was cancelled"));
+  EXPECT_THAT(third->diagnostics().to_string(), HasSubstr("was given up"));
+  EXPECT_THAT(second->diagnostics().to_string(), HasSubstr("'arm LIN' before it was cancelled"));
   for (int i = 0; i < 1'000; ++i) cell.program.step();
   EXPECT_TRUE(cell.core_arm().at_rest());
   EXPECT_LE(cell.worst_limit_share(), 1.0);
@@ -176,8 +176,9 @@ TEST_F(ActivityRunTest, AnActivityForAnArmWithAFaultIsGivenUpWithTheFault) {
   for (int i = 0; i < 10; ++i) cell.program.step();
   ASSERT_EQ(second->state(), RunState::kFailed) << "it does not stay queued without a word";
   EXPECT_EQ(second->failure(), RunFailure::kFault);
-  EXPECT_THAT(second->findings().to_string(), testing::AllOf(HasSubstr("'arm LIN' was given up"), HasSubstr("fault 7"),
-                                                             HasSubstr("fake fault"), HasSubstr("ask for it again")));
+  EXPECT_THAT(second->diagnostics().to_string(),
+              testing::AllOf(HasSubstr("'arm LIN' was given up"), HasSubstr("fault 7"), HasSubstr("fake fault"),
+                             HasSubstr("ask for it again")));
   const Actuator lamp(cell.program, "lamp");
   EXPECT_EQ(lamp.use<OutputInterface>().set(true).execute()->state(), RunState::kCompleted) << "others go on";
   cell.backend->state().ready = true;

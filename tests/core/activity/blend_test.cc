@@ -30,8 +30,8 @@ TEST_F(BlendTest, P3_MotionsOfAllKindsBecomeOneWithoutAStop) {
   EXPECT_THAT(program.names(), ElementsAre("sequence", "to", "along", "round", "waves", "turn", "home"));
   EXPECT_EQ(program.step_count(), 6);
   const Rehearsed rehearsal = program.rehearse(fake.cell, &fake.core.environment());
-  EXPECT_EQ(rehearsal.findings.to_string(), "");
-  EXPECT_EQ(run(program), Progress::kDone) << findings.to_string();
+  EXPECT_EQ(rehearsal.diagnostics.to_string(), "");
+  EXPECT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
   EXPECT_EQ(fake.q(), fake.arm->home);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
   EXPECT_EQ(standing_cycles(), 0) << "it never stops at a blend";
@@ -46,7 +46,7 @@ TEST_F(BlendTest, WithoutBlendsTheSameTourStopsAndTakesLonger) {
                           R"( "blend_fraction": 0.2,)", R"(, "blend_m": 0.02)"}) {
     stopping.replace(stopping.find(key), std::string(key).size(), "");
   }
-  EXPECT_EQ(run(sequence(stopping)), Progress::kDone) << findings.to_string();
+  EXPECT_EQ(run(sequence(stopping)), Progress::kDone) << diagnostics.to_string();
   EXPECT_GE(standing_cycles(), 5);
   const int stopped = cycles;
   EXPECT_EQ(run(sequence(kTour)), Progress::kDone);
@@ -61,7 +61,7 @@ TEST_F(BlendTest, OtherStepsEndABlendedSequence) {
       "until": {"sensor": "wrist", "above_N": 50}})";
   const std::string wait = R"({"do": "wait", "seconds": 0.01})";
   const auto notes = [&](const std::string& steps) {
-    const Findings found = rehearsed(sequence(steps));
+    const Diagnostics found = rehearsed(sequence(steps));
     EXPECT_FALSE(found.has_errors()) << found.to_string();
     return pointers(found);
   };
@@ -69,7 +69,7 @@ TEST_F(BlendTest, OtherStepsEndABlendedSequence) {
   EXPECT_THAT(notes(up + "," + wait + "," + side), ElementsAre("/program/steps/0", "/program/steps/2"));
   const std::string far = R"({"do": "lin", "to": {"by_m": [0.05, 0, 0]}, "until": {"sensor": "wrist", "above_N": 50}})";
   EXPECT_THAT(notes(up + "," + far), ElementsAre()) << "a guarded motion can be blended into";
-  EXPECT_EQ(run(sequence(up + "," + side + "," + guarded + "," + up)), Progress::kDone) << findings.to_string();
+  EXPECT_EQ(run(sequence(up + "," + side + "," + guarded + "," + up)), Progress::kDone) << diagnostics.to_string();
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
 
@@ -87,7 +87,7 @@ TEST_F(BlendTest, AGuardedMotionIsBlendedIntoAndFeelsOnlyItsOwnWay) {
                   fake.extra.force = on_the_way ? Eigen::Vector3d(0, 0, 60) : Eigen::Vector3d::Zero();
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(steps_done, 4);
   const Eigen::Vector3d p_O = fake.X_WO_true.inverse() * variables.contacts.at("top").p_R;
   EXPECT_NEAR(p_O.x(), 0.03, 1e-6);
@@ -100,7 +100,7 @@ TEST_F(BlendTest, RehearsalTellsWhatCannotBeBlended) {
     return rehearsed(sequence(R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, )" + std::string(blend) + "}," + second));
   };
   const std::string back = R"({"do": "lin", "to": {"by_m": [0, 0, -0.1]}})";
-  const Findings reversal = notes(back, R"("blend_m": 0.02)");
+  const Diagnostics reversal = notes(back, R"("blend_m": 0.02)");
   EXPECT_THAT(pointers(reversal), ElementsAre("/program/steps/0/blend_m"));
   EXPECT_THAT(reversal.to_string(), HasSubstr("note: cannot be blended, the arm stops at the goal: the next motion "
                                               "turns straight back"));
@@ -115,7 +115,7 @@ TEST_F(BlendTest, RehearsalTellsWhatCannotBeBlended) {
 }
 
 TEST_F(BlendTest, WhatIsWrongWithALaterMotionIsToldWithItsName) {
-  const Findings found = rehearsed(sequence(R"(
+  const Diagnostics found = rehearsed(sequence(R"(
       {"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "blend_m": 0.02},
       {"do": "lin", "name": "too far", "to": {"by_m": [0, 2, 0]}})"));
   EXPECT_THAT(found.to_string(),
@@ -149,7 +149,7 @@ TEST_F(BlendTest, ArcsAndSplinesMayBeGuarded) {
        "until": {"sensor": "wrist", "above_N": 5}})"));
   EXPECT_EQ(run(program, [this](int cycle, ProgramRunner&) { fake.extra.force.z() = cycle > 900 ? 9.0 : 0.0; }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(variables.touches.size(), 1u);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
@@ -175,11 +175,11 @@ TEST_F(BlendTest, L6_AbortAtEveryFiftiethCycleBrakesInsideTheLimits) {
     const auto result = run(program, [this, at](int cycle, ProgramRunner&) {
       if (cycle == at) abort_all();
     });
-    EXPECT_TRUE(result == Progress::kDone || findings.to_string().find("abort") != std::string::npos)
-        << findings.to_string();
+    EXPECT_TRUE(result == Progress::kDone || diagnostics.to_string().find("abort") != std::string::npos)
+        << diagnostics.to_string();
     fake.step(500);
     EXPECT_TRUE(fake.core_arm().at_rest());
-    ASSERT_EQ(run(home), Progress::kDone) << findings.to_string();
+    ASSERT_EQ(run(home), Progress::kDone) << diagnostics.to_string();
     ASSERT_LE(fake.worst_limit_share(), 1.0);
   }
 }

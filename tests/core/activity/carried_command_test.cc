@@ -70,7 +70,7 @@ TEST_F(CarriedCommandTest, TheToolGoesStraightWhileTheBaseDrivesAndASignalIsSet)
                   if (lamp() && lit < 0.0) lit = (tool_in_room() - from).norm() / kWay.norm();
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LT(off, 1e-9);
   EXPECT_LT((tool_in_room() - from - kWay).norm(), 1e-8);
   EXPECT_LT((base().set_point().q - Eigen::Vector3d(0.4, 0.5, 20.0 * std::numbers::pi / 180.0)).norm(), 1e-9);
@@ -92,7 +92,7 @@ TEST_F(CarriedCommandTest, AHandlerThatCancelsStopsBothOnTheLine) {
                   apart += (base_speed() < 1e-12) != (speed() < 1e-12);
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LT(off, 1e-9);
   EXPECT_EQ(apart, 0) << "both move, or both stand";
   EXPECT_NEAR(std::stod(variables.monitors["t"]["way"]), 0.4, 0.01);
@@ -117,7 +117,7 @@ TEST_F(CarriedCommandTest, GoalsInTheRoomAreSeenFromWhereTheBaseWillBe) {
                                  {"entered": {"completed": "straight"}, "start": "up", "tell": "there"},
                                  {"entered": {"completed": "up"}, "start": "again"}])")),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LT((base().set_point().q.head<2>() - Eigen::Vector2d(0.4, -0.1)).norm(), 1e-9);
   EXPECT_LT((tool_in_room() - there).norm(), 1e-6);
   expect_both_free();
@@ -131,7 +131,7 @@ TEST_F(CarriedCommandTest, AGoalInTheRoomIsRefusedWhereNobodyKnowsWhereTheBaseWi
                     goal + "}",
                 R"(, "on": [{"entered": {"completed": "drive"}, "start": "reach"}])");
   };
-  const Findings found = wrong(after(R"({"in": "world", "position_m": [0.6, 0, 0.5], "rpy_deg": [0, 180, 0]})"));
+  const Diagnostics found = wrong(after(R"({"in": "world", "position_m": [0.6, 0, 0.5], "rpy_deg": [0, 180, 0]})"));
   ASSERT_EQ(found.list().size(), 1u) << found.to_string();
   EXPECT_EQ(found.list().front().pointer, "/program/commands/reach/to");
   EXPECT_THAT(found.to_string(), HasSubstr("frame 'arm' moves with 'base'"));
@@ -153,9 +153,9 @@ TEST_F(CarriedCommandTest, L6_ACancelAtAnyCycleStopsBothOnTheLine) {
   const Program program = good(tree(kStraight));
   const Program home = good(R"({"do": "sequence", "steps": [{"do": "lin", "arm": "base", "to": "home"},
                                                            {"do": "ptp", "arm": "arm", "to": "home"}]})");
-  ASSERT_EQ(run(program), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
   const int whole = cycles;
-  ASSERT_EQ(run(home), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(home), Progress::kDone) << diagnostics.to_string();
   const Eigen::Vector3d from = tool_in_room();
   for (int at = 1; at < whole; at += whole / 9) {
     SCOPED_TRACE(at);
@@ -167,8 +167,8 @@ TEST_F(CarriedCommandTest, L6_ACancelAtAnyCycleStopsBothOnTheLine) {
                   }),
               Progress::kDone);
     EXPECT_LT(off, 1e-9);
-    EXPECT_TRUE(findings.empty()) << findings.to_string();
-    ASSERT_EQ(run(home), Progress::kDone) << "they are free again: " << findings.to_string();
+    EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
+    ASSERT_EQ(run(home), Progress::kDone) << "they are free again: " << diagnostics.to_string();
     EXPECT_LT((tool_in_room() - from).norm(), 1e-9);
   }
   expect_both_free();

@@ -41,7 +41,7 @@ TEST_F(CommandRunTest, ASecondCommandOfTheSameArmIsPlannedFromTheEndOfTheFirst) 
       back(program, activity::command_activity(move(0.0)));
   const activity::RunPtr first = there.schedule(), second = back.schedule();
   wait(program, second);
-  EXPECT_EQ(first->state(), activity::RunState::kCompleted) << first->findings().to_string();
+  EXPECT_EQ(first->state(), activity::RunState::kCompleted) << first->diagnostics().to_string();
   EXPECT_GT(second->first_cycle(), first->last_cycle());
   EXPECT_LT((cell.q() - cell.arm->home).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_LE(cell.worst_limit_share(), 1.0);

@@ -60,7 +60,7 @@ TEST_F(ComplianceStepTest, EveryStepThatMovesOrHoldsAnArmTakesSpringsOfTheTool) 
     SCOPED_TRACE(step);
     EXPECT_EQ(run(good(steps(kIntoCartesian + step + R"(, {"do": "ptp", "to": "home", "speed": 0.2})"))),
               Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     EXPECT_EQ(given().stiffness.head(3), Eigen::Vector3d(500, 600, 700));
     EXPECT_EQ(given().stiffness[3], 50.0);
     EXPECT_EQ(given().damping_ratio[0], 0.9);
@@ -89,7 +89,7 @@ TEST_F(ComplianceStepTest, PressAndSearchTakeSprings) {
     const Program program = good(steps(kIntoCartesian + R"({"do": "tare", "sensor": "wrist", "cycles": 20}, )" + step));
     EXPECT_EQ(run(program, [&](int cycle, ProgramRunner&) { cell.button->sample.value = cycle > 800; }),
               Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     EXPECT_EQ(given().stiffness.head(3), Eigen::Vector3d(500, 600, 700));
     EXPECT_EQ(given().stiffness[3], 50.0);
     EXPECT_TRUE(given().in_tool_axes);
@@ -103,7 +103,7 @@ TEST_F(ComplianceStepTest, ForcesAreOfTheTool) {
   EXPECT_EQ(run(good(steps(kIntoCartesian + R"({"do": "hold", "seconds": 1, "compliance": {
       "mode": "cartesian_impedance", "axes": "tool", "force_N": [0, 0, 8], "torque_Nm": [0, 1, 0]}})"))),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_TRUE(std::ranges::any_of(cell.backend->given, [](const device::Compliance& one) {
     return one.in_tool_axes && one.feed_forward.size() == 6 && one.feed_forward[2] == 8.0 && one.feed_forward[4] == 1.0;
   }));
@@ -130,7 +130,7 @@ TEST_F(ComplianceBlendTest, MotionsWithOtherSpringsBeginAtRestAndNothingJumps) {
                   lin("[0, 0, 0.1]", blend + springs(1500)) + ", " + lin("[0, 0.1, 0]", blend + softer) + ", " +
                   lin("[0, 0, -0.1]", springs(800)) + "]}"),
               Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     EXPECT_EQ(given().stiffness[0], 800.0);
     EXPECT_TRUE(was_given(1500.0));
     EXPECT_TRUE(was_given(200.0));
@@ -145,7 +145,7 @@ TEST_F(ComplianceBlendTest, AMotionWithoutTheKeyKeepsTheSpringsOfTheOneBefore) {
   EXPECT_EQ(run(steps(kIntoJoint + lin("[0, 0, 0.1]", R"(, "blend_m": 0.02)" + springs(300)) + ", " +
                       lin("[0, 0.1, 0]", ""))),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(given().stiffness[0], 300.0);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
@@ -174,7 +174,7 @@ TEST_F(ComplianceStepTest, WhatOnlyTheRunCanTellFailsBeforeAnythingMoves) {
       {"do": "branch", "cases": [{"when": "$soft", "steps": [{"do": "control_mode", "mode": "joint_impedance"}]}]}, )" +
                                lin("[0, 0, 0.02]", springs(300)) + "]}");
   EXPECT_EQ(run(program), Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), AllOf(HasSubstr("/program/steps/1/compliance"), HasSubstr("control_mode")));
+  EXPECT_THAT(diagnostics.to_string(), AllOf(HasSubstr("/program/steps/1/compliance"), HasSubstr("control_mode")));
   EXPECT_EQ(cell.q(), from);
 }
 

@@ -89,7 +89,7 @@ TEST_F(ControlModeTest, WhatNeedsAnotherModeIsRefusedBeforeAnythingMovesWithTheW
   steps(20);
   EXPECT_EQ(there->state(), RunState::kRunning);
   EXPECT_EQ(stiff->state(), RunState::kFailed);
-  EXPECT_THAT(stiff->findings().to_string(), HasSubstr("switch_to(\"position\")"));
+  EXPECT_THAT(stiff->diagnostics().to_string(), HasSubstr("switch_to(\"position\")"));
   wait(cell.program, there);
 }
 
@@ -263,8 +263,8 @@ TEST_F(FreedriveActivityTest, AfterAFailureItBrakesAndGoesBackIntoTheModeBeforeT
   }
   EXPECT_TRUE(soft_while_it_braked);
   EXPECT_EQ(run->state(), RunState::kFailed);
-  EXPECT_EQ(run->findings().list().size(), 1u) << run->findings().to_string();
-  EXPECT_THAT(run->findings().to_string(), HasSubstr("'arm freedrive' was stopped in cycle"));
+  EXPECT_EQ(run->diagnostics().list().size(), 1u) << run->diagnostics().to_string();
+  EXPECT_THAT(run->diagnostics().to_string(), HasSubstr("'arm freedrive' was stopped in cycle"));
   EXPECT_EQ(mode(), ControlMode::kPosition);
   steps(2);
   EXPECT_EQ(behind->state(), RunState::kFailed) << "given up";
@@ -279,7 +279,7 @@ TEST_F(FreedriveActivityTest, WhereTheWayBackFailsTooBothAreTold) {
   run->abort();
   for (int i = 0; i < 5000 && !run->over(); ++i) cell.program.step();
   EXPECT_EQ(run->state(), RunState::kFailed);
-  EXPECT_THAT(run->findings().to_string(),
+  EXPECT_THAT(run->diagnostics().to_string(),
               AllOf(HasSubstr("was stopped in cycle"), HasSubstr("the mode was not changed"),
                     HasSubstr("'arm' is in mode joint_impedance")));
   EXPECT_FALSE(cell.core_arm().held());
@@ -296,7 +296,7 @@ TEST_F(FreedriveActivityTest, AtTheEndOfAJointsRangeItResistsAndNoLimitIsBroken)
   const RunPtr run = guide.freedrive({.linear_max = 1.0, .angular_max = 3.0}, {}).begin_execute();
   bend(0.3);
   steps(12'000);
-  EXPECT_EQ(run->state(), RunState::kRunning) << run->findings().to_string();
+  EXPECT_EQ(run->state(), RunState::kRunning) << run->diagnostics().to_string();
   EXPECT_LE((cell.q() - cell.arm->limits.upper).maxCoeff(), -0.02 + 1e-9) << "with room for the bend";
   EXPECT_GT((cell.q() - cell.arm->limits.upper).maxCoeff(), -0.021) << "one is at its end";
   EXPECT_LE(cell.worst_limit_share(), 1.0);

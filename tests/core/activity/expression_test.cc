@@ -28,18 +28,18 @@ class ExpressionTest : public testing::Test {
     scope.declare("p", {Type::pose(), Value::of(X), {}});
   }
 
-  Sight sight(Sight::Mode mode = Sight::Mode::kRun) const {
+  EvalContext sight(EvalContext::Mode mode = EvalContext::Mode::kRun) const {
     return {.mode = mode, .scope = &scope, .cell = &cell, .measured = &measured, .q = nullptr, .time = 2 * kSecond};
   }
-  Value value(const std::string& text, Sight::Mode mode = Sight::Mode::kRun) {
+  Value value(const std::string& text, EvalContext::Mode mode = EvalContext::Mode::kRun) {
     const auto expression = Expression::parse(text);
     if (!expression) {
       errors = expression.error().to_string();
       return {};
     }
-    Findings findings;
-    const Value result = expression->evaluate(sight(mode), findings);
-    errors = findings.to_string();
+    Diagnostics diagnostics;
+    const Value result = expression->evaluate(sight(mode), diagnostics);
+    errors = diagnostics.to_string();
     return result;
   }
   /// As people see it; empty if something was wrong.
@@ -129,12 +129,12 @@ TEST_F(ExpressionTest, WhatIsMeasuredCanBeAskedFor) {
 }
 
 TEST_F(ExpressionTest, TypesAreCheckedWithNothingKnown) {
-  EXPECT_EQ(value("h + 1[m]", Sight::Mode::kCheck).type, Type::number(unit_dimension("m")));
-  EXPECT_TRUE(value("n", Sight::Mode::kCheck).null());
-  EXPECT_EQ(value("list[5] * 2", Sight::Mode::kCheck).type, Type::number());
-  EXPECT_EQ(value("pose('nowhere')", Sight::Mode::kCheck).type, Type::pose());
+  EXPECT_EQ(value("h + 1[m]", EvalContext::Mode::kCheck).type, Type::number(unit_dimension("m")));
+  EXPECT_TRUE(value("n", EvalContext::Mode::kCheck).null());
+  EXPECT_EQ(value("list[5] * 2", EvalContext::Mode::kCheck).type, Type::number());
+  EXPECT_EQ(value("pose('nowhere')", EvalContext::Mode::kCheck).type, Type::pose());
   EXPECT_EQ(errors, "") << "the frame may be made before";
-  (void)value("n / 0", Sight::Mode::kCheck);
+  (void)value("n / 0", EvalContext::Mode::kCheck);
   EXPECT_EQ(errors, "");
 }
 

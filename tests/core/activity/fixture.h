@@ -31,8 +31,8 @@ class ActivityTest : public ProgramRuns {
   }
 
   static std::string sequence(const std::string& steps) { return R"({"do": "sequence", "steps": [)" + steps + "]}"; }
-  Findings rehearsed(const std::string& text) {
-    return good(text).rehearse(fake.cell, &fake.core.environment()).findings;
+  Diagnostics rehearsed(const std::string& text) {
+    return good(text).rehearse(fake.cell, &fake.core.environment()).diagnostics;
   }
   /// Ends whatever runs by its stop reaction.
   void abort_all() {
@@ -58,11 +58,11 @@ class ActivityTest : public ProgramRuns {
   using ProgramRuns::run;
   activity::Progress run(const std::string& text) { return run(good(text)); }
 
-  /// Rows L6, P2: wherever it is cancelled, the arm comes to rest in time, inside its limits, without a finding, and is
-  /// free again: it goes home.
+  /// Rows L6, P2: wherever it is cancelled, the arm comes to rest in time, inside its limits, without a diagnostic, and
+  /// is free again: it goes home.
   void cancel_at_every_tenth_cycle(const activity::Program& program) {
     const activity::Program home = good(R"({"do": "ptp", "to": "home"})");
-    ASSERT_EQ(run(program), activity::Progress::kDone) << findings.to_string();
+    ASSERT_EQ(run(program), activity::Progress::kDone) << diagnostics.to_string();
     const int whole = cycles;
     ASSERT_EQ(run(home), activity::Progress::kDone);
     for (int at = 0; at < whole; at += 10) {
@@ -70,7 +70,7 @@ class ActivityTest : public ProgramRuns {
       fake.backend->sent.clear();
       ASSERT_EQ(run(program, cancelling(at)), activity::Progress::kDone);
       EXPECT_LT(cycles, at + 800);
-      EXPECT_TRUE(findings.empty()) << findings.to_string();
+      EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
       EXPECT_TRUE(fake.core_arm().at_rest());
       ASSERT_EQ(run(home), activity::Progress::kDone) << "the arm is free again";
       ASSERT_LE(fake.worst_limit_share(), 1.0);
@@ -78,7 +78,7 @@ class ActivityTest : public ProgramRuns {
   }
 
   FakeCell fake{[this] {
-    const Findings wrong = activity::declare_channels(fake.core, fake.cell);
+    const Diagnostics wrong = activity::declare_channels(fake.core, fake.cell);
     EXPECT_FALSE(wrong.has_errors()) << wrong.to_string();
   }};
 

@@ -67,7 +67,7 @@ TEST_F(FollowingOutputTest, AForceIsFollowedWithinRangeAndRate) {
                   before = cell.extra.force.z() = newton;
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LT(off, 0.06) << "two cycles of the wave behind";
   EXPECT_NEAR(sent(), 4.0, 1e-6) << "it stays where it was when it ended";
   expect_within_range_and_rate();
@@ -88,7 +88,7 @@ TEST_F(FollowingOutputTest, TheSpeedOfTheToolIsFollowed) {
                   if (speeds.size() > 3) off = std::max(off, std::abs(sent() - 50.0 * speeds[speeds.size() - 2]));
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_NEAR(most, 50.0 * *std::ranges::max_element(speeds), 1e-3);
   EXPECT_GT(most, 4.5) << "nearly 0.1 m/s";
   EXPECT_LT(off, 0.12) << "a cycle or two behind";
@@ -106,7 +106,7 @@ TEST_F(FollowingOutputTest, TheProgressOfAMotionIsFollowed) {
   ASSERT_EQ(run(program,
                 [&](int, ProgramRunner&) { off = std::max(off, std::abs(sent() - 100.0 * (tool() - from).norm())); }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LT(off, 0.03) << "a cycle or two of 10 V in 1 s";
   EXPECT_NEAR(sent(), 10.0, 0.01);
   expect_within_range_and_rate();
@@ -125,7 +125,7 @@ TEST_F(FollowingOutputTest, AChannelIsFollowedAsAStepOfItsOwn) {
                   cell.button->sample.value = cycle > 500;
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_NEAR(low, 2.0, 1e-9);
   EXPECT_LT(cycles, 520);
   expect_within_range_and_rate();
@@ -143,8 +143,9 @@ TEST_F(FollowingOutputTest, N3_WhatIsSilentIsNotFollowedAndIsTold) {
                   cell.sensor->silent = cycle >= 300;
                 }),
             Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("/program/commands/valve/value: error: what the output follows did not "
-                                              "answer, so it stayed where it was"));
+  EXPECT_THAT(diagnostics.to_string(),
+              HasSubstr("/program/commands/valve/value: error: what the output follows did not "
+                        "answer, so it stayed where it was"));
   EXPECT_GT(then, 1.0);
   EXPECT_NEAR(sent(), then, 1e-6);
   EXPECT_TRUE(lamp()) << "handlers decide";

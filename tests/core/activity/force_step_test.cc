@@ -34,7 +34,7 @@ TEST_F(ForceStepTest, PressesWithTheWantedForce) {
   double most = 0.0;
   const Program program = good(over_the_block(press(R"(, "seconds": 1)")));
   EXPECT_EQ(run(program, [&](int, ProgramRunner&) { most = std::max(most, pressed_with()); }), Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_NEAR(pressed_with(), 20.0, 3.0);
   EXPECT_LT(most, 45.0) << "no blow at the touch, as hard as the block is";
   EXPECT_EQ(variables.touches.count("arm"), 1u);
@@ -52,7 +52,7 @@ TEST_F(ForceStepTest, HoldsItsPlaceWhileItPresses) {
 
 TEST_F(ForceStepTest, NothingToTouchIsAFailure) {
   EXPECT_EQ(run(over_the_block(press(R"(, "travel_m": 0.02)"), 0.0, 0.1)), Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("/program/steps/2/travel_m: error: nothing was touched"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/steps/2/travel_m: error: nothing was touched"));
   EXPECT_TRUE(fake.core_arm().at_rest());
 }
 
@@ -62,14 +62,14 @@ TEST_F(ForceStepTest, N3_ASilentSensorStopsIt) {
                   fake.sensor->silent = runner.current() == "press" && pressed_with() > 5;
                 }),
             Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("'wrist' did not answer"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("'wrist' did not answer"));
   EXPECT_TRUE(fake.core_arm().at_rest());
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
 
 TEST_F(ForceStepTest, AConditionEndsIt) {
   EXPECT_EQ(run(over_the_block(press(R"(, "until": {"sensor": "wrist", "above_N": 10})"))), Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LT(pressed_with(), 40.0) << "a millimetre a second, a meganewton a metre";
 }
 
@@ -84,7 +84,7 @@ TEST_F(ForceStepTest, RowL6ACancelAtAnyTimeEndsInOrder) {
                     if (begun >= 0 && cycle == begun + after) runner.cancel();
                   }),
               Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     EXPECT_TRUE(fake.core_arm().at_rest());
     EXPECT_FALSE(fake.core_arm().held());
     EXPECT_EQ(run(R"({"do": "ptp", "to": "home"})"), Progress::kDone);
@@ -98,7 +98,7 @@ TEST_F(ForceStepTest, ASearchFindsTheEdge) {
                 "approach_m_s": 0.01, "radius_m": 0.02, "pitch_m": 0.008, "velocity_m_s": 0.03, "drop_m": 0.001})",
                                0.038)),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   const Eigen::Vector3d p_O = fake.X_WO_true.inverse() * fake.tool_in_world(fake.q()).translation();
   EXPECT_GT(p_O.x(), 0.049);
   EXPECT_LT(p_O.z(), 0.0305);
@@ -113,8 +113,8 @@ TEST_F(ForceStepTest, ASearchThatFindsNothingSaysSo) {
         more + "}");
   };
   EXPECT_EQ(run(search("")), Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("the pattern has come to its end and nothing was found"));
-  EXPECT_EQ(run(search(R"(, "on_end": "continue")")), Progress::kDone) << findings.to_string();
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("the pattern has come to its end and nothing was found"));
+  EXPECT_EQ(run(search(R"(, "on_end": "continue")")), Progress::kDone) << diagnostics.to_string();
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
 

@@ -15,15 +15,15 @@ class ForceValueTest : public test::ActivityTest {
   /// What the text is worth now.
   Value value(const std::string& text) {
     const Scope scope;
-    const Sight sight{.mode = Sight::Mode::kRun,
-                      .scope = &scope,
-                      .cell = &fake.cell,
-                      .measured = &variables,
-                      .q = nullptr,
-                      .time = fake.core.time()};
-    findings = {};
+    const EvalContext sight{.mode = EvalContext::Mode::kRun,
+                            .scope = &scope,
+                            .cell = &fake.cell,
+                            .measured = &variables,
+                            .q = nullptr,
+                            .time = fake.core.time()};
+    diagnostics = {};
     const auto expression = Expression::parse(text);
-    return expression ? expression->evaluate(sight, findings) : Value{};
+    return expression ? expression->evaluate(sight, diagnostics) : Value{};
   }
   static std::string let(const std::string& text) {
     return R"({"do": "sequence", "variables": {"f": {"unit": "N", "nominal": 7}}, "steps": [
@@ -35,7 +35,7 @@ class ForceValueTest : public test::ActivityTest {
 TEST_F(ForceValueTest, WeightAndOffsetAreTakenOutInEveryPosture) {
   variables.biases["wrist"] = fake.bias;
   for (const char* goal : {"\"home\"", R"({"by_rpy_deg": [40, -30, 20]})", R"({"by_rpy_deg": [0, 60, 0]})"}) {
-    ASSERT_EQ(run(std::string(R"({"do": "ptp", "to": )") + goal + "}"), Progress::kDone) << findings.to_string();
+    ASSERT_EQ(run(std::string(R"({"do": "ptp", "to": )") + goal + "}"), Progress::kDone) << diagnostics.to_string();
     fake.extra = {.force = {1.0, -2.0, 2.0}, .torque = {0.0, 0.3, -0.4}};
     fake.step();
     EXPECT_NEAR(value("force('wrist')").number(), 3.0, 1e-9) << goal;
@@ -64,7 +64,7 @@ TEST_F(ForceValueTest, N2_ASilentSensorIsUnknownAndComesBack) {
   EXPECT_TRUE(value("torque_z('wrist')").null());
   EXPECT_TRUE(value("force('wrist') > 5[N]").null());
   EXPECT_FALSE(value("known(force('wrist'))").boolean());
-  EXPECT_TRUE(findings.empty()) << findings.to_string();
+  EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
   fake.sensor->silent = false;
   fake.step();
   EXPECT_LT(value("force('wrist')").number(), 1e-9);
@@ -73,7 +73,7 @@ TEST_F(ForceValueTest, N2_ASilentSensorIsUnknownAndComesBack) {
 TEST_F(ForceValueTest, UnitsAndNamesAreChecked) {
   EXPECT_EQ(to_string(value("force('wrist') / force('wrist')").type), "number without a unit");
   (void)value("force('wrist') + 1[Nm]");
-  EXPECT_THAT(findings.to_string(), HasSubstr("'+' joins a number in N and a number in"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("'+' joins a number in N and a number in"));
   EXPECT_THAT(parse(let("$torque('wrist')")).error().to_string(),
               AllOf(HasSubstr("/program/steps/0/values/f"), HasSubstr("a number in N")));
   EXPECT_THAT(parse(let("$force('writs')")).error().to_string(),
@@ -83,17 +83,17 @@ TEST_F(ForceValueTest, UnitsAndNamesAreChecked) {
 TEST_F(ForceValueTest, AProgramDecidesByAForceAndIsRehearsedOnItsNominalValue) {
   variables.biases["wrist"] = fake.bias;
   const Program program = good(let("$force('wrist')"));
-  EXPECT_FALSE(program.rehearse(fake.cell).findings.has_errors());
+  EXPECT_FALSE(program.rehearse(fake.cell).diagnostics.has_errors());
   fake.extra.force = {0.0, 3.0, 4.0};
   fake.step();
-  ASSERT_EQ(run(program), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
   EXPECT_EQ(log.back(), "program: log 5 N");
   // It waits until somebody pushes: asked between all cycles.
   fake.extra = {};
   EXPECT_EQ(run(good(R"({"do": "wait", "until": "$force_z('wrist') > 9[N]", "timeout_s": 1})"),
                 [this](int cycle, ProgramRunner&) { fake.extra.force.z() = cycle >= 100 ? 10.0 : 0.0; }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_NEAR(cycles, 101, 1);
 }
 
@@ -104,7 +104,7 @@ TEST_F(ForceValueTest, AStepTakesAForceAsItsFigure) {
   fake.step();
   const Eigen::Vector3d before = fake.tool_in_world(fake.q()).translation();
   ASSERT_EQ(run(R"_({"do": "lin", "to": {"by_m": [0, 0, "$0.005[m/N] * force('wrist')"]}})_"), Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_NEAR((fake.tool_in_world(fake.q()).translation() - before).z(), 0.05, 1e-6);
 }
 

@@ -25,7 +25,7 @@ TEST_F(FreedriveStepTest, GoesIntoItsModeAndBackAndMotionsGoOnAfterIt) {
                               {"do": "lin", "to": {"by_m": [0, 0, 0.02]}})")),
                 [&](int, ProgramRunner&) { was_soft = was_soft || mode() == ControlMode::kJointImpedance; }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_TRUE(was_soft);
   EXPECT_EQ(mode(), ControlMode::kPosition);
   EXPECT_EQ(cell.backend->changes, 2);
@@ -40,7 +40,7 @@ TEST_F(FreedriveStepTest, AfterAFailureTheHandlerFindsTheModeBefore) {
                   if (cycle == 900) abort_all();
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(mode(), ControlMode::kPosition);
   EXPECT_EQ(cell.backend->changes, 2);
   expect_good_end();
@@ -54,8 +54,9 @@ TEST_F(FreedriveStepTest, AFailureAndAWayBackThatFailsAreBothTold) {
                   abort_all();
                 }),
             Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), AllOf(HasSubstr("was stopped in cycle"), HasSubstr("the mode was not changed"),
-                                          HasSubstr("'arm' is in mode joint_impedance"), Not(HasSubstr("/program/"))));
+  EXPECT_THAT(diagnostics.to_string(),
+              AllOf(HasSubstr("was stopped in cycle"), HasSubstr("the mode was not changed"),
+                    HasSubstr("'arm' is in mode joint_impedance"), Not(HasSubstr("/program/"))));
 }
 
 TEST_F(FreedriveStepTest, CancelledAtAnyMomentItEndsInTheModeBefore) {
@@ -67,7 +68,7 @@ TEST_F(FreedriveStepTest, CancelledAtAnyMomentItEndsInTheModeBefore) {
                     if (cycle == at) runner.cancel();
                   }),
               Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     EXPECT_EQ(mode(), ControlMode::kPosition);
     expect_good_end();
   }
@@ -81,7 +82,7 @@ TEST_F(FreedriveStepTest, AModeThatAStepAsksForIsReachedAfterItsLatency) {
                   if (changed < 0 && cell.backend->changes > 0) changed = cycle;
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(mode(), ControlMode::kCartesianImpedance);
   EXPECT_GT(changed, latency - 1);
   EXPECT_LE(changed, latency + 3);

@@ -15,18 +15,18 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 
 class GoalTest : public test::ActivityTest {
  protected:
-  Goal read(const std::string& to, Findings& into) const {
+  Goal read(const std::string& to, Diagnostics& into) const {
     const auto json = test::Json::parse(R"({"to": )" + to + "}");
     ObjectReader reader(json, "/step", into);
     return read_goal(reader, &fake.cell.arms.at("arm"));
   }
   std::vector<std::string> wrong(const std::string& to) const {
-    Findings found;
+    Diagnostics found;
     (void)read(to, found);
     return pointers(found);
   }
   ResolvedGoal resolved(const std::string& to) const {
-    Findings found;
+    Diagnostics found;
     const Goal goal = read(to, found);
     EXPECT_EQ(found.to_string(), "");
     auto result = resolve(goal, fake.cell, "arm", q);
@@ -95,7 +95,7 @@ TEST_F(GoalTest, WhatIsWrongIsSaidWhereItStands) {
 }
 
 TEST_F(GoalTest, AnUnknownFrameIsFoundWhenTheGoalIsResolved) {
-  Findings found;
+  Diagnostics found;
   for (const char* to : {R"({"in": "blok", "position_m": [0, 0, 0]})", R"({"in": "blok", "by_m": [0, 0, 0]})"}) {
     const auto result = resolve(read(to, found), fake.cell, "arm", q);
     ASSERT_FALSE(result.has_value());

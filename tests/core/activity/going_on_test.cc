@@ -33,7 +33,7 @@ class GoingOnTest : public test::ActivityTest {
     fake.backend->sent.clear();
     log.clear();
     EXPECT_EQ(run(sequence(lin("there", kThere) + "," + between + lin("aside", kAside, ""))), Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     EXPECT_LE(fake.worst_limit_share(), 1.0);
     EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
     EXPECT_THAT(begun(), testing::IsSupersetOf({"there", "aside"}));
@@ -73,7 +73,7 @@ TEST_F(GoingOnTest, AskedForAPlaceOfTheArmItTellsTheGoal) {
         {"do": "let", "values": {"off": "$distance(position('arm'), pose('block') * at(0[m], 0.1[m], 0.2[m]))"}},
         {"do": "log", "text": "$text(off < 0.001[mm])"}]})j")),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_THAT(log, Contains("program: log true"));
 }
 
@@ -83,7 +83,7 @@ TEST_F(GoingOnTest, LoopsOfMotionsNeverStopBetweenRounds) {
       {"in": "block", "position_m": [-0.15, -0.1, 0.2]}, {"in": "block", "position_m": [0, -0.1, 0.2]}],
       "steps": [{"do": "lin", "name": "on", "to": {"in": "$at", "position_m": [0, 0, 0]}, "blend_m": 0.05}]})")),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_THAT(begun(), ElementsAre("ptp", "on", "on", "on", "on"));
   EXPECT_EQ(steps_done, 5);
   EXPECT_THAT(log, Not(Contains(HasSubstr("no blend"))));
@@ -126,7 +126,7 @@ TEST_F(GoingOnTest, AGuardedMotionFeelsOnlyItsOwnWay) {
     const bool on_the_way = tool_in_block().y() < -0.045;
     fake.extra.force = on_the_way ? Eigen::Vector3d(0, 0, 60) : Eigen::Vector3d::Zero();
   };
-  ASSERT_EQ(run(good(program), push_on_the_way), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(good(program), push_on_the_way), Progress::kDone) << diagnostics.to_string();
   EXPECT_THAT(log, Not(Contains(HasSubstr("no blend"))));
   EXPECT_NEAR(variables.contacts.at("top").p_R.z(), (fake.X_WO_true * Eigen::Vector3d(0, 0, 0.03)).z(), 1e-4);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -140,7 +140,7 @@ TEST_F(GoingOnTest, AFailureIsToldOnceAtTheStepWhoseNetDrives) {
     if (runner.current() == "there" && tool_in_block().y() > 0.0) abort_all();
   };
   EXPECT_EQ(run(good(program), abort_there), Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/3")) << findings.to_string();
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/3")) << diagnostics.to_string();
   EXPECT_LT(tool_in_block().y(), 0.1);
 }
 
@@ -151,7 +151,7 @@ TEST_F(GoingOnTest, AFailureInsideATryIsHandledThere) {
   const auto abort_there = [this](int, ProgramRunner& runner) {
     if (runner.current() == "there" && tool_in_block().y() > 0.0) abort_all();
   };
-  EXPECT_EQ(run(good(program), abort_there), Progress::kDone) << findings.to_string();
+  EXPECT_EQ(run(good(program), abort_there), Progress::kDone) << diagnostics.to_string();
   EXPECT_THAT(log, Contains(HasSubstr("log handled: ")));
 }
 
@@ -162,7 +162,7 @@ TEST_F(GoingOnTest, AGoalThatCannotBeReachedStopsTheMotionBefore) {
       {"do": "let", "values": {"far": "$3[m]"}},
       {"do": "lin", "name": "far", "to": {"by_m": ["$far", 0, 0]}}]})");
   EXPECT_EQ(run(program), Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/2/steps/1/to"));
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/2/steps/1/to"));
   EXPECT_TRUE(fake.core_arm().at_rest());
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
@@ -188,7 +188,7 @@ TEST_F(GoingOnTest, P2_UnderAnyOverrideAndAPauseTheGoalsAreReached) {
                     if (cycle == at + 700) (void)fake.speed->write(1.0);
                   }),
               Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
     EXPECT_LE(fake.worst_limit_share(), 1.0);
   }
@@ -205,7 +205,7 @@ TEST_F(GoingOnTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
     ASSERT_THAT(text, HasSubstr("\"open\""));
     double farthest = -1.0;
     const auto look = [&](int, ProgramRunner&) { farthest = std::max(farthest, tool_in_block().y()); };
-    ASSERT_EQ(go_on(program, text, look), Progress::kDone) << findings.to_string();
+    ASSERT_EQ(go_on(program, text, look), Progress::kDone) << diagnostics.to_string();
     EXPECT_GT(farthest, 0.07) << "the way of the first motion";
     EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
   }
@@ -222,7 +222,7 @@ TEST_F(GoingOnTest, D3_AnOpenMotionKeepsItsOwnPlaceOfALoop) {
   const auto look = [&](int, ProgramRunner&) {
     if (tool_in_block().x() > -0.01) farthest = std::max(farthest, tool_in_block().y());
   };
-  ASSERT_EQ(go_on(program, text, look), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(go_on(program, text, look), Progress::kDone) << diagnostics.to_string();
   EXPECT_GT(farthest, 0.07) << "straight ahead to the first place, and only then aside";
   EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
 }
@@ -232,7 +232,7 @@ TEST_F(GoingOnTest, D3_AMotionThatIsTheWholeProgramIsBegunAgainOnce) {
   const Program program = good(R"({"do": "lin", "name": "up", "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.02})");
   const std::string text = snapshot_when(program, [&](const ProgramRunner&) { return tool_in_block().z() >= 0.22; });
   const double begin = tool_in_block().z();
-  ASSERT_EQ(go_on(program, text), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(go_on(program, text), Progress::kDone) << diagnostics.to_string();
   EXPECT_NEAR(tool_in_block().z(), begin + 0.1, 1e-6);
 }
 
@@ -244,7 +244,7 @@ TEST_F(GoingOnTest, AFailureOfAMotionBeforeATryIsNotItsOwn) {
     if (runner.current() == "there" && tool_in_block().y() > 0.0) abort_all();
   };
   EXPECT_EQ(run(good(program), abort_there), Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/1")) << findings.to_string();
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/1")) << diagnostics.to_string();
 }
 
 TEST_F(GoingOnTest, WhatCleansUpIsNotCancelledWithABranch) {
@@ -253,7 +253,7 @@ TEST_F(GoingOnTest, WhatCleansUpIsNotCancelledWithABranch) {
       {"do": "wait", "seconds": 0.8},
       {"do": "try", "steps": [{"do": "wait", "seconds": 0.1}], "finally": [)" +
                lin("there", kThere) + R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "") + "]}]}");
-  EXPECT_EQ(run(program), Progress::kDone) << findings.to_string();
+  EXPECT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
   EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
 }
 

@@ -24,7 +24,7 @@ class InterruptionsTest : public test::ActivityTest {
   struct Case {
     test::FakeCell fake;
     Variables variables;
-    Findings findings;
+    Diagnostics diagnostics;
     Progress progress = Progress::kRunning;
     int cycles = 0;
   };
@@ -40,7 +40,7 @@ class InterruptionsTest : public test::ActivityTest {
       if (one.progress != Progress::kRunning) break;
       one.fake.step();
     }
-    one.findings = runner.findings();
+    one.diagnostics = runner.diagnostics();
   }
 
   /// Nothing moves any more, nobody holds the arm, all was within the limits, and the arm can be used.
@@ -54,14 +54,14 @@ class InterruptionsTest : public test::ActivityTest {
     Case& again = one;
     again.cycles = 0;
     play(again, *home, -1, {}, 0, {});
-    EXPECT_EQ(again.progress, Progress::kDone) << again.findings.to_string();
+    EXPECT_EQ(again.progress, Progress::kDone) << again.diagnostics.to_string();
     EXPECT_EQ(one.fake.q(), one.fake.arm->home);
   }
 
   int length() {
     Case one;
     play(one, good(kProgram), -1, {}, 0, {});
-    EXPECT_EQ(one.progress, Progress::kDone) << one.findings.to_string();
+    EXPECT_EQ(one.progress, Progress::kDone) << one.diagnostics.to_string();
     return one.cycles;
   }
   static constexpr int kEvery = 10;
@@ -74,7 +74,7 @@ TEST_F(InterruptionsTest, RowL6ACancelAtEveryTenthCycleEndsInOrder) {
     SCOPED_TRACE(at);
     Case one;
     play(one, good(kProgram), at, [](Case&, ProgramRunner& runner) { runner.cancel(); }, 0, {});
-    EXPECT_EQ(one.progress, Progress::kDone) << one.findings.to_string();
+    EXPECT_EQ(one.progress, Progress::kDone) << one.diagnostics.to_string();
     EXPECT_LT(one.cycles, at + 600) << "it comes to its end soon";
     expect_good_end(one);
     if (HasFailure()) return;
@@ -99,7 +99,7 @@ TEST_F(InterruptionsTest, RowP2APauseAtEveryTenthCycleStandsAndGoesOn) {
           runner.hold(false);
           (void)c.fake.speed->write(1.0);
         });
-    EXPECT_EQ(one.progress, Progress::kDone) << one.findings.to_string();
+    EXPECT_EQ(one.progress, Progress::kDone) << one.diagnostics.to_string();
     expect_good_end(one);
     if (HasFailure()) return;
   }

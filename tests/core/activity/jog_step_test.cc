@@ -64,7 +64,7 @@ TEST_F(JogStepTest, WithTheSwitchReleasedTheArmIsAtRestInTheCyclesThatLoadCertif
                   }
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   ASSERT_GT(braking, 0);
   ASSERT_GT(rest, 0);
   EXPECT_GE(braking - released, certified.least);
@@ -143,7 +143,7 @@ TEST_F(JogStepTest, AFrameIsFollowedUntilAConditionHolds) {
   const Eigen::Isometry3d goal = cell.moved(0.03, 0.04, -0.02);
   EXPECT_EQ(run(program, [&](int, ProgramRunner&) { (void)cell.cell.channels.at("target")->write(net::Frame(goal)); }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LT((tool() - cell.X_WB * goal.translation()).norm(), 2e-4);
   expect_good_end();
 }

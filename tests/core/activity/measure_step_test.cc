@@ -61,7 +61,7 @@ constexpr const char* kTouchAndFit = R"({"do": "sequence", "steps": [
 
 TEST_F(MeasureTest, ATouchIsRecordedWhereItWasFelt) {
   displace({0, 0, 0.002}, 0);
-  ASSERT_EQ(run(std::string(kTouchTop)), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(std::string(kTouchTop)), Progress::kDone) << diagnostics.to_string();
   const Eigen::Vector3d p_O = fake.X_WO_true.inverse() * variables.contacts.at("top").p_R;
   EXPECT_EQ(variables.contacts.at("top").radius, 0.005);
   // 5 N are felt 5 um deep, and in a cycle the ball goes 20 um further.
@@ -75,7 +75,7 @@ TEST_F(MeasureTest, TheWholeMeasurementFindsTheBlock) {
   for (const auto& [by, yaw] :
        {std::pair<Eigen::Vector3d, double>{{0.008, -0.006, 0.003}, 0.07}, {{-0.01, 0.009, -0.002}, -0.08}}) {
     displace(by, yaw);
-    ASSERT_EQ(run(program), Progress::kDone) << findings.to_string();
+    ASSERT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
     const Eigen::Isometry3d found = variables.estimates.at("found");
     EXPECT_LT((found.translation() - fake.X_WO_true.translation()).norm(), 100e-6);
     EXPECT_LT(angle(found, fake.X_WO_true), 2e-3);
@@ -100,7 +100,7 @@ TEST_F(MeasureTest, D2_LatencyChangesNoResult) {
     ProgramRunner runner(program, context);
     int count = 0;
     while (runner.advance() == Progress::kRunning && ++count < 100'000) fresh.step();
-    ASSERT_EQ(runner.progress(), Progress::kDone) << runner.findings().to_string();
+    ASSERT_EQ(runner.progress(), Progress::kDone) << runner.diagnostics().to_string();
     EXPECT_LT((known.estimates.at("found").translation() - fresh.X_WO_true.translation()).norm(), 100e-6);
     durations.push_back(count);
   }
@@ -108,7 +108,7 @@ TEST_F(MeasureTest, D2_LatencyChangesNoResult) {
 }
 
 TEST_F(MeasureTest, TareTakesTheBiasAndNotTheWeight) {
-  ASSERT_EQ(run(std::string(R"({"do": "tare"})")), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(std::string(R"({"do": "tare"})")), Progress::kDone) << diagnostics.to_string();
   EXPECT_LT((variables.biases.at("wrist").force - fake.bias.force).norm(), 1e-9);
   EXPECT_LT((variables.biases.at("wrist").torque - fake.bias.torque).norm(), 1e-9);
 }
@@ -116,7 +116,7 @@ TEST_F(MeasureTest, TareTakesTheBiasAndNotTheWeight) {
 TEST_F(MeasureTest, TareOfASilentSensorFails) {
   fake.sensor->silent = true;
   EXPECT_EQ(run(std::string(R"({"do": "tare"})")), Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("/program/sensor: error: 'wrist' did not answer while it was tared"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/sensor: error: 'wrist' did not answer while it was tared"));
   EXPECT_LT(cycles, 1000);
 }
 
@@ -126,8 +126,8 @@ TEST_F(MeasureTest, WithoutATouchThereIsNoContact) {
     {"do": "lin", "to": {"by_m": [0, 0, 0.02]}, "until": {"sensor": "wrist", "above_N": 5}, "on_end": "continue"},
     {"do": "record_contact", "as": "air"}]})";
   EXPECT_EQ(run(missed), Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/2"));
-  EXPECT_THAT(findings.to_string(), HasSubstr("ended without a contact"));
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/2"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("ended without a contact"));
 }
 
 TEST_F(MeasureTest, ATouchIsForgottenByTheNextMotion) {
@@ -135,14 +135,14 @@ TEST_F(MeasureTest, ATouchIsForgottenByTheNextMotion) {
   twice.insert(twice.rfind("]}"),
                R"(, {"do": "lin", "to": {"by_m": [0, 0, 0.02]}}, {"do": "record_contact", "as": "again"})");
   EXPECT_EQ(run(twice), Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/5"));
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/5"));
 }
 
 TEST_F(MeasureTest, AFitWithoutItsContactsFails) {
   EXPECT_EQ(
       run(std::string(R"({"do": "fit_pose", "object": "block", "as": "f", "contacts": ["a", "b"], "free": ["z"]})")),
       Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/contacts", "/program/contacts"));
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/contacts", "/program/contacts"));
   EXPECT_FALSE(fake.cell.frames.contains("f"));
 }
 

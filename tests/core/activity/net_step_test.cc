@@ -40,7 +40,7 @@ class NetStepTest : public test::ActivityTest {
 
 TEST_F(NetStepTest, ANetRunsToItsEndAndItsMonitorsAreKept) {
   add_counting();
-  ASSERT_EQ(run(R"({"do": "net", "net": "counting"})"), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(R"({"do": "net", "net": "counting"})"), Progress::kDone) << diagnostics.to_string();
   const int counted = std::stoi(variables.monitors["counting"]["counted"]);
   EXPECT_NEAR(counted, 20, 1);
   EXPECT_THAT(log, Contains("counting: counted " + std::to_string(counted)));
@@ -49,14 +49,15 @@ TEST_F(NetStepTest, ANetRunsToItsEndAndItsMonitorsAreKept) {
 
 TEST_F(NetStepTest, ACancelReachesTheNetWhenItIsDue) {
   add_patient();
-  ASSERT_EQ(run(R"({"do": "net", "net": "patient", "cancel_after_s": 0.1})"), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(R"({"do": "net", "net": "patient", "cancel_after_s": 0.1})"), Progress::kDone)
+      << diagnostics.to_string();
   EXPECT_NEAR(cycles, 100, 6);
 }
 
 TEST_F(NetStepTest, ANetThatOutstaysItsTimeIsAnErrorAndEnds) {
   add_patient();
   ASSERT_EQ(run(R"({"do": "net", "net": "patient", "within_s": 0.05})"), Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/within_s"));
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/within_s"));
   EXPECT_NEAR(cycles, 50, 6);
   fake.step();
   const auto ended = [](const rcc::Event& event) { return event.state == rcc::NetState::kTerminated; };
@@ -79,7 +80,7 @@ TEST_F(NetStepTest, RehearsalVerifiesTheNet) {
   const auto found = [this](const char* name) {
     return good(R"({"do": "net", "net": ")" + std::string(name) + "\"}")
         .rehearse(fake.cell, &fake.core.environment())
-        .findings;
+        .diagnostics;
   };
   EXPECT_THAT(pointers(found("counting")), IsEmpty());
   EXPECT_THAT(pointers(found("wrong")), Contains("/program/net"));

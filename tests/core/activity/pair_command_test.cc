@@ -53,7 +53,7 @@ TEST_F(PairCommandTest, P5_BlendedMotionsAreOneAndKeepBothTogether) {
                   if (way.z() > 0.02 && way.y() < 0.08) stood = std::max(stood, speed("left") < 1e-4 ? 1.0 : 0.0);
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LT(apart, 1e-9);
   EXPECT_EQ(stood, 0.0) << "it does not stop in the corner";
   EXPECT_LT((tool() - from - Eigen::Vector3d(0, 0.1, 0.1)).norm(), 1e-8);
@@ -83,7 +83,7 @@ TEST_F(PairCommandTest, AHandlerThatCancelsStopsBothOnThePath) {
                     }
                   }),
               Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     EXPECT_LT(apart, 1e-9);
     EXPECT_GT((tool() - from).norm(), share * 0.1);
     EXPECT_LT((tool() - from - Eigen::Vector3d(0, 0.1, 0.1)).norm(), 0.2 * (1.0 - share));
@@ -91,7 +91,7 @@ TEST_F(PairCommandTest, AHandlerThatCancelsStopsBothOnThePath) {
     const Eigen::Vector3d back = from - tool();
     ASSERT_EQ(run(tree(lin("back", fmt::format("{}, {}, {}", back.x(), back.y(), back.z()).c_str(), kStart))),
               Progress::kDone)
-        << "they are free again: " << findings.to_string();
+        << "they are free again: " << diagnostics.to_string();
     EXPECT_LT(apart, 1e-9);
   }
   expect_good_end();
@@ -131,7 +131,7 @@ TEST_F(PairCommandTest, TheGraspIsTakenWhereACommandBegins) {
                   slipped = std::max(slipped, (X_LF().matrix() - taken.matrix()).cwiseAbs().maxCoeff());
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(told("as one"), "1");
   EXPECT_FALSE(taken.isApprox(before, 1e-3));
   EXPECT_LT((X_LF().matrix() - taken.matrix()).cwiseAbs().maxCoeff(), 1e-9);
@@ -147,14 +147,14 @@ TEST_F(PairCommandTest, GuardedByAForceTheyTouch) {
       run(sequence(tree(lin("up", "0, 0, 0.1", guarded)) + R"(, {"do": "record_contact", "arm": "left", "as": "c"})"),
           [&](int, ProgramRunner&) { squeeze(tool().z() > from.z() + 0.05 ? 30.0 : 0.0); }),
       Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_TRUE(variables.contacts.contains("c"));
   EXPECT_LT(apart, 1e-9);
   EXPECT_NEAR(tool().z(), from.z() + 0.05, 0.01);
   squeeze(0.0);
   EXPECT_EQ(run(tree(lin("down", "0, 0, -0.02", guarded))), Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/commands/down/until"));
-  EXPECT_THAT(findings.to_string(), HasSubstr("the condition never held"));
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/commands/down/until"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("the condition never held"));
   EXPECT_EQ(run(tree(lin("up", "0, 0, 0.02", guarded + R"(, "on_end": "continue")"))), Progress::kDone);
   expect_good_end();
 }
@@ -166,15 +166,15 @@ TEST_F(PairCommandTest, AnInternalForceIsALimitThatFailsTheTransactionAtItsPlace
       R"("carry": {"do": "motions", "start": true, "steps": [)" + first + "," + both("aside", "0, 0.1, 0", "") + "]}";
   ASSERT_EQ(run(tree(motions), [&](int, ProgramRunner&) { squeeze(tool().z() > from.z() + 0.03 ? 30.0 : 5.0); }),
             Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/commands/carry/steps/0/unless")) << findings.to_string();
-  EXPECT_THAT(findings.to_string(), HasSubstr("this must not hold and did"));
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/commands/carry/steps/0/unless")) << diagnostics.to_string();
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("this must not hold and did"));
   EXPECT_LT(apart, 1e-9) << "on the path";
   EXPECT_LT(tool().z(), from.z() + 0.06);
   // The limit of a motion is none of the next one's.
   squeeze(0.0);
   EXPECT_EQ(run(tree(motions), [&](int, ProgramRunner&) { squeeze(tool().y() > from.y() + 0.03 ? 30.0 : 5.0); }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   expect_good_end();
 }
 
@@ -185,7 +185,7 @@ TEST_F(PairCommandTest, AnInternalForceIsAStateOfTheTransaction) {
   ASSERT_EQ(run(tree(lin("up", "0, 0, 0.15", R"(, "start": true, "velocity_m_s": 0.1)"), on),
                 [&](int, ProgramRunner&) { squeeze(tool().z() > from.z() + 0.05 ? 30.0 : 5.0); }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(told("squeezed"), "1");
   EXPECT_LT(apart, 1e-9);
   EXPECT_GT(tool().z(), from.z() + 0.05);
@@ -197,7 +197,8 @@ TEST_F(PairCommandTest, N3_ASilentSensorStopsThemAndIsTold) {
   ASSERT_EQ(run(tree(lin("up", "0, 0, 0.15", R"(, "start": true, "velocity_m_s": 0.1, "until": )" + squeezed(20))),
                 [this](int cycle, ProgramRunner&) { wrists["right"]->silent = cycle > 300; }),
             Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("/program/commands/up/until: error: a sensor of the condition did not"));
+  EXPECT_THAT(diagnostics.to_string(),
+              HasSubstr("/program/commands/up/until: error: a sensor of the condition did not"));
   EXPECT_LT(apart, 1e-9);
   expect_good_end();
 }
@@ -205,7 +206,7 @@ TEST_F(PairCommandTest, N3_ASilentSensorStopsThemAndIsTold) {
 TEST_F(PairCommandTest, C7_NothingElseMovesOneOfThemAtTheSameTime) {
   const std::string pair = lin("pair", "0, 0, 0.05", kStart);
   for (const char* one : {"left", "right"}) {
-    const Findings both_want = wrong(
+    const Diagnostics both_want = wrong(
         tree(pair + R"(, "alone": {"do": "ptp", "start": true, "to": "home", "arm": ")" + std::string(one) + "\"}"));
     EXPECT_THAT(pointers(both_want), Contains("/program/commands/alone"));
     EXPECT_THAT(both_want.to_string(), HasSubstr(fmt::format("C7: it drives '{}' together with '/t/pair'", one)));
@@ -217,7 +218,7 @@ TEST_F(PairCommandTest, C7_NothingElseMovesOneOfThemAtTheSameTime) {
   ASSERT_EQ(run(tree(pair + R"(, "alone": {"do": "hold", "arm": "right", "seconds": 0.1})",
                      R"(, "on": [{"entered": {"action": "pair", "at_path": 0.5}, "start": "alone"}])")),
             Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("'alone' wants what 'pair' has"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("'alone' wants what 'pair' has"));
   expect_good_end();
 }
 
@@ -225,17 +226,17 @@ TEST_F(PairCommandTest, WhereTheyBeginIsKnownBeforeOrRefused) {
   const std::string one = R"("l": {"do": "lin", "start": true, "arm": "left", "to": {"by_m": [0, 0, 0.02]}},
       "r": {"do": "lin", "start": true, "arm": "right", "to": {"by_m": [0, 0, 0.02]},
             "unless": {"sensor": "right wrist", "above_N": 5}},)";
-  const Findings found = wrong(tree(one + lin("up", "0, 0, 0.05"),
-                                    R"(, "on": [{"entered": {"all": [{"completed": "l"}, {"completed": "r"}]},
+  const Diagnostics found = wrong(tree(one + lin("up", "0, 0, 0.05"),
+                                       R"(, "on": [{"entered": {"all": [{"completed": "l"}, {"completed": "r"}]},
                                                  "start": "up"}])"));
   EXPECT_THAT(pointers(found), ElementsAre("/program/commands/up"));
   EXPECT_THAT(found.to_string(), HasSubstr("nobody knows before where 'right' will be when 'up' begins: it depends on "
                                            "where 'r' may have been cut short"));
-  const Findings chance =
+  const Diagnostics chance =
       wrong(tree(one + lin("up", "0, 0, 0.05"), R"(, "on": [{"entered": {"input": "x"}, "start": "up"}])"));
   EXPECT_TRUE(chance.has_errors());
-  const Findings both_unknown = wrong(tree(one + lin("up", "0, 0, 0.05"),
-                                           R"(, "on": [{"entered": {"sensor": "left wrist", "above_N": 5},
+  const Diagnostics both_unknown = wrong(tree(one + lin("up", "0, 0, 0.05"),
+                                              R"(, "on": [{"entered": {"sensor": "left wrist", "above_N": 5},
                                                         "start": "up"}])"));
   EXPECT_THAT(pointers(both_unknown), UnorderedElementsAre("/program/commands/up", "/program/commands/up"))
       << both_unknown.to_string();
@@ -247,7 +248,7 @@ TEST_F(PairCommandTest, WhatTheFollowerCannotDoIsSeenBeforeAnythingMoves) {
   const std::string motions = R"("m": {"do": "motions", "start": true, "steps": [)" +
                               both("up", "0, 0, 0.02", R"(, "blend_m": 0.01)") + "," + both("far", "0, 0, 3", "") +
                               "]}";
-  const Findings far = wrong(tree(motions));
+  const Diagnostics far = wrong(tree(motions));
   EXPECT_THAT(pointers(far), Contains("/program/commands/m/steps/0/to")) << far.to_string();
   EXPECT_THAT(far.to_string(), HasSubstr("in 'far', which is blended into"));
 }
@@ -258,7 +259,7 @@ TEST_F(PairCommandTest, TheRehearsalKnowsWhereBothEnd) {
   ASSERT_EQ(run(sequence(tree(kCorner) + "," + both("down", "0, -0.1, -0.1", "") + "," +
                          R"({"do": "lin", "arm": "right", "to": {"by_m": [0, 0, 0.02]}})")),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LT((tool() - from).norm(), 1e-8);
   const auto parsed = Program::parse(nlohmann::ordered_json::parse(tree(kCorner)), "/program", cell);
   ASSERT_TRUE(parsed);

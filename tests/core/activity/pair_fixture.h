@@ -59,14 +59,14 @@ class PairProgramTest : public ProgramRuns, public TwoArmCell {
   void cancel_at_every(int step, const activity::Program& cancelled) {
     const activity::Program home = good(R"({"do": "parallel", "branches": [{"do": "ptp", "arm": "left", "to": "home"},
                                                 {"do": "ptp", "arm": "right", "to": "home"}]})");
-    ASSERT_EQ(run(cancelled), activity::Progress::kDone) << findings.to_string();
+    ASSERT_EQ(run(cancelled), activity::Progress::kDone) << diagnostics.to_string();
     const int whole = cycles;
     for (int at = 0; at < whole; at += step) {
       SCOPED_TRACE(at);
       ASSERT_EQ(run(cancelled, cancelling(at)), activity::Progress::kDone);
       EXPECT_LT(cycles, at + 800);
       EXPECT_LT(apart, 1e-9);
-      EXPECT_TRUE(findings.empty()) << findings.to_string();
+      EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
       for (const char* name : {"left", "right"}) {
         EXPECT_TRUE(device_of(name).at_rest());
         EXPECT_FALSE(device_of(name).held());

@@ -19,7 +19,7 @@ class PairStepTest : public test::PairProgramTest {};
 TEST_F(PairStepTest, P5_MotionsInOneFileAreOneAndKeepBothTogether) {
   const Eigen::Vector3d from = tool();
   ASSERT_EQ(run(sequence(both("up", "0, 0, 0.1") + "," + both("last", "0, 0.1, 0") + "," + kArc)), Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_THAT(rehearsed.list(), IsEmpty());
   EXPECT_LT(apart, 1e-9);
   EXPECT_EQ(standing, 0);
@@ -39,7 +39,7 @@ TEST_F(PairStepTest, P5_TheyGoOnOverWhateverDecidesWhatComesNext) {
     ASSERT_EQ(run(sequence(both("up", "0, 0, 0.05") + "," + one + both("last", "0, 0.05, 0") + "," + one +
                            both("back", "0, -0.05, -0.05", ""))),
               Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     EXPECT_LT(apart, 1e-9);
     EXPECT_EQ(standing, 0);
     EXPECT_THAT(log, Not(Contains(HasSubstr("no blend"))));
@@ -53,7 +53,8 @@ TEST_F(PairStepTest, ASequenceOfPairMotionsNeverLosesItsGrasp) {
   const Eigen::Isometry3d before = X_LF();
   const std::string round = both("up", "0, 0, 0.05") + "," + both("aside", "0, 0.05, 0", "") + "," + kLog +
                             both("down", "0, 0, -0.05") + "," + kLog + both("back", "0, -0.05, 0", "");
-  ASSERT_EQ(run(R"({"do": "repeat", "times": 10, "steps": [)" + round + "]}"), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(R"({"do": "repeat", "times": 10, "steps": [)" + round + "]}"), Progress::kDone)
+      << diagnostics.to_string();
   EXPECT_LT((X_LF().matrix() - before.matrix()).cwiseAbs().maxCoeff(), 1e-9);
   expect_good_end();
 }
@@ -67,7 +68,7 @@ TEST_F(PairStepTest, WhatIsNoMotionOfTheSameTwoWaitsForTheEnd) {
                     if (speed_then < 0.0 && runner.current() == name) speed_then = speed("left") + speed("right");
                   }),
               Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     return speed_then;
   };
   EXPECT_EQ(at_its_begin(both("up", "0, 0, 0.05") + "," + one + "}", "alone"), 0.0);
@@ -89,7 +90,7 @@ TEST_F(PairStepTest, EveryProgramLatencyGivesARightProgram) {
     ASSERT_EQ(run(sequence(both("up", "0, 0, 0.08") + "," + kLog + both("last", "0, 0.08, 0") + "," + kLog +
                            both("back", "0, -0.08, -0.08", ""))),
               Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     EXPECT_LT(apart, 1e-9);
     EXPECT_LT((tool() - from).norm(), 1e-8);
   }
@@ -117,7 +118,7 @@ TEST_F(PairStepTest, P2_APauseStopsBothAndTheyGoOn) {
                   if (cycle == 1'200) (void)rate.write(1.0);
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(paused, 0.0);
   EXPECT_LT(apart, 1e-9);
   EXPECT_LT((tool() - from - Eigen::Vector3d(0, 0.08, 0.08)).norm(), 1e-8);
@@ -129,14 +130,14 @@ TEST_F(PairStepTest, AnInternalForceIsALimitThatFailsTheStep) {
   const Eigen::Vector3d from = tool();
   ASSERT_EQ(run(sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))), squeeze_later),
             Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/0/unless")) << findings.to_string();
-  EXPECT_THAT(findings.to_string(), HasSubstr("this must not hold and did"));
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/0/unless")) << diagnostics.to_string();
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("this must not hold and did"));
   EXPECT_LT(apart, 1e-9) << "on the path";
   EXPECT_GT(tool().z(), from.z() + 0.005);
   EXPECT_LT(tool().z(), from.z() + 0.1);
   expect_good_end();
   EXPECT_EQ(run(sequence(both("down", "0, 0, -0.01", unless(40))), squeeze_later), Progress::kDone)
-      << "30 N are not 40: " << findings.to_string();
+      << "30 N are not 40: " << diagnostics.to_string();
 }
 
 TEST_F(PairStepTest, AnInternalForceIsHandledByATry) {
@@ -148,7 +149,7 @@ TEST_F(PairStepTest, AnInternalForceIsHandledByATry) {
                     both("down", "0, 0, -0.02", "") + "]}}",
                 [this](int cycle, ProgramRunner&) { squeeze(cycle > 300 && cycle < 900 ? 30.0 : 0.0); }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_THAT(log, Contains(testing::AllOf(HasSubstr("log handled: "), HasSubstr("this must not hold and did"))));
   EXPECT_LT(apart, 1e-9);
   EXPECT_LT(tool().z(), from.z() + 0.1);
@@ -172,12 +173,12 @@ TEST_F(PairStepTest, ALimitHoldsUntilItsMotionIsOverAndNoLonger) {
         const Eigen::Vector3d way = tool() - from;
         squeeze((in_time ? way.z() > 0.09 : way.y() > 0.03) ? 30.0 : 0.0);
       });
-      EXPECT_EQ(progress, in_time ? Progress::kFailed : Progress::kDone) << findings.to_string();
+      EXPECT_EQ(progress, in_time ? Progress::kFailed : Progress::kDone) << diagnostics.to_string();
       EXPECT_LT(apart, 1e-9);
       const Eigen::Vector3d back = from - tool();
       squeeze(0.0);
       ASSERT_EQ(run(both("back", fmt::format("{}, {}, {}", back.x(), back.y(), back.z()).c_str(), "")), Progress::kDone)
-          << findings.to_string();
+          << diagnostics.to_string();
     }
   }
   expect_good_end();
@@ -187,7 +188,7 @@ TEST_F(PairStepTest, ASilentSensorIsNoForceAndStopsThem) {
   ASSERT_EQ(run(sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))),
                 [this](int cycle, ProgramRunner&) { wrists["right"]->silent = cycle > 300; }),
             Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("a sensor of the condition did not answer"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("a sensor of the condition did not answer"));
   EXPECT_LT(apart, 1e-9);
   expect_good_end();
 }
@@ -198,12 +199,12 @@ TEST_F(PairStepTest, GuardedByAForceTheyTouch) {
   ASSERT_EQ(run(sequence(both("up", "0, 0, 0.1", guarded) + R"(, {"do": "record_contact", "arm": "left", "as": "c"})"),
                 touches),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_TRUE(variables.contacts.contains("c"));
   EXPECT_LT(apart, 1e-9);
   squeeze(0.0);
   EXPECT_EQ(run(sequence(both("down", "0, 0, -0.02", guarded))), Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("the condition never held"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("the condition never held"));
   EXPECT_EQ(run(sequence(both("up", "0, 0, 0.02", guarded + R"(, "on_end": "continue")"))), Progress::kDone);
   expect_good_end();
 }
@@ -221,7 +222,7 @@ TEST_F(PairStepTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
       snapshot_when(tree, [&](const ProgramRunner& runner) { return runner.current() == "up" && tool().z() >= half; });
   ASSERT_THAT(text, HasSubstr("\"open\""));
   ASSERT_THAT(text, HasSubstr("\"follower\""));
-  ASSERT_EQ(go_on(tree, text), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(go_on(tree, text), Progress::kDone) << diagnostics.to_string();
   EXPECT_LT(apart, 1e-9);
   EXPECT_LT((tool() - Eigen::Vector3d(0.56, 0.08, 1.05)).norm(), 1e-6);
   expect_good_end();
@@ -245,7 +246,7 @@ TEST_F(PairStepTest, P5_BothGiveWayAlikeAndBlendWithEqualSprings) {
     EXPECT_EQ(run(on_springs(both("up", "0, 0, 0.08", kBlend + springs(800)) + ", " +
                              both("last", "0.04, 0, 0", kBlend + own) + ", " + both("back", "0, 0, -0.02", own))),
               Progress::kDone)
-        << findings.to_string();
+        << diagnostics.to_string();
     EXPECT_EQ(standing == 0, alike) << "what has other springs begins at rest";
     EXPECT_LT(apart, 1e-9);
     for (const auto& [name, backend] : backends) {
@@ -266,26 +267,26 @@ TEST_F(PairStepTest, InATransactionBothGiveWayToo) {
   EXPECT_EQ(run(on_springs(R"({"do": "transaction", "commands": {"m": )" +
                            std::string(command).replace(command.find(R"("name": "m", )"), 13, "") + "}}")),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   for (const auto& [name, backend] : backends) EXPECT_EQ(backend->given.back().stiffness[0], 600) << name;
   EXPECT_LT(apart, 1e-9);
   expect_good_end();
 }
 
 TEST_F(PairStepTest, TheArmThatIsNotInTheModeIsNamed) {
-  const Findings one = wrong(sequence(R"({"do": "control_mode", "mode": "cartesian_impedance", "arm": "left"}, )" +
-                                      both("up", "0, 0, 0.02", springs(800))));
+  const Diagnostics one = wrong(sequence(R"({"do": "control_mode", "mode": "cartesian_impedance", "arm": "left"}, )" +
+                                         both("up", "0, 0, 0.02", springs(800))));
   EXPECT_THAT(pointers(one), ElementsAre("/program/steps/1/compliance")) << one.to_string();
   EXPECT_THAT(one.to_string(), HasSubstr("'right' will be in mode position, and this needs cartesian_impedance"));
-  const Findings too_stiff = wrong(on_springs(both("up", "0, 0, 0.02", springs(6000))));
+  const Diagnostics too_stiff = wrong(on_springs(both("up", "0, 0, 0.02", springs(6000))));
   EXPECT_THAT(too_stiff.to_string(), HasSubstr("6000 N/m for 'left'"));
   EXPECT_THAT(too_stiff.to_string(), HasSubstr("6000 N/m for 'right'"));
 }
 
 TEST_F(PairStepTest, WhatTheFollowerCannotDoIsSeenBeforeAnythingMoves) {
-  const Findings far = wrong(sequence(both("aside", "-0.1, 0.55, 0", "")));
+  const Diagnostics far = wrong(sequence(both("aside", "-0.1, 0.55, 0", "")));
   EXPECT_THAT(pointers(far), Contains("/program/steps/0/follower")) << far.to_string();
-  const Findings alone = wrong(sequence(R"({"do": "lin", "arm": "left", "to": {"by_m": [-0.1, 0.55, 0]}})"));
+  const Diagnostics alone = wrong(sequence(R"({"do": "lin", "arm": "left", "to": {"by_m": [-0.1, 0.55, 0]}})"));
   EXPECT_FALSE(alone.has_errors()) << "the leader could: " << alone.to_string();
 }
 

@@ -26,10 +26,10 @@ class ProgramRuns : public testing::Test {
   virtual void one_cycle() = 0;
 
   /// All that is wrong with a program, before anything moves.
-  Findings wrong(const std::string& text) {
+  Diagnostics wrong(const std::string& text) {
     const auto program = activity::Program::parse(Json::parse(text), "/program", programs_cell());
     if (!program) return program.error();
-    return program->rehearse(programs_cell(), &programs_core().environment()).findings;
+    return program->rehearse(programs_cell(), &programs_core().environment()).diagnostics;
   }
   /// A program whose rehearsal finds no errors.
   activity::Program good(const std::string& text) {
@@ -38,7 +38,7 @@ class ProgramRuns : public testing::Test {
       ADD_FAILURE() << program.error().to_string();
       return {};
     }
-    rehearsed = program->rehearse(programs_cell(), &programs_core().environment()).findings;
+    rehearsed = program->rehearse(programs_cell(), &programs_core().environment()).diagnostics;
     EXPECT_FALSE(rehearsed.has_errors()) << rehearsed.to_string();
     return std::move(*program);
   }
@@ -65,7 +65,7 @@ class ProgramRuns : public testing::Test {
                            int most = 100'000) {
     activity::Context own = context();
     activity::ProgramRunner runner(program, own);
-    const Findings found = runner.restore(Json::parse(snapshot));
+    const Diagnostics found = runner.restore(Json::parse(snapshot));
     EXPECT_TRUE(found.empty()) << found.to_string();
     return follow(runner, at_cycle, most);
   }
@@ -90,17 +90,17 @@ class ProgramRuns : public testing::Test {
       if (line.starts_with("program: begin ")) names.push_back(line.substr(15));
     return names;
   }
-  static std::vector<std::string> pointers(const Findings& findings) {
+  static std::vector<std::string> pointers(const Diagnostics& diagnostics) {
     std::vector<std::string> pointers;
-    for (const Finding& finding : findings.list()) pointers.push_back(finding.pointer);
+    for (const Diagnostic& diagnostic : diagnostics.list()) pointers.push_back(diagnostic.pointer);
     return pointers;
   }
 
   activity::Variables variables;
   std::int64_t latency = 2;
   std::vector<std::string> log;
-  Findings rehearsed;  ///< of the last good program
-  Findings findings;   ///< of the last run
+  Diagnostics rehearsed;    ///< of the last good program
+  Diagnostics diagnostics;  ///< of the last run
   std::int64_t steps_done = 0;
   int cycles = 0;
 
@@ -112,7 +112,7 @@ class ProgramRuns : public testing::Test {
       if (runner.advance() != activity::Progress::kRunning) break;
       one_cycle();
     }
-    findings = runner.findings();
+    diagnostics = runner.diagnostics();
     steps_done = runner.steps_done();
     return runner.progress();
   }

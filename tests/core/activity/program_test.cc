@@ -12,7 +12,7 @@ using testing::IsEmpty;
 
 class ProgramTest : public test::ActivityTest {
  protected:
-  Findings rehearsed(const std::string& text) const { return good(text).rehearse(fake.cell).findings; }
+  Diagnostics rehearsed(const std::string& text) const { return good(text).rehearse(fake.cell).diagnostics; }
   static std::string sequence(const std::string& steps, const std::string& more = "") {
     return R"({"do": "sequence", "steps": [)" + steps + "]" + more + "}";
   }
@@ -59,7 +59,7 @@ TEST_F(ProgramTest, AnEstimateMayNotTakeTheNameOfSomethingElse) {
 // -- Rehearsal -----------------------------------------------------------------------------------------------------
 
 TEST_F(ProgramTest, RehearsalFindsWhatCannotBeReached) {
-  const Findings found = rehearsed(sequence(R"(
+  const Diagnostics found = rehearsed(sequence(R"(
       {"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 3]}},
       {"do": "ptp", "to": {"joints_deg": [0, 0, 0, 170, 0, 0, 0]}},
       {"do": "lin", "to": {"by_m": [0, 2, 0]}},
@@ -97,7 +97,7 @@ TEST_F(ProgramTest, RehearsalKnowsContactsAndFits) {
 
 TEST_F(ProgramTest, RehearsalMeasuresRepetitionsButDoesNotPlayThemAll) {
   const Rehearsed rehearsal = good(sequence(kWait, R"(, "times": 1000000)")).rehearse(fake.cell);
-  EXPECT_TRUE(rehearsal.findings.empty());
+  EXPECT_TRUE(rehearsal.diagnostics.empty());
   EXPECT_NEAR(rehearsal.duration, 10'000.0, 1e-3);
   std::string nested = kWait;
   for (int i = 0; i < 25; ++i) nested = sequence(nested, R"(, "times": 2)");
@@ -130,7 +130,7 @@ TEST_F(ProgramTest, AMotionGoesToItsGoal) {
   EXPECT_EQ(run(sequence(std::string(kToTheBlock) + R"(, {"do": "lin", "to": {"by_m": [0, 0, 0.05], "in": "block"}},
       {"do": "ptp", "to": "home"})")),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(fake.q(), fake.arm->home);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
@@ -139,8 +139,8 @@ TEST_F(ProgramTest, D1_AProgramThatNeverWaitsIsStopped) {
   EXPECT_EQ(run(sequence(R"({"do": "wait", "seconds": 0, "name": "busy"})", R"(, "times": 1000000)")),
             Progress::kFailed);
   EXPECT_EQ(cycles, 0) << "before a cycle";
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/0"));
-  EXPECT_THAT(findings.to_string(), HasSubstr("10000 steps without a single cycle"));
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/0"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("10000 steps without a single cycle"));
   EXPECT_EQ(steps_done, 10'000);
   EXPECT_EQ(run(sequence(R"({"do": "wait", "seconds": 0})", R"(, "times": 9999)")), Progress::kDone);
 }
@@ -157,8 +157,8 @@ TEST_F(ProgramTest, AFailingStepNamesItself) {
       {"do": "lin", "name": "nothing there", "to": {"by_m": [0, 0, 0.02]}, "until": {"sensor": "wrist", "above_N": 50}},
       {"do": "wait", "seconds": 1})"));
   EXPECT_EQ(run(program), Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/1/until"));
-  EXPECT_THAT(findings.to_string(), HasSubstr("the condition never held"));
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/1/until"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("the condition never held"));
   EXPECT_EQ(log.back(), "program: failed nothing there") << "nothing follows";
 }
 
@@ -166,8 +166,8 @@ TEST_F(ProgramTest, AFaultOfTheArmIsTheFailureOfItsStep) {
   const Program program = good(sequence(kToTheBlock));
   EXPECT_EQ(run(program, [this](int cycle, ProgramRunner&) { fake.backend->silent = cycle >= 200; }),
             Progress::kFailed);
-  EXPECT_THAT(pointers(findings), ElementsAre("/program/steps/0"));
-  EXPECT_THAT(findings.to_string(), HasSubstr("was stopped in cycle"));
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/0"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("was stopped in cycle"));
 }
 
 TEST_F(ProgramTest, N3_ASensorThatFallsSilentIsNoTouch) {
@@ -175,7 +175,7 @@ TEST_F(ProgramTest, N3_ASensorThatFallsSilentIsNoTouch) {
       R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "until": {"sensor": "wrist", "above_N": 9}, "on_end": "continue"})";
   EXPECT_EQ(run(good(touch), [this](int cycle, ProgramRunner&) { fake.sensor->silent = cycle >= 300; }),
             Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("/program/until: error: a sensor of the condition did not answer"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/until: error: a sensor of the condition did not answer"));
   EXPECT_THAT(variables.touches, IsEmpty());
   EXPECT_TRUE(fake.core_arm().at_rest());
 }
@@ -191,7 +191,7 @@ TEST_F(ProgramTest, L6_ACancelEndsTheStepAndTheProgram) {
                   }),
               Progress::kDone);
     EXPECT_LT(cycles, at + 400) << "the bound of this motion, not that of the core";
-    EXPECT_TRUE(findings.empty()) << findings.to_string();
+    EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
     EXPECT_TRUE(fake.core_arm().at_rest());
     EXPECT_THAT(log, testing::Not(testing::Contains("program: begin wait")));
     EXPECT_EQ(run(R"({"do": "ptp", "to": "home"})"), Progress::kDone) << "the arm is free again";
@@ -201,7 +201,7 @@ TEST_F(ProgramTest, L6_ACancelEndsTheStepAndTheProgram) {
 
 TEST_F(ProgramTest, ManyStepsDoNotFillTheCore) {
   EXPECT_EQ(run(sequence(R"({"do": "tare", "cycles": 1})", R"(, "times": 5000)")), Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(steps_done, 5000);
 }
 

@@ -74,19 +74,19 @@ std::set<std::string>& all_said() {
   return said;
 }
 
-/// One of the findings is the one that is expected; each has a place and a way out.
-void expect_told(const Findings& findings, const std::string& place, const std::string& message,
+/// One of the diagnostics is the one that is expected; each has a place and a way out.
+void expect_told(const Diagnostics& diagnostics, const std::string& place, const std::string& message,
                  const std::string& way_out) {
   bool told = false;
-  for (const Finding& finding : findings.list()) {
-    if (finding.severity != Severity::kError) continue;
-    all_said().insert(finding.message);
-    EXPECT_FALSE(finding.hint.empty()) << "no way out: " << to_string(finding);
-    told = told || (finding.pointer == place && finding.message.find(message) != std::string::npos &&
-                    finding.hint.find(way_out) != std::string::npos);
+  for (const Diagnostic& diagnostic : diagnostics.list()) {
+    if (diagnostic.severity != Severity::kError) continue;
+    all_said().insert(diagnostic.message);
+    EXPECT_FALSE(diagnostic.hint.empty()) << "no way out: " << to_string(diagnostic);
+    told = told || (diagnostic.pointer == place && diagnostic.message.find(message) != std::string::npos &&
+                    diagnostic.hint.find(way_out) != std::string::npos);
   }
   EXPECT_TRUE(told) << "expected " << place << ": " << message << " (" << way_out << "), found\n"
-                    << findings.to_string();
+                    << diagnostics.to_string();
 }
 
 std::string whole_place(const BrokenRule& rule, const std::string& node) {
@@ -107,9 +107,9 @@ std::vector<BrokenRule> rules_of_plans() {
   return all;
 }
 
-Findings parse_errors(const BrokenCell& own, const Json& step, const Json& programs) {
+Diagnostics parse_errors(const BrokenCell& own, const Json& step, const Json& programs) {
   const auto program = Program::parse(step, "/program", own.cell, &programs);
-  return program ? Findings() : program.error();
+  return program ? Diagnostics() : program.error();
 }
 
 void break_forms() {
@@ -123,10 +123,10 @@ void break_forms() {
   own.expect_untouched();
 }
 
-Findings rehearsal_errors(BrokenCell& own, const Json& step) {
+Diagnostics rehearsal_errors(BrokenCell& own, const Json& step) {
   const auto program = Program::parse(step, "/program", own.cell);
   if (!program) return program.error();
-  return program->rehearse(own.cell, &own.core.environment()).findings;
+  return program->rehearse(own.cell, &own.core.environment()).diagnostics;
 }
 
 void break_plans() {
@@ -144,7 +144,7 @@ void break_run(const BrokenRun& rule) {
   BrokenCell own;
   const auto program = Program::parse(Json::parse(rule.step), "/program", own.cell);
   ASSERT_TRUE(program) << program.error().to_string();
-  const Findings rehearsed = program->rehearse(own.cell, &own.core.environment()).findings;
+  const Diagnostics rehearsed = program->rehearse(own.cell, &own.core.environment()).diagnostics;
   EXPECT_FALSE(rehearsed.has_errors()) << "only the run can tell: " << rehearsed.to_string();
   Variables variables;
   Context context{own.cell, own.core, variables, 2, [](auto, auto, auto) {}};
@@ -155,7 +155,7 @@ void break_run(const BrokenRun& rule) {
     own.step();
   }
   EXPECT_EQ(runner.progress(), Progress::kFailed);
-  expect_told(runner.findings(), "/program" + rule.place, rule.message, rule.way_out);
+  expect_told(runner.diagnostics(), "/program" + rule.place, rule.message, rule.way_out);
   const bool lost = std::exchange(own.backend->silent, false);
   own.step(2'000);
   if (rule.moves) {
@@ -173,11 +173,11 @@ void break_runs() {
   for (const BrokenRun& rule : test::broken_transaction_runs()) break_run(rule);
 }
 
-Findings thrown_by(const std::function<void()>& wrong) {
+Diagnostics thrown_by(const std::function<void()>& wrong) {
   try {
     wrong();
   } catch (const ActivityError& error) {
-    return error.findings();
+    return error.diagnostics();
   }
   return {};
 }
@@ -229,10 +229,10 @@ void break_other_arms() {
   const auto program =
       Program::parse(Json::parse(R"({"do": "control_mode", "mode": "joint_impedance"})"), "/program", cell);
   ASSERT_TRUE(program);
-  expect_told(program->rehearse(cell).findings, "/program/mode", "'arm' has no mode 'joint_impedance'", "position");
+  expect_told(program->rehearse(cell).diagnostics, "/program/mode", "'arm' has no mode 'joint_impedance'", "position");
   const auto guided = Program::parse(Json::parse(R"({"do": "freedrive", "seconds": 1})"), "/program", cell);
   ASSERT_TRUE(guided);
-  expect_told(guided->rehearse(cell).findings, "/program", "C8: nobody can guide 'arm' by hand",
+  expect_told(guided->rehearse(cell).diagnostics, "/program", "C8: nobody can guide 'arm' by hand",
               "the mode joint_impedance");
 }
 
@@ -299,7 +299,7 @@ void break_pair_steps() {
                            const std::string& way_out) {
     SCOPED_TRACE(step);
     const auto program = Program::parse(Json::parse(step), "/program", two.cell);
-    expect_told(program ? program->rehearse(two.cell, &two.core.environment()).findings : program.error(),
+    expect_told(program ? program->rehearse(two.cell, &two.core.environment()).diagnostics : program.error(),
                 "/program" + place, message, way_out);
   };
   const auto both = [](const std::string& keys, const std::string& kind = "lin") {
@@ -394,22 +394,22 @@ TEST(RulesBrokenOnce, AllOfThemAtOnce) {
     steps.push_back(Json::parse(rule.step));
     rules.push_back(rule);
   }
-  const Findings findings = parse_errors(own, {{"do", "sequence"}, {"steps", steps}}, programs);
+  const Diagnostics diagnostics = parse_errors(own, {{"do", "sequence"}, {"steps", steps}}, programs);
   for (std::size_t i = 0; i < rules.size(); ++i) {
     const std::string place = whole_place(rules[i], "/program/steps/" + std::to_string(i));
-    EXPECT_TRUE(std::ranges::any_of(findings.list(),
-                                    [&](const Finding& finding) {
-                                      return finding.pointer == place &&
-                                             finding.message.find(rules[i].message) != std::string::npos;
+    EXPECT_TRUE(std::ranges::any_of(diagnostics.list(),
+                                    [&](const Diagnostic& diagnostic) {
+                                      return diagnostic.pointer == place &&
+                                             diagnostic.message.find(rules[i].message) != std::string::npos;
                                     }))
         << place << ": " << rules[i].message;
   }
   Json plans = Json::array();
   for (const BrokenRule& rule : rules_of_plans()) plans.push_back(Json::parse(rule.step));
-  const Findings planned = rehearsal_errors(own, {{"do", "sequence"}, {"steps", plans}});
+  const Diagnostics planned = rehearsal_errors(own, {{"do", "sequence"}, {"steps", plans}});
   for (std::size_t i = 0; i < plans.size(); ++i) {
     const std::string place = "/program/steps/" + std::to_string(i) + rules_of_plans()[i].place;
-    EXPECT_TRUE(std::ranges::any_of(planned.list(), [&](const Finding& found) { return found.pointer == place; }))
+    EXPECT_TRUE(std::ranges::any_of(planned.list(), [&](const Diagnostic& found) { return found.pointer == place; }))
         << place << "\n"
         << planned.to_string();
   }

@@ -10,15 +10,15 @@ using testing::Not;
 
 class TransactionRulesTest : public test::CommandStepTest {
  protected:
-  /// A finding at this place that names the rule and the way out.
+  /// A diagnostic at this place that names the rule and the way out.
   void expect_refused(const std::string& text, const char* rule, const char* pointer, const char* way_out) {
     const auto before = cell.q();
-    const Findings found = wrong(text);
+    const Diagnostics found = wrong(text);
     bool seen = false;
-    for (const Finding& finding : found.list()) {
-      const bool fits = finding.pointer == pointer && finding.message.find(rule) != std::string::npos &&
-                        finding.hint.find(way_out) != std::string::npos;
-      seen = seen || (fits && finding.severity == Severity::kError);
+    for (const Diagnostic& diagnostic : found.list()) {
+      const bool fits = diagnostic.pointer == pointer && diagnostic.message.find(rule) != std::string::npos &&
+                        diagnostic.hint.find(way_out) != std::string::npos;
+      seen = seen || (fits && diagnostic.severity == Severity::kError);
     }
     EXPECT_TRUE(seen) << rule << " at " << pointer << " (" << way_out << ") is not in:\n" << found.to_string();
     EXPECT_EQ(cell.q(), before);

@@ -50,7 +50,7 @@ TEST_F(TransactionTest, TheScrewIsInsertedThenPressedAndTurnedTogether) {
                   if (driver()) pressed_at_end = pressed_with();
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_TRUE(cell.driver_terminal->written.size() > 1);
   EXPECT_FALSE(driver_before_contact);
   EXPECT_FALSE(driver_while_moving);
@@ -77,7 +77,7 @@ TEST_F(TransactionTest, AnInputEndsItInTheSameCycle) {
                   if (!driver() && pushed >= 0 && off < 0) off = cycle;
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LE(off - pushed, 3) << "input, raised state and output in one net";
   EXPECT_EQ(variables.monitors["screw in"]["tight"], "1");
 }
@@ -104,7 +104,7 @@ TEST_F(TransactionTest, L6_ACancelAtAnyTimeEndsInOrderAndAPauseGoesOn) {
         if (runner.advance() != Progress::kRunning) break;
         own.step();
       }
-      EXPECT_EQ(runner.progress(), Progress::kDone) << runner.findings().to_string();
+      EXPECT_EQ(runner.progress(), Progress::kDone) << runner.diagnostics().to_string();
       if (!pause) {
         EXPECT_LT(cycle, at + 700) << "it comes to its end soon";
       }
@@ -199,7 +199,7 @@ TEST_F(TransactionTest, MotionsAreBlendedIntoOneAndTellWhatTheyPassed) {
                   if (lamp() && lit < 0) lit = cycle, at = tool();
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   ASSERT_GT(lit, 0);
   EXPECT_LT((at - from - Eigen::Vector3d(0, 0.1, 0)).norm(), 0.02) << "in the blend";
   EXPECT_GT((at - from - Eigen::Vector3d(0, 0.1, 0)).norm(), 1e-4) << "the corner is cut";
@@ -212,8 +212,8 @@ TEST_F(TransactionTest, WhatAStepWouldFailOfFailsTheTransactionAtItsPlace) {
       "down": {"do": "lin", "start": true, "to": {"by_m": [0, 0, -0.01]}, "until": {"sensor": "wrist", "above_N": 5e3}},
       "w": {"do": "wait", "start": true, "until": {"input": "button"}, "timeout_s": 0.1}}})"),
             Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("/program/commands/down/until: error: the motion reached its end"));
-  EXPECT_THAT(findings.to_string(),
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/commands/down/until: error: the motion reached its end"));
+  EXPECT_THAT(diagnostics.to_string(),
               HasSubstr("/program/commands/w/until: error: the condition did not hold within 0.1"));
   expect_good_end();
 }
@@ -230,7 +230,7 @@ TEST_F(TransactionTest, TheSeamIsNotWeldedWithoutAnArc) {
             Progress::kFailed);
   EXPECT_LT((tool() - from).norm(), 1e-9) << "no arc, no seam";
   EXPECT_FALSE(driver()) << "the gas is off";
-  EXPECT_THAT(findings.to_string(), HasSubstr("/program/commands/arc/until: error: the condition did not hold"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/commands/arc/until: error: the condition did not hold"));
   expect_good_end();
 }
 
@@ -240,7 +240,7 @@ TEST_F(TransactionTest, N3_ASilentSensorBrakesAGuardedMotionAndIsTold) {
                "until": {"sensor": "wrist", "above_N": 500}}}})"),
                 [&](int cycle, ProgramRunner&) { cell.sensor->silent = cycle > 300; }),
             Progress::kFailed);
-  EXPECT_THAT(findings.to_string(),
+  EXPECT_THAT(diagnostics.to_string(),
               HasSubstr("/program/commands/down/until: error: a sensor of the condition did not"));
   expect_good_end();
 }
@@ -260,10 +260,10 @@ TEST_F(TransactionTest, AGripIsJudgedByHowItEnded) {
     };
   };
   const Eigen::Isometry3d X_TO = cell.tool_in_world(cell.q()).inverse() * *cell.cell.frames.pose("block");
-  EXPECT_EQ(run(grip("0.01"), answer(device::GripperState::kHolding)), Progress::kDone) << findings.to_string();
+  EXPECT_EQ(run(grip("0.01"), answer(device::GripperState::kHolding)), Progress::kDone) << diagnostics.to_string();
   EXPECT_TRUE(variables.carried["gripper"].X_TO.isApprox(X_TO, 1e-9)) << "where it was gripped, not where the arm is";
   EXPECT_EQ(run(grip("0.02"), answer(device::GripperState::kIdle)), Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("/program/commands/grip: error: no part was found"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/commands/grip: error: no part was found"));
 }
 
 TEST_F(TransactionTest, TheRehearsalTakesArmsToTheirNaturalEnds) {
@@ -273,7 +273,7 @@ TEST_F(TransactionTest, TheRehearsalTakesArmsToTheirNaturalEnds) {
       "b": {"do": "lin", "to": {"by_m": [0.05, 0, 0]}}}, "on": [{"entered": {"completed": "a"}, "start": "b"}]},
       {"do": "lin", "to": {"by_m": [0, 0, 0.05]}}]})"),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LT((tool() - from - Eigen::Vector3d(0.05, 0.05, 0.05)).norm(), 1e-6);
   expect_good_end();
 }

@@ -27,11 +27,11 @@ class TreeTest : public test::ActivityTest {
   }
   std::vector<std::string> said_by(const std::string& text) {
     log.clear();
-    EXPECT_EQ(run(text), Progress::kDone) << findings.to_string();
+    EXPECT_EQ(run(text), Progress::kDone) << diagnostics.to_string();
     return said();
   }
-  Findings rehearsed(const std::string& text) {
-    return good(text).rehearse(fake.cell, &fake.core.environment()).findings;
+  Diagnostics rehearsed(const std::string& text) {
+    return good(text).rehearse(fake.cell, &fake.core.environment()).diagnostics;
   }
   static std::string sequence(const std::string& steps, const std::string& variables = "{}") {
     return R"({"do": "sequence", "variables": )" + variables + R"(, "steps": [)" + steps + "]}";
@@ -66,7 +66,7 @@ TEST_F(TreeTest, VariablesStandInStepsGoalsAndConditions) {
                          R"({"place": {"in": "block", "position_m": [0, 0, 0.1]}, "up": "$0.05[m]", "speed": 0.4,
                              "limit": {"unit": "N", "value": 60}})")),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   const Eigen::Vector3d p = fake.tool_in_world(fake.q()).translation();
   const Eigen::Vector3d wanted = fake.cell.frames.pose("block")->translation() + Eigen::Vector3d(0, 0, 0.1);
   EXPECT_LT((p - wanted).norm(), 1e-6);
@@ -78,7 +78,7 @@ TEST_F(TreeTest, MotionsWithExpressionsBlendToo) {
                              {"do": "lin", "name": "b", "to": {"by_m": [0, "$d", 0]}})",
                          R"({"d": 0.05})")),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(steps_done, 2);
   EXPECT_EQ(std::ranges::count(log, "program: begin b"), 1);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -100,11 +100,11 @@ TEST_F(TreeTest, WhatIsWrongWithVariablesIsToldAtOnce) {
 TEST_F(TreeTest, AValueThatIsNotKnownStopsTheStepThatNeedsIt) {
   const std::string late =
       sequence(R"({"do": "lin", "name": "late", "to": {"by_m": [0, 0, "$h"]}})", R"({"h": {"unit": "m"}})");
-  const Findings before = rehearsed(late);
+  const Diagnostics before = rehearsed(late);
   EXPECT_FALSE(before.has_errors());
   EXPECT_THAT(before.to_string(), HasSubstr("not checked before the run: 'h' is not known then"));
   EXPECT_EQ(run(late), Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("/program/steps/0: error: 'h' is not known yet"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/steps/0: error: 'h' is not known yet"));
   EXPECT_THAT(pointers(rehearsed(
                   sequence(R"({"do": "lin", "to": {"by_m": [0, 0, "$h"]}})", R"({"h": {"unit": "m", "nominal": 3}})"))),
               ElementsAre("/program/steps/0/to"))
@@ -135,7 +135,7 @@ TEST_F(TreeTest, ABranchAsksASensorInANet) {
   EXPECT_THAT(said_by(ask), ElementsAre("pushed"));
   fake.sensor->silent = true;
   EXPECT_EQ(run(ask), Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("nobody knows whether this holds"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("nobody knows whether this holds"));
 }
 
 TEST_F(TreeTest, AllWaysAreRehearsed) {
@@ -147,7 +147,7 @@ TEST_F(TreeTest, AllWaysAreRehearsed) {
   };
   EXPECT_THAT(pointers(rehearsed(branch("$open"))),
               ElementsAre("/program/steps/0/cases/0/steps/0/to", "/program/steps/0/else/0/to"));
-  const Findings taken = rehearsed(branch("$n == 1"));
+  const Diagnostics taken = rehearsed(branch("$n == 1"));
   ASSERT_EQ(taken.list().size(), 2u);
   EXPECT_EQ(taken.list()[0].severity, Severity::kError);
   EXPECT_EQ(taken.list()[1].severity, Severity::kWarning) << "nominal values do not come here";
@@ -190,9 +190,9 @@ TEST_F(TreeTest, RepeatAsksSensorsToo) {
 
 TEST_F(TreeTest, ALoopWithoutEndIsAnError) {
   EXPECT_EQ(run(R"({"do": "repeat", "while": true, "at_most": 5, "steps": [)" + wait(1) + "]}"), Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("after 5 rounds there is no end"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("after 5 rounds there is no end"));
   EXPECT_EQ(run(R"({"do": "repeat", "while": true, "at_most": 1000000, "steps": []})"), Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("10000 steps without a single cycle"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("10000 steps without a single cycle"));
   EXPECT_EQ(cycles, 0);
 }
 
@@ -212,9 +212,9 @@ TEST_F(TreeTest, ForEachTakesListsAndGrids) {
 }
 
 TEST_F(TreeTest, ATextThatDoublesItselfIsRefusedInTheRehearsal) {
-  const Findings found = rehearsed(sequence(R"({"do": "repeat", "times": 40, "as": "i", "steps": [
+  const Diagnostics found = rehearsed(sequence(R"({"do": "repeat", "times": 40, "as": "i", "steps": [
                  {"do": "let", "values": {"word": "$word + word"}}]})",
-                                            R"({"word": "ab"})"));
+                                               R"({"word": "ab"})"));
   ASSERT_EQ(found.list().size(), 1u) << found.to_string();
   EXPECT_EQ(found.list().front().pointer, "/program/steps/0/steps/0/values/word");
 }
@@ -261,14 +261,14 @@ TEST_F(TreeTest, AFailureEndsTheOtherBranches) {
   EXPECT_EQ(run(R"({"do": "parallel", "branches": [)" + std::string(kMove) + "," +
                 sequence(wait(20) + R"(, {"do": "fail", "text": "no"})") + "]}"),
             Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("no"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("no"));
   EXPECT_TRUE(fake.core_arm().at_rest());
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
 
 TEST_F(TreeTest, TwoBranchesMayNotDriveOneDevice) {
-  const Findings found = rehearsed(R"({"do": "parallel", "branches": [)" + std::string(kMove) + "," +
-                                   sequence(wait(1) + "," + kMove) + "]}");
+  const Diagnostics found = rehearsed(R"({"do": "parallel", "branches": [)" + std::string(kMove) + "," +
+                                      sequence(wait(1) + "," + kMove) + "]}");
   EXPECT_THAT(pointers(found), ElementsAre("/program/branches/1"));
   EXPECT_THAT(found.to_string(), HasSubstr("'arm' is driven here and in branch 0 at the same time"));
   EXPECT_THAT(refused(R"({"do": "parallel", "branches": [], "end": "frist"})"),
@@ -289,9 +289,9 @@ TEST_F(TreeTest, ProgramsAreCalledWithParameters) {
       sequence(R"({"do": "call", "program": "outer", "with": {"x": 4}, "as": "n"},)" + say("$text(n)"), R"({"n": 0})"),
       kPrograms);
   ASSERT_TRUE(program) << program.error().to_string();
-  EXPECT_EQ(run(*program), Progress::kDone) << findings.to_string();
+  EXPECT_EQ(run(*program), Progress::kDone) << diagnostics.to_string();
   EXPECT_THAT(said(), ElementsAre("10"));
-  EXPECT_TRUE(program->rehearse(fake.cell).findings.empty());
+  EXPECT_TRUE(program->rehearse(fake.cell).diagnostics.empty());
 }
 
 TEST_F(TreeTest, CallsAreCheckedForForm) {
@@ -349,7 +349,7 @@ TEST_F(TreeTest, AFailureWithoutHandlerGoesOnUpAfterTidyingUp) {
       run(R"({"do": "try", "steps": [{"do": "fail", "text": "broken"}], "finally": [{"do": "log", "text": "tidy"}]})"),
       Progress::kFailed);
   EXPECT_THAT(said(), ElementsAre("tidy"));
-  EXPECT_THAT(findings.to_string(), HasSubstr("/program/steps/0: error: broken"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/steps/0: error: broken"));
 }
 
 TEST_F(TreeTest, AnAttemptIsRepeated) {
@@ -372,7 +372,7 @@ TEST_F(TreeTest, AFailedMotionIsBrakedBeforeTheHandlerMoves) {
           "on_error": {"steps": [{"do": "ptp", "to": "home"}]}})"));
   EXPECT_EQ(run(guarded, [this](int cycle, ProgramRunner&) { fake.sensor->silent = cycle >= 200 && cycle < 260; }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(fake.q(), fake.arm->home);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
@@ -396,7 +396,7 @@ TEST_F(TreeTest, AWaitAsksAnExpressionEachCycle) {
   EXPECT_EQ(run(R"({"do": "wait", "until": "$time() >= 0.05[s]"})"), Progress::kDone);
   EXPECT_EQ(fake.core.cycle(), 50);
   EXPECT_EQ(run(R"({"do": "wait", "until": "$false", "timeout_s": 0.02})"), Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("did not hold within 0.02 s"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("did not hold within 0.02 s"));
 }
 
 // -- holding, single steps, state as data --------------------------------------------------------------------------
@@ -447,7 +447,7 @@ constexpr const char* kCount = R"({"count": {"parameters": {"x": {"type": "numbe
 TEST_F(TreeTest, D3_AProgramGoesOnFromItsStateAsData) {
   const auto program = with_programs(kLongProgram, kCount);
   ASSERT_TRUE(program) << program.error().to_string();
-  ASSERT_EQ(run(*program), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(*program), Progress::kDone) << diagnostics.to_string();
   const auto whole = said();
   const int length = cycles;
   for (int at = 0; at < length; ++at) {
@@ -464,7 +464,7 @@ TEST_F(TreeTest, D3_AProgramGoesOnFromItsStateAsData) {
     });
     // A new runner, from the text.
     log.clear();
-    ASSERT_EQ(go_on(*program, text), Progress::kDone) << findings.to_string();
+    ASSERT_EQ(go_on(*program, text), Progress::kDone) << diagnostics.to_string();
     for (const std::string& line : said()) before.push_back(line);
     EXPECT_EQ(before, whole);
   }
@@ -489,8 +489,8 @@ TEST_F(TreeTest, D3_ARestoredParallelKnowsOfTheBranchThatHasFailed) {
   for (const std::string& text : states) {
     const auto from = fake.q();
     EXPECT_EQ(go_on(program, text), Progress::kFailed);
-    EXPECT_THAT(findings.to_string(), HasSubstr("the part is lost"));
-    EXPECT_EQ(findings.list().size(), 1u) << findings.to_string();
+    EXPECT_THAT(diagnostics.to_string(), HasSubstr("the part is lost"));
+    EXPECT_EQ(diagnostics.list().size(), 1u) << diagnostics.to_string();
     EXPECT_TRUE(said().empty()) << "nothing goes on after it";
     EXPECT_EQ(fake.q(), from) << "and what was to end does not begin again";
   }
@@ -518,7 +518,7 @@ TEST_F(TreeTest, D3_ARestoredSequenceKnowsThatItHasFailedWhileItsOpenMotionBrake
                     if (!said().empty()) states.push_back(runner.snapshot().dump());
                   }),
               Progress::kFailed);
-    const Findings told = findings;
+    const Diagnostics told = diagnostics;
     EXPECT_THAT(told.to_string(), HasSubstr("-1 rounds"));
     // The motion has hardly begun when the program fails, so it takes a few cycles to stop.
     ASSERT_GT(states.size(), 3u) << "it brakes";
@@ -526,7 +526,7 @@ TEST_F(TreeTest, D3_ARestoredSequenceKnowsThatItHasFailedWhileItsOpenMotionBrake
       log.clear();
       const auto from = fake.q();
       EXPECT_EQ(go_on(program, states[i]), Progress::kFailed);
-      EXPECT_EQ(findings.to_string(), told.to_string());
+      EXPECT_EQ(diagnostics.to_string(), told.to_string());
       EXPECT_TRUE(said().empty()) << "nothing is begun again, and nothing goes on after it";
       EXPECT_EQ(fake.q(), from) << "and what was to end does not begin again";
     }
@@ -552,7 +552,7 @@ TEST_F(TreeTest, AProgramIsEnteredAtAName) {
                       log.push_back(std::string(source) + ": " + std::string(event) + " " + std::string(line));
                     }};
     ProgramRunner runner(program, context);
-    const Findings found = runner.enter(name);
+    const Diagnostics found = runner.enter(name);
     if (found.has_errors()) return std::vector<std::string>{found.to_string()};
     while (runner.advance() == Progress::kRunning) fake.step();
     return said();

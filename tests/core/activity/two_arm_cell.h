@@ -20,8 +20,8 @@ class TwoArmCell {
   explicit TwoArmCell(const std::map<std::string, double>& arms_x = {{"left", 0.0}, {"right", 1.2}}) {
     arm = device::read_arm("models/lwr4plus").value();
     for (const auto& [name, x] : arms_x) add(name, x);
-    const Findings findings = activity::declare_channels(core, cell);
-    EXPECT_FALSE(findings.has_errors()) << findings.to_string();
+    const Diagnostics diagnostics = activity::declare_channels(core, cell);
+    EXPECT_FALSE(diagnostics.has_errors()) << diagnostics.to_string();
     core.step();
   }
 

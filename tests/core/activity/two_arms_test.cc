@@ -120,7 +120,7 @@ TEST_F(TwoArmTest, WhatOneOfThemCannotDoIsRefused) {
     try {
       activity.execute();
     } catch (const ActivityError& error) {
-      return error.findings().to_string();
+      return error.diagnostics().to_string();
     }
     return "done";
   };
@@ -162,7 +162,7 @@ TEST_F(TwoArmTest, AForceBetweenThemStopsBoth) {
       wrists[name]->sample.wrench.force = R_WF.transpose() * push_W;
     }
   });
-  EXPECT_EQ(run->state(), RunState::kCompleted) << run->findings().to_string();
+  EXPECT_EQ(run->state(), RunState::kCompleted) << run->diagnostics().to_string();
   EXPECT_LT(both.centre().translation().y(), 0.05) << "it went on to the goal";
   EXPECT_GT(both.centre().translation().y(), 0.005);
 }
@@ -189,7 +189,7 @@ TEST_F(TwoArmTest, AGraspThatIsNoMoreIsRefused) {
   Actuator(program, "right").use<LinInterface>().lin_by({0, 0, 0.01}).execute();
   const RunPtr run = both.lin_by({0, 0, 0.05}).schedule();
   follow(both, run);
-  EXPECT_THAT(run->findings().to_string(), HasSubstr("see the motion centre 10 mm"));
+  EXPECT_THAT(run->diagnostics().to_string(), HasSubstr("see the motion centre 10 mm"));
 }
 
 }  // namespace

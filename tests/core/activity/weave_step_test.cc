@@ -77,8 +77,8 @@ class WeaveStepTest : public test::ActivityTest {
 TEST_F(WeaveStepTest, ASeamWithOneWeaveNeverStopsInItsCorners) {
   const Program program = good(sequence(seam(kWeave, kWeave, kWeave)));
   const Rehearsed rehearsal = program.rehearse(fake.cell, &fake.core.environment());
-  EXPECT_EQ(rehearsal.findings.to_string(), "");
-  ASSERT_EQ(run(program), Progress::kDone) << findings.to_string();
+  EXPECT_EQ(rehearsal.diagnostics.to_string(), "");
+  ASSERT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
   EXPECT_THAT(begun(), ElementsAre("to", "one", "two", "three"));
   EXPECT_EQ(steps_done, 4);
   EXPECT_GT(slowest(), 0.6 * 0.08);
@@ -90,7 +90,7 @@ TEST_F(WeaveStepTest, ASeamWithOneWeaveNeverStopsInItsCorners) {
 }
 
 TEST_F(WeaveStepTest, WithNoneBetweenAndAnotherAfterwards) {
-  ASSERT_EQ(run(sequence(seam(kWeave, "", kOther))), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(sequence(seam(kWeave, "", kOther))), Progress::kDone) << diagnostics.to_string();
   EXPECT_GT(slowest(), 0.6 * 0.08);
   EXPECT_GT(swing(0), 0.0012);
   EXPECT_LT(swing(1), 1e-8);
@@ -106,7 +106,7 @@ TEST_F(WeaveStepTest, IntoItAndOutOfItByMotionsOfJoints) {
       lin("seam", "0, 0.06, 0.2", std::string(kWeave) + R"(, "blend_m": 0.02)") +
       R"(, {"do": "ptp", "name": "home", "to": "home"})");
   EXPECT_EQ(rehearsed(program).to_string(), "");
-  ASSERT_EQ(run(program), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
   EXPECT_THAT(begun(), ElementsAre("to", "seam", "home"));
   EXPECT_EQ(standing_cycles(), 0);
   EXPECT_GT(swing(0), 0.0012);
@@ -134,11 +134,11 @@ TEST_F(WeaveStepTest, D3_ASnapshotInASeamBeginsItAgain) {
   ASSERT_FALSE(text.empty());
   Context context{fake.cell, fake.core, variables, latency, [](auto, auto, auto) {}};
   ProgramRunner runner(program, context);
-  const Findings found = runner.restore(test::Json::parse(text));
+  const Diagnostics found = runner.restore(test::Json::parse(text));
   ASSERT_TRUE(found.empty()) << found.to_string();
   fake.backend->sent.clear();
   for (int i = 0; i < 20'000 && runner.advance() == Progress::kRunning; ++i) fake.step();
-  ASSERT_EQ(runner.progress(), Progress::kDone) << runner.findings().to_string();
+  ASSERT_EQ(runner.progress(), Progress::kDone) << runner.diagnostics().to_string();
   EXPECT_LT((tool_in_block(fake.q()) - Eigen::Vector3d(-0.06, -0.03, 0.2)).norm(), 1e-6);
   EXPECT_GT(swing(1), 0.0012) << "it weaves as before";
   EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -151,7 +151,7 @@ TEST_F(WeaveStepTest, P2_PausedAndSlowedAnywhereItGoesOnWhereItWas) {
                   (void)fake.speed->write(cycle % 700 < 200 ? 0.0 : cycle % 1100 < 500 ? 0.4 : 1.0);
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_LE(fake.worst_limit_share(), 1.0);
   EXPECT_GT(swing(0, 0), 0.0012) << "it stood on the way";
   EXPECT_LT((tool_in_block(fake.q()) - Eigen::Vector3d(-0.06, -0.03, 0.2)).norm(), 1e-6);
@@ -161,23 +161,23 @@ TEST_F(WeaveStepTest, WhereTheRunDecidesWhatComesNextItBeginsAndEndsAtRest) {
   const std::string branch = R"({"do": "branch", "cases": [{"when": "$1 < 2", "steps": []}]})";
   const std::string out = sequence(kApproach + lin("one", kFirst, std::string(kWeave) + kBlend) + "," + branch + "," +
                                    lin("two", kSecond, ""));
-  const Findings left = rehearsed(out);
+  const Diagnostics left = rehearsed(out);
   EXPECT_THAT(pointers(left), ElementsAre("/program/steps/1"));
   EXPECT_THAT(left.to_string(), HasSubstr("it has a weave: it stops at the goal"));
-  ASSERT_EQ(run(out), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(out), Progress::kDone) << diagnostics.to_string();
   EXPECT_GT(standing_cycles(), 0);
   const std::string into =
       sequence(kApproach + lin("one", kFirst, kBlend) + "," + branch + "," + lin("two", kSecond, kWeave));
   EXPECT_THAT(pointers(rehearsed(into)), ElementsAre("/program/steps/1"));
   EXPECT_THAT(rehearsed(into).to_string(), HasSubstr("'two' (/program/steps/3) does not stand directly behind it"));
-  ASSERT_EQ(run(into), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(into), Progress::kDone) << diagnostics.to_string();
   EXPECT_GT(swing(1), 0.0009);
   // What lies in the middle of a plan does not hinder it.
   const std::string around = sequence(kApproach + lin("one", kFirst, kBlend) + "," + branch + "," +
                                       lin("two", kSecond, kBlend) + "," + lin("three", kThird, kWeave));
   EXPECT_EQ(rehearsed(around).to_string(), "");
   fake.backend->sent.clear();
-  ASSERT_EQ(run(around), Progress::kDone) << findings.to_string();
+  ASSERT_EQ(run(around), Progress::kDone) << diagnostics.to_string();
   EXPECT_GT(slowest(), 0.6 * 0.08);
   EXPECT_GT(swing(2), 0.0012);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -197,7 +197,7 @@ TEST_F(WeaveStepTest, ConditionsCountWhereTheirMotionIsDone) {
   };
   EXPECT_EQ(push_at(1.0), Progress::kDone) << "on the first side";
   EXPECT_EQ(push_at(-0.03), Progress::kFailed) << "on the second";
-  EXPECT_THAT(findings.to_string(), HasSubstr("in 'two', which is blended into: this must not hold and did"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("in 'two', which is blended into: this must not hold and did"));
   EXPECT_TRUE(fake.core_arm().at_rest());
   const std::string until = R"(, "until": {"sensor": "wrist", "above_N": 30}, "on_end": "continue")";
   const Program guarded = good(sequence(R"({"do": "tare"},)" + seam(kWeave, kWeave, kWeave + until)));
@@ -209,7 +209,7 @@ TEST_F(WeaveStepTest, ConditionsCountWhereTheirMotionIsDone) {
                       p.x() < -0.0599 && p.y() < 0.0 ? Eigen::Vector3d(0, 0, 60) : Eigen::Vector3d::Zero();
                 }),
             Progress::kDone)
-      << findings.to_string();
+      << diagnostics.to_string();
   EXPECT_EQ(variables.touches.size(), 1u);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
@@ -242,7 +242,7 @@ TEST_F(WeaveStepTest, AForceOffsetGoesOnThroughItsCornersAndMayBeginInOne) {
     fake.backend->sent.clear();
     const std::string steps = tare + seam(from_first ? offset(5) : "", offset(5), offset(5));
     EXPECT_EQ(rehearsed(sequence(steps)).to_string(), "");
-    ASSERT_EQ(run(sequence(steps)), Progress::kDone) << findings.to_string();
+    ASSERT_EQ(run(sequence(steps)), Progress::kDone) << diagnostics.to_string();
     EXPECT_THAT(begun(), testing::IsSupersetOf({"one", "two", "three"}));
     EXPECT_GT(slowest(), 0.6 * 0.08);
     EXPECT_EQ(swing(0) > 1e-4, from_first);
@@ -264,7 +264,7 @@ TEST_F(WeaveStepTest, AForceOffsetGoesOnThroughItsCornersAndMayBeginInOne) {
   const Program late = good(sequence(tare + seam("", "", offset(5))));
   EXPECT_EQ(run(late, [this](int, ProgramRunner&) { fake.sensor->silent = tool_in_block(fake.q()).x() < -0.05; }),
             Progress::kFailed);
-  EXPECT_THAT(findings.to_string(), HasSubstr("in 'three', which is blended into: 'wrist' did not answer"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("in 'three', which is blended into: 'wrist' did not answer"));
   EXPECT_TRUE(fake.core_arm().at_rest());
 }
 
@@ -280,7 +280,7 @@ TEST_F(WeaveStepTest, AsMotionsOfATransactionItIsTheSame) {
   for (const std::string& program : {sequence(seam(kWeave, "", kOther)), motions(kWeave, "", kOther)}) {
     ASSERT_EQ(run(R"({"do": "ptp", "to": "home"})"), Progress::kDone);
     fake.backend->sent.clear();
-    ASSERT_EQ(run(program), Progress::kDone) << findings.to_string();
+    ASSERT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
     sent.emplace_back();
     for (std::size_t i = begin_of_seam(); i < fake.backend->sent.size(); ++i)
       sent.back().push_back(fake.backend->sent[i].q);

@@ -14,10 +14,10 @@ using Json = nlohmann::ordered_json;
 using testing::HasSubstr;
 
 TEST(ObjectReader, ReadsWhatIsThereAndFallsBackWhereAllowed) {
-  Findings findings;
+  Diagnostics diagnostics;
   const Json json =
       Json::parse(R"({"mass_kg": 2, "name": "x", "fixed": true, "position_m": [1, 2, 3], "rpy_deg": [0, 0, 90]})");
-  ObjectReader reader(json, "/objects/x", findings);
+  ObjectReader reader(json, "/objects/x", diagnostics);
   EXPECT_EQ(reader.number("mass_kg", {}, kPositive), 2.0);
   EXPECT_EQ(reader.text("name"), "x");
   EXPECT_TRUE(reader.boolean("fixed"));
@@ -25,33 +25,33 @@ TEST(ObjectReader, ReadsWhatIsThereAndFallsBackWhereAllowed) {
   const Eigen::Isometry3d X = reader.pose();
   EXPECT_TRUE((X * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3)));
   reader.finish();
-  EXPECT_TRUE(findings.empty()) << findings.to_string();
+  EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
 }
 
 TEST(ObjectReader, ATextThatMustBeThereIsNotEmpty) {
-  Findings findings;
+  Diagnostics diagnostics;
   const Json json = Json::parse(R"({"urdf": "", "title": "", "comment": ""})");
-  ObjectReader reader(json, "/device", findings);
+  ObjectReader reader(json, "/device", diagnostics);
   EXPECT_EQ(reader.text("urdf"), "");
   EXPECT_EQ(reader.text("title", "none"), "");
   reader.finish();
-  ASSERT_EQ(findings.list().size(), 1u) << findings.to_string();
-  EXPECT_THAT(findings.to_string(), testing::AllOf(HasSubstr("/device/urdf"), HasSubstr("not empty")));
+  ASSERT_EQ(diagnostics.list().size(), 1u) << diagnostics.to_string();
+  EXPECT_THAT(diagnostics.to_string(), testing::AllOf(HasSubstr("/device/urdf"), HasSubstr("not empty")));
 }
 
 TEST(ObjectReader, ReportsAllErrorsAtOnceWithPlaceValueAndChoice) {
-  Findings findings;
+  Diagnostics diagnostics;
   const Json json =
       Json::parse(R"({"mass_kg": -1, "nmae": "x", "mode": "fats", "size_m": [1, "a"], "quaternion": [1, 1, 0, 0]})");
-  ObjectReader reader(json, "/o", findings);
+  ObjectReader reader(json, "/o", diagnostics);
   (void)reader.number("mass_kg", {}, kPositive);
   (void)reader.text("name");
   (void)reader.choice("mode", {"fast", "slow"});
   (void)reader.numbers("size_m", 2);
   (void)reader.rotation();
   reader.finish();
-  const std::string text = findings.to_string();
-  EXPECT_EQ(findings.list().size(), 6u) << text;
+  const std::string text = diagnostics.to_string();
+  EXPECT_EQ(diagnostics.list().size(), 6u) << text;
   EXPECT_THAT(text, HasSubstr("/o/mass_kg: error: -1 stands here (a number above 0)"));
   EXPECT_THAT(text, HasSubstr("/o: error: key 'name' is missing"));
   EXPECT_THAT(text, HasSubstr("did you mean 'fast'?"));
@@ -64,13 +64,13 @@ TEST(ObjectReader, UnknownKeysAreCountedBeyondABound) {
   Json json = Json::object();
   auto& members = json.get_ref<Json::object_t&>();
   for (int i = 0; i < 50'000; ++i) members.emplace_back(fmt::format("key {}", i), i);
-  Findings findings;
-  ObjectReader reader(json, "/devices", findings);
+  Diagnostics diagnostics;
+  ObjectReader reader(json, "/devices", diagnostics);
   (void)reader.integer("key 7");
   reader.finish();
-  ASSERT_EQ(findings.list().size(), 101u);
-  EXPECT_EQ(findings.list().back().pointer, "/devices");
-  EXPECT_THAT(findings.list().back().message, HasSubstr("49899 more keys"));
+  ASSERT_EQ(diagnostics.list().size(), 101u);
+  EXPECT_EQ(diagnostics.list().back().pointer, "/devices");
+  EXPECT_THAT(diagnostics.list().back().message, HasSubstr("49899 more keys"));
 }
 
 TEST(ObjectReader, MessagesAreCutBetweenCharacters) {

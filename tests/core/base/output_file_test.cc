@@ -54,11 +54,11 @@ TEST_F(OutputFile, AFullDiskLeavesWhatWasThereAndNothingElse) {
   getrlimit(RLIMIT_FSIZE, &before);
   const rlimit small{.rlim_cur = 1000, .rlim_max = before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &small);
-  const Findings findings = write_file(file_, std::string(5000, 'x'), "--report");
+  const Diagnostics diagnostics = write_file(file_, std::string(5000, 'x'), "--report");
   setrlimit(RLIMIT_FSIZE, &before);
-  ASSERT_TRUE(findings.has_errors());
-  EXPECT_NE(findings.to_string().find("--report: error: "), std::string::npos);
-  EXPECT_NE(findings.to_string().find("File too large"), std::string::npos);
+  ASSERT_TRUE(diagnostics.has_errors());
+  EXPECT_NE(diagnostics.to_string().find("--report: error: "), std::string::npos);
+  EXPECT_NE(diagnostics.to_string().find("File too large"), std::string::npos);
   EXPECT_EQ(content_of(file_), "before");
   EXPECT_EQ(entries(folder_.path()), 1u);
 }
@@ -72,8 +72,8 @@ TEST_F(OutputFile, DevicesAreWrittenAndAFifoWithoutReaderIsRefused) {
 }
 
 TEST_F(OutputFile, MissingFolderIsNamed) {
-  const Findings findings = write_file(folder_.path() / "none" / "a", "text");
-  EXPECT_NE(findings.to_string().find("No such file"), std::string::npos);
+  const Diagnostics diagnostics = write_file(folder_.path() / "none" / "a", "text");
+  EXPECT_NE(diagnostics.to_string().find("No such file"), std::string::npos);
 }
 
 TEST_F(OutputFile, WhatIsReadIsNotOverwritten) {

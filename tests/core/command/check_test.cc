@@ -1,4 +1,4 @@
-// Each rule of the layer, broken once: the finding names rule, place and way out, and nothing is loaded.
+// Each rule of the layer, broken once: the diagnostic names rule, place and way out, and nothing is loaded.
 #include "core/command/check.h"
 
 #include <gmock/gmock.h>
@@ -24,8 +24,9 @@ class CheckTest : public testing::Test {
 
   /// Refused by the check, by the mapping and by LOAD, with the rule, the place and the way out.
   void expect_refused(const Command& command, const char* rule, const char* place, const char* way_out) {
-    const Findings findings = check(command);
-    EXPECT_THAT(findings.to_string(), AllOf(HasSubstr(std::string(rule) + ":"), HasSubstr(place), HasSubstr(way_out)));
+    const Diagnostics diagnostics = check(command);
+    EXPECT_THAT(diagnostics.to_string(),
+                AllOf(HasSubstr(std::string(rule) + ":"), HasSubstr(place), HasSubstr(way_out)));
     EXPECT_FALSE(map(command).has_value());
     EXPECT_FALSE(cell.runtime.load(command).has_value());
   }
@@ -169,10 +170,10 @@ TEST_F(CheckTest, OneFaultOfPlanningBringsNoOthersWithIt) {
   TransactionCommand all("all");
   all.add_started(far).add(back).add(home);
   all.on_entered(far.completed(), start(back)).on_entered(back.completed(), start(home));
-  const Findings findings = cell.runtime.load(all).error();
-  ASSERT_EQ(findings.list().size(), 1u) << findings.to_string();
-  EXPECT_EQ(findings.list().front().pointer, "/all/far/goal");
-  EXPECT_THAT(findings.to_string(), HasSubstr("out of reach"));
+  const Diagnostics diagnostics = cell.runtime.load(all).error();
+  ASSERT_EQ(diagnostics.list().size(), 1u) << diagnostics.to_string();
+  EXPECT_EQ(diagnostics.list().front().pointer, "/all/far/goal");
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("out of reach"));
 }
 
 TEST_F(CheckTest, WhatIsNotPlannedBecauseOfAnotherFaultIsNoFaultOfItsOwn) {
@@ -181,8 +182,8 @@ TEST_F(CheckTest, WhatIsNotPlannedBecauseOfAnotherFaultIsNoFaultOfItsOwn) {
   TransactionCommand all("all");
   all.add(one).add(other);
   all.on_entered(one.completed(), start(other)).on_entered(other.completed(), start(one));
-  const Findings findings = cell.runtime.load(all).error();
-  EXPECT_THAT(findings.to_string(), AllOf(HasSubstr("it would start itself"), Not(HasSubstr("is not planned"))));
+  const Diagnostics diagnostics = cell.runtime.load(all).error();
+  EXPECT_THAT(diagnostics.to_string(), AllOf(HasSubstr("it would start itself"), Not(HasSubstr("is not planned"))));
 }
 
 TEST_F(CheckTest, AFormulaTooDeepIsRefused) {

@@ -21,14 +21,14 @@ struct CommandStatus {
   activity::RunState state = activity::RunState::kQueued;
   net::Cause cause;  ///< of the end of its net; code kNone before, and of one that never began
   std::int64_t first_cycle = -1, last_cycle = -1;
-  Findings findings;                               ///< of one that failed
+  Diagnostics diagnostics;                         ///< of one that failed
   std::vector<activity::TracedCycle> last_cycles;  ///< of one that failed while it ran
 
   [[nodiscard]] bool ended() const { return activity::is_final(state); }
   [[nodiscard]] bool succeeded() const { return ended() && state != activity::RunState::kFailed; }
   [[nodiscard]] std::string to_string() const {
     std::string text = fmt::format("{} in cycle {}: {}\n{}", net::name_of(cause.code), last_cycle, cause.text.view(),
-                                   findings.to_string());
+                                   diagnostics.to_string());
     for (const activity::TracedCycle& one : last_cycles) {
       text += fmt::format("\n  {}:", one.cycle);
       for (const auto& [name, value] : one.values) text += fmt::format(" {}={}", name, value);
@@ -64,7 +64,7 @@ class LoadedCommand {
                          .cause = run_->cause(),
                          .first_cycle = run_->first_cycle(),
                          .last_cycle = run_->last_cycle(),
-                         .findings = run_->findings(),
+                         .diagnostics = run_->diagnostics(),
                          .last_cycles = {}};
     if (run_->state() == activity::RunState::kFailed) status.last_cycles = run_->last_cycles();
     return status;
@@ -89,13 +89,13 @@ class CommandRuns {
   CommandRuns(rcc::ControlCore& core, const command::Cell& cell, std::function<void()> cycle = {})
       : core_(core), cell_(cell), cycle_(cycle ? std::move(cycle) : [&core] { core.step(); }) {}
 
-  /// Plans, checks, maps, verifies. Nothing moves. @return all findings, if it is refused
+  /// Plans, checks, maps, verifies. Nothing moves. @return all diagnostics, if it is refused
   [[nodiscard]] Result<LoadedCommand> load(const command::Command& command) {
     auto scheduler =
         std::make_shared<activity::Scheduler>(core_, cell_, activity::Scheduler::Options{.latency_cycles = 0});
     const activity::RunPtr run = scheduler->schedule(activity::command_activity(command));
     scheduler->prepare(run);
-    if (run->over()) return std::unexpected(run->findings());
+    if (run->over()) return std::unexpected(run->diagnostics());
     scheduler->hold(true);
     LoadedCommand loaded(scheduler, run, [this] { step(); });
     loaded_.push_back(loaded);
@@ -105,7 +105,7 @@ class CommandRuns {
   CommandStatus execute(const command::Command& command) {
     auto loaded = load(command);
     if (!loaded)
-      return {.state = activity::RunState::kFailed, .cause = {}, .findings = loaded.error(), .last_cycles = {}};
+      return {.state = activity::RunState::kFailed, .cause = {}, .diagnostics = loaded.error(), .last_cycles = {}};
     loaded->start();
     return loaded->wait();
   }

@@ -28,12 +28,12 @@ Condition good(const char* text) {
   return condition.value_or(Condition{});
 }
 
-/// Pointers of all findings, in their order.
+/// Pointers of all diagnostics, in their order.
 std::vector<std::string> pointers(const char* text) {
   const auto condition = parse(text);
   std::vector<std::string> pointers;
   if (condition) return pointers;
-  for (const Finding& finding : condition.error().list()) pointers.push_back(finding.pointer);
+  for (const Diagnostic& diagnostic : condition.error().list()) pointers.push_back(diagnostic.pointer);
   return pointers;
 }
 

@@ -354,17 +354,17 @@ std::set<std::string>& all_said() {
   return said;
 }
 
-void expect_told(const Findings& findings, const std::string& place, const std::string& message,
+void expect_told(const Diagnostics& diagnostics, const std::string& place, const std::string& message,
                  const std::string& way_out) {
   bool told = false;
-  for (const Finding& finding : findings.list()) {
-    all_said().insert(finding.message);
-    EXPECT_FALSE(finding.hint.empty()) << "no way out: " << to_string(finding);
-    told = told || (finding.pointer == place && finding.message.find(message) != std::string::npos &&
-                    finding.hint.find(way_out) != std::string::npos);
+  for (const Diagnostic& diagnostic : diagnostics.list()) {
+    all_said().insert(diagnostic.message);
+    EXPECT_FALSE(diagnostic.hint.empty()) << "no way out: " << to_string(diagnostic);
+    told = told || (diagnostic.pointer == place && diagnostic.message.find(message) != std::string::npos &&
+                    diagnostic.hint.find(way_out) != std::string::npos);
   }
   EXPECT_TRUE(told) << "expected " << place << ": " << message << " (" << way_out << "), found\n"
-                    << findings.to_string();
+                    << diagnostics.to_string();
 }
 
 void break_commands() {
@@ -432,7 +432,7 @@ void break_modes() {
   test::CommandRuns runtime(core, cell);
   const auto load = [&](const Action& action) {
     const auto loaded = runtime.load(RuntimeCommand("move", command::arm(cell, "arm"), action));
-    return loaded ? Findings() : loaded.error();
+    return loaded ? Diagnostics() : loaded.error();
   };
   expect_told(load(freedrive(cell, "arm")), "/move", "C8: nobody can guide 'arm' by hand", "the mode joint_impedance");
   expect_told(load(with_compliance(hold(), JointCompliance{})), "/move",
@@ -466,21 +466,23 @@ TEST(CommandRulesBrokenOnce, AllOfThemAtOnce) {
   std::vector<BrokenCommand> rules;
   for (const auto& table : {starts(), ends(), trees()}) rules.insert(rules.end(), table.begin(), table.end());
   std::vector<Command> kept;
-  Findings findings;
+  Diagnostics diagnostics;
   TransactionCommand whole("whole");
   for (std::size_t i = 0; i < rules.size(); ++i) {
     TransactionCommand one("rule " + std::to_string(i));
     one.add_started(kept.emplace_back(rules[i].make(world)));
     whole.add_started(one);
   }
-  findings = check(whole);
+  diagnostics = check(whole);
   for (std::size_t i = 0; i < rules.size(); ++i) {
     const std::string place = "/whole/rule " + std::to_string(i) + rules[i].place;
-    EXPECT_TRUE(std::ranges::any_of(
-        findings.list(),
-        [&](const Finding& finding) { return finding.pointer == place && finding.message.starts_with(rules[i].rule); }))
+    EXPECT_TRUE(std::ranges::any_of(diagnostics.list(),
+                                    [&](const Diagnostic& diagnostic) {
+                                      return diagnostic.pointer == place &&
+                                             diagnostic.message.starts_with(rules[i].rule);
+                                    }))
         << place << ": " << rules[i].message << "\n"
-        << findings.to_string();
+        << diagnostics.to_string();
   }
 }
 

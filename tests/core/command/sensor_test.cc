@@ -100,10 +100,10 @@ TEST_F(SensorTest, StatesAreComparedCombinedAndHeld) {
 
 TEST_F(SensorTest, ADeviceThatIsNotThereIsFoundWithTheNearestName) {
   WaitCommand wait("wait", is_greater(norm(force(contact_wrench(cell.cell, "wirst"))), 1.0));
-  const Findings findings = check(wait);
-  ASSERT_TRUE(findings.has_errors());
-  EXPECT_THAT(findings.to_string(), HasSubstr("no force/torque sensor 'wirst'"));
-  EXPECT_THAT(findings.to_string(), HasSubstr("'wrist'"));
+  const Diagnostics diagnostics = check(wait);
+  ASSERT_TRUE(diagnostics.has_errors());
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("no force/torque sensor 'wirst'"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("'wrist'"));
   EXPECT_EQ(digital_input(cell.cell, "bottom").now(), std::nullopt);
 }
 

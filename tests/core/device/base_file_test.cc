@@ -101,7 +101,7 @@ class BadBaseFile : public testing::Test {
     text.replace(at, from.size(), to);
     std::ofstream(folder_ / file) << text;
   }
-  [[nodiscard]] std::string findings() const {
+  [[nodiscard]] std::string diagnostics() const {
     const auto base = read_base(folder_);
     return base ? "" : base.error().to_string();
   }
@@ -143,17 +143,17 @@ TEST_F(BadBaseFile, EveryRuleOnce) {
     SCOPED_TRACE(std::string(one.from) + " -> " + one.to);
     copy();
     change(one.file, one.from, one.to);
-    EXPECT_THAT(findings(), HasSubstr(one.found));
+    EXPECT_THAT(diagnostics(), HasSubstr(one.found));
   }
   copy();
-  EXPECT_EQ(findings(), "");
+  EXPECT_EQ(diagnostics(), "");
 }
 
 TEST_F(BadBaseFile, AllMistakesAtOnce) {
   change("device.json", "0.0475", "-1");
   change("device.json", "\"angular_jerk_rad_s3\": 12", "\"angular_jerk_rad_s3\": 0");
   change("device.json", "\"payload_max_kg\"", "\"payload_max\"");
-  const std::string text = findings();
+  const std::string text = diagnostics();
   for (const char* found : {"/drive/wheel_radius_m", "/limits/angular_jerk_rad_s3", "did you mean 'payload_max_kg'?"})
     EXPECT_THAT(text, HasSubstr(found));
 }

@@ -12,12 +12,12 @@ using Json = nlohmann::ordered_json;
 using testing::HasSubstr;
 
 TEST(ChannelFile, ReadsAllThatAChannelCanSay) {
-  Findings findings;
+  Diagnostics diagnostics;
   const Json json = {{"type", "Wrench"},   {"writer", "net"},
                      {"unit", "N,N*m"},    {"frame", "flange"},
                      {"timeout_s", 0.004}, {"initial", {{"force", {1, 2, 3}}, {"torque", {0, 0, 0}}}}};
-  const ChannelDescription channel = device::channel_from_json("felt", json, "/channels/felt", findings);
-  EXPECT_TRUE(findings.empty()) << findings.to_string();
+  const ChannelDescription channel = device::channel_from_json("felt", json, "/channels/felt", diagnostics);
+  EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
   EXPECT_EQ(channel.name, "felt");
   EXPECT_EQ(channel.type, net::ValueType::kWrench);
   EXPECT_EQ(channel.writer, ChannelDescription::Writer::kNet);
@@ -28,9 +28,9 @@ TEST(ChannelFile, ReadsAllThatAChannelCanSay) {
 }
 
 TEST(ChannelFile, TheTypeIsEnough) {
-  Findings findings;
-  const ChannelDescription channel = device::channel_from_json("go", {{"type", "Boolean"}}, "", findings);
-  EXPECT_TRUE(findings.empty()) << findings.to_string();
+  Diagnostics diagnostics;
+  const ChannelDescription channel = device::channel_from_json("go", {{"type", "Boolean"}}, "", diagnostics);
+  EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
   EXPECT_EQ(channel.writer, ChannelDescription::Writer::kOutside);
   EXPECT_EQ(channel.timeout, 0);
   EXPECT_FALSE(channel.initial);
@@ -38,9 +38,9 @@ TEST(ChannelFile, TheTypeIsEnough) {
 
 TEST(ChannelFile, WhatIsWrongIsSaidWithItsPlace) {
   const auto text = [](const Json& json) {
-    Findings findings;
-    (void)device::channel_from_json("x", json, "/channels/x", findings);
-    return findings.to_string();
+    Diagnostics diagnostics;
+    (void)device::channel_from_json("x", json, "/channels/x", diagnostics);
+    return diagnostics.to_string();
   };
   EXPECT_THAT(text({{"type", "Reel"}}), HasSubstr("/channels/x/type"));
   EXPECT_THAT(text({{"type", "Reel"}}), HasSubstr("Real"));

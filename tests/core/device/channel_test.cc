@@ -23,7 +23,7 @@ std::unique_ptr<Channel> make(const ChannelDescription& description) {
   return std::move(*channel);
 }
 
-std::string findings_of(const ChannelDescription& description) {
+std::string diagnostics_of(const ChannelDescription& description) {
   const auto channel = Channel::make(description);
   return channel ? "" : channel.error().to_string();
 }
@@ -105,17 +105,18 @@ TEST(Channel, WritersThatMayNotAreToldSo) {
 
 TEST(Channel, WhatIsWrongIsSaidAtOnce) {
   using testing::HasSubstr;
-  const std::string all = findings_of({.name = "", .unit = "parsec", .frame = "a>b", .initial = true, .timeout = -1});
+  const std::string all =
+      diagnostics_of({.name = "", .unit = "parsec", .frame = "a>b", .initial = true, .timeout = -1});
   EXPECT_THAT(all, HasSubstr("needs a name"));
   EXPECT_THAT(all, HasSubstr("'parsec' is no unit"));
   EXPECT_THAT(all, HasSubstr("'a>b' is no frame of a Real"));
   EXPECT_THAT(all, HasSubstr("a Boolean, but the channel carries a Real"));
   EXPECT_THAT(all, HasSubstr("timeout below 0"));
-  EXPECT_THAT(findings_of({.name = "x", .unit = "u"}), HasSubstr("is no unit"));
-  EXPECT_THAT(findings_of({.name = "x", .unit = "N,N*m"}), HasSubstr("two units"));
-  EXPECT_THAT(findings_of({.name = "x", .type = ValueType::kBoolean, .unit = "m"}), HasSubstr("carries no unit"));
-  EXPECT_THAT(findings_of({.name = "x", .type = ValueType::kFrame, .frame = "a"}), HasSubstr("'A>B'"));
-  EXPECT_EQ(findings_of({.name = "x", .type = ValueType::kWrench, .unit = "N,N*m", .frame = "flange"}), "");
+  EXPECT_THAT(diagnostics_of({.name = "x", .unit = "u"}), HasSubstr("is no unit"));
+  EXPECT_THAT(diagnostics_of({.name = "x", .unit = "N,N*m"}), HasSubstr("two units"));
+  EXPECT_THAT(diagnostics_of({.name = "x", .type = ValueType::kBoolean, .unit = "m"}), HasSubstr("carries no unit"));
+  EXPECT_THAT(diagnostics_of({.name = "x", .type = ValueType::kFrame, .frame = "a"}), HasSubstr("'A>B'"));
+  EXPECT_EQ(diagnostics_of({.name = "x", .type = ValueType::kWrench, .unit = "N,N*m", .frame = "flange"}), "");
 }
 
 TEST(Channel, D4_EveryBitOfTheValueAndItsAgeIsInTheState) {

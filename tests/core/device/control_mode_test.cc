@@ -93,12 +93,12 @@ TEST(ControlModeFile, FindsAllThatIsWrongAtOnce) {
     "impedance": {"joint_impedance": {"stiffness_max_Nm_rad": [100, 100], "stiffness_Nm_rad": [200, 50],
                                       "torque_max_Nm": [1, -1], "damping_ratio_range": [0.2, 1], "damping_ratio": 2,
                                       "on_stop": "limp"}}})");
-  Findings findings;
-  ObjectReader reader(json, "/control", findings);
+  Diagnostics diagnostics;
+  ObjectReader reader(json, "/control", diagnostics);
   ControlModes modes;
   ImpedanceDescription impedance;
   read_control_modes(reader, 2, modes, impedance);
-  const std::string text = findings.to_string();
+  const std::string text = diagnostics.to_string();
   for (const char* expected :
        {"/control/modes/1", "unknown control mode 'soft'", "/control/mode_changes/1", "again",
         "/control/mode_changes/2/class", "/control/mode_changes/2", "it has no mode 'cartesian_impedance'",
@@ -110,12 +110,12 @@ TEST(ControlModeFile, FindsAllThatIsWrongAtOnce) {
 
 TEST(ControlModeFile, AModeOfImpedanceNeedsItsRanges) {
   const Json json = Json::parse(R"({"modes": ["position", "cartesian_impedance"]})");
-  Findings findings;
-  ObjectReader reader(json, "/control", findings);
+  Diagnostics diagnostics;
+  ObjectReader reader(json, "/control", diagnostics);
   ControlModes modes;
   ImpedanceDescription impedance;
   read_control_modes(reader, 6, modes, impedance);
-  EXPECT_NE(findings.to_string().find("impedance"), std::string::npos) << findings.to_string();
+  EXPECT_NE(diagnostics.to_string().find("impedance"), std::string::npos) << diagnostics.to_string();
 }
 
 TEST(ControlModeFile, TheArmsSayWhatTheyCanDo) {

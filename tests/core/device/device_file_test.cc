@@ -67,7 +67,7 @@ class BadFile : public testing::Test {
     text.replace(at, from.size(), to);
     std::ofstream(folder_ / "device.json") << text;
   }
-  std::string findings() const {
+  std::string diagnostics() const {
     const auto arm = read_arm(folder_);
     return arm ? "" : arm.error().to_string();
   }
@@ -80,7 +80,7 @@ TEST_F(BadFile, AllMistakesAtOnceWithTheNearestChoice) {
   change("[8, 5, 10, 8, 15, 15, 20]", "[8, 5, 10, 8, 15, 15]");
   change("[\"position\", \"joint", "[\"positon\", \"joint");
   change("\"damping_ratio\": [1,", "\"damping_ratio\": [-1,");
-  const std::string text = findings();
+  const std::string text = diagnostics();
   EXPECT_THAT(text, HasSubstr("device.json"));
   EXPECT_THAT(text, HasSubstr("/payload_max"));
   EXPECT_THAT(text, HasSubstr("did you mean 'payload_max_kg'?"));
@@ -91,29 +91,29 @@ TEST_F(BadFile, AllMistakesAtOnceWithTheNearestChoice) {
 
 TEST_F(BadFile, WrongNumberOfJoints) {
   change("[8, 5, 10, 8, 15, 15, 20]", "[8, 5, 10, 8, 15, 15]");
-  EXPECT_THAT(findings(), HasSubstr("/limits/acceleration_rad_s2"));
+  EXPECT_THAT(diagnostics(), HasSubstr("/limits/acceleration_rad_s2"));
 }
 
 TEST_F(BadFile, HomeOutsideTheRange) {
   change("\"home_rad\": [0, -0.5236", "\"home_rad\": [0, -5.5");
-  EXPECT_THAT(findings(), HasSubstr("/home_rad/1"));
+  EXPECT_THAT(diagnostics(), HasSubstr("/home_rad/1"));
 }
 
 TEST_F(BadFile, UnknownHeldJoint) {
   change("[\"e1\"]", "[\"e2\"]");
-  EXPECT_THAT(findings(), HasSubstr("did you mean 'a2'? allowed: a1, a2, e1"));
+  EXPECT_THAT(diagnostics(), HasSubstr("did you mean 'a2'? allowed: a1, a2, e1"));
 }
 
 TEST_F(BadFile, WrongKind) {
   change("\"kind\": \"arm\"", "\"kind\": \"tool\"");
-  EXPECT_THAT(findings(), HasSubstr("/kind"));
+  EXPECT_THAT(diagnostics(), HasSubstr("/kind"));
 }
 
 TEST_F(BadFile, UrdfOutsideTheFolderOrMissing) {
   change("lwr4plus.urdf", "../ft_gamma/ft_gamma.urdf");
-  EXPECT_THAT(findings(), HasSubstr("/urdf"));
+  EXPECT_THAT(diagnostics(), HasSubstr("/urdf"));
   change("../ft_gamma/ft_gamma.urdf", "nowhere.urdf");
-  EXPECT_NE(findings(), "");
+  EXPECT_NE(diagnostics(), "");
 }
 
 TEST_F(BadFile, TruncatedAnywhereIsAFindingNotACrash) {
@@ -121,7 +121,7 @@ TEST_F(BadFile, TruncatedAnywhereIsAFindingNotACrash) {
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   for (std::size_t size = 0; size + 2 < text.size(); size += 97) {
     std::ofstream(folder_ / "device.json") << text.substr(0, size);
-    EXPECT_NE(findings(), "") << size;
+    EXPECT_NE(diagnostics(), "") << size;
   }
 }
 

@@ -192,7 +192,7 @@ TEST(SignalFiles, ReadTheModels) {
   EXPECT_EQ((*finder)->range_min, 0.05);
 }
 
-/// Writes a device file beside a copy of a model's URDF. @return the findings of the reader as text
+/// Writes a device file beside a copy of a model's URDF. @return the diagnostics of the reader as text
 template <class Reader>
 std::string wrong(const std::string& model, const Reader& read, const std::string& from, const std::string& to) {
   namespace fs = std::filesystem;

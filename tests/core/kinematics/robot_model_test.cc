@@ -33,7 +33,7 @@ std::string joint(const std::string& attributes, const std::string& inside) {
   return fmt::format("<joint name='j' {}><parent link='a'/><child link='b'/>{}</joint>", attributes, inside);
 }
 
-/// All findings as one text; fails the test if there is no error.
+/// All diagnostics as one text; fails the test if there is no error.
 std::string errors(const std::string& xml) {
   const auto model = RobotModel::parse(xml, ".");
   EXPECT_FALSE(model) << xml;

@@ -24,7 +24,7 @@ struct Relay {
   Motion before;
   double tau = 0.0;
   std::optional<Motion> after;
-  Findings why;
+  Diagnostics why;
   bool possible = false;  ///< from rest the arm could do it
 
   Relay(const std::string& urdf, Random& random) : arm(urdf, random), before(first_motion(random)) {

@@ -50,7 +50,7 @@ LegMaker random_leg(Random& random, const RandomArm& arm, double size, const Ble
     Random own = draw;  // the same draw however often the motion is asked for
     const ArmModel model = arm.model();
     const Eigen::Isometry3d X = arm.chain.forward(q) * arm.X_FM;
-    Result<Leg> leg = std::unexpected(Findings{});
+    Result<Leg> leg = std::unexpected(Diagnostics{});
     if (kind == 0) {
       leg = ptp_leg(model, q, near_q(own, q, 2.0 * size));
     } else if (kind == 1) {

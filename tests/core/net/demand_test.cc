@@ -18,12 +18,12 @@ std::vector<std::string> error_texts(const NetDescription& net) {
   const auto compiled = CompiledNet::compile(net, devices);
   std::vector<std::string> lines;
   if (compiled) return lines;
-  for (const Finding& finding : compiled.error().list()) lines.push_back(to_string(finding));
+  for (const Diagnostic& diagnostic : compiled.error().list()) lines.push_back(to_string(diagnostic));
   return lines;
 }
 
 /// s -> r -> (at once, and by way of a delayed gain) -> sum -> m
-NetDescription two_ways() {
+NetDescription dual_entry() {
   NetDescription d;
   d.add("end", "TestEnd").add("s", "TestCounter").add("r", "TestToReal").add("sum", "TestAdd").add("m", "TestMonitor");
   d.add("g", "TestMultiply", {{"b", 2.0}});
@@ -32,7 +32,7 @@ NetDescription two_ways() {
 }
 
 TEST(Demands, RowO7AKeptBoundIsReportedWithItsCriticalPath) {
-  auto d = two_ways();
+  auto d = dual_entry();
   d.demand("s.out", "m.in", 1).demands[0].minimum_cycles = 0;
   const auto net = make_net(d);
   ASSERT_NE(net, nullptr);
@@ -44,7 +44,7 @@ TEST(Demands, RowO7AKeptBoundIsReportedWithItsCriticalPath) {
 }
 
 TEST(Demands, RowO7ABrokenMaximumNamesTheLongestWay) {
-  auto d = two_ways();
+  auto d = dual_entry();
   d.demand("s.out", "m.in", 0);
   EXPECT_THAT(error_texts(d),
               ElementsAre(AllOf(HasSubstr("/demands/0/maximum_cycles: error: 's.out' can take 1 cycle to 'm.in': "
@@ -54,7 +54,7 @@ TEST(Demands, RowO7ABrokenMaximumNamesTheLongestWay) {
 }
 
 TEST(Demands, RowO7ABrokenMinimumNamesTheShortestWay) {
-  auto d = two_ways();
+  auto d = dual_entry();
   d.demand("s.out", "m.in", 5).demands[0].minimum_cycles = 1;
   EXPECT_THAT(error_texts(d),
               ElementsAre(AllOf(HasSubstr("/demands/0/minimum_cycles"), HasSubstr("can take only 0 cycles"),
@@ -80,7 +80,7 @@ TEST(Demands, RowO6ATimeThatDependsOnDataHasNoBound) {
 }
 
 TEST(Demands, WhatNeverArrivesKeepsNoBound) {
-  auto d = two_ways();
+  auto d = dual_entry();
   d.demand("m.out", "s.in", 1).demand("sum.out", "r.in", 1);
   EXPECT_THAT(error_texts(d), ElementsAre(HasSubstr("/demands/0/from"), HasSubstr("/demands/0/to")));
   d.demands.erase(d.demands.begin());
@@ -208,7 +208,7 @@ TEST(OnNull, RowN4NullPassesLogicSelectionsAndMerges) {
 // The report.
 
 TEST(Report, AsData) {
-  auto d = two_ways();
+  auto d = dual_entry();
   FragmentDescription f;
   f.id = "f";
   f.when_inactive = WhenInactive::kKeep;

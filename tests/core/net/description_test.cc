@@ -13,13 +13,13 @@ namespace {
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-std::vector<std::string> findings(std::string_view text) {
+std::vector<std::string> diagnostics(std::string_view text) {
   const auto document = parse_json(text);
   if (!document) return {document.error().to_string()};
   const auto net = net_from_json(*document);
   std::vector<std::string> lines;
   if (net) return lines;
-  for (const Finding& finding : net.error().list()) lines.push_back(to_string(finding));
+  for (const Diagnostic& diagnostic : net.error().list()) lines.push_back(to_string(diagnostic));
   return lines;
 }
 
@@ -49,7 +49,7 @@ TEST(NetJson, ReadsEveryPart) {
 }
 
 TEST(NetJson, EveryMistakeWithItsPointer) {
-  EXPECT_THAT(findings(R"({"nmae": "n", "primitives": [{"id": 1, "typ": "T"}, 5],
+  EXPECT_THAT(diagnostics(R"({"nmae": "n", "primitives": [{"id": 1, "typ": "T"}, 5],
     "links": [{"from": "a.o", "delayed": 1}, {"from": "a", "to": "b", "initail": 0}],
     "fragments": [{"id": "f", "when_inactive": "rest", "net": {"link": []}, "inputs": [{"port": "p"}]},
                   {"id": "g"}]})"),
@@ -63,12 +63,12 @@ TEST(NetJson, EveryMistakeWithItsPointer) {
 TEST(NetJson, WhatIsNoNet) {
   for (const char* text :
        {"[]", "1", "null", "\"x\"", R"({"primitives": {}})", R"({"links": 1})", R"({"fragments": "f"})"}) {
-    EXPECT_FALSE(findings(text).empty()) << text;
+    EXPECT_FALSE(diagnostics(text).empty()) << text;
   }
 }
 
 TEST(NetJson, DuplicateKeysAreRefusedByTheReader) {
-  EXPECT_THAT(findings(R"({"primitives": [{"id": "a", "id": "b", "type": "T"}]})"),
+  EXPECT_THAT(diagnostics(R"({"primitives": [{"id": "a", "id": "b", "type": "T"}]})"),
               testing::ElementsAre(HasSubstr("/primitives/0/id")));
 }
 

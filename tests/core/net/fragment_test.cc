@@ -131,7 +131,8 @@ TEST(Fragment, MistakesInPortsAreNamedOnce) {
   const auto net = CompiledNet::compile(d, devices);
   ASSERT_FALSE(net.has_value());
   std::vector<std::string> texts;
-  for (const Finding& finding : net.error().list()) texts.push_back(finding.pointer + " " + finding.message);
+  for (const Diagnostic& diagnostic : net.error().list())
+    texts.push_back(diagnostic.pointer + " " + diagnostic.message);
   EXPECT_THAT(texts, testing::UnorderedElementsAre(
                          HasSubstr("/fragments/0/inputs/0/to 'x' (TestAdd) has no input 'aa'"),
                          HasSubstr("/fragments/0/outputs/0/from there is no primitive or fragment 'y'"),

@@ -13,7 +13,7 @@
 
 namespace takt {
 
-inline void PrintTo(const Finding& finding, std::ostream* stream) { *stream << to_string(finding); }
+inline void PrintTo(const Diagnostic& diagnostic, std::ostream* stream) { *stream << to_string(diagnostic); }
 
 }  // namespace takt
 

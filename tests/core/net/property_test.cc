@@ -110,7 +110,7 @@ TEST(RandomNets, AnyBytesAreReadyOrRejected) {
     } else {
       ++rejected;
       ASSERT_TRUE(net.error().has_errors());
-      for (const Finding& finding : net.error().list()) ASSERT_FALSE(finding.message.empty());
+      for (const Diagnostic& diagnostic : net.error().list()) ASSERT_FALSE(diagnostic.message.empty());
     }
   }
   EXPECT_GT(ready, 300);

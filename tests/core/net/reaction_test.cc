@@ -139,7 +139,7 @@ TEST(Reaction, RowO6AParameterMaySayHowManyCycles) {
   const auto refused = CompiledNet::compile(d, devices);
   ASSERT_FALSE(refused.has_value());
   EXPECT_THAT(refused.error().to_string(), testing::HasSubstr("through late: 7 cycles"));
-  d.primitives[3].parameters["cycles"] = "many";  // one finding, of the parameter
+  d.primitives[3].parameters["cycles"] = "many";  // one diagnostic, of the parameter
   EXPECT_THAT(CompiledNet::compile(d, devices).error().to_string(), testing::HasSubstr("cycles"));
 }
 

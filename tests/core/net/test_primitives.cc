@@ -280,10 +280,10 @@ class TestDrive : public Primitive {
         mode_(setup.parameter<std::string>("mode", "slow", {.range = "slow|fast"})) {
     setup.claims("device");
   }
-  Findings prepare() override {
-    Findings findings;
-    if (mode_ == "fast" && speed_ < 1.0) findings.error("/speed", "fast is at least 1 m/s");
-    return findings;
+  Diagnostics prepare() override {
+    Diagnostics diagnostics;
+    if (mode_ == "fast" && speed_ < 1.0) diagnostics.error(Code::kOutOfRange, "/speed", "fast is at least 1 m/s");
+    return diagnostics;
   }
   void update(const Cycle&) override {}
 

@@ -108,8 +108,9 @@ TEST(Value, JsonRoundTripOfRandomValues) {
         T value = test::harness::random_value<T>(random);
         canonicalise(value);
         T again = null_payload<T>();
-        const Findings findings = value_from_json(nlohmann::ordered_json::parse(value_to_json(value).dump()), again);
-        ASSERT_TRUE(findings.empty()) << findings.to_string();
+        const Diagnostics diagnostics =
+            value_from_json(nlohmann::ordered_json::parse(value_to_json(value).dump()), again);
+        ASSERT_TRUE(diagnostics.empty()) << diagnostics.to_string();
         if constexpr (std::is_same_v<T, Frame>) {
           ASSERT_TRUE(again.isApprox(value, 1e-12));
         } else if constexpr (std::is_same_v<T, Rotation>) {

@@ -23,14 +23,14 @@ TestDevices cell() {
   return devices;
 }
 
-std::vector<Finding> errors(const NetDescription& net) {
+std::vector<Diagnostic> errors(const NetDescription& net) {
   TestDevices devices = cell();
   const auto compiled = CompiledNet::compile(net, devices);
   if (compiled) return {};
   return compiled.error().list();
 }
 
-std::vector<Finding> all_notes(const NetDescription& net) {
+std::vector<Diagnostic> all_notes(const NetDescription& net) {
   TestDevices devices = cell();
   const auto compiled = CompiledNet::compile(net, devices);
   if (compiled) return (*compiled)->report().notes.list();
@@ -41,16 +41,17 @@ std::vector<Finding> all_notes(const NetDescription& net) {
 constexpr const char* kNoCancel = "the net has no Cancel, so it can only be aborted";
 
 /// Without the one on Cancel, which the nets of these tests do not have.
-std::vector<Finding> notes(const NetDescription& net) {
-  std::vector<Finding> found = all_notes(net);
-  std::erase_if(found, [](const Finding& note) { return note.message.starts_with(kNoCancel); });
+std::vector<Diagnostic> notes(const NetDescription& net) {
+  std::vector<Diagnostic> found = all_notes(net);
+  std::erase_if(found, [](const Diagnostic& note) { return note.message.starts_with(kNoCancel); });
   return found;
 }
 
-/// A finding at `pointer` whose message and hint contain the texts.
+/// A diagnostic at `pointer` whose message and hint contain the texts.
 auto is(const std::string& pointer, const std::string& message, const std::string& hint = "") {
-  return AllOf(Field("pointer", &Finding::pointer, pointer), Field("message", &Finding::message, HasSubstr(message)),
-               Field("hint", &Finding::hint, HasSubstr(hint)));
+  return AllOf(Field("pointer", &Diagnostic::pointer, pointer),
+               Field("message", &Diagnostic::message, HasSubstr(message)),
+               Field("hint", &Diagnostic::hint, HasSubstr(hint)));
 }
 
 NetDescription ending() { return NetDescription().add("end", "TestEnd"); }
@@ -330,7 +331,7 @@ TEST(Verification, AllMistakesComeAtOnce) {
   const auto net = net_from_json(*document);
   ASSERT_TRUE(net.has_value()) << net.error().to_string();
   std::vector<std::string> pointers;
-  for (const Finding& finding : errors(*net)) pointers.push_back(finding.pointer);
+  for (const Diagnostic& diagnostic : errors(*net)) pointers.push_back(diagnostic.pointer);
   EXPECT_THAT(pointers, UnorderedElementsAre("/primitives/0/parameters/x", "/primitives/1/id", "/primitives/1/type",
                                              "/links/1/from", "/primitives/3", "/links/0", "/primitives",
                                              "/primitives/3/parameters", "/primitives/3/parameters"));

@@ -75,14 +75,14 @@ TEST(Operations, EveryParameterIsDocumented) {
 
 TEST(ParameterTable, ReadsInTheUnitOfFilesAndKeepsSi) {
   const command::Cell cell = named_cell();
-  Findings findings;
+  Diagnostics diagnostics;
   const Json json = Json::parse(R"({"do": "jog", "angular_max_deg_s": 90, "angular_deg_s": [0, 0, 180],
                                     "while": {"channel": "go"}})");
   command::Cell with_channel = cell;
   with_channel.channels["go"] = nullptr;
-  ObjectReader reader(json, "", findings);
+  ObjectReader reader(json, "", diagnostics);
   const JogParameters jog = jog_parameters().read(reader, with_channel);
-  EXPECT_EQ(findings.to_string(), "");
+  EXPECT_EQ(diagnostics.to_string(), "");
   EXPECT_DOUBLE_EQ(jog.bounds.angular_max, std::numbers::pi / 2);
   EXPECT_DOUBLE_EQ(jog.angular->z(), std::numbers::pi);
   EXPECT_EQ(jog.arm, "robot");
@@ -95,26 +95,26 @@ TEST(ParameterTable, AValueSetInCppIsRefusedLikeThatOfAFile) {
   press.force = 5000.0;
   press.travel = -0.1;
   press.direction.setZero();
-  const Findings in_cpp = press_parameters().check(press, cell);
+  const Diagnostics in_cpp = press_parameters().check(press, cell);
 
-  Findings in_file;
+  Diagnostics in_file;
   const Json json = Json::parse(R"({"force_N": 5000.0, "travel_m": -0.1, "direction": [0, 0, 0]})");
   ObjectReader reader(json, "", in_file);
   (void)press_parameters().read(reader, cell);
   EXPECT_EQ(in_cpp.to_string(), in_file.to_string());
   std::vector<std::string> places;
-  for (const Finding& one : in_cpp.list()) places.push_back(one.pointer);
+  for (const Diagnostic& one : in_cpp.list()) places.push_back(one.pointer);
   EXPECT_THAT(places, ElementsAre("/direction", "/force_N", "/travel_m"));
 }
 
 TEST(ParameterTable, DefaultsOfCppAreThoseOfFiles) {
   const command::Cell cell = named_cell();
   const ForceRequest in_cpp;
-  Findings findings;
+  Diagnostics diagnostics;
   const Json nothing = Json::object();
-  ObjectReader reader(nothing, "", findings);
+  ObjectReader reader(nothing, "", diagnostics);
   const ForceRequest in_file = press_parameters().read(reader, cell);
-  EXPECT_EQ(findings.to_string(), "");
+  EXPECT_EQ(diagnostics.to_string(), "");
   EXPECT_EQ(in_file.force, in_cpp.force);
   EXPECT_EQ(in_file.approach, in_cpp.approach);
   EXPECT_EQ(in_file.travel, in_cpp.travel);
@@ -134,10 +134,10 @@ TEST(ParameterTable, WhatIsWrittenIsReadBack) {
   motion_parameters(PathKind::kLin).write(motion, writer);
   Json json = writer.result();
   json["to"] = "home";
-  Findings findings;
-  ObjectReader reader(json, "", findings);
+  Diagnostics diagnostics;
+  ObjectReader reader(json, "", diagnostics);
   const MotionRequest back = motion_parameters(PathKind::kLin).read(reader, cell);
-  EXPECT_EQ(findings.to_string(), "");
+  EXPECT_EQ(diagnostics.to_string(), "");
   EXPECT_EQ(back.velocity, motion.velocity);
   EXPECT_EQ(back.linear_velocity, motion.linear_velocity);
   EXPECT_EQ(back.blend.kind, motion.blend.kind);
@@ -146,11 +146,11 @@ TEST(ParameterTable, WhatIsWrittenIsReadBack) {
 }
 
 TEST(ParameterTable, AnUnknownKeyIsReportedWithTheNearest) {
-  Findings findings;
+  Diagnostics diagnostics;
   const Json json = Json::parse(R"({"seconds": 1, "timeot_s": 2})");
-  ObjectReader reader(json, "/steps/0", findings);
+  ObjectReader reader(json, "/steps/0", diagnostics);
   (void)wait_parameters().read(reader, {});
-  EXPECT_THAT(findings.to_string(), HasSubstr("timeout_s"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("timeout_s"));
 }
 
 // Fault of 60396cd: the unit was guessed from the ending of the key, so "_N_m" was taken for metres.

@@ -203,7 +203,7 @@ TEST(Path, S1_ANullTargetStopsTheClock) {
 TEST(Path, WrongKindOfPathIsAFinding) {
   PrimitiveHarness line("JointLine", {{"path", {{"kind", "cartesian_line"}}}});
   EXPECT_FALSE(line.ready());
-  EXPECT_NE(line.findings().to_string().find("/path"), std::string::npos);
+  EXPECT_NE(line.diagnostics().to_string().find("/path"), std::string::npos);
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ TEST(Merge, RowO4TwoAtATimeFailTheNetAndAreNamed) {
 TEST(Merge, TwoInputsMustBeFed) {
   PrimitiveHarness merge("MergeReal", nlohmann::ordered_json::object(), only({1}));
   EXPECT_FALSE(merge.ready());
-  EXPECT_NE(merge.findings().to_string().find("'x.input_2' (Real) is not linked"), std::string::npos);
+  EXPECT_NE(merge.diagnostics().to_string().find("'x.input_2' (Real) is not linked"), std::string::npos);
 }
 
 TEST(Merge, EveryPayloadKeepsTheContract) {

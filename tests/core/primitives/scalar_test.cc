@@ -96,7 +96,7 @@ TEST(Signal, SaturationLimitsAndSaysSo) {
   EXPECT_EQ(saturation.get<Boolean>("limited"), false);
   PrimitiveHarness crossed("Saturation", {{"lower", 1.0}, {"upper", -1.0}});
   EXPECT_FALSE(crossed.ready());
-  EXPECT_NE(crossed.findings().to_string().find("/lower"), std::string::npos);
+  EXPECT_NE(crossed.diagnostics().to_string().find("/lower"), std::string::npos);
 }
 
 TEST(Signal, RateLimiterBoundsEachStep) {

@@ -189,8 +189,8 @@ TEST_F(ChannelsTest, D2_ValuesFromOutsideAreRecordedWithTheirCycleAndReplayBitFo
   started(reader("speed"));
   rcc::LatchReplay replay(latches);
   for (int k = 0; k < 40; ++k) {
-    const Findings findings = replay.before_step(*core);
-    EXPECT_TRUE(findings.empty()) << findings.to_string();
+    const Diagnostics diagnostics = replay.before_step(*core);
+    EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
     guarded_step(*core);
   }
   EXPECT_EQ(core->digest().value(), digest);

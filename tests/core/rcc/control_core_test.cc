@@ -206,7 +206,7 @@ TEST_F(ControlCoreTest, L1_LoadingOnAWorker) {
   while (core->state(good) == NetState::kLoading || core->state(bad) == NetState::kLoading) guarded_step(*core);
   EXPECT_EQ(core->state(good), NetState::kReady);
   EXPECT_EQ(core->state(bad), NetState::kRejected);
-  EXPECT_THAT(core->findings(bad).to_string(), HasSubstr("NoSuchPrimitive"));
+  EXPECT_THAT(core->diagnostics(bad).to_string(), HasSubstr("NoSuchPrimitive"));
   core->start(good);
   EXPECT_TRUE(run_to_end(good));
 }

@@ -242,9 +242,9 @@ TEST_F(ControlModesTest, L4_ANetThatChangesTheModeByTurnsNeedsSeamlessChanges) {
 
 TEST_F(ControlModesTest, L3_ASeamKnowsTheModes) {
   const auto seam = [](const char* mode) { return device::Seam{.mode = net::Text(mode)}; };
-  EXPECT_FALSE(left->misfit(seam("joint_impedance"), seam("cartesian_impedance")));
-  ASSERT_TRUE(left->misfit(seam("cartesian_impedance"), seam("position")));
-  EXPECT_EQ(left->misfit(seam("cartesian_impedance"), seam("position"))->view(),
+  EXPECT_FALSE(left->seam_mismatch(seam("joint_impedance"), seam("cartesian_impedance")));
+  ASSERT_TRUE(left->seam_mismatch(seam("cartesian_impedance"), seam("position")));
+  EXPECT_EQ(left->seam_mismatch(seam("cartesian_impedance"), seam("position"))->view(),
             "begins in mode position, not cartesian_impedance");
 }
 

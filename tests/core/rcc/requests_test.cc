@@ -336,7 +336,7 @@ TEST_F(Requests, ReadersBesideLoadAndUnload) {
         if (status.state == NetState::kTerminated) {
           EXPECT_NE(status.cause.code, Cause::Code::kNone);
         }
-        (void)core->findings(id);
+        (void)core->diagnostics(id);
         if (const rcc::NetHandle net = core->net(id)) {
           EXPECT_EQ(net->name(), "seen");
           ++seen.at(reader);

@@ -1,4 +1,4 @@
-#include "core/operations/made_tree.h"
+#include "core/operations/command_builder.h"
 
 #include <algorithm>
 #include <array>
@@ -37,10 +37,10 @@ State actuator_state(const command::Actuator& actuator, const std::string& which
   return actuator.invalid_set_point();
 }
 
-command::RealSensor progress_of(const MadeTree::Part& part) {
+command::RealSensor progress_of(const CommandBuilder::Part& part) {
   if (part.made.action) return part.made.action->progress();
-  return command::RealSensor(
-      command::broken(net::ValueType::kReal, fmt::format("C8: '{}' is no motion", part.request->name), "a motion"));
+  return command::RealSensor(command::broken(Code::kInvalidValue, net::ValueType::kReal,
+                                             fmt::format("C8: '{}' is no motion", part.request->name), "a motion"));
 }
 
 /// What the command layer calls its own functions is something else in a file.
@@ -58,7 +58,7 @@ std::string in_words_of_files(std::string text) {
 
 }  // namespace
 
-MadeTree::MadeTree(const CommandRequest& root, const Making& making) {
+CommandBuilder::CommandBuilder(const CommandRequest& root, const BuildContext& making) {
   add(root, -1);
   // What follows another command comes after it.
   for (const bool follows : {false, true}) {
@@ -80,7 +80,7 @@ MadeTree::MadeTree(const CommandRequest& root, const Making& making) {
 }
 
 /// A place for a command before what is inside of it.
-void MadeTree::add(const CommandRequest& request, int parent) {
+void CommandBuilder::add(const CommandRequest& request, int parent) {
   const int own = static_cast<int>(parts_.size());
   const std::string around = parent < 0 ? std::string() : parts_[static_cast<std::size_t>(parent)].key;
   indices_[&request] = own;
@@ -91,7 +91,7 @@ void MadeTree::add(const CommandRequest& request, int parent) {
   for (const auto& part : request.parts()) add(*part, own);
 }
 
-void MadeTree::make(Part& part, Making making) {
+void CommandBuilder::make(Part& part, BuildContext making) {
   const CommandRequest& request = *part.request;
   if (!request.follows().empty()) making.progress = progress_of(named(part, request.follows()));
   part.made = request.make(making, part.key);
@@ -103,7 +103,7 @@ void MadeTree::make(Part& part, Making making) {
 }
 
 /// Children and raised states.
-void MadeTree::set_up(Part& part) {
+void CommandBuilder::set_up(Part& part) {
   const TransactionRequest& transaction = *part.request->transaction();
   command::CommandNode& node = *part.made.command.node();
   for (const auto& child : part.request->parts()) {
@@ -117,7 +117,7 @@ void MadeTree::set_up(Part& part) {
 }
 
 /// Its targets may stand anywhere in the tree: whether they may is a rule (C4).
-void MadeTree::set_cancel_policy(const Part& part) {
+void CommandBuilder::set_cancel_policy(const Part& part) {
   const TransactionRequest& transaction = *part.request->transaction();
   command::CommandNode& node = *part.made.command.node();
   using enum command::CancelPolicy::Kind;
@@ -128,37 +128,37 @@ void MadeTree::set_cancel_policy(const Part& part) {
     node.cancel_policy.targets.push_back(named(part, name).made.command.subject());
 }
 
-const MadeTree::Part& MadeTree::part_of(const CommandRequest& request) const {
+const CommandBuilder::Part& CommandBuilder::part_of(const CommandRequest& request) const {
   return parts_[static_cast<std::size_t>(indices_.at(&request))];
 }
 
-const MadeTree::Part& MadeTree::named(const Part& from, const std::string& name) const {
+const CommandBuilder::Part& CommandBuilder::named(const Part& from, const std::string& name) const {
   return part_of(*from.request->find(name));
 }
 
-command::RaisedState MadeTree::raised(const Part& from, const std::string& name) const {
+command::RaisedState CommandBuilder::raised(const Part& from, const std::string& name) const {
   return part_of(*from.request->find_raised(name)).raised.find(name)->second;
 }
 
 // -- Events ----------------------------------------------------------------------------------------------------------
 
-void MadeTree::add_handlers(const Part& part, const Making& making) {
+void CommandBuilder::add_handlers(const Part& part, const BuildContext& making) {
   Command command = part.made.command;
   for (const HandlerRequest& handler : part.request->handlers) {
     const State state = state_of(part, handler.state, making);
     for (const HandlerRequest::Effect& effect : handler.effects) {
       places_.emplace_back(part.key + "/handlers" + pointer_segment(command.node()->handlers.size()), handler.pointer);
       if (handler.entered) {
-        command.on_entered(state, effect_of(part, effect, making), handler.occasion);
+        command.on_entered(state, effect_of(part, effect, making), handler.trigger);
       } else {
-        command.on_left(state, effect_of(part, effect, making), handler.occasion);
+        command.on_left(state, effect_of(part, effect, making), handler.trigger);
       }
     }
   }
 }
 
-command::Effect MadeTree::effect_of(const Part& owner, const HandlerRequest::Effect& effect,
-                                    const Making& making) const {
+command::Effect CommandBuilder::effect_of(const Part& owner, const HandlerRequest::Effect& effect,
+                                          const BuildContext& making) const {
   switch (effect.kind) {
     case Kind::kStart:
       return start(named(owner, effect.name).made.command);
@@ -173,13 +173,13 @@ command::Effect MadeTree::effect_of(const Part& owner, const HandlerRequest::Eff
   }
 }
 
-State MadeTree::state_of(const Part& owner, const StateRequest& state, const Making& making) const {
+State CommandBuilder::state_of(const Part& owner, const StateRequest& state, const BuildContext& making) const {
   const State formula = formula_of(owner, state, making);
   return state.held_for ? formula.held_for(*state.held_for) : formula;
 }
 
 /// Recursion is bounded by the depth of the file.
-State MadeTree::formula_of(const Part& owner, const StateRequest& state, const Making& making) const {
+State CommandBuilder::formula_of(const Part& owner, const StateRequest& state, const BuildContext& making) const {
   switch (state.kind) {
     case StateRequest::Kind::kCondition:
       return command::state_of(state.condition, making.cell, making.biases);
@@ -204,10 +204,10 @@ State MadeTree::formula_of(const Part& owner, const StateRequest& state, const M
   return result;
 }
 
-State MadeTree::action_state(const Part& owner, const StateRequest& state) const {
+State CommandBuilder::action_state(const Part& owner, const StateRequest& state) const {
   const Part& part = named(owner, state.of);
   if (!part.made.action) {
-    return State(command::broken(net::ValueType::kBoolean,
+    return State(command::broken(Code::kInvalidValue, net::ValueType::kBoolean,
                                  fmt::format("C8: '{}' is no action, so it has no state '{}'", state.of, state.is),
                                  "started, active, completed, stopped, cancelled of a command"));
   }
@@ -218,7 +218,7 @@ State MadeTree::action_state(const Part& owner, const StateRequest& state) const
 
 // -- Captures --------------------------------------------------------------------------------------------------------
 
-void MadeTree::add_captures(const Part& part, const Making& making) {
+void CommandBuilder::add_captures(const Part& part, const BuildContext& making) {
   Command command = part.made.command;
   for (const CaptureRequest& capture : part.request->transaction()->captures) {
     const std::string name = capture_name(part.key, capture.name);
@@ -241,17 +241,17 @@ void MadeTree::add_captures(const Part& part, const Making& making) {
   }
 }
 
-Findings MadeTree::in_file(const Findings& findings) const {
-  Findings result;
-  for (Finding finding : findings.list()) {
-    finding.hint = in_words_of_files(std::move(finding.hint));
+Diagnostics CommandBuilder::in_file(const Diagnostics& diagnostics) const {
+  Diagnostics result;
+  for (Diagnostic diagnostic : diagnostics.list()) {
+    diagnostic.hint = in_words_of_files(std::move(diagnostic.hint));
     for (const auto& [path, pointer] : places_) {
-      const bool below = finding.pointer.starts_with(path + "/");
-      if (finding.pointer != path && !below) continue;
-      finding.pointer = pointer + finding.pointer.substr(path.size());
+      const bool below = diagnostic.pointer.starts_with(path + "/");
+      if (diagnostic.pointer != path && !below) continue;
+      diagnostic.pointer = pointer + diagnostic.pointer.substr(path.size());
       break;
     }
-    result.add(std::move(finding));
+    result.add(std::move(diagnostic));
   }
   return result;
 }

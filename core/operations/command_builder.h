@@ -11,9 +11,9 @@ namespace takt::activity {
 
 /// The commands of a file as a tree of the command layer, and where in the file each of them stands. Made when its step
 /// is rehearsed or begins; the requests must outlive it. Realtime: setup.
-class MadeTree {
+class CommandBuilder {
  public:
-  MadeTree(const CommandRequest& root, const Making& making);
+  CommandBuilder(const CommandRequest& root, const BuildContext& making);
 
   [[nodiscard]] const command::Command& command() const { return parts_.front().made.command; }
   /// Commands in the order of the tree, each with the key of what it observes.
@@ -30,23 +30,24 @@ class MadeTree {
     return key + " captures " + capture;
   }
 
-  /// Findings of the command layer in the words of the file, with its pointers.
-  [[nodiscard]] Findings in_file(const Findings& findings) const;
+  /// Diagnostics of the command layer in the words of the file, with its pointers.
+  [[nodiscard]] Diagnostics in_file(const Diagnostics& diagnostics) const;
 
  private:
   void add(const CommandRequest& request, int parent);
-  void make(Part& part, Making making);
+  void make(Part& part, BuildContext making);
   void set_up(Part& part);
   void set_cancel_policy(const Part& part);
-  void add_handlers(const Part& part, const Making& making);
-  void add_captures(const Part& part, const Making& making);
+  void add_handlers(const Part& part, const BuildContext& making);
+  void add_captures(const Part& part, const BuildContext& making);
   [[nodiscard]] const Part& part_of(const CommandRequest& request) const;
   [[nodiscard]] const Part& named(const Part& from, const std::string& name) const;
   [[nodiscard]] command::RaisedState raised(const Part& from, const std::string& name) const;
   [[nodiscard]] command::Effect effect_of(const Part& owner, const HandlerRequest::Effect& effect,
-                                          const Making& making) const;
-  [[nodiscard]] command::State state_of(const Part& owner, const StateRequest& state, const Making& making) const;
-  [[nodiscard]] command::State formula_of(const Part& owner, const StateRequest& state, const Making& making) const;
+                                          const BuildContext& making) const;
+  [[nodiscard]] command::State state_of(const Part& owner, const StateRequest& state, const BuildContext& making) const;
+  [[nodiscard]] command::State formula_of(const Part& owner, const StateRequest& state,
+                                          const BuildContext& making) const;
   [[nodiscard]] command::State action_state(const Part& owner, const StateRequest& state) const;
 
   std::vector<Part> parts_;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 #include "core/command/command_tree.h"
 #include "core/kinematics/types.h"
 
@@ -17,12 +17,12 @@ namespace takt::command {
 /// follows others on its arm must begin where the last one comes to its natural end: that it does, and is not cut
 /// short, has to follow from what starts it. Used by plan() (motion_action.h); commands come in the order of their
 /// ranks. Realtime: setup.
-class Whereabouts {
+class StartPositions {
  public:
   /// @param places  where arms are before the first cycle; of others their set point counts
-  Whereabouts(const CommandTree& tree, Places places) : tree_(tree), begins_(places), nominal_(std::move(places)) {}
+  StartPositions(const CommandTree& tree, Places places) : tree_(tree), begins_(places), nominal_(std::move(places)) {}
 
-  /// Where each arm of command `i` is when it begins. @return findings, without places, if that depends on the run.
+  /// Where each arm of command `i` is when it begins. @return diagnostics, without places, if that depends on the run.
   [[nodiscard]] Result<Places> begin_of(int i) const;
   /// The same, and where the other arms of the tree are then: of size 0 where that depends on the run.
   [[nodiscard]] Result<Places> all_at_begin_of(int i) const;
@@ -48,7 +48,7 @@ class Whereabouts {
   [[nodiscard]] bool may_be_cancelled(int before, int i) const;
   [[nodiscard]] bool may_be_stopped(int before, int i) const;
   [[nodiscard]] bool is_told(int i, int around, bool by_all) const;
-  void tell_unknown(int i, const std::string& device, Findings& findings) const;
+  void tell_unknown(int i, const std::string& device, Diagnostics& diagnostics) const;
 
   const CommandTree& tree_;
   Places begins_, nominal_;

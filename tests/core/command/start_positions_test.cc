@@ -1,5 +1,5 @@
 // Where planned motions of a tree begin: known before, or refused.
-#include "core/command/whereabouts.h"
+#include "core/command/start_positions.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@ class WhereaboutsTest : public testing::Test {
   }
   RuntimeCommand light(const std::string& name) const { return {name, cell.lamp(), set_value(true)}; }
   void expect_known(const Command& command) {
-    const Findings findings = plan(command);
-    EXPECT_TRUE(findings.empty()) << findings.to_string();
+    const Diagnostics diagnostics = plan(command);
+    EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
   }
   void expect_unknown(const Command& command, const char* who) {
     EXPECT_THAT(plan(command).to_string(), HasSubstr(std::string("will be when '") + who + "' begins"));

@@ -1,4 +1,4 @@
-#include "core/command/whereabouts.h"
+#include "core/command/start_positions.h"
 
 #include <algorithm>
 #include <set>
@@ -19,24 +19,24 @@ void add_conjuncts(const ExpressionPtr& state, std::vector<ExpressionPtr>& parts
 
 }  // namespace
 
-Result<Places> Whereabouts::begin_of(int i) const {
+Result<Places> StartPositions::begin_of(int i) const {
   const ActuatorModel& actuator = node(i).actuator->model();
   const auto devices = actuator.devices();
   const auto arms = actuator.arms();
   Places places;
-  Findings findings;
+  Diagnostics diagnostics;
   for (std::size_t k = 0; k < arms.size(); ++k) {
     if (auto q = begin_of(i, devices[k], *arms[k])) {
       places[devices[k]] = std::move(*q);
     } else {
-      tell_unknown(i, devices[k], findings);
+      tell_unknown(i, devices[k], diagnostics);
     }
   }
-  if (findings.has_errors()) return std::unexpected(std::move(findings));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return places;
 }
 
-Result<Places> Whereabouts::all_at_begin_of(int i) const {
+Result<Places> StartPositions::all_at_begin_of(int i) const {
   auto places = begin_of(i);
   if (!places) return places;
   for (int other = 0; other < tree_.size(); ++other) {
@@ -53,7 +53,7 @@ Result<Places> Whereabouts::all_at_begin_of(int i) const {
 }
 
 /// Where an arm is when command `i` begins; nothing if that depends on the run.
-std::optional<JointVector> Whereabouts::begin_of(int i, const std::string& device, const MountedArm& arm) const {
+std::optional<JointVector> StartPositions::begin_of(int i, const std::string& device, const MountedArm& arm) const {
   if (in_first_cycle(i)) return before_all(device, arm);
   const std::vector<int> rivals = rivals_before(i, device);
   if (rivals.empty()) return before_all(device, arm);
@@ -67,7 +67,7 @@ std::optional<JointVector> Whereabouts::begin_of(int i, const std::string& devic
   return std::nullopt;
 }
 
-void Whereabouts::note(int i) {
+void StartPositions::note(int i) {
   const auto devices = node(i).actuator->model().devices();
   const auto seams = node(i).model().ends();
   Places ends;
@@ -78,7 +78,7 @@ void Whereabouts::note(int i) {
   if (!ends.empty() && begin_of(i)) ends_[i] = std::move(ends);
 }
 
-bool Whereabouts::follows_unplanned(int i) const {
+bool StartPositions::follows_unplanned(int i) const {
   if (unplanned_.empty() || in_first_cycle(i)) return false;
   const auto is_unplanned = [this](int other) { return unplanned_.contains(other); };
   return std::ranges::any_of(node(i).actuator->model().devices(), [&](const std::string& device) {
@@ -86,12 +86,12 @@ bool Whereabouts::follows_unplanned(int i) const {
   });
 }
 
-JointVector Whereabouts::before_all(const std::string& device, const MountedArm& arm) const {
+JointVector StartPositions::before_all(const std::string& device, const MountedArm& arm) const {
   const auto told = begins_.find(device);
   return told != begins_.end() ? told->second : arm.device->set_point().q;
 }
 
-bool Whereabouts::in_first_cycle(int i) const {
+bool StartPositions::in_first_cycle(int i) const {
   for (; i >= 0; i = tree_.at(i).parent) {
     if (!tree_.at(i).with_parent) return false;
   }
@@ -99,7 +99,7 @@ bool Whereabouts::in_first_cycle(int i) const {
 }
 
 /// The start of the second can only come of the first, or of what the first has led to.
-bool Whereabouts::leads_to(int first, int second) const {
+bool StartPositions::leads_to(int first, int second) const {
   std::set<int> seen{first};
   std::vector<int> open{first};
   while (!open.empty()) {
@@ -114,7 +114,7 @@ bool Whereabouts::leads_to(int first, int second) const {
 }
 
 /// Other commands on a device that may have run when this one begins.
-std::vector<int> Whereabouts::rivals_before(int i, const std::string& device) const {
+std::vector<int> StartPositions::rivals_before(int i, const std::string& device) const {
   std::vector<int> rivals;
   for (int other = 0; other < tree_.size(); ++other) {
     if (other == i || !node(other).is_runtime() || leads_to(i, other)) continue;
@@ -124,7 +124,7 @@ std::vector<int> Whereabouts::rivals_before(int i, const std::string& device) co
 }
 
 /// Whatever starts it, or a transaction around it, waits for the natural end of `before`.
-bool Whereabouts::begins_at_end_of(int i, int before) const {
+bool StartPositions::begins_at_end_of(int i, int before) const {
   for (int at = i; at >= 0 && !tree_.is_inside(before, at); at = tree_.at(at).parent) {
     if (tree_.at(at).with_parent) continue;
     bool any = false, all = true;
@@ -140,7 +140,7 @@ bool Whereabouts::begins_at_end_of(int i, int before) const {
 
 /// What holds only when `before` has come to its natural end. Recursion is bounded by the formula, and by the order of
 /// starts.
-bool Whereabouts::is_natural_end(const ExpressionPtr& state, int before, int i) const {
+bool StartPositions::is_natural_end(const ExpressionPtr& state, int before, int i) const {
   std::vector<ExpressionPtr> parts;
   add_conjuncts(state, parts);
   bool ended = false, not_cancelled = !may_be_cancelled(before, i), not_stopped = !may_be_stopped(before, i);
@@ -167,7 +167,7 @@ bool Whereabouts::is_natural_end(const ExpressionPtr& state, int before, int i) 
 }
 
 /// A cancel may end `before` on its way although `i` is started then.
-bool Whereabouts::may_be_cancelled(int before, int i) const {
+bool StartPositions::may_be_cancelled(int before, int i) const {
   const auto cut_by_cancel_of = [&](int target) {
     return is_told(before, target, false) && !(tree_.is_inside(i, target) && is_told(i, target, true));
   };
@@ -180,7 +180,7 @@ bool Whereabouts::may_be_cancelled(int before, int i) const {
 }
 
 /// A stop may end `before` on its way although `i` is started then.
-bool Whereabouts::may_be_stopped(int before, int i) const {
+bool StartPositions::may_be_stopped(int before, int i) const {
   return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
     const int target = tree_.find(h.handler->effect.target);
     return h.handler->effect.kind == Kind::kStop && target >= 0 && tree_.is_inside(before, target) &&
@@ -190,7 +190,7 @@ bool Whereabouts::may_be_stopped(int before, int i) const {
 
 /// A cancel of `around` is forwarded to command `i`. @param by_all  and to everything else on the way, so that nothing
 /// starts there any more (rule C4)
-bool Whereabouts::is_told(int i, int around, bool by_all) const {
+bool StartPositions::is_told(int i, int around, bool by_all) const {
   for (; i != around; i = tree_.at(i).parent) {
     const CancelPolicy& policy = node(tree_.at(i).parent).cancel_policy;
     if (policy.kind == CancelPolicy::Kind::kForward) continue;
@@ -199,16 +199,17 @@ bool Whereabouts::is_told(int i, int around, bool by_all) const {
   return true;
 }
 
-void Whereabouts::tell_unknown(int i, const std::string& device, Findings& findings) const {
+void StartPositions::tell_unknown(int i, const std::string& device, Diagnostics& diagnostics) const {
   std::string names;
   for (const int rival : rivals_before(i, device))
     names += fmt::format("{}'{}'", names.empty() ? "" : ", ", node(rival).name);
-  findings.error({},
-                 fmt::format("nobody knows before where '{}' will be when '{}' begins: it depends on where {} may have "
-                             "been cut short",
-                             device, node(i).name, names),
-                 "a start on the natural end of the motion before it: completed, and not cancelled where something may "
-                 "cancel it; or a motion after all this");
+  diagnostics.error(
+      Code::kUnknownPosition, {},
+      fmt::format("nobody knows before where '{}' will be when '{}' begins: it depends on where {} may have "
+                  "been cut short",
+                  device, node(i).name, names),
+      "a start on the natural end of the motion before it: completed, and not cancelled where something may "
+      "cancel it; or a motion after all this");
 }
 
 }  // namespace takt::command
