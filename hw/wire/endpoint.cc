@@ -43,10 +43,10 @@ Result<Endpoint> parse_endpoint(std::string_view text, std::uint16_t port_defaul
   const std::size_t colon = text.find(':');
   const std::string_view host_text = text.substr(0, colon);
   const auto host = host_text.empty() ? std::optional(host_default) : parse_host(host_text);
-  if (!host) return failure("", fmt::format("'{}' is not an IPv4 address", host_text), kExpected);
+  if (!host) return failure(Code::kInvalidValue, "", fmt::format("'{}' is not an IPv4 address", host_text), kExpected);
   if (colon == text.npos) return Endpoint{*host, port_default};
   const auto port = whole<std::uint16_t>(text.substr(colon + 1));
-  if (!port) return failure("", fmt::format("'{}' is not a port", text.substr(colon + 1)), kExpected);
+  if (!port) return failure(Code::kInvalidValue, "", fmt::format("'{}' is not a port", text.substr(colon + 1)), kExpected);
   return Endpoint{*host, *port};
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/findings.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::hw {
 

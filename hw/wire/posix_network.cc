@@ -92,7 +92,7 @@ void set_option(const Socket& socket, int level, int option) {
 Result<Socket> open_socket(int type, const Endpoint& local) {
   Socket socket(::socket(AF_INET, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   const auto failed = [&](const char* what) {
-    return failure("", fmt::format("{} at {}: {}", what, to_string(local), error_text(errno)),
+    return failure(Code::kSystem, "", fmt::format("{} at {}: {}", what, to_string(local), error_text(errno)),
                    "a free port, and an address of this machine");
   };
   if (!socket.valid()) return failed("no socket can be opened");
@@ -247,19 +247,19 @@ Result<std::unique_ptr<StreamListener>> PosixNetwork::listen(const Endpoint& loc
   auto socket = open_socket(SOCK_STREAM, local);
   if (!socket) return std::unexpected(socket.error());
   if (::listen(socket->get(), kWaiting) != 0) {
-    return failure("", fmt::format("nothing can be accepted at {}: {}", to_string(local), error_text(errno)));
+    return failure(Code::kSystem, "", fmt::format("nothing can be accepted at {}: {}", to_string(local), error_text(errno)));
   }
   return std::make_unique<PosixListener>(std::move(*socket));
 }
 
 Result<std::unique_ptr<StreamLink>> PosixNetwork::connect(const Endpoint& remote) {
   Socket socket(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  if (!socket.valid()) return failure("", fmt::format("no socket can be opened: {}", error_text(errno)));
+  if (!socket.valid()) return failure(Code::kSystem, "", fmt::format("no socket can be opened: {}", error_text(errno)));
   const sockaddr_in address = to_system(remote);
   // Of a connection that a signal interrupts the system goes on with by itself.
   const int connected = ::connect(socket.get(), generic(address), sizeof(address));
   if (connected != 0 && errno != EINPROGRESS && errno != EINTR) {
-    return failure("", fmt::format("no connection to {}: {}", to_string(remote), error_text(errno)),
+    return failure(Code::kSystem, "", fmt::format("no connection to {}: {}", to_string(remote), error_text(errno)),
                    "the controller's address, and a route to it");
   }
   const auto state = connected == 0 ? StreamLink::State::kOpen : StreamLink::State::kConnecting;
