@@ -27,6 +27,7 @@ std::string_view name_of(PackageType type) {
 }
 
 void append_package(std::string& bytes, PackageType type, std::string_view payload) {
+  payload = payload.substr(0, kLargestPackage - kHeaderSize);
   append(bytes, static_cast<std::uint16_t>(kHeaderSize + payload.size()));
   append(bytes, static_cast<std::uint8_t>(type));
   bytes.append(payload);

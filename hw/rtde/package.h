@@ -32,7 +32,7 @@ struct Package {
   std::string_view payload;
 };
 
-/// A package with its header. @param payload  at most kLargestPackage - kHeaderSize bytes
+/// A package with its header. @param payload  what is beyond kLargestPackage is cut off
 void append_package(std::string& bytes, PackageType type, std::string_view payload);
 [[nodiscard]] std::string make_package(PackageType type, std::string_view payload = {});
 

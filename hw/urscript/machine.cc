@@ -9,13 +9,28 @@ namespace takt::urscript {
 
 namespace {
 
-constexpr std::size_t kDeepestCalls = 200, kLargestStack = 10'000, kMostThreads = 50, kLongestList = 10'000;
+constexpr std::size_t kDeepestCalls = 200, kLargestStack = 2000, kMostThreads = 50;
+constexpr std::ptrdiff_t kLongestList = 10'000;
+constexpr int kDeepestList = 50;
 constexpr std::size_t kLongestText = 65'536;
 
-bool too_large(const Value& value) {
+/// Takes what a value holds from `left`; lists of lists count whole. Stops below zero.
+void weigh(const Value& value, std::ptrdiff_t& left, int depth) {
   const auto* list = value.get<List>();
+  if (list == nullptr || left < 0) return;
+  left = depth > 0 ? left - static_cast<std::ptrdiff_t>(list->size()) : -1;
+  for (const Value& entry : *list) {
+    if (left < 0) return;
+    weigh(entry, left, depth - 1);
+  }
+}
+
+bool too_large(const Value& value) {
   const auto* text = value.get<std::string>();
-  return (list != nullptr && list->size() > kLongestList) || (text != nullptr && text->size() > kLongestText);
+  if (text != nullptr) return text->size() > kLongestText;
+  std::ptrdiff_t left = kLongestList;
+  weigh(value, left, kDeepestList);
+  return left < 0;
 }
 
 /// @return the element, or null with the reason.
@@ -59,8 +74,11 @@ std::string store_in(Value& to, std::span<const Value> indices, const Value& val
 
 }  // namespace
 
-Machine::Machine(std::shared_ptr<const Program> program, const Library& library)
-    : program_(std::move(program)), library_(library), globals_(static_cast<std::size_t>(program_->globals)) {
+Machine::Machine(std::shared_ptr<const Program> program, const Library& library, int first_thread)
+    : program_(std::move(program)),
+      library_(library),
+      globals_(static_cast<std::size_t>(program_->globals)),
+      next_id_(first_thread) {
   (void)start_thread(0, {});
 }
 
@@ -92,6 +110,10 @@ bool Machine::run_frame() {
     std::erase_if(threads_, [](const Thread& thread) { return thread.ended; });
   }
   return !ended_;
+}
+
+bool Machine::alive(int thread) const {
+  return std::ranges::any_of(threads_, [=](const Thread& other) { return other.id == thread && !other.ended; });
 }
 
 std::vector<int> Machine::take_ended_threads() { return std::exchange(ended_threads_, {}); }

@@ -19,7 +19,8 @@ class Machine {
   static constexpr int kBudget = 50'000;  ///< instructions of one thread in one frame
 
   /// @param library  outlives the machine, and is the one that the program was compiled with
-  Machine(std::shared_ptr<const Program> program, const Library& library);
+  /// @param first_thread  number of the main thread; the others count on from it
+  Machine(std::shared_ptr<const Program> program, const Library& library, int first_thread = 1);
 
   /// One frame of all threads, in the order in which they began. @return false if the program has ended.
   bool run_frame();
@@ -29,6 +30,7 @@ class Machine {
   [[nodiscard]] const Program& program() const { return *program_; }
   /// Ends the program with what is running now. Built-in functions may call it.
   void stop() { stopping_ = true; }
+  [[nodiscard]] bool alive(int thread) const;
   /// Threads that have ended since the last call.
   [[nodiscard]] std::vector<int> take_ended_threads();
   /// The line that the main thread is at.
@@ -80,7 +82,7 @@ class Machine {
   std::vector<Value> globals_;
   std::vector<int> ended_threads_;
   std::optional<ScriptError> error_;
-  int next_id_ = 1, line_ = 1;
+  int next_id_, line_ = 1;
   bool ended_ = false, stopping_ = false;
   std::uint64_t overruns_ = 0;
 };
