@@ -46,7 +46,8 @@ Result<Endpoint> parse_endpoint(std::string_view text, std::uint16_t port_defaul
   if (!host) return failure(Code::kInvalidValue, "", fmt::format("'{}' is not an IPv4 address", host_text), kExpected);
   if (colon == text.npos) return Endpoint{*host, port_default};
   const auto port = whole<std::uint16_t>(text.substr(colon + 1));
-  if (!port) return failure(Code::kInvalidValue, "", fmt::format("'{}' is not a port", text.substr(colon + 1)), kExpected);
+  if (!port)
+    return failure(Code::kInvalidValue, "", fmt::format("'{}' is not a port", text.substr(colon + 1)), kExpected);
   return Endpoint{*host, *port};
 }
 

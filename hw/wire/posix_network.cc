@@ -247,7 +247,8 @@ Result<std::unique_ptr<StreamListener>> PosixNetwork::listen(const Endpoint& loc
   auto socket = open_socket(SOCK_STREAM, local);
   if (!socket) return std::unexpected(socket.error());
   if (::listen(socket->get(), kWaiting) != 0) {
-    return failure(Code::kSystem, "", fmt::format("nothing can be accepted at {}: {}", to_string(local), error_text(errno)));
+    return failure(Code::kSystem, "",
+                   fmt::format("nothing can be accepted at {}: {}", to_string(local), error_text(errno)));
   }
   return std::make_unique<PosixListener>(std::move(*socket));
 }

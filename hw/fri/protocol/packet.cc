@@ -1,4 +1,4 @@
-#include "hw/fri/packet.h"
+#include "hw/fri/protocol/packet.h"
 
 #include <bit>
 #include <optional>
