@@ -111,8 +111,8 @@ FieldTable::FieldTable(std::vector<Field> fields) : fields_(std::move(fields)), 
 }
 
 std::optional<FieldTable::Id> FieldTable::find(std::string_view name) const {
-  const auto at = std::ranges::lower_bound(by_name_, name, {},
-                                           [this](Id id) -> std::string_view { return fields_[id].name; });
+  const auto at =
+      std::ranges::lower_bound(by_name_, name, {}, [this](Id id) -> std::string_view { return fields_[id].name; });
   if (at == by_name_.end() || fields_[*at].name != name) return std::nullopt;
   return *at;
 }

@@ -6,12 +6,18 @@ namespace takt::rtde {
 
 namespace {
 
-constexpr std::array<std::string_view, 10> kRobotModes = {"NO_CONTROLLER", "DISCONNECTED", "CONFIRM_SAFETY", "BOOTING",
-                                                          "POWER_OFF",     "POWER_ON",     "IDLE",           "BACKDRIVE",
-                                                          "RUNNING",       "UPDATING_FIRMWARE"};
-constexpr std::array<std::string_view, 9> kSafetyModes = {
-    "NORMAL",      "REDUCED", "PROTECTIVE_STOP", "RECOVERY", "SAFEGUARD_STOP", "SYSTEM_EMERGENCY_STOP",
-    "ROBOT_EMERGENCY_STOP", "VIOLATION", "FAULT"};
+constexpr std::array<std::string_view, 10> kRobotModes = {
+    "NO_CONTROLLER", "DISCONNECTED", "CONFIRM_SAFETY", "BOOTING", "POWER_OFF",
+    "POWER_ON",      "IDLE",         "BACKDRIVE",      "RUNNING", "UPDATING_FIRMWARE"};
+constexpr std::array<std::string_view, 9> kSafetyModes = {"NORMAL",
+                                                          "REDUCED",
+                                                          "PROTECTIVE_STOP",
+                                                          "RECOVERY",
+                                                          "SAFEGUARD_STOP",
+                                                          "SYSTEM_EMERGENCY_STOP",
+                                                          "ROBOT_EMERGENCY_STOP",
+                                                          "VIOLATION",
+                                                          "FAULT"};
 constexpr std::array<std::uint32_t, 9> kSafetyBits = {kNormalBit,
                                                       kNormalBit | kReducedBit,
                                                       kProtectiveStopBit | kStoppedBySafetyBit,

@@ -71,8 +71,7 @@ class Compiler {
     program_.functions.push_back({.name = script_.name});
     for (const Function& function : script_.functions) {
       functions_[function.name] = static_cast<int>(program_.functions.size());
-      program_.functions.push_back(
-          {.name = function.name, .parameters = static_cast<int>(function.parameters.size())});
+      program_.functions.push_back({.name = function.name, .parameters = static_cast<int>(function.parameters.size())});
     }
   }
 

@@ -67,7 +67,8 @@ std::string store_in(Value& to, std::span<const Value> indices, const Value& val
     return {};
   }
   const auto number = value.number();
-  if (!number || indices.size() > 1) return fmt::format("an element of a pose is a number, and this is {}", value.kind());
+  if (!number || indices.size() > 1)
+    return fmt::format("an element of a pose is a number, and this is {}", value.kind());
   (*to.get<Pose>())[at] = *number;
   return {};
 }

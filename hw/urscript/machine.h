@@ -10,10 +10,10 @@
 
 namespace takt::urscript {
 
-/// Runs one program in the frames of a controller. Each thread runs until it takes time (a built-in function that waits)
-/// or blocks, and goes on in a later frame; only there do threads alternate. A thread that loops without taking time gives
-/// up the frame after kBudget instructions.
-/// What a program may use is bounded: depth of calls, threads, lengths of lists and strings. One thread of the process.
+/// Runs one program in the frames of a controller. Each thread runs until it takes time (a built-in function that
+/// waits) or blocks, and goes on in a later frame; only there do threads alternate. A thread that loops without taking
+/// time gives up the frame after kBudget instructions. What a program may use is bounded: depth of calls, threads,
+/// lengths of lists and strings. One thread of the process.
 class Machine {
  public:
   static constexpr int kBudget = 50'000;  ///< instructions of one thread in one frame

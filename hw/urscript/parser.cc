@@ -14,9 +14,9 @@ namespace {
 constexpr int kDeepest = 100;  // of what is nested: more than anybody writes, less than the stack holds
 
 constexpr std::array<std::string_view, 26> kKeywords = {
-    "def",    "sec",   "thread", "end",   "if",   "elif", "else",           "while",         "break",
-    "continue", "return", "global", "local", "run",  "kill", "join",           "enter_critical", "exit_critical",
-    "halt",   "pass",  "True",   "False", "and",  "or",   "not",            "xor"};
+    "def",    "sec",    "thread", "end", "if",   "elif", "else",           "while",         "break", "continue",
+    "return", "global", "local",  "run", "kill", "join", "enter_critical", "exit_critical", "halt",  "pass",
+    "True",   "False",  "and",    "or",  "not",  "xor"};
 
 bool is_keyword(std::string_view word) { return std::ranges::find(kKeywords, word) != kKeywords.end(); }
 
@@ -79,9 +79,7 @@ class Parser {
   [[nodiscard]] std::string found() const {
     return at_end() ? ", the script ends" : fmt::format(", found '{}'", here().text.substr(0, 40));
   }
-  [[noreturn]] void refuse(std::string text) const {
-    throw Refused{{here().line, here().column, std::move(text)}};
-  }
+  [[noreturn]] void refuse(std::string text) const { throw Refused{{here().line, here().column, std::move(text)}}; }
   std::string take_name() {
     if (here().kind != Token::Kind::kName || is_keyword(here().text)) refuse("expected a name" + found());
     return take().text;
@@ -161,12 +159,13 @@ class Parser {
     if (accept("local")) return parse_declaration(out, kLocal), true;
     if (accept("kill")) return parse_operand(out, kKill), true;
     if (accept("join")) return parse_operand(out, kJoin), true;
-    static constexpr std::array<std::pair<std::string_view, Statement::Kind>, 6> kAlone = {{{"break", kBreak},
-                                                                                             {"continue", kContinue},
-                                                                                             {"halt", kHalt},
-                                                                                             {"pass", kNothing},
-                                                                                             {"enter_critical", kNothing},
-                                                                                             {"exit_critical", kNothing}}};
+    static constexpr std::array<std::pair<std::string_view, Statement::Kind>, 6> kAlone = {
+        {{"break", kBreak},
+         {"continue", kContinue},
+         {"halt", kHalt},
+         {"pass", kNothing},
+         {"enter_critical", kNothing},
+         {"exit_critical", kNothing}}};
     for (const auto& [word, kind] : kAlone) {
       if (!accept(word)) continue;
       out.kind = kind;
@@ -230,7 +229,8 @@ class Parser {
     out.value = parse_expression();
     if (first->kind == Kind::kIndex && first->parts[0]->kind == Kind::kName) {
       out.target = first->parts[0]->name;
-      out.indices.assign(std::make_move_iterator(first->parts.begin() + 1), std::make_move_iterator(first->parts.end()));
+      out.indices.assign(std::make_move_iterator(first->parts.begin() + 1),
+                         std::make_move_iterator(first->parts.end()));
     } else if (first->kind == Kind::kName) {
       out.target = first->name;
     } else {

@@ -41,8 +41,8 @@ struct Builtin {
 /// The built-in functions that scripts may call.
 class Library {
  public:
-  /// @param signature  "movej(q, a=1.4, v=1.05)"; a last parameter "..." takes any number more. Well-formed; a default is a
-  /// number, True, False or a string.
+  /// @param signature  "movej(q, a=1.4, v=1.05)"; a last parameter "..." takes any number more. Well-formed; a default
+  /// is a number, True, False or a string.
   void add(std::string_view signature, std::function<Outcome(const Call&)> run);
   [[nodiscard]] const std::vector<Builtin>& all() const { return all_; }
   /// @return -1: there is none.
@@ -55,11 +55,11 @@ class Library {
 /// One instruction of the machine; `a` and `b` as the code says.
 struct Instruction {
   enum class Code : std::uint8_t {
-    kConstant,     ///< push constants[a]
-    kLoadLocal,    ///< push locals[a]
-    kLoadGlobal,   ///< push globals[a]
-    kStoreLocal,   ///< pop into locals[a]
-    kStoreGlobal,  ///< pop into globals[a]
+    kConstant,       ///< push constants[a]
+    kLoadLocal,      ///< push locals[a]
+    kLoadGlobal,     ///< push globals[a]
+    kStoreLocal,     ///< pop into locals[a]
+    kStoreGlobal,    ///< pop into globals[a]
     kStoreLocalAt,   ///< pop value and b indices: an element of locals[a]
     kStoreGlobalAt,  ///< the same of globals[a]
     kIndex,          ///< pop a indices and what they index; push the element
@@ -93,7 +93,8 @@ struct CompiledFunction {
   int parameters = 0, locals = 0;
 };
 
-/// A compiled program. Function 0 is what runs. Immutable, independent of the library but for the numbers of its functions.
+/// A compiled program. Function 0 is what runs. Immutable, independent of the library but for the numbers of its
+/// functions.
 struct Program {
   std::string name;
   bool secondary = false;
@@ -103,7 +104,8 @@ struct Program {
   int globals = 0;
 };
 
-/// Compiles a script. Which names are global: those that are declared so anywhere, and those that the main program assigns.
+/// Compiles a script. Which names are global: those that are declared so anywhere, and those that the main program
+/// assigns.
 /// @return null and the first error: a name that nobody knows is "compile_error_name_not_found:NAME:". Realtime: setup.
 [[nodiscard]] std::shared_ptr<const Program> compile(const Script& script, const Library& library, ScriptError& error);
 /// Parses and compiles.

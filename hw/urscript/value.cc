@@ -174,8 +174,8 @@ Value to_list(const std::vector<double>& numbers) {
 }
 
 std::string_view name_of(Operator op) {
-  static constexpr std::array<std::string_view, 14> kNames = {"+", "-",  "*", "/",  "%",  "==",  "!=",
-                                                              "<", ">", "<=", ">=", "and", "or", "xor"};
+  static constexpr std::array<std::string_view, 14> kNames = {
+      "+", "-", "*", "/", "%", "==", "!=", "<", ">", "<=", ">=", "and", "or", "xor"};
   return kNames[static_cast<std::size_t>(op)];
 }
 
@@ -190,7 +190,8 @@ std::optional<Value> apply(Operator op, const Value& a, const Value& b) {
   if (is_arithmetic(op) && (p != nullptr || q != nullptr)) return each(op, p, a, q, b);
   const auto *i = a.get<std::int32_t>(), *j = b.get<std::int32_t>();
   // Division gives a real number, of two integers too.
-  if (i != nullptr && j != nullptr && is_arithmetic(op) && op != Operator::kDivide) return calculate(op, std::int64_t{*i}, std::int64_t{*j});
+  if (i != nullptr && j != nullptr && is_arithmetic(op) && op != Operator::kDivide)
+    return calculate(op, std::int64_t{*i}, std::int64_t{*j});
   const auto x = a.number(), y = b.number();
   if (!x || !y) return std::nullopt;
   return is_arithmetic(op) ? calculate(op, *x, *y) : compare(op, *x, *y);

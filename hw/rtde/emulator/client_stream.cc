@@ -18,7 +18,8 @@ struct DhTable {
 };
 constexpr double kQuarter = 1.5707963267948966;
 constexpr std::array<double, 6> kAlpha = {kQuarter, 0.0, 0.0, kQuarter, -kQuarter, 0.0};
-constexpr DhTable kUr5 = {{0.0, -0.425, -0.39225, 0.0, 0.0, 0.0}, {0.089159, 0.0, 0.0, 0.10915, 0.09465, 0.0823}, kAlpha, 1};
+constexpr DhTable kUr5 = {
+    {0.0, -0.425, -0.39225, 0.0, 0.0, 0.0}, {0.089159, 0.0, 0.0, 0.10915, 0.09465, 0.0823}, kAlpha, 1};
 
 /// A value of one of the output fields of RTDE.
 const FieldValue& value_of(Controller& c, std::string_view name) { return c.fields()[output_fields().at(name)]; }
@@ -114,10 +115,10 @@ std::string board_part(Controller& c) {
   append(body, 0.0F);
   append(body, static_cast<std::uint8_t>(c.power().safety()));
   append_bool(body, c.power().safety() == SafetyMode::kReduced);
-  append(body, std::uint8_t{0});   // no Euromap67
+  append(body, std::uint8_t{0});  // no Euromap67
   append(body, std::uint32_t{0});
-  append(body, std::uint8_t{0});   // no operational mode selector
-  append(body, std::uint8_t{0});   // no three-position switch
+  append(body, std::uint8_t{0});  // no operational mode selector
+  append(body, std::uint8_t{0});  // no three-position switch
   append(body, std::uint8_t{0});
   return body;
 }
@@ -151,7 +152,8 @@ std::string configuration_part(Controller& c) {
     append(body, arm.limits.velocity[i]);
     append(body, arm.limits.acceleration[i]);
   }
-  for (const double value : {1.05, 1.4, 0.25, 1.2, 0.25}) append(body, value);  // defaults of moves; radius of a turn, m
+  for (const double value : {1.05, 1.4, 0.25, 1.2, 0.25})
+    append(body, value);  // defaults of moves; radius of a turn, m
   append_all(body, kUr5.a);
   append_all(body, kUr5.d);
   append_all(body, kUr5.alpha);
@@ -262,8 +264,8 @@ std::string make_realtime_state(Controller& c) {
   const bool newest = c.options().version >= Version{5, 10, 0, 0};
   std::string body;
   append(body, to_seconds(c.time()));
-  for (const auto name : {"target_q", "target_qd", "target_qdd", "target_current", "target_moment", "actual_q", "actual_qd",
-                          "actual_current", "joint_control_output", "actual_TCP_pose", "actual_TCP_speed",
+  for (const auto name : {"target_q", "target_qd", "target_qdd", "target_current", "target_moment", "actual_q",
+                          "actual_qd", "actual_current", "joint_control_output", "actual_TCP_pose", "actual_TCP_speed",
                           "actual_TCP_force", "target_TCP_pose", "target_TCP_speed"})
     append_all(body, value_of(c, name));
   append(body, number_of(c, "actual_digital_input_bits"));

@@ -94,7 +94,8 @@ void Controller::update_knots() {
 void Controller::protective_stop(const std::string& why, int code, int level) {
   power_.protective_stop();
   programs_.pause();
-  events_.add({.kind = ControllerEvent::Kind::kError, .code = code, .level = level, .title = {}, .text = why, .time = time()});
+  events_.add(
+      {.kind = ControllerEvent::Kind::kError, .code = code, .level = level, .title = {}, .text = why, .time = time()});
 }
 
 void Controller::emergency_stop(bool pressed) {
@@ -174,7 +175,8 @@ void Controller::apply_masks() {
     if ((analog >> i & 1u) == 0) continue;
     io_.analog_out[i] = std::clamp(input(fmt::format("standard_analog_output_{}", i)), 0.0, 1.0);
     const unsigned bit = 4u << i;
-    io_.analog_types = static_cast<std::uint8_t>((types >> i & 1u) != 0 ? io_.analog_types | bit : io_.analog_types & ~bit);
+    io_.analog_types =
+        static_cast<std::uint8_t>((types >> i & 1u) != 0 ? io_.analog_types | bit : io_.analog_types & ~bit);
   }
   set_input("standard_analog_output_mask", 0.0);
   if (input("speed_slider_mask") == 1.0) settings_.slider = std::clamp(input("speed_slider_fraction"), 0.0, 1.0);

@@ -24,8 +24,8 @@ struct ControllerOptions {
   Version version = {3, 15, 8, 106339};  ///< decides the series, and with it the cycle: 8 ms or 2 ms
   std::string model = "UR5";             ///< as "get robot model" answers
   std::string serial = "20225500001";
-  bool running = true;         ///< begins with brakes open; else without power
-  bool remote_control = true;  ///< e-Series accept programs only so
+  bool running = true;                ///< begins with brakes open; else without power
+  bool remote_control = true;         ///< e-Series accept programs only so
   Nanoseconds uptime = 60 * kSecond;  ///< what its clock shows at the beginning; clients take less for booting
 };
 
@@ -68,8 +68,10 @@ class Controller {
 
   /// The next frame.
   void run_frame(const PlantSample& plant);
-  /// What the joints are told for the beginning of this frame, and for its end; between them they go by the polynomial of
-  /// fifth degree.
+  /// A frame in which nothing is known of the joints: its clock goes on, nothing else.
+  void skip_frame() { ++frame_; }
+  /// What the joints are told for the beginning of this frame, and for its end; between them they go by the polynomial
+  /// of fifth degree.
   [[nodiscard]] const motion::JointSample& told() const { return told_; }
   [[nodiscard]] const motion::JointSample& told_next() const { return told_next_; }
   [[nodiscard]] const PlantSample& plant() const { return plant_; }
@@ -86,11 +88,12 @@ class Controller {
   ScriptSockets& sockets() { return sockets_; }
   /// Every output field of this frame.
   [[nodiscard]] const std::vector<FieldValue>& fields() const { return fields_; }
-  /// What the surroundings exert on the tool, less what zero_ftsensor() took: N and Nm, at the tool centre point, axes of
-  /// the base.
+  /// What the surroundings exert on the tool, less what zero_ftsensor() took: N and Nm, at the tool centre point, axes
+  /// of the base.
   [[nodiscard]] Vector6 tcp_force() const { return wrench_ - settings_.wrench_offset; }
 
-  // -- What several interfaces can ask for -----------------------------------------------------------------------------
+  // -- What several interfaces can ask for
+  // -----------------------------------------------------------------------------
   void protective_stop(const std::string& why, int code = 209, int level = 2);
   void emergency_stop(bool pressed);
   void power_off();

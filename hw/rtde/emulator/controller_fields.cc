@@ -39,7 +39,9 @@ int joint_mode(const PowerState& power) {
 
 }  // namespace
 
-void Controller::set_field(std::string_view name, const FieldValue& value) { fields_[output_fields().at(name)] = value; }
+void Controller::set_field(std::string_view name, const FieldValue& value) {
+  fields_[output_fields().at(name)] = value;
+}
 void Controller::set_joints(std::string_view name, const JointVector& values) { set_field(name, as_field(values)); }
 
 void Controller::fill_fields() {
@@ -82,7 +84,8 @@ void Controller::fill_motion_fields() {
   set_field("payload", settings_.payload);
   set_field("payload_cog", as_field(settings_.payload_cog));
   set_field("payload_inertia", settings_.payload_inertia);
-  set_field("actual_tool_accelerometer", as_field(Eigen::Vector3d(tool.X_BT(plant_.q).linear().transpose() * -gravity)));
+  set_field("actual_tool_accelerometer",
+            as_field(Eigen::Vector3d(tool.X_BT(plant_.q).linear().transpose() * -gravity)));
 }
 
 void Controller::fill_mode_fields() {
@@ -133,14 +136,12 @@ void Controller::fill_io_fields() {
 
 void Controller::fill_register_fields(std::string_view direction, const Registers& registers) {
   const bool out = direction == "output";
-  static const FieldTable::Id kOut[] = {output_fields().at("output_int_register_0"),
-                                        output_fields().at("output_double_register_0"),
-                                        output_fields().at("output_bit_register_64"),
-                                        output_fields().at("output_bit_registers0_to_31")};
-  static const FieldTable::Id kIn[] = {output_fields().at("input_int_register_0"),
-                                       output_fields().at("input_double_register_0"),
-                                       output_fields().at("input_bit_register_64"),
-                                       output_fields().at("input_bit_registers0_to_31")};
+  static const FieldTable::Id kOut[] = {
+      output_fields().at("output_int_register_0"), output_fields().at("output_double_register_0"),
+      output_fields().at("output_bit_register_64"), output_fields().at("output_bit_registers0_to_31")};
+  static const FieldTable::Id kIn[] = {
+      output_fields().at("input_int_register_0"), output_fields().at("input_double_register_0"),
+      output_fields().at("input_bit_register_64"), output_fields().at("input_bit_registers0_to_31")};
   const FieldTable::Id* first = out ? kOut : kIn;
   for (std::size_t i = 0; i < Registers::kCount; ++i) {
     fields_[first[0] + i][0] = registers.ints[i];

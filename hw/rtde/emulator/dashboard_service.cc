@@ -84,9 +84,8 @@ void DashboardService::add_with_argument(std::string words, std::function<std::s
 void DashboardService::add_state_commands() {
   Controller& c = controller_;
   const ControllerOptions& options = c.options();
-  add("polyscopeversion", [&] {
-    return fmt::format("URSoftware {}.{} (Jan 01 2024)", to_string(options.version), options.version.build);
-  });
+  add("polyscopeversion",
+      [&] { return fmt::format("URSoftware {}.{} (Jan 01 2024)", to_string(options.version), options.version.build); });
   add("version", [&] { return to_string(options.version); });
   add("get serial number", [&] { return options.serial; });
   add("get robot model", [&] { return options.model; });
@@ -117,8 +116,9 @@ void DashboardService::add_power_commands() {
   });
   add("unlock protective stop", [&] {
     if (!c.power().unlock())
-      return std::string("Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop "
-                         "before unlocking");
+      return std::string(
+          "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop "
+          "before unlocking");
     return std::string("Protective stop releasing");
   });
   add("restart safety", [&] {
@@ -190,7 +190,8 @@ void DashboardService::add_popup_commands() {
   add("savelog", [] { return std::string("Log saved to disk"); });
   if (c.is_e_series()) return;
   add_with_argument("setuserrole", [this](const std::string& role) {
-    static constexpr std::array<std::string_view, 5> kRoles = {"programmer", "operator", "none", "locked", "restricted"};
+    static constexpr std::array<std::string_view, 5> kRoles = {"programmer", "operator", "none", "locked",
+                                                               "restricted"};
     if (std::ranges::find(kRoles, lower(role)) == kRoles.end()) return "Failed setting user role: " + role;
     role_ = role;
     std::ranges::transform(role_, role_.begin(), [](unsigned char ch) { return static_cast<char>(std::toupper(ch)); });
@@ -210,7 +211,8 @@ void DashboardService::add_e_series_commands() {
     operational_mode_ = "NONE";
     return std::string("No longer controlling the operational mode. Current operational mode: 'NONE'.");
   });
-  add_with_argument("generate flight report", [](const std::string&) { return std::string("Flight Report generated with id: 1"); });
+  add_with_argument("generate flight report",
+                    [](const std::string&) { return std::string("Flight Report generated with id: 1"); });
   add_with_argument("generate support file", [](const std::string& path) {
     return fmt::format("Completed successfully: {}/ur_support.zip", path);
   });

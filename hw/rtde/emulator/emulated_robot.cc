@@ -23,19 +23,19 @@ Result<void> EmulatedRobot::listen(std::uint32_t host) {
   return {};
 }
 
-void EmulatedRobot::step(std::int64_t cycle, Nanoseconds now) {
-  look_at_plant();
+void EmulatedRobot::serve(Nanoseconds now) {
   if (front_ != nullptr) front_->exchange();
-  while (has_sample_ && clock_.to_core(next_frame_ * controller_->cycle()) <= now) {
+  while (next_frame() <= now) {
     frame_begin_ = next_frame_++ * controller_->cycle();
+    if (!has_sample_) {
+      controller_->skip_frame();
+      continue;
+    }
     controller_->run_frame({sample_.q, sample_.dq, sample_.tau_external, sample_.commanded});
     if (front_ != nullptr) front_->end_frame();
   }
   follow_power();
-  tell_plant(cycle, now);
 }
-
-void EmulatedRobot::look_at_plant() { has_sample_ = plant_->read(sample_); }
 
 void EmulatedRobot::follow_power() {
   const bool on = controller_->power().drives_on();
@@ -44,11 +44,11 @@ void EmulatedRobot::follow_power() {
   braked_ = !on;
 }
 
-void EmulatedRobot::tell_plant(std::int64_t cycle, Nanoseconds now) {
+void EmulatedRobot::tell(std::int64_t cycle, Nanoseconds now) {
   if (!has_sample_ || !sample_.ready || !controller_->power().drives_on() || controller_->frame() == 0) return;
-  const motion::JointSample state = device::interpolate(controller_->told(), controller_->told_next(),
-                                                        to_seconds(controller_->cycle()),
-                                                        to_seconds(clock_.to_device(now) - frame_begin_));
+  const motion::JointSample state =
+      device::interpolate(controller_->told(), controller_->told_next(), to_seconds(controller_->cycle()),
+                          to_seconds(clock_.to_device(now) - frame_begin_));
   plant_->write({.cycle = cycle, .stamp = now, .q = state.q, .dq = state.dq, .ddq = state.ddq});
 }
 

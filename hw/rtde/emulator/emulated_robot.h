@@ -23,9 +23,21 @@ class EmulatedRobot {
   /// Opens its ports. @return why not. Realtime: setup.
   [[nodiscard]] Result<void> listen(std::uint32_t host);
 
-  /// Once in each cycle of the plant: takes what clients have sent, runs the frames that are due, and tells the arm where
-  /// to be. @param now  of the machine's clock, growing
-  void step(std::int64_t cycle, Nanoseconds now);
+  /// Once in each cycle of the plant: look(), serve(), tell(). @param now  of the machine's clock, growing
+  void step(std::int64_t cycle, Nanoseconds now) {
+    look();
+    serve(now);
+    tell(cycle, now);
+  }
+  /// Reads the arm.
+  void look() { has_sample_ = plant_->read(sample_); }
+  /// Takes what clients have sent, runs the frames that are due, and sends. May be called at any time. While the arm
+  /// gives no sample the frames pass without anything being done or sent.
+  void serve(Nanoseconds now);
+  /// Tells the arm where to be.
+  void tell(std::int64_t cycle, Nanoseconds now);
+  /// When the next frame is due, on the machine's clock.
+  [[nodiscard]] Nanoseconds next_frame() const { return clock_.to_core(next_frame_ * controller_->cycle()); }
 
   /// Power is cut and comes back: every connection breaks, its clock and its registers begin anew.
   void restart();
@@ -36,9 +48,7 @@ class EmulatedRobot {
   std::function<void()> close_brakes, open_brakes;
 
  private:
-  void look_at_plant();
   void follow_power();
-  void tell_plant(std::int64_t cycle, Nanoseconds now);
 
   ControllerOptions options_;
   std::shared_ptr<const device::ArmDescription> arm_;
@@ -50,8 +60,8 @@ class EmulatedRobot {
   std::uint32_t host_ = 0;
   device::ArmSample sample_;
   bool has_sample_ = false, braked_ = false;
-  std::int64_t next_frame_;       // number of the device's cycle
-  Nanoseconds frame_begin_ = 0;   // of the newest frame, on the device's clock
+  std::int64_t next_frame_;      // number of the device's cycle
+  Nanoseconds frame_begin_ = 0;  // of the newest frame, on the device's clock
 };
 
 }  // namespace takt::rtde

@@ -80,9 +80,8 @@ void add_force_functions(Library& library, Controller& c) {
   for (const char* signature : {"end_freedrive_mode()", "end_teach_mode()"})
     library.add(signature, [&c](const urscript::Call&) { return end_force(c); });
   // 0: on; 2: the arm cannot be led there.
-  library.add("get_freedrive_status()", [&c](const urscript::Call&) -> Outcome {
-    return Value(c.settings().freedrive ? 0 : 2);
-  });
+  library.add("get_freedrive_status()",
+              [&c](const urscript::Call&) -> Outcome { return Value(c.settings().freedrive ? 0 : 2); });
   library.add("zero_ftsensor()", [&c](const urscript::Call&) -> Outcome {
     c.settings().wrench_offset += c.tcp_force();
     return Value();

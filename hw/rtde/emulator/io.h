@@ -6,8 +6,8 @@
 
 namespace takt::rtde {
 
-/// Digital and analog terminals of an emulated controller. Bits of digital values: 0-7 standard, 8-15 configurable, 16-17
-/// tool.
+/// Digital and analog terminals of an emulated controller. Bits of digital values: 0-7 standard, 8-15 configurable,
+/// 16-17 tool.
 struct Terminals {
   static constexpr int kConfigurable = 8, kTool = 16;
 
@@ -39,7 +39,8 @@ struct Registers {
 
   /// 32 bits from `first` on.
   [[nodiscard]] std::uint32_t word(int first) const {
-    return static_cast<std::uint32_t>(((bits >> static_cast<std::size_t>(first)) & std::bitset<kBits>(0xffff'ffff)).to_ulong());
+    return static_cast<std::uint32_t>(
+        ((bits >> static_cast<std::size_t>(first)) & std::bitset<kBits>(0xffff'ffff)).to_ulong());
   }
   void set_word(int first, std::uint32_t word) {
     for (int i = 0; i < 32; ++i) bits[static_cast<std::size_t>(first + i)] = (word >> i & 1) != 0;

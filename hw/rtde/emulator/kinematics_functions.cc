@@ -66,8 +66,9 @@ void add_kinematics(Library& library, Controller& c) {
                 if (!q) throw BadArgument{"the pose is out of reach"};
                 return to_value(*q);
               }));
-  library.add("get_inverse_kin_has_solution(pose, qnear=None, maxPositionError=1e-10, maxOrientationError=1e-10, tcp=None)",
-              checked([&c](const Arguments& a) -> Outcome { return Value(solution(c, a).has_value()); }));
+  library.add(
+      "get_inverse_kin_has_solution(pose, qnear=None, maxPositionError=1e-10, maxOrientationError=1e-10, tcp=None)",
+      checked([&c](const Arguments& a) -> Outcome { return Value(solution(c, a).has_value()); }));
   library.add("is_within_safety_limits(pose)", checked([&c](const Arguments& a) -> Outcome {
                 if (a[0].pose()) return Value(solution(c, a).has_value());
                 const JointVector q = a.joints(0);
@@ -80,9 +81,8 @@ void add_poses(Library& library) {
   library.add("pose_trans(p_from, p_from_to)", checked([](const Arguments& a) -> Outcome {
                 return Value(to_pose(to_isometry(a.pose(0)) * to_isometry(a.pose(1))));
               }));
-  library.add("pose_inv(p_from)", checked([](const Arguments& a) -> Outcome {
-                return Value(to_pose(to_isometry(a.pose(0)).inverse()));
-              }));
+  library.add("pose_inv(p_from)",
+              checked([](const Arguments& a) -> Outcome { return Value(to_pose(to_isometry(a.pose(0)).inverse())); }));
   const auto combined = [](const Arguments& a, double sign) -> Outcome {
     const Eigen::Isometry3d from = to_isometry(a.pose(0)), by = to_isometry(a.pose(1));
     Eigen::Isometry3d sum = Eigen::Isometry3d::Identity();
@@ -139,7 +139,8 @@ void add_tool(Library& library, Controller& c) {
                 c.motion().kinematics().set_tool(to_isometry(a.pose(0)));
                 return Value();
               }));
-  for (const char* signature : {"set_payload(m, cog=None)", "set_target_payload(m, cog=None, inertia=None, transition_time=0)"})
+  for (const char* signature :
+       {"set_payload(m, cog=None)", "set_target_payload(m, cog=None, inertia=None, transition_time=0)"})
     library.add(signature, checked([&c](const Arguments& a) -> Outcome {
                   set_payload(c, a);
                   return Value();
@@ -159,12 +160,10 @@ void add_tool(Library& library, Controller& c) {
               }));
   for (const char* signature : {"get_target_payload()", "get_target_payload_mass()"})
     library.add(signature, [&c](const urscript::Call&) -> Outcome { return Value(c.settings().payload); });
-  library.add("get_target_payload_cog()", [&c](const urscript::Call&) -> Outcome {
-    return to_value(c.settings().payload_cog);
-  });
-  library.add("get_target_payload_inertia()", [&c](const urscript::Call&) -> Outcome {
-    return to_value(c.settings().payload_inertia);
-  });
+  library.add("get_target_payload_cog()",
+              [&c](const urscript::Call&) -> Outcome { return to_value(c.settings().payload_cog); });
+  library.add("get_target_payload_inertia()",
+              [&c](const urscript::Call&) -> Outcome { return to_value(c.settings().payload_inertia); });
 }
 
 }  // namespace

@@ -52,7 +52,8 @@ Value extreme(const Arguments& a, bool largest) {
 
 void add_lists(Library& library) {
   for (const char* signature : {"get_list_length(v)", "length(v)", "size(v)"})
-    library.add(signature, checked([](const Arguments& a) -> Outcome { return Value(static_cast<int>(length_of(a[0]))); }));
+    library.add(signature,
+                checked([](const Arguments& a) -> Outcome { return Value(static_cast<int>(length_of(a[0]))); }));
   library.add("make_list(length, initial_value, capacity=0)", checked([](const Arguments& a) -> Outcome {
                 return Value(List(static_cast<std::size_t>(a.integer(0, 0, kLongestMade)), a[1]));
               }));
@@ -82,7 +83,8 @@ void add_lists(Library& library) {
 void add_strings(Library& library) {
   library.add("to_str(value)", checked([](const Arguments& a) -> Outcome { return Value(a.text(0)); }));
   library.add("str_cat(a, b)", checked([](const Arguments& a) -> Outcome { return Value(a.text(0) + a.text(1)); }));
-  library.add("str_len(s)", checked([](const Arguments& a) -> Outcome { return Value(static_cast<int>(a.text(0).size())); }));
+  library.add("str_len(s)",
+              checked([](const Arguments& a) -> Outcome { return Value(static_cast<int>(a.text(0).size())); }));
   library.add("str_empty(s)", checked([](const Arguments& a) -> Outcome { return Value(a.text(0).empty()); }));
   library.add("str_at(s, index)", checked([](const Arguments& a) -> Outcome {
                 const std::string text = a.text(0);
@@ -126,9 +128,7 @@ void add_math_functions(Library& library) {
   const auto add = [&](const char* signature, auto run) { library.add(signature, checked(run)); };
   add("floor(f)", [](const Arguments& a) -> Outcome { return Value(saturated<std::int32_t>(std::floor(a.real(0)))); });
   add("ceil(f)", [](const Arguments& a) -> Outcome { return Value(saturated<std::int32_t>(std::ceil(a.real(0)))); });
-  add("abs(f)", [](const Arguments& a) -> Outcome {
-    return a.real(0) < 0.0 ? *urscript::negated(a[0]) : a[0];
-  });
+  add("abs(f)", [](const Arguments& a) -> Outcome { return a.real(0) < 0.0 ? *urscript::negated(a[0]) : a[0]; });
   add("atan2(x, y)", [](const Arguments& a) -> Outcome { return Value(std::atan2(a.real(0), a.real(1))); });
   add("pow(base, exponent)", [](const Arguments& a) -> Outcome {
     const double value = std::pow(a.real(0), a.real(1));

@@ -12,13 +12,13 @@ namespace takt::rtde {
 
 namespace {
 
-constexpr double kAtRest = 1e-6;            // rad/s
-constexpr double kServoAcceleration = 60.0; // rad/s^2: what servoj() may ask of the joints
-constexpr double kServoGain = 300.0;        // to which the lag of servoj() refers
-constexpr double kShortest = 1e-9;          // m or rad: a move without length
-constexpr double kJerkTime = 0.05;          // s, in which a move reaches its acceleration
+constexpr double kAtRest = 1e-6;                          // rad/s
+constexpr double kServoAcceleration = 60.0;               // rad/s^2: what servoj() may ask of the joints
+constexpr double kServoGain = 300.0;                      // to which the lag of servoj() refers
+constexpr double kShortest = 1e-9;                        // m or rad: a move without length
+constexpr double kJerkTime = 0.05;                        // s, in which a move reaches its acceleration
 constexpr double kForceGain = 0.002, kTorqueGain = 0.02;  // m/s per N and rad/s per Nm of a compliant axis
-constexpr double kForceTime = 0.05;         // s, filter of the velocity of compliant axes
+constexpr double kForceTime = 0.05;                       // s, filter of the velocity of compliant axes
 constexpr int kLimitSamples = 64;
 
 template <class... Ts>
@@ -107,8 +107,8 @@ std::optional<std::string> Motion::plan(const MoveRequest& request, Track& track
       const auto circle =
           circle_through(from.translation(), request.X_BT_via.translation(), request.X_BT_goal.translation());
       if (!circle) return "the three points of the arc lie on a line";
-      const auto turn = motion::short_turn(Eigen::Quaterniond(from.linear()),
-                                           Eigen::Quaterniond(request.X_BT_goal.linear()));
+      const auto turn =
+          motion::short_turn(Eigen::Quaterniond(from.linear()), Eigen::Quaterniond(request.X_BT_goal.linear()));
       track.geometry = motion::CartesianArc{.p_start = from.translation(),
                                             .R_start = Eigen::Quaterniond(from.linear()),
                                             .centre = circle->centre,
@@ -177,7 +177,8 @@ bool Motion::stretch_to_limits(Track& track) const {
   double factor = 1.0;
   for (int i = 1; i <= kLimitSamples; ++i) {
     if (!sample(track, duration * i / kLimitSamples, q)) return false;
-    const JointVector share = (q - before).cwiseAbs().cwiseQuotient(limits_.velocity) * (kLimitSamples / std::max(duration, period_));
+    const JointVector share =
+        (q - before).cwiseAbs().cwiseQuotient(limits_.velocity) * (kLimitSamples / std::max(duration, period_));
     factor = std::max(factor, share.maxCoeff());
     before = q;
   }
@@ -352,8 +353,7 @@ JointVector Motion::limited(JointVector dq) const {
 void Motion::step_force(const Vector6& wrench_B) {
   if (!force_task_) return;
   const ForceTask& task = *force_task_;
-  const Eigen::Matrix3d R =
-      task.in_tool_axes ? kinematics_.X_BT(q_).linear().eval() : task.X_BTask.linear().eval();
+  const Eigen::Matrix3d R = task.in_tool_axes ? kinematics_.X_BT(q_).linear().eval() : task.X_BTask.linear().eval();
   Vector6 V_Task, V_B;
   Vector6 felt;
   felt << R.transpose() * wrench_B.head<3>(), R.transpose() * wrench_B.tail<3>();
@@ -375,8 +375,8 @@ void Motion::step_force(const Vector6& wrench_B) {
 std::optional<std::string> Motion::check() const {
   for (int i = 0; i < q_.size(); ++i)
     if (q_[i] < limits_.lower[i] || q_[i] > limits_.upper[i])
-      return fmt::format("joint {} is at {:.4f} rad, outside of its range {:.4f} to {:.4f}", i, q_[i],
-                         limits_.lower[i], limits_.upper[i]);
+      return fmt::format("joint {} is at {:.4f} rad, outside of its range {:.4f} to {:.4f}", i, q_[i], limits_.lower[i],
+                         limits_.upper[i]);
   if (!q_.allFinite()) return "a position that is not finite";
   return std::nullopt;
 }

@@ -20,7 +20,7 @@ struct MoveRequest {
   Eigen::Isometry3d X_BT_via = Eigen::Isometry3d::Identity();   ///< kArc
   double velocity = 0.0, acceleration = 0.0;                    ///< of the leading axis, or of the tool; at most
   double time = 0.0;                                            ///< s; if > 0 it decides, as far as the joints can
-  double blend_radius = 0.0;                                    ///< m; the next motion may begin that far before the end
+  double blend_radius = 0.0;  ///< m; the next motion may begin that far before the end
 };
 
 /// Compliance of the tool: what force_mode() asks for, and freedrive.
@@ -35,10 +35,10 @@ struct ForceTask {
 
 /// What the controller tells its joints: a position for each control cycle, made of what programs ask for. One thread.
 ///
-/// The order of what counts: a stop, then the newest command. Moves are planned from rest with bounded jerk; blended ones
-/// overlap. servoj() follows its goal with a first-order lag, T = lookahead * 300 / gain: in one cycle h a share of
-/// 1 - exp(-h / T) of the distance. Velocities of joints keep the limits of the model; a position outside of its range
-/// is a fault.
+/// The order of what counts: a stop, then the newest command. Moves are planned from rest with bounded jerk; blended
+/// ones overlap. servoj() follows its goal with a first-order lag, T = lookahead * 300 / gain: in one cycle h a share
+/// of 1 - exp(-h / T) of the distance. Velocities of joints keep the limits of the model; a position outside of its
+/// range is a fault.
 class Motion {
  public:
   /// @param period  of the control cycle, s
@@ -132,7 +132,7 @@ class Motion {
   double period_;
   JointVector q_, dq_;
   Activity activity_;
-  std::vector<Track> tracks_;  // the newest last; the others are being blended out
+  std::vector<Track> tracks_;           // the newest last; the others are being blended out
   std::optional<MoveRequest> waiting_;  // for rest
   std::optional<ForceTask> force_task_;
   JointVector force_dq_, offset_;  // of the force task: its velocity, and what it has added

@@ -30,9 +30,11 @@ Wait until_done(Controller& c) {
     return Value();
   };
 }
+/// Until the joints are told to stand, which is two frames after the newest position does.
 Wait until_rest(Controller& c) {
   return [&c]() -> std::optional<Value> {
-    if (!c.motion().at_rest()) return std::nullopt;
+    const bool told = c.told_next().dq.cwiseAbs().maxCoeff() < 1e-6;
+    if (!c.motion().at_rest() || !told) return std::nullopt;
     return Value();
   };
 }
@@ -124,8 +126,8 @@ Outcome servo_tool(Controller& c, const Arguments& a) {
   return lasting(c, 0.0);
 }
 
-/// Until the speed is reached, or for the time that is given. The speed stays until the next command, or until the thread
-/// ends.
+/// Until the speed is reached, or for the time that is given. The speed stays until the next command, or until the
+/// thread ends.
 Outcome keep_speed(Controller& c, double seconds, double until_reached) {
   return lasting(c, seconds > 0.0 ? seconds : until_reached);
 }
@@ -188,9 +190,8 @@ void add_motion_functions(Library& library, Controller& c) {
   add("sync()", [](Controller& k, const Arguments&) { return lasting(k, 0.0); });
   add("sleep(t)", [](Controller& k, const Arguments& a) { return lasting(k, a.real(0)); });
   add("get_steptime()", [](Controller& k, const Arguments&) -> Outcome { return Value(to_seconds(k.cycle())); });
-  add("is_steady()", [](Controller& k, const Arguments&) -> Outcome {
-    return Value(k.motion().at_rest() && k.motion().move_done());
-  });
+  add("is_steady()",
+      [](Controller& k, const Arguments&) -> Outcome { return Value(k.motion().at_rest() && k.motion().move_done()); });
   add("protective_stop()", [](Controller& k, const Arguments&) -> Outcome {
     k.protective_stop("protective stop by a program");
     return Value();

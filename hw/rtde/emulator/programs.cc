@@ -113,7 +113,9 @@ void Programs::check_watchdogs() {
   for (Watchdog& watchdog : watchdogs_) {
     if (watchdog.barked || now_ - watchdog.fed <= watchdog.longest) continue;
     watchdog.barked = true;
-    add_event({.kind = ControllerEvent::Kind::kText, .title = {}, .text = "RTDE input watchdog: the field was not written in time"});
+    add_event({.kind = ControllerEvent::Kind::kText,
+               .title = {},
+               .text = "RTDE input watchdog: the field was not written in time"});
     if (watchdog.action == WatchdogAction::kPause) pause();
     if (watchdog.action == WatchdogAction::kStop) return stop();
   }

@@ -40,7 +40,8 @@ class Programs {
   /// changes nothing. @return false then
   bool start(std::string_view text);
 
-  // -- The program that is loaded --------------------------------------------------------------------------------------
+  // -- The program that is loaded
+  // --------------------------------------------------------------------------------------
   /// Programs that load() finds, by path, and their scripts.
   std::map<std::string, std::string> installed;
   /// @return false: there is none of this name.
@@ -52,7 +53,8 @@ class Programs {
   bool resume();
   void stop();
 
-  // -- Watchdogs -------------------------------------------------------------------------------------------------------
+  // -- Watchdogs
+  // -------------------------------------------------------------------------------------------------------
   /// @param field  number of an input field
   void set_watchdog(std::uint16_t field, Nanoseconds longest, WatchdogAction action);
   /// A client has written the field.

@@ -62,16 +62,13 @@ void add_analog(Library& library, Controller& c) {
                   return Value();
                 }));
   for (const char* signature : {"get_standard_analog_in(n)", "get_analog_in(n)"})
-    library.add(signature, checked([&c](const Arguments& a) -> Outcome {
-                  return Value(c.io().analog_in[index(a, 0, 2)]);
-                }));
+    library.add(signature,
+                checked([&c](const Arguments& a) -> Outcome { return Value(c.io().analog_in[index(a, 0, 2)]); }));
   for (const char* signature : {"get_standard_analog_out(n)", "get_analog_out(n)"})
-    library.add(signature, checked([&c](const Arguments& a) -> Outcome {
-                  return Value(c.io().analog_out[index(a, 0, 2)]);
-                }));
-  library.add("get_tool_analog_in(n)", checked([&c](const Arguments& a) -> Outcome {
-                return Value(c.io().tool_analog_in[index(a, 0, 2)]);
-              }));
+    library.add(signature,
+                checked([&c](const Arguments& a) -> Outcome { return Value(c.io().analog_out[index(a, 0, 2)]); }));
+  library.add("get_tool_analog_in(n)",
+              checked([&c](const Arguments& a) -> Outcome { return Value(c.io().tool_analog_in[index(a, 0, 2)]); }));
   library.add("set_tool_voltage(voltage)", checked([&c](const Arguments& a) -> Outcome {
                 const int voltage = a.integer(0);
                 if (voltage != 0 && voltage != 12 && voltage != 24)
@@ -79,7 +76,8 @@ void add_analog(Library& library, Controller& c) {
                 c.io().tool_voltage = voltage;
                 return Value();
               }));
-  for (const char* signature : {"set_standard_analog_input_domain(port, domain)", "set_tool_analog_input_domain(port, domain)"})
+  for (const char* signature :
+       {"set_standard_analog_input_domain(port, domain)", "set_tool_analog_input_domain(port, domain)"})
     library.add(signature, checked([](const Arguments& a) -> Outcome {
                   (void)a.integer(0, 0, 1);
                   (void)a.integer(1, 0, 1);
@@ -88,7 +86,8 @@ void add_analog(Library& library, Controller& c) {
   library.add("set_analog_outputdomain(port, domain)", checked([&c](const Arguments& a) -> Outcome {
                 const unsigned bit = 4u << index(a, 0, 2);
                 const bool voltage = a.integer(1, 0, 1) == 1;
-                c.io().analog_types = static_cast<std::uint8_t>(voltage ? c.io().analog_types | bit : c.io().analog_types & ~bit);
+                c.io().analog_types =
+                    static_cast<std::uint8_t>(voltage ? c.io().analog_types | bit : c.io().analog_types & ~bit);
                 return Value();
               }));
 }

@@ -15,8 +15,8 @@ constexpr int kProtocol = 2;
 
 }  // namespace
 
-/// A client of port 30004. Text messages go out only after START: during the set-up clients take whatever comes next for
-/// their answer.
+/// A client of port 30004. Text messages go out only after START: during the set-up clients take whatever comes next
+/// for their answer.
 class RtdeService::Client final : public Session {
  public:
   Client(RtdeService& service, std::uint64_t number) : service_(service), number_(number) {}

@@ -22,10 +22,10 @@ class RtdeService final : public Service {
   /// What clients did that no client should; for reports.
   struct Counts {
     std::uint64_t sessions = 0;
-    std::uint64_t broken = 0;      ///< connections that were closed: no stream of packages
-    std::uint64_t refused = 0;     ///< requests that were answered with a refusal
-    std::uint64_t misshapen = 0;   ///< data of the wrong length, or for a recipe that is not there
-    std::uint64_t left_out = 0;    ///< output packages that a client did not read in time
+    std::uint64_t broken = 0;     ///< connections that were closed: no stream of packages
+    std::uint64_t refused = 0;    ///< requests that were answered with a refusal
+    std::uint64_t misshapen = 0;  ///< data of the wrong length, or for a recipe that is not there
+    std::uint64_t left_out = 0;   ///< output packages that a client did not read in time
   };
   [[nodiscard]] const Counts& counts() const { return counts_; }
 

@@ -38,7 +38,8 @@ std::string without_arrays(std::string_view line) {
       {{"digital_out[", "set_digital_out("}, {"analog_out[", "set_analog_out("}}};
   for (const auto& [array, function] : kArrays) {
     const std::size_t close = line.find(']'), equals = line.find('=');
-    if (!line.starts_with(array) || close == std::string_view::npos || equals == std::string_view::npos || equals < close)
+    if (!line.starts_with(array) || close == std::string_view::npos || equals == std::string_view::npos ||
+        equals < close)
       continue;
     std::string call(function);
     call += line.substr(array.size(), close - array.size());
@@ -50,7 +51,12 @@ std::string without_arrays(std::string_view line) {
 }
 
 void refuse_script(Controller& c, int code, std::string_view why) {
-  c.events().add({.kind = ControllerEvent::Kind::kError, .code = code, .level = 2, .title = {}, .text = std::string(why), .time = c.time()});
+  c.events().add({.kind = ControllerEvent::Kind::kError,
+                  .code = code,
+                  .level = 2,
+                  .title = {},
+                  .text = std::string(why),
+                  .time = c.time()});
 }
 
 }  // namespace

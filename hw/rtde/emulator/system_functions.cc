@@ -17,8 +17,8 @@ using urscript::Outcome;
 using urscript::Value;
 using urscript::Wait;
 
-constexpr double kConnectTime = 2.0;     // s, in which socket_open() gives up
-constexpr int kMostNumbers = 30;         // of one socket_read_...(): as many as a real controller reads at once
+constexpr double kConnectTime = 2.0;  // s, in which socket_open() gives up
+constexpr int kMostNumbers = 30;      // of one socket_read_...(): as many as a real controller reads at once
 constexpr std::size_t kLongestLine = 4096;
 
 /// Asks `take` in each frame until it gives something, or for `seconds` (0: for ever), then `otherwise`.
@@ -78,7 +78,8 @@ Outcome read_bytes(Controller& c, const Arguments& a) {
     std::string& bytes = c.sockets().received(name);
     if (bytes.size() < static_cast<std::size_t>(count)) return std::nullopt;
     std::vector<Value> values;
-    for (int i = 0; i < count; ++i) values.emplace_back(static_cast<int>(static_cast<std::uint8_t>(bytes[static_cast<std::size_t>(i)])));
+    for (int i = 0; i < count; ++i)
+      values.emplace_back(static_cast<int>(static_cast<std::uint8_t>(bytes[static_cast<std::size_t>(i)])));
     bytes.erase(0, static_cast<std::size_t>(count));
     return counted(std::move(values));
   });
@@ -154,7 +155,8 @@ void add_sending(Library& library, Controller& c) {
                   return Value(c.sockets().send(a.text(1), encode(a)));
                 }));
   };
-  add("socket_send_int(value, socket_name='socket_0')", [](const Arguments& a) { return binary<std::int32_t>(a.integer(0)); });
+  add("socket_send_int(value, socket_name='socket_0')",
+      [](const Arguments& a) { return binary<std::int32_t>(a.integer(0)); });
   add("socket_send_byte(value, socket_name='socket_0')",
       [](const Arguments& a) { return binary<std::uint8_t>(saturated<std::uint8_t>(a.real(0))); });
   add("socket_send_string(str, socket_name='socket_0')", [](const Arguments& a) { return a.text(0); });
@@ -180,13 +182,15 @@ void add_system_functions(Library& library, Controller& c) {
                   return c.settings().popup.empty() ? std::optional<Value>(Value()) : std::nullopt;
                 });
               }));
-  library.add("request_boolean_from_primary_client(message)", [](const urscript::Call&) -> Outcome { return Value(false); });
+  library.add("request_boolean_from_primary_client(message)",
+              [](const urscript::Call&) -> Outcome { return Value(false); });
   library.add("time(mode=0)", [&c](const urscript::Call&) -> Outcome { return Value(to_seconds(c.time())); });
   library.add("powerdown()", [&c](const urscript::Call&) -> Outcome {
     c.power_off();
     return Value();
   });
-  library.add("get_robot_serial_number()", [&c](const urscript::Call&) -> Outcome { return Value(c.options().serial); });
+  library.add("get_robot_serial_number()",
+              [&c](const urscript::Call&) -> Outcome { return Value(c.options().serial); });
 }
 
 void add_socket_functions(Library& library, Controller& c) {
@@ -201,7 +205,8 @@ void add_socket_functions(Library& library, Controller& c) {
   add("socket_read_binary_integer(number, socket_name='socket_0', timeout=2)", read_integers);
   add("socket_read_byte_list(number, socket_name='socket_0', timeout=2)", read_bytes);
   add("socket_read_ascii_float(number, socket_name='socket_0', timeout=2)", read_floats);
-  add("socket_read_string(socket_name='socket_0', prefix='', suffix='', interpret_escape=False, timeout=2)", read_string);
+  add("socket_read_string(socket_name='socket_0', prefix='', suffix='', interpret_escape=False, timeout=2)",
+      read_string);
   add("socket_read_line(socket_name='socket_0', timeout=2)",
       [](Controller& k, const Arguments& a) { return read_line(k, a.text(0), a.real(1)); });
   add("socket_get_var(name, socket_name='socket_0')", [](Controller& k, const Arguments& a) -> Outcome {

@@ -1,0 +1,49 @@
+#include "hw/rtde/kind/lock_step_robot.h"
+
+#include <algorithm>
+
+namespace takt::rtde {
+
+LockStepRobot::LockStepRobot(const DriverOptions& options, const ControllerOptions& controller,
+                             const device::DriverRequest& request, std::shared_ptr<device::ArmBackend> machine,
+                             const hw::VirtualFaults& faults, const emulation::DeviceClock& device_clock)
+    : options_(options),
+      period_(request.core_period),
+      machine_(std::move(machine)),
+      network_(clock_, request.seed, faults),
+      robot_(controller, request.description, machine_, network_, device_clock),
+      driver_(options, request, network_, clock_) {}
+
+bool LockStepRobot::read(device::ArmSample& sample) {
+  pass_cycle();
+  return driver_.read(sample);
+}
+
+void LockStepRobot::pass_cycle() { advance(++cycle_ * period_); }
+
+void LockStepRobot::set_payload(const device::PayloadSetting& payload) {
+  machine_->set_payload(payload);
+  driver_.set_payload(payload);
+}
+
+/// All that happens up to now, in the order of time. The arm is known at the core's cycles only: what happens between
+/// two of them sees the state of the earlier one.
+void LockStepRobot::advance(Nanoseconds now) {
+  for (;;) {
+    const Nanoseconds next = std::min(network_.next_arrival(), robot_.next_frame());
+    if (next >= now) break;
+    clock_.set(std::max(next, clock_.now()));
+    robot_.serve(next);
+    if (!frozen) driver_.poll();
+  }
+  clock_.set(now);
+  robot_.look();
+  robot_.serve(now);
+  if (!frozen) driver_.poll();
+  robot_.tell(cycle_, now);
+  state_.begin();
+  state_.add(driver_.hash());
+  state_.add(robot_.controller().frame());
+}
+
+}  // namespace takt::rtde
