@@ -69,16 +69,18 @@ constexpr std::string_view kProgram = R"(def takt_control():
       write_output_integer_register(FIRST, state)
       servoj(goal, 0, 0, STEP, {lookahead}, {gain})
     else:
-      write_output_integer_register(FIRST, state)
       if moving:
+        write_output_integer_register(FIRST, 3)
         stopj(DECELERATION)
         moving = False
         goal = get_target_joint_positions()
       end
+      write_output_integer_register(FIRST, state)
       if mode == 4:
         write_output_integer_register(FIRST, 4)
         freedrive_mode()
         while read_input_integer_register(FIRST + 1) == 4:
+          write_output_integer_register(FIRST + 1, read_input_integer_register(FIRST))
           sync()
         end
         end_freedrive_mode()

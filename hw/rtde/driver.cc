@@ -22,7 +22,10 @@ constexpr Nanoseconds kSilence = kSecond;            // without a package: the c
 constexpr Nanoseconds kLinkGap = 50 * kMillisecond;  // without a package: the controller's watchdog may have stopped us
 constexpr Nanoseconds kPayloadTime = 2 * kSecond;    // in which the controller shows the payload that it was told
 constexpr double kPayloadOpen = 1e-3;                // kg
-constexpr int kMark = 0x7a61;                        // of our program, in a register
+constexpr Nanoseconds kEchoTime = 200 * kMillisecond;  // in which our program follows another package
+constexpr Nanoseconds kBrakingTime = 3 * kSecond;      // the same, while it brakes
+constexpr int kNever = 1'000'000;
+constexpr int kMark = 0x7a61;  // of our program, in a register
 
 /// Places of the outputs in the request.
 enum OutputPlace : std::size_t {
@@ -122,7 +125,7 @@ Driver::Driver(const DriverOptions& options, const device::DriverRequest& reques
 
 Driver::~Driver() {
   // The program ends by itself; whatever is lost of this, the watchdog does.
-  if (stage_ == Stage::kStreaming && ours()) send(ControlMode::kEnd, nullptr);
+  if (stage_ == Stage::kStreaming) send(ControlMode::kEnd, nullptr);
   rtde_link_.flush();
 }
 
@@ -334,7 +337,18 @@ void Driver::take_package() {
   answer_package();
 }
 
-bool Driver::ours() const { return client_.state() == Client::State::kRunning && integer(kMarkOut) == kMark; }
+/// Registers keep what an old program wrote, so only a number that goes on tells that ours runs.
+void Driver::watch_echo() {
+  const int echo = integer(kSequenceOut);
+  echo_age_ = echo != echo_ ? 0 : std::min(echo_age_ + 1, kNever);
+  echo_ = echo;
+}
+
+bool Driver::alive() const {
+  if (client_.state() != Client::State::kRunning || integer(kMarkOut) != kMark) return false;
+  const bool braking = integer(kProgramState) == static_cast<int>(ProgramState::kStopped);
+  return Nanoseconds{echo_age_} * options_.cycle() < (braking ? kBrakingTime : kEchoTime);
+}
 
 bool Driver::running() const {
   return integer(kRobotMode) == static_cast<int>(RobotMode::kRunning) &&
@@ -352,49 +366,49 @@ DriverFault Driver::state_fault() const {
 
 /// Follows the program on the controller, and uploads it where that is allowed.
 void Driver::step_program() {
+  watch_echo();
   const auto runtime = static_cast<RuntimeState>(integer(kRuntimeState));
-  const auto state = static_cast<ProgramState>(integer(kProgramState));
   if (acknowledged_.exchange(false)) may_upload_ = true;
+  if (runtime == RuntimeState::kStopped && stage_ != Stage::kStreaming) uploaded_ = false;
   if (const DriverFault fault = state_fault(); fault != DriverFault::kNone) {
     // Somebody has to look after the robot: that is reset enough for the program to begin anew.
     fault_ = fault;
     may_upload_ = true;
     return set_stage(Stage::kWaiting);
   }
-  const bool plays = runtime == RuntimeState::kPlaying;
-  const bool alive = plays && ours() && state != ProgramState::kNone && state != ProgramState::kEnded;
-  switch (stage_) {
-    case Stage::kStreaming:
-      if (runtime == RuntimeState::kPaused) {
-        fault_ = DriverFault::kPaused;
-      } else if (!alive) {
-        note_stop();
-      } else if (state == ProgramState::kStopped) {
-        fault_ = DriverFault::kPackagesMissing;
-      } else {
-        fault_ = state == ProgramState::kFreedrive ? DriverFault::kFreedrive : DriverFault::kNone;
-      }
-      return;
-    case Stage::kUploading:
-      if (alive && integer(kSequenceOut) == sequence_) return set_stage(Stage::kStreaming);
-      if (now() - stage_since_ > kStartTime) {
-        fault_ = DriverFault::kProgramFailed;
-        may_upload_ = false;
-        set_stage(Stage::kWaiting);
-      }
-      return;
-    case Stage::kWaiting:
-      if (plays && fault_ != DriverFault::kProtectiveStop && fault_ != DriverFault::kSafetyStop &&
-          !(ours() && may_upload_)) {
-        fault_ = DriverFault::kOtherProgram;
-      } else if (may_upload_ && !held_.load()) {
-        upload();
-      } else if (may_upload_) {
-        fault_ = fault_ == DriverFault::kNone ? DriverFault::kStarting : fault_;
-      }
-      return;
-    default:
-      return;
+  if (stage_ == Stage::kStreaming) return step_streaming(runtime);
+  if (stage_ == Stage::kWaiting) return step_waiting(runtime);
+  if (runtime == RuntimeState::kPlaying && alive() && echo_age_ == 0) {
+    uploaded_ = true;
+    set_stage(Stage::kStreaming);
+  } else if (now() - stage_since_ > kStartTime) {
+    fault_ = DriverFault::kProgramFailed;
+    may_upload_ = false;
+    set_stage(Stage::kWaiting);
+  }
+}
+
+void Driver::step_streaming(RuntimeState runtime) {
+  const auto state = static_cast<ProgramState>(integer(kProgramState));
+  if (runtime == RuntimeState::kPaused) {
+    fault_ = DriverFault::kPaused;
+  } else if (runtime != RuntimeState::kPlaying || !alive()) {
+    note_stop();
+  } else if (state == ProgramState::kStopped) {
+    fault_ = DriverFault::kPackagesMissing;
+  } else {
+    fault_ = state == ProgramState::kFreedrive ? DriverFault::kFreedrive : DriverFault::kNone;
+  }
+}
+
+void Driver::step_waiting(RuntimeState runtime) {
+  const bool plays = runtime == RuntimeState::kPlaying, paused = runtime == RuntimeState::kPaused;
+  if ((plays && !alive()) || (paused && !uploaded_)) {
+    fault_ = DriverFault::kOtherProgram;
+  } else if (fault_ == DriverFault::kOtherProgram) {
+    fault_ = may_upload_ ? DriverFault::kStarting : DriverFault::kProgramStopped;  // it has ended
+  } else if (may_upload_ && !held_.load()) {
+    upload();
   }
 }
 
@@ -405,6 +419,7 @@ void Driver::note_stop() {
   const bool other = static_cast<RuntimeState>(integer(kRuntimeState)) == RuntimeState::kPlaying;
   fault_ = other ? DriverFault::kOtherProgram : silent ? DriverFault::kPackagesMissing : DriverFault::kProgramStopped;
   may_upload_ = silent && !other;
+  uploaded_ = false;
   tell(fault_text(static_cast<std::uint32_t>(fault_)));
   set_stage(Stage::kWaiting);
 }

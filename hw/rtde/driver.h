@@ -137,7 +137,10 @@ class Driver : public device::ArmDriver {
   void check_answer(const DashboardClient::Answer& answer);
   void receive();
   void take_package();
+  void watch_echo();
   void step_program();
+  void step_waiting(RuntimeState runtime);
+  void step_streaming(RuntimeState runtime);
   void note_stop();
   void upload();
   void answer_package();
@@ -152,7 +155,7 @@ class Driver : public device::ArmDriver {
   [[nodiscard]] const FieldValue& value(std::size_t field) const { return client_.values()[field]; }
   [[nodiscard]] int integer(std::size_t field) const { return static_cast<int>(value(field)[0]); }
   [[nodiscard]] bool running() const;
-  [[nodiscard]] bool ours() const;
+  [[nodiscard]] bool alive() const;
   [[nodiscard]] DriverFault state_fault() const;
 
   const DriverOptions options_;
@@ -172,6 +175,9 @@ class Driver : public device::ArmDriver {
   bool model_known_ = false, may_upload_ = true;
   DriverFault fault_ = DriverFault::kNotConnected;
   std::int32_t sequence_ = 0;
+  std::int32_t echo_ = 0;     // the number that the program says it followed last
+  int echo_age_ = 1'000'000;  // packages since it changed
+  bool uploaded_ = false;     // our program was seen running, and not seen stopped since
   DriverCounts counts_;
   Diagnostics problems_;
   std::vector<FieldValue> package_;  // to be sent

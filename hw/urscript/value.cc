@@ -63,12 +63,15 @@ std::optional<Value> compare(Operator op, double a, double b) {
   }
 }
 
+/// A number; handles of threads are compared with numbers too.
+std::optional<double> comparable(const Value& value) {
+  if (const auto* handle = value.get<ThreadHandle>()) return handle->id;
+  return value.number();
+}
+
 bool equal(const Value& a, const Value& b) {
-  const auto x = a.number(), y = b.number();
+  const auto x = comparable(a), y = comparable(b);
   if (x && y) return *x == *y;
-  // A handle of a thread is compared with numbers.
-  if (const auto* handle = a.get<ThreadHandle>(); handle != nullptr && y) return handle->id == *y;
-  if (const auto* handle = b.get<ThreadHandle>(); handle != nullptr && x) return handle->id == *x;
   const auto* p = a.get<List>();
   const auto* q = b.get<List>();
   if (p == nullptr || q == nullptr) return a == b;
@@ -192,7 +195,7 @@ std::optional<Value> apply(Operator op, const Value& a, const Value& b) {
   // Division gives a real number, of two integers too.
   if (i != nullptr && j != nullptr && is_arithmetic(op) && op != Operator::kDivide)
     return calculate(op, std::int64_t{*i}, std::int64_t{*j});
-  const auto x = a.number(), y = b.number();
+  const auto x = comparable(a), y = comparable(b);
   if (!x || !y) return std::nullopt;
   return is_arithmetic(op) ? calculate(op, *x, *y) : compare(op, *x, *y);
 }

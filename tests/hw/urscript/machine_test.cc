@@ -96,7 +96,7 @@ TEST(Urscript, NewlinesCountLittle) {
   EXPECT_EQ(bench.run("a = 1\n(note(a))\n"), "1") << "a bracket on a line of its own calls nothing";
   EXPECT_EQ(bench.run("a = 3\n-1\nnote(a)"), "3");
   EXPECT_EQ(bench.run("note(1 +\n 2)"), "3");
-  EXPECT_EQ(bench.run("def f():\n return\n note(1)\nend\nf()"), "");
+  EXPECT_EQ(bench.run("def p():\n def f():\n  return\n  note(1)\n end\n f()\nend\n"), "");
   EXPECT_EQ(bench.run("$ 3 \"label\"\nnote(1) # tail\r\n"), "1");
 }
 
