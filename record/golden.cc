@@ -190,7 +190,7 @@ class MemberReader {
       known = true;
     }
     if (!known) {
-      diagnostics_.error(Code::kUnknownName, place + "/kind", fmt::format("'{}' is no kind of tolerance", kind),
+      diagnostics_.error(Code::kUnknownName, place + "/kind", fmt::format("'{}' is not a kind of tolerance", kind),
                          nearest_choice(kind, names));
     }
     tolerance.dt = nanoseconds(number(*member, place, "dt_s"));
@@ -295,7 +295,7 @@ Result<Golden> golden_from_json(const nlohmann::ordered_json& json) {
   Diagnostics diagnostics;
   MemberReader read(diagnostics);
   if (!json.is_object() || !json.contains("takt_golden"))
-    return failure(Code::kMissing, "", "this is no golden: 'takt_golden' is missing");
+    return failure(Code::kMissing, "", "this is not a golden: 'takt_golden' is missing");
   if (json.at("takt_golden") != 1)
     return failure(Code::kIncompatible, "/takt_golden", "this version of goldens is not known", "known: 1");
   Golden golden;

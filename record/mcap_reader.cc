@@ -205,7 +205,7 @@ bool take_definition(const Record& record, Contents& contents) {
 Result<Contents> scan(std::string_view bytes) {
   if (!bytes.starts_with(kMagic)) {
     return failure(Code::kSyntax, "",
-                   bytes.empty() ? "the file is empty" : "this is no MCAP file: its first 8 bytes are others");
+                   bytes.empty() ? "the file is empty" : "this is not an MCAP file: its first 8 bytes are others");
   }
   Contents contents;
   std::size_t offset = kMagic.size();

@@ -60,7 +60,7 @@ Result<Recording> Recording::open(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path, code))
     return failure(Code::kNotFound, "", fmt::format("there is no file {}", path.string()));
   if (!std::filesystem::is_regular_file(path, code))
-    return failure(Code::kFileNotReadable, "", fmt::format("{} is no file", path.string()));
+    return failure(Code::kFileNotReadable, "", fmt::format("{} is not a file", path.string()));
   const auto size = std::filesystem::file_size(path, code);
   if (code)
     return failure(Code::kFileNotReadable, "", fmt::format("cannot read {}: {}", path.string(), code.message()));

@@ -70,7 +70,7 @@ class Frames {
     for (const Wanted& one : wanted_) {
       if (one.placed || !(circle || unknown(one))) continue;
       diagnostics.error(Code::kInvalidValue, one.pointer + "/in",
-                        circle ? fmt::format("'{}' hangs on a frame that has no place of its own", one.at.in)
+                        circle ? fmt::format("the frame of '{}' has no known pose", one.at.in)
                                : fmt::format("there is no frame '{}'", one.at.in),
                         circle ? "frames that end at 'world'" : nearest_choice(one.at.in, names));
     }

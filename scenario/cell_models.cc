@@ -67,7 +67,7 @@ std::vector<std::unique_ptr<LoadedDevice>> load_devices(const Description& descr
     const bool exists = std::ranges::find(names, entry->on) != names.end();
     if (exists && !diagnostics.has_errors()) {
       diagnostics.error(Code::kInvalidValue, "/devices" + pointer_segment(entry->name) + "/on",
-                        "devices hang on each other in a circle");
+                        "devices are mounted on each other in a loop");
     } else if (!exists) {
       diagnostics.error(Code::kUnknownName, "/devices" + pointer_segment(entry->name) + "/on",
                         fmt::format("there is no device '{}'", entry->on), nearest_choice(entry->on, names));

@@ -70,7 +70,7 @@ std::vector<world::Object::Part> read_parts(ObjectReader& reader) {
     part.finish();
   }
   if (parts.empty())
-    reader.diagnostics().error(Code::kMissing, reader.at("parts"), "no part stands here", "at least one shape");
+    reader.diagnostics().error(Code::kMissing, reader.at("parts"), "no part is given", "at least one shape");
   return parts;
 }
 
@@ -83,7 +83,7 @@ DeviceEntry read_device(const std::string& name, const Json& json, const std::st
   device.on = reader.text("on", "");
   if (reader.has("at")) device.at = read_placement(reader, "at");
   if (!device.on.empty() && device.at) {
-    diagnostics.error(Code::kConflict, pointer, "'on' and 'at' both stand here",
+    diagnostics.error(Code::kConflict, pointer, "both 'on' and 'at' are given",
                       "mounted on a device, or placed in a frame");
   }
   if (const Json* mount = reader.object("mount", false)) {
@@ -111,7 +111,7 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
   if (object.model.empty()) {
     object.parts = read_parts(reader);
   } else if (reader.has("shape") || reader.has("parts")) {
-    diagnostics.error(Code::kConflict, pointer, "a model and shapes of its own stand here",
+    diagnostics.error(Code::kConflict, pointer, "both a model and shapes are given",
                       "\"model\", or \"shape\" or \"parts\"");
     (void)reader.child("parts");
     for (const char* key : {"shape", "size_m", "radius_m", "length_m"}) (void)reader.child(key);
@@ -139,7 +139,8 @@ CameraEntry read_camera(const std::string& name, const Json& json, const std::st
   reader.finish();
   if (camera.look_at && camera.look_at->in == camera.at.in &&
       (camera.look_at->X.translation() - camera.at.X.translation()).norm() < 1e-6) {
-    diagnostics.error(Code::kInvalidValue, pointer + "/look_at", "the camera stands where it looks", "another point");
+    diagnostics.error(Code::kInvalidValue, pointer + "/look_at", "the camera is at the point that it looks at",
+                      "another point");
   }
   return camera;
 }
@@ -171,7 +172,7 @@ void for_each_member(ObjectReader& reader, std::string_view key, const Read& rea
     const std::string pointer = reader.at(key) + pointer_segment(name);
     if (name.empty()) reader.diagnostics().error(Code::kInvalidName, pointer, "an empty name");
     if (name.find('/') != std::string::npos || name == "world") {
-      reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("'{}' cannot be a name", name),
+      reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("invalid name '{}'", name),
                                  "no '/', and not 'world'");
     }
     read(name, value, pointer);
@@ -184,7 +185,8 @@ void read_expectations(ObjectReader& reader, Description& description) {
   for (std::size_t i = 0; i < list->size(); ++i) {
     const std::string pointer = reader.at("expectations") + pointer_segment(i);
     if (!(*list)[i].is_object()) {
-      reader.diagnostics().error(Code::kWrongType, pointer, short_dump((*list)[i]) + " stands here", "an object {...}");
+      reader.diagnostics().error(Code::kWrongType, pointer, "unexpected value " + short_dump((*list)[i]),
+                                 "an object {...}");
       continue;
     }
     Diagnostics unread;  // the fields of each kind are read, and reported, where the kind is known
@@ -247,7 +249,7 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
     ObjectReader wholes(one, reader.at("composed"), diagnostics);
     description.composed.push_back({name, pointer, wholes.texts(name)});
     if (description.composed.back().parts.empty())
-      diagnostics.error(Code::kMissing, pointer, "no part stands here", "at least one device");
+      diagnostics.error(Code::kMissing, pointer, "no part is given", "at least one device");
   });
   for_each_member(reader, "objects", [&](const auto& name, const Json& json, const std::string& pointer) {
     description.objects.push_back(read_object(name, json, pointer, diagnostics));
@@ -279,7 +281,7 @@ void apply(const Override& change, Json& document, Diagnostics& diagnostics) {
     const Json::json_pointer pointer(change.pointer);
     const Json::json_pointer parent = pointer.parent_pointer();
     if (pointer.empty() || !document.contains(parent)) {
-      diagnostics.error(Code::kUnknownName, change.pointer, "--set names a place that is not in the file",
+      diagnostics.error(Code::kUnknownName, change.pointer, "--set names an element that is not in the file",
                         "the JSON pointer of an existing object");
       return;
     }

@@ -64,7 +64,8 @@ Diagnostics DeviceKindRegistration::check() const {
   Diagnostics diagnostics;
   if (name_.empty()) diagnostics.error(Code::kMissing, "", "a device kind has no name");
   if (DeviceKinds::global().find(name_)) {
-    diagnostics.error(Code::kDuplicate, "", fmt::format("a device kind '{}' is there already", name_), "another name");
+    diagnostics.error(Code::kDuplicate, "", fmt::format("device kind '{}' is registered already", name_),
+                      "another name");
   }
   return diagnostics;
 }
@@ -76,7 +77,7 @@ Result<ReadModel> read_model(const std::filesystem::path& folder, const std::str
   if (!kind) {
     return failure(
         Code::kInvalidValue, pointer,
-        fmt::format("model '{}' is of kind '{}', which is no device of a cell", folder.filename().string(), *name),
+        fmt::format("model '{}' is of kind '{}', which is not a device of a cell", folder.filename().string(), *name),
         nearest_choice(*name, DeviceKinds::global().names()));
   }
   auto model = kind->read(folder);

@@ -236,7 +236,7 @@ class MonitorExpectation final : public Expectation {
     at_least_ = reader.number("at_least", at_least_);
     at_most_ = reader.number("at_most", at_most_);
     if (!is_ && !reader.has("at_least") && !reader.has("at_most"))
-      reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is said of the value",
+      reader.diagnostics().error(Code::kMissing, reader.pointer(), "no bound is given",
                                  "\"is\", \"at_least\" or \"at_most\"");
     const auto net = built.cell.nets.find(net_);
     if (net != built.cell.nets.end()) check_monitor(*net->second, reader);

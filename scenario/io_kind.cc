@@ -51,14 +51,13 @@ void read_terminal(const Json& json, Diagnostics& diagnostics, Terminal& termina
   ObjectReader reader(json, terminal.pointer, diagnostics);
   terminal.name = reader.text("name", terminal.channel->name);
   if (terminal.name.empty() || terminal.name.find('/') != std::string::npos)
-    diagnostics.error(Code::kInvalidName, reader.at("name"), fmt::format("'{}' cannot be a name", terminal.name),
+    diagnostics.error(Code::kInvalidName, reader.at("name"), fmt::format("invalid name '{}'", terminal.name),
                       "not empty, no '/'");
   if (!terminal.channel->is_output()) {
     terminal.source = reader.text("from", "");
     terminal.script = read_script(reader, *terminal.channel);
     if (!terminal.source.empty() && reader.has("script"))
-      diagnostics.error(Code::kConflict, terminal.pointer, "'from' and 'script' both stand here",
-                        "a wire, or a script");
+      diagnostics.error(Code::kConflict, terminal.pointer, "both 'from' and 'script' are given", "a wire, or a script");
   }
   reader.finish();
 }

@@ -165,7 +165,7 @@ Diagnostics bind(Site& site, std::string_view argument) {
   Json settings{{"backend", kind}};
   if (kind != "slow" && !address.empty()) {
     diagnostics.error(Code::kInvalidValue, "--backend",
-                      fmt::format("a back end of kind '{}' has no address, '{}' stands here", kind, address));
+                      fmt::format("a back end of kind '{}' has no address, but '{}' is given", kind, address));
   }
   while (kind == "slow" && !address.empty()) {
     const std::size_t comma = std::min(address.find(','), address.size());

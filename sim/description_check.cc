@@ -197,7 +197,7 @@ class Checker {
     for (const std::string& wheel : drive.wheels) {
       const Joint* joint = robot->model->joint(wheel);
       if (!joint || joint->type != JointType::kContinuous)
-        error(Code::kInvalidValue, at, fmt::format("'{}' is no wheel", wheel));
+        error(Code::kInvalidValue, at, fmt::format("'{}' is not a wheel", wheel));
     }
   }
 
@@ -235,7 +235,7 @@ class Checker {
     for (const std::string& finger : gripper.fingers) {
       const Joint* joint = robot->model->joint(finger);
       if (!joint || joint->type != JointType::kPrismatic)
-        error(Code::kInvalidValue, at, fmt::format("'{}' is no sliding joint", finger));
+        error(Code::kInvalidValue, at, fmt::format("'{}' is not a sliding joint", finger));
     }
   }
 

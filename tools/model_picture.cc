@@ -33,7 +33,7 @@ Result<void> read_size(PictureOptions& options) {
     if (width.ec == std::errc{} && width.ptr == begin + cross && height.ec == std::errc{} && height.ptr == end)
       return {};
   }
-  return failure(Code::kInvalidValue, "--size", fmt::format("'{}' is no size", options.size),
+  return failure(Code::kInvalidValue, "--size", fmt::format("'{}' is not a size", options.size),
                  "WIDTHxHEIGHT in pixels, 16 to 4096 each");
 }
 

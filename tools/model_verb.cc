@@ -72,7 +72,7 @@ Diagnostics check_kind(const ModelArguments& arguments, const LoadedModel& model
   for (const auto& [option, given] : asked) {
     if (given && !model.arm)
       diagnostics.error(Code::kInvalidValue, option,
-                        fmt::format("'{}' is no arm and no base but: {}", arguments.name, model.kind));
+                        fmt::format("'{}' is neither an arm nor a base but: {}", arguments.name, model.kind));
   }
   return diagnostics;
 }

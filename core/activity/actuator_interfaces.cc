@@ -230,7 +230,7 @@ void Actuator::refuse(std::string_view interface) const {
 const command::MountedArm& Actuator::arm() const {
   const auto found = runtime_->cell().arms.find(name_);
   if (found == runtime_->cell().arms.end())
-    throw_diagnostic(Code::kWrongType, name_, fmt::format("'{}' is no arm", name_), "an arm of the cell");
+    throw_diagnostic(Code::kWrongType, name_, fmt::format("'{}' is not an arm", name_), "an arm of the cell");
   return found->second;
 }
 

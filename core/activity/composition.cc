@@ -213,7 +213,7 @@ class MainTaskActivity final : public CompositeActivity {
     if (!subtask.at_share) return failure(Code::kMissing, pointer, "it never begins", "`at_share` or `when`");
     if (!main.at_share)
       return failure(Code::kConflict, pointer,
-                     fmt::format("'{}' is no motion, so it has no share of a way", parts_[0]->name()), "`when`");
+                     fmt::format("'{}' is not a motion, so it has no share of a path", parts_[0]->name()), "`when`");
     if (!(*subtask.at_share >= 0.0 && *subtask.at_share <= 1.0))
       return failure(Code::kOutOfRange, pointer, fmt::format("share {}", *subtask.at_share), "from 0 to 1");
     return main.at_share(*subtask.at_share);

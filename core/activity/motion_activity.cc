@@ -43,7 +43,8 @@ class MotionActivity final : public ActivityModel {
     const command::MountedArm& arm = planning.cell.arms.find(arm_)->second;
     const Predecessor& before = planning.predecessors.find(arm_)->second;
     if (!before.at_end.rests())
-      return failure(Code::kUnknownPosition, "", fmt::format("'{}': nobody knows where it will be at rest", name()),
+      return failure(Code::kUnknownPosition, "",
+                     fmt::format("'{}': its end position is unknown before the run", name()),
                      "a motion after the end of what runs");
     const motion::ArmModel model = command::planning_model(arm, wish_.X_FM, before.at_end.tool);
     auto from_rest = motion::plan_sequence(model, *before.at_end.q, makers(model));
@@ -128,12 +129,11 @@ BlendingCondition BlendingCondition::at_distance(double metres) {
 void check_blend(const MotionParameters& wish, Diagnostics& diagnostics) {
   const BlendingCondition& blend = wish.blend;
   if (blend.wanted() && wish.until)
-    diagnostics.error(Code::kConflict, "/blend", "a guarded motion ends nobody knows where",
-                      "no blend, or no condition");
+    diagnostics.error(Code::kConflict, "/blend", "the end of a guarded motion is unknown", "no blend, or no condition");
   const bool by_distance = blend.way.kind == motion::Blend::Kind::kDistance;
   const bool by_share = blend.way.kind == motion::Blend::Kind::kFraction;
   if (blend.time_share && (by_distance || by_share))
-    diagnostics.error(Code::kConflict, "/blend", "a blend by time and by way", "one of them");
+    diagnostics.error(Code::kConflict, "/blend", "a blend by time and by distance", "one of them");
   if (blend.time_share && !(*blend.time_share >= 0.5 && *blend.time_share < 1.0))
     diagnostics.error(Code::kOutOfRange, "/blend", fmt::format("a blend at a share of {:g}", *blend.time_share),
                       "a share of the time, at least 0.5 and below 1");
@@ -142,7 +142,7 @@ void check_blend(const MotionParameters& wish, Diagnostics& diagnostics) {
                       "above 0 m");
   if (by_share && !(blend.way.value > 0.0 && blend.way.value <= 0.5))
     diagnostics.error(Code::kOutOfRange, "/blend",
-                      fmt::format("a blend over a share of {:g} of the way", blend.way.value), "above 0, at most 0.5");
+                      fmt::format("a blend over a share of {:g} of the path", blend.way.value), "above 0, at most 0.5");
 }
 
 ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionParameters parameters) {

@@ -30,7 +30,7 @@ class TwoArmActivity final : public ActivityModel {
     const Predecessor& follows = planning.predecessors.find(grasp_.follower)->second;
     if (!leads.at_end.rests() || !follows.at_end.rests())
       return failure(Code::kUnknownPosition, "",
-                     fmt::format("'{}': nobody knows where the arms will be at rest", name()),
+                     fmt::format("'{}': the end position of the arms is unknown before the run", name()),
                      "a motion after the end of what runs");
     const motion::ArmPair pair = pair_of(planning.cell, grasp_);
     if (Diagnostics apart = check_grasp(pair, *leads.at_end.q, *follows.at_end.q); apart.has_errors())
@@ -55,7 +55,7 @@ class TwoArmActivity final : public ActivityModel {
     if (apart > kApart || turned > kTurned)
       diagnostics.error(
           Code::kUnknownPosition, "/grasp",
-          fmt::format("the arms see the motion centre {:.3g} mm and {:.3g} rad apart", 1e3 * apart, turned),
+          fmt::format("the arms disagree about the motion centre by {:.3g} mm and {:.3g} rad", 1e3 * apart, turned),
           "TwoArms anew where they are, or a motion of each to where they took hold");
     return diagnostics;
   }

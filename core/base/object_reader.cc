@@ -50,7 +50,7 @@ std::string short_dump(const Json& json) {
 ObjectReader::ObjectReader(const Json& json, std::string pointer, Diagnostics& diagnostics)
     : json_(json), pointer_(std::move(pointer)), diagnostics_(diagnostics) {
   if (!json_.is_object())
-    diagnostics_.error(Code::kWrongType, pointer_, fmt::format("{} stands here", short_dump(json_)), kObject);
+    diagnostics_.error(Code::kWrongType, pointer_, fmt::format("unexpected value {}", short_dump(json_)), kObject);
 }
 
 bool ObjectReader::has(std::string_view key) const { return json_.is_object() && json_.contains(key); }
@@ -70,7 +70,7 @@ double ObjectReader::number(std::string_view key, std::optional<double> fallback
   const Json* value = find(key, fallback ? "" : range_text(range));
   if (!value) return fallback.value_or(0.0);
   if (value->is_number() && inside(value->get<double>(), range)) return value->get<double>();
-  diagnostics_.error(Code::kOutOfRange, at(key), short_dump(*value) + " stands here", range_text(range));
+  diagnostics_.error(Code::kOutOfRange, at(key), "unexpected value " + short_dump(*value), range_text(range));
   return fallback.value_or(inside(0.0, range) ? 0.0 : (std::isfinite(range.low) ? range.low + 1.0 : range.high));
 }
 
@@ -81,7 +81,7 @@ std::int64_t ObjectReader::integer(std::string_view key, std::optional<std::int6
   const bool whole =
       value->is_number_integer() && (!value->is_number_unsigned() || value->get<std::uint64_t>() <= INT64_MAX);
   if (whole && inside(static_cast<double>(value->get<std::int64_t>()), range)) return value->get<std::int64_t>();
-  diagnostics_.error(Code::kOutOfRange, at(key), short_dump(*value) + " stands here", wanted);
+  diagnostics_.error(Code::kOutOfRange, at(key), "unexpected value " + short_dump(*value), wanted);
   return fallback.value_or(0);
 }
 
@@ -89,7 +89,7 @@ bool ObjectReader::boolean(std::string_view key, std::optional<bool> fallback) {
   const Json* value = find(key, fallback ? "" : "true or false");
   if (!value) return fallback.value_or(false);
   if (value->is_boolean()) return value->get<bool>();
-  diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here", "true or false");
+  diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value), "true or false");
   return fallback.value_or(false);
 }
 
@@ -98,7 +98,7 @@ std::string ObjectReader::text(std::string_view key, std::optional<std::string> 
   if (!value) return fallback.value_or("");
   const bool empty = value->is_string() && value->get_ref<const std::string&>().empty();
   if (value->is_string() && (fallback || !empty)) return value->get<std::string>();
-  diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here",
+  diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value),
                      empty ? "a text that is not empty" : "a text");
   return fallback.value_or("");
 }
@@ -110,7 +110,7 @@ std::string ObjectReader::choice(std::string_view key, const std::vector<std::st
   const std::string value = text(key, fallback);
   if (diagnostics_.list().size() != before || std::ranges::find(choices, value) != choices.end()) return value;
   if (!has(key)) return value;
-  diagnostics_.error(Code::kUnknownName, at(key), fmt::format("'{}' is not known here", value),
+  diagnostics_.error(Code::kUnknownName, at(key), fmt::format("unknown value '{}'", value),
                      nearest_choice(value, choices));
   return fallback.value_or("");
 }
@@ -122,7 +122,7 @@ std::vector<double> ObjectReader::numbers(std::string_view key, std::size_t size
   const Json* value = find(key, fallback ? "" : expected);
   if (!value) return placeholder;
   if (!value->is_array() || (size && value->size() != size)) {
-    diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here", expected);
+    diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value), expected);
     return placeholder;
   }
   std::vector<double> result;
@@ -130,7 +130,7 @@ std::vector<double> ObjectReader::numbers(std::string_view key, std::size_t size
     const Json& item = (*value)[i];
     const bool good = item.is_number() && inside(item.get<double>(), range);
     if (!good)
-      diagnostics_.error(Code::kWrongType, at(key) + pointer_segment(i), short_dump(item) + " stands here",
+      diagnostics_.error(Code::kWrongType, at(key) + pointer_segment(i), "unexpected value " + short_dump(item),
                          range_text(range));
     result.push_back(good ? item.get<double>() : (inside(0.0, range) ? 0.0 : 1.0));
   }
@@ -147,7 +147,7 @@ std::vector<std::string> ObjectReader::texts(std::string_view key, std::optional
   const Json* value = find(key, fallback ? "" : "an array of texts");
   if (!value) return fallback.value_or(std::vector<std::string>{});
   if (!value->is_array()) {
-    diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here", "an array of texts");
+    diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value), "an array of texts");
     return {};
   }
   std::vector<std::string> result;
@@ -155,7 +155,7 @@ std::vector<std::string> ObjectReader::texts(std::string_view key, std::optional
     if ((*value)[i].is_string()) {
       result.push_back((*value)[i].get<std::string>());
     } else {
-      diagnostics_.error(Code::kWrongType, at(key) + pointer_segment(i), short_dump((*value)[i]) + " stands here",
+      diagnostics_.error(Code::kWrongType, at(key) + pointer_segment(i), "unexpected value " + short_dump((*value)[i]),
                          "a text");
     }
   }
@@ -167,20 +167,20 @@ const Json* ObjectReader::child(std::string_view key) { return find(key); }
 const Json* ObjectReader::object(std::string_view key, bool required) {
   const Json* value = find(key, required ? kObject : "");
   if (!value || value->is_object()) return value;
-  diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here", kObject);
+  diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value), kObject);
   return nullptr;
 }
 
 const Json* ObjectReader::array(std::string_view key, bool required) {
   const Json* value = find(key, required ? kArray : "");
   if (!value || value->is_array()) return value;
-  diagnostics_.error(Code::kWrongType, at(key), short_dump(*value) + " stands here", kArray);
+  diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value), kArray);
   return nullptr;
 }
 
 Eigen::Quaterniond ObjectReader::rotation() {
   if (has("quaternion") && has("rpy_deg")) {
-    diagnostics_.error(Code::kConflict, pointer_, "'quaternion' and 'rpy_deg' both stand here", "one of the two");
+    diagnostics_.error(Code::kConflict, pointer_, "both 'quaternion' and 'rpy_deg' are given", "one of the two");
   }
   if (has("quaternion")) {
     const auto values = numbers("quaternion", 4, std::vector<double>{1, 0, 0, 0});
@@ -212,12 +212,11 @@ void ObjectReader::finish() {
   for (const auto& [key, value] : json_.get_ref<const Json::object_t&>()) {
     if (key.starts_with("$") || key == "comment" || std::ranges::find(asked_, key) != asked_.end()) continue;
     if (++unknown > kMostUnknown) continue;
-    diagnostics_.error(Code::kUnknownKey, at(key), fmt::format("key '{}' is not known here", short_key(key)),
+    diagnostics_.error(Code::kUnknownKey, at(key), fmt::format("unknown key '{}'", short_key(key)),
                        nearest_choice(short_key(key), asked_, 30));
   }
   if (unknown > kMostUnknown) {
-    diagnostics_.error(Code::kUnknownKey, pointer_,
-                       fmt::format("{} more keys are not known here", unknown - kMostUnknown),
+    diagnostics_.error(Code::kUnknownKey, pointer_, fmt::format("{} more unknown keys", unknown - kMostUnknown),
                        nearest_choice("", asked_, 30));
   }
 }

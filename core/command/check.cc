@@ -38,7 +38,7 @@ class Checker {
 
   Diagnostics run() {
     for (const std::string& path : tree_.doubles()) {
-      error(Code::kDuplicate, path, "C6", "this command stands in the tree twice",
+      error(Code::kDuplicate, path, "C6", "this command is in the tree twice",
             "a command of its own: a command runs once at most");
     }
     for (int i = 0; i < tree_.size(); ++i) {
@@ -270,9 +270,10 @@ class Checker {
     const SubjectPtr& subject = h.handler->effect.target;
     const int target = tree_.find(subject);
     if (!node(h.owner).is_transaction()) {
-      return error(Code::kConflict, h.path, "C1",
-                   fmt::format("'{}' is no transaction, so there is nothing that it could start", node(h.owner).name),
-                   "the handler on the transaction around it");
+      return error(
+          Code::kConflict, h.path, "C1",
+          fmt::format("'{}' is not a transaction, so there is nothing that it could start", node(h.owner).name),
+          "the handler on the transaction around it");
     }
     if (target < 0 || tree_.at(target).parent != h.owner) {
       return error(

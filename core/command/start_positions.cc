@@ -205,7 +205,7 @@ void StartPositions::tell_unknown(int i, const std::string& device, Diagnostics&
     names += fmt::format("{}'{}'", names.empty() ? "" : ", ", node(rival).name);
   diagnostics.error(
       Code::kUnknownPosition, {},
-      fmt::format("nobody knows before where '{}' will be when '{}' begins: it depends on where {} may have "
+      fmt::format("the position of '{}' when '{}' begins is unknown before the run: it depends on where {} may have "
                   "been cut short",
                   device, node(i).name, names),
       "a start on the natural end of the motion before it: completed, and not cancelled where something may "

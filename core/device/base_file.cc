@@ -79,7 +79,7 @@ class BaseReader {
     for (std::size_t i = 0; i < names.size(); ++i) {
       const std::string pointer = drive.at("wheels") + pointer_segment(i);
       if (!seen.insert(names[i]).second)
-        drive.diagnostics().error(Code::kDuplicate, pointer, fmt::format("wheel '{}' stands twice", names[i]),
+        drive.diagnostics().error(Code::kDuplicate, pointer, fmt::format("duplicate wheel '{}'", names[i]),
                                   "each wheel once");
       base_.wheels[i] = names[i];
       check_wheel(names[i], pointer);
@@ -97,7 +97,7 @@ class BaseReader {
     }
     const bool rolls = joint->type == JointType::kContinuous && (joint->axis - Eigen::Vector3d::UnitY()).norm() < 1e-9;
     if (!rolls) {
-      reader_.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("joint '{}' is no wheel", name),
+      reader_.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("joint '{}' is not a wheel", name),
                                   "a continuous joint about +y, so that a positive speed drives forward");
     }
   }

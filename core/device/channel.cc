@@ -38,7 +38,7 @@ void check_unit(const ChannelDescription& channel, Diagnostics& diagnostics) {
   bool right = terms && !terms->empty();
   for (std::size_t i = 0; right && i < terms->size(); ++i) right = (*terms)[i].variables.empty();
   if (!right)
-    diagnostics.error(Code::kInvalidValue, "/unit", fmt::format("'{}' is no unit", channel.unit),
+    diagnostics.error(Code::kInvalidValue, "/unit", fmt::format("'{}' is not a unit", channel.unit),
                       "such as m/s, rad, N, 1");
   const bool two = channel.type == ValueType::kTwist || channel.type == ValueType::kWrench;
   if (right && terms->size() > (two ? 2u : 1u))
@@ -55,7 +55,7 @@ void check_frame(const ChannelDescription& channel, Diagnostics& diagnostics) {
   const int wanted = frame_names(channel.type);
   if (whole && names == wanted) return;
   diagnostics.error(Code::kInvalidValue, "/frame",
-                    fmt::format("'{}' is no frame of a {}", channel.frame, net::name_of(channel.type)),
+                    fmt::format("'{}' is not a frame of a {}", channel.frame, net::name_of(channel.type)),
                     wanted == 2   ? "'A>B', the pose of B in A"
                     : wanted == 1 ? "the frame that it is expressed in, one name"
                                   : "none");

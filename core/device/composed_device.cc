@@ -26,7 +26,7 @@ Result<std::unique_ptr<ComposedDevice>> ComposedDevice::make(std::string name, s
   auto sorted = leaves;
   std::ranges::sort(sorted);
   if (std::ranges::adjacent_find(sorted) != sorted.end())
-    return failure(Code::kDuplicate, "", fmt::format("a device stands twice in '{}'", name),
+    return failure(Code::kDuplicate, "", fmt::format("'{}' contains a device twice", name),
                    "each part once, also inside other wholes");
   return std::unique_ptr<ComposedDevice>(new ComposedDevice(std::move(name), std::move(parts), std::move(leaves)));
 }

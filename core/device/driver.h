@@ -55,6 +55,9 @@ class ArmDriver : public ArmBackend {
  public:
   /// The wrench that the arm itself estimates or measures at its tool; null: it has none. Lives as long as the driver.
   [[nodiscard]] virtual ForceTorqueBackend* force_torque() { return nullptr; }
+  /// Asks the device to take set points again, after it stopped by itself or brakes were asked for: the explicit reset
+  /// without which nothing begins anew (row S4). Any thread.
+  virtual void reset() {}
   /// What changed since the last call, a line each: "state MON, quality 2", "lost 3 packets". Called now and then by a
   /// thread that is not the cycle. Realtime: setup.
   [[nodiscard]] virtual std::vector<std::string> news() { return {}; }
@@ -69,6 +72,8 @@ class ControllerEmulator {
   /// Once in each cycle of the arm, before the arm steps: reads it, answers what came over the wire, writes the set
   /// point, sends. `now` is the core's time of the emulating process, cycle times period.
   virtual void advance(Nanoseconds now) = 0;
+  /// Tool and payload as they are entered at the controller. Realtime: setup.
+  virtual void set_tool(const ToolSetting& /*tool*/) {}
   /// As of ArmDriver.
   [[nodiscard]] virtual std::vector<std::string> news() { return {}; }
 };

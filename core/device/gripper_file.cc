@@ -39,7 +39,7 @@ void read_fingers(DeviceFile& file, ObjectReader& reader, GripperDescription& gr
                                  fmt::format("the URDF has no joint '{}'", gripper.fingers[i]),
                                  nearest_choice(gripper.fingers[i], joints));
     } else if (joint->type != kinematics::JointType::kPrismatic || joint->lower != 0.0) {
-      reader.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("joint '{}' is no finger", joint->name),
+      reader.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("joint '{}' is not a finger", joint->name),
                                  "prismatic, zero where the gripper is closed, opening with positive values");
     } else if (gripper.stroke > 0.0 && joint->upper != 0.5 * gripper.stroke) {
       reader.diagnostics().error(Code::kInvalidValue, pointer,

@@ -20,7 +20,7 @@ void read_analog(ObjectReader& reader, IoChannel& channel) {
   channel.unit = reader.text("unit");
   const auto unit = net::parse_unit(channel.unit);
   if (!channel.unit.empty() && (!unit || unit->size() != 1 || !unit->front().variables.empty())) {
-    reader.diagnostics().error(Code::kInvalidValue, reader.at("unit"), fmt::format("'{}' is no unit", channel.unit),
+    reader.diagnostics().error(Code::kInvalidValue, reader.at("unit"), fmt::format("'{}' is not a unit", channel.unit),
                                "such as V, A, m, N, 1");
   }
   const auto ends = reader.numbers("range", 2);
@@ -35,7 +35,7 @@ void read_stop(ObjectReader& reader, IoChannel& channel) {
   const Json* stop = reader.child("stop");
   if (stop == nullptr || *stop == "hold") return;
   const auto wrong = [&](const char* allowed) {
-    reader.diagnostics().error(Code::kWrongType, reader.at("stop"), short_dump(*stop) + " stands here", allowed);
+    reader.diagnostics().error(Code::kWrongType, reader.at("stop"), "unexpected value " + short_dump(*stop), allowed);
   };
   if (!channel.is_analog()) {
     if (*stop != "on" && *stop != "off") return wrong("hold, off or on");
@@ -74,7 +74,7 @@ void read_channels(ObjectReader& reader, const char* key, Kind kind, std::vector
   for (const auto& [name, json] : members->items()) {
     const std::string pointer = reader.at(key) + pointer_segment(name);
     if (name.empty() || name.find('/') != std::string::npos)
-      reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("'{}' cannot be a name", name),
+      reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("invalid name '{}'", name),
                                  "not empty, no '/'");
     if (std::ranges::find(channels, name, &IoChannel::name) != channels.end())
       reader.diagnostics().error(Code::kDuplicate, pointer, fmt::format("'{}' is the name of two terminals", name),

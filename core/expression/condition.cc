@@ -66,7 +66,7 @@ std::vector<Condition> read_operands(ObjectReader& reader, std::string_view key,
     operands.push_back(condition_of((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.diagnostics()));
   }
   if (operands.empty())
-    reader.diagnostics().error(Code::kMissing, reader.at(key), "no condition stands here", "at least one");
+    reader.diagnostics().error(Code::kMissing, reader.at(key), "no condition is given", "at least one");
   return operands;
 }
 

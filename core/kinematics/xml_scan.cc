@@ -178,7 +178,7 @@ class Scanner {
   bool scan_attribute(XmlElement& element) {
     const std::string key = scan_name();
     if (key.empty()) return fail(fmt::format("unexpected '{}' in the tag <{}", text_[at_], element.name));
-    if (element.attribute(key)) return fail(fmt::format("attribute '{}' stands twice in <{}>", key, element.name));
+    if (element.attribute(key)) return fail(fmt::format("duplicate attribute '{}' in <{}>", key, element.name));
     if (element.attributes.size() >= kMaxXmlAttributes)
       return fail(fmt::format("<{}> has more than {} attributes", element.name, kMaxXmlAttributes));
     skip_space();

@@ -32,7 +32,7 @@ Result<Curve> Curve::from_json(const Json& json, Form form, const std::string& p
                    fmt::format("2 to {} points [x, y, ...]", kMostPoints));
   const std::size_t size = json.front().is_array() ? json.front().size() : 0;
   if (size < 2 || size > static_cast<std::size_t>(kinematics::kMaxJoints) + 1)
-    return failure(Code::kWrongType, pointer + "/0", "the first point is no array of 2 to 13 numbers",
+    return failure(Code::kWrongType, pointer + "/0", "the first point is not an array of 2 to 13 numbers",
                    "x, then the values there");
   Diagnostics diagnostics;
   Curve curve;
@@ -46,8 +46,8 @@ Result<Curve> Curve::from_json(const Json& json, Form form, const std::string& p
     }
     const double x = json[i][0].get<double>();
     if (!curve.x_.empty() && x <= curve.x_.back())
-      diagnostics.error(Code::kOutOfRange, place + "/0",
-                        fmt::format("x = {} does not lie behind {}", x, curve.x_.back()), "ascending x");
+      diagnostics.error(Code::kOutOfRange, place + "/0", fmt::format("x = {} is not above {}", x, curve.x_.back()),
+                        "ascending x");
     curve.x_.push_back(x);
     JointVector y(curve.dimension_);
     for (int k = 0; k < curve.dimension_; ++k) y[k] = json[i][static_cast<std::size_t>(k) + 1].get<double>();

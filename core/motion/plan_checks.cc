@@ -127,7 +127,7 @@ void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Diagnost
                         (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRotationTolerance &&
                         R.determinant() > 0.0;
   if (X.translation().allFinite() && rotation) return;
-  diagnostics.error(Code::kOutOfRange, pointer, "the pose is no rotation and translation of finite numbers");
+  diagnostics.error(Code::kOutOfRange, pointer, "the pose is not a rotation and translation of finite numbers");
 }
 
 void range_diagnostic(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,

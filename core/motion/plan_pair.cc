@@ -93,7 +93,7 @@ Result<PairPlan> plan_pair(const ArmPair& pair, const JointVector& q_leader, con
 Result<PairPlan> plan_pair_take_over(const ArmPair& pair, const Departure& from, const Motion& follower_before,
                                      const std::vector<LegMaker>& makers) {
   const auto q_follower = joints_at(pair.follower, follower_before, from.tau);
-  if (!q_follower) return failure(Code::kUnknownPosition, "/follower", "nobody knows where it will be");
+  if (!q_follower) return failure(Code::kUnknownPosition, "/follower", "its position is unknown");
   Result<PairPlan> plan = failure(Code::kPlanningFailed, "/blend", "no blend was tried");
   for (const double share : {1.0, 0.8, 0.6}) {
     std::vector<LegMaker> slower;

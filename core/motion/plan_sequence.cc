@@ -164,7 +164,7 @@ class SequencePlanner {
     Part& a = parts_[0];
     Part& b = parts_[1];
     if (b.cost < kNoWay) {
-      diagnostics.error(Code::kPlanningFailed, "/blend", "the next motion has no way");
+      diagnostics.error(Code::kPlanningFailed, "/blend", "the next motion has no length");
     } else if (direction(a, 1.0).dot(direction(b, 0.0)) < kReversal) {
       diagnostics.error(Code::kPlanningFailed, "/blend", "the next motion turns straight back");
     }

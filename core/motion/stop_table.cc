@@ -144,7 +144,7 @@ Result<StopTable> stop_table_from_json(const nlohmann::ordered_json& json, const
       "a list of [s_end, deceleration, deceleration_at_full_rate, product, jerk, jerk_by_cube, jerk_by_product], s_end "
       "rising to 1";
   constexpr std::size_t kNumbers = 7;
-  if (!json.is_array()) return failure(Code::kWrongType, pointer, "a stop table is no list", form);
+  if (!json.is_array()) return failure(Code::kWrongType, pointer, "a stop table is not a list", form);
   StopTable table;
   for (std::size_t i = 0; i < json.size(); ++i) {
     const auto& entry = json[i];
@@ -152,8 +152,8 @@ Result<StopTable> stop_table_from_json(const nlohmann::ordered_json& json, const
                          std::ranges::all_of(entry, [](const auto& value) { return value.is_number(); });
     const std::string place = pointer + pointer_segment(i);
     if (!numbers)
-      return failure(Code::kWrongType, place, fmt::format("a cell of a stop table is no list of {} numbers", kNumbers),
-                     form);
+      return failure(Code::kWrongType, place,
+                     fmt::format("a cell of a stop table is not a list of {} numbers", kNumbers), form);
     const auto value = [&entry](std::size_t k) { return entry[k].template get<double>(); };
     table.push_back({.s_end = value(0),
                      .deceleration = value(1),

@@ -142,14 +142,14 @@ namespace {
 Result<std::vector<TimeLaw::Segment>> segments_from_json(const nlohmann::ordered_json& json,
                                                          const std::string& pointer) {
   const std::string form = "a list of [duration in s, jerk in 1/s^3]";
-  if (!json.is_array()) return failure(Code::kWrongType, pointer, "a time law is no list", form);
+  if (!json.is_array()) return failure(Code::kWrongType, pointer, "a time law is not a list", form);
   Diagnostics diagnostics;
   std::vector<TimeLaw::Segment> segments;
   for (std::size_t i = 0; i < json.size(); ++i) {
     const auto& entry = json[i];
     if (!entry.is_array() || entry.size() != 2 || !entry[0].is_number() || !entry[1].is_number()) {
-      diagnostics.error(Code::kWrongType, pointer + pointer_segment(i), "a segment of a time law is no pair of numbers",
-                        form);
+      diagnostics.error(Code::kWrongType, pointer + pointer_segment(i),
+                        "a segment of a time law is not a pair of numbers", form);
     } else {
       segments.push_back({entry[0].get<double>(), entry[1].get<double>()});
     }

@@ -47,7 +47,7 @@ Diagnostics TorqueProfile::overloads(const std::string& pointer) const {
     const char* unit = chain_.is_prismatic(i) ? "N" : "N m";
     diagnostics.error(
         Code::kLimitExceeded, pointer,
-        fmt::format("joint '{}' cannot carry arm and load of {:.2f} kg: at {:.0f} % of the way it needs "
+        fmt::format("joint '{}' cannot carry arm and load of {:.2f} kg: at {:.0f} % of the path it needs "
                     "{:.1f} {} to hold them and {:.1f} {} of friction",
                     chain_.joint_names()[static_cast<std::size_t>(i)], load_.payload.mass, 100.0 * heaviest->s,
                     std::abs(heaviest->gravity[i]), unit, chain_.friction()[i], unit),

@@ -180,12 +180,12 @@ void Flattener::add_fragments(int parent) {
 /// @return whether the name is new and valid; otherwise it is reported.
 bool Flattener::add_name(const std::string& full_id, const std::string& id, const std::string& pointer, int value) {
   if (!valid_id(id)) {
-    report_.error(Code::kInvalidName, pointer + "/id", fmt::format("'{}' is no id", shown(id)),
+    report_.error(Code::kInvalidName, pointer + "/id", fmt::format("invalid id '{}'", shown(id)),
                   "1 to 128 bytes without '.', '/', blanks and control characters");
     return false;
   }
   if (names_.emplace(full_id, value).second) return true;
-  report_.error(Code::kDuplicate, pointer + "/id", fmt::format("id '{}' stands twice", id),
+  report_.error(Code::kDuplicate, pointer + "/id", fmt::format("duplicate id '{}'", id),
                 "ids of primitives and fragments are unique in a net");
   return false;
 }
@@ -227,7 +227,7 @@ void Flattener::check_on_null(int number) {
   const PrimitiveInfo& info = *primitive.info;
   const std::string place = flat_.primitive_pointer(number) + "/on_null";
   if (!primitive.description->on_null.is_object()) {
-    report_.error(Code::kWrongType, place, "\"on_null\" is no JSON object", "{\"INPUT\": what null means there}");
+    report_.error(Code::kWrongType, place, "\"on_null\" is not a JSON object", "{\"INPUT\": what null means there}");
     return;
   }
   const auto listed = [](const std::vector<std::string>& names, const std::string& name) {
@@ -294,8 +294,8 @@ void Flattener::index_ports(FlatFragment& fragment) {
       fragment.broken = true;
       report_.error(Code::kDuplicate,
                     place + pointer_segment(key) + pointer_segment(static_cast<std::size_t>(ports[i].second)),
-                    twice ? fmt::format("port '{}' stands twice", shown(ports[i].first))
-                          : fmt::format("'{}' is no name for a port", ports[i].first),
+                    twice ? fmt::format("duplicate port '{}'", shown(ports[i].first))
+                          : fmt::format("invalid port name '{}'", ports[i].first),
                     reserved ? "the input 'active' is there by itself"
                     : twice  ? (output ? "an output comes from one place" : "an input leads to each place once")
                              : "a port has a name");

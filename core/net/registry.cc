@@ -41,7 +41,7 @@ void check_texts(const PrimitiveInfo& info, Diagnostics& diagnostics) {
     for (const PrimitiveInfo::Port& port : *ports) {
       if (!parse_unit(port.spec.unit)) {
         diagnostics.error(Code::kInvalidName, {},
-                          fmt::format("{}.{}: '{}' is no unit", info.type, port.name, port.spec.unit));
+                          fmt::format("{}.{}: '{}' is not a unit", info.type, port.name, port.spec.unit));
       }
       if (!parse_frame_names(port.spec.frame, info)) {
         diagnostics.error(Code::kInvalidName, {},
@@ -61,7 +61,7 @@ void check_declarations(const PrimitiveInfo& info, Diagnostics& diagnostics) {
   for (const PrimitiveInfo::Meaning& meaning : info.meanings) {
     if (!boolean_output(meaning.output) || !parse_formula(meaning.formula, info)) {
       diagnostics.error(Code::kSyntax, {},
-                        fmt::format("{}.{}: '{}' is no formula", info.type, meaning.output, meaning.formula));
+                        fmt::format("{}.{}: '{}' is not a formula", info.type, meaning.output, meaning.formula));
     }
   }
   for (const auto& group : info.exclusive_outputs) {
@@ -172,7 +172,7 @@ Diagnostics Registry::check(std::string_view type, const Maker& maker) const {
   Diagnostics diagnostics;
   if (const Entry* taken = entry(type)) {
     diagnostics.error(Code::kDuplicate, {},
-                      fmt::format("a primitive '{}' is there already, in family '{}'", type, taken->info.family),
+                      fmt::format("primitive '{}' is registered already, in family '{}'", type, taken->info.family),
                       "another name");
     return diagnostics;
   }

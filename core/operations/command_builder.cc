@@ -40,7 +40,7 @@ State actuator_state(const command::Actuator& actuator, const std::string& which
 command::RealSensor progress_of(const CommandBuilder::Part& part) {
   if (part.made.action) return part.made.action->progress();
   return command::RealSensor(command::broken(Code::kInvalidValue, net::ValueType::kReal,
-                                             fmt::format("C8: '{}' is no motion", part.request->name), "a motion"));
+                                             fmt::format("C8: '{}' is not a motion", part.request->name), "a motion"));
 }
 
 /// What the command layer calls its own functions is something else in a file.
@@ -208,7 +208,7 @@ State CommandBuilder::action_state(const Part& owner, const StateRequest& state)
   const Part& part = named(owner, state.of);
   if (!part.made.action) {
     return State(command::broken(Code::kInvalidValue, net::ValueType::kBoolean,
-                                 fmt::format("C8: '{}' is no action, so it has no state '{}'", state.of, state.is),
+                                 fmt::format("C8: '{}' is not an action, so it has no state '{}'", state.of, state.is),
                                  "started, active, completed, stopped, cancelled of a command"));
   }
   if (state.is == "at_path") return part.made.action->at_path(state.share);

@@ -24,7 +24,7 @@ void read_effects(ObjectReader& reader, const char* key, Kind kind, HandlerReque
   const std::string pointer = reader.at(key);
   if (json.is_string()) return handler.effects.push_back({kind, json.get<std::string>(), pointer});
   if (!json.is_array() || json.empty() || kind == Kind::kExternal) {
-    return reader.diagnostics().error(Code::kWrongType, pointer, short_dump(json) + " stands here",
+    return reader.diagnostics().error(Code::kWrongType, pointer, "unexpected value " + short_dump(json),
                                       kind == Kind::kExternal ? "a text" : "a name, or several as an array");
   }
   for (std::size_t i = 0; i < json.size(); ++i) {
@@ -32,7 +32,7 @@ void read_effects(ObjectReader& reader, const char* key, Kind kind, HandlerReque
     if (json[i].is_string()) {
       handler.effects.push_back({kind, json[i].get<std::string>(), place});
     } else {
-      reader.diagnostics().error(Code::kWrongType, place, short_dump(json[i]) + " stands here", "a name");
+      reader.diagnostics().error(Code::kWrongType, place, "unexpected value " + short_dump(json[i]), "a name");
     }
   }
 }
@@ -56,7 +56,7 @@ HandlerRequest read_handler(const Json& json, const std::string& pointer, const 
   read_effects(reader, "raise", Kind::kRaise, handler);
   read_effects(reader, "tell", Kind::kExternal, handler);
   if (handler.effects.empty()) {
-    diagnostics.error(Code::kMissing, pointer, "nothing happens then",
+    diagnostics.error(Code::kMissing, pointer, "the event handler has no effect",
                       "at least one of start, stop, cancel, raise, tell");
   }
   handler.trigger.delay = reader.number("after_s", 0.0, {.low = 0.0, .high = 3600.0});
@@ -69,7 +69,7 @@ std::vector<HandlerRequest> read_handlers(const Json& json, const std::string& p
                                           Diagnostics& diagnostics) {
   std::vector<HandlerRequest> handlers;
   if (!json.is_array()) {
-    diagnostics.error(Code::kWrongType, pointer, short_dump(json) + " stands here", "an array of event handlers");
+    diagnostics.error(Code::kWrongType, pointer, "unexpected value " + short_dump(json), "an array of event handlers");
     return handlers;
   }
   for (std::size_t i = 0; i < json.size(); ++i)

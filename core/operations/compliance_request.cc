@@ -180,7 +180,7 @@ void check_springs_of_two(const ComplianceRequest& request, const std::string& p
   for (const char* key : {"force_N", "torque_Nm"}) {
     if (request.values.contains(key))
       diagnostics.error(Code::kConflict, pointer + "/compliance/" + key,
-                        "two arms that move as one push with springs alone", "springs, or a motion of one arm");
+                        "two arms that move as one have stiffness only, no force", "stiffness, or a motion of one arm");
   }
 }
 
@@ -220,8 +220,8 @@ Diagnostics check_compliance(const ComplianceRequest& request, const command::Ce
     if (first == nullptr) first = &arm->description();
     if (request.mode == ControlMode::kJointImpedance && joint_count != first->chain->joint_count())
       found.error(Code::kConflict, "/compliance/mode",
-                  fmt::format("springs of the joints of '{}' and '{}'", arms.front(), name),
-                  "arms with as many joints each, or springs of the tool");
+                  fmt::format("joint stiffness of '{}' and '{}'", arms.front(), name),
+                  "arms with as many joints each, or tool stiffness");
     found.append(in_file(command::check_compliance(wish_of(request, joint_count), arm->description(), name), request));
   }
   return found;

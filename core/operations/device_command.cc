@@ -85,7 +85,8 @@ class OutputCommand final : public CommandRequest {
               Diagnostics& diagnostics) const override {
     if (!ended.was_true(key + " silent")) return;
     diagnostics.error(Code::kSensorSilent, pointer + "/value",
-                      "what the output follows did not answer, so it stayed where it was", "its power and its wires");
+                      "what the output follows did not answer, so it stayed where it was",
+                      "check its power and its wiring");
   }
 
  private:
@@ -146,7 +147,7 @@ class TimeCommand final : public CommandRequest {
                         "a longer \"timeout_s\"");
     } else {
       diagnostics.error(Code::kSensorSilent, pointer + "/until", "a sensor of the condition did not answer",
-                        "its power and its wires");
+                        "check its power and its wiring");
     }
   }
 };

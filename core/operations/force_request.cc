@@ -89,8 +89,7 @@ void check_pattern(ForceRequest& request, const ReadContext& from) {
     }
   }
   if (!request.drop && !reader.has("until")) {
-    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing says when something is found",
-                               "'drop_m' or 'until'");
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "no end condition is given", "'drop_m' or 'until'");
   }
 }
 
@@ -143,7 +142,7 @@ Result<std::optional<double>> softness_of(const ForceRequest& request, const com
   if (springs.mode == ControlMode::kPosition) return std::nullopt;
   const Softness softness = softness_along(springs, as_springs_feel(springs, arm, direction_B, q));
   if (!std::isfinite(softness.by))
-    return failure(Code::kRequires, "/force_N", "no spring holds the tool along the direction",
+    return failure(Code::kRequires, "/force_N", "the tool has no stiffness along the direction",
                    "a stiffness above 0 there");
   const double bent = softness.by * request.force - softness.beside;
   if (bent <= request.travel) return std::optional(softness.by);

@@ -40,7 +40,7 @@ const ParameterTable<FreedriveRequest>& freedrive_parameters() {
             {.low = 0.0, .high = 180.0, .low_open = true}, "Largest angular speed of the tool.")
         .rule([](FreedriveRequest&, const ReadContext& from) {
           if (from.reader.has("until") || from.reader.has("seconds")) return;
-          from.reader.diagnostics().error(Code::kMissing, from.reader.pointer(), "nothing says when it ends",
+          from.reader.diagnostics().error(Code::kMissing, from.reader.pointer(), "no end condition is given",
                                           "'until' or 'seconds'");
         });
     return freedrive;

@@ -65,7 +65,7 @@ Goal read_goal(ObjectReader& parent, const command::MountedArm* arm, std::string
 Goal read_goal(const Json& json, const std::string& pointer, const command::MountedArm* arm, Diagnostics& diagnostics) {
   if (json == "home") return {Goal::Home{}};
   if (json.is_string()) {
-    diagnostics.error(Code::kWrongType, pointer, fmt::format("{} stands here", short_dump(json)),
+    diagnostics.error(Code::kWrongType, pointer, fmt::format("unexpected value {}", short_dump(json)),
                       "\"home\" or an object {...}");
     return {};
   }

@@ -94,7 +94,7 @@ Progress note_grip(const GripRequest& request, const GripOutcome& outcome, Conte
   const auto& [holding, width, q] = outcome;
   if (!holding || !width) {
     diagnostics.error(Code::kSensorSilent, {}, fmt::format("'{}' did not answer", request.gripper),
-                      "its power and its wires");
+                      "check its power and its wiring");
     return Progress::kFailed;
   }
   context.event(request.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));

@@ -95,7 +95,7 @@ class MotionCommand final : public CommandRequest {
     if (ended.value<net::Frame>(key + " no force")) {
       diagnostics.error(Code::kSensorSilent, pointer + offset_place() + "/sensor",
                         fmt::format("'{}' did not answer, so the arm stopped on its path", force().sensor),
-                        "its power and its wires");
+                        "check its power and its wiring");
     }
     tell_broken(ended, key, diagnostics);
     const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
@@ -108,7 +108,7 @@ class MotionCommand final : public CommandRequest {
     if (ended.value<net::Frame>(key + " silent")) {
       diagnostics.error(Code::kSensorSilent, place,
                         "a sensor of the condition did not answer, so the arm stopped on its path",
-                        "its power and its wires");
+                        "check its power and its wiring");
     } else if (requests.back().must_touch && !was_cancelled && !cancelled) {
       diagnostics.error(Code::kConditionNotMet, place, "the motion reached its end and the condition never held",
                         "a longer motion, another threshold, or \"on_end\": \"continue\"");
@@ -137,12 +137,12 @@ class MotionCommand final : public CommandRequest {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       const std::string place = pointer + places[i] + "/unless";
       if (ended.value<net::Real>(unless_of(key, i))) {
-        diagnostics.error(Code::kAbortCondition, place, "this must not hold and did, so the arm stopped on its path",
+        diagnostics.error(Code::kAbortCondition, place, "'abort_if' became true, so the arm stopped on its path",
                           "what made it hold; \"try\" around the step");
       } else if (ended.value<net::Real>(unless_of(key, i) + " silent")) {
         diagnostics.error(Code::kSensorSilent, place,
                           "a sensor of the condition did not answer, so the arm stopped on its path",
-                          "its power and its wires");
+                          "check its power and its wiring");
       }
     }
   }
@@ -270,7 +270,7 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     const auto* kind = std::ranges::find_if(kKinds, [&](const auto& one) { return word == one.first; });
     if (kind == std::end(kKinds)) {
       diagnostics.error(Code::kUnknownName, pointer + place + "/do",
-                        fmt::format("{} is no planned motion", short_dump(word)), "ptp, lin, circ or spline");
+                        fmt::format("{} is not a planned motion", short_dump(word)), "ptp, lin, circ or spline");
       continue;
     }
     Json alone = step;
@@ -282,7 +282,7 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
   }
   reader.finish();
   if (command->requests.empty()) {
-    diagnostics.error(Code::kMissing, pointer + "/steps", "no motion stands here", "one at least");
+    diagnostics.error(Code::kMissing, pointer + "/steps", "no motion is given", "one at least");
     command->requests.emplace_back();
     command->places.emplace_back();
   }
@@ -297,7 +297,7 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     const bool last = i + 1 == command->requests.size(), blends = request.blend.kind != motion::Blend::Kind::kNone;
     if (request.compliance)
       diagnostics.error(Code::kConflict, pointer + command->places[i] + "/compliance",
-                        "one motion of several gives way otherwise", "'compliance' beside 'steps', for all of them");
+                        "one motion of several has another compliance", "'compliance' beside 'steps', for all of them");
     if (!last && request.until)
       diagnostics.error(Code::kConflict, pointer + command->places[i] + "/until",
                         "only the last of them may be guarded", "on the last");

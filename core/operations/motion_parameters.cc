@@ -198,10 +198,10 @@ void check_overlay(MotionRequest& request, const ReadContext& from) {
       request.kind == PathKind::kPtp || (!request.through.empty() && request.through.front().is_joints());
   if (!moves_joints) return;
   reader.diagnostics().error(Code::kConflict, reader.at(overlay.weave ? "weave" : "force_offset"),
-                             fmt::format("C8: {} moves joints, so there is nothing to {}",
+                             fmt::format("C8: {} moves joints, so there is no Cartesian path to {}",
                                          request.kind == PathKind::kPtp ? "PTP" : "a spline of joints",
-                                         overlay.weave ? "weave beside" : "shift"),
-                             "a motion of a frame");
+                                         overlay.weave ? "weave about" : "shift"),
+                             "a Cartesian motion");
 }
 
 // -- How it goes on ------------------------------------------------------------------------------------------------

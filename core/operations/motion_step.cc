@@ -63,7 +63,7 @@ class MotionRun final : public ScheduledRun {
     } else {
       diagnostics.error(Code::kSensorSilent, "/until",
                         "a sensor of the condition did not answer, so the arm stopped on its path",
-                        "its power and its wires");
+                        "check its power and its wiring");
     }
     return Progress::kFailed;
   }
@@ -74,7 +74,7 @@ class MotionRun final : public ScheduledRun {
     std::string message =
         fmt::format("'{}' did not answer, so the arm stopped on its path", with_force.overlay.force->sensor);
     if (first > 0) message = fmt::format("in '{}', which is blended into: {}", with_force.name, message);
-    const std::string way_out = "its power and its wires";
+    const std::string way_out = "check its power and its wiring";
     diagnostics.error(Code::kSensorSilent, first > 0 ? "" : "/force_offset/sensor", message, way_out);
     return Progress::kFailed;
   }
@@ -82,14 +82,14 @@ class MotionRun final : public ScheduledRun {
   /// What must not hold did: this is where it stands, or which motion it stands at.
   Progress tell_broken(const GuardedEnd::Broken& broken, Diagnostics& diagnostics) const {
     std::string message = broken.silent ? "a sensor of the condition did not answer, so the arm stopped on its path"
-                                        : "this must not hold and did, so the arm stopped on its path";
+                                        : "'abort_if' became true, so the arm stopped on its path";
     if (broken.motion < 0) message = fmt::format("'unless' of the motion that it went on with: {}", message);
     if (broken.motion > 0) {
       const MotionRequest& part = requests_[static_cast<std::size_t>(broken.motion)];
       message = fmt::format("in '{}', which is blended into: {}", part.name, message);
     }
     const std::string way_out =
-        broken.silent ? "its power and its wires" : "what made it hold; \"try\" around the step";
+        broken.silent ? "check its power and its wiring" : "what made it hold; \"try\" around the step";
     diagnostics.error(Code::kAbortCondition, broken.motion < 0 ? "" : "/unless", message, way_out);
     return Progress::kFailed;
   }

@@ -54,7 +54,7 @@ void check_jog(JogParameters& jog, const ReadContext& from) {
                                "a velocity from a channel and a velocity", "one of them");
   }
   if (!jog.channel && !velocity) {
-    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing says how fast",
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "no velocity is given",
                                "'channel', 'linear_m_s' or 'angular_deg_s'");
   }
 }
@@ -65,7 +65,7 @@ void check_follow(FollowParameters& follow, const ReadContext& from) {
     check_channel(*follow.channel, net::ValueType::kFrame, from);
     if (follow.in.empty()) follow.in = "world";
   } else if (follow.in.empty()) {
-    reader.diagnostics().error(Code::kMissing, reader.at("in"), "nothing says what is followed",
+    reader.diagnostics().error(Code::kMissing, reader.at("in"), "nothing to follow is given",
                                "'in' (a frame), or 'channel'");
   }
 }

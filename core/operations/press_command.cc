@@ -101,7 +101,7 @@ Diagnostics end_pressing(const ForceRequest& request, const KeptPlaces& kept, co
   if (was(" silent")) {
     diagnostics.error(Code::kSensorSilent, "/sensor",
                       fmt::format("'{}' did not answer, so the arm stopped", request.sensor),
-                      "its power and its wires");
+                      "check its power and its wiring");
   } else if (was(" too far")) {
     diagnostics.error(Code::kConditionNotMet, "/travel_m",
                       touched ? "the travel was used up after the touch" : "nothing was touched",

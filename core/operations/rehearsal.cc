@@ -12,7 +12,7 @@ void keep_agreed_modes(const Rehearsal& other, Rehearsal& rehearsal) {
 
 void settle_rehearsal(Rehearsal& rehearsal, Diagnostics& diagnostics) {
   if (!rehearsal.open) return;
-  diagnostics.note(rehearsal.open->pointer, "what comes next is no motion of this arm: it stops at the goal",
+  diagnostics.note(rehearsal.open->pointer, "what comes next is not a motion of this arm: it stops at the goal",
                    "a motion of the same arm next, or no blend");
   rehearsal.open.reset();
 }

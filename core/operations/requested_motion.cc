@@ -45,7 +45,8 @@ class Requested : public RequestedMotion {
     return last().compliance ? check_compliance(*last().compliance, cell, actuators()) : Diagnostics();
   }
   [[nodiscard]] std::unexpected<Diagnostics> nowhere() const {
-    return failure(Code::kUnknownPosition, "", fmt::format("'{}': nobody knows where the arm will be at rest", name()),
+    return failure(Code::kUnknownPosition, "",
+                   fmt::format("'{}': the end position of the arm is unknown before the run", name()),
                    "a motion after the end of what runs");
   }
   static PlanningContext nothing_before(const command::Cell& cell) {

@@ -45,7 +45,8 @@ void check_wait(WaitRequest& request, const ReadContext& from) {
     reader.diagnostics().error(Code::kConflict, reader.at("timeout_s"), "a timeout without a condition",
                                "'until', or 'seconds' alone");
   if (!until && !reader.has("seconds"))
-    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing says how long", "'seconds' or 'until'");
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "neither a duration nor a condition is given",
+                               "'seconds' or 'until'");
 }
 
 /// Without a factor the value is sent as it is.

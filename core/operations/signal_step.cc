@@ -100,7 +100,7 @@ class WaitRun final : public ScheduledRun {
     if (held && *held) return Progress::kDone;
     if (!held) {
       diagnostics.error(Code::kSensorSilent, "/until", "a sensor of the condition did not answer",
-                        "its power and its wires");
+                        "check its power and its wiring");
     } else {
       diagnostics.error(Code::kTimeout, "/until",
                         fmt::format("the condition did not hold within {:g} s", request_.timeout.value_or(0.0)),

@@ -54,8 +54,7 @@ std::vector<StateRequest> read_operands(ObjectReader& reader, const char* key, c
   for (std::size_t i = 0; list && i < list->size(); ++i) {
     operands.push_back(read_state((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.diagnostics()));
   }
-  if (operands.empty())
-    reader.diagnostics().error(Code::kMissing, reader.at(key), "no state stands here", "at least one");
+  if (operands.empty()) reader.diagnostics().error(Code::kMissing, reader.at(key), "no state is given", "at least one");
   return operands;
 }
 
@@ -114,7 +113,7 @@ StateRequest read_state(const Json& json, const std::string& pointer, const comm
   }
   if (!is_known_form(json)) {
     diagnostics.error(
-        Code::kMissing, pointer, "no state stands here",
+        Code::kMissing, pointer, "no state is given",
         "a condition over sensors, started, active, completed, stopped, cancelled, timed_out of a command, "
         "action, actuator, raised, all, any or not");
     return state;

@@ -43,9 +43,9 @@ class Bytes {
 };
 
 std::string wrong_header(const Elf64_Ehdr& header) {
-  if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0) return "is no shared object";
+  if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0) return "is not a shared object";
   if (header.e_ident[EI_CLASS] != ELFCLASS64 || header.e_machine != kMachine) return "is built for another processor";
-  if (header.e_type != ET_DYN || header.e_shentsize != sizeof(Elf64_Shdr)) return "is no shared object";
+  if (header.e_type != ET_DYN || header.e_shentsize != sizeof(Elf64_Shdr)) return "is not a shared object";
   return {};
 }
 
@@ -54,10 +54,10 @@ std::string wrong_header(const Elf64_Ehdr& header) {
 Result<std::string> read_elf_section(const std::filesystem::path& file, std::string_view section) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return failure(Code::kNotFound, "", "there is no such file");
-  if (!std::filesystem::is_regular_file(file, error)) return failure(Code::kFileNotReadable, "", "is no file");
+  if (!std::filesystem::is_regular_file(file, error)) return failure(Code::kFileNotReadable, "", "is not a file");
   Bytes bytes(file);
   Elf64_Ehdr header{};
-  if (!bytes.read(0, &header, sizeof header)) return failure(Code::kFileNotReadable, "", "is no shared object");
+  if (!bytes.read(0, &header, sizeof header)) return failure(Code::kFileNotReadable, "", "is not a shared object");
   if (const std::string wrong = wrong_header(header); !wrong.empty()) return failure(Code::kIncompatible, "", wrong);
 
   const auto cut_off = [] { return failure(Code::kSyntax, "", "is a shared object, but not whole"); };

@@ -109,7 +109,7 @@ Diagnostics check_about(std::string_view text) {
   Diagnostics diagnostics;
   const auto theirs = parse(text);
   if (!theirs) {
-    diagnostics.error(Code::kIncompatible, "", "is no plug-in of takt",
+    diagnostics.error(Code::kIncompatible, "", "is not a plug-in of takt",
                       "TAKT_PLUGIN(name, version) in one of its files");
     return diagnostics;
   }

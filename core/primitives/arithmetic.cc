@@ -90,7 +90,7 @@ TAKT_PRIMITIVE(SquareRoot, "arithmetic", "The root of the input. Null of a negat
 TAKT_PRIMITIVE(Gain, "arithmetic", "factor * input; the unit stays.");
 TAKT_PRIMITIVE(Affine, "arithmetic",
                "factor * input + offset, such as the calibration of a sensor; a unit of its own.");
-TAKT_PRIMITIVE(Power, "arithmetic", "input ^ exponent. Null where that is no real number.");
+TAKT_PRIMITIVE(Power, "arithmetic", "input ^ exponent. Null where that is not a real number.");
 TAKT_PRIMITIVE(Exponential, "arithmetic", "e ^ input.");
 TAKT_PRIMITIVE(Logarithm, "arithmetic", "The natural logarithm. Null unless the input is positive.");
 TAKT_PRIMITIVE(Interpolate, "arithmetic", "On the line through a and b: a at share 0, b at share 1; also beyond.");

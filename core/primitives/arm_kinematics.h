@@ -21,7 +21,8 @@ inline Diagnostics need_chain(const device::Arm* arm, bool need_inverse) {
   const bool missing = arm != nullptr &&
                        (arm->description().chain == nullptr || (need_inverse && arm->description().inverse == nullptr));
   if (missing)
-    diagnostics.error(Code::kUnknownName, "/device", "arm '" + arm->name() + "' has no such kinematics", "another arm");
+    diagnostics.error(Code::kUnknownName, "/device", "arm '" + arm->name() + "' has no inverse kinematics of this kind",
+                      "another arm");
   return diagnostics;
 }
 

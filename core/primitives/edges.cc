@@ -84,13 +84,13 @@ using ChangedString = Changed<Text>;
 TAKT_PRIMITIVE(
     RisingEdge, "edge",
     "True in the cycle in which the input becomes true. Before the first cycle it counts as false; from null "
-    "to true is no edge.");
+    "to true is not an edge.");
 TAKT_PRIMITIVE(FallingEdge, "edge",
                "True in the cycle in which the input becomes false. Before the first cycle it counts as false; from "
-               "null to false is no edge.");
+               "null to false is not an edge.");
 TAKT_PRIMITIVE(AnyEdge, "edge",
                "True in the cycle in which the input changes. Before the first cycle it counts as false; from null to "
-               "anything is no edge.");
+               "anything is not an edge.");
 TAKT_PRIMITIVE(
     ChangedInteger, "edge",
     "True in the cycle in which the number is another than before; false in the first cycle and after null.");

@@ -44,10 +44,7 @@ struct Posted {
 };
 
 Diagnostics full_queue() {
-  return failure(Code::kTooLarge, "",
-                 fmt::format("{} requests wait for the next cycle: the queue holds no more", kQueueCapacity),
-                 "let the core run a cycle, then ask again")
-      .error();
+  return failure(Code::kNotPossibleNow, "", fmt::format("the queue of {} requests is full", kQueueCapacity)).error();
 }
 
 /// A change of mode that somebody asked for and that is under way.
@@ -160,13 +157,12 @@ Diagnostics ControlCore::Impl::bind(NetEntry& entry) {
   bind_path_stop(entry);
   entry.cost_ns = entry.net->cost_ns() * machine_factor();
   const double load = executor.load_ns(), budget = static_cast<double>(options.budget);
-  if (budget > 0.0 && load + entry.cost_ns > budget) {
-    diagnostics.error(Code::kOverBudget, "",
-                      fmt::format("the net costs about {:.1f} us a cycle and those that run {:.1f} us, together {:.1f} "
-                                  "us: the budget is {:.1f} us",
-                                  1e-3 * entry.cost_ns, 1e-3 * load, 1e-3 * (load + entry.cost_ns), 1e-3 * budget),
-                      "a smaller net, or fewer at one time");
-  }
+  if (budget > 0.0 && load + entry.cost_ns > budget)
+    diagnostics.error(
+        Code::kOverBudget, "",
+        fmt::format("the net costs about {:.1f} us a cycle, the running ones {:.1f} us; the budget is {:.1f} us",
+                    1e-3 * entry.cost_ns, 1e-3 * load, 1e-3 * budget),
+        "a smaller net, or fewer at one time");
   return diagnostics;
 }
 
@@ -191,8 +187,7 @@ void ControlCore::Impl::bind_states(NetEntry& entry, Diagnostics& diagnostics) c
   for (auto& [place, wanted] : states) {
     const bool agree = std::ranges::all_of(wanted, [&](const std::string& one) { return one == wanted.front(); });
     if (const auto why = resources.at(place).actuator->conflict(wanted))
-      diagnostics.error(Code::kConflict, "", *why,
-                        "a net for each, or one state for all primitives that drive the device");
+      diagnostics.error(Code::kConflict, "", *why, "a net for each, or one state for all");
     if (agree && !wanted.front().empty()) entry.needs.push_back({place, wanted.front()});
   }
 }
@@ -206,7 +201,7 @@ std::vector<NetEntry::DeclaredSeam> ControlCore::Impl::bind_seams(const NetEntry
     const int place = resources.place_of(devices.find(seams[i].device));
     const std::string where = fmt::format("{}/{}", pointer, i);
     if (place < 0 || resources[place].actuator == nullptr || std::ranges::count(entry.claims, place) == 0) {
-      diagnostics.error(Code::kNotPossibleNow, where + "/device",
+      diagnostics.error(Code::kUnknownName, where + "/device",
                         fmt::format("the net does not drive '{}'", seams[i].device));
     } else if (const auto why = resources[place].actuator->seam_mismatch(seams[i].seam, seams[i].seam)) {
       diagnostics.error(Code::kNotPossibleNow, where, std::string(why->view()), "a set point of this device");
@@ -370,8 +365,7 @@ Result<device::Channel*> ControlCore::declare(const device::ChannelDescription& 
   auto channel = device::Channel::make(description);
   Diagnostics diagnostics = channel ? Diagnostics{} : std::move(channel.error());
   if (impl_->devices.find(description.name) != nullptr)
-    diagnostics.error(Code::kDuplicate, "/name", fmt::format("'{}' is there already", description.name),
-                      "one name, one device or channel");
+    diagnostics.error(Code::kDuplicate, "/name", fmt::format("'{}' exists already", description.name), "another name");
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return &add(std::move(*channel));
 }
@@ -394,7 +388,7 @@ std::int64_t ControlCore::latches_dropped() const { return impl_->latches_droppe
 
 Result<std::shared_ptr<Watch>> ControlCore::watch(NetId id, std::string_view port, const WatchOptions& options) {
   const NetHandle compiled = net(id);
-  if (compiled == nullptr) return failure(Code::kNotPossibleNow, "", fmt::format("net {} is not loaded", id));
+  if (compiled == nullptr) return failure(Code::kUnknownName, "", fmt::format("net {} is not loaded", id));
   std::vector<std::string> names;
   for (const auto& monitor : compiled->monitors()) {
     if (monitor.name == port)
@@ -497,16 +491,15 @@ Result<RequestId> ControlCore::schedule_after(NetId predecessor, NetId successor
   Diagnostics diagnostics;
   // Held, so that no other thread can have them freed while they are compared.
   const EntryHandle before = impl_->nets.hold(predecessor), after = impl_->nets.hold(successor);
-  const EntryHandle rested = from_rest != 0 ? impl_->nets.hold(from_rest) : nullptr;
   const auto check = [&diagnostics](NetId id, const EntryHandle& entry, bool starts) {
-    if (entry == nullptr) return diagnostics.error(Code::kNotPossibleNow, "", fmt::format("net {} is not loaded", id));
+    if (entry == nullptr) return diagnostics.error(Code::kUnknownName, "", fmt::format("net {} is not loaded", id));
     const NetState state = entry->state.load(std::memory_order_acquire);
     if (starts && state != NetState::kReady)
       diagnostics.error(Code::kNotPossibleNow, "", fmt::format("net {} is not Ready, it is {}", id, name_of(state)));
   };
   check(predecessor, before, false);
   check(successor, after, true);
-  if (from_rest != 0) check(from_rest, rested, true);
+  if (from_rest != 0) check(from_rest, impl_->nets.hold(from_rest), true);
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   for (const auto& end : before->known_ends()) {
     if (const auto why = impl_->seam_mismatch(end, *after))

@@ -22,7 +22,7 @@ Diagnostics FrameGraph::set(const std::string& name, const Relation& relation) {
                       nearest_choice(parent, names()));
   } else if (is_below(parent, name)) {
     diagnostics.error(Code::kInvalidValue, {},
-                      fmt::format("frame '{}' cannot hang below itself through '{}'", name, parent),
+                      fmt::format("frame '{}' cannot be its own ancestor through '{}'", name, parent),
                       "a parent that does not hang on it");
   }
   if (!relation.X_PF.matrix().allFinite()) {

@@ -127,7 +127,7 @@ class Activities(unittest.TestCase):
     def test_wrong_use_is_said_with_what_would_be_right(self):
         lines = "\n".join(self.report("09_wrong_use")["lines"])
         for text in ("no arm 'amr' (did you mean 'arm'", "'gripper' has no LinInterface (it offers GrippingInterface)",
-                     "a goal: ", "a guarded motion ends nobody knows where", "a rule: /both"):
+                     "a goal: ", "the end of a guarded motion is unknown", "a rule: /both"):
             self.assertIn(text, lines)
 
     def test_what_is_wrong_with_the_cell_is_refused(self):
@@ -206,7 +206,7 @@ class Plugin(unittest.TestCase):
     def test_without_it_the_kind_is_unknown(self):
         refused = takt("run", self.source / "spin_up.json", "--models", self.source / "models")
         self.assertEqual(refused.returncode, 2)
-        self.assertIn("is of kind 'fan', which is no device of a cell", refused.stderr)
+        self.assertIn("is of kind 'fan', which is not a device of a cell", refused.stderr)
 
     def test_twice_is_refused(self):
         refused = takt("list", "--plugin", self.plugin, "--plugin", self.plugin)

@@ -302,7 +302,7 @@ TEST(Golden, MistakesInTheFileAreAllTold) {
   EXPECT_THAT(diagnostics, AllOf(HasSubstr("/scenario"), HasSubstr("did you mean 'tube'"), HasSubstr("/events/0"),
                                  HasSubstr("3 times and 2 values"), HasSubstr("times do not ascend")));
   EXPECT_THAT(golden_from_json(nlohmann::ordered_json::parse("[]")).error().to_string(),
-              HasSubstr("this is no golden"));
+              HasSubstr("this is not a golden"));
 }
 
 }  // namespace

@@ -131,9 +131,9 @@ TEST(Damage, ALengthThatLeadsAstrayIsBridged) {
 
 TEST(Damage, WhatIsNoRecordingIsRefusedInWords) {
   EXPECT_THAT(Recording::from_bytes("").error().to_string(), HasSubstr("the file is empty"));
-  EXPECT_THAT(Recording::from_bytes("{\"scenario\": 1}").error().to_string(), HasSubstr("no MCAP file"));
+  EXPECT_THAT(Recording::from_bytes("{\"scenario\": 1}").error().to_string(), HasSubstr("not an MCAP file"));
   EXPECT_THAT(Recording::open("/nowhere.mcap").error().to_string(), HasSubstr("there is no file /nowhere.mcap"));
-  EXPECT_THAT(Recording::open("/tmp").error().to_string(), HasSubstr("is no file"));
+  EXPECT_THAT(Recording::open("/tmp").error().to_string(), HasSubstr("is not a file"));
 }
 
 TEST(Damage, AWrongTopicNamesTheNearest) {

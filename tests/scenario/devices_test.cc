@@ -129,7 +129,7 @@ TEST(Terminals, MistakesAreFindingsWithTheirPlace) {
       {R"({"do9": {}})", "/devices/io/settings/do9"},
       {R"({"di1": {"from": "nothing"}})", "/devices/io/settings/di1"},
       {R"({"di1": {"from": "io/ao1"}})", "no digital output or light barrier"},
-      {R"({"do1": {"from": "io/do2"}})", "key 'from' is not known here"},
+      {R"({"do1": {"from": "io/do2"}})", "unknown key 'from'"},
       {R"({"do1": {"name": "do2"}})", "the name of two terminals"},
       {R"({"di1": {"script": [{"at_s": 1, "value": true}, {"at_s": 0.5, "value": false}]}})", "ascending times"},
       {R"({"di1": {"from": "io/do1", "script": []}})", "a wire, or a script"}};
@@ -294,7 +294,7 @@ TEST(Payload, ALoadThatTheMotorsCannotHoldOnTheWayIsFoundBeforeTheRun) {
   EXPECT_EQ(weight.refusal("tx90", "[90, 30, 105, 0, 45, 0]"), "");
   const std::string text = weight.refusal("tx90", "[0, 90, 0, 0, 0, 0]");
   EXPECT_THAT(text, HasSubstr("/program/to"));
-  EXPECT_THAT(text, HasSubstr("cannot carry arm and load of 20.00 kg: at 100 % of the way"));
+  EXPECT_THAT(text, HasSubstr("cannot carry arm and load of 20.00 kg: at 100 % of the path"));
 }
 
 }  // namespace

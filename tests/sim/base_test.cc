@@ -222,7 +222,7 @@ TEST(SimBase, WrongFiguresAreFindings) {
   const auto world = World::create(description);
   ASSERT_FALSE(world);
   const std::string text = world.error().to_string();
-  for (const char* found : {"linear scale", "random walk", "'yaww' is no wheel"})
+  for (const char* found : {"linear scale", "random walk", "'yaww' is not a wheel"})
     EXPECT_NE(text.find(found), std::string::npos) << text;
 }
 

@@ -202,7 +202,7 @@ TEST_P(ArmConformance, T3_FollowsAMotionWithTheDeclaredDelay) {
   EXPECT_LE(measured_error, open + rig->tracking);
   EXPECT_LE(speed_error, 0.02 * speed + rig->speed_noise) << "velocities come from the driver";
   expect_told_within_limits(from);
-  EXPECT_NEAR((rig->tap->told.back().q - swing.start).cwiseAbs().maxCoeff(), 0.0, 1e-12);
+  EXPECT_NEAR((rig->tap->told.back().q - swing.start).cwiseAbs().maxCoeff(), 0.0, rig->told_resolution);
 }
 
 TEST_P(ArmConformance, T3_StopsByItselfWhenSetPointsRunOut) {
@@ -231,7 +231,7 @@ TEST_P(ArmConformance, T3_StopsByItselfWhenSetPointsRunOut) {
   const Swing again = swing_for(100, 0.05);
   finish(again);
   cycles(settling());
-  EXPECT_NEAR((rig->tap->told.back().q - stands).cwiseAbs().maxCoeff(), 0.0, 1e-12);
+  EXPECT_NEAR((rig->tap->told.back().q - stands).cwiseAbs().maxCoeff(), 0.0, rig->told_resolution);
   EXPECT_TRUE(trips.empty());
 }
 
@@ -258,7 +258,7 @@ TEST_P(ArmConformance, S2_TheGuardsRampArrivesWithinTheLimits) {
   for (int i = 0; i < 3000 && arm->phase() != device::Arm::Phase::kFrozen; ++i) cycles(1);
   cycles(settling());
   EXPECT_TRUE(arm->at_rest());
-  EXPECT_NEAR((rig->tap->told.back().q - arm->set_point().q).cwiseAbs().maxCoeff(), 0.0, 1e-12);
+  EXPECT_NEAR((rig->tap->told.back().q - arm->set_point().q).cwiseAbs().maxCoeff(), 0.0, rig->told_resolution);
   EXPECT_LE((arm->sample().q - arm->set_point().q).cwiseAbs().maxCoeff(), rig->tracking);
   expect_told_within_limits(from);
 }

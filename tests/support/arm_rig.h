@@ -23,7 +23,10 @@ class ArmTap final : public device::ArmBackend {
     told.push_back(set_point);
     behind_->write(set_point);
   }
+  void write_compliance(const device::Compliance& compliance) override { behind_->write_compliance(compliance); }
+  void change_mode(device::ControlMode mode) override { behind_->change_mode(mode); }
   void set_payload(const device::PayloadSetting& payload) override { behind_->set_payload(payload); }
+  void set_tool(const device::ToolSetting& tool) override { behind_->set_tool(tool); }
   void brake() override { behind_->brake(); }
   [[nodiscard]] std::string fault_text(std::uint32_t fault) const override { return behind_->fault_text(fault); }
   [[nodiscard]] device::BackendTiming timing() const override { return behind_->timing(); }
@@ -49,6 +52,7 @@ struct ArmRig {
   std::shared_ptr<const device::ArmDescription> description;
   std::shared_ptr<device::ArmBackend> backend;
   std::shared_ptr<ArmTap> tap;
+  double told_resolution = 1e-12;  ///< rad: in which the drives are told positions
   double tracking = 1e-9;     ///< rad: how far measured and told may lie apart
   double speed_noise = 1e-9;  ///< rad/s: of the measured velocity
   double smoothness =

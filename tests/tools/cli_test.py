@@ -423,7 +423,7 @@ class BadInput(WithFolder):
         def change(document):
             document["objects"]["block"]["model"] = "table"
             next(one for one in document["program"]["steps"] if one["do"] == "record_contact")["as"] = ""
-        self.refuse(self.changed(change), "/objects/block", "stand here", "/program/steps/3/as")
+        self.refuse(self.changed(change), "/objects/block", "are given", "/program/steps/3/as")
 
     def test_errors_as_json(self):
         result = takt("run", self.write(b"{}"), "--json")

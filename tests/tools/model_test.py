@@ -149,13 +149,13 @@ class Model(unittest.TestCase):
 
     def test_bad_questions(self):
         for arguments, word in (
-                (("wsg50", "--fk=1"), "is no arm"), (("ur5", "--fk=1,2"), "2 numbers for 6 joints"),
+                (("wsg50", "--fk=1"), "neither an arm"), (("ur5", "--fk=1,2"), "2 numbers for 6 joints"),
                 (("ur5", "--ik=1,2"), "2 numbers"), (("ur5", "--ik=0,0,0,2,0,0,0"), "unit norm"),
                 (("ur5", "--ik=0.5,0,0.3,0,0,1,0", "--arm-angle=1"), "no arm angle"),
                 (("ur5", "--ik=0.5,0,0.3,0,0,1,0", "--held=1"), "none to hold"),
                 (("ur5", "--reach", self.path / "reach.pdf"), "no .svg"),
                 (("ur5", "--reach", self.path / "none/reach.svg"), "cannot be written"),
-                (("ur5", "--image", self.path / "x.png", "--size=12"), "is no size"),
+                (("ur5", "--image", self.path / "x.png", "--size=12"), "is not a size"),
                 (("ur5", "--image", self.path / "x.png", "--size=8x8"), "16"),
                 (("ur5", "--image", self.path / "none/x.png"), "cannot write"),
                 (("ur5", "--image", self.path / "x.png", "--posture=1,2"), "2 numbers for 6"),

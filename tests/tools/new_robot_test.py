@@ -198,7 +198,7 @@ class Bad(WithFolder):
 
     def test_options(self):
         good = FOREIGN / FILES["curved"]
-        self.refused(good, "no name of a model", name="Bad-Name")
+        self.refused(good, "invalid model name", name="Bad-Name")
         self.refused(good, "no link 'tol'", options=("--flange", "tol"))
         self.refused(good, "does not carry", options=("--base", "s6", "--flange", "s1"))
         self.refused(good, "no folder", options=("--packages", self.path / "none"))

@@ -30,12 +30,12 @@ Diagnostics check_options(const ImportOptions& options) {
   Diagnostics diagnostics;
   std::error_code error;
   if (!is_name(options.name)) {
-    diagnostics.error(Code::kInvalidName, "NAME", fmt::format("'{}' is no name of a model", options.name),
+    diagnostics.error(Code::kInvalidName, "NAME", fmt::format("invalid model name '{}'", options.name),
                       "a-z, 0-9, _, a letter first");
   }
   for (const fs::path& folder : options.packages) {
     if (!fs::is_directory(folder, error))
-      diagnostics.error(Code::kNotFound, "--packages", fmt::format("'{}' is no folder", folder.string()));
+      diagnostics.error(Code::kNotFound, "--packages", fmt::format("'{}' is not a folder", folder.string()));
   }
   if (fs::exists(options.out / options.name, error)) {
     diagnostics.error(Code::kDuplicate, "--out",

@@ -268,7 +268,7 @@ void guess_chain(Draft& draft) {
   for (Node* joint : draft.robot.all("joint")) {
     if (!is_movable(*joint) || below(draft, draft.flange, child_of(*joint))) continue;
     draft.note(fmt::format("joint '{}'", joint->text("name")), "fixed at zero",
-               "it lies beside the way from base to flange");
+               "it is not on the chain from base to flange");
     freeze(*joint);
   }
 }

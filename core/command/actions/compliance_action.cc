@@ -182,7 +182,7 @@ class Compliant final : public ActionModel {
     for (const SpringValue& value : values_) {
       if (std::string_view(value.port) != "wrench" && std::string_view(value.port) != "torque") continue;
       diagnostics.error(Code::kConflict, std::string("/compliance/") + value.port,
-                        "two arms as one exert nothing beside their springs", "springs alone, or a motion of one arm");
+                        "two arms as one have stiffness only, no force", "stiffness only, or a motion of one arm");
     }
   }
 

@@ -266,10 +266,10 @@ class NoFreedrive final : public ActionModel {
     Diagnostics diagnostics;
     std::string modes = "none";
     if (actuator.arm() != nullptr) modes = actuator.arm()->device->description().modes.list();
-    diagnostics.error(
-        Code::kConflict, {},
-        fmt::format("C8: nobody can guide '{}' by hand: it feels nothing (control modes: {})", actuator.name(), modes),
-        "an arm with the mode joint_impedance, or with a force/torque sensor on its flange");
+    diagnostics.error(Code::kConflict, {},
+                      fmt::format("C8: '{}' cannot be guided by hand: it has no force sensing (control modes: {})",
+                                  actuator.name(), modes),
+                      "an arm with the mode joint_impedance, or with a force/torque sensor on its flange");
     return diagnostics;
   }
 };

@@ -309,7 +309,7 @@ Diagnostics plan(CommandNode& node, const Result<Places>& begin) {
     return diagnostics;  // check() tells
   for (const std::string& device : node.actuator->model().devices()) {
     if (begin->at(device).size() == 0)
-      diagnostics.error(Code::kNotPossibleNow, {}, fmt::format("'{}' has not told yet where it is", device),
+      diagnostics.error(Code::kNotPossibleNow, {}, fmt::format("the position of '{}' is not known yet", device),
                         "a cycle of the core before");
   }
   if (diagnostics.has_errors()) return diagnostics;

@@ -121,8 +121,8 @@ class Woven final : public ActionModel {
     const bool of_frame = gives == SetPointKind::kPose || gives == SetPointKind::kPath;
     if (!of_frame || motion.planned_path().motion == nullptr) {
       diagnostics.error(Code::kConflict, {},
-                        fmt::format("C8: {} moves joints, so there is nothing to weave beside", name()),
-                        "a motion of a frame");
+                        fmt::format("C8: {} moves joints, so there is no Cartesian path to weave about", name()),
+                        "a Cartesian motion");
       return diagnostics;
     }
     check_is_bare(motion, diagnostics);
@@ -293,8 +293,9 @@ class ForceOffset final : public ActionModel {
     Diagnostics diagnostics = motion_->check(actuator);
     const PlannedPath path = motion_->planned_path();
     if (path.motion == nullptr || !begin_of(path)) {
-      diagnostics.error(Code::kConflict, {}, fmt::format("C8: {} moves joints, so there is nothing to shift", name()),
-                        "a motion of a frame");
+      diagnostics.error(Code::kConflict, {},
+                        fmt::format("C8: {} moves joints, so there is no Cartesian path to shift", name()),
+                        "a Cartesian motion");
       return diagnostics;
     }
     if (!(wish_.reach >= 0.0 && wish_.retreat >= 0.0 && wish_.reach + wish_.retreat > 0.0)) {

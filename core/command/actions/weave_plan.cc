@@ -150,7 +150,7 @@ class Placing {
     const auto moves = [&](const Interval& stretch) { return is_some(common(own, stretch)); };
     if (!is_some(own) || std::ranges::any_of(stretches_, moves)) return;
     diagnostics.error(Code::kConflict, pointer_segment(i),
-                      "C8: a motion of joints, so there is nothing to weave beside", "a motion of a frame");
+                      "C8: a motion of joints, so there is no Cartesian path to weave about", "a Cartesian motion");
   }
 
   double duration_;

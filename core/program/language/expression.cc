@@ -173,7 +173,7 @@ class Evaluator {
     if (!list.type.is(Kind::kList))
       return wrong(node, fmt::format("a {} has no elements", to_string(list.type)), "a list before the [");
     if (!fits('d', index.type))
-      return wrong(node, fmt::format("a {} is no index", to_string(index.type)), "a number without a unit, from 0");
+      return wrong(node, fmt::format("a {} is not an index", to_string(index.type)), "a number without a unit, from 0");
     const Type type = list.type.kind == Kind::kList ? list.type.element.front() : Type{};
     if (list.null() || index.null()) return Value::unknown(type);
     const double i = index.number();
@@ -252,7 +252,7 @@ class Evaluator {
     if (a.null() || b.null()) return Value::unknown(type);
     const double value = compute(sign, a.number(), b.number());
     if (!std::isfinite(value))
-      return wrong(node, fmt::format("{:g} {} {:g} is no number", a.number(), sign, b.number()),
+      return wrong(node, fmt::format("{:g} {} {:g} is not a number", a.number(), sign, b.number()),
                    "select(condition, a, b) takes another way");
     return Value{type.kind == Kind::kNumber ? type : Type::number(*unit), value};
   }

@@ -26,7 +26,7 @@ Value numeric(const Call& call, const net::Dimension& unit, F&& compute) {
   if (!call.all_known) return Value::unknown(Type::number(unit));
   const double value = compute();
   if (std::isfinite(value)) return Value::of(value, unit);
-  call.errors.emplace_back("the result is no number");
+  call.errors.emplace_back("the result is not a number");
   return Value::unknown(Type::number(unit));
 }
 

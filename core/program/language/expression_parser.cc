@@ -208,7 +208,7 @@ class Parser {
     double value = 0.0;
     const auto [end, error] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
     if (error != std::errc() || !std::isfinite(value))
-      fail("this is no number", "digits, a point, an exponent: 0.25, 1e-3");
+      fail("this is not a number", "digits, a point, an exponent: 0.25, 1e-3");
     at_ = static_cast<std::size_t>(end - text_.data());
     // The unit follows at once: 0.25[m/s].
     if (at_ < text_.size() && text_[at_] == '[') return with_unit(at, value);
@@ -227,7 +227,8 @@ class Parser {
     }
     const auto terms = net::parse_unit(unit);
     if (!terms || terms->size() != 1 || !terms->front().variables.empty()) {
-      fail(fmt::format("'{}' is no unit", unit), "m, mm, s, ms, rad, deg, kg, g, N, Nm, V, ... and products of them");
+      fail(fmt::format("'{}' is not a unit", unit),
+           "m, mm, s, ms, rad, deg, kg, g, N, Nm, V, ... and products of them");
     }
     at_ = end + 1;
     return constant(at, Value::of(value, terms->front().dimension));

@@ -187,7 +187,7 @@ std::unique_ptr<Node> parse_branch(const Json& json, const std::string& pointer,
       node->cases.push_back(parse_case((*cases)[i], reader.at("cases") + pointer_segment(i), parser));
     }
     if (cases->empty())
-      parser.diagnostics().error(Code::kMissing, reader.at("cases"), "no case stands here", "at least one");
+      parser.diagnostics().error(Code::kMissing, reader.at("cases"), "no case is given", "at least one");
   }
   node->otherwise = parser.steps(reader, "else", false);
   reader.finish();

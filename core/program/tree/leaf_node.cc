@@ -268,9 +268,9 @@ void check_form(const Part& part, NodeParser& parser) {
   Diagnostics form;
   (void)part.kind->parse(*resolved.json, part.pointer, cell, form);
   for (const Diagnostic& diagnostic : form.list()) {
-    // A key that nobody knows is wrong whatever its value is.
-    const bool unknown_key = diagnostic.message.starts_with("key '");
-    if (unknown_key || !part.piece.depends(diagnostic.pointer)) parser.diagnostics().add(diagnostic);
+    // An unknown or missing key is wrong whatever its value is.
+    const bool wrong_key = diagnostic.code == Code::kUnknownKey || diagnostic.code == Code::kMissing;
+    if (wrong_key || !part.piece.depends(diagnostic.pointer)) parser.diagnostics().add(diagnostic);
   }
 }
 

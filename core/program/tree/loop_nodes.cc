@@ -386,7 +386,7 @@ std::string read_variable(ObjectReader& reader, std::string_view key, bool requi
   const std::string name = required ? reader.text(key) : reader.text(key, "");
   if (!reader.has(key)) return {};
   if (!is_variable_name(name)) {
-    parser.diagnostics().error(Code::kInvalidName, reader.at(key), fmt::format("'{}' is no name of a variable", name),
+    parser.diagnostics().error(Code::kInvalidName, reader.at(key), fmt::format("invalid variable name '{}'", name),
                                "letters, digits and _, not one of the words of expressions");
     return {};
   }

@@ -95,7 +95,7 @@ ValueTemplate NodeParser::value(const Json& json, const std::string& pointer, co
   if (!own.has_errors()) {
     const Value value = piece.value(sight(), own);
     if (!own.has_errors() && !accepts(wanted, value.type)) {
-      own.error(Code::kWrongType, pointer, fmt::format("a {} stands here", to_string(value.type)),
+      own.error(Code::kWrongType, pointer, fmt::format("unexpected {}", to_string(value.type)),
                 "a " + to_string(wanted));
     }
     if (type) *type = value.type;
@@ -120,7 +120,7 @@ Declaration read_long_form(const std::string& name, const Json& json, const std:
   if (const auto type = type_from_text(text, unit)) {
     declaration.type = *type;
   } else if (!text.empty() || !reader.has("value")) {
-    parser.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("'{}' in '{}' is no type", text, unit),
+    parser.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("'{}' in '{}' is not a type", text, unit),
                                "number (with a unit), boolean, text, pose, or \"list of ...\"");
   }
   for (const char* key : {"value", "nominal"}) {
@@ -144,7 +144,7 @@ std::vector<Declaration> NodeParser::declarations(ObjectReader& reader, std::str
   for (const auto& [name, value] : json->items()) {
     const std::string place = reader.at(key) + pointer_segment(name);
     if (!is_variable_name(name)) {
-      diagnostics_.error(Code::kInvalidName, place, fmt::format("'{}' is no name of a variable", name),
+      diagnostics_.error(Code::kInvalidName, place, fmt::format("invalid variable name '{}'", name),
                          "letters, digits and _, not one of the words of expressions");
       continue;
     }
@@ -223,7 +223,8 @@ std::shared_ptr<SubProgram> NodeParser::parse_program(const std::string& name) {
 void NodeParser::all_programs() {
   if (!programs_json_) return;
   if (!programs_json_->is_object()) {
-    diagnostics_.error(Code::kWrongType, "/programs", short_dump(*programs_json_) + " stands here", "an object {...}");
+    diagnostics_.error(Code::kWrongType, "/programs", "unexpected value " + short_dump(*programs_json_),
+                       "an object {...}");
     return;
   }
   for (const auto& [name, json] : programs_json_->items()) {

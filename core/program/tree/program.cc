@@ -141,7 +141,7 @@ Diagnostics ProgramRunner::restore(const Json& snapshot) {
     diagnostics.append(put_back(snapshot.at("position")), "/position");
     strand_.restore(snapshot.value("open", Json()), execution_, diagnostics);
   } catch (const std::exception& error) {
-    diagnostics.error(Code::kWrongType, {}, fmt::format("this is no state of this program: {}", error.what()),
+    diagnostics.error(Code::kWrongType, {}, fmt::format("this is not a state of this program: {}", error.what()),
                       "what snapshot() gave for the same file");
   }
   return diagnostics;
@@ -162,7 +162,7 @@ Diagnostics ProgramRunner::put_back(const Json& state) {
     run_ = std::make_unique<SettledRun>(program_.root().begin(scope_));
     run_->restore(state, execution_, diagnostics);
   } catch (const std::exception& error) {
-    diagnostics.error(Code::kWrongType, {}, fmt::format("this is no state of this program: {}", error.what()),
+    diagnostics.error(Code::kWrongType, {}, fmt::format("this is not a state of this program: {}", error.what()),
                       "what snapshot() gave for the same file");
   }
   return diagnostics;

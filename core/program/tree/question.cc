@@ -24,7 +24,8 @@ Question Question::parse(const Json& json, const std::string& pointer, NodeParse
   Question question;
   if (json.is_string() || json.is_boolean()) {
     if (json.is_string() && !is_expression(json.get<std::string>())) {
-      parser.diagnostics().error(Code::kSyntax, pointer, fmt::format("'{}' is no expression", json.get<std::string>()),
+      parser.diagnostics().error(Code::kSyntax, pointer,
+                                 fmt::format("'{}' is not an expression", json.get<std::string>()),
                                  "\"$...\", or a condition {...}");
       return question;
     }
@@ -36,11 +37,11 @@ Question Question::parse(const Json& json, const std::string& pointer, NodeParse
   Diagnostics own;
   command::Cell cell = parser.cell();
   const auto resolved = question.piece_.resolve(parser.sight(), cell, command::unit_in_condition, own);
+  parser.diagnostics().append(own);
   const auto condition = command::parse_condition(*resolved.json, pointer, parser.cell());
-  if (!condition) own.append(condition.error());
-  for (const Diagnostic& diagnostic : own.list()) {
-    if (diagnostic.message.starts_with("in '") || !question.piece_.depends(diagnostic.pointer))
-      parser.diagnostics().add(diagnostic);
+  if (condition) return question;
+  for (const Diagnostic& diagnostic : condition.error().list()) {
+    if (!question.piece_.depends(diagnostic.pointer)) parser.diagnostics().add(diagnostic);
   }
   return question;
 }
@@ -110,7 +111,7 @@ Progress QuestionRun::begin(Execution& execution, Diagnostics& diagnostics) {
 
 Progress QuestionRun::no_answer(Diagnostics& diagnostics) const {
   diagnostics.error(Code::kConditionNotMet, question_.piece_.pointer(),
-                    "nobody knows whether this holds: a value is not known, or a sensor silent",
+                    "this cannot be decided: a value is not known, or a sensor did not answer",
                     "known(x) asks whether a value is there");
   return Progress::kFailed;
 }

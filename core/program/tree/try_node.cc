@@ -239,8 +239,8 @@ void read_handler(ObjectReader& parent, TryNode& node, NodeParser& parser) {
   const NodeParser::Inner inner(parser);
   node.as = reader.text("as", "");
   if (!node.as.empty() && !is_variable_name(node.as)) {
-    parser.diagnostics().error(Code::kInvalidName, reader.at("as"),
-                               fmt::format("'{}' is no name of a variable", node.as), "letters, digits and _");
+    parser.diagnostics().error(Code::kInvalidName, reader.at("as"), fmt::format("invalid variable name '{}'", node.as),
+                               "letters, digits and _");
     node.as.clear();
   }
   if (!node.as.empty()) parser.scope().declare(node.as, {Type::text(), Value::unknown(Type::text()), {}});
@@ -266,7 +266,7 @@ std::unique_ptr<Node> parse_try(const Json& json, const std::string& pointer, No
   read_handler(reader, *node, parser);
   node->cleanup = parser.steps(reader, "finally", false);
   if (node->retry == 0 && !node->handles && !reader.has("finally")) {
-    parser.diagnostics().error(Code::kMissing, pointer, "nothing is said of a failure",
+    parser.diagnostics().error(Code::kMissing, pointer, "no reaction to a failure is given",
                                "'retry', 'on_error' or 'finally'");
   }
   reader.finish();

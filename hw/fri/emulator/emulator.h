@@ -28,6 +28,7 @@ class Emulator final : public device::ControllerEmulator {
            const emulation::DeviceClock& clock = {});
 
   void advance(Nanoseconds now) override;
+  void set_tool(const device::ToolSetting& tool) override { controller_.set_tool(tool); }
   [[nodiscard]] std::vector<std::string> news() override { return controller_.news(); }
 
   // -- For who makes time go on in smaller steps (Twin). Times are the core's.
@@ -37,12 +38,13 @@ class Emulator final : public device::ControllerEmulator {
   void receive(Nanoseconds now);
   /// Reads the arm: once in each cycle of the arm.
   void look();
+  /// Leaves out a cycle in which the controller was off.
+  void skip_cycle() { ++cycle_; }
   /// The next cycle begins; sends.
   void begin_cycle();
   /// Tells the arm where to be now.
   void drive(Nanoseconds now);
 
-  void set_tool(const device::ToolSetting& tool) { controller_.set_tool(tool); }
   [[nodiscard]] const Controller& controller() const { return controller_; }
   [[nodiscard]] const EmulatorCounts& counts() const { return counts_; }
 

@@ -19,7 +19,7 @@ class TaktProgram final : public KrlProgram {
  public:
   void poll(KrlInterface& krl) override {
     using namespace takt_words;
-    if (!opened(krl) || krl.starting()) return;
+    if (!opened(krl)) return;
     const std::int32_t request = from(krl, kRequest);
     if (request != to(krl, kRequest)) {
       serve(krl);

@@ -30,15 +30,16 @@ class QualityWindow {
  private:
   struct Entry {
     bool answered = false;
-    double round_trip = 0.0, jitter = 0.0;  // s
+    Nanoseconds round_trip = 0, jitter = 0;
   };
-  [[nodiscard]] int answered() const;
 
   QualityRules rules_;
   std::array<Entry, kWindow> entries_{};
   std::size_t next_ = 0;
+  int answered_ = 0;                           // of the entries
+  Nanoseconds round_trips_ = 0, jitters_ = 0;  // their sums
   std::uint64_t count_ = 0;
-  double last_round_trip_ = 0.0;
+  Nanoseconds last_round_trip_ = 0;
   std::uint32_t misses_ = 0;
 };
 

@@ -361,7 +361,7 @@ TEST_F(ActivityRunTest, ASubtaskBeginsAtAShareOfTheMainTask) {
                               {{.activity = cell.motion.lin(goal2), .at_share = 0.5}})
                     .execute();
               }),
-              HasSubstr("is no motion"));
+              HasSubstr("is not a motion"));
 }
 
 // Cancel at every tenth cycle of a blended pair: no limit is broken, the arm comes to rest, everything is free again.

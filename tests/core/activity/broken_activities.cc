@@ -50,17 +50,18 @@ std::vector<BrokenActivity> names() {
        [](auto& cell) { (void)Actuator(cell.program, "gripper").template use<LinInterface>(); }, "/gripper",
        "'gripper' has no LinInterface", "it offers GrippingInterface"},
       {"what only arms have", [](auto& cell) { (void)Actuator(cell.program, "lamp").home(); }, "/lamp",
-       "'lamp' is no arm", "an arm of the cell"},
+       "'lamp' is not an arm", "an arm of the cell"},
       {"a frame that is not there", [](auto& cell) { (void)cell.robot.above("blok", 0.1); }, "/arm",
        "there is no frame 'blok'", "did you mean 'block'?"},
       {"a motion of no arm",
        [](auto& cell) { Activity(cell.program, activity::motion_activity("LIN", "amr", {}, {})).execute(); },
-       "/amr LIN/arm", "there is no arm 'amr'", "did you mean 'arm'?"},
+       "/amr LIN/arm", "there neither an arm 'amr'", "did you mean 'arm'?"},
       {"a speed beyond the plan", [](auto& cell) { cell.robot.set_speed(1.5); }, "/arm", "a speed of 1.5",
        "from 0 to 1"},
-      {"a speed that is no number", [](auto& cell) { cell.robot.set_speed(std::numeric_limits<double>::quiet_NaN()); },
-       "/arm", "a speed of nan", "from 0 to 1"},
-      {"the speed of no arm", [](auto& cell) { cell.program.pause("amr"); }, "/amr", "there is no arm 'amr'",
+      {"a speed that is not a number",
+       [](auto& cell) { cell.robot.set_speed(std::numeric_limits<double>::quiet_NaN()); }, "/arm", "a speed of nan",
+       "from 0 to 1"},
+      {"the speed of no arm", [](auto& cell) { cell.program.pause("amr"); }, "/amr", "there neither an arm 'amr'",
        "did you mean 'arm'?"},
       {"a speed without channels",
        [](auto& cell) {
@@ -90,16 +91,16 @@ std::vector<BrokenActivity> motions() {
        [](auto& cell) { up(cell, blended(BlendingCondition::at_distance(-0.01))).execute(); }, "/arm LIN/blend",
        "a blend at -0.01 m before the goal", "above 0 m"},
       {"a blend by both", [](auto& cell) { up(cell, blended(by_both())).execute(); }, "/arm LIN/blend",
-       "a blend by time and by way", "one of them"},
-      {"a blend over more than half of the way", [](auto& cell) { up(cell, blended(over_share(0.7))).execute(); },
-       "/arm LIN/blend", "a blend over a share of 0.7 of the way", "above 0, at most 0.5"},
+       "a blend by time and by distance", "one of them"},
+      {"a blend over more than half of the path", [](auto& cell) { up(cell, blended(over_share(0.7))).execute(); },
+       "/arm LIN/blend", "a blend over a share of 0.7 of the path", "above 0, at most 0.5"},
       {"a blend of a guarded motion", [](auto& cell) { up(cell, {.blend = 0.7, .until = cell.hard()}).execute(); },
-       "/arm LIN/blend", "a guarded motion ends nobody knows where", "no blend, or no condition"},
+       "/arm LIN/blend", "the end of a guarded motion is unknown", "no blend, or no condition"},
       {"a motion from nobody knows where",
        [](auto& cell) {
          activity::sequence({up(cell, {.until = cell.hard()}), up(cell)}).execute();
        },
-       "/arm LIN, arm LIN/1", "'arm LIN': nobody knows where it will be at rest", "after the end of what runs"},
+       "/arm LIN, arm LIN/1", "'arm LIN': its end position is unknown before the run", "after the end of what runs"},
       {"a condition of a sensor that is not there",
        [](auto& cell) {
          up(cell, {.until = is_greater(norm(force(command::contact_wrench(cell.cell, "writs"))), 5.0)}).execute();
@@ -159,7 +160,7 @@ std::vector<BrokenActivity> compositions() {
        "/arm LIN with subtasks/subtasks/0", "share 1.5", "from 0 to 1"},
       {"a share of what has no way",
        [](auto& cell) { with_subtasks(lamp_on(cell), {{.activity = up(cell), .at_share = 0.5}}).execute(); },
-       "/set lamp with subtasks/subtasks/0", "'set lamp' is no motion", "`when`"},
+       "/set lamp with subtasks/subtasks/0", "'set lamp' is not a motion", "`when`"},
   };
 }
 

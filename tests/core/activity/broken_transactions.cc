@@ -25,19 +25,19 @@ std::string when(const std::string& state) { return on(R"({"entered": )" + state
 std::vector<BrokenRule> commands() {
   return {
       {R"({"do": "transaction"})", "", "key 'commands' is missing", "an object {...}"},
-      {tree(R"("a": 3)"), "/commands/a", "3 stands here", "an object {...}"},
+      {tree(R"("a": 3)"), "/commands/a", "unexpected value 3", "an object {...}"},
       {tree(R"("a": {"seconds": 1})"), "/commands/a/do", "'do' is missing", "allowed: circ, follow"},
       {tree(first("a", R"("do": "prses")")), "/commands/a/do", "there is no command 'prses'", "did you mean 'press'?"},
       {tree(first("a/b", R"("do": "wait", "seconds": 1)")), "/commands/a~1b", "a command named 'a/b'", "has no '/'"},
       {tree(first("a", kDriver + R"(, "name": "b")")), "/commands/a/name", "a second name: \"b\"", "'a' is its name"},
-      {tree(R"("a": {"start": 1, )" + kDriver + "}"), "/commands/a/start", "1 stands here", "true or false"},
+      {tree(R"("a": {"start": 1, )" + kDriver + "}"), "/commands/a/start", "unexpected value 1", "true or false"},
       {R"({"do": "hold", "seconds": 1, "start": true})", "/start", "a step of its own has no 'start'",
        "inside of a transaction"},
       {tree(first("a", kDriver), R"(, "capture": {"x": {}})"), "/capture/x", "key 'value' is missing",
        "an object {...}"},
       {tree(first("a", kDriver), R"(, "capture": {"x": {"value": {"progress": "b"}}})"), "/capture/x/value/progress",
        "C6: there is no command 'b' in 'transaction'", "allowed: transaction, a"},
-      {tree(first("a", kDriver), R"(, "on_cancel": "never")"), "/on_cancel", "'never' is not known here",
+      {tree(first("a", kDriver), R"(, "on_cancel": "never")"), "/on_cancel", "unknown value 'never'",
        "allowed: forward, ignore"},
       {tree(first("a", kDriver), R"(, "on_cancel": ["b"])"), "/on_cancel/0", "C6: there is no command 'b'",
        "allowed: transaction, a"},
@@ -47,26 +47,28 @@ std::vector<BrokenRule> commands() {
 std::vector<BrokenRule> events() {
   const std::string none = R"("cancel": "a")";
   return {
-      {tree(first("a", kDriver), R"(, "on": 5)"), "/on", "5 stands here", "an array of event handlers"},
+      {tree(first("a", kDriver), R"(, "on": 5)"), "/on", "unexpected value 5", "an array of event handlers"},
       {on("{" + none + "}"), "/on/0", "exactly one event is needed", "'entered' or 'left' with a state"},
       {on(R"({"entered": {"completed": "a"}, "left": {"completed": "a"}, )" + none + "}"), "/on/0",
        "exactly one event is needed", "'entered' or 'left' with a state"},
-      {on(R"({"entered": {"completed": "a"}})"), "/on/0", "nothing happens then", "start, stop, cancel, raise, tell"},
-      {then(R"("cancel": {})"), "/on/0/cancel", "{} stands here", "a name, or several"},
-      {then(R"("stop": [5])"), "/on/0/stop/0", "5 stands here", "a name"},
+      {on(R"({"entered": {"completed": "a"}})"), "/on/0", "the event handler has no effect",
+       "start, stop, cancel, raise, tell"},
+      {then(R"("cancel": {})"), "/on/0/cancel", "unexpected value {}", "a name, or several"},
+      {then(R"("stop": [5])"), "/on/0/stop/0", "unexpected value 5", "a name"},
       {then(R"("start": "b")"), "/on/0/start", "C6: there is no command 'b' in 'transaction'", "allowed:"},
       {then(R"("raise": "lost")"), "/on/0/raise", "C10: no transaction has the raised state 'lost'",
        "'raised' of a transaction"},
-      {then(R"("tell": 5)"), "/on/0/tell", "5 stands here", "a text"},
+      {then(R"("tell": 5)"), "/on/0/tell", "unexpected value 5", "a text"},
       {then(R"("tell": "")"), "/on/0/tell", "an empty text", "what is told"},
-      {then(R"("tell": "it is done", "after_s": -1)"), "/on/0/after_s", "-1 stands here", "a number from 0 to 3600"},
-      {when("{}"), "/on/0/entered", "no state stands here", "a condition over sensors"},
-      {when(R"({"any": []})"), "/on/0/entered/any", "no state stands here", "at least one"},
+      {then(R"("tell": "it is done", "after_s": -1)"), "/on/0/after_s", "unexpected value -1",
+       "a number from 0 to 3600"},
+      {when("{}"), "/on/0/entered", "no state is given", "a condition over sensors"},
+      {when(R"({"any": []})"), "/on/0/entered/any", "no state is given", "at least one"},
       {when(R"({"completed": "b"})"), "/on/0/entered/completed", "C6: there is no command 'b'", "allowed:"},
       {when(R"({"raised": "lost"})"), "/on/0/entered/raised", "C10: no transaction has the raised state 'lost'",
        "'raised' of a transaction"},
-      {when(R"({"action": "a", "at_path": 2})"), "/on/0/entered/at_path", "2 stands here", "a number from 0 to 1"},
-      {when(R"({"actuator": "amr", "is": "completed"})"), "/on/0/entered/actuator", "'amr' is not known here",
+      {when(R"({"action": "a", "at_path": 2})"), "/on/0/entered/at_path", "unexpected value 2", "a number from 0 to 1"},
+      {when(R"({"actuator": "amr", "is": "completed"})"), "/on/0/entered/actuator", "unknown value 'amr'",
        "did you mean 'arm'?"},
       {when(R"({"channel": "speed"})"), "/on/0/entered/channel", "'speed' carries Real", "a Boolean channel with 'is'"},
   };
@@ -81,9 +83,9 @@ std::vector<BrokenRule> motions() {
   return {
       {tree(first("m", kUp + R"(, "blend_m": 0.01)")), "/commands/m/blend_m",
        "a command of its own has nothing to blend into", "\"do\": \"motions\""},
-      {several(""), "/commands/m/steps", "no motion stands here", "one at least"},
+      {several(""), "/commands/m/steps", "no motion is given", "one at least"},
       {several(blended + R"(, {"do": "hold", "seconds": 1})"), "/commands/m/steps/1/do",
-       "\"hold\" is no planned motion", "ptp, lin, circ or spline"},
+       "\"hold\" is not a planned motion", "ptp, lin, circ or spline"},
       {several("{" + kUp + R"(, "blend_m": 0.01, "until": )" + kHard + "}, {" + to_home + "}"),
        "/commands/m/steps/0/until", "only the last of them may be guarded", "on the last"},
       {several("{" + kUp + "}, {" + to_home + "}"), "/commands/m/steps/0", "a motion that is not blended into the next",
@@ -96,7 +98,7 @@ std::vector<BrokenRule> motions() {
        "a motion with a base has no 'until'", "two motions"},
       {tree(first("m", kUp + R"(, "base_to": "home", "weave": {"amplitude_m": 0.002, "frequency_Hz": 2})")),
        "/commands/m/weave", "a motion with a base has no 'weave'", "two motions"},
-      {"{" + kUp + R"(, "base_to": {"by_m": 1}})", "/base_to/by_m", "1 stands here", "3 numbers"},
+      {"{" + kUp + R"(, "base_to": {"by_m": 1}})", "/base_to/by_m", "unexpected value 1", "3 numbers"},
   };
 }
 
@@ -107,30 +109,30 @@ std::vector<BrokenRule> following() {
   const std::string felt = R"("value": {"sensor": "wrist"}, "factor": 0.1)";
   return {
       {valve(R"("value": {})"), "/commands/v/value", "key 'sensor' is missing", "allowed: foot, wrist"},
-      {valve(R"("value": {"sensor": "wirst"})"), "/commands/v/value/sensor", "'wirst' is not known here",
+      {valve(R"("value": {"sensor": "wirst"})"), "/commands/v/value/sensor", "unknown value 'wirst'",
        "did you mean 'wrist'?"},
-      {valve(R"("value": {"speed": "amr"})"), "/commands/v/value/speed", "'amr' is not known here", "allowed: arm"},
+      {valve(R"("value": {"speed": "amr"})"), "/commands/v/value/speed", "unknown value 'amr'", "allowed: arm"},
       {valve(R"("value": {"input": "button"})"), "/commands/v/value/input", "'button' is true or false",
        "an analog input"},
       {valve(R"("value": {"channel": "enable"}, "factor": 1)"), "/commands/v/value/channel",
        "'enable' is a channel of Boolean", "a channel of Real"},
       {valve(R"("value": {"progress": "b"}, "factor": 1)"), "/commands/v/value/progress",
        "C6: there is no command 'b' in 'transaction'", "allowed: transaction, v"},
-      {valve(felt + R"(, "seconds": -1)"), "/commands/v/seconds", "-1 stands here", "a number from 0 to 3600"},
-      {valve(felt + R"(, "offset": "much")"), "/commands/v/offset", "\"much\" stands here", "a number"},
+      {valve(felt + R"(, "seconds": -1)"), "/commands/v/seconds", "unexpected value -1", "a number from 0 to 3600"},
+      {valve(felt + R"(, "offset": "much")"), "/commands/v/offset", "unexpected value \"much\"", "a number"},
       {valve(felt + R"(, "until": {"input": "buton"})"), "/commands/v/until/input", "there is no input 'buton'",
        "did you mean 'button'?"},
       {valve(R"("value": 1, "factor": 2)"), "/commands/v/factor", "'factor' without a value to follow",
        "an analog output whose 'value' is an object"},
       {tree(first("d", R"("do": "set", "output": "driver", "value": {"input": "button"})")), "/commands/d/value",
-       "stands here", "true or false"},
+       "unexpected value", "true or false"},
   };
 }
 
 std::vector<BrokenRule> online() {
   const std::string held = R"("while": {"channel": "enable"})";
   return {
-      {R"({"do": "jog", )" + held + "}", "", "nothing says how fast", "'channel', 'linear_m_s' or 'angular_deg_s'"},
+      {R"({"do": "jog", )" + held + "}", "", "no velocity is given", "'channel', 'linear_m_s' or 'angular_deg_s'"},
       {R"({"do": "jog", "channel": "stick"})", "", "key 'while' is missing", "an object {...}"},
       {R"({"do": "jog", "channel": "stcik", )" + held + "}", "/channel", "there is no channel 'stcik'",
        "did you mean 'stick'?"},
@@ -138,14 +140,14 @@ std::vector<BrokenRule> online() {
        "a channel of type Twist"},
       {R"({"do": "jog", "channel": "stick", "while": {"channel": "enabel"}})", "/while/channel",
        "there is no channel 'enabel'", "did you mean 'enable'?"},
-      {R"({"do": "jog", "channel": "stick", "linear_max_m_s": 0, )" + held + "}", "/linear_max_m_s", "0 stands here",
-       "a number above 0"},
+      {R"({"do": "jog", "channel": "stick", "linear_max_m_s": 0, )" + held + "}", "/linear_max_m_s",
+       "unexpected value 0", "a number above 0"},
       {R"({"do": "jog", "channel": "stick", "linear_m_s": [0, 0, 0.1], )" + held + "}", "/linear_m_s",
        "a velocity from a channel and a velocity", "one of them"},
-      {R"({"do": "follow"})", "/in", "nothing says what is followed", "'in' (a frame), or 'channel'"},
+      {R"({"do": "follow"})", "/in", "nothing to follow is given", "'in' (a frame), or 'channel'"},
       {R"({"do": "follow", "in": "world", "until": {"input": "buton"}})", "/until/input", "there is no input 'buton'",
        "did you mean 'button'?"},
-      {R"({"do": "hold", "seconds": -1})", "/seconds", "-1 stands here", "a number from 0 to 3600"},
+      {R"({"do": "hold", "seconds": -1})", "/seconds", "unexpected value -1", "a number from 0 to 3600"},
   };
 }
 
@@ -161,16 +163,16 @@ std::vector<BrokenRule> overlays() {
   const std::string weave = R"("weave": {"amplitude_m": 0.002, "frequency_Hz": 2)";
   const std::string offset = R"("force_offset": {"sensor": "wrist", "force_N": 5)";
   return {
-      {over(R"("weave": 5)"), "/weave", "5 stands here", "an object {...}"},
+      {over(R"("weave": 5)"), "/weave", "unexpected value 5", "an object {...}"},
       {over(R"("weave": {"frequency_Hz": 2})"), "/weave", "key 'amplitude_m' is missing", "a number above 0"},
       {over(weave + R"(, "direction": [0, 0, 0]})"), "/weave/direction", "a direction of no length",
        "a vector that is not zero"},
       {over(weave + "}, " + offset + "}"), "/force_offset", "a weave and a force offset", "one of them"},
       {R"({"do": "ptp", "to": "home", "weave": {"amplitude_m": 0.002, "frequency_Hz": 2}})", "/weave",
-       "C8: PTP moves joints, so there is nothing to weave beside", "a motion of a frame"},
+       "C8: PTP moves joints, so there is no Cartesian path to weave about", "a Cartesian motion"},
       {over(R"("force_offset": {"sensor": "foot", "force_N": 5})"), "/force_offset/sensor", "'foot' is not on 'arm'",
        "a sensor on this arm"},
-      {over(R"("force_offset": {"sensor": "wrist", "force_N": 0})"), "/force_offset/force_N", "0 stands here",
+      {over(R"("force_offset": {"sensor": "wrist", "force_N": 0})"), "/force_offset/force_N", "unexpected value 0",
        "a number from 0.1 to 1000"},
   };
 }
@@ -186,20 +188,20 @@ std::string in_springs_of_the_tool(const std::string& step) {
 std::vector<BrokenRule> compliances() {
   const auto soft = [](const std::string& compliance) { return "{" + kUp + R"(, "compliance": )" + compliance + "}"; };
   return {
-      {soft("5"), "/compliance", "5 stands here", "an object {...}"},
+      {soft("5"), "/compliance", "unexpected value 5", "an object {...}"},
       {soft("{}"), "/compliance", "key 'mode' is missing", "joint_impedance"},
-      {soft(R"({"mode": "impedance"})"), "/compliance/mode", "'impedance' is not known here", "joint_impedance"},
+      {soft(R"({"mode": "impedance"})"), "/compliance/mode", "unknown value 'impedance'", "joint_impedance"},
       {soft(R"({"mode": "position", "stiffness_Nm_rad": 100})"), "/compliance/stiffness_Nm_rad",
-       "key 'stiffness_Nm_rad' is not known", ""},
+       "unknown key 'stiffness_Nm_rad'", ""},
       {"{" + kUp + ", " + kSprings + R"(, "stiffness_N_m": 300}})", "/compliance/stiffness_N_m",
-       "key 'stiffness_N_m' is not known", "stiffness_Nm_rad"},
+       "unknown key 'stiffness_N_m'", "stiffness_Nm_rad"},
       {soft(R"({"mode": "cartesian_impedance", "stiffness_N_m": [1, 2]})"), "/compliance/stiffness_N_m", "[1,2]",
        "3 numbers"},
-      {soft(R"({"mode": "cartesian_impedance", "axes": "world"})"), "/compliance/axes", "'world' is not known here",
+      {soft(R"({"mode": "cartesian_impedance", "axes": "world"})"), "/compliance/axes", "unknown value 'world'",
        "allowed: base, tool"},
       {tree(first(
            "m", R"("do": "motions", "steps": [{)" + kUp + R"(, "blend_m": 0.01}, {)" + kUp + ", " + kSprings + "}}]")),
-       "/commands/m/steps/1/compliance", "one motion of several gives way otherwise", "beside 'steps'"},
+       "/commands/m/steps/1/compliance", "one motion of several has another compliance", "beside 'steps'"},
       {R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "base_to": "home", )" + kSprings + "}}", "/compliance",
        "a motion with a base has no 'compliance'", "two motions"},
   };
@@ -207,10 +209,11 @@ std::vector<BrokenRule> compliances() {
 
 std::vector<BrokenRule> freedrive() {
   return {
-      {R"({"do": "freedrive"})", "", "nothing says when it ends", "'until' or 'seconds'"},
+      {R"({"do": "freedrive"})", "", "no end condition is given", "'until' or 'seconds'"},
       {R"({"do": "freedrive", "seconds": 1, "enabled": {"input": "buton"}})", "/enabled/input",
        "there is no input 'buton'", "did you mean 'button'?"},
-      {R"({"do": "freedrive", "seconds": 1, "velocity_m_s": 0})", "/velocity_m_s", "0 stands here", "a number above 0"},
+      {R"({"do": "freedrive", "seconds": 1, "velocity_m_s": 0})", "/velocity_m_s", "unexpected value 0",
+       "a number above 0"},
   };
 }
 
@@ -231,12 +234,12 @@ std::vector<BrokenRule> broken_transaction_plans() {
       {tree(first("a", wait) + ", " + later("b", kDriver)), "/commands/b", "C9: nothing ever starts 'b'",
        "\"start\": true"},
       {tree(first("a", wait), R"(, "on": [{"entered": {"action": "a", "is": "error"}, "cancel": "a"}])"), "/on/0",
-       "C8: 'a' is no action, so it has no state 'error'", "completed, stopped, cancelled of a command"},
+       "C8: 'a' is not an action, so it has no state 'error'", "completed, stopped, cancelled of a command"},
       {tree(first("a", wait), R"(, "capture": {"x": {"value": {"progress": "a"}}})"), "/capture/x",
-       "C8: 'a' is no motion", "a motion"},
+       "C8: 'a' is not a motion", "a motion"},
       {tree(first("press", kUp + R"(, "until": )" + kHard) + ", " + later("on", kUp),
             R"(, "on": [{"entered": {"completed": "press"}, "start": "on"}])"),
-       "/commands/on", "nobody knows before where 'arm' will be when 'on' begins", "not cancelled"},
+       "/commands/on", "the position of 'arm' when 'on' begins is unknown before the run", "not cancelled"},
       {tree(first("g", R"("do": "grip", "width_m": 0.3)")), "/commands/g/width_m", "0.3 is not for 'gripper'",
        "0 to 0.11"},
       {tree(first("v", R"("do": "set", "output": "valve", "value": 11)")), "/commands/v/value",
@@ -247,7 +250,7 @@ std::vector<BrokenRule> broken_transaction_plans() {
        "a value in m/s is not for 'valve', which is in V", "'factor', in V for each m/s"},
       {tree(first("w", wait) + ", " +
             first("v", R"("do": "set", "output": "valve", "value": {"progress": "w"}, "factor": 10)")),
-       "/commands/v", "C8: 'w' is no motion", "a motion"},
+       "/commands/v", "C8: 'w' is not a motion", "a motion"},
       {tree(first("w", kDriver) + ", " +
             first("v", R"("do": "set", "output": "valve", "value": {"progress": "w"}, "factor": 10)")),
        "/commands/v", "C8: set value has no state 'progress'", "it offers"},
@@ -280,7 +283,7 @@ std::vector<BrokenRule> broken_transaction_plans() {
       {tree(first("p", kPress + ", " + kSprings + R"(, "damping_ratio": [1, 1]})")),
        "/commands/p/compliance/damping_ratio", "2 values for 'arm'", "7 values"},
       {in_springs_of_the_tool("{" + kPress + ", " + kSoft + "0}}"), "/steps/1/force_N",
-       "no spring holds the tool along the direction", "a stiffness above 0"},
+       "the tool has no stiffness along the direction", "a stiffness above 0"},
       {in_springs_of_the_tool("{" + kPress + ", " + kSoft + "100}}"), "/steps/1/travel_m",
        "10 N bend the springs by 0.1 m, and the tool is sent by 0.05 m at most", "a longer travel, stiffer springs"},
       {in_springs_of_the_tool(tree(first("p", kPress + ", " + kSoft + "100}"))), "/steps/1/commands/p/travel_m",
@@ -314,11 +317,11 @@ std::vector<BrokenRun> broken_transaction_runs() {
       {tree(first("m", kUp + R"(, "until": )" + kHard)), "/commands/m/until",
        "a sensor of the condition did not answer, so the arm stopped on its path", "its power", silent, true},
       {tree(first("m", kUp + R"(, "unless": )" + kHard)), "/commands/m/unless",
-       "this must not hold and did, so the arm stopped on its path", "what made it hold", pushed, true},
+       "'abort_if' became true, so the arm stopped on its path", "what made it hold", pushed, true},
       {tree(first("m", kUp + R"(, "unless": )" + kHard)), "/commands/m/unless",
        "a sensor of the condition did not answer, so the arm stopped on its path", "its power", silent, true},
       {"{" + kUp + R"(, "unless": )" + kHard + R"(, "weave": {"amplitude_m": 0.001, "frequency_Hz": 2}})", "/unless",
-       "this must not hold and did, so the arm stopped on its path", "what made it hold", pushed, true},
+       "'abort_if' became true, so the arm stopped on its path", "what made it hold", pushed, true},
       {R"({"do": "sequence", "steps": [{"do": "tare", "sensor": "wrist", "cycles": 20}, )" +
            tree(first("p", press + R"(, "travel_m": 0.005)")) + "]}",
        "/steps/1/commands/p/travel_m",

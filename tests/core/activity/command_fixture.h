@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "tests/core/activity/program_runs.h"
 #include "tests/core/command/command_cell.h"
+#include "tests/core/program/tree/program_runs.h"
 
 namespace takt::test {
 

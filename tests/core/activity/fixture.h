@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/activity/runtime.h"
-#include "tests/core/activity/program_runs.h"
+#include "tests/core/program/tree/program_runs.h"
 #include "tests/support/fake_cell.h"
 
 namespace takt::test {

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "tests/core/activity/program_runs.h"
 #include "tests/core/activity/two_arm_cell.h"
+#include "tests/core/program/tree/program_runs.h"
 #include "tests/support/limit_oracle.h"
 
 namespace takt::test {

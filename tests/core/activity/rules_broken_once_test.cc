@@ -212,10 +212,10 @@ void break_states() {
   Variables variables;
   Context context{own.cell, own.core, variables, 2, [](auto, auto, auto) {}};
   ProgramRunner runner(*program, context);
-  expect_told(runner.restore(Json::parse("{}")), "", "this is no state of this program", "what snapshot() gave");
+  expect_told(runner.restore(Json::parse("{}")), "", "this is not a state of this program", "what snapshot() gave");
   Json state = runner.snapshot();
   state["position"] = {{"child", 9}};
-  expect_told(runner.restore(state), "/position", "this is no state of this program", "what snapshot() gave");
+  expect_told(runner.restore(state), "/position", "this is not a state of this program", "what snapshot() gave");
   expect_told(runner.enter("hree"), "", "no step 'hree' can be entered", "did you mean 'here'?");
 }
 
@@ -232,7 +232,7 @@ void break_other_arms() {
   expect_told(program->rehearse(cell).diagnostics, "/program/mode", "'arm' has no mode 'joint_impedance'", "position");
   const auto guided = Program::parse(Json::parse(R"({"do": "freedrive", "seconds": 1})"), "/program", cell);
   ASSERT_TRUE(guided);
-  expect_told(guided->rehearse(cell).diagnostics, "/program", "C8: nobody can guide 'arm' by hand",
+  expect_told(guided->rehearse(cell).diagnostics, "/program", "C8: 'arm' cannot be guided by hand",
               "the mode joint_impedance");
 }
 
@@ -267,7 +267,8 @@ void break_pairs() {
   expect_told(thrown_by([&] {
                 sequence({up(guarded), up({})}).execute();
               }),
-              "/left+right LIN, left+right LIN/1", "nobody knows where the arms will be at rest", "after the end");
+              "/left+right LIN, left+right LIN/1", "the end position of the arms is unknown before the run",
+              "after the end");
   const Actuator left(two.program, "left");
   expect_told(thrown_by([&] { TwoArms(left, left, both.centre()); }), "/follower", "'left' is the leader too",
               "two arms");
@@ -284,8 +285,8 @@ void break_pairs() {
     for (const auto& sent : backend->sent) EXPECT_EQ(sent.q, two.arm->home) << name;
   }
   left.use<LinInterface>().lin_by({0, 0, 0.01}).execute();
-  expect_told(thrown_by([&] { up({}).execute(); }), "/left+right LIN/grasp", "the arms see the motion centre 10 mm",
-              "TwoArms anew");
+  expect_told(thrown_by([&] { up({}).execute(); }), "/left+right LIN/grasp",
+              "the arms disagree about the motion centre by 10 mm", "TwoArms anew");
   for (const auto& [name, mounted] : two.cell.arms) {
     EXPECT_FALSE(mounted.device->held()) << name;
     EXPECT_TRUE(mounted.device->at_rest()) << name;
@@ -310,13 +311,13 @@ void break_pair_steps() {
   two.cell.sensors["third wrist"] = two.cell.sensors.at("left wrist");
   two.cell.sensors["third wrist"].arm = "third";
   told(both(R"("follower": "left")"), "/follower", "'left' leads already", "another arm");
-  told(both(R"("follower": "rihgt")"), "/follower", "'rihgt' is not known here", "did you mean 'right'?");
-  told(both(R"("follower": "left wrist")"), "/follower", "'left wrist' is not known here", "allowed: left, right");
-  told(both(R"("follower": 5)"), "/follower", "5 stands here", "a text");
+  told(both(R"("follower": "rihgt")"), "/follower", "unknown value 'rihgt'", "did you mean 'right'?");
+  told(both(R"("follower": "left wrist")"), "/follower", "unknown value 'left wrist'", "allowed: left, right");
+  told(both(R"("follower": 5)"), "/follower", "unexpected value 5", "a text");
   told(both(follows + R"(, "compliance": {"mode": "joint_impedance"})"), "/compliance",
        "'right' will be in mode position, and this needs joint_impedance", "the step \"control_mode\"");
   told(both(follows + R"(, "compliance": {"mode": "joint_impedance", "torque_Nm": [1, 0, 0, 0, 0, 0, 0]})"),
-       "/compliance/torque_Nm", "two arms that move as one push with springs alone", "a motion of one arm");
+       "/compliance/torque_Nm", "two arms that move as one have stiffness only, no force", "a motion of one arm");
   told(both(follows + R"(, "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": 6000})"),
        "/compliance/stiffness_N_m/0", "6000 N/m for 'right'", "0 to 5000");
   told(both(follows, "ptp"), "/follower", "two arms move as one only on the path of a frame", "lin or circ");
@@ -346,7 +347,8 @@ void break_pair_steps() {
   told(several(both(follows), R"(, "compliance": {"mode": "joint_impedance"})"), "/commands/m/compliance",
        "'right' will be in mode position, and this needs joint_impedance", "the step \"control_mode\"");
   told(several(both(follows), R"(, "compliance": {"mode": "cartesian_impedance", "force_N": [0, 0, 5]})"),
-       "/commands/m/compliance/force_N", "two arms that move as one push with springs alone", "a motion of one arm");
+       "/commands/m/compliance/force_N", "two arms that move as one have stiffness only, no force",
+       "a motion of one arm");
   told(both(follows + R"(, "base_to": "home")"), "/follower", "a motion with a base has no 'follower'", "two motions");
   told(both(R"("unless": {"sensor": "left wrist", "above_N": 5}, "base_to": "home")"), "/unless",
        "a motion with a base has no 'unless'", "two motions");
@@ -423,10 +425,11 @@ const std::vector<std::pair<std::string, std::string>> kElsewhere = {
     {"a list of more than 100 000 elements", "takes minutes to fill, one by one"},
     {"a text of {} bytes", "grows in a loop: ExpressionTest.WhatGrowsInALoopIsBounded"},
     {"a list with more than {} bytes of text", "grows in a loop: ExpressionTest.WhatGrowsInALoopIsBounded"},
-    {"{} more keys are not known here", "nobody writes so many: ObjectReader.UnknownKeysAreCountedBeyondABound"},
+    {"{} more unknown keys", "nobody writes so many: ObjectReader.UnknownKeysAreCountedBeyondABound"},
     {"an arm of fewer than three joints follows no line", "no model has so few"},
-    {"springs of the joints of '{}' and '{}'", "all models with such springs have as many joints"},
-    {"'{}': nobody knows where the arm will be at rest", "steps wait for the end of what moved their arm before"},
+    {"joint stiffness of '{}' and '{}'", "all models with such springs have as many joints"},
+    {"'{}': the end position of the arm is unknown before the run",
+     "steps wait for the end of what moved their arm before"},
 };
 
 // A place of the source that says what is wrong has a case above. Whoever adds one adds a case.

@@ -133,7 +133,7 @@ TEST_F(TwoArmTest, WhatOneOfThemCannotDoIsRefused) {
   command::CartesianCompliance pushes = springs(700);
   pushes.wrench.emplace(net::Wrench{.force = {0, 0, 5}, .torque = {}});
   EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = pushes})),
-              HasSubstr("/compliance/wrench: error: two arms as one exert nothing beside their springs"));
+              HasSubstr("/compliance/wrench: error: two arms as one have stiffness only, no force"));
   // One of them has no such mode.
   const auto stiff = device::read_arm("models/ur5").value();
   ASSERT_FALSE(cell.frames.add("third", "world", Eigen::Isometry3d(Eigen::Translation3d(1.2, 0, 0.4))).has_errors());
@@ -189,7 +189,7 @@ TEST_F(TwoArmTest, AGraspThatIsNoMoreIsRefused) {
   Actuator(program, "right").use<LinInterface>().lin_by({0, 0, 0.01}).execute();
   const RunPtr run = both.lin_by({0, 0, 0.05}).schedule();
   follow(both, run);
-  EXPECT_THAT(run->diagnostics().to_string(), HasSubstr("see the motion centre 10 mm"));
+  EXPECT_THAT(run->diagnostics().to_string(), HasSubstr("disagree about the motion centre by 10 mm"));
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ TEST(TextLocationTest, DiagnosticsOfAFileGetLineAndColumn) {
   diagnostics.set_file(file);
   locate(diagnostics);
   EXPECT_EQ(to_string(diagnostics.list()[0]), file + ":2:25:/list/0: error: 1 is out of range (2 to 3) [out-of-range]");
-  EXPECT_EQ(diagnostics.list()[1].line, 0) << "an option is no element of a file";
+  EXPECT_EQ(diagnostics.list()[1].line, 0) << "an option is not an element of a file";
   EXPECT_EQ(diagnostics.list()[2].line, 0);
 }
 

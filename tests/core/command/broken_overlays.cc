@@ -31,7 +31,7 @@ std::vector<BrokenCommand> broken_overlays() {
   const WeaveWish small{.amplitude = 0.001, .frequency = 1.0};
   return {
       {"C8", [](World& world) -> Command { return move(world, weave(ptp(world.joints(0.1)))); }, "/move",
-       "PTP moves joints, so there is nothing to weave beside", "a motion of a frame"},
+       "PTP moves joints, so there is no Cartesian path to weave about", "a Cartesian motion"},
       {"",
        [](World& world) -> Command {
          return move(world, weave(lin(world.moved(0, 0.1, 0)), {.amplitude = 0.1, .frequency = 50.0}));
@@ -73,7 +73,7 @@ std::vector<BrokenCommand> broken_overlays() {
          };
          return move(world, weave_each(sequence({{.geometry = line}, {.geometry = turn}}), {std::nullopt, small}));
        },
-       "/move/1", "a motion of joints, so there is nothing to weave beside", "a motion of a frame"},
+       "/move/1", "a motion of joints, so there is no Cartesian path to weave about", "a Cartesian motion"},
       {"",
        [](World& world) -> Command {
          return far_weave(world, {1, 0, 0}, 0.3, 0.04);
@@ -90,7 +90,7 @@ std::vector<BrokenCommand> broken_overlays() {
        },
        "/move", "path and weave together need", "a smaller amplitude or frequency"},
       {"C8", [](World& world) -> Command { return move(world, offset(world, ptp(world.joints(0.1)), {})); }, "/move",
-       "PTP moves joints, so there is nothing to shift", "a motion of a frame"},
+       "PTP moves joints, so there is no Cartesian path to shift", "a Cartesian motion"},
       {"",
        [](World& world) -> Command {
          return move(world, offset(world, line(world, 0.8), {.reach = 0.0, .retreat = 0.0}));

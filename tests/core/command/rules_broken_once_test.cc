@@ -46,7 +46,7 @@ std::vector<BrokenCommand> starts() {
          a.on_entered(a.completed(), start(b));
          return all_of(a, b);
        },
-       "/all/a/handlers/0", "'a' is no transaction", "the handler on the transaction around it"},
+       "/all/a/handlers/0", "'a' is not a transaction", "the handler on the transaction around it"},
       {"C1",
        [](World& world) -> Command {
          auto a = driver(world, "a"), d = lamp(world, "d");
@@ -153,7 +153,7 @@ std::vector<BrokenCommand> trees() {
          inner.add_started(a);
          return all_of(inner, a);
        },
-       "/all/a", "this command stands in the tree twice", "a command of its own"},
+       "/all/a", "this command is in the tree twice", "a command of its own"},
       {"C6", [](World& world) -> Command { return wait_for(lamp(world, "stranger").completed()); }, "/wait",
        "a state of 'stranger', which is not, or more than once, in the tree '/wait'", "in this tree"},
       {"C6", [](World& world) -> Command { return wait_for(world.arm_actuator().invalid_set_point()); }, "/wait",
@@ -191,7 +191,8 @@ std::vector<BrokenCommand> actions() {
          a.on_entered(world.hard(), cancel(a));
          return all_of(a, b).on_entered(a.completed(), start(b));
        },
-       "/all/b", "nobody knows before where 'arm' will be when 'b' begins: it depends on where 'a'", "not cancelled"},
+       "/all/b", "the position of 'arm' when 'b' begins is unknown before the run: it depends on where 'a'",
+       "not cancelled"},
       {"C8", [there](World& world) -> Command { return RuntimeCommand("a", world.driver(), lin(there)); }, "/a",
        "LIN gives", "it takes digital value"},
       {"C8",
@@ -402,7 +403,7 @@ void break_conditions() {
               "'wrist' and 'wrist' are both on 'arm'", "sensors on two arms");
   expect_told(wrong(R"({"gripper": "grapper", "is": "lost"})"), "/until/gripper", "there is no gripper 'grapper'",
               "did you mean 'gripper'?");
-  expect_told(wrong(R"({"any": []})"), "/until/any", "no condition stands here", "at least one");
+  expect_told(wrong(R"({"any": []})"), "/until/any", "no condition is given", "at least one");
 }
 
 void break_carriers() {
@@ -418,7 +419,7 @@ void break_beginnings() {
   cell.arms["arm"].device =
       &core.add(std::make_unique<device::Arm>("arm", arm, std::make_shared<test::FakeArm>(arm->home), core.period()));
   const RuntimeCommand moved("move", command::arm(cell, "arm"), ptp(arm->home));
-  expect_told(plan(moved), "/move", "'arm' has not told yet where it is", "a cycle of the core before");
+  expect_told(plan(moved), "/move", "the position of 'arm' is not known yet", "a cycle of the core before");
 }
 
 /// The TX90 knows one mode, and nothing feels on it.
@@ -434,7 +435,7 @@ void break_modes() {
     const auto loaded = runtime.load(RuntimeCommand("move", command::arm(cell, "arm"), action));
     return loaded ? Diagnostics() : loaded.error();
   };
-  expect_told(load(freedrive(cell, "arm")), "/move", "C8: nobody can guide 'arm' by hand", "the mode joint_impedance");
+  expect_told(load(freedrive(cell, "arm")), "/move", "C8: 'arm' cannot be guided by hand", "the mode joint_impedance");
   expect_told(load(with_compliance(hold(), JointCompliance{})), "/move",
               "for mode joint_impedance, which 'arm' does not take", "it takes them for position");
 }
@@ -490,7 +491,7 @@ TEST(CommandRulesBrokenOnce, AllOfThemAtOnce) {
 const std::vector<std::pair<std::string, std::string>> kElsewhere = {
     {" is not planned", "of actions that say they need a plan and make none: none does"},
     {"the arm has no inverse kinematics", "no model has so few joints"},
-    {"two arms as one exert nothing beside their springs", "there is one arm here; two_arms_test.cc has the case"},
+    {"two arms as one have stiffness only, no force", "there is one arm here; two_arms_test.cc has the case"},
 };
 
 // A place of the source that says what is wrong has a case above. Whoever adds one adds a case.

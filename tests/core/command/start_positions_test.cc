@@ -22,7 +22,7 @@ class WhereaboutsTest : public testing::Test {
     EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
   }
   void expect_unknown(const Command& command, const char* who) {
-    EXPECT_THAT(plan(command).to_string(), HasSubstr(std::string("will be when '") + who + "' begins"));
+    EXPECT_THAT(plan(command).to_string(), HasSubstr(std::string("when '") + who + "' begins is unknown"));
     EXPECT_FALSE(cell.runtime.load(command).has_value());
   }
   test::CommandCell cell;

@@ -123,9 +123,9 @@ TEST_F(BadBaseFile, EveryRuleOnce) {
       {device, "\"wheel_radius_m\": 0.0475", "\"wheel_radius_m\": 0", "/drive/wheel_radius_m"},
       {device, "\"track_m\": 0.3,", "", "key 'track_m' is missing"},
       {device, "\"rear_left\", \"rear_right\"", "\"rear_left\"", "3 wheels"},
-      {device, "\"rear_left\", \"rear_right\"", "\"rear_left\", \"rear_left\"", "stands twice"},
+      {device, "\"rear_left\", \"rear_right\"", "\"rear_left\", \"rear_left\"", "duplicate wheel"},
       {device, "\"rear_right\"]", "\"rear_rihgt\"]", "did you mean 'rear_right'?"},
-      {device, "\"rear_right\"]", "\"yaw\"]", "joint 'yaw' is no wheel"},
+      {device, "\"rear_right\"]", "\"yaw\"]", "joint 'yaw' is not a wheel"},
       {device, "16.84", "15", "would turn a wheel with 16.77 rad/s, beyond 15"},
       {device, "\"linear_jerk_m_s3\": 6", "\"linear_jerk_m_s3\": -6", "/limits/linear_jerk_m_s3"},
       {device, "\"linear_jerk_m_s3\"", "\"linear_jerk\"", "did you mean 'linear_jerk_m_s3'?"},
@@ -137,7 +137,7 @@ TEST_F(BadBaseFile, EveryRuleOnce) {
       {urdf, "<limit velocity=\"0.6\" effort=\"46\"/>", "", "joint 'yaw' has no velocity limit"},
       {urdf, "<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 -1 0\"/>", "are not those of a base"},
       {urdf, "<origin xyz=\"0.235 0.15 0.0475\"/>\n    <axis xyz=\"0 1 0\"/>",
-       "<origin xyz=\"0.235 0.15 0.0475\"/>\n    <axis xyz=\"0 -1 0\"/>", "joint 'front_left' is no wheel"},
+       "<origin xyz=\"0.235 0.15 0.0475\"/>\n    <axis xyz=\"0 -1 0\"/>", "joint 'front_left' is not a wheel"},
   };
   for (const Mistake& one : mistakes) {
     SCOPED_TRACE(std::string(one.from) + " -> " + one.to);

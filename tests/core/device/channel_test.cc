@@ -108,11 +108,11 @@ TEST(Channel, WhatIsWrongIsSaidAtOnce) {
   const std::string all =
       diagnostics_of({.name = "", .unit = "parsec", .frame = "a>b", .initial = true, .timeout = -1});
   EXPECT_THAT(all, HasSubstr("needs a name"));
-  EXPECT_THAT(all, HasSubstr("'parsec' is no unit"));
-  EXPECT_THAT(all, HasSubstr("'a>b' is no frame of a Real"));
+  EXPECT_THAT(all, HasSubstr("'parsec' is not a unit"));
+  EXPECT_THAT(all, HasSubstr("'a>b' is not a frame of a Real"));
   EXPECT_THAT(all, HasSubstr("a Boolean, but the channel carries a Real"));
   EXPECT_THAT(all, HasSubstr("timeout below 0"));
-  EXPECT_THAT(diagnostics_of({.name = "x", .unit = "u"}), HasSubstr("is no unit"));
+  EXPECT_THAT(diagnostics_of({.name = "x", .unit = "u"}), HasSubstr("is not a unit"));
   EXPECT_THAT(diagnostics_of({.name = "x", .unit = "N,N*m"}), HasSubstr("two units"));
   EXPECT_THAT(diagnostics_of({.name = "x", .type = ValueType::kBoolean, .unit = "m"}), HasSubstr("carries no unit"));
   EXPECT_THAT(diagnostics_of({.name = "x", .type = ValueType::kFrame, .frame = "a"}), HasSubstr("'A>B'"));

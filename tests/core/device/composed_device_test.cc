@@ -30,7 +30,7 @@ TEST(ComposedDevice, APartStandsOnceAndThereIsOne) {
   const auto inner = ComposedDevice::make("inner", {&a});
   const auto twice = ComposedDevice::make("outer", {&a, inner->get()});
   ASSERT_FALSE(twice);
-  EXPECT_THAT(twice.error().to_string(), HasSubstr("stands twice in 'outer'"));
+  EXPECT_THAT(twice.error().to_string(), HasSubstr("'outer' contains a device twice"));
   EXPECT_FALSE(ComposedDevice::make("empty", {}));
 }
 

@@ -217,7 +217,7 @@ TEST(SignalFiles, WrongOnesAreFindingsWithTheirPlace) {
   EXPECT_THAT(wrong("wsg50", read_gripper, "[5, 80]", "[80, 5]"), HasSubstr("/force_N"));
   EXPECT_THAT(wrong("wsg50", read_gripper, "\"pad_friction\": 0.7,", ""), HasSubstr("pad_friction"));
   EXPECT_THAT(wrong("io_block", read_io, "\"stop\": \"off\"", "\"stop\": 3"), HasSubstr("/digital_outputs/do1/stop"));
-  EXPECT_THAT(wrong("io_block", read_io, "\"unit\": \"V\"", "\"unit\": \"volt\""), HasSubstr("'volt' is no unit"));
+  EXPECT_THAT(wrong("io_block", read_io, "\"unit\": \"V\"", "\"unit\": \"volt\""), HasSubstr("'volt' is not a unit"));
   EXPECT_THAT(wrong("io_block", read_io, "\"stop\": 0", "\"stop\": 11"), HasSubstr("a number in the range"));
   EXPECT_THAT(wrong("io_block", read_io, "\"ai2\"", "\"di2\""), HasSubstr("the name of two terminals"));
   EXPECT_THAT(wrong("light_barrier", read_light_barrier, "\"range_m\": 4", "\"range_m\": -1"), HasSubstr("/range_m"));

@@ -158,7 +158,7 @@ std::vector<Bad> bad_files() {
       {"extra end", "<robot name='r'/></robot>", {"</robot> closes nothing"}},
       {"two robots", "<robot name='r'/><robot name='r'/>", {"a second root element"}},
       {"unquoted", "<robot name=r/>", {"not quoted"}},
-      {"attribute twice", "<robot name='r' name='s'/>", {"'name' stands twice"}},
+      {"attribute twice", "<robot name='r' name='s'/>", {"duplicate attribute 'name'"}},
       {"entity", "<robot name='&x;'/>", {"unknown entity '&x;"}},
       {"doctype", "<!DOCTYPE robot [<!ENTITY x 'y'>]><robot name='r'/>", {"line 1", "DOCTYPE", "not allowed"}},
       {"encoding", "<?xml version='1.0' encoding='utf-16'?><robot name='r'/>", {"encoding other than UTF-8"}},

@@ -68,7 +68,7 @@ TEST(ChooseSolution, SaysWhyThereIsNone) {
   EXPECT_THAT(choose_solution(chain, limits, X, near).error().to_string(),
               HasSubstr("/goal: error: the pose is out of reach (2.062 m from the base)"));
   X.translation().x() = std::numeric_limits<double>::infinity();
-  EXPECT_THAT(choose_solution(chain, limits, X, near).error().to_string(), HasSubstr("the pose is no rotation"));
+  EXPECT_THAT(choose_solution(chain, limits, X, near).error().to_string(), HasSubstr("the pose is not a rotation"));
   JointVector q(7);
   q << 0.1, -0.5, 0.2, 1.5, 0.1, -1.0, 0.3;
   limits.lower = q + JointVector::Constant(7, 0.01);

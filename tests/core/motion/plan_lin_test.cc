@@ -272,7 +272,7 @@ TEST_F(PlanLinOnLwr, RefusesALineThroughASingularity) {
 TEST_F(PlanLinOnLwr, RefusesWhatIsNoPoseAndNoOption) {
   Eigen::Isometry3d goal = X0_;
   goal.translation().x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(refusal(goal), HasSubstr("/goal: error: the pose is no rotation"));
+  EXPECT_THAT(refusal(goal), HasSubstr("/goal: error: the pose is not a rotation"));
   goal = X0_;
   goal.linear() *= 2.0;
   EXPECT_THAT(refusal(goal), HasSubstr("/goal: error"));

@@ -223,7 +223,7 @@ TEST(PlanTakeOver, WhatCannotBeTakenOverIsSaid) {
   EXPECT_THAT(refusal(0.1, {}, on), HasSubstr("/blend: error: none was asked for"));
   EXPECT_THAT(refusal(0.1, {Blend::Kind::kFraction, 0.7}, on), HasSubstr("at most 0.5"));
   EXPECT_THAT(refusal(0.1, some, back), HasSubstr("turns straight back"));
-  EXPECT_THAT(refusal(0.1, some, goal), HasSubstr("no way"));
+  EXPECT_THAT(refusal(0.1, some, goal), HasSubstr("no length"));
   EXPECT_THAT(refusal(motion.duration() - 0.5 * kLead, some, on), HasSubstr("/tau: error"));
   EXPECT_THAT(refusal(0.0, some, on), HasSubstr("/tau: error: 0.0000 s")) << "it has not begun";
   EXPECT_FALSE(plan_take_over(arm.model(), {.motion = motion, .tau = 0.1, .blend = some}, {}));

@@ -279,7 +279,7 @@ TEST(Stop, ATableSurvivesJsonAndABadOneIsRefused) {
   EXPECT_THAT(refusal("[[0.5, 2, 2, 2, 9, 0, 0]]"), testing::HasSubstr("ends at s = 0.5"));
   EXPECT_THAT(refusal("[[0.5, 2, 2, 2, 9, 0, 0], [0.4, 2, 2, 2, 9, 0, 0]]"), testing::HasSubstr("/stop/1"));
   EXPECT_THAT(refusal("[[1.0, 2, 2, 2, 0, 0, 0]]"), testing::HasSubstr("above 0"));
-  EXPECT_THAT(refusal("{}"), testing::HasSubstr("no list"));
+  EXPECT_THAT(refusal("{}"), testing::HasSubstr("not a list"));
 }
 
 }  // namespace

@@ -146,8 +146,8 @@ std::string law_refusal(const char* text) {
 
 TEST(TimeLaw, RefusesWhatIsNoLawAndSaysWhy) {
   using testing::HasSubstr;
-  EXPECT_THAT(law_refusal("3"), HasSubstr("/law: error: a time law is no list"));
-  EXPECT_THAT(law_refusal("[[1, 2], [1]]"), HasSubstr("/law/1: error: a segment of a time law is no pair"));
+  EXPECT_THAT(law_refusal("3"), HasSubstr("/law: error: a time law is not a list"));
+  EXPECT_THAT(law_refusal("[[1, 2], [1]]"), HasSubstr("/law/1: error: a segment of a time law is not a pair"));
   EXPECT_THAT(law_refusal("[[-1, 2]]"), HasSubstr("/law/0: error: duration -1"));
   EXPECT_THAT(law_refusal("[[1, 6]]"), HasSubstr("ends with ds = 3 1/s")) << "at s = 1, but in motion";
   EXPECT_THAT(law_refusal("[[1, 1], [2, -1], [1, 1]]"), HasSubstr("ends at s = 2"));

@@ -154,7 +154,7 @@ TEST_F(TorqueOfPtp, ALoadThatNobodyCanHoldIsRefusedWithItsTorque) {
   const auto motion = plan(load_);
   ASSERT_FALSE(motion);
   const std::string text = motion.error().to_string();
-  EXPECT_THAT(text, HasSubstr("cannot carry arm and load of 60.00 kg: at 70 % of the way it needs 578.4 N m to hold"));
+  EXPECT_THAT(text, HasSubstr("cannot carry arm and load of 60.00 kg: at 70 % of the path it needs 578.4 N m to hold"));
   EXPECT_THAT(text, HasSubstr("a lighter load, or a posture nearer to the base"));
   EXPECT_THAT(text, HasSubstr("/goal"));
 }

@@ -183,7 +183,7 @@ TEST(OnNull, WhatCannotBeDeclared) {
                           AllOf(HasSubstr("/primitives/3/on_null/a"), HasSubstr("none at all"))));
   d.primitives[1].on_null = 5;
   EXPECT_THAT(error_texts(d),
-              testing::Contains(HasSubstr("/primitives/1/on_null: error: \"on_null\" is no JSON object")));
+              testing::Contains(HasSubstr("/primitives/1/on_null: error: \"on_null\" is not a JSON object")));
 }
 
 TEST(OnNull, RowN4NullPassesLogicSelectionsAndMerges) {

@@ -287,7 +287,7 @@ TEST(Formula, MalformedTextsAreRefused) {
   }
   const PrimitiveInfo& numbers = *Registry::global().find("TestLess");
   EXPECT_TRUE(parse_formula("a < 1.5 | -2 <= b & a = b", numbers));
-  EXPECT_FALSE(parse_formula("a", numbers)) << "a is no Boolean";
+  EXPECT_FALSE(parse_formula("a", numbers)) << "a is not a Boolean";
 }
 
 }  // namespace

@@ -133,15 +133,15 @@ TEST(Fragment, MistakesInPortsAreNamedOnce) {
   std::vector<std::string> texts;
   for (const Diagnostic& diagnostic : net.error().list())
     texts.push_back(diagnostic.pointer + " " + diagnostic.message);
-  EXPECT_THAT(texts, testing::UnorderedElementsAre(
-                         HasSubstr("/fragments/0/inputs/0/to 'x' (TestAdd) has no input 'aa'"),
-                         HasSubstr("/fragments/0/outputs/0/from there is no primitive or fragment 'y'"),
-                         HasSubstr("/fragments/1/id id 'end' stands twice"),
-                         HasSubstr("/fragments/1/inputs/1 port 'w' stands twice"),
-                         HasSubstr("/fragments/1/inputs/2 'active' is no name"),
-                         HasSubstr("/fragments/1/net/primitives/0 input 'end/x.a' (Real) is not linked"),
-                         HasSubstr("/links/2/from fragment 'f' has no output 'p'"),
-                         HasSubstr("/links/3/to fragment 'f' has no input 'activ'")));
+  EXPECT_THAT(
+      texts, testing::UnorderedElementsAre(
+                 HasSubstr("/fragments/0/inputs/0/to 'x' (TestAdd) has no input 'aa'"),
+                 HasSubstr("/fragments/0/outputs/0/from there is no primitive or fragment 'y'"),
+                 HasSubstr("/fragments/1/id duplicate id 'end'"), HasSubstr("/fragments/1/inputs/1 duplicate port 'w'"),
+                 HasSubstr("/fragments/1/inputs/2 invalid port name 'active'"),
+                 HasSubstr("/fragments/1/net/primitives/0 input 'end/x.a' (Real) is not linked"),
+                 HasSubstr("/links/2/from fragment 'f' has no output 'p'"),
+                 HasSubstr("/links/3/to fragment 'f' has no input 'activ'")));
 }
 
 TEST(Fragment, ActivityThatWaitsForItsOwnFragmentIsACycle) {

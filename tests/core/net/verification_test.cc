@@ -64,8 +64,8 @@ TEST(Verification, UnknownTypeWithTheNearestOne) {
 
 TEST(Verification, IdsAreValidAndUnique) {
   EXPECT_THAT(errors(ending().add("end", "TestMetres").add("a.b", "TestMetres").add("", "TestMetres")),
-              ElementsAre(is("/primitives/1/id", "'end' stands twice"), is("/primitives/2/id", "'a.b' is no id"),
-                          is("/primitives/3/id", "'' is no id")));
+              ElementsAre(is("/primitives/1/id", "duplicate id 'end'"), is("/primitives/2/id", "invalid id 'a.b'"),
+                          is("/primitives/3/id", "invalid id ''")));
 }
 
 TEST(Verification, Parameters) {

@@ -86,16 +86,16 @@ TEST(Plugin, LoadsOnceAndItsPrimitiveRunsInANet) {
   EXPECT_THAT(refusal(sample("good")), HasSubstr("a plug-in 'good' is loaded already"));
   // A name that is taken refuses the whole plug-in, what was free in it too.
   EXPECT_THAT(refusal(sample("clash")),
-              HasSubstr("clash.so: error: a primitive 'SampleGain' is there already, in family "
+              HasSubstr("clash.so: error: primitive 'SampleGain' is registered already, in family "
                         "'sample'"));
   EXPECT_EQ(net::Registry::global().find("SampleOther"), nullptr);
 }
 
 TEST(Plugin, FaultyOnesAreFindingsAndAddNothing) {
-  EXPECT_THAT(refusal(sample("broken")), HasSubstr("SampleBroken.out: 'furlong//' is no unit"));
+  EXPECT_THAT(refusal(sample("broken")), HasSubstr("SampleBroken.out: 'furlong//' is not a unit"));
   EXPECT_THAT(refusal(sample("twice")), HasSubstr("declares primitive 'SampleOther' twice"));
   EXPECT_THAT(refusal(sample("empty")), HasSubstr("brings nothing"));
-  EXPECT_THAT(refusal(sample("plain")), HasSubstr("is no plug-in of takt (TAKT_PLUGIN"));
+  EXPECT_THAT(refusal(sample("plain")), HasSubstr("is not a plug-in of takt (TAKT_PLUGIN"));
   EXPECT_THAT(refusal(sample("lacking")), HasSubstr("takt::net::a_function_of_another_takt(double)"));
   EXPECT_EQ(net::Registry::global().find("SampleBroken"), nullptr);
   EXPECT_EQ(net::Registry::global().find("SampleOther"), nullptr);
@@ -114,11 +114,11 @@ TEST(Plugin, OtherVersionAndOtherFlagsAreNamed) {
 
 TEST(Plugin, WhatIsNoSharedObjectIsRefusedUnread) {
   EXPECT_THAT(refusal("no/such.so"), HasSubstr("no/such.so: error: there is no such file"));
-  EXPECT_THAT(refusal(std::filesystem::path(PLUGINS)), HasSubstr("is no file"));
+  EXPECT_THAT(refusal(std::filesystem::path(PLUGINS)), HasSubstr("is not a file"));
   const File empty("");
-  EXPECT_THAT(refusal(empty.path()), HasSubstr("is no shared object"));
+  EXPECT_THAT(refusal(empty.path()), HasSubstr("is not a shared object"));
   const File text("#!/bin/sh\necho hello\n");
-  EXPECT_THAT(refusal(text.path()), HasSubstr("is no shared object"));
+  EXPECT_THAT(refusal(text.path()), HasSubstr("is not a shared object"));
   std::string bytes = bytes_of(sample("good"));
   bytes[18] = 0x28;  // EM_ARM
   const File foreign(bytes);

@@ -83,7 +83,7 @@ TEST_F(DevicePrimitives, U1_UnitOfTheDeviceIsThatOfThePorts) {
   net.link("in.value", "sum.a");
   net.link("stopwatch.elapsed", "sum.b");
   const auto mixed = net::CompiledNet::compile(net, devices);
-  ASSERT_FALSE(mixed) << "a volt is no second";
+  ASSERT_FALSE(mixed) << "a volt is not a second";
   EXPECT_THAT(mixed.error().to_string(), HasSubstr("V"));
 }
 

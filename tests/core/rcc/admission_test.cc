@@ -55,7 +55,7 @@ TEST(Admission, T5_InRealTimeLoadRefusesWhatDoesNotFitBesideWhatRuns) {
 
   const auto fourth = core.load(adders(1'000));
   ASSERT_FALSE(fourth);
-  EXPECT_THAT(fourth.error().to_string(), HasSubstr("and those that run"));
+  EXPECT_THAT(fourth.error().to_string(), HasSubstr("the running ones"));
   EXPECT_THAT(fourth.error().to_string(), HasSubstr("the budget is"));
   const auto small = core.load(adders(10));
   EXPECT_TRUE(small) << small.error().to_string();

@@ -160,8 +160,8 @@ TEST_F(ChannelsTest, UnknownChannelsOfOtherTypesAndForeignWritersAreRejected) {
   EXPECT_THAT(rejected(counter("speed")), HasSubstr("'speed' is written from outside, not by nets"));
   const auto again = core->declare({.name = "speed", .unit = "parsec"});
   ASSERT_FALSE(again);
-  EXPECT_THAT(again.error().to_string(), HasSubstr("'speed' is there already"));
-  EXPECT_THAT(again.error().to_string(), HasSubstr("'parsec' is no unit"));
+  EXPECT_THAT(again.error().to_string(), HasSubstr("'speed' exists already"));
+  EXPECT_THAT(again.error().to_string(), HasSubstr("'parsec' is not a unit"));
 }
 
 TEST_F(ChannelsTest, D2_ValuesFromOutsideAreRecordedWithTheirCycleAndReplayBitForBit) {

@@ -216,7 +216,7 @@ TEST_F(Requests, UnloadAndUnwatchNeedNoRoom) {
   fill_queue(ready);
   const auto refused = core->watch(net, "clock.time");
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().to_string(), HasSubstr("512 requests wait for the next cycle"));
+  EXPECT_THAT(refused.error().to_string(), HasSubstr("the queue of 512 requests is full"));
   core->unwatch(*watch);
   EXPECT_TRUE(core->unload(also_ready));
   guarded_step(*core);

@@ -135,7 +135,7 @@ TEST_F(TreeTest, ABranchAsksASensorInANet) {
   EXPECT_THAT(said_by(ask), ElementsAre("pushed"));
   fake.sensor->silent = true;
   EXPECT_EQ(run(ask), Progress::kFailed);
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("nobody knows whether this holds"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("this cannot be decided"));
 }
 
 TEST_F(TreeTest, AllWaysAreRehearsed) {

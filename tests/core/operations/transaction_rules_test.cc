@@ -94,10 +94,10 @@ TEST_F(TransactionRulesTest, C8_AnActionOffersItsStates) {
       "/program/on/0", "it offers started, completed");
   expect_refused(transaction(R"("w": {"do": "wait", "start": true, "seconds": 1})",
                              R"(, "on": [{"entered": {"action": "w", "is": "error"}, "cancel": "w"}])"),
-                 "C8: 'w' is no action", "/program/on/0", "completed");
+                 "C8: 'w' is not an action", "/program/on/0", "completed");
   expect_refused(transaction(R"("w": {"do": "ptp", "start": true, "to": "home"})",
                              R"(, "capture": {"x": {"value": {"progress": "t"}}})"),
-                 "C8: 't' is no motion", "/program/capture/x", "a motion");
+                 "C8: 't' is not a motion", "/program/capture/x", "a motion");
 }
 
 TEST_F(TransactionRulesTest, C9_SomethingMustStart) {
@@ -127,7 +127,8 @@ TEST_F(TransactionRulesTest, AMotionBeginsWhereItIsKnownToBegin) {
       "on": [{"entered": {"sensor": "wrist", "above_N": 5}, "cancel": "insert"}]},
       "up": {"do": "lin", "to": {"by_m": [0, 0, 0.02]}})";
   expect_refused(transaction(insert, R"(, "on": [{"entered": {"completed": "insert"}, "start": "up"}])"),
-                 "nobody knows before where 'arm' will be when 'up' begins", "/program/commands/up", "not cancelled");
+                 "the position of 'arm' when 'up' begins is unknown before the run", "/program/commands/up",
+                 "not cancelled");
   EXPECT_FALSE(wrong(transaction(insert, R"(, "on": [{"entered": {"all": [{"completed": "insert"},
       {"not": {"cancelled": "insert"}}]}, "start": "up"}])"))
                    .has_errors());
@@ -162,8 +163,8 @@ TEST_F(TransactionRulesTest, TheFormIsTold) {
        {"/program/cmmands: error", "/program/commands/a/do: error: there is no command 'fly'",
         "/program/commands/b/name: error: a second name", "/program/commands/b/start: error",
         "/program/commands/d/blend_m: error", "/program/commands/e: error", "'f/g'",
-        "/program/on/0: error: exactly one event", "/program/on/0: error: nothing happens then",
-        "/program/on/1: error: exactly one event", "/program/on/2/entered: error: no state stands here",
+        "/program/on/0: error: exactly one event", "/program/on/0: error: the event handler has no effect",
+        "/program/on/1: error: exactly one event", "/program/on/2/entered: error: no state is given",
         "/program/on/2/tell: error: an empty text", "/program/on/3/entered/channel: error: 'speed' carries Real",
         "/program/on/3/after_s: error", "/program/on/4: error", "/program/capture/x: error",
         "/program/on_cancel: error"})

@@ -150,7 +150,7 @@ TEST_F(JogStepTest, AFrameIsFollowedUntilAConditionHolds) {
 
 TEST_F(JogStepTest, WhatIsWrongIsToldWithItsPlace) {
   EXPECT_THAT(wrong(R"({"do": "jog", "while": {"channel": "enable"}})").to_string(),
-              HasSubstr("/program: error: nothing says how fast"));
+              HasSubstr("/program: error: no velocity is given"));
   EXPECT_THAT(wrong(R"({"do": "jog", "channel": "stick"})").to_string(), HasSubstr("'while'"));
   EXPECT_THAT(wrong(R"({"do": "jog", "channel": "speed", "while": {"channel": "enable"}})").to_string(),
               HasSubstr("/program/channel: error: 'speed' carries Real (a channel of type Twist)"));

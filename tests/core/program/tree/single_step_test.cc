@@ -37,7 +37,7 @@ class SingleStepTest : public test::ActivityTest {
   std::map<std::string, ProgramRunner::Known> known;
 };
 
-constexpr const char* kProgram = R"({"do": "sequence", "variables": {"n": 0, "h": {"unit": "m"}}, "steps": [
+constexpr const char* kTwoSteps = R"({"do": "sequence", "variables": {"n": 0, "h": {"unit": "m"}}, "steps": [
   {"do": "repeat", "times": 2, "as": "i", "steps": [
     {"do": "let", "name": "count", "values": {"n": "$n + 2"}}, {"do": "wait", "name": "rest", "seconds": 0.003}]},
   {"do": "wait", "name": "until", "until": "$n == 4"},
@@ -47,23 +47,23 @@ constexpr const char* kProgram = R"({"do": "sequence", "variables": {"n": 0, "h"
   {"do": "stop", "name": "end"}]})";
 
 TEST_F(SingleStepTest, EachStepAsksOnceInTheOrderInWhichTheyBeginAndTellsWhatChanged) {
-  EXPECT_THAT(run_by_steps(good(kProgram)),
+  EXPECT_THAT(run_by_steps(good(kTwoSteps)),
               ElementsAre("count", "rest", "count", "rest", "until", "measure", "left", "right", "end"));
   EXPECT_THAT(changes, ElementsAre("h=unknown n=0 i=0 ", "n=2 ", "i=1 ", "n=4 ", "", "", "h=0.25 m ", "", ""));
 }
 
 TEST_F(SingleStepTest, TheRunIsTheSameAsWithoutStops) {
-  ASSERT_EQ(run(kProgram), Progress::kDone);
+  ASSERT_EQ(run(kTwoSteps), Progress::kDone);
   const auto log_without = log;
   const int cycles_without = cycles;
   log.clear();
-  (void)run_by_steps(good(kProgram));
+  (void)run_by_steps(good(kTwoSteps));
   EXPECT_EQ(log, log_without);
   EXPECT_EQ(cycles, cycles_without);
 }
 
 TEST_F(SingleStepTest, NobodyAsksWhileItIsHeldOrRunsFreely) {
-  const Program program = good(kProgram);
+  const Program program = good(kTwoSteps);
   (void)run(program, [&](int cycle, ProgramRunner& runner) {
     if (cycle == 0) {
       runner.set_single_step(true);

@@ -167,7 +167,7 @@ TEST_F(PairCommandTest, AnInternalForceIsALimitThatFailsTheTransactionAtItsPlace
   ASSERT_EQ(run(tree(motions), [&](int, ProgramRunner&) { squeeze(tool().z() > from.z() + 0.03 ? 30.0 : 5.0); }),
             Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/commands/carry/steps/0/unless")) << diagnostics.to_string();
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("this must not hold and did"));
+  EXPECT_THAT(diagnostics.to_string(), HasSubstr("'abort_if' became true"));
   EXPECT_LT(apart, 1e-9) << "on the path";
   EXPECT_LT(tool().z(), from.z() + 0.06);
   // The limit of a motion is none of the next one's.
@@ -230,8 +230,9 @@ TEST_F(PairCommandTest, WhereTheyBeginIsKnownBeforeOrRefused) {
                                        R"(, "on": [{"entered": {"all": [{"completed": "l"}, {"completed": "r"}]},
                                                  "start": "up"}])"));
   EXPECT_THAT(pointers(found), ElementsAre("/program/commands/up"));
-  EXPECT_THAT(found.to_string(), HasSubstr("nobody knows before where 'right' will be when 'up' begins: it depends on "
-                                           "where 'r' may have been cut short"));
+  EXPECT_THAT(found.to_string(),
+              HasSubstr("the position of 'right' when 'up' begins is unknown before the run: it depends on "
+                        "where 'r' may have been cut short"));
   const Diagnostics chance =
       wrong(tree(one + lin("up", "0, 0, 0.05"), R"(, "on": [{"entered": {"input": "x"}, "start": "up"}])"));
   EXPECT_TRUE(chance.has_errors());

@@ -78,7 +78,7 @@ TEST_F(ExpressionTest, UnitsAreCarriedAndCompared) {
   EXPECT_THAT(wrong("h + 1"), AllOf(HasSubstr("'+' joins a number in m and a number without a unit"),
                                     HasSubstr("character 3"), HasSubstr("0.1[m]")));
   EXPECT_THAT(wrong("h < 3[N]"), HasSubstr("'<' joins a number in m and a number in N"));
-  EXPECT_THAT(wrong("3[furlong]"), HasSubstr("'furlong' is no unit"));
+  EXPECT_THAT(wrong("3[furlong]"), HasSubstr("'furlong' is not a unit"));
   EXPECT_THAT(wrong("sin(h)"), HasSubstr("'sin' takes an angle, such as 90[deg], here is a number in m"));
 }
 
@@ -123,7 +123,7 @@ TEST_F(ExpressionTest, WhatIsMeasuredCanBeAskedFor) {
   EXPECT_EQ(shown("x(pose('tray'))"), "0.5 m");
   EXPECT_EQ(shown("z(touch('arm'))"), "3 m");
   EXPECT_THAT(wrong("pose('tary')"), HasSubstr("tary"));
-  EXPECT_THAT(wrong("touch('amr')"), HasSubstr("there is no arm 'amr'"));
+  EXPECT_THAT(wrong("touch('amr')"), HasSubstr("there neither an arm 'amr'"));
   EXPECT_THAT(wrong("input('button')"), HasSubstr("there is no input 'button'"));
   EXPECT_THAT(wrong("width('gripper')"), HasSubstr("there is no gripper 'gripper'"));
 }
@@ -153,7 +153,7 @@ TEST_F(ExpressionTest, WhatCannotBeReadIsRefused) {
   EXPECT_THAT(wrong("'open"), HasSubstr("the text has no end"));
   EXPECT_THAT(wrong("1[m"), HasSubstr("the unit has no end"));
   EXPECT_THAT(wrong("#"), HasSubstr("'#' begins no value"));
-  EXPECT_THAT(wrong("1e999"), HasSubstr("no number"));
+  EXPECT_THAT(wrong("1e999"), HasSubstr("not a number"));
   EXPECT_THAT(wrong(std::string(60, '(') + "1" + std::string(60, ')')), HasSubstr("nested too deeply"));
   EXPECT_THAT(wrong(std::string(2000, '1')), HasSubstr("at most 1000"));
   EXPECT_THAT(wrong(std::string(500, '-') + "1"), HasSubstr("nested too deeply"));
@@ -174,8 +174,8 @@ TEST_F(ExpressionTest, WhatGrowsInALoopIsBounded) {
 }
 
 TEST_F(ExpressionTest, WhatHasNoValueIsAnErrorInTheRun) {
-  EXPECT_THAT(wrong("1 / 0"), HasSubstr("1 / 0 is no number"));
-  EXPECT_THAT(wrong("sqrt(-1)"), HasSubstr("the result is no number"));
+  EXPECT_THAT(wrong("1 / 0"), HasSubstr("1 / 0 is not a number"));
+  EXPECT_THAT(wrong("sqrt(-1)"), HasSubstr("the result is not a number"));
   EXPECT_THAT(wrong("list[2]"), HasSubstr("element 2 of 2"));
   EXPECT_THAT(wrong("list[0.5]"), HasSubstr("element 0.5"));
   EXPECT_THAT(wrong("mean([])"), HasSubstr("an empty list"));
