@@ -255,6 +255,7 @@ void Driver::step_connecting() {
   if (now() - stage_since_ > kConnectTime) return lose_connection("no answer");
   if (!rtde_link_.open() || !dashboard_link_.open() || !script_link_.open()) return;
   client_.begin();
+  rtde_link_.send(std::exchange(client_.out(), {}));
   set_stage(Stage::kSettingUp);
   last_package_ = now();
   tell("connected to " + hw::to_string({options_.host, kRtde}));
@@ -302,6 +303,7 @@ void Driver::refuse(const Diagnostics& problems) {
 void Driver::receive() {
   int packages = 0;
   rtde_link_.receive([&](std::string_view bytes) { packages += client_.receive(bytes); });
+  rtde_link_.send(std::exchange(client_.out(), {}));
   counts_.misshapen = client_.misshapen();
   for (const TextMessage& message : client_.take_messages()) tell("controller: " + message.text);
   if (client_.state() == Client::State::kRefused) return refuse(client_.problems());

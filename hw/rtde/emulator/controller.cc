@@ -39,6 +39,7 @@ Controller::Controller(const ControllerOptions& options, std::shared_ptr<const d
   add_socket_functions(library_, *this);
   programs_.installed["/programs/takt.urp"] = kWaiting;
   (void)programs_.load("/programs/takt.urp");
+  power_.step(time());
   plant_.q = arm->home;
   plant_.dq = JointVector::Zero(arm->home.size());
   knots_.fill(arm->home);

@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "hw/drivers.h"
 #include "hw/rtde/driver.h"
 #include "hw/rtde/emulator/emulated_robot.h"
-#include "hw/rtde/kind/kind.h"
 #include "hw/rtde/kind/lock_step_robot.h"
 #include "hw/wire/posix_network.h"
 
@@ -188,6 +188,10 @@ Result<std::unique_ptr<device::ControllerEmulator>> RtdeKind::emulate(
 
 }  // namespace
 
-std::unique_ptr<device::DriverKind> make_kind() { return std::make_unique<RtdeKind>(); }
-
 }  // namespace takt::rtde
+
+namespace takt::hw {
+
+std::unique_ptr<device::DriverKind> rtde_kind() { return std::make_unique<rtde::RtdeKind>(); }
+
+}  // namespace takt::hw

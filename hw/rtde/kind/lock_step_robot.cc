@@ -4,15 +4,23 @@
 
 namespace takt::rtde {
 
+namespace {
+
+constexpr Nanoseconds kSocketTime = 20 * kMillisecond;  // of the machine, for a package on its sockets
+
+}  // namespace
+
 LockStepRobot::LockStepRobot(const DriverOptions& options, const ControllerOptions& controller,
                              const device::DriverRequest& request, std::shared_ptr<device::ArmBackend> machine,
-                             const hw::VirtualFaults& faults, const emulation::DeviceClock& device_clock)
+                             const hw::VirtualFaults& faults, const emulation::DeviceClock& device_clock,
+                             hw::Network* sockets)
     : options_(options),
       period_(request.core_period),
       machine_(std::move(machine)),
       network_(clock_, request.seed, faults),
-      robot_(controller, request.description, machine_, network_, device_clock),
-      driver_(options, request, network_, clock_) {}
+      on_sockets_(sockets != nullptr),
+      robot_(controller, request.description, machine_, on_sockets_ ? *sockets : network_, device_clock),
+      driver_(options, request, on_sockets_ ? *sockets : network_, clock_) {}
 
 bool LockStepRobot::read(device::ArmSample& sample) {
   pass_cycle();
@@ -33,17 +41,25 @@ void LockStepRobot::advance(Nanoseconds now) {
     const Nanoseconds next = std::min(network_.next_arrival(), robot_.next_frame());
     if (next >= now) break;
     clock_.set(std::max(next, clock_.now()));
-    robot_.serve(next);
-    if (!frozen) driver_.poll();
+    serve(next);
   }
   clock_.set(now);
   robot_.look();
-  robot_.serve(now);
-  if (!frozen) driver_.poll();
+  serve(now);
   robot_.tell(cycle_, now);
   state_.begin();
   state_.add(driver_.hash());
   state_.add(robot_.controller().frame());
+}
+
+/// Both ends have their turn. What goes over sockets is there a moment later: the driver waits for the package of a
+/// frame.
+void LockStepRobot::serve(Nanoseconds now) {
+  const std::uint64_t frame = robot_.controller().frame();
+  robot_.serve(now);
+  if (frozen) return;
+  if (on_sockets_ && robot_.controller().frame() != frame && robot_.front()->clients() > 0) driver_.wait(kSocketTime);
+  driver_.poll();
 }
 
 }  // namespace takt::rtde

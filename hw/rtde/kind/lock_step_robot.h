@@ -9,14 +9,15 @@
 
 namespace takt::rtde {
 
-/// Driver and emulated controller in one thread, on a virtual wire and on virtual time: read() makes time go on by one
-/// core cycle, so it is called once in each. The same seed gives the same run, bit for bit.
+/// Driver and emulated controller in one thread and on virtual time: read() makes time go on by one core cycle, so it
+/// is called once in each. On a virtual wire the same seed gives the same run, bit for bit.
 class LockStepRobot final : public device::ArmDriver {
  public:
-  /// @param machine  the arm behind the controller, which lives in the core's cycle
+  /// @param machine  the arm behind the controller, which lives in the core's cycle @param sockets  in place of the
+  /// virtual wire: real sockets, whose packages take no virtual time; outlives it. Null: the virtual wire
   LockStepRobot(const DriverOptions& options, const ControllerOptions& controller, const device::DriverRequest& request,
                 std::shared_ptr<device::ArmBackend> machine, const hw::VirtualFaults& faults,
-                const emulation::DeviceClock& device_clock = {});
+                const emulation::DeviceClock& device_clock = {}, hw::Network* sockets = nullptr);
 
   /// Opens the controller's ports. Realtime: setup.
   [[nodiscard]] Result<void> begin() { return robot_.listen(options_.host); }
@@ -42,12 +43,14 @@ class LockStepRobot final : public device::ArmDriver {
 
  private:
   void advance(Nanoseconds now);
+  void serve(Nanoseconds now);
 
   DriverOptions options_;
   Nanoseconds period_;
   std::shared_ptr<device::ArmBackend> machine_;
   VirtualClock clock_;
   hw::VirtualNetwork network_;
+  bool on_sockets_;
   EmulatedRobot robot_;
   Driver driver_;
   std::int64_t cycle_ = -1;
