@@ -25,23 +25,34 @@ class Interpolator {
   /// `time` s after the cycle began.
   [[nodiscard]] motion::JointSample at(double time) const;
   /// Where the cycle began, and where it ends.
-  [[nodiscard]] const Joints& begin() const { return from_; }
-  [[nodiscard]] const Joints& end() const { return to_; }
+  [[nodiscard]] const Joints& begin() const { return told_.from; }
+  [[nodiscard]] const Joints& end() const { return told_.to; }
   /// As told from one instant to the next, at the beginning of this cycle: rad/s over the cycle, rad/s^2.
-  [[nodiscard]] Joints velocity() const { return (to_ - from_) / cycle_; }
-  [[nodiscard]] Joints acceleration() const { return (to_ - 2.0 * from_ + before_) / (cycle_ * cycle_); }
+  [[nodiscard]] Joints velocity() const { return (told_.to - told_.from) / cycle_; }
+  [[nodiscard]] Joints acceleration() const { return (told_.to - 2.0 * told_.from + told_.before) / (cycle_ * cycle_); }
   /// Commands missing in a row.
   [[nodiscard]] int missing() const { return missing_; }
 
  private:
-  [[nodiscard]] Joints next() const { return 3.0 * to_ - 3.0 * from_ + before_; }
-  void shift(const Joints& to);
-  [[nodiscard]] double share_of_gap() const;
+  /// Three positions, a cycle apart.
+  struct Track {
+    Joints before = Joints::Zero(), from = Joints::Zero(), to = Joints::Zero();
+
+    void stand(const Joints& q) { before = from = to = q; }
+    void go(const Joints& q) {
+      before = from;
+      from = to;
+      to = q;
+    }
+    /// The same acceleration once more.
+    [[nodiscard]] Joints next() const { return 3.0 * to - 3.0 * from + before; }
+  };
 
   double cycle_;
-  Joints before_ = Joints::Zero(), from_ = Joints::Zero(), to_ = Joints::Zero();
+  Track told_;
   int missing_ = 0;
-  Joints gap_ = Joints::Zero();  // between the first command after missing ones and where these had led
+  // After a gap: what was told in it goes on with its acceleration, and what is commanded takes over by and by.
+  Track bridge_;
   int since_gap_ = 0, gap_cycles_ = 0;
 };
 
