@@ -20,6 +20,7 @@ constexpr Nanoseconds kConnectTime = 5 * kSecond;    // in which connections and
 constexpr Nanoseconds kStartTime = 5 * kSecond;      // in which an uploaded program runs
 constexpr Nanoseconds kSilence = kSecond;            // without a package: the connection is given up
 constexpr Nanoseconds kLinkGap = 50 * kMillisecond;  // without a package: the controller's watchdog may have stopped us
+constexpr Nanoseconds kGapTime = 2 * kSecond;        // after a gap in which a stop is still taken for the watchdog's
 constexpr Nanoseconds kPayloadTime = 2 * kSecond;    // in which the controller shows the payload that it was told
 constexpr double kPayloadOpen = 1e-3;                // kg
 constexpr Nanoseconds kEchoTime = 200 * kMillisecond;  // in which our program follows another package
@@ -322,6 +323,7 @@ void Driver::receive() {
   // Of a burst only the newest package is answered.
   if (packages > 0) {
     counts_.packages += static_cast<std::uint64_t>(packages);
+    if (now() - last_package_ > kLinkGap) last_gap_ = now();
     take_package();
     last_package_ = now();
   }
@@ -417,7 +419,7 @@ void Driver::step_waiting(RuntimeState runtime) {
 /// Our program is gone. If the wire was silent before, the controller's watchdog did it; else somebody at the
 /// controller.
 void Driver::note_stop() {
-  const bool silent = now() - last_package_ > kLinkGap;
+  const bool silent = now() - last_gap_ < kGapTime;
   const bool other = static_cast<RuntimeState>(integer(kRuntimeState)) == RuntimeState::kPlaying;
   fault_ = other ? DriverFault::kOtherProgram : silent ? DriverFault::kPackagesMissing : DriverFault::kProgramStopped;
   may_upload_ = silent && !other;

@@ -171,7 +171,7 @@ class Driver : public device::ArmDriver {
   Client client_;
   DashboardClient dashboard_;
   Stage stage_ = Stage::kApart;
-  Nanoseconds stage_since_ = 0, last_package_ = 0;
+  Nanoseconds stage_since_ = 0, last_package_ = 0, last_gap_ = -kSecond * 3600;
   bool model_known_ = false, may_upload_ = true;
   DriverFault fault_ = DriverFault::kNotConnected;
   std::int32_t sequence_ = 0;

@@ -350,6 +350,7 @@ class Parser {
     auto list = make(kind);
     expect("[");
     parse_list("]", list->parts);
+    if (kind == Kind::kPose && list->parts.size() != 6) refuse("expected six coordinates of a pose");
     return list;
   }
   /// `p` is also a variable in common use: a pose has five commas between its brackets.

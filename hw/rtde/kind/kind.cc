@@ -13,6 +13,7 @@ namespace takt::rtde {
 
 namespace {
 
+constexpr double kSocketMargin = 4.0;                  // ms, for what wire, threads and core are late
 constexpr int kThreadPriority = 85;                    // of SCHED_FIFO, where permitted
 constexpr Nanoseconds kLookAround = 2 * kMillisecond;  // longest time between two looks of the driver's thread
 
@@ -111,15 +112,12 @@ class RtdeKind final : public device::DriverKind {
 };
 
 void RtdeKind::read_address(ObjectReader& reader, RtdeSettings& settings) {
-  settings.address = reader.text("address", "");
+  settings.address = reader.text("address", "virtual");
   if (settings.in_process()) return;
-  const auto endpoint = hw::parse_endpoint(settings.address, 30004);
-  if (settings.address.empty()) {
-    reader.diagnostics().error(Code::kMissing, reader.at("address"), "the controller's address is missing",
-                               "an IPv4 address such as 192.0.2.10, or virtual");
-  } else if (!endpoint) {
+  const auto endpoint = hw::parse_endpoint(settings.address, kRtdePort);
+  if (!endpoint) {
     reader.diagnostics().append(endpoint.error(), reader.at("address"));
-  } else if (endpoint->port != 30004) {
+  } else if (endpoint->port != kRtdePort) {
     reader.diagnostics().error(Code::kUnsupported, reader.at("address"), fmt::format("port {}", endpoint->port),
                                "the ports of a UR controller are fixed: give its address alone");
   } else {
@@ -128,9 +126,11 @@ void RtdeKind::read_address(ObjectReader& reader, RtdeSettings& settings) {
 }
 
 void RtdeKind::read_wire(ObjectReader& reader, RtdeSettings& settings) {
+  const double jitter_ms = reader.number("jitter_ms", 0.3, {.low = 0.0, .high = 10.0});
+  settings.faults.wire.jitter = in_nanoseconds(jitter_ms);
   settings.faults.wire.transport = in_nanoseconds(reader.number("transport_ms", 0.1, {.low = 0.0, .high = 10.0}));
-  settings.faults.wire.jitter = in_nanoseconds(reader.number("jitter_ms", 0.3, {.low = 0.0, .high = 10.0}));
-  settings.driver.margin = std::max(kMillisecond, settings.faults.wire.jitter);
+  const double margin_ms = settings.in_process() ? jitter_ms : kSocketMargin;
+  settings.driver.margin = in_nanoseconds(reader.number("margin_ms", margin_ms, {.low = 0.0, .high = 100.0}));
   settings.driver.transport = settings.faults.wire.transport;
 }
 
@@ -145,7 +145,7 @@ std::shared_ptr<const device::DriverSettings> RtdeKind::read(ObjectReader& reade
   driver.lookahead = reader.number("lookahead_s", 0.03, {.low = 0.03, .high = 0.2});
   driver.gain = reader.number("gain", 2000.0, {.low = 100.0, .high = 2000.0});
   driver.power_on = reader.boolean("power_on", false);
-  settings->emulated_peer = reader.boolean("emulated", false);
+  settings->emulated_peer = reader.boolean("emulated", hw::Endpoint{driver.host, 0}.is_loopback());
   read_wire(reader, *settings);
   if (driver.e_series) {
     settings->controller.version = {5, 12, 2, 1101534};

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "hw/wire/virtual_stream.h"
+
 namespace takt::rtde {
 
 namespace {
@@ -38,7 +40,9 @@ void LockStepRobot::set_payload(const device::PayloadSetting& payload) {
 /// two of them sees the state of the earlier one.
 void LockStepRobot::advance(Nanoseconds now) {
   for (;;) {
-    const Nanoseconds next = std::min(network_.next_arrival(), robot_.next_frame());
+    // What has arrived and was not taken has been offered already.
+    const Nanoseconds arrival = network_.next_arrival();
+    const Nanoseconds next = std::min(arrival > clock_.now() ? arrival : hw::VirtualPipe::kNever, robot_.next_frame());
     if (next >= now) break;
     clock_.set(std::max(next, clock_.now()));
     serve(next);

@@ -24,8 +24,9 @@ struct RtdeRig final : ArmRig {
     EXPECT_TRUE(robot->begin());
     backend = robot;
     pass_cycle = [this] { robot->pass_cycle(); };
-    // What the wire delays is made up for by extrapolation, and the way back costs acceleration.
-    smoothness = 1.02 + 2.0 * to_seconds(options.cycle());
+    // The controller makes velocities and accelerations of the positions of three cycles: where the jerk switches
+    // between them, the way from one to the next costs more acceleration.
+    smoothness = 1.02 + 7.0 * to_seconds(options.cycle());
     tracking = 1e-6;
     speed_noise = 1e-3;
   }

@@ -120,7 +120,7 @@ TEST(Urscript, WhatCannotBeIsRefusedWithItsPlace) {
   EXPECT_EQ(bench.error.column, 3);
   for (const std::string_view script :
        {"def p():\n note(1)\n", "note(", "a = ", "x = y", "if True:", "break", "note(1, 2)", "\"open", "1e999", "3 = 4",
-        "def (:", "pair()", "note(c=1)", "run note(1)", "@"}) {
+        "def (:", "pair()", "a = p[1,2,3,4,5,]", "note(c=1)", "run note(1)", "@"}) {
     EXPECT_TRUE(bench.run(script).starts_with("refused: ")) << script;
   }
 }
