@@ -131,6 +131,8 @@ def check_folders(names, say):
     for folder in sorted(folders):
         if not folder.startswith("tests/") and folder != "cmake" and folder + "/README.md" not in names:
             say(folder + "/README.md", 1, "this folder lacks its README: what belongs here, what does not")
+        elif folder + "/README.md" in names and not (ROOT / folder / "README.md").read_text().startswith("# "):
+            say(folder + "/README.md", 1, "a README begins with a heading, '# ...' (clang-format spoils Markdown files)")
 
 
 def check_semantics(names, say):
