@@ -53,8 +53,8 @@ struct ArmRig {
   std::shared_ptr<device::ArmBackend> backend;
   std::shared_ptr<ArmTap> tap;
   double told_resolution = 1e-12;  ///< rad: in which the drives are told positions
-  double tracking = 1e-9;     ///< rad: how far measured and told may lie apart
-  double speed_noise = 1e-9;  ///< rad/s: of the measured velocity
+  double tracking = 1e-9;          ///< rad: how far measured and told may lie apart
+  double speed_noise = 1e-9;       ///< rad/s: of the measured velocity
   double smoothness =
       1.001;                 ///< share of the acceleration limit that the drives may be told, faults of a wire included
   bool has_mass = false;     ///< it has a body: set points act in the cycle after them
