@@ -9,6 +9,7 @@
 
 #include "core/operations/jog.h"
 #include "core/operations/motion.h"
+#include "core/operations/motion_plan.h"
 #include "core/operations/press.h"
 #include "core/operations/wait.h"
 
@@ -196,10 +197,10 @@ TEST(UnitInOperation, ComesFromTheTableAndNotFromTheEndingOfTheKey) {
 }
 
 TEST(MotionNotes, ANoteWithoutANumberIsOfTheFirstMotion) {
-  std::vector<MotionRequest> requests(2);
+  std::vector<MotionTask> requests(2);
   requests[0].pointer = "/steps/3";
   requests[1].pointer = "/steps/4";
-  requests[1].blend.kind = motion::Blend::Kind::kDistance;
+  requests[1].blend.way.kind = motion::Blend::Kind::kDistance;
   Diagnostics notes;
   for (const char* pointer : {"", "/blend", "/1/blend", "/7/blend"}) notes.note(pointer, "stops at the goal");
   std::vector<std::string> pointers;
