@@ -14,6 +14,7 @@
 #include "core/activity/command_activity.h"
 #include "core/activity/composition.h"
 #include "core/activity/dual_entry_motion.h"
+#include "core/command/actions/device_action.h"
 #include "core/command/actions/online_action.h"
 #include "core/command/actions/overlay_action.h"
 #include "core/expression/device_sensors.h"

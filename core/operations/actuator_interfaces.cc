@@ -35,9 +35,10 @@ Result<motion::Leg> ptp_to_pose(const ArmModel& arm, const JointVector& q, const
 
 /// A motion as files have it, with a leg of the program's own. @param leg  from where the arm will be
 Activity make_motion(Runtime& runtime, PathKind kind, const std::string& label, const std::string& arm, LegOf leg,
-                     MotionParameters parameters) {
-  parameters.arm = arm;
-  const auto accepted = motion_parameters(kind).accept(std::move(parameters), runtime.cell());
+                     const MotionParameters& parameters) {
+  MotionTask task{parameters};
+  task.arm = arm;
+  const auto accepted = motion_parameters(kind).accept(std::move(task), runtime.cell());
   if (!accepted) return {runtime, refused_activity(arm + " " + label, arm, accepted.error())};
   return {runtime,
           motion_activity(label, arm, std::move(leg), options_of(*accepted, runtime.cell(), runtime.biases()))};

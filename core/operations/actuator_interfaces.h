@@ -13,6 +13,7 @@
 #include "core/operations/hold.h"
 #include "core/operations/jog.h"
 #include "core/operations/motion.h"
+#include "core/operations/operation_activity.h"
 #include "core/operations/press.h"
 #include "core/operations/search.h"
 #include "core/operations/set.h"
@@ -239,6 +240,14 @@ class Actuator {
   template <class Interface>
   [[nodiscard]] bool offers() const {
     return Interface::offered_by(runtime_->cell(), name_);
+  }
+  /// Any operation that is a command, by its parameters; also of a plug-in: robot.perform(PressParameters{.force = 5}).
+  template <class P>
+  [[nodiscard]] Activity perform(P parameters) const {
+    const OperationForm<P> form = form_of(parameters);
+    parameters.*form.device = name_;
+    return {*runtime_, operation_activity(form.type, form.table(), parameters, form.make, name_, runtime_->cell(),
+                                          runtime_->biases())};
   }
   /// Names of the interfaces that it offers.
   [[nodiscard]] std::vector<std::string> interfaces() const;
