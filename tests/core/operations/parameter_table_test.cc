@@ -9,6 +9,7 @@
 
 #include "core/operations/jog.h"
 #include "core/operations/motion.h"
+#include "core/operations/motion_plan.h"
 #include "core/operations/press.h"
 #include "core/operations/wait.h"
 
@@ -196,7 +197,7 @@ TEST(UnitInOperation, ComesFromTheTableAndNotFromTheEndingOfTheKey) {
 }
 
 TEST(MotionNotes, ANoteWithoutANumberIsOfTheFirstMotion) {
-  std::vector<MotionParameters> requests(2);
+  std::vector<MotionTask> requests(2);
   requests[0].pointer = "/steps/3";
   requests[1].pointer = "/steps/4";
   requests[1].blend.way.kind = motion::Blend::Kind::kDistance;
