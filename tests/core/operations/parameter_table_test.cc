@@ -204,8 +204,8 @@ TEST(MotionNotes, ANoteWithoutANumberIsOfTheFirstMotion) {
   Diagnostics notes;
   for (const char* pointer : {"", "/blend", "/1/blend", "/7/blend"}) notes.note(pointer, "stops at the goal");
   std::vector<std::string> pointers;
-  const Diagnostics in_file = notes_of_motions(notes, requests);
-  for (const Diagnostic& one : in_file.list()) pointers.push_back(one.pointer);
+  const Diagnostics seen = notes_of_motions(notes, requests);
+  for (const Diagnostic& one : seen.list()) pointers.push_back(one.pointer);
   EXPECT_THAT(pointers, ElementsAre("/steps/3/blend_fraction", "/steps/3/blend_fraction", "/steps/4/blend_m",
                                     "/steps/4/blend_m"));
 }
