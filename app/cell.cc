@@ -295,6 +295,7 @@ void Cell::tare(const std::string& sensor, std::int64_t cycles) {
     refuse(Code::kSensorSilent, fmt::format("'{}' did not answer, so it was not tared", name),
            "a sensor that is there");
   impl_->biases()[name] = *bias;
+  runtime().biases()[name] = *bias;
 }
 
 void Cell::wait(double seconds) {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/activity/actuator_interfaces.h"
 #include "core/expression/device_sensors.h"
+#include "core/operations/actuator_interfaces.h"
 #include "scenario/run_report.h"
 
 namespace takt::app {

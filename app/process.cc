@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,9 +13,8 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
-#include <new>
 
-#include <fmt/format.h>
+#include "core/base/last_catch.h"
 
 namespace takt::app {
 namespace {
@@ -55,28 +55,60 @@ void handle(std::initializer_list<int> signals, void (*handler)(int)) {
   }
 }
 
-/// The exception that is being handled, in words. Does not allocate for what the standard library throws.
-const char* current_exception_text() {
-  try {
-    throw;
-  } catch (const std::bad_alloc&) {
-    return "out of memory";
-  } catch (const std::exception& error) {
-    static std::array<char, 512> text{};
-    std::strncpy(text.data(), error.what(), text.size() - 1);
-    return text.data();
-  } catch (...) {
-    return "an exception of unknown type";
-  }
-}
-
 [[noreturn]] void end_at_uncaught_exception() {
   tell("takt: error: internal: ");
-  tell(std::current_exception() ? current_exception_text() : "terminated without an exception");
+  tell(std::current_exception() ? exception_text() : "terminated without an exception");
   tell("; while doing: ");
   tell(task[0] ? task.data() : "start");
   tell("\n");
   ::_exit(kFault);
+}
+
+const char* crash_text(int signal) {
+  switch (signal) {
+    case SIGSEGV:
+    case SIGBUS:
+      return "invalid access to memory";
+    case SIGFPE:
+      return "invalid arithmetic";
+    case SIGILL:
+      return "invalid instruction";
+    default:
+      return "aborted";
+  }
+}
+
+/// The very last catch: of what no code can handle, such as a library under us that does not look whether it was given
+/// memory. Async-signal-safe. Who asks for core dumps gets one.
+void end_at_crash(int signal) {
+  tell("takt: error: internal: ");
+  tell(crash_text(signal));
+  tell("; while doing: ");
+  tell(task[0] ? task.data() : "start");
+  tell("\n");
+  rlimit core{};
+  if (::getrlimit(RLIMIT_CORE, &core) != 0 || core.rlim_cur == 0) ::_exit(kFault);
+  ::signal(signal, SIG_DFL);
+  ::raise(signal);
+}
+
+/// Sanitizers and debuggers that have taken these signals keep them.
+void handle_crashes() {
+  // A stack that is used up leaves no room for the handler.
+  static std::array<char, 64 << 10> stack;
+  stack_t spare{};
+  spare.ss_sp = stack.data();
+  spare.ss_size = stack.size();
+  ::sigaltstack(&spare, nullptr);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_DFL) continue;
+    struct sigaction action {};
+    action.sa_handler = end_at_crash;
+    action.sa_flags = SA_ONSTACK;
+    sigaction(signal, &action, nullptr);
+  }
 }
 
 void open_closed_streams() {
@@ -118,6 +150,7 @@ void prepare_process() {
   open_closed_streams();
   drop_what_stderr_refuses();
   std::set_terminate(end_at_uncaught_exception);
+  handle_crashes();
   handle({SIGPIPE, SIGXFSZ}, SIG_IGN);
   handle({SIGINT, SIGTERM, SIGHUP}, end_interrupted);
 }
@@ -135,7 +168,7 @@ int run_guarded(const std::string& what, const std::function<int()>& work) {
       tell(kLostOutput);
       return kFault;
     }
-    tell(fmt::format("takt: error: internal: {}; while doing: {}\n", current_exception_text(), what));
+    report_exception(what);
   }
   return kFault;
 }

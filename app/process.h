@@ -12,7 +12,8 @@ namespace takt::app {
 /// - messages that stderr does not take (closed, disk full) are dropped instead of ending the process;
 /// - a file that is too large and a pipe without a reader are errors of the write, not signals;
 /// - SIGINT, SIGTERM and SIGHUP end the process with status 130 until catch_interrupts();
-/// - an exception that nobody catches is told with what the process was doing, and ends it with status 3.
+/// - an exception that nobody catches, and a crash inside of a library, are reported with what was being done, and end
+///   it with status 3 (a crash with its signal where core dumps are asked for).
 void prepare_process();
 
 /// Runs `work`, which is described by `what` ("run scenarios/touch.json"), and checks that its output was written.

@@ -93,13 +93,14 @@ void add_run_options(CLI::App& parser, RunArguments& arguments) {
   parser.add_option("--size", arguments.size, "Size of the film")->type_name("WxH")->capture_default_str();
   parser.add_option("--fps", arguments.fps, "Pictures per second of the film")->capture_default_str();
   parser.add_option("--record", arguments.record, "Recording of the run (MCAP)")->type_name("OUT.mcap");
-  parser.add_flag("--record-blocks", arguments.record_blocks, "Record the digest of each block, not of the whole only");
+  parser.add_flag("--record-blocks", arguments.record_blocks, "Record the digest of each block, too");
   parser.add_option("--site", arguments.site, "Site file: back ends of the devices")->type_name("FILE");
-  parser.add_option("--backend", arguments.backends, "Back end of one device (sim, slow), over the site file")
+  parser
+      .add_option("--backend", arguments.backends, "Back end of one device (sim, slow, fri); overrides the site file")
       ->type_name("NAME=KIND[:ADDR]")
       ->allow_extra_args(false);
   parser.add_flag("--realtime", arguments.realtime, "Not faster than the wall clock");
-  parser.add_option("--seed", arguments.seed, "Seed in place of the file's")->type_name("N");
+  parser.add_option("--seed", arguments.seed, "Seed, instead of the file's")->type_name("N");
   parser.add_option("--set", arguments.sets, "Change one value of the file; several times")
       ->type_name("JSON_POINTER=VALUE")
       ->allow_extra_args(false);

@@ -11,15 +11,15 @@
 
 #include "app/cell.h"
 #include "app/run.h"
-#include "core/activity/actuator_interfaces.h"
 #include "core/activity/command_activity.h"
 #include "core/activity/composition.h"
 #include "core/activity/dual_entry_motion.h"
-#include "core/activity/two_arms.h"
 #include "core/command/actions/online_action.h"
 #include "core/command/actions/overlay_action.h"
 #include "core/expression/device_sensors.h"
 #include "core/expression/frame_sensors.h"
+#include "core/operations/actuator_interfaces.h"
+#include "core/operations/two_arms.h"
 
 namespace takt::app {
 
@@ -40,11 +40,13 @@ using activity::RunState;
 // Who does it, and what it offers.
 using activity::Actuator;
 using activity::ControlModeInterface;
+using activity::FollowInterface;
 using activity::ForceInterface;
 using activity::FreedriveInterface;
 using activity::GrippingInterface;
 using activity::HoldInterface;
 using activity::internal_force;
+using activity::JogInterface;
 using activity::LinInterface;
 using activity::MotionInterface;
 using activity::OutputInterface;
@@ -53,17 +55,22 @@ using activity::TwoArms;
 
 // How: parameters.
 using activity::BlendingCondition;
-using activity::FreedriveEnd;
+using activity::FollowParameters;
+using activity::FreedriveParameters;
+using activity::GripParameters;
 using activity::HoldParameters;
+using activity::JogParameters;
 using activity::MotionParameters;
+using activity::PressParameters;
+using activity::ReleaseParameters;
+using activity::SearchParameters;
+using activity::SetParameters;
 using command::CartesianCompliance;
-using command::ForceWish;
-using command::FreedriveWish;
-using command::GripWish;
 using command::JointCompliance;
 using command::Stiff;
 
 // Several as one; several beside each other.
+using activity::abort_if;
 using activity::conditional;
 using activity::ended;
 using activity::parallel;

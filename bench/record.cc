@@ -1,8 +1,10 @@
-// What a recording costs: the cycle's side in nanoseconds, the writer's side in MB/s and times real time.
+// What a recording costs: the cycle's side in nanoseconds, the writer's side in MB/s and times real time, a comparison
+// in time and memory.
 // bench_record [SECONDS OF RECORDED TIME]
 #include "record/recorder.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,6 +13,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "record/compare.h"
 #include "record/recording.h"
 #include "tests/support/scratch_folder.h"
 
@@ -91,5 +94,13 @@ int main(int count, char** words) {
       1e-3 * cycles, wall, 1e-3 * cycles / wall, 1e-6 * static_cast<double>(raw) / wall,
       1e-6 * static_cast<double>(status.bytes), 1e-6 * static_cast<double>(raw), status.messages,
       status.error.empty() ? "" : ", error: " + status.error);
+
+  const auto begin = Clock::now();
+  const auto comparison = compare_recordings(path, path);
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  fmt::print("compared with itself: {:.2f} s, {} columns, {}; largest resident memory of all this {} MiB\n",
+             seconds_since(begin), comparison->columns.size(), comparison->passed ? "equal" : "different",
+             usage.ru_maxrss >> 10);
   return 0;
 }

@@ -2,7 +2,8 @@
 # library takt_<name> from every .cc in the folder. Its tests lie in tests/<folder>, its benchmarks in bench/<folder>.
 
 # Most of the time of a compiler here goes into the headers (a file of 200 lines: 1 s to load the precompiled header,
-# 3 s for JSON, 1 s for itself), so several files of a folder are compiled as one: a third of the time for all of them.
+# 3 s for JSON, 1 s for itself), so several files of a folder are compiled as one; docs/benchmarks.md has what
+# that saves.
 # Names in unnamed namespaces are therefore unique within a folder. An edit compiles its whole batch, up to 20 s; for
 # work on one folder -DTAKT_BATCH=1 (preset dev) compiles each file by itself.
 set(TAKT_BATCH 12 CACHE STRING "Files of a folder that are compiled together; 1: each by itself")

@@ -2,9 +2,9 @@
 """Rules of the house that a compiler does not know. Prints every diagnostic as FILE:LINE: text; exit status 1 if any.
 
 Rules: layers include only downwards; headers have '#pragma once'; no left-over marks; no path or registry of a machine;
-no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead somewhere; every row
-of docs/semantics.md is named by a test or says which issue brings it; no file over 600 lines; no capturing lambda inside
-of a co_await expression; no name twice in the unnamed namespaces of a folder (unnamed.py).
+no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead to a file and, with
+an anchor, to a heading; every row of docs/semantics.md is named by a test or says which issue brings it; no file over 600
+lines; no capturing lambda inside of a co_await expression; no name twice in the unnamed namespaces of a folder (unnamed.py).
 """
 import pathlib
 import re
@@ -105,13 +105,25 @@ def check_text(name, lines, say):
             say(name, number, "a path or registry of one machine")
 
 
+def anchors_of(page):
+    """The anchors of the headings of a Markdown page."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
+    headings = re.findall(r"^#+ +(.+?) *$", text, re.MULTILINE)
+    plain = (re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading) for heading in headings)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in plain}
+
+
 def check_links(name, text, say):
-    for match in re.finditer(r"\]\(([^)#\s]+)(#[^)]*)?\)", text):
-        target = match.group(1)
-        if re.match(r"[a-z]+:", target):
+    for match in re.finditer(r"\]\(([^)#\s]*)(#[^)]*)?\)", text):
+        target, anchor = match.group(1), match.group(2)
+        if re.match(r"[a-z]+:", target) or not (target or anchor):
             continue
-        if not (ROOT / name).parent.joinpath(target).exists():
-            say(name, text[: match.start()].count("\n") + 1, f"the link '{target}' leads nowhere")
+        page = (ROOT / name).parent.joinpath(target) if target else ROOT / name
+        line = text[: match.start()].count("\n") + 1
+        if not page.exists():
+            say(name, line, f"the link '{target}' leads nowhere")
+        elif anchor and page.suffix == ".md" and anchor[1:] not in anchors_of(page):
+            say(name, line, f"the link '{target}{anchor}' leads to no heading")
 
 
 def check_folders(names, say):
@@ -119,6 +131,8 @@ def check_folders(names, say):
     for folder in sorted(folders):
         if not folder.startswith("tests/") and folder != "cmake" and folder + "/README.md" not in names:
             say(folder + "/README.md", 1, "this folder lacks its README: what belongs here, what does not")
+        elif folder + "/README.md" in names and not (ROOT / folder / "README.md").read_text().startswith("# "):
+            say(folder + "/README.md", 1, "a README begins with a heading, '# ...' (clang-format spoils Markdown files)")
 
 
 def check_semantics(names, say):

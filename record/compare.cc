@@ -7,6 +7,7 @@
 #include <set>
 
 #include "record/compare_columns.h"
+#include "record/mcap_reader.h"
 #include "record/schemas.h"
 
 namespace takt::record {
@@ -26,49 +27,122 @@ constexpr double kOtherUnits = 1e-3;
 
 CurveView column_view(const Table& table, std::size_t column) { return {table.time, table.values[column]}; }
 
+void note_missing(std::string text, Comparison& comparison) {
+  constexpr std::size_t kMost = 10'000;  // nobody reads more
+  if (comparison.missing.size() < kMost) comparison.missing.push_back(std::move(text));
+}
+
 std::vector<std::string> names_in_both(const std::vector<std::string>& a, const std::vector<std::string>& b,
                                        std::string_view what, Comparison& comparison) {
+  const std::set<std::string_view> in_a(a.begin(), a.end()), in_b(b.begin(), b.end());
+  std::set<std::string_view> seen;
   std::vector<std::string> both;
   for (const std::string& name : a) {
-    if (std::ranges::find(b, name) == b.end()) {
-      comparison.missing.push_back(fmt::format("{} '{}' is only in A", what, name));
-    } else if (std::ranges::find(both, name) == both.end()) {
+    if (!in_b.contains(name)) {
+      note_missing(fmt::format("{} '{}' is only in A", what, name), comparison);
+    } else if (seen.insert(name).second) {
       both.push_back(name);
     }
   }
-  for (const std::string& name : b) {
-    if (std::ranges::find(a, name) == a.end()) {
-      comparison.missing.push_back(fmt::format("{} '{}' is only in B", what, name));
-    }
-  }
+  for (const std::string& name : b)
+    if (!in_a.contains(name)) note_missing(fmt::format("{} '{}' is only in B", what, name), comparison);
   return both;
 }
 
-void compare_tables(const Table& a, const Table& b, Tolerance otherwise, bool use_units, const CompareOptions& options,
-                    Comparison& comparison) {
-  // A channel without any message has no columns yet: that is a difference of samples, not of shape.
-  const bool one_is_empty = a.time.empty() != b.time.empty();
-  if (one_is_empty) {
-    comparison.missing.push_back(fmt::format("topic '{}' has no messages in {}", a.topic, a.time.empty() ? "A" : "B"));
-    return;
-  }
-  for (const std::string& name :
-       names_in_both(a.columns, b.columns, fmt::format("column of '{}':", a.topic), comparison)) {
-    const auto ia = static_cast<std::size_t>(std::ranges::find(a.columns, name) - a.columns.begin());
-    const auto ib = static_cast<std::size_t>(std::ranges::find(b.columns, name) - b.columns.begin());
-    if (use_units) otherwise = default_tolerance(a.topic, b.units[ib]);
-    const Tolerance tolerance = choose_tolerance(options.rules, a.topic, name, otherwise);
-    comparison.columns.push_back(compare_column({a.topic, name, b.units[ib]}, column_view(a, ia), column_view(b, ib),
-                                                tolerance, options.plot_points));
-  }
-}
+/// Columns of two recordings that are compared, as many at a time as fit into memory, each time in one pass over both.
+class TableComparer {
+ public:
+  TableComparer(const Recording& a, const Recording& b, const CompareOptions& options, Comparison& comparison)
+      : a_(a),
+        b_(b),
+        options_(options),
+        comparison_(comparison),
+        most_values_(options.values_at_a_time > 0 ? options.values_at_a_time : mcap::ReadLimits::kTableValues) {}
 
-/// The events of one cycle.
+  void add_topic(const std::string& topic) {
+    const auto names_a = a_.header(topic), names_b = b_.header(topic);
+    if (!names_a || !names_b)
+      return note_missing((names_a ? names_b : names_a).error().list().front().message, comparison_);
+    // A channel without any message has no columns yet: that is a difference of samples, not of shape.
+    const std::size_t rows_a = a_.rows(topic), rows_b = b_.rows(topic);
+    if ((rows_a == 0) != (rows_b == 0))
+      return note_missing(fmt::format("topic '{}' has no messages in {}", topic, rows_a == 0 ? "A" : "B"), comparison_);
+    // Times and one column, of both.
+    if (2 * (rows_a + rows_b) > most_values_)
+      return note_missing(fmt::format("topic '{}' has too many messages to be compared", topic), comparison_);
+    for (const std::string& name :
+         names_in_both(names_a->columns, names_b->columns, fmt::format("column of '{}':", topic), comparison_))
+      add_column(*names_a, *names_b, name);
+  }
+
+  /// Compares what has been added and not compared yet.
+  void finish() {
+    const auto tables_a = a_.tables(in_a_), tables_b = b_.tables(in_b_);
+    for (std::size_t i = 0; tables_a && tables_b && i < in_a_.size(); ++i) compare((*tables_a)[i], (*tables_b)[i]);
+    if (!tables_a || !tables_b)
+      note_missing((tables_a ? tables_b : tables_a).error().list().front().message, comparison_);
+    in_a_.clear();
+    in_b_.clear();
+    values_ = 0;
+  }
+
+ private:
+  static constexpr std::size_t kMostColumns = 50'000, kMostPlotPoints = 4'000'000;
+
+  void add_column(const Table& names_a, const Table& names_b, const std::string& name) {
+    if (++columns_ > kMostColumns) {
+      if (columns_ == kMostColumns + 1) note_missing(fmt::format("columns beyond {}", kMostColumns), comparison_);
+      return;
+    }
+    const std::size_t rows = a_.rows(names_a.topic) + b_.rows(names_b.topic);
+    if (values_ + 2 * rows > most_values_) finish();
+    if (in_a_.empty() || in_a_.back().topic != names_a.topic) {
+      in_a_.push_back({names_a.topic, std::vector<std::size_t>()});
+      in_b_.push_back({names_a.topic, std::vector<std::size_t>()});
+      values_ += rows;
+    }
+    const auto index = [&name](const Table& names) {
+      return static_cast<std::size_t>(std::ranges::find(names.columns, name) - names.columns.begin());
+    };
+    in_a_.back().columns->push_back(index(names_a));
+    in_b_.back().columns->push_back(index(names_b));
+    values_ += rows;
+  }
+
+  /// Two tables of equal columns.
+  void compare(const Table& a, const Table& b) {
+    // States have no units to judge by; the digest covers them.
+    const bool is_state = a_.find_channel(a.topic)->schema == kSimStateSchema;
+    for (std::size_t i = 0; i < std::min(a.columns.size(), b.columns.size()); ++i) {
+      Tolerance otherwise{.kind = ToleranceKind::kReportOnly};
+      if (!is_state) otherwise = default_tolerance(a.topic, b.units[i]);
+      const Tolerance tolerance = choose_tolerance(options_.rules, a.topic, a.columns[i], otherwise);
+      const std::size_t points = plot_points_ < kMostPlotPoints ? options_.plot_points : 0;
+      ColumnComparison column =
+          compare_column({a.topic, a.columns[i], b.units[i]}, column_view(a, i), column_view(b, i), tolerance, points);
+      plot_points_ += column.curve_a.value.size() + column.curve_b.value.size();
+      comparison_.columns.push_back(std::move(column));
+    }
+  }
+
+  const Recording &a_, &b_;
+  const CompareOptions& options_;
+  Comparison& comparison_;
+  const std::size_t most_values_;
+  std::vector<ColumnChoice> in_a_, in_b_;  ///< of the same topics, as many columns each
+  std::size_t values_ = 0;                 ///< of them, in both
+  std::size_t columns_ = 0, plot_points_ = 0;
+};
+
+/// The digests of single blocks of one cycle.
 std::vector<RecordedEvent> blocks_of(const Recording& recording, std::uint64_t cycle) {
+  constexpr std::size_t kMost = 100'000;
   std::vector<RecordedEvent> found;
-  const auto events = recording.events(kBlockTopic);
-  if (!events) return found;
-  std::ranges::copy_if(*events, std::back_inserter(found), [cycle](const auto& event) { return event.cycle == cycle; });
+  const auto take = [&](const RecordedEvent& event) {
+    if (event.cycle == cycle) found.push_back(event);
+    return event.cycle <= cycle && found.size() < kMost;
+  };
+  recording.for_each_event(kBlockTopic, take);
   return found;
 }
 
@@ -83,17 +157,22 @@ std::string first_block(const Recording& a, const Recording& b, std::uint64_t cy
 }
 
 void compare_digests(const Recording& a, const Recording& b, Comparison& comparison) {
-  const auto da = a.digests(), db = b.digests();
-  comparison.cycles_a = da.size();
-  comparison.cycles_b = db.size();
-  comparison.digests_compared = !da.empty() && !db.empty();
-  for (std::size_t i = 0; i < std::min(da.size(), db.size()); ++i) {
-    if (da[i].cycle == db[i].cycle && da[i].digest == db[i].digest) continue;
-    comparison.first_difference = DigestDifference{da[i].cycle, da[i].time, da[i].digest, db[i].digest};
-    comparison.first_difference->block = first_block(a, b, da[i].cycle);
-    break;
+  DigestCursor in_a(a), in_b(b);
+  RecordedDigest da, db;
+  for (;;) {
+    const bool more_a = in_a.next(da), more_b = in_b.next(db);
+    comparison.cycles_a += more_a ? 1 : 0;
+    comparison.cycles_b += more_b ? 1 : 0;
+    if (!more_a && !more_b) break;
+    const bool differ = more_a && more_b && (da.cycle != db.cycle || da.digest != db.digest);
+    if (differ && !comparison.first_difference)
+      comparison.first_difference = DigestDifference{da.cycle, da.time, da.digest, db.digest};
   }
-  comparison.identical = comparison.digests_compared && !comparison.first_difference && da.size() == db.size();
+  if (comparison.first_difference)
+    comparison.first_difference->block = first_block(a, b, comparison.first_difference->cycle);
+  comparison.digests_compared = comparison.cycles_a > 0 && comparison.cycles_b > 0;
+  comparison.identical =
+      comparison.digests_compared && !comparison.first_difference && comparison.cycles_a == comparison.cycles_b;
 }
 
 /// Digests of blocks say where two runs differ, not whether they may.
@@ -130,19 +209,17 @@ Comparison compare(const Recording& a, const Recording& b, const CompareOptions&
       compare_end(comparison.end_a, comparison.end_b, choose_tolerance(options.rules, "run", "end", Tolerance{})));
   for (const std::string& topic : names_in_both(judged_events(a), judged_events(b), "events", comparison)) {
     const Tolerance tolerance = choose_tolerance(options.rules, topic, "events", Tolerance{});
-    comparison.columns.push_back(compare_events(topic, *a.events(topic), *b.events(topic), tolerance));
-  }
-  for (const std::string& topic : names_in_both(a.table_topics(), b.table_topics(), "topic", comparison)) {
-    // States have no units to judge by; the digest covers them.
-    const bool is_state = a.find_channel(topic)->schema == kSimStateSchema;
-    const Tolerance report_only{.kind = ToleranceKind::kReportOnly};
-    const auto table_a = a.table(topic), table_b = b.table(topic);
-    if (table_a && table_b) {
-      compare_tables(*table_a, *table_b, report_only, !is_state, options, comparison);
+    const auto events_a = a.events(topic), events_b = b.events(topic);
+    if (events_a && events_b) {
+      comparison.columns.push_back(compare_events(topic, *events_a, *events_b, tolerance));
     } else {
-      comparison.missing.push_back((table_a ? table_b : table_a).error().list().front().message);
+      note_missing((events_a ? events_b : events_a).error().list().front().message, comparison);
     }
   }
+  TableComparer tables(a, b, options, comparison);
+  for (const std::string& topic : names_in_both(a.table_topics(), b.table_topics(), "topic", comparison))
+    tables.add_topic(topic);
+  tables.finish();
   judge(options, comparison);
   return comparison;
 }

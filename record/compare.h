@@ -46,6 +46,9 @@ struct CompareOptions {
   bool require_equal_digests = false;
   /// Points kept per curve for the report.
   std::size_t plot_points = 1200;
+  /// Values of both recordings that are in memory at a time; 0: mcap::ReadLimits::kTableValues. More are compared in
+  /// several passes over the files.
+  std::size_t values_at_a_time = 0;
 };
 
 /// The tolerance of a column when nobody states one, by its unit: rad 2e-3, m 5e-4, N 0.5, Nm 0.2, ...

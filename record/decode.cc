@@ -7,6 +7,8 @@
 #include <bit>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <utility>
 
 #include "core/base/json.h"
 #include "foxglove/FrameTransforms.pb.h"
@@ -110,19 +112,20 @@ bool has_columns(const ChannelInfo& channel) {
          channel.schema == kWrenchSchema || channel.schema == kSimStateSchema || is_samples(channel);
 }
 
-RowDecoder::RowDecoder(const ChannelInfo& channel, std::size_t rows) : channel_(channel), rows_(rows) {}
+RowDecoder::RowDecoder(const ChannelInfo& channel, std::optional<std::vector<std::size_t>> columns, std::size_t rows)
+    : channel_(channel), wanted_(std::move(columns)), rows_(rows) {}
 
-bool RowDecoder::parse(const MessageView& message, Table& table) {
+bool RowDecoder::parse(const MessageView& message) {
   row_.clear();
   const bool first = !has_header_;
   if (channel_.schema == kJointStatesSchema) {
     foxglove::JointStates joints;
     if (!parse_message(message, joints)) return false;
-    joint_row(joints, first, table, row_);
+    joint_row(joints, first, all_, row_);
   } else if (channel_.schema == kFrameTransformsSchema) {
     foxglove::FrameTransforms transforms;
     if (!parse_message(message, transforms)) return false;
-    transform_row(transforms, first, table, row_);
+    transform_row(transforms, first, all_, row_);
   } else if (channel_.schema == kWrenchSchema) {
     Wrench wrench;
     if (!parse_message(message, wrench)) return false;
@@ -130,41 +133,55 @@ bool RowDecoder::parse(const MessageView& message, Table& table) {
     const auto& t = wrench.torque();
     row_ = {f.x(), f.y(), f.z(), t.x(), t.y(), t.z()};
     if (first) {
-      table.columns = {"force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z"};
-      table.units = {"N", "N", "N", "Nm", "Nm", "Nm"};
+      all_.columns = {"force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z"};
+      all_.units = {"N", "N", "N", "Nm", "Nm", "Nm"};
     }
   } else if (channel_.schema == kSimStateSchema) {
     SimState state;
     if (!parse_message(message, state)) return false;
     row_.assign(state.values().begin(), state.values().end());
-    if (first) table.columns = list_of(channel_, "columns");
+    if (first) all_.columns = list_of(channel_, "columns");
   } else {
     if (first) {
-      table.columns = list_of(channel_, "columns");
-      table.units = list_of(channel_, "units");
+      all_.columns = list_of(channel_, "columns");
+      all_.units = list_of(channel_, "units");
     }
-    row_.assign(table.columns.size(), kNull);
+    row_.assign(all_.columns.size(), kNull);
     if (!sample_row(message, row_)) return false;
   }
   return true;
 }
 
+void RowDecoder::begin(Table& table) {
+  has_header_ = true;
+  all_.columns.resize(std::min(all_.columns.size(), mcap::ReadLimits::kColumns));
+  all_.units.resize(all_.columns.size());
+  if (!wanted_) {
+    wanted_.emplace(all_.columns.size());
+    std::iota(wanted_->begin(), wanted_->end(), std::size_t{0});
+  }
+  std::erase_if(*wanted_, [this](std::size_t i) { return i >= all_.columns.size(); });
+  for (const std::size_t i : *wanted_) {
+    table.columns.push_back(all_.columns[i]);
+    table.units.push_back(all_.units[i]);
+  }
+  const std::size_t count = wanted_->size();
+  table.values.resize(count);
+  const std::size_t most = mcap::ReadLimits::kTableValues / (count + 1) + 1;
+  table.time.reserve(std::min(rows_, most));
+  for (std::vector<double>& column : table.values) column.reserve(std::min(rows_, most));
+}
+
 bool RowDecoder::append(const MessageView& message, Table& table) {
-  if (!parse(message, table)) {
-    if (!has_header_) table.columns.clear(), table.units.clear();
+  if (!parse(message)) {
+    if (!has_header_) all_ = {};
     return false;
   }
-  if (!has_header_) {
-    has_header_ = true;
-    table.units.resize(table.columns.size());
-    table.values.resize(table.columns.size());
-    const std::size_t most = mcap::ReadLimits::kTableValues / std::max<std::size_t>(1, table.columns.size());
-    for (std::vector<double>& column : table.values) column.reserve(std::min(rows_, most + 1));
-  }
+  if (!has_header_) begin(table);
   // Later messages of another shape: what is missing is null.
-  row_.resize(table.columns.size(), kNull);
+  row_.resize(all_.columns.size(), kNull);
   table.time.push_back(message.time);
-  for (std::size_t i = 0; i < row_.size(); ++i) table.values[i].push_back(row_[i]);
+  for (std::size_t i = 0; i < wanted_->size(); ++i) table.values[i].push_back(row_[(*wanted_)[i]]);
   return true;
 }
 

@@ -7,6 +7,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "core/base/json.h"
 #include "core/base/output_file.h"
@@ -82,6 +84,14 @@ std::vector<GoldenColumn> golden_columns(const Recording& recording, const Bless
     }
   }
   return columns;
+}
+
+/// How many digests there are, and the last one in hexadecimal digits; empty if there is none.
+std::pair<std::uint64_t, std::string> last_digest(const Recording& recording) {
+  std::uint64_t count = 0;
+  RecordedDigest digest;
+  for (DigestCursor cursor(recording); cursor.next(digest);) ++count;
+  return {count, count == 0 ? "" : fmt::format("{:016x}", digest.digest)};
 }
 
 const char* kind_name(ToleranceKind kind) {
@@ -246,16 +256,15 @@ Result<Golden> make_golden(const Recording& recording, const BlessOptions& optio
   if (const auto f = recording.metadata().find("takt.fingerprint"); f != recording.metadata().end()) {
     golden.fingerprint = f->second;
   }
-  const auto digests = recording.digests();
-  golden.cycles = digests.size();
-  if (!digests.empty()) golden.digest = fmt::format("{:016x}", digests.back().digest);
+  std::tie(golden.cycles, golden.digest) = last_digest(recording);
   golden.end_s = to_seconds(recording.end_time());
 
   golden.event_tolerance = choose_tolerance(options.rules, "run", "end", Tolerance{});
   for (const std::string& topic : recording.event_topics()) {
     if (!topic_wanted(options, *recording.find_channel(topic))) continue;
-    const std::vector<RecordedEvent> events = *recording.events(topic);
-    for (const RecordedEvent& event : events) {
+    const auto events = recording.events(topic);
+    if (!events) return std::unexpected(events.error());
+    for (const RecordedEvent& event : *events) {
       golden.events.push_back({topic, event.source, event.name, to_seconds(event.time)});
     }
   }
@@ -387,13 +396,12 @@ void compare_golden_column(const Table& table, const GoldenColumn& column, const
 }
 
 void compare_golden_digest(const Recording& recording, const Golden& golden, Comparison& comparison) {
-  const auto digests = recording.digests();
-  comparison.cycles_a = digests.size();
+  const auto [cycles, digest] = last_digest(recording);
+  comparison.cycles_a = cycles;
   comparison.cycles_b = golden.cycles;
-  comparison.digests_compared = !digests.empty() && !golden.digest.empty();
+  comparison.digests_compared = !digest.empty() && !golden.digest.empty();
   if (!comparison.digests_compared) return;
-  const std::string digest = fmt::format("{:016x}", digests.back().digest);
-  comparison.identical = digest == golden.digest && digests.size() == golden.cycles;
+  comparison.identical = digest == golden.digest && cycles == golden.cycles;
   if (!comparison.identical) {
     comparison.notes.push_back(fmt::format("the digest at the end is {}, the golden's is {}", digest, golden.digest));
   }

@@ -95,7 +95,7 @@ class Cursor {
   bool ok_ = true;
 };
 
-/// A record and its place in the bytes that it was read from.
+/// A record and its location in the bytes that it was read from.
 struct Record {
   std::uint8_t op = 0;
   std::size_t offset = 0;  ///< of the opcode

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <system_error>
 #include <thread>
 
 #include "core/base/utf8.h"
@@ -61,7 +62,11 @@ Result<std::unique_ptr<Recorder>> Recorder::open(const std::filesystem::path& pa
   auto impl = std::make_unique<Impl>(path, options);
   if (const std::string error = impl->thread_.error(); !error.empty())
     return failure(Code::kFileNotWritable, "", error);
-  impl->thread_.start();
+  try {
+    impl->thread_.start();
+  } catch (const std::system_error& error) {
+    return failure(Code::kSystem, "", fmt::format("no thread to write the recording: {}", error.what()));
+  }
   return std::unique_ptr<Recorder>(new Recorder(std::move(impl)));
 }
 

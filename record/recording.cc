@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <set>
 
 #include "foxglove/Log.pb.h"
+#include "record/byte_source.h"
 #include "record/decode.h"
 #include "record/mcap_reader.h"
 #include "record/parse_message.h"
@@ -25,29 +25,53 @@ bool is_event_channel(const ChannelInfo& channel) {
   return channel.encoding == "protobuf" && (channel.schema == kEventSchema || channel.schema == kLogSchema);
 }
 
+/// The next message of `raw` at or after `offset`, which goes on behind it. @return false: there is none
+bool next_message(std::string_view raw, std::size_t& offset, std::uint16_t& id, MessageView& view) {
+  while (const auto record = offset < raw.size() ? mcap::record_at(raw, offset) : std::nullopt) {
+    offset = record->end();
+    if (static_cast<mcap::Op>(record->op) != mcap::Op::kMessage || !mcap::has_valid_time(*record)) continue;
+    mcap::Cursor cursor(record->body);
+    id = cursor.get<std::uint16_t>();
+    view.sequence = cursor.get<std::uint32_t>();
+    view.time = static_cast<Nanoseconds>(cursor.get<std::uint64_t>());
+    cursor.get<std::uint64_t>();
+    const std::string_view data = cursor.take(cursor.left());
+    view.data = std::as_bytes(std::span(data));
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 struct Recording::Impl {
-  std::string bytes;
+  explicit Impl(ByteSource bytes) : source(std::move(bytes)) {}
+
+  ByteSource source;
   mcap::Contents contents;
   std::vector<ChannelInfo> channels;
   std::vector<AttachmentInfo> attachments;
   std::vector<std::optional<std::string>> unpacked;  ///< per stretch
   std::vector<std::vector<std::uint16_t>> ids;       ///< per stretch: channels with messages in it, sorted
   std::map<std::uint16_t, std::size_t> rows;         ///< messages per channel
-  std::uint64_t visit_bytes = 0;                     ///< to read all channels one by one
+  std::size_t kept_bytes = 0;                        ///< of unpacked
+  mutable std::uint64_t visited_bytes = 0;           ///< by all passes so far
   std::uint64_t message_count = 0;
   Nanoseconds start = 0, end = 0;
 
-  /// Leaves the stretches that unpack, each message once.
-  void check_stretches();
-  /// Counts their messages and keeps their bytes.
+  /// Keeps the stretches that unpack, each message once, and counts their messages.
   void take_stretches();
+  void keep(mcap::Stretch stretch, std::string raw);
   void take_stretch(std::string_view raw);
   void list_channels();
   template <class Visit>
-  bool visit_messages(std::string_view raw, Visit&& visit) const;
+  void visit_messages(std::string_view raw, Visit&& visit) const;
   [[nodiscard]] const ChannelInfo* channel(std::uint16_t id) const;
+  [[nodiscard]] std::size_t rows_of(const ChannelInfo& info) const;
+  [[nodiscard]] std::uint64_t most_visited_bytes() const {
+    return mcap::ReadLimits::kVisitBytes + mcap::ReadLimits::kVisitPerByte * source.size();
+  }
+  [[nodiscard]] bool visited_too_much() const { return visited_bytes > most_visited_bytes(); }
 };
 
 Recording::Recording(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -56,96 +80,61 @@ Recording::Recording(Recording&&) noexcept = default;
 Recording& Recording::operator=(Recording&&) noexcept = default;
 
 Result<Recording> Recording::open(const std::filesystem::path& path) {
-  std::error_code code;
-  if (!std::filesystem::exists(path, code))
-    return failure(Code::kNotFound, "", fmt::format("there is no file {}", path.string()));
-  if (!std::filesystem::is_regular_file(path, code))
-    return failure(Code::kFileNotReadable, "", fmt::format("{} is not a file", path.string()));
-  const auto size = std::filesystem::file_size(path, code);
-  if (code)
-    return failure(Code::kFileNotReadable, "", fmt::format("cannot read {}: {}", path.string(), code.message()));
-  if (size > mcap::ReadLimits::kFileBytes) {
-    return failure(Code::kTooLarge, "", fmt::format("{} has {} bytes", path.string(), size),
-                   fmt::format("at most {} are read", mcap::ReadLimits::kFileBytes));
-  }
-  std::ifstream in(path, std::ios::binary);
-  std::string bytes(size, '\0');
-  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!in) return failure(Code::kFileNotReadable, "", fmt::format("cannot read {}", path.string()));
-  Result<Recording> recording = from_bytes(std::move(bytes));
+  Result<ByteSource> source = ByteSource::open(path);
+  if (!source) return std::unexpected(std::move(source.error()));
+  Result<Recording> recording = from_source(std::move(*source));
   if (!recording) recording.error().set_file(path.string());
   return recording;
 }
 
-Result<Recording> Recording::from_bytes(std::string bytes) {
-  auto impl = std::make_unique<Impl>();
-  impl->bytes = std::move(bytes);
-  Result<mcap::Contents> contents = mcap::scan(impl->bytes);
+Result<Recording> Recording::from_bytes(std::string bytes) { return from_source(ByteSource(std::move(bytes))); }
+
+Result<Recording> Recording::from_source(ByteSource source) {
+  auto impl = std::make_unique<Impl>(std::move(source));
+  Result<mcap::Contents> contents = mcap::scan(impl->source);
   if (!contents) return std::unexpected(std::move(contents.error()));
   impl->contents = std::move(*contents);
-  impl->check_stretches();
   impl->take_stretches();
-  if (impl->visit_bytes > mcap::ReadLimits::kVisitBytes) {
-    return failure(Code::kTooLarge, "",
-                   fmt::format("{} channels over {} bytes of messages: too much to be read", impl->rows.size(),
-                               impl->contents.raw_bytes));
-  }
   if (const std::size_t more = impl->contents.unlisted_damage; more > 0)
     impl->contents.damage.push_back(fmt::format("and {} more of this kind", more));
   impl->list_channels();
-  for (const auto& attachment : impl->contents.attachments) {
-    impl->attachments.push_back({attachment.name, attachment.media_type, attachment.data.size()});
-  }
+  for (const auto& attachment : impl->contents.attachments)
+    impl->attachments.push_back({attachment.name, attachment.media_type, attachment.size});
   return Recording(std::move(impl));
 }
 
 template <class Visit>
-bool Recording::Impl::visit_messages(std::string_view raw, Visit&& visit) const {
-  for (std::size_t offset = 0; offset < raw.size();) {
-    const auto record = mcap::record_at(raw, offset);
-    if (!record) return true;
-    offset = record->end();
-    if (static_cast<mcap::Op>(record->op) != mcap::Op::kMessage || !mcap::has_valid_time(*record)) continue;
-    mcap::Cursor cursor(record->body);
-    MessageView view;
-    const auto id = cursor.get<std::uint16_t>();
-    view.sequence = cursor.get<std::uint32_t>();
-    view.time = static_cast<Nanoseconds>(cursor.get<std::uint64_t>());
-    cursor.get<std::uint64_t>();
-    const std::string_view data = cursor.take(cursor.left());
-    view.data = std::as_bytes(std::span(data));
-    if (!visit(id, view)) return false;
-  }
-  return true;
+void Recording::Impl::visit_messages(std::string_view raw, Visit&& visit) const {
+  std::uint16_t id = 0;
+  MessageView view;
+  for (std::size_t offset = 0; next_message(raw, offset, id, view);) visit(id, view);
 }
 
-void Recording::Impl::check_stretches() {
-  std::vector<mcap::Stretch> good;
-  std::string last;
-  for (mcap::Stretch& stretch : contents.stretches) {
-    auto raw = mcap::unpack(stretch);
+void Recording::Impl::take_stretches() {
+  std::vector<mcap::Stretch> found = std::move(contents.stretches);
+  contents.stretches.clear();
+  mcap::Stretch held;
+  std::string held_raw;
+  for (mcap::Stretch& stretch : found) {
+    auto raw = mcap::unpack(source, stretch);
     if (!raw) {
       note_damage(contents, fmt::format("chunk at byte {}: {}", stretch.offset, raw.error()));
       continue;
     }
     // A writer killed in the middle of a flush can leave two stages of its open chunk: the longer one counts.
-    if (!last.empty() && last.starts_with(*raw)) continue;
-    if (!last.empty() && raw->starts_with(last)) good.pop_back();
-    good.push_back(std::move(stretch));
-    last = std::move(*raw);
+    if (!held_raw.empty() && held_raw.starts_with(*raw)) continue;
+    if (!held_raw.empty() && !raw->starts_with(held_raw)) keep(std::move(held), std::move(held_raw));
+    held = std::move(stretch);
+    held_raw = std::move(*raw);
   }
-  contents.stretches = std::move(good);
+  if (!held_raw.empty()) keep(std::move(held), std::move(held_raw));
 }
 
-void Recording::Impl::take_stretches() {
-  std::size_t kept = 0;
-  for (const mcap::Stretch& stretch : contents.stretches) {
-    std::string raw = mcap::unpack(stretch, false).value_or("");
-    take_stretch(raw);
-    visit_bytes += ids.back().size() * raw.size();
-    kept += raw.size();
-    unpacked.push_back(kept <= kKeptBytes ? std::optional(std::move(raw)) : std::nullopt);
-  }
+void Recording::Impl::keep(mcap::Stretch stretch, std::string raw) {
+  take_stretch(raw);
+  contents.stretches.push_back(std::move(stretch));
+  kept_bytes += raw.size();
+  unpacked.push_back(kept_bytes <= kKeptBytes ? std::optional(std::move(raw)) : std::nullopt);
 }
 
 void Recording::Impl::take_stretch(std::string_view raw) {
@@ -166,7 +155,6 @@ void Recording::Impl::take_stretch(std::string_view raw) {
     end = std::max(end, view.time);
     ++message_count;
     ++found[id];
-    return true;
   });
   ids.emplace_back();
   for (const auto& [id, count] : found) {
@@ -197,6 +185,11 @@ const ChannelInfo* Recording::Impl::channel(std::uint16_t id) const {
   return found != channels.end() && found->id == id ? &*found : nullptr;
 }
 
+std::size_t Recording::Impl::rows_of(const ChannelInfo& info) const {
+  const auto found = rows.find(info.id);
+  return found == rows.end() ? 0 : found->second;
+}
+
 const std::vector<ChannelInfo>& Recording::channels() const { return impl_->channels; }
 
 const ChannelInfo* Recording::find_channel(std::string_view topic) const {
@@ -212,7 +205,9 @@ const std::vector<AttachmentInfo>& Recording::attachments() const { return impl_
 
 std::optional<std::string> Recording::attachment(std::string_view name) const {
   for (const auto& attachment : impl_->contents.attachments) {
-    if (attachment.name == name && attachment.whole) return std::string(attachment.data);
+    if (attachment.name != name || !attachment.whole) continue;
+    const std::string_view data = impl_->source.view(attachment.offset, attachment.size);
+    if (data.size() == attachment.size) return std::string(data);
   }
   return std::nullopt;
 }
@@ -224,20 +219,9 @@ Nanoseconds Recording::start_time() const { return impl_->start; }
 Nanoseconds Recording::end_time() const { return impl_->end; }
 
 void Recording::for_each(const std::function<bool(const MessageView&)>& visit, std::string_view topic) const {
-  const ChannelInfo* wanted = topic.empty() ? nullptr : find_channel(topic);
-  if (!topic.empty() && wanted == nullptr) return;
-  for (std::size_t i = 0; i < impl_->contents.stretches.size(); ++i) {
-    if (wanted != nullptr && !std::ranges::binary_search(impl_->ids[i], wanted->id)) continue;
-    std::string fresh;
-    if (!impl_->unpacked[i]) fresh = mcap::unpack(impl_->contents.stretches[i], false).value_or("");
-    const std::string& raw = impl_->unpacked[i] ? *impl_->unpacked[i] : fresh;
-    const bool go_on = impl_->visit_messages(raw, [&](std::uint16_t id, MessageView& view) {
-      if (wanted != nullptr && id != wanted->id) return true;
-      view.channel = wanted != nullptr ? wanted : impl_->channel(id);
-      return view.channel == nullptr || visit(view);
-    });
-    if (!go_on) return;
-  }
+  MessageCursor cursor(*this, topic);
+  for (MessageView message; cursor.next(message);)
+    if (!visit(message)) return;
 }
 
 std::vector<std::string> Recording::table_topics() const {
@@ -256,31 +240,96 @@ std::vector<std::string> Recording::event_topics() const {
   return topics;
 }
 
-Result<Table> Recording::table(std::string_view topic) const {
+Result<const ChannelInfo*> Recording::numbers(std::string_view topic) const {
   const ChannelInfo* channel = find_channel(topic);
-  if (channel == nullptr || !has_columns(*channel)) {
-    const std::string why = channel == nullptr ? "is not in the recording" : "has no columns of numbers";
-    return failure(Code::kFileNotReadable, "", fmt::format("topic '{}' {}", topic, why),
-                   nearest_choice(topic, table_topics()));
-  }
+  if (channel != nullptr && has_columns(*channel)) return channel;
+  const std::string why = channel == nullptr ? "is not in the recording" : "has no columns of numbers";
+  return failure(Code::kUnknownName, "", fmt::format("topic '{}' {}", topic, why),
+                 nearest_choice(topic, table_topics()));
+}
+
+std::unexpected<Diagnostics> Recording::too_much() const {
+  return failure(Code::kTooLarge, "",
+                 fmt::format("{} messages of {} channels: too much to be read", message_count(), channels().size()),
+                 "a shorter recording");
+}
+
+std::size_t Recording::rows(std::string_view topic) const {
+  const ChannelInfo* channel = find_channel(topic);
+  return channel == nullptr ? 0 : impl_->rows_of(*channel);
+}
+
+Result<Table> Recording::header(std::string_view topic) const {
+  const Result<const ChannelInfo*> channel = numbers(topic);
+  if (!channel) return std::unexpected(channel.error());
   Table table;
   table.topic = topic;
-  const auto rows = impl_->rows.find(channel->id);
-  RowDecoder decoder(*channel, rows == impl_->rows.end() ? 0 : rows->second);
+  RowDecoder decoder(**channel);
+  for_each([&](const MessageView& message) { return !decoder.append(message, table); }, topic);
+  if (impl_->visited_too_much()) return too_much();
+  table.time.clear();
+  for (std::vector<double>& column : table.values) column.clear();
+  return table;
+}
+
+Result<Table> Recording::table(std::string_view topic) const {
+  const Result<Table> names = header(topic);
+  if (!names) return names;
+  if ((names->columns.size() + 1) * rows(topic) > mcap::ReadLimits::kTableValues)
+    return failure(Code::kTooLarge, "",
+                   fmt::format("topic '{}' has more than {} values", topic, mcap::ReadLimits::kTableValues),
+                   "a shorter recording");
+  const ColumnChoice all[] = {{.topic = std::string(topic)}};
+  Result<std::vector<Table>> tables = this->tables(all);
+  if (!tables) return std::unexpected(std::move(tables.error()));
+  return std::move(tables->front());
+}
+
+Result<std::vector<Table>> Recording::tables(std::span<const ColumnChoice> wanted) const {
+  std::vector<Table> tables(wanted.size());
+  std::vector<std::optional<RowDecoder>> decoders(impl_->channels.size());  // by the channel's place in the list
+  std::vector<Table*> table_of(impl_->channels.size());
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const Result<const ChannelInfo*> channel = numbers(wanted[i].topic);
+    if (!channel) return std::unexpected(channel.error());
+    const auto index = static_cast<std::size_t>(*channel - impl_->channels.data());
+    tables[i].topic = wanted[i].topic;
+    table_of[index] = &tables[i];
+    decoders[index].emplace(**channel, wanted[i].columns, impl_->rows_of(**channel));
+  }
+  // One topic alone is found by the lists of the chunks that have it.
+  MessageCursor cursor(*this, wanted.size() == 1 ? std::string_view(wanted[0].topic) : std::string_view());
+  for (MessageView message; cursor.next(message);) {
+    const auto index = static_cast<std::size_t>(message.channel - impl_->channels.data());
+    if (!decoders[index]) continue;
+    // Curves go forward in time; what goes back says nothing that could be drawn or compared.
+    Table& table = *table_of[index];
+    if (table.time.empty() || message.time >= table.time.back()) decoders[index]->append(message, table);
+  }
+  if (impl_->visited_too_much()) return too_much();
+  return tables;
+}
+
+Result<Table> Recording::table_every(std::string_view topic, Nanoseconds period) const {
+  const Result<const ChannelInfo*> channel = numbers(topic);
+  if (!channel) return std::unexpected(channel.error());
+  Table table;
+  table.topic = topic;
+  RowDecoder decoder(**channel);
+  Nanoseconds next = 0;
   bool fits = true;
   for_each(
       [&](const MessageView& message) {
-        // Curves go forward in time; what goes back says nothing that could be drawn or compared.
-        if (!table.time.empty() && message.time < table.time.back()) return true;
-        decoder.append(message, table);
-        fits = table.time.size() * table.columns.size() <= mcap::ReadLimits::kTableValues;
+        const bool first = table.time.empty();
+        if (!first && message.time < next) return true;
+        if (first) next = message.time;
+        if (decoder.append(message, table)) next += period;
+        fits = table.time.size() * (table.columns.size() + 1) <= mcap::ReadLimits::kTableValues;
         return fits;
       },
       topic);
-  if (fits) return table;
-  return failure(Code::kTooLarge, "",
-                 fmt::format("topic '{}' has more than {} values", topic, mcap::ReadLimits::kTableValues),
-                 "a shorter recording");
+  if (!fits || impl_->visited_too_much()) return too_much();
+  return table;
 }
 
 Result<std::vector<RecordedEvent>> Recording::events(std::string_view topic) const {
@@ -290,37 +339,99 @@ Result<std::vector<RecordedEvent>> Recording::events(std::string_view topic) con
                    nearest_choice(topic, event_topics()));
   }
   std::vector<RecordedEvent> events;
-  const auto take_event = [&](const MessageView& view) {
-    if (Event event; parse_message(view, event)) {
-      events.push_back({view.time, event.cycle(), event.source(), event.name(), event.text()});
-    }
-    return true;
+  std::uint64_t bytes = 0;
+  const auto fits = [&] {
+    return events.size() <= mcap::ReadLimits::kEvents && bytes <= mcap::ReadLimits::kEventBytes;
   };
-  const auto take_log = [&](const MessageView& view) {
-    if (foxglove::Log log; parse_message(view, log)) {
-      events.push_back({view.time, 0, log.name(), foxglove::Log::Level_Name(log.level()), log.message()});
-    }
-    return true;
+  for_each_event(topic, [&](const RecordedEvent& event) {
+    bytes += event.source.size() + event.name.size() + event.text.size();
+    events.push_back(event);
+    return fits();
+  });
+  if (fits() && !impl_->visited_too_much()) return events;
+  return failure(Code::kTooLarge, "",
+                 fmt::format("topic '{}' has more than {} events or {} bytes of them", topic, mcap::ReadLimits::kEvents,
+                             mcap::ReadLimits::kEventBytes),
+                 "a shorter recording");
+}
+
+void Recording::for_each_event(std::string_view topic, const std::function<bool(const RecordedEvent&)>& visit) const {
+  const ChannelInfo* channel = find_channel(topic);
+  if (channel == nullptr || !is_event_channel(*channel)) return;
+  const auto visit_event = [&](const MessageView& view) {
+    Event event;
+    return !parse_message(view, event) || visit({view.time, event.cycle(), event.source(), event.name(), event.text()});
+  };
+  const auto visit_log = [&](const MessageView& view) {
+    foxglove::Log log;
+    return !parse_message(view, log) ||
+           visit({view.time, 0, log.name(), foxglove::Log::Level_Name(log.level()), log.message()});
   };
   if (channel->schema == kEventSchema) {
-    for_each(take_event, topic);
+    for_each(visit_event, topic);
   } else {
-    for_each(take_log, topic);
+    for_each(visit_log, topic);
   }
-  return events;
+}
+
+std::string_view Recording::digest_topic() const {
+  const auto channel = std::ranges::find(impl_->channels, kDigestSchema, &ChannelInfo::schema);
+  return channel == impl_->channels.end() ? std::string_view() : std::string_view(channel->topic);
 }
 
 std::vector<RecordedDigest> Recording::digests() const {
   std::vector<RecordedDigest> digests;
-  const auto channel = std::ranges::find(impl_->channels, kDigestSchema, &ChannelInfo::schema);
-  if (channel == impl_->channels.end()) return digests;
-  for_each(
-      [&](const MessageView& view) {
-        if (Digest digest; parse_message(view, digest)) digests.push_back({view.time, digest.cycle(), digest.digest()});
-        return true;
-      },
-      channel->topic);
+  DigestCursor cursor(*this);
+  for (RecordedDigest digest; cursor.next(digest);) digests.push_back(digest);
   return digests;
+}
+
+MessageCursor::MessageCursor(const Recording& recording, std::string_view topic)
+    : impl_(*recording.impl_), wanted_(topic.empty() ? nullptr : recording.find_channel(topic)) {
+  if (!topic.empty() && wanted_ == nullptr) stretch_ = impl_.contents.stretches.size();
+}
+
+/// Goes on to the next stretch that has something of it. @return false: there is none, or too much has been read
+bool MessageCursor::enter_stretch() {
+  for (; stretch_ < impl_.contents.stretches.size(); ++stretch_) {
+    if (wanted_ != nullptr && !std::ranges::binary_search(impl_.ids[stretch_], wanted_->id)) continue;
+    if (impl_.visited_too_much()) return false;
+    const std::optional<std::string>& kept = impl_.unpacked[stretch_];
+    if (!kept) fresh_ = mcap::unpack(impl_.source, impl_.contents.stretches[stretch_], false).value_or("");
+    raw_ = kept ? *kept : fresh_;
+    impl_.visited_bytes += raw_.size();
+    offset_ = 0;
+    return inside_ = true;
+  }
+  return false;
+}
+
+bool MessageCursor::next(MessageView& message) {
+  while (inside_ || enter_stretch()) {
+    for (std::uint16_t id = 0; next_message(raw_, offset_, id, message);) {
+      if (wanted_ != nullptr && id != wanted_->id) continue;
+      message.channel = wanted_ != nullptr ? wanted_ : impl_.channel(id);
+      if (message.channel != nullptr) return true;
+    }
+    inside_ = false;
+    ++stretch_;
+  }
+  return false;
+}
+
+DigestCursor::DigestCursor(const Recording& recording) {
+  if (!recording.digest_topic().empty()) messages_.emplace(recording, recording.digest_topic());
+}
+
+bool DigestCursor::next(RecordedDigest& digest) {
+  MessageView view;
+  while (messages_ && messages_->next(view)) {
+    Digest message;
+    if (!parse_message(view, message)) continue;
+    digest = {view.time, message.cycle(), message.digest()};
+    return true;
+  }
+  return false;
 }
 
 }  // namespace takt::record

@@ -16,6 +16,8 @@
 
 namespace takt::record {
 
+class ByteSource;
+
 /// Topic of the digests of single blocks, where a run recorded them: an event a block and cycle, its name and 16
 /// hexadecimal digits.
 inline constexpr std::string_view kBlockTopic = "/blocks";
@@ -45,6 +47,12 @@ struct Table {
   std::vector<std::vector<double>> values;
 };
 
+/// Which columns of a topic, by their number in its header; nothing: all of them.
+struct ColumnChoice {
+  std::string topic;
+  std::optional<std::vector<std::size_t>> columns = {};
+};
+
 struct RecordedEvent {
   Nanoseconds time = 0;
   std::uint64_t cycle = 0;
@@ -62,7 +70,8 @@ struct AttachmentInfo {
 };
 
 /// Reads an MCAP file, also one whose writer was killed or whose bytes have rotted: what is whole is served, what is
-/// not is counted. Never trusts a length. Thread: any, one at a time. Realtime: setup.
+/// not is counted. Never trusts a length. The file is read piece by piece, again in each pass: what is in memory is
+/// bounded whatever its size (mcap::ReadLimits). Thread: any, one at a time. Realtime: setup.
 class Recording {
  public:
   /// Fails if the file cannot be read or does not begin as an MCAP file; a torn end is no failure.
@@ -97,21 +106,67 @@ class Recording {
   void for_each(const std::function<bool(const MessageView&)>& visit, std::string_view topic = {}) const;
 
   /// A channel of numbers as columns: joint states "joint.position", transforms "child.x" to "child.qz", wrenches
-  /// "force.x" to "torque.z", samples and states by their names. Diagnostics: no such topic (with the nearest), or one
-  /// without columns.
+  /// "force.x" to "torque.z", samples and states by their names. Diagnostics: no such topic (with the nearest), one
+  /// without columns, or one with more values than are held at a time.
   [[nodiscard]] Result<Table> table(std::string_view topic) const;
+  /// Names and units of its columns, without values.
+  [[nodiscard]] Result<Table> header(std::string_view topic) const;
+  /// Of several topics, each named once, in one pass over the file; in the order of `wanted`.
+  [[nodiscard]] Result<std::vector<Table>> tables(std::span<const ColumnChoice> wanted) const;
+  /// The first row at or after each multiple of `period` since the first one: what a film shows.
+  [[nodiscard]] Result<Table> table_every(std::string_view topic, Nanoseconds period) const;
+  /// How many messages a topic has; 0 if there is no such topic.
+  [[nodiscard]] std::size_t rows(std::string_view topic) const;
   /// Topics that table() can give.
   [[nodiscard]] std::vector<std::string> table_topics() const;
   /// takt.Event and foxglove.Log of one topic.
   [[nodiscard]] Result<std::vector<RecordedEvent>> events(std::string_view topic) const;
   [[nodiscard]] std::vector<std::string> event_topics() const;
+  /// The same one by one until `visit` returns false; none where the topic has no events.
+  void for_each_event(std::string_view topic, const std::function<bool(const RecordedEvent&)>& visit) const;
   /// The digests of the first channel of takt.Digest; empty if there is none.
   [[nodiscard]] std::vector<RecordedDigest> digests() const;
+  /// Topic of the first channel of takt.Digest; empty if there is none.
+  [[nodiscard]] std::string_view digest_topic() const;
 
  private:
+  friend class MessageCursor;
   struct Impl;
+  [[nodiscard]] static Result<Recording> from_source(ByteSource source);
+  /// The channel of a topic with columns.
+  [[nodiscard]] Result<const ChannelInfo*> numbers(std::string_view topic) const;
+  [[nodiscard]] std::unexpected<Diagnostics> too_much() const;
   explicit Recording(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
+};
+
+/// Goes through messages one by one, in the order of the file. The recording must outlive it.
+class MessageCursor {
+ public:
+  /// @param topic  the only one; empty: all
+  explicit MessageCursor(const Recording& recording, std::string_view topic = {});
+  /// @return false: there are no more. What `message` refers to is valid until the next call.
+  [[nodiscard]] bool next(MessageView& message);
+
+ private:
+  [[nodiscard]] bool enter_stretch();
+
+  const Recording::Impl& impl_;
+  const ChannelInfo* wanted_ = nullptr;
+  std::size_t stretch_ = 0, offset_ = 0;
+  std::string fresh_;     ///< a stretch that is not kept
+  std::string_view raw_;  ///< the stretch that is read
+  bool inside_ = false;
+};
+
+/// Goes through the digests of a recording one by one.
+class DigestCursor {
+ public:
+  explicit DigestCursor(const Recording& recording);
+  [[nodiscard]] bool next(RecordedDigest& digest);
+
+ private:
+  std::optional<MessageCursor> messages_;
 };
 
 }  // namespace takt::record

@@ -1,10 +1,10 @@
 #include "record/recording_thread.h"
 
 #include <cstring>
-#include <exception>
 
 #include <fmt/format.h>
 
+#include "core/base/last_catch.h"
 #include "core/base/utf8.h"
 #include "record/wire_pattern.h"
 
@@ -87,9 +87,11 @@ void RecordingThread::note_progress() {
 void RecordingThread::run() {
   try {
     write_all();
-  } catch (const std::exception& error) {
+  } catch (...) {
     // The run goes on without its recording; the ring is emptied so that it does not wait.
-    report_error(fmt::format("the writer of the recording failed: {}", error.what()));
+    const std::string why = exception_text();
+    (void)run_caught("tell that the recording failed",
+                     [&] { report_error(fmt::format("the writer of the recording failed: {}", why)); });
     drop_all();
   }
 }

@@ -32,20 +32,21 @@ CellRun::CellRun(const Description& description, BuiltCell& built, Expectations 
 bool CellRun::open() {
   constexpr std::size_t kMostBlocks = 4096;
   if (options_.keep_blocks || options_.record_blocks) built_.core->digest().keep_blocks(kMostBlocks);
-  if (!options_.record.empty()) {
-    auto recorder = RunRecorder::open(options_.record, description_, built_, options_.record_blocks);
-    if (recorder) {
-      recorder_ = std::move(*recorder);
-    } else {
-      report_.diagnostics.append(recorder.error());
-    }
-  }
   if (!options_.video.empty()) {
     auto film = RunFilm::open(options_, description_, built_);
     if (film) {
       film_ = std::move(*film);
     } else {
       report_.diagnostics.append(film.error());
+    }
+  }
+  // Last: from here on the file of that name is a new one, so nothing may be refused any more.
+  if (!options_.record.empty() && !report_.diagnostics.has_errors()) {
+    auto recorder = RunRecorder::open(options_.record, description_, built_, options_.record_blocks);
+    if (recorder) {
+      recorder_ = std::move(*recorder);
+    } else {
+      report_.diagnostics.append(recorder.error());
     }
   }
   return !report_.diagnostics.has_errors();

@@ -131,11 +131,10 @@ class ToolPoseExpectation final : public Expectation {
   WantedPose wanted_;
 };
 
-class ContactForceExpectation final : public Expectation {
- public:
-  ContactForceExpectation(ObjectReader& reader, BuiltCell& built) : between_(reader.texts("between")) {
-    below_N_ = reader.number("below_N", {}, kPositive);
-    at_least_N_ = reader.number("at_least_N", 0.0, kNotNegative);
+/// Of the true force between two things.
+class BetweenExpectation : public Expectation {
+ protected:
+  BetweenExpectation(ObjectReader& reader, BuiltCell& built) : between_(reader.texts("between")) {
     if (between_.size() != 2) {
       reader.diagnostics().error(Code::kWrongSize, reader.at("between"), fmt::format("{} names", between_.size()),
                                  "exactly two");
@@ -148,20 +147,64 @@ class ContactForceExpectation final : public Expectation {
       reader.diagnostics().append(watch.error(), reader.at("between"));
     }
   }
+  [[nodiscard]] sim::ContactReading contact(const BuiltCell& built) const { return built.world->contact(watch_); }
+  [[nodiscard]] std::string names() const { return fmt::format("'{}' and '{}'", between_[0], between_[1]); }
+
+ private:
+  std::vector<std::string> between_;
+  std::size_t watch_ = 0;
+};
+
+class ContactForceExpectation final : public BetweenExpectation {
+ public:
+  ContactForceExpectation(ObjectReader& reader, BuiltCell& built)
+      : BetweenExpectation(reader, built),
+        below_N_(reader.number("below_N", {}, kPositive)),
+        at_least_N_(reader.number("at_least_N", 0.0, kNotNegative)) {}
 
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
     ExpectationResult result;
-    result.value = outcome.built.world->contact(watch_).max_force;
+    result.value = contact(outcome.built).max_force;
     result.passed = result.value < below_N_ && result.value >= at_least_N_;
-    result.measured = fmt::format("{:.2f} N at most between '{}' and '{}' (below {:g})", result.value, between_[0],
-                                  between_[1], below_N_);
+    result.measured = fmt::format("{:.2f} N at most between {} (below {:g})", result.value, names(), below_N_);
     return result;
   }
 
  private:
-  std::vector<std::string> between_;
-  double below_N_ = 0.0, at_least_N_ = 0.0;
-  std::size_t watch_ = 0;
+  double below_N_, at_least_N_;
+};
+
+/// Over the cycles from the first to the last in which they touch, those between in which they do not included.
+class MeanForceExpectation final : public BetweenExpectation {
+ public:
+  MeanForceExpectation(ObjectReader& reader, BuiltCell& built)
+      : BetweenExpectation(reader, built),
+        at_least_N_(reader.number("at_least_N", {}, kNotNegative)),
+        below_N_(reader.number("below_N", {}, kPositive)) {}
+
+  void watch(const BuiltCell& built) override {
+    const double force = contact(built).force;
+    if (force > 0.0) {
+      cycles_ += 1 + pause_;
+      pause_ = 0;
+      sum_ += force;
+    } else if (cycles_ > 0) {
+      ++pause_;
+    }
+  }
+  [[nodiscard]] ExpectationResult judge(const Outcome&) const override {
+    ExpectationResult result;
+    result.value = cycles_ > 0 ? sum_ / static_cast<double>(cycles_) : 0.0;
+    result.passed = cycles_ > 0 && result.value >= at_least_N_ && result.value < below_N_;
+    result.measured = fmt::format("{:.2f} N in the mean of {} cycles between {} ({:g} to {:g})", result.value, cycles_,
+                                  names(), at_least_N_, below_N_);
+    return result;
+  }
+
+ private:
+  double at_least_N_, below_N_;
+  double sum_ = 0.0;
+  std::int64_t cycles_ = 0, pause_ = 0;
 };
 
 class PeakForceExpectation final : public Expectation {
@@ -337,6 +380,7 @@ std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& rea
   if (kind == "object_pose") return std::make_unique<ObjectPoseExpectation>(reader, built);
   if (kind == "tool_pose") return std::make_unique<ToolPoseExpectation>(reader, built);
   if (kind == "contact_force") return std::make_unique<ContactForceExpectation>(reader, built);
+  if (kind == "mean_force") return std::make_unique<MeanForceExpectation>(reader, built);
   if (kind == "peak_force") return std::make_unique<PeakForceExpectation>(reader, built);
   if (kind == "monitor") return std::make_unique<MonitorExpectation>(reader, built);
   if (kind == "gripper") return gripper_expectation(reader, built);
@@ -361,6 +405,9 @@ const std::vector<ExpectationKind>& expectation_kinds() {
       {"limits",
        "No set point leaves the joint limits, differentiated from what was sent, and no motor is asked for more torque "
        "than it has. Keys: arm."},
+      {"mean_force",
+       "True force between two bodies, in the mean over the cycles from their first to their last touch. Keys: between "
+       "[a, b], at_least_N, below_N."},
       {"monitor",
        "The last value that a net's monitor showed. Keys: net, monitor, and at_least, at_most (numbers) or is (any)."},
       {"object_pose",

@@ -15,7 +15,7 @@
 
 namespace takt::scenario {
 
-/// What an operator does at a time that the scenario names ("operator", docs/scenarios.md).
+/// What an operator does at a time that the scenario names ("operator", docs/how-to/operator-and-faults.md).
 struct OperatorAction {
   enum class Kind { kPause, kResume, kOverride, kCancel, kAbort, kWrite };
   Kind kind = Kind::kPause;

@@ -20,9 +20,11 @@ std::unexpected<Diagnostics> unusable(const std::filesystem::path& file, std::st
 }
 
 /// The recorded signals that light something, in the order of the world's lamps; empty columns for what is not there.
-std::vector<std::vector<double>> lamp_columns(const record::Recording& recording, const sim::World& world) {
+std::vector<std::vector<double>> lamp_columns(const record::Recording& recording, const sim::World& world,
+                                              Nanoseconds period) {
   std::vector<std::vector<double>> columns(world.lamps().size());
-  const auto signals = recording.table("/signals");
+  if (columns.empty()) return columns;
+  const auto signals = recording.table_every("/signals", period);
   for (std::size_t i = 0; signals && i < columns.size(); ++i) {
     const auto found = std::ranges::find(signals->columns, world.lamps()[i]);
     if (found != signals->columns.end())
@@ -31,19 +33,16 @@ std::vector<std::vector<double>> lamp_columns(const record::Recording& recording
   return columns;
 }
 
-/// The recorded positions, a picture apart; the overlay shows time and step.
+/// The recorded positions; the overlay shows time and step.
 std::vector<sim::FilmState> states_for_film(const record::Table& table, const std::vector<std::vector<double>>& lamps,
-                                            const std::vector<record::RecordedEvent>& events, int fps) {
+                                            const std::vector<record::RecordedEvent>& events) {
   std::vector<sim::FilmState> states;
   std::size_t event = 0;
   std::string step;
-  Nanoseconds next = table.time.empty() ? 0 : table.time.front();
   for (std::size_t row = 0; row < table.time.size(); ++row) {
     for (; event < events.size() && events[event].time <= table.time[row]; ++event) {
       if (events[event].name == "begin") step = events[event].text;
     }
-    if (table.time[row] < next) continue;
-    next += kSecond / fps;
     sim::FilmState state;
     state.time = state.overlay.time = table.time[row];
     state.overlay.step = step;
@@ -72,13 +71,14 @@ std::vector<sim::CameraCut> cuts_of(const Description& description, const std::v
 
 /// Why these states make no film; empty: they do. A film is as long as its recording, so that two states far from each
 /// other would be a film of years.
-std::string check_times(const record::Table& table) {
+std::string check_times(const record::Recording& recording, const record::Table& table) {
   constexpr Nanoseconds kMostPerState = 100 * kMillisecond;  // of a film, on average; a run records one per cycle
   constexpr Nanoseconds kLongest = 4 * 3600 * kSecond;
   if (table.time.empty()) return "there is no state in this recording";
+  const auto states = static_cast<Nanoseconds>(recording.rows(table.topic));
   const Nanoseconds length = table.time.back() - table.time.front();
-  if (length <= std::min(kLongest, kMostPerState * static_cast<Nanoseconds>(table.time.size()))) return {};
-  return fmt::format("{} states over {:.6g} s", table.time.size(), to_seconds(length));
+  if (length <= std::min(kLongest, kMostPerState * states)) return {};
+  return fmt::format("{} states over {:.6g} s", states, to_seconds(length));
 }
 
 }  // namespace
@@ -98,7 +98,9 @@ Result<std::int64_t> render_recording(const std::filesystem::path& recording, co
   Diagnostics warnings;
   auto built = build_cell(*description, models, false, warnings);
   if (!built) return std::unexpected(std::move(built.error()));
-  const auto table = opened->table("/state");
+  // No more than a state a picture is held, however long the recording is.
+  const Nanoseconds period = kSecond / options.fps;
+  const auto table = opened->table_every("/state", period);
   if (!table) return std::unexpected(table.error());
   if (static_cast<int>(table->values.size()) != built->world->model()->nq) {
     return unusable(
@@ -106,7 +108,7 @@ Result<std::int64_t> render_recording(const std::filesystem::path& recording, co
         fmt::format("states of {} positions for a model of {}", table->values.size(), built->world->model()->nq),
         "the models that it was recorded with");
   }
-  if (auto wrong = check_times(*table); !wrong.empty()) return unusable(recording, std::move(wrong));
+  if (auto wrong = check_times(*opened, *table); !wrong.empty()) return unusable(recording, std::move(wrong));
   sim::FilmOptions film;
   film.path = options.video;
   film.fps = options.fps;
@@ -117,7 +119,7 @@ Result<std::int64_t> render_recording(const std::filesystem::path& recording, co
   const auto events = recorded.value_or(std::vector<record::RecordedEvent>{});
   film.cuts = cuts_of(*description, events, options.camera);
   if (options.camera.empty()) film.inset_camera = description->film.inset;
-  const auto states = states_for_film(*table, lamp_columns(*opened, *built->world), events, options.fps);
+  const auto states = states_for_film(*table, lamp_columns(*opened, *built->world, period), events);
   const auto report = sim::film_from_states(built->world->model(), states, film);
   if (!report) return std::unexpected(report.error());
   return report->frames;

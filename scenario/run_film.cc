@@ -1,8 +1,9 @@
 #include "scenario/run_film.h"
 
 #include <algorithm>
+#include <limits>
 
-#include "core/kinematics/chain.h"
+#include "core/expression/device_sensors.h"
 
 namespace takt::scenario {
 namespace {
@@ -12,19 +13,6 @@ std::string first_camera(const RunOptions& options, const Description& descripti
   if (!options.camera.empty()) return options.camera;
   if (!description.film.camera.empty()) return description.film.camera;
   return description.cameras.empty() ? "" : description.cameras.front().name;
-}
-
-/// Force on the tool without its weight and bias, N: what the conditions in the nets compare.
-double contact_force(const command::MountedSensor& sensor, const BuiltCell& built, const command::Biases& biases) {
-  const auto& arm = built.cell.arms.find(sensor.arm)->second;
-  const Eigen::Isometry3d X_WB = built.cell.frames.pose(sensor.arm).value_or(Eigen::Isometry3d::Identity());
-  const Eigen::Matrix3d R_WS =
-      X_WB.linear() * arm.device->description().chain->forward(arm.device->sample().q).linear() * sensor.X_FS.linear();
-  Eigen::Vector3d force = sensor.device->sample().wrench.force;
-  force -= sensor.tool_mass * (R_WS.transpose() * built.cell.gravity_W);
-  const auto bias = biases.find(sensor.device->name());
-  if (bias != biases.end()) force -= bias->second.force;
-  return force.norm();
 }
 
 /// The film speaks of its own options; a user knows those of the command line.
@@ -75,7 +63,8 @@ Diagnostics RunFilm::add_cycle(const std::string& step, const command::Biases& b
   overlay.time = built_.world->time();
   const auto sensor = built_.cell.sensors.find(description_.film.force_sensor);
   if (sensor != built_.cell.sensors.end()) {
-    overlay.force_N = contact_force(sensor->second, built_, biases);
+    const auto felt = contact_wrench(built_.cell, sensor->first, biases);  // as the conditions in the nets have it
+    overlay.force_N = norm(force(felt)).now().value_or(std::numeric_limits<double>::quiet_NaN());
     overlay.force_limit_N = description_.film.force_limit_N;
   }
   auto pushed = film_.push(built_.world->data(), overlay);

@@ -77,9 +77,10 @@ Result<std::unique_ptr<Session>> session_of(const record::Recording& recording, 
 
 Result<Again> run_again(const record::Recording& recording, std::uint64_t cycle, const device::ModelLibrary& models) {
   // Cycles are numbered from 0 and have a digest each: running again costs no more than the recorded run did.
-  if (cycle >= recording.digests().size()) {
+  const std::size_t digests = recording.rows(recording.digest_topic());
+  if (cycle >= digests) {
     return failure(Code::kIncompatible, {},
-                   fmt::format("the recording names cycle {} and has {} digests", cycle, recording.digests().size()),
+                   fmt::format("the recording names cycle {} and has {} digests", cycle, digests),
                    "a recording with all of its cycles");
   }
   auto session = session_of(recording, models);
@@ -102,9 +103,9 @@ Result<Again> run_again(const record::Recording& recording, std::uint64_t cycle,
 
 /// The digest of a cycle as the recording has it.
 std::optional<std::uint64_t> recorded_digest(const record::Recording& recording, std::uint64_t cycle) {
-  for (const record::RecordedDigest& digest : recording.digests()) {
+  record::DigestCursor cursor(recording);
+  for (record::RecordedDigest digest; cursor.next(digest);)
     if (digest.cycle == cycle) return digest.digest;
-  }
   return std::nullopt;
 }
 

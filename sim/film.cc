@@ -17,6 +17,7 @@
 #include <mujoco/mujoco.h>
 #include <unistd.h>
 
+#include "core/base/last_catch.h"
 #include "sim/film_encoder.h"
 #include "sim/mujoco_errors.h"
 
@@ -80,7 +81,8 @@ void check_size(const RenderOptions& render, Diagnostics& diagnostics) {
   check("/render/height", render.height);
 }
 
-// Creates or opens the file, so that a path that cannot be written shows before the run and not after it.
+// Opens the file, or creates and removes one, so that a path that cannot be written shows before the run and not after
+// it, and nothing is left where something else is refused.
 void check_path(const std::filesystem::path& path, Diagnostics& diagnostics) {
   if (path.extension() != ".mp4") {
     diagnostics.error(Code::kInvalidValue, "/path", fmt::format("'{}' does not end in .mp4", path.string()),
@@ -88,13 +90,16 @@ void check_path(const std::filesystem::path& path, Diagnostics& diagnostics) {
     return;
   }
   // A FIFO without a reader would wait for one for ever.
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
+  int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK);
+  const bool created = file < 0 && errno == ENOENT;
+  if (created) file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (file < 0) {
     diagnostics.error(Code::kFileNotWritable, "/path",
                       fmt::format("cannot write '{}': {}", path.string(), std::strerror(errno)));
     return;
   }
   ::close(file);
+  if (created) ::unlink(path.c_str());
 }
 
 void check_cameras(const mjModel* model, const FilmOptions& options, Diagnostics& diagnostics) {
@@ -153,10 +158,11 @@ class Film::Impl {
         FilmEncoder::start(options_.ffmpeg, options_.path, options_.render.width, options_.render.height, options_.fps);
     if (!encoder) return std::unexpected(encoder.error());
     encoder_ = std::move(*encoder);
-    Result<void> started = start_workers();
-    if (!started) return started;
-    writer_ = std::jthread([this] { write_frames(); });
-    return {};
+    return guarded("no threads to make the film", [this] {
+      Result<void> started = start_workers();
+      if (started) writer_ = std::jthread([this] { write_frames(); });
+      return started;
+    });
   }
 
   Nanoseconds next_time() const { return pushed_ * kSecond / options_.fps; }
@@ -263,15 +269,11 @@ class Film::Impl {
   }
 
   void work(std::promise<Result<void>> promise) {
-    Result<Renderer> renderer = Renderer::create(model_, options_.render);
-    mjData* data = renderer ? mj_makeData(model_) : nullptr;
-    if (data == nullptr) {
-      promise.set_value(renderer ? failure(Code::kSystem, "", "no memory for a copy of the state")
-                                 : std::unexpected(renderer.error()));
-      return;
-    }
-    Worker worker{std::move(*renderer), {data, &mj_deleteData}, {}};
-    promise.set_value({});
+    std::optional<Worker> made;
+    const Result<void> started = guarded("the pictures cannot be drawn", [&] { return make_worker(made); });
+    promise.set_value(started);
+    if (!started) return;
+    Worker& worker = *made;
     while (Frame* frame = take_frame()) {
       const double begin = thread_cpu_seconds();
       Result<void> drawn = guarded("a picture could not be drawn", [&] { return draw(worker, *frame); });
@@ -283,13 +285,22 @@ class Film::Impl {
     }
   }
 
+  Result<void> make_worker(std::optional<Worker>& made) const {
+    Result<Renderer> renderer = Renderer::create(model_, options_.render);
+    if (!renderer) return std::unexpected(renderer.error());
+    mjData* data = mj_makeData(model_);
+    if (data == nullptr) return failure(Code::kSystem, "", "no memory for a copy of the state");
+    made.emplace(Worker{std::move(*renderer), {data, &mj_deleteData}, {}});
+    return {};
+  }
+
   // The last catch of a thread: what went wrong ends the film with its reason, not the process.
   template <class Work>
   static Result<void> guarded(const char* what, const Work& work) {
     try {
       return work();
-    } catch (const std::exception& error) {
-      return failure(Code::kSystem, "", fmt::format("{}: {}", what, error.what()));
+    } catch (...) {
+      return failure(Code::kInternal, "", fmt::format("{}: {}", what, exception_text()));
     }
   }
 

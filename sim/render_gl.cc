@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdlib>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #define GL_GLEXT_PROTOTYPES
 #include <GL/osmesa.h>
@@ -32,6 +35,22 @@ void set_driver_defaults() {
   (void)done;
 }
 
+/// True if the process may have as many more threads. Where it may not, the rasteriser waits for ever for the thread
+/// that it did not get.
+bool can_have_threads(unsigned count) {
+  std::atomic<bool> done = false;
+  std::vector<std::jthread> threads;
+  bool all = true;
+  try {
+    for (unsigned i = 0; i < count; ++i) threads.emplace_back([&done] { done.wait(false); });
+  } catch (const std::system_error&) {
+    all = false;
+  }
+  done = true;
+  done.notify_all();
+  return all;
+}
+
 Result<unsigned> compile(GLenum kind, std::string_view defines, const char* source) {
   const std::string text = fmt::format("#version 330 core\n{}\n{}", defines, source);
   const char* lines = text.c_str();
@@ -51,6 +70,10 @@ Result<unsigned> compile(GLenum kind, std::string_view defines, const char* sour
 
 Result<GlContext> GlContext::create() {
   set_driver_defaults();
+  constexpr unsigned kThreads = 5;  // of the rasteriser at most, and one of the driver
+  if (!can_have_threads(kThreads))
+    return failure(Code::kSystem, "", fmt::format("no threads to draw with: {} are needed", kThreads),
+                   "a higher limit of processes (ulimit -u)");
   constexpr std::array kAttributes = {OSMESA_FORMAT,
                                       OSMESA_RGBA,
                                       OSMESA_DEPTH_BITS,

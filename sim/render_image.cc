@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <string>
 
 #include <fmt/format.h>
 #include <png.h>
+
+#include "core/base/output_file.h"
 
 namespace takt::sim {
 
@@ -33,8 +36,14 @@ Result<void> write_png(const Image& image, const std::filesystem::path& path) {
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
   png.format = PNG_FORMAT_RGB;
-  if (png_image_write_to_file(&png, path.c_str(), 0, rgb.data(), 0, nullptr) != 0) return {};
-  return failure(Code::kFileNotWritable, "", fmt::format("cannot write '{}': {}", path.string(), png.message));
+  // Not by the library's own file: it removes what it could not write, be it a device.
+  std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
+  png_alloc_size_t size = bytes.size();
+  if (png_image_write_to_memory(&png, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0)
+    return failure(Code::kInternal, "", fmt::format("'{}' cannot be made: {}", path.string(), png.message));
+  if (Diagnostics diagnostics = write_file(path, std::string_view(bytes).substr(0, size)); diagnostics.has_errors())
+    return std::unexpected(std::move(diagnostics));
+  return {};
 }
 
 void paste(const Image& source, Image& target, int left, int top, int border) {

@@ -242,7 +242,7 @@ int list(const Common& common) {
 
 std::pair<CLI::App*, Verb> add_validate(CLI::App& app, Common& common) {
   auto files = std::make_shared<std::vector<std::string>>();
-  CLI::App* verb = app.add_subcommand("validate", "Check scenario, net and model files whole; move nothing");
+  CLI::App* verb = app.add_subcommand("validate", "Check scenario, net and model files completely; move nothing");
   verb->add_option("FILE", *files, "Files, or folders of models")->required();
   return {verb, [files, &common] { return validate(*files, common); }};
 }

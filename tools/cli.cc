@@ -72,7 +72,7 @@ int run(int argc, char** argv) {
   common.root = scenario::data_folder();
   CLI::App app{
       "takt: robot control core and digital twin of the cell it controls.\n"
-      "Exit status: 0 held; 1 an expectation or comparison failed; 2 bad input or usage; 3 device,\n"
+      "Exit status: 0 success; 1 an expectation or comparison failed; 2 bad input or usage; 3 device,\n"
       "communication or runtime fault; 130 interrupted."};
   app.name("takt");
   app.set_version_flag("--version", std::string("takt ") + TAKT_VERSION);

@@ -69,7 +69,8 @@ std::string limit_text(const PostureReport& report, const kinematics::Chain& cha
   const auto& margin = report.margin;
   if (margin.joint < 0) return "no limits";
   const bool slides = chain.is_prismatic(margin.joint);
-  return fmt::format("{:.{}f} {} ({})", slides ? margin.distance : margin.distance * kDegreesPerRadian, slides ? 4 : 1,
+  return fmt::format("{}{:.{}f} {} ({})", margin.distance < 0.0 ? "OUTSIDE by " : "",
+                     slides ? std::abs(margin.distance) : std::abs(margin.distance) * kDegreesPerRadian, slides ? 4 : 1,
                      slides ? "m" : "deg", chain.joint_names()[static_cast<std::size_t>(margin.joint)]);
 }
 
@@ -191,9 +192,13 @@ int print_inverse(const device::ArmDescription& arm, const InverseQuestion& ques
   if (question.held) options.held_values = {*question.held};
   if (question.arm_angle) options.arm_angles = {*question.arm_angle};
   const auto solutions = kinematics::inverse_solutions(chain, *X_BF, options);
+  // No answer is an answer, but not the one that was asked for.
+  const int status = solutions.empty() ? kNotHeld : kHeld;
+  if (solutions.empty())
+    fmt::print(stderr, "--ik: the flange of '{}' cannot be there within the limits of its joints\n", arm.model);
   if (!common.json) {
     print_table(chain, solutions);
-    return kHeld;
+    return status;
   }
   Json list = Json::array(), branches = Json::array();
   for (const JointVector& q : solutions) {
@@ -201,7 +206,7 @@ int print_inverse(const device::ArmDescription& arm, const InverseQuestion& ques
     branches.push_back(posture_json(report_of(chain, q), chain));
   }
   print({{"model", arm.model}, {"way", way_to_solutions(arm)}, {"solutions", list}, {"branches", branches}});
-  return kHeld;
+  return status;
 }
 
 std::string way_to_solutions(const device::ArmDescription& arm) {

@@ -167,6 +167,8 @@ Result<sim::World> build_on_stage(const kinematics::RobotModel& robot, const dev
 Result<void> draw_model(const kinematics::RobotModel& robot, const device::ArmDescription* arm, PictureOptions& options,
                         const std::filesystem::path& file) {
   if (auto size = read_size(options); !size) return size;
+  if (file.extension() != ".png")
+    return failure(Code::kInvalidValue, "--image", fmt::format("'{}' is not a .png file", file.string()), "OUT.png");
   Points points;
   const auto world = build_on_stage(robot, arm, options, points);
   if (!world) return std::unexpected(world.error());

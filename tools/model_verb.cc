@@ -1,6 +1,7 @@
 // model: what takt knows of a robot, sensor or thing: figures, kinematics, pictures.
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -99,6 +100,24 @@ Diagnostics check_numbers(const ModelArguments& arguments) {
   return diagnostics;
 }
 
+/// Tells on stderr how far the sampling of a work space is: once a second, and on a terminal in one line.
+class WorkSpaceProgress {
+ public:
+  void operator()(double share) {
+    const auto now = std::chrono::steady_clock::now();
+    if (terminal_ && share >= 1.0 && told_) fmt::print(stderr, "\r\033[K");
+    if (now - last_ < std::chrono::seconds(1) || share >= 1.0) return;
+    last_ = now;
+    told_ = true;
+    fmt::print(stderr, "{}the work space is sampled: {:.0f} %{}", terminal_ ? "\r" : "", 100.0 * share,
+               terminal_ ? "" : "\n");
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  bool terminal_ = isatty(STDERR_FILENO) != 0, told_ = false;
+};
+
 int draw(const ModelArguments& arguments, const LoadedModel& model, const Common& common) {
   PictureOptions options = arguments.picture;
   options.q = arguments.posture;
@@ -108,10 +127,12 @@ int draw(const ModelArguments& arguments, const LoadedModel& model, const Common
     fmt::print(stderr, "{}: {}x{}\n", arguments.image, options.width, options.height);
   }
   if (!arguments.reach.empty()) {
-    if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "the work space is sampled, which takes some seconds ...\n");
-    const auto drawn = draw_reach(*model.arm, arguments.reach);
+    const auto drawn = draw_reach(*model.arm, arguments.reach, {.progress = WorkSpaceProgress()});
     if (!drawn) return report(drawn.error(), common);
     fmt::print(stderr, "{}: reach {:.3f} m\n", arguments.reach, drawn->farthest_m);
+    if (drawn->share < 1.0)
+      fmt::print(stderr, "{}: the time was enough for the lower {:.0f} % of the right section\n", arguments.reach,
+                 100.0 * drawn->share);
   }
   return kHeld;
 }
@@ -148,7 +169,7 @@ std::pair<CLI::App*, Verb> add_model(CLI::App& app, Common& common) {
       ->type_name("RAD");
   verb->add_option("--held", arguments->ik.held, "With --ik: the value of the joint that a seven-axis arm holds, rad")
       ->type_name("RAD");
-  verb->add_flag("--branches", arguments->branches, "With --ik: each branch once, without turns by 360 degrees");
+  verb->add_flag("--branches", arguments->branches, "With --ik: each branch once, without full turns");
   verb->add_option("--image", arguments->image, "Draw the model into a picture")->type_name("OUT.png");
   verb->add_option("--size", arguments->picture.size, "Of the picture, default 960x720")->type_name("WxH");
   verb->add_option("--posture", arguments->posture, "In the picture: positions of all movable joints, rad or m")

@@ -145,13 +145,27 @@ Json describe(const LoadedNet& loaded) {
   return json;
 }
 
+/// Of a scenario without a step there is a list of its nets, and nothing to draw, to keep or to measure.
+Diagnostics check_step_is_named(const NetArguments& arguments, const LoadedNet& loaded) {
+  Diagnostics diagnostics;
+  const std::pair<const char*, bool> asked[] = {
+      {"--graph", !arguments.graph.empty()}, {"--dump", !arguments.dump.empty()}, {"--bench", arguments.bench}};
+  for (const auto& [option, given] : asked) {
+    if (given && !loaded.net)
+      diagnostics.error(Code::kRequires, option, "the net of no step was asked for",
+                        "--step NAME; without these options the steps with a net are listed");
+  }
+  return diagnostics;
+}
+
 int net(const NetArguments& arguments, const Common& common) {
   const device::ModelLibrary library = common.library();
   LoadedNet loaded;
   if (const Diagnostics diagnostics = load(arguments, library, loaded); diagnostics.has_errors())
     return report(diagnostics, common);
+  Diagnostics diagnostics = check_step_is_named(arguments, loaded);
+  if (diagnostics.has_errors()) return report(diagnostics, common);
   if (!loaded.net) return list_steps(loaded, common);
-  Diagnostics diagnostics;
   if (!arguments.dump.empty()) {
     diagnostics.append(write_file(arguments.dump, net::net_to_json(loaded.description).dump(2) + "\n", "--dump"));
   }
@@ -204,9 +218,9 @@ std::pair<CLI::App*, Verb> add_net(CLI::App& app, Common& common) {
   CLI::App* verb = app.add_subcommand("net", "A realtime primitive net: check it, measure it, draw it");
   verb->add_option("FILE", arguments->file, "Net file, or a scenario whose steps make nets (JSON)")->required();
   verb->add_option("--scenario", arguments->scenario, "Scenario whose devices the net may name")->type_name("FILE");
-  verb->add_option("--step", arguments->step, "Of a scenario: the net of the step of this name")->type_name("NAME");
+  verb->add_option("--step", arguments->step, "With a scenario: the net of the step of this name")->type_name("NAME");
   verb->add_flag("--check", arguments->check, "Verify and report (the default): certificate, null paths, units, order");
-  verb->add_flag("--bench", arguments->bench, "What a cycle and each primitive cost on this machine");
+  verb->add_flag("--bench", arguments->bench, "Cost of a cycle and of each primitive on this machine");
   verb->add_option("--seconds", arguments->seconds, "How long --bench measures")
       ->check(CLI::Range(0.05, 600.0))
       ->capture_default_str();

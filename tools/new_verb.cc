@@ -49,16 +49,16 @@ int new_robot(const ImportOptions& options, const Common& common) {
 std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common) {
   auto options = std::make_shared<ImportOptions>();
   auto what = std::make_shared<std::string>();
-  CLI::App* verb = app.add_subcommand("new", "Make a model folder from a URDF of somebody else");
+  CLI::App* verb = app.add_subcommand("new", "Make a model folder from a foreign URDF");
   verb->add_option("WHAT", *what, "robot")->required()->check(CLI::IsMember({"robot"}));
-  verb->add_option("NAME", options->name, "Of the model: a-z, 0-9, _")->required();
-  verb->add_option("--urdf", options->urdf, "The file to start from")->required()->type_name("FILE");
-  verb->add_option("--out", options->out, "Folder of models to put it in; default: models")->type_name("DIR");
-  verb->add_option("--packages", options->packages, "Where packages of meshes lie, beside the folders above the file")
+  verb->add_option("NAME", options->name, "Name of the model: a-z, 0-9, _")->required();
+  verb->add_option("--urdf", options->urdf, "URDF file to start from")->required()->type_name("FILE");
+  verb->add_option("--out", options->out, "Folder for the new model; default: models")->type_name("DIR");
+  verb->add_option("--packages", options->packages, "Folders with mesh packages, besides those above the file")
       ->type_name("DIR");
   verb->add_option("--base", options->base, "Link at the mounting face; default: guessed")->type_name("LINK");
   verb->add_option("--flange", options->flange, "Link at the face of the flange; default: guessed")->type_name("LINK");
-  verb->add_option("--title", options->title, "Name for people")->type_name("TEXT");
+  verb->add_option("--title", options->title, "Title for people")->type_name("TEXT");
   return {verb, [options, what, &common] {
             if (options->out.empty()) options->out = "models";
             return new_robot(*options, common);

@@ -7,15 +7,15 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "core/operations/step.h"
+#include "core/operations/operation.h"
 #include "tools/cli.h"
 
 namespace takt::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using activity::Operation;
 using activity::ParameterInfo;
-using activity::StepKind;
 
 /// "required", "default 0.05", or "optional".
 std::string default_text(const ParameterInfo& one) {
@@ -34,15 +34,15 @@ void print_parameters(const std::vector<ParameterInfo>& parameters, std::size_t 
   }
 }
 
-void print_operation(const StepKind& kind) {
-  fmt::print("{}\n  {}\n\n", kind.name, kind.doc);
-  print_parameters(kind.parameters(), 2);
+void print_operation(const Operation& operation) {
+  fmt::print("{}\n  {}\n\n", operation.name, operation.doc);
+  print_parameters(operation.parameters(), 2);
 }
 
-void print_list(const std::vector<const StepKind*>& kinds) {
+void print_list(const std::vector<const Operation*>& operations) {
   std::size_t width = 0;
-  for (const StepKind* kind : kinds) width = std::max(width, kind->name.size());
-  for (const StepKind* kind : kinds) fmt::print("{:<{}}  {}\n", kind->name, width, kind->doc);
+  for (const Operation* operation : operations) width = std::max(width, operation->name.size());
+  for (const Operation* operation : operations) fmt::print("{:<{}}  {}\n", operation->name, width, operation->doc);
 }
 
 // -- The page of the documentation ------------------------------------------------------------------------------------
@@ -68,7 +68,7 @@ void collect_objects(const std::vector<ParameterInfo>& parameters,
   }
 }
 
-void print_page(const std::vector<const StepKind*>& kinds) {
+void print_page(const std::vector<const Operation*>& operations) {
   fmt::print(
       "# Reference of operations\n\n"
       "This page is printed by `takt operations --markdown` from the tables of parameters "
@@ -76,10 +76,10 @@ void print_page(const std::vector<const StepKind*>& kinds) {
       "and "
       "`name` (for people).\n");
   std::map<std::string, const std::vector<ParameterInfo>*> objects;
-  for (const StepKind* kind : kinds) {
-    fmt::print("\n## {}\n{}\n", kind->name, kind->doc);
-    print_table(kind->parameters());
-    collect_objects(kind->parameters(), objects);
+  for (const Operation* operation : operations) {
+    fmt::print("\n## {}\n{}\n", operation->name, operation->doc);
+    print_table(operation->parameters());
+    collect_objects(operation->parameters(), objects);
   }
   fmt::print("\n# Objects\nParameters with parameters of their own.\n");
   for (const auto& [name, fields] : objects) {
@@ -107,17 +107,34 @@ Json describe(const std::vector<ParameterInfo>& parameters) {
   return list;
 }
 
+/// As schemas/scenario.schema.json has them, without what concerns several keys at once.
+Json schema_definitions(const std::vector<const Operation*>& operations) {
+  Json definitions = Json::object();
+  for (const Operation* operation : operations) {
+    Json properties = Json::object(), required = Json::array();
+    for (const char* key : {"do", "name", "start", "on"}) properties[key] = true;
+    for (const ParameterInfo& one : operation->parameters()) {
+      if (one.refused) continue;
+      properties[one.key] = schema_of(one);
+      if (one.required) required.push_back(one.key);
+    }
+    definitions[std::string(operation->name)] = {
+        {"description", operation->doc}, {"required", required}, {"properties", properties}};
+  }
+  return {{"definitions", definitions}};
+}
+
 struct Arguments {
   std::string name;
-  bool markdown = false;
+  bool markdown = false, schema = false;
 };
 
 int operations(const Arguments& arguments, const Common& common) {
-  std::vector<const StepKind*> chosen;
+  std::vector<const Operation*> chosen;
   std::vector<std::string> names;
-  for (const StepKind& kind : activity::step_kinds()) {
-    names.emplace_back(kind.name);
-    if (arguments.name.empty() || arguments.name == kind.name) chosen.push_back(&kind);
+  for (const Operation& operation : activity::Operations::global().all()) {
+    names.emplace_back(operation.name);
+    if (arguments.name.empty() || arguments.name == operation.name) chosen.push_back(&operation);
   }
   if (chosen.empty()) {
     Diagnostics diagnostics;
@@ -127,9 +144,12 @@ int operations(const Arguments& arguments, const Common& common) {
   }
   if (common.json) {
     Json list = Json::array();
-    for (const StepKind* kind : chosen)
-      list.push_back({{"name", kind->name}, {"doc", kind->doc}, {"parameters", describe(kind->parameters())}});
+    for (const Operation* operation : chosen)
+      list.push_back(
+          {{"name", operation->name}, {"doc", operation->doc}, {"parameters", describe(operation->parameters())}});
     print({{"operations", list}});
+  } else if (arguments.schema) {
+    fmt::print("{}\n", schema_definitions(chosen).dump(2));
   } else if (arguments.markdown) {
     print_page(chosen);
   } else if (arguments.name.empty()) {
@@ -147,6 +167,7 @@ std::pair<CLI::App*, Verb> add_operations(CLI::App& app, Common& common) {
   CLI::App* verb = app.add_subcommand("operations", "Print the operations of programs with their parameters");
   verb->add_option("NAME", arguments->name, "One operation with its parameters");
   verb->add_flag("--markdown", arguments->markdown, "As a page: docs/operations-reference.md");
+  verb->add_flag("--schema", arguments->schema, "As definitions of a JSON Schema, for editors");
   return {verb, [arguments, &common] { return operations(*arguments, common); }};
 }
 

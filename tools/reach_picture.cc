@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ctime>
 
 #include <fmt/format.h>
 
@@ -82,7 +83,30 @@ bool turns_upright(const Chain& chain) {
          lines[0].point.head<2>().norm() < kinematics::kAlmost;
 }
 
-double any_orientation(const Chain& chain, Section& section) {
+/// What is done of a drawing, in parts of equal cost as far as that is known, and whether there is time for more.
+class Work {
+ public:
+  explicit Work(const ReachOptions& options) : options_(options) {}
+  /// From `begin` on the next part is `length` of the whole.
+  void begin(double begin, double length) {
+    begin_ = begin;
+    length_ = length;
+  }
+  void done(double share_of_part) const {
+    if (options_.progress) options_.progress(begin_ + length_ * share_of_part);
+  }
+  [[nodiscard]] bool has_time() const {
+    return static_cast<double>(std::clock() - started_) < options_.most_seconds * CLOCKS_PER_SEC;
+  }
+
+ private:
+  const ReachOptions& options_;
+  std::clock_t started_ = std::clock();
+  double begin_ = 0.0, length_ = 0.0;
+};
+
+double any_orientation(const Chain& chain, const Work& work, Section& section) {
+  constexpr int kTold = kSamples / 100;
   const bool upright = turns_upright(chain);
   double farthest = 0.0;
   JointVector q(chain.joint_count());
@@ -95,6 +119,7 @@ double any_orientation(const Chain& chain, Section& section) {
     const double across = std::copysign(std::hypot(p.x(), p.y()), p.x());
     section.mark(across, p.z(), measure);
     farthest = std::max(farthest, std::hypot(across, p.z() - section.middle_z));
+    if (k % kTold == 0) work.done(static_cast<double>(k) / kSamples);
   }
   return farthest;
 }
@@ -107,7 +132,8 @@ int block_size(const device::ArmDescription& arm) {
   return way_to_solutions(arm).starts_with("closed form") ? 1 : kCoarse;
 }
 
-void straight_down(const device::ArmDescription& arm, Section& section) {
+/// @return the share of the section that there was time for, from below
+double straight_down(const device::ArmDescription& arm, const Work& work, Section& section) {
   const Chain& chain = *arm.chain;
   const int block = block_size(arm);
   const double off_middle = 0.5 * (block - 1) * section.field();
@@ -120,6 +146,8 @@ void straight_down(const device::ArmDescription& arm, Section& section) {
     for (int k = 0; k < 7; ++k) options.held_values.push_back(spread(chain, held, (k + 0.5) / 7));
   }
   for (int row = 0; row < kFields; row += block) {
+    work.done(static_cast<double>(row) / kFields);
+    if (!work.has_time()) return static_cast<double>(row) / kFields;
     for (int column = 0; column < kFields; column += block) {
       X_BF.translation() << section.x(column) + off_middle, 0.0, section.z(row) + off_middle;
       // What is out of any reach needs no search.
@@ -130,6 +158,8 @@ void straight_down(const device::ArmDescription& arm, Section& section) {
       }
     }
   }
+  work.done(1.0);
+  return 1.0;
 }
 
 // --- drawing ---------------------------------------------------------------------------------------------------------
@@ -298,7 +328,7 @@ void legend(double largest, double left, double width, double y, Canvas& drawing
   drawing.text(left + width / 2, y + 30, "middle", "smallest singular value of the Jacobian (lengths over the reach)");
 }
 
-std::string picture(const device::ArmDescription& arm, const Section& any, const Section& down, double farthest) {
+std::string picture(const device::ArmDescription& arm, const Section& any, const Section& down, const Reach& reach) {
   Canvas drawing;
   const double right = kLeft + kPanel + kGap;
   const double largest = std::max(any.largest(), down.largest());
@@ -306,9 +336,10 @@ std::string picture(const device::ArmDescription& arm, const Section& any, const
   drawing.text(
       kLeft - 50, 56, "",
       fmt::format("at most {:.3f} m from the point ({:.0f}, {:.0f}, {:.3f}) m above the base; black: home; red: flange",
-                  farthest, 0.0, 0.0, any.middle_z));
-  const std::pair<const Section*, std::string_view> panels[] = {{&any, "any orientation"},
-                                                                {&down, "flange straight down, its x ahead"}};
+                  reach.farthest_m, 0.0, 0.0, any.middle_z));
+  std::string title_of_down = "flange straight down, its x ahead";
+  if (reach.share < 1.0) title_of_down += fmt::format(" (the lower {:.0f} % only)", 100.0 * reach.share);
+  const std::pair<const Section*, std::string_view> panels[] = {{&any, "any orientation"}, {&down, title_of_down}};
   double left = kLeft;
   for (const auto& [section, title] : panels) {
     const Panel panel(*section, left);
@@ -323,7 +354,8 @@ std::string picture(const device::ArmDescription& arm, const Section& any, const
 
 }  // namespace
 
-Result<Reach> draw_reach(const device::ArmDescription& arm, const std::filesystem::path& file) {
+Result<Reach> draw_reach(const device::ArmDescription& arm, const std::filesystem::path& file,
+                         const ReachOptions& options) {
   if (file.extension() != ".svg") {
     return failure(Code::kInvalidValue, "--reach", fmt::format("'{}' is no .svg file", file.string()), "OUT.svg");
   }
@@ -335,15 +367,18 @@ Result<Reach> draw_reach(const device::ArmDescription& arm, const std::filesyste
   any.half = 1.1 * chain.reach();
   Section down = any;
   Reach reach;
-  reach.farthest_m = any_orientation(chain, any);
+  Work work(options);
+  work.begin(0.0, 0.2);
+  reach.farthest_m = any_orientation(chain, work, any);
   // Joint offsets often leave the arm far short of the sum of its links: the section fits what was found.
   any = down;
   any.half = down.half = 1.06 * reach.farthest_m;
-  reach.farthest_m = any_orientation(chain, any);
-  straight_down(arm, down);
+  work.begin(0.2, 0.2);
+  reach.farthest_m = any_orientation(chain, work, any);
+  work.begin(0.4, 0.6);
+  reach.share = straight_down(arm, work, down);
   reach.best_measure = std::max(any.largest(), down.largest());
-  if (Diagnostics diagnostics = write_file(file, picture(arm, any, down, reach.farthest_m), "--reach");
-      diagnostics.has_errors())
+  if (Diagnostics diagnostics = write_file(file, picture(arm, any, down, reach), "--reach"); diagnostics.has_errors())
     return std::unexpected(std::move(diagnostics));
   return reach;
 }

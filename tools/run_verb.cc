@@ -101,7 +101,7 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
   app::add_run_options(*verb, *arguments);
   verb->add_option("--from", arguments->from, "Begin at the step of this name")->type_name("NAME");
   verb->add_flag("--step", arguments->step,
-                 "Wait before each step: Enter begins it, c goes on without stops, q or the end of input cancels");
+                 "Wait before each step: Enter begins it, c continues without stops, q or the end of input cancels");
   verb->add_flag("--dry-run", arguments->dry_run, "Check, build, plan; move nothing");
   return {verb, [arguments, &common] { return run(*arguments, common); }};
 }

@@ -18,6 +18,8 @@
 /// What an activity is made of (docs/activity-layer.md). Realtime: setup.
 namespace takt::activity {
 
+class ActivityRun;
+
 /// A motion that another one may go on with, and how far before its goal.
 struct BlendSource {
   std::shared_ptr<const motion::Motion> motion;
@@ -26,7 +28,7 @@ struct BlendSource {
   std::shared_ptr<const motion::Motion> partner = {};  ///< of a second arm on the same clock, with the same law
   Eigen::Isometry3d partner_X_FM = Eigen::Isometry3d::Identity();  ///< the same frame in the flange of that one
   std::string arm = {};                                            ///< whose motion it is; of two the leader
-  std::optional<command::State> unless = {};  ///< must not hold on what is left of it (DualEntryMotion::unless)
+  std::optional<command::State> abort_if = {};  ///< must not hold on what is left of it (DualEntryMotion::abort_if)
   std::optional<command::ComplianceWish> compliance = {};  ///< how the arm gives way on it
 };
 
@@ -63,6 +65,13 @@ struct EndState {
   std::vector<Last> last;
 };
 
+/// One of the ways in which an activity may end, of which exactly one comes: by which state that shows from the begin
+/// of that way on, and what is known of its actuators then.
+struct Ending {
+  command::State taken;
+  std::map<std::string, ActuatorState, std::less<>> after;
+};
+
 /// A planned motion inside of an activity: how people see where it has come to.
 struct PlannedPart {
   command::SubjectPtr command;      ///< whose clock tells where it is
@@ -76,7 +85,8 @@ using ControlModes = std::map<std::string, device::ControlMode, std::less<>>;
 /// An activity that can become a net: of a command, or one that was written by hand.
 struct PlannedActivity {
   std::optional<command::Command> command;
-  std::map<std::string, EndState, std::less<>> end_states;               ///< of each of its actuators
+  std::map<std::string, EndState, std::less<>> end_states;  ///< of each of its actuators
+  std::vector<Ending> endings = {};  ///< where it may end in several ways; empty: end_states say all
   std::map<std::string, std::vector<device::Seam>, std::less<>> begins;  ///< ways in which it may take an arm over
   std::set<std::string, std::less<>> taken_over;                         ///< actuators that it can go on with in motion
   std::vector<PlannedPart> motions = {};                                 ///< of one motion: its ways; of others: none
@@ -86,6 +96,9 @@ struct PlannedActivity {
   ControlModes modes;
   bool returns = false;  ///< after the command they go back into the modes that they were in
   std::shared_ptr<const net::NetDescription> net = {};  ///< written by hand, in place of a command
+  /// What is wrong with the way in which it ended, asked once its net has ended in order: errors make the run fail
+  /// (RunFailure::kAborted). Empty: nothing can be.
+  std::function<Diagnostics(const ActivityRun&)> verdict = {};
 };
 
 /// An operation in real time that knows what comes before it. Immutable: it may be carried out any number of times,

@@ -139,4 +139,7 @@ class ActivityRun {
 };
 using RunPtr = std::shared_ptr<ActivityRun>;
 
+/// What is wrong where a state that must not hold has ended a run. @param silent  nobody knew whether it holds
+void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnostics);
+
 }  // namespace takt::activity

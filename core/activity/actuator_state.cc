@@ -29,4 +29,12 @@ ActuatorState common(const ActuatorState& a, const ActuatorState& b) {
           .force = agreed(a.force, b.force, same_force)};
 }
 
+bool operator==(const ActuatorState& a, const ActuatorState& b) {
+  const auto alike = [](const auto& one, const auto& other, auto same) {
+    return one.has_value() == other.has_value() && (!one || same(*one, *other));
+  };
+  return alike(a.q, b.q, same_joints) && alike(a.dq, b.dq, same_joints) && alike(a.ddq, b.ddq, same_joints) &&
+         a.mode == b.mode && alike(a.tool, b.tool, same_tool) && alike(a.force, b.force, same_force);
+}
+
 }  // namespace takt::activity

@@ -26,6 +26,8 @@ struct ActuatorState {
   [[nodiscard]] bool rests() const { return q && dq && ddq && dq->isZero() && ddq->isZero(); }
 };
 
+/// The same is known of both, and it is the same.
+[[nodiscard]] bool operator==(const ActuatorState& a, const ActuatorState& b);
 /// What both agree on; the rest is unknown.
 [[nodiscard]] ActuatorState common(const ActuatorState& a, const ActuatorState& b);
 

@@ -23,12 +23,15 @@ class CommandActivity final : public ActivityModel {
     command::Places places;
     for (const auto& [device, before] : planning.predecessors)
       if (before.at_end.q) places[device] = *before.at_end.q;
-    const Diagnostics unplanned = command::plan(*prepared.command, places);
+    command::Places ends;
+    const Diagnostics unplanned = command::plan(*prepared.command, places, &ends);
     Diagnostics wrong = command::check(*prepared.command, false);
     command::add_news(unplanned, wrong);
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     for (const std::string& actuator : actuators_) {
       EndState& end_state = prepared.end_states[actuator];
+      if (const auto end = ends.find(actuator); end != ends.end())
+        end_state.after = ActuatorState::at_rest(end->second);
       const auto before = planning.predecessors.find(actuator);
       if (before == planning.predecessors.end() || !before->second.at_end.q) continue;
       const ActuatorState& state = before->second.at_end;

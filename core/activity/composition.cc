@@ -1,6 +1,8 @@
 #include "core/activity/composition.h"
 
 #include <algorithm>
+#include <map>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -40,14 +42,16 @@ class CompositeActivity : public ActivityModel {
   }
 
  protected:
+  using EndStates = std::map<std::string, EndState, std::less<>>;
+
   /// What is known before part `i` when those before it are done.
-  [[nodiscard]] PlanningContext before(std::size_t i, const PlanningContext& planning, const PlannedActivity& so_far,
+  [[nodiscard]] PlanningContext before(std::size_t i, const PlanningContext& planning, const EndStates& so_far,
                                        bool may_leave) const {
     PlanningContext own{.cell = planning.cell, .period = planning.period, .predecessors = {}};
     for (const std::string& name : parts_[i]->actuators()) {
       Predecessor& predecessor = own.predecessors[name];
-      const auto done = so_far.end_states.find(name);
-      if (done != so_far.end_states.end()) {
+      const auto done = so_far.find(name);
+      if (done != so_far.end()) {
         predecessor.at_end = done->second.after;
         continue;
       }
@@ -93,25 +97,115 @@ class SequenceActivity final : public CompositeActivity {
  public:
   explicit SequenceActivity(const std::vector<ActivityPtr>& parts) : CompositeActivity(joined(parts, ", "), parts) {}
 
+  /// A part after one that may end in several ways is planned for each of them, where that makes a difference.
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     PlannedActivity whole;
     TransactionCommand all(name());
+    std::vector<Branch> branches(1);
     std::optional<command::Command> last;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      auto part = prepare_part(i, before(i, planning, whole, i == 0));
-      if (!part) return part;
-      if (!last) {
-        all.add_started(*part->command);
+      auto planned = plan_part(i, planning, branches);
+      if (!planned) return std::unexpected(std::move(planned.error()));
+      const command::Command command = command_of(i, *planned, branches);
+      if (last) {
+        all.add(command).on_entered(last->completed(), start(command));
       } else {
-        all.add(*part->command);
-        all.on_entered(last->completed(), start(*part->command));
+        all.add_started(command);
       }
-      last = part->command;
-      add_begins(whole, *part);
-      add_end_states(whole, *part);
+      last = command;
+      for (const PlannedActivity& part : *planned) add_begins(whole, part);
+      branches = after(branches, *planned);
+      if (branches.size() > kMostEndings)
+        return failure(Code::kTooLarge, pointer_segment(i), fmt::format("{} ways in which it may end", branches.size()),
+                       fmt::format("{} at most", kMostEndings));
+      whole.end_states = common_states(branches);
     }
+    if (branches.size() > 1)
+      for (const Branch& branch : branches) whole.endings.push_back({*branch.taken, states_of(branch)});
     whole.command = all;
     return whole;
+  }
+
+ private:
+  static constexpr std::size_t kMostEndings = 8;
+  /// A way that was taken until now; without a state: the only one.
+  struct Branch {
+    std::optional<State> taken;
+    EndStates end_states;
+  };
+
+  [[nodiscard]] static std::map<std::string, ActuatorState, std::less<>> states_of(const Branch& branch) {
+    std::map<std::string, ActuatorState, std::less<>> states;
+    for (const auto& [name, end_state] : branch.end_states) states[name] = end_state.after;
+    return states;
+  }
+
+  /// Part `i` once if it begins alike in all branches, else for each of them.
+  [[nodiscard]] Result<std::vector<PlannedActivity>> plan_part(std::size_t i, const PlanningContext& planning,
+                                                               const std::vector<Branch>& branches) const {
+    std::vector<PlannedActivity> planned;
+    const std::size_t count = begins_alike(i, branches) ? 1 : branches.size();
+    for (std::size_t k = 0; k < count; ++k) {
+      auto part = prepare_part(i, before(i, planning, branches[k].end_states, i == 0));
+      if (!part) return std::unexpected(std::move(part.error()));
+      if (count > 1) part->command->node()->name += fmt::format(" after end {}", k + 1);
+      planned.push_back(std::move(*part));
+    }
+    return planned;
+  }
+
+  [[nodiscard]] bool begins_alike(std::size_t i, const std::vector<Branch>& branches) const {
+    const auto state_in = [](const Branch& branch, const std::string& name) {
+      const auto found = branch.end_states.find(name);
+      return found == branch.end_states.end() ? std::nullopt : std::optional(found->second.after);
+    };
+    return std::ranges::all_of(parts_[i]->actuators(), [&](const std::string& name) {
+      const auto first = state_in(branches.front(), name);
+      return std::ranges::all_of(branches, [&](const Branch& one) { return state_in(one, name) == first; });
+    });
+  }
+
+  /// What was planned, or a choice of it by the branch that was taken.
+  [[nodiscard]] static command::Command command_of(std::size_t i, const std::vector<PlannedActivity>& planned,
+                                                   const std::vector<Branch>& branches) {
+    if (planned.size() == 1) return *planned.front().command;
+    TransactionCommand choice(fmt::format("{} by where it begins", i + 1));
+    for (std::size_t k = 0; k < planned.size(); ++k)
+      choice.add(*planned[k].command).on_entered(*branches[k].taken, start(*planned[k].command));
+    return choice;
+  }
+
+  [[nodiscard]] static std::vector<Branch> after(const std::vector<Branch>& branches,
+                                                 const std::vector<PlannedActivity>& planned) {
+    std::vector<Branch> all;
+    for (std::size_t k = 0; k < branches.size(); ++k) {
+      const PlannedActivity& part = planned.size() == 1 ? planned.front() : planned[k];
+      Branch branch = branches[k];
+      for (const auto& [name, end_state] : part.end_states) branch.end_states[name] = end_state;
+      if (part.endings.empty()) all.push_back(branch);
+      for (const Ending& ending : part.endings) {
+        Branch& own = all.emplace_back(branch);
+        own.taken = branch.taken ? *branch.taken && ending.taken : ending.taken;
+        for (const auto& [name, state] : ending.after) own.end_states[name].after = state;
+      }
+    }
+    const bool alike =
+        std::ranges::all_of(all, [&](const Branch& one) { return states_of(one) == states_of(all.front()); });
+    if (alike && all.size() > 1) {
+      all.resize(1);
+      all.front().taken.reset();
+    }
+    return all;
+  }
+
+  /// What is known whichever branch was taken.
+  [[nodiscard]] static EndStates common_states(const std::vector<Branch>& branches) {
+    EndStates states = branches.front().end_states;
+    for (const Branch& branch : std::span(branches).subspan(1)) {
+      for (auto& [name, end_state] : states)
+        end_state = {.after = common(end_state.after, branch.end_states.at(name).after), .last = {}};
+    }
+    return states;
   }
 };
 
@@ -123,7 +217,7 @@ class ParallelActivity final : public CompositeActivity {
     PlannedActivity whole;
     TransactionCommand all(name());
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      auto part = prepare_part(i, before(i, planning, {}, true));
+      auto part = prepare_part(i, before(i, planning, EndStates(), true));
       if (!part) return part;
       all.add_started(*part->command);
       add_begins(whole, *part);
@@ -144,13 +238,14 @@ class ConditionalActivity final : public CompositeActivity {
     TransactionCommand both(name());
     const State decided = at_first(condition_);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      auto part = prepare_part(i, before(i, planning, {}, false));
+      auto part = prepare_part(i, before(i, planning, EndStates(), false));
       if (!part) return part;
       both.add(*part->command);
       both.on_entered(i == 0 ? decided : !decided, start(*part->command));
       for (const auto& [name, ways] : part->begins)
         whole.begins[name].insert(whole.begins[name].end(), ways.begin(), ways.end());
       agree(whole, *part, planning);
+      add_endings(whole, *part);
     }
     // What only one of them moves may also stay where it is.
     for (auto& [name, end_state] : whole.end_states) {
@@ -160,11 +255,25 @@ class ConditionalActivity final : public CompositeActivity {
       if (!in_both && given != planning.predecessors.end())
         end_state.after = common(end_state.after, given->second.at_end);
     }
+    // What a way does not move stays where it is.
+    for (Ending& ending : whole.endings) {
+      for (const auto& [name, end_state] : whole.end_states) {
+        const auto given = planning.predecessors.find(name);
+        if (given != planning.predecessors.end()) ending.after.try_emplace(name, given->second.at_end);
+      }
+    }
     whole.command = both;
     return whole;
   }
 
  private:
+  static void add_endings(PlannedActivity& whole, const PlannedActivity& part) {
+    if (!part.endings.empty())
+      return (void)whole.endings.insert(whole.endings.end(), part.endings.begin(), part.endings.end());
+    Ending& ending = whole.endings.emplace_back(Ending{part.command->started(), {}});
+    for (const auto& [name, end_state] : part.end_states) ending.after[name] = end_state.after;
+  }
+
   static void agree(PlannedActivity& whole, const PlannedActivity& part, const PlanningContext&) {
     for (const auto& [name, end_state] : part.end_states) {
       const auto known = whole.end_states.find(name);
@@ -193,7 +302,7 @@ class MainTaskActivity final : public CompositeActivity {
     for (std::size_t i = 0; i < subtasks_.size(); ++i) {
       const auto when = trigger(i, *main);
       if (!when) return std::unexpected(when.error());
-      auto part = prepare_part(i + 1, before(i + 1, planning, {}, false));
+      auto part = prepare_part(i + 1, before(i + 1, planning, EndStates(), false));
       if (!part) return part;
       all.add(*part->command);
       all.on_entered(*when, start(*part->command), {.first_only = true});
@@ -209,7 +318,7 @@ class MainTaskActivity final : public CompositeActivity {
   [[nodiscard]] Result<State> trigger(std::size_t i, const PlannedActivity& main) const {
     const Subtask& subtask = subtasks_[i];
     const std::string pointer = fmt::format("/subtasks/{}", i);
-    if (subtask.when) return *subtask.when;
+    if (subtask.when) return *subtask.when && main.command->active();
     if (!subtask.at_share) return failure(Code::kMissing, pointer, "it never begins", "`at_share` or `when`");
     if (!main.at_share)
       return failure(Code::kConflict, pointer,
@@ -220,6 +329,43 @@ class MainTaskActivity final : public CompositeActivity {
   }
 
   std::vector<Subtask> subtasks_;
+};
+
+/// An activity that is cancelled, and fails, when a state holds.
+class AbortActivity final : public ActivityModel {
+ public:
+  AbortActivity(ActivityPtr inner, State state)
+      : ActivityModel(inner->name()), inner_(std::move(inner)), state_(std::move(state)) {}
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return inner_->actuators(); }
+  [[nodiscard]] bool begins_alone() const override { return inner_->begins_alone(); }
+
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    auto prepared = inner_->prepare(planning);
+    if (!prepared) return prepared;
+    if (!prepared->command)
+      return failure(Code::kUnsupported, "/abort_if", fmt::format("'{}' is no command, so nothing can end it", name()),
+                     "an activity that moves something");
+    command::Command& command = *prepared->command;
+    const command::BooleanSensor known(is_null(command::BooleanSensor(state_.node())).node());
+    command.on_entered(state_, cancel(command));
+    command.capture(kHeld, command::BooleanSensor(state_.node()), state_);
+    command.capture(kSilent, known, State(known.node()));
+    // Who goes on with it would not look at the state any more.
+    for (auto& [name, end_state] : prepared->end_states) end_state.last.clear();
+    prepared->verdict = [inner = std::move(prepared->verdict)](const ActivityRun& run) {
+      Diagnostics wrong = inner ? inner(run) : Diagnostics();
+      const bool silent = run.was_true(kSilent);
+      if (silent || run.was_true(kHeld)) add_abort_diagnostic(silent, "/abort_if", wrong);
+      return wrong;
+    };
+    return prepared;
+  }
+
+ private:
+  static constexpr const char *kHeld = "abort_if", *kSilent = "abort_if silent";
+  ActivityPtr inner_;
+  State state_;
 };
 
 std::vector<ActivityPtr> models_of(const std::vector<Activity>& parts) {
@@ -301,6 +447,10 @@ Activity with_subtasks(const Activity& main, const std::vector<Subtask>& subtask
   }
   throw_errors(std::move(shared));
   return {runtime, std::make_shared<const MainTaskActivity>(models_of(parts), subtasks)};
+}
+
+Activity abort_if(const Activity& activity, const State& state) {
+  return {activity.runtime(), std::make_shared<const AbortActivity>(activity.model(), state)};
 }
 
 }  // namespace takt::activity

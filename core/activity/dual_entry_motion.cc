@@ -68,12 +68,12 @@ constexpr Entry kFromBlend{"touch after a blend",    "force after a blend", "pro
                            "no force after a blend", " after a blend",      1};
 
 /// What must not hold stops it, each while its motion is being done.
-/// @param unless  of each motion, those of somebody else, with numbers below 0, first
-void add_unless(const std::vector<std::optional<State>>& unless, const command::PlannedMotion& motion,
-                const Entry& entry, command::RuntimeCommand& command) {
+/// @param abort_if  of each motion, those of somebody else, with numbers below 0, first
+void add_abort(const std::vector<std::optional<State>>& abort_if, const command::PlannedMotion& motion,
+               const Entry& entry, command::RuntimeCommand& command) {
   const command::Action action = command.action();
-  for (int i = 0; i < static_cast<int>(unless.size()); ++i) {
-    const auto& one = unless[static_cast<std::size_t>(i)];
+  for (int i = 0; i < static_cast<int>(abort_if.size()); ++i) {
+    const auto& one = abort_if[static_cast<std::size_t>(i)];
     if (!one) continue;
     State holds = *one;
     if (i > 0) holds = holds && action.via_passed(i - 1);
@@ -86,8 +86,8 @@ void add_unless(const std::vector<std::optional<State>>& unless, const command::
 
 /// That of the motion before on what is left of it, then those of its own.
 std::vector<std::optional<State>> with_before(const PlanningContext& planning, const DualEntryMotion& dual) {
-  std::vector<std::optional<State>> all{planning.predecessors.find(dual.clock)->second.leaving->motion.unless};
-  all.insert(all.end(), dual.unless.begin(), dual.unless.end());
+  std::vector<std::optional<State>> all{planning.predecessors.find(dual.clock)->second.leaving->motion.abort_if};
+  all.insert(all.end(), dual.abort_if.begin(), dual.abort_if.end());
   return all;
 }
 
@@ -106,7 +106,7 @@ command::ExpressionPtr wrench_in(const command::ExpressionPtr& formula) {
 
 /// A condition counts from where the motion that it stands at begins: others may be blended into it.
 command::RuntimeCommand command_of(const Cell& cell, const DualEntryMotion& dual, const std::string& name,
-                                   const command::PlannedMotion& motion, const MotionParameters& wish,
+                                   const command::PlannedMotion& motion, const MotionOptions& wish,
                                    const std::optional<command::WeavePlan>& weaves, const Entry& entry) {
   command::Action action = command::planned(motion);
   if (weaves) action = command::woven(action, *weaves);
@@ -130,20 +130,20 @@ command::RuntimeCommand command_of(const Cell& cell, const DualEntryMotion& dual
   return command;
 }
 
-BlendSource blend_source(const DualEntryMotion& dual, const command::PlannedMotion& planned,
-                         const MotionParameters& wish, double duration) {
+BlendSource blend_source(const DualEntryMotion& dual, const command::PlannedMotion& planned, const MotionOptions& wish,
+                         double duration) {
   return {.motion = planned.motion,
           .X_FM = planned.X_FM,
           .blend = blend_of(wish.blend, *planned.motion, duration),
           .partner = planned.partner ? planned.partner->motion : nullptr,
           .partner_X_FM = planned.partner ? planned.partner->X_FM : Eigen::Isometry3d::Identity(),
           .arm = dual.clock,
-          .unless = dual.unless.empty() ? std::nullopt : dual.unless.back(),
+          .abort_if = dual.abort_if.empty() ? std::nullopt : dual.abort_if.back(),
           .compliance = wish.compliance};
 }
 
 /// Where the arms are after it, and from what they may be taken over.
-void add_end_states(const DualEntryMotion& dual, const MotionParameters& wish, PlannedActivity& prepared) {
+void add_end_states(const DualEntryMotion& dual, const MotionOptions& wish, PlannedActivity& prepared) {
   for (const auto& [arm, begin] : dual.begins) {
     const bool leads = arm == dual.clock;
     const motion::Motion& motion = leads ? *dual.from_rest.motion : *dual.from_rest.partner->motion;
@@ -154,18 +154,18 @@ void add_end_states(const DualEntryMotion& dual, const MotionParameters& wish, P
 }
 
 /// What goes on with a motion does the rest of that one too, with its own springs.
-bool same_compliance(const PlanningContext& planning, const std::string& arm, const MotionParameters& wish) {
+bool same_compliance(const PlanningContext& planning, const std::string& arm, const MotionOptions& wish) {
   const auto before = planning.predecessors.find(arm);
   if (before == planning.predecessors.end() || !before->second.leaving) return true;
   return command::same(before->second.leaving->motion.compliance, wish.compliance);
 }
 
 /// Where a weave is the first or the last thing the motion is not joined or left in motion.
-Diagnostics add_weaves(const Cell& cell, const ArmPlans& plans, DualEntryMotion& dual, MotionParameters& wish) {
+Diagnostics add_weaves(const Cell& cell, const ArmPlans& plans, DualEntryMotion& dual, MotionOptions& wish) {
   const auto woven = [](const auto& weave) { return weave.has_value(); };
   if (std::ranges::none_of(plans.weaves, woven)) return {};
   const command::MountedArm& arm = cell.arms.find(plans.arm)->second;
-  const auto plan = [&](const command::PlannedMotion& motion, const command::WeaveWishes& wishes) {
+  const auto plan = [&](const command::PlannedMotion& motion, const command::Weaves& wishes) {
     return command::plan_weaves(
         arm, {.motion = motion.motion.get(), .X_FM = motion.X_FM, .handed_over = motion.handed_over}, wishes);
   };
@@ -175,7 +175,7 @@ Diagnostics add_weaves(const Cell& cell, const ArmPlans& plans, DualEntryMotion&
   if (plans.weaves.back()) wish.blend = {};
   if (plans.weaves.front()) dual.from_blend.reset();
   if (!dual.from_blend) return {};
-  command::WeaveWishes with_before{std::nullopt};
+  command::Weaves with_before{std::nullopt};
   with_before.insert(with_before.end(), plans.weaves.begin(), plans.weaves.end());
   if (auto from_blend = plan(*dual.from_blend, with_before)) {
     dual.weaves_from_blend = std::move(*from_blend);
@@ -186,7 +186,7 @@ Diagnostics add_weaves(const Cell& cell, const ArmPlans& plans, DualEntryMotion&
 }
 
 /// The same for a force offset.
-Diagnostics add_offset(const ArmPlans& plans, DualEntryMotion& dual, MotionParameters& wish) {
+Diagnostics add_offset(const ArmPlans& plans, DualEntryMotion& dual, MotionOptions& wish) {
   if (!plans.offset) return {};
   dual.offset = plans.offset;
   const auto check = [&](const command::PlannedMotion& motion, const Entry& entry) {
@@ -224,8 +224,7 @@ device::Seam seam_in_motion(const Predecessor::Leaving& leaving, const motion::J
   return leaving.exact ? seam_of(begin) : device::Seam{};
 }
 
-PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMotion dual,
-                                   const MotionParameters& wish) {
+PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMotion dual, const MotionOptions& wish) {
   const Cell& cell = planning.cell;
   const double duration = dual.from_rest.motion->duration();
   const bool may_be_left = wish.blend.wanted() && duration > 0.0;
@@ -237,7 +236,7 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
     dual.from_blend.reset();
   auto rest = command_of(cell, dual, dual.from_blend ? "from rest" : dual.name, dual.from_rest, wish,
                          dual.weaves_from_rest, kFromRest);
-  add_unless(dual.unless, dual.from_rest, kFromRest, rest);
+  add_abort(dual.abort_if, dual.from_rest, kFromRest, rest);
   prepared.motions.push_back({rest.subject(), dual.from_rest.handed_over, 0.0});
   if (may_be_left) add_last(rest.subject(), blend_source(dual, dual.from_rest, wish, duration), prepared);
   prepared.command = rest;
@@ -246,7 +245,7 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
 
   connect(cell, dual.clock, dual.tau, *dual.from_blend);
   auto going_on = command_of(cell, dual, "from a blend", *dual.from_blend, wish, dual.weaves_from_blend, kFromBlend);
-  add_unless(with_before(planning, dual), *dual.from_blend, kFromBlend, going_on);
+  add_abort(with_before(planning, dual), *dual.from_blend, kFromBlend, going_on);
   std::vector<double> handed_over = dual.from_blend->handed_over;
   const double own_begin = handed_over.empty() ? 0.0 : handed_over.front();
   if (!handed_over.empty()) handed_over.erase(handed_over.begin());
@@ -268,8 +267,7 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
   return prepared;
 }
 
-Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmPlans plans,
-                                           const MotionParameters& wish) {
+Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmPlans plans, const MotionOptions& wish) {
   const auto planned = [&](motion::SequencePlan plan) {
     return command::PlannedMotion{.motion = std::make_shared<const motion::Motion>(std::move(plan.motion)),
                                   .X_FM = plans.model.X_FM,
@@ -281,7 +279,7 @@ Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmP
                        .actuator = command::arm(planning.cell, plans.arm),
                        .clock = plans.arm,
                        .from_rest = planned(std::move(plans.from_rest)),
-                       .unless = std::move(plans.unless)};
+                       .abort_if = std::move(plans.abort_if)};
   dual.begins[plans.arm].rest = seam_at_rest(dual.from_rest.motion->q_start);
   const auto begin = plans.from_blend ? motion::joints_at(plans.model, plans.from_blend->motion, 0.0) : std::nullopt;
   if (begin) {
@@ -290,7 +288,7 @@ Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmP
     dual.tau = leaving.tau;
     dual.begins[plans.arm].blend = seam_in_motion(leaving, *begin);
   }
-  MotionParameters own = wish;
+  MotionOptions own = wish;
   Diagnostics wrong = add_weaves(planning.cell, plans, dual, own);
   wrong.append(add_offset(plans, dual, own));
   if (wrong.has_errors()) return std::unexpected(std::move(wrong));
@@ -337,6 +335,16 @@ GuardedEnd guarded_end(const ActivityRun& run, int motions) {
     }
   }
   return end;
+}
+
+Diagnostics abort_diagnostics(const ActivityRun& run, int motions) {
+  Diagnostics diagnostics;
+  const auto broken = guarded_end(run, motions).broken;
+  if (!broken) return diagnostics;
+  const std::string pointer =
+      motions > 1 && broken->motion >= 0 ? pointer_segment(static_cast<std::size_t>(broken->motion)) : std::string();
+  add_abort_diagnostic(broken->silent, pointer + "/abort_if", diagnostics);
+  return diagnostics;
 }
 
 }  // namespace takt::activity

@@ -34,7 +34,7 @@ struct DualEntryMotion {
   std::map<std::string, Begin> begins = {};
   /// What must not hold while one of the motions that it is made of is being done: it brakes on its path then, and
   /// guarded_end() tells it. One for each motion, or none at all.
-  std::vector<std::optional<command::State>> unless = {};
+  std::vector<std::optional<command::State>> abort_if = {};
   /// What is laid over it for either entry; nothing: the set points are those of the plan.
   std::optional<command::WeavePlan> weaves_from_rest = {}, weaves_from_blend = {};
   std::optional<OffsetPlan> offset = {};
@@ -46,21 +46,21 @@ struct ArmPlans {
   const motion::ArmModel& model;
   motion::SequencePlan from_rest;
   std::optional<motion::SequencePlan> from_blend;
-  std::vector<std::optional<command::State>> unless = {};
-  command::WeaveWishes weaves = {};  ///< of each of its motions; empty: none
+  std::vector<std::optional<command::State>> abort_if = {};
+  command::Weaves weaves = {};  ///< of each of its motions; empty: none
   std::optional<OffsetPlan> offset = {};
 };
 
 /// One command with both entries, of which the first cycle takes one by where the clock's arm is told to be (docs/
 /// activity-layer.md), and what is known of its arms. Realtime: setup.
 [[nodiscard]] PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMotion motion,
-                                                 const MotionParameters& wish);
+                                                 const MotionOptions& wish);
 
 /// The same for one arm. What is laid over its first or its last motion begins and ends at rest: that one is not joined
 /// or left in motion. @return diagnostics of plan_weaves() from rest, "/1/ramp" (index of the motion), and of the
 /// offset
 [[nodiscard]] Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmPlans plans,
-                                                         const MotionParameters& wish);
+                                                         const MotionOptions& wish);
 /// What may be left, as planners have it; nothing where the arm has to come to rest first. It refers to `before`.
 /// @param X_FM  the frame that is to move on
 [[nodiscard]] std::optional<motion::Departure> departure_of(const Predecessor& before, const Eigen::Isometry3d& X_FM);
@@ -83,10 +83,10 @@ struct GuardedOutcome {
   [[nodiscard]] bool touched() const { return kind == Kind::kTouched; }
 };
 [[nodiscard]] std::string_view name_of(GuardedOutcome::Kind kind);
-/// Of one motion, or a sequence that is one, with a condition (MotionParameters::until). Realtime: setup.
+/// Of one motion, or a sequence that is one, with a condition (MotionOptions::until). Realtime: setup.
 [[nodiscard]] GuardedOutcome guarded_outcome(const ActivityRun& run);
 
-/// How a motion ended that shows it (DualEntryMotion::until, DualEntryMotion::unless).
+/// How a motion ended that shows it (DualEntryMotion::until, DualEntryMotion::abort_if).
 struct GuardedEnd {
   GuardedOutcome outcome;  ///< of a motion with a condition
   /// What must not hold did, or nobody knew any more.
@@ -99,6 +99,9 @@ struct GuardedEnd {
 };
 /// @param motions  that it is made of
 [[nodiscard]] GuardedEnd guarded_end(const ActivityRun& run, int motions = 1);
+
+/// The same as an error, for PlannedActivity::verdict; empty: nothing that must not hold did.
+[[nodiscard]] Diagnostics abort_diagnostics(const ActivityRun& run, int motions = 1);
 
 /// The seam of a motion that runs at rate 1.
 [[nodiscard]] device::Seam seam_of(const motion::JointSample& state);

@@ -38,7 +38,9 @@ std::map<std::string, Needs, std::less<>> needs_of(const command::Command& comma
     if (mode && !takes(actuator, *mode)) continue;  // rule C8 tells
     for (const std::string& device : actuator.devices()) {
       Needs& own = needs[device];
-      if (mode) {
+      const bool compliant = std::ranges::any_of(
+          actuator.compliant_arms(), [&](const command::MountedArm* arm) { return arm->device->name() == device; });
+      if (mode && compliant) {
         own.modes.insert(*mode);
       } else {
         own.any = true;

@@ -21,7 +21,7 @@ class MotionActivity final : public ActivityModel {
   struct Part {
     std::string kind;
     LegOf leg;
-    MotionParameters wish;
+    MotionOptions wish;
   };
 
   MotionActivity(std::string arm, std::vector<Part> parts)
@@ -33,6 +33,7 @@ class MotionActivity final : public ActivityModel {
     const auto* other = dynamic_cast<const MotionActivity*>(&next);
     if (other == nullptr || other->arm_ != arm_ || !wish_.blend.wanted() || wish_.until) return nullptr;
     if (!command::same(wish_.compliance, other->wish_.compliance)) return nullptr;
+    if (!offsets_agree(parts_, other->parts_)) return nullptr;
     std::vector<Part> parts = parts_;
     parts.insert(parts.end(), other->parts_.begin(), other->parts_.end());
     return std::make_shared<const MotionActivity>(arm_, std::move(parts));
@@ -50,12 +51,21 @@ class MotionActivity final : public ActivityModel {
     auto from_rest = motion::plan_sequence(model, *before.at_end.q, makers(model));
     if (!from_rest) return std::unexpected(std::move(from_rest.error()));
     ArmPlans plans{name(), arm_, model, std::move(*from_rest), blended_plan(model, before)};
-    MotionParameters own = wish_;
-    for (const Part& part : parts_) {
-      plans.weaves.push_back(part.wish.weave);
-      if (part.wish.weave) own.blend = {};  // who takes it over would drive the rest of its path bare
+    MotionOptions own = wish_;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      const MotionOptions& one = parts_[i].wish;
+      plans.weaves.push_back(one.weave);
+      plans.abort_if.push_back(one.abort_if);
+      if (one.weave) own.blend = {};  // who takes it over would drive the rest of its path bare
+      if (one.force_offset && !plans.offset)
+        plans.offset = OffsetPlan{.pressing = one.force_offset->pressing, .wish = one.force_offset->wish, .first = i};
     }
-    return prepare_dual_entry(planning, std::move(plans), own);
+    auto prepared = prepare_dual_entry(planning, std::move(plans), own);
+    if (prepared)
+      prepared->verdict = [count = static_cast<int>(parts_.size())](const ActivityRun& run) {
+        return abort_diagnostics(run, count);
+      };
+    return prepared;
   }
 
  private:
@@ -83,13 +93,28 @@ class MotionActivity final : public ActivityModel {
         if (!leg) return leg;
         leg->velocity = part.wish.velocity;
         leg->acceleration = part.wish.acceleration;
-        if (part.wish.weave) leg->acceleration = std::min(leg->acceleration, command::kShareWithOverlay);
+        if (part.wish.weave || part.wish.force_offset)
+          leg->acceleration = std::min(leg->acceleration, command::kShareWithOverlay);
         leg->linear_velocity = part.wish.linear_velocity;
         if (!last) leg->blend = inner_blend(part.wish.blend);
         return leg;
       });
     }
     return all;
+  }
+
+  /// A force offset may begin in a blend, but not change or end in one, and there is no weave in the same plan.
+  static bool offsets_agree(const std::vector<Part>& before, const std::vector<Part>& after) {
+    const auto has_offset = [](const Part& part) { return part.wish.force_offset.has_value(); };
+    const auto has_weave = [](const Part& part) { return part.wish.weave.has_value(); };
+    const bool offset = std::ranges::any_of(before, has_offset) || std::ranges::any_of(after, has_offset);
+    const bool weave = std::ranges::any_of(before, has_weave) || std::ranges::any_of(after, has_weave);
+    if (offset && weave) return false;
+    const std::optional<HeldForce>& held = before.back().wish.force_offset;
+    return !held || std::ranges::all_of(after, [&held](const Part& part) {
+      const std::optional<HeldForce>& now = part.wish.force_offset;
+      return now && now->sensor == held->sensor && now->wish == held->wish;
+    });
   }
 
   /// Inside of one plan there is no time yet: a share of the time is taken as one of the way.
@@ -110,14 +135,14 @@ class MotionActivity final : public ActivityModel {
   [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const motion::ArmModel& model,
                                                                  const Predecessor& before) const {
     const auto from = departure_of(before, model.X_FM);
-    if (!from) return std::nullopt;
+    if (!from || parts_.front().wish.force_offset) return std::nullopt;  // a force offset begins at rest
     auto plan = motion::plan_take_over(model, *from, makers(model));
     return plan ? std::optional(std::move(*plan)) : std::nullopt;
   }
 
   std::string arm_;
   std::vector<Part> parts_;
-  MotionParameters wish_;
+  MotionOptions wish_;
 };
 
 }  // namespace
@@ -126,7 +151,7 @@ BlendingCondition BlendingCondition::at_distance(double metres) {
   return BlendingCondition(motion::Blend{motion::Blend::Kind::kDistance, metres});
 }
 
-void check_blend(const MotionParameters& wish, Diagnostics& diagnostics) {
+void check_blend(const MotionOptions& wish, Diagnostics& diagnostics) {
   const BlendingCondition& blend = wish.blend;
   if (blend.wanted() && wish.until)
     diagnostics.error(Code::kConflict, "/blend", "the end of a guarded motion is unknown", "no blend, or no condition");
@@ -145,7 +170,7 @@ void check_blend(const MotionParameters& wish, Diagnostics& diagnostics) {
                       fmt::format("a blend over a share of {:g} of the path", blend.way.value), "above 0, at most 0.5");
 }
 
-ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionParameters parameters) {
+ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionOptions parameters) {
   return std::make_shared<const MotionActivity>(
       std::move(arm), std::vector{MotionActivity::Part{std::move(kind), std::move(leg), std::move(parameters)}});
 }

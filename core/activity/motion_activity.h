@@ -8,6 +8,7 @@
 #include "core/activity/activity_model.h"
 #include "core/command/actions/compliance_action.h"
 #include "core/command/actions/motion_action.h"
+#include "core/command/actions/overlay_action.h"
 #include "core/command/actions/weave_plan.h"
 
 /// Motions of one arm as activities. Realtime: setup.
@@ -25,30 +26,42 @@ struct BlendingCondition {
   [[nodiscard]] bool wanted() const { return time_share || way.kind != motion::Blend::Kind::kNone; }
 };
 
-/// What a motion may be asked for. Shares are of the limits of the arm.
-struct MotionParameters {
+/// A force that is held along a direction of the tool while a path is followed.
+struct HeldForce {
+  std::string sensor;            ///< that feels it
+  command::RealSensor pressing;  ///< with how much the tool presses along the direction, N
+  command::ForceOffsetWish wish;
+};
+
+/// What planning needs to know of how a motion is to be carried out; programs and files have MotionParameters
+/// (core/operations/motion.h). Shares are of the limits of the arm.
+struct MotionOptions {
   double velocity = 1.0;                       ///< (0, 1]
   double acceleration = 1.0;                   ///< (0, 1]
   std::optional<double> linear_velocity = {};  ///< of the tool centre point, m/s
   BlendingCondition blend = {};                ///< into the motion after it; not with `until`
   /// The arm brakes on its path when this holds (or nobody knows, row N3): a guarded motion.
   std::optional<command::State> until = {};
+  /// Must not hold while this motion is done, nor on what a successor does of it: the arm brakes on its path then, or
+  /// when it is null (row N3), and the run fails (RunFailure::kAborted). It may be blended.
+  std::optional<command::State> abort_if = {};
   std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves, in the flange; default: the arm's tool
   /// How the arm gives way meanwhile; it has to be in that control mode. Default: as the arm is.
   std::optional<command::ComplianceWish> compliance = {};
   /// Laid over the path, which has at most kShareWithOverlay of the accelerations then. Neighbours in one plan hand it
   /// on (command::plan_weaves); where the next motion takes over in the run it ends at rest before.
-  std::optional<command::WeaveWish> weave = {};
+  std::optional<command::WeaveParameters> weave = {};
+  std::optional<HeldForce> force_offset = {};  ///< laid over the path, in place of a weave
 };
 
 /// Is the blend one that can be? Diagnostics at "/blend".
-void check_blend(const MotionParameters& wish, Diagnostics& diagnostics);
+void check_blend(const MotionOptions& wish, Diagnostics& diagnostics);
 
 /// Geometry from where the arm will be.
 using LegOf = std::function<Result<motion::Leg>(const motion::ArmModel&, const kinematics::JointVector& q)>;
 
 /// A motion of one arm. @param kind  for people: "LIN"
-[[nodiscard]] ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionParameters parameters);
+[[nodiscard]] ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionOptions parameters);
 
 /// The channels in which the motions of an arm tell their successors where their clock is, and by which people set
 /// their speed.

@@ -73,12 +73,12 @@ command::PlannedMotion planned(const Grasp& grasp, std::string name, motion::Pai
       .partner = command::PlannedPartner{std::make_shared<const motion::Motion>(std::move(plan.follower)), grasp.X_HF}};
 }
 
-PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans, const MotionParameters& wish) {
+PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans, const MotionOptions& wish) {
   DualEntryMotion ways{.name = plans.name,
                        .actuator = command::arm_pair(planning.cell, plans.grasp.leader, plans.grasp.follower),
                        .clock = plans.grasp.leader,
                        .from_rest = planned(plans.grasp, plans.name, std::move(plans.from_rest)),
-                       .unless = std::move(plans.unless)};
+                       .abort_if = std::move(plans.abort_if)};
   ways.begins[plans.grasp.leader].rest = seam_at_rest(ways.from_rest.motion->q_start);
   ways.begins[plans.grasp.follower].rest = seam_at_rest(ways.from_rest.partner->motion->q_start);
   if (plans.from_blend) add_blend(planning, plans, std::move(*plans.from_blend), ways);

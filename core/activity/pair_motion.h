@@ -36,10 +36,10 @@ struct PairPlans {
   const Grasp& grasp;
   motion::PairPlan from_rest;
   std::optional<motion::PairPlan> from_blend;
-  std::vector<std::optional<command::State>> unless = {};
+  std::vector<std::optional<command::State>> abort_if = {};
 };
 [[nodiscard]] PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans,
-                                                 const MotionParameters& wish);
+                                                 const MotionOptions& wish);
 
 /// The motion of the same two arms that may be left, and how they hold C in it; nothing: there is none.
 [[nodiscard]] const Predecessor::Leaving* leaving_pair(const PlanningContext& planning, const std::string& leader,

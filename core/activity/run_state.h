@@ -48,6 +48,7 @@ enum class RunFailure : std::uint8_t {
   kRefused,      ///< the core has refused to start it
   kModeRefused,  ///< the core, or a device, has refused to change a control mode
   kStopped,      ///< its net has ended by a failure
+  kAborted,      ///< what must not hold did (`abort_if`), or nobody knew any more: its arms are at rest
   kGivenUp       ///< what it waited for was cancelled, or has failed
 };
 

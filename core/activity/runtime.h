@@ -99,6 +99,10 @@ class Runtime {
   /// Awaitable: so many cycles.
   [[nodiscard]] When cycles(std::int64_t count);
 
+  /// Of force/torque sensors, as they were tared: activities that are made later take them out.
+  [[nodiscard]] command::Biases& biases() { return biases_; }
+  [[nodiscard]] const command::Biases& biases() const { return biases_; }
+
   /// What an arm had on it when it was asked for first.
   const device::ToolSetting& empty_tool(const std::string& arm, const device::ToolSetting& now) {
     return tools_.try_emplace(arm, now).first->second;
@@ -128,6 +132,7 @@ class Runtime {
   std::function<void()> run_cycle_;
   Options options_;
   Scheduler scheduler_;
+  command::Biases biases_;
   std::map<std::string, double> speeds_;
   std::map<std::string, device::ToolSetting> tools_;
   std::vector<Waiting> waiting_;

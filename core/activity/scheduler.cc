@@ -175,8 +175,12 @@ void Scheduler::post(ActivityRun& run) {
 void Scheduler::end_of_net(ActivityRun& run) {
   run.status_ = core_.status(run.net_);
   const net::Cause& cause = run.status_->cause;
-  if (cause.in_order())
-    return end(run, cause.code == net::Cause::Code::kCancelled ? RunEvent::kCancelled : RunEvent::kEnded);
+  if (cause.code == net::Cause::Code::kCancelled) return end(run, RunEvent::kCancelled);
+  if (cause.in_order()) {
+    Diagnostics wrong = run.planned_.verdict ? run.planned_.verdict(run) : Diagnostics();
+    if (wrong.has_errors()) return fail(run, RunFailure::kAborted, std::move(wrong));
+    return end(run, RunEvent::kEnded);
+  }
   fail(run, RunFailure::kStopped,
        single_diagnostic(Code::kStopped,
                          fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), run.status_->last_cycle,

@@ -122,14 +122,15 @@ class ArmActuator final : public ActuatorModel {
   std::map<std::string, State> states_;
 };
 
-/// Two arms that are fed each with its part of the set point, and give way alike.
+/// Two arms that are fed each with its part of the set point. Both are compliant alike; of a base and its arm the arm.
 class PairActuator final : public ActuatorModel {
  public:
-  PairActuator(const Actuator& leader, const Actuator& follower)
+  PairActuator(const Actuator& leader, const Actuator& follower, bool is_carried = false)
       : ActuatorModel(leader.name() + "+" + follower.name()),
         names_{leader.name(), follower.name()},
         arms_{leader.model().arm(), follower.model().arm()},
         kept_{leader, follower},
+        is_carried_(is_carried),
         states_{{"completed", leader.completed() && follower.completed()},
                 {"emergency_stop", leader.emergency_stop() || follower.emergency_stop()}} {
     if (leader.name() == follower.name())
@@ -140,8 +141,9 @@ class PairActuator final : public ActuatorModel {
 
   [[nodiscard]] std::vector<std::string> devices() const override { return names_; }
   [[nodiscard]] std::vector<SetPointKind> takes() const override { return {SetPointKind::kPair}; }
-  /// Those that both have.
+  /// Those that all have that take a compliance.
   [[nodiscard]] std::vector<device::ControlMode> modes() const override {
+    if (is_carried_) return kept_.back().model().modes();
     std::vector<device::ControlMode> both = kept_.front().model().modes();
     const auto others = kept_.back().model().modes();
     std::erase_if(both, [&](device::ControlMode mode) { return std::ranges::find(others, mode) == others.end(); });
@@ -152,12 +154,17 @@ class PairActuator final : public ActuatorModel {
   [[nodiscard]] std::vector<const MountedArm*> arms() const override {
     return fault_ ? std::vector<const MountedArm*>() : arms_;
   }
+  [[nodiscard]] std::vector<const MountedArm*> compliant_arms() const override {
+    return is_carried_ && !fault_ ? std::vector<const MountedArm*>{arms_.back()} : arms();
+  }
 
   void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const SetPoint& part = set_point.parts.at(i);
       const std::string arm = fmt::format("arm_{}", i + 1), inverse = fmt::format("inverse_{}", i + 1);
-      add_driver(fragment, arm, names_[i], set_point);
+      SetPoint springs = set_point;
+      if (is_carried_ && i == 0) springs.mode = {};
+      add_driver(fragment, arm, names_[i], springs);
       if (part.kind == SetPointKind::kJoints) {
         for (const char* port : kJointPorts) part.feed(fragment, port, arm + "." + port);
         continue;
@@ -180,6 +187,7 @@ class PairActuator final : public ActuatorModel {
   std::vector<std::string> names_;
   std::vector<const MountedArm*> arms_;
   std::vector<Actuator> kept_;  ///< who owns them
+  bool is_carried_;             ///< the first one carries the second
   std::map<std::string, State> states_;
   std::optional<Diagnostic> fault_;
 };
@@ -319,6 +327,9 @@ Actuator arm(const Cell& cell, const std::string& name) {
 
 Actuator arm_pair(const Cell& cell, const std::string& leader, const std::string& follower) {
   return Actuator(std::make_shared<const PairActuator>(arm(cell, leader), arm(cell, follower)));
+}
+Actuator carried_pair(const Cell& cell, const std::string& base, const std::string& rider) {
+  return Actuator(std::make_shared<const PairActuator>(arm(cell, base), arm(cell, rider), true));
 }
 
 Actuator gripper(const Cell& cell, const std::string& name) {

@@ -75,6 +75,8 @@ class ActuatorModel {
   [[nodiscard]] virtual const MountedArm* arm() const { return nullptr; }
   /// The arms that it moves, in the order of devices(); empty for others.
   [[nodiscard]] virtual std::vector<const MountedArm*> arms() const;
+  /// Those of them that take a compliance: of an arm on a base the arm alone.
+  [[nodiscard]] virtual std::vector<const MountedArm*> compliant_arms() const { return arms(); }
   /// What is known of the gripper, or the analog output, that it is; null for others.
   [[nodiscard]] virtual const device::GripperDescription* gripper() const { return nullptr; }
   [[nodiscard]] virtual const device::SignalOutputDescription<double>* analog_output() const { return nullptr; }
@@ -110,6 +112,8 @@ class Actuator {
 [[nodiscard]] Actuator gripper(const Cell& cell, const std::string& name);
 /// Two arms as one: "leader+follower". A set point that is none for one of them is none for both.
 [[nodiscard]] Actuator arm_pair(const Cell& cell, const std::string& leader, const std::string& follower);
+/// The same of an arm and what carries it, "base+arm": only the arm takes a compliance, its base stays stiff.
+[[nodiscard]] Actuator carried_pair(const Cell& cell, const std::string& base, const std::string& rider);
 [[nodiscard]] Actuator output(const Cell& cell, const std::string& name);
 /// What cannot be: every check refuses it with this diagnostic.
 [[nodiscard]] Actuator missing(std::string name, Diagnostic why);

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/command/command_tree.h"
+#include "core/command/handler_check.h"
 
 namespace takt::command {
 namespace {
@@ -25,7 +26,7 @@ std::string_view word_for(Kind kind) {
 
 /// Of several arms the one that does not have the mode.
 std::string without_mode(const ActuatorModel& actuator, device::ControlMode mode) {
-  for (const MountedArm* arm : actuator.arms()) {
+  for (const MountedArm* arm : actuator.compliant_arms()) {
     const bool one_of_many = actuator.arms().size() > 1;
     if (one_of_many && !arm->device->description().modes.has(mode)) return arm->device->name();
   }
@@ -51,6 +52,7 @@ class Checker {
     for (const auto& handler : tree_.handlers()) check_handler(handler);
     check_cycle();
     check_rivals();
+    check_acting(tree_, diagnostics_);
     // What is not planned because of another fault is no fault of its own.
     if (planned_ && !diagnostics_.has_errors()) check_planned();
     return std::move(diagnostics_);

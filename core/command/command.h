@@ -170,7 +170,8 @@ class WaitCommand : public Command {
   [[nodiscard]] State timed_out() const { return state("timed_out"); }
 };
 
-/// Commands in one real-time context. It has ended when all that were started have ended and no start is due.
+/// Commands in one real-time context. It has ended when all that were started have ended and nothing in it can be
+/// started any more: a start that waits for a sensor keeps it alive (row L9).
 class TransactionCommand : public Command {
  public:
   explicit TransactionCommand(std::string name) : Command(std::move(name)) {}

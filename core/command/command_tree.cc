@@ -1,8 +1,10 @@
 #include "core/command/command_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <queue>
+#include <string_view>
 
 #include "core/base/diagnostics.h"
 
@@ -44,6 +46,17 @@ int CommandTree::find_raised(const SubjectPtr& subject) const {
 bool CommandTree::is_inside(int inner, int outer) const {
   while (inner >= 0 && inner != outer) inner = at(inner).parent;
   return inner == outer;
+}
+
+bool CommandTree::implies_end(const ExpressionPtr& state, int of) const {
+  if (state->subject) {
+    const int speaks_of = find(state->subject);
+    return speaks_of >= 0 && is_inside(of, speaks_of) &&
+           (state->output == "completed" || state->output == "timed_out" ||
+            (state->output == "stopped" && speaks_of == of));
+  }
+  return state->primitive.type == "And" &&
+         std::ranges::any_of(state->inputs, [&](const auto& input) { return implies_end(input.second, of); });
 }
 
 void CommandTree::add_inside(int i, std::set<int>& all) const {
@@ -113,6 +126,19 @@ std::vector<int> CommandTree::ranks() const {
     }
   }
   return rank;
+}
+
+bool is_lasting(const Expression& leaf) {
+  constexpr std::array<std::string_view, 5> kLasting = {"started", "completed", "stopped", "cancelled", "timed_out"};
+  return leaf.subject->kind == Subject::Kind::kRaised || std::ranges::find(kLasting, leaf.output) != kLasting.end();
+}
+
+bool is_decided(const ExpressionPtr& state) {
+  if (state->subject) return false;
+  const std::string& type = state->primitive.type;
+  if (type == "SnapshotBoolean" && state->inputs.size() == 1) return true;  // the trigger is a constant
+  return (type == "And" || type == "Or" || type == "Not") &&
+         std::ranges::all_of(state->inputs, [](const auto& input) { return is_decided(input.second); });
 }
 
 bool drives(const Actuator& actuator, const std::string& name) {

@@ -44,6 +44,9 @@ class CommandTree {
   /// Whether `inner` is `outer` or inside of it.
   [[nodiscard]] bool is_inside(int inner, int outer) const;
 
+  /// The state holds only once command `of` has ended.
+  [[nodiscard]] bool implies_end(const ExpressionPtr& state, int of) const;
+
   /// Commands whose start or end can make each command start: the edges of "who starts whom", from an earlier one to a
   /// later one. Between what is inside of transactions too.
   [[nodiscard]] const std::vector<std::set<int>>& starts() const { return starts_; }
@@ -65,6 +68,11 @@ class CommandTree {
   std::map<const Subject*, int> raised_;
   std::vector<std::set<int>> starts_;
 };
+
+/// A state of a command or an action that stays once it holds: started, completed ..., raised.
+[[nodiscard]] bool is_lasting(const Expression& leaf);
+/// It was decided in the first cycle of the net, for good.
+[[nodiscard]] bool is_decided(const ExpressionPtr& state);
 
 /// Whether an actuator of this name, or one of its devices, is given set points by it.
 [[nodiscard]] bool drives(const Actuator& actuator, const std::string& name);

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/awaited_starts.h"
 #include "core/command/check.h"
 #include "core/command/command_tree.h"
 #include "core/expression/net_writer.h"
@@ -33,6 +34,11 @@ class Mapper {
       : tree_(tree),
         ranks_(tree.ranks()),
         writer_(period, [this](const Expression& leaf) { return leaf_signal(leaf); }),
+        awaited_(tree, writer_,
+                 {.started = [this](int i) { return started(i); },
+                  .running = [this](int i) { return running(i); },
+                  .called_off = [this](const CommandTree::Handler& h) { return called_off(h); },
+                  .held = [this](const CommandTree::Handler& h) { return held(h); }}),
         ports_(static_cast<std::size_t>(tree.size())) {
     (void)writer_.unique("end");
     (void)writer_.unique("cancel");
@@ -235,12 +241,15 @@ class Mapper {
     return writer_.any(id(i, "over"), ends);
   }
 
-  /// Nothing inside runs any more, and no start is due. The pending ones are linked when the handlers are written.
+  /// Nothing inside runs any more, no start is due, and nothing can be started any more (row L9). The pending ones are
+  /// linked when the handlers are written.
   Signal transaction_done(int i) {
     std::vector<Signal> busy;
     for (const int child : tree_.at(i).children) {
-      const Signal over = ended(child);
+      const Signal over = AwaitedStarts::end_is_heard(tree_, child) ? ended(child).one_cycle_ago() : ended(child);
       busy.push_back(writer_.both(id(child, "busy"), started(child), writer_.opposite(over)));
+      busy.push_back(awaited_.awaited(child));
+      trace(tree_.at(child).path + " awaited", busy.back());
     }
     for (const auto& handler : tree_.handlers()) {
       if (handler.handler->effect.kind != Kind::kStart || handler.handler->trigger.delay <= 0.0) continue;
@@ -337,21 +346,10 @@ class Mapper {
     bool any = false;
     for (const auto& handler : tree_.handlers()) {
       if (handler.handler->effect.kind != Kind::kStart || tree_.find(handler.handler->effect.target) != i) continue;
-      if (!handler.handler->entered || !implies_end(handler.handler->state.node(), other)) return false;
+      if (!handler.handler->entered || !tree_.implies_end(handler.handler->state.node(), other)) return false;
       any = true;
     }
     return any;
-  }
-
-  bool implies_end(const ExpressionPtr& state, int of) const {
-    if (state->subject) {
-      const int speaks_of = tree_.find(state->subject);
-      return speaks_of >= 0 && tree_.is_inside(of, speaks_of) &&
-             (state->output == "completed" || state->output == "timed_out" ||
-              (state->output == "stopped" && speaks_of == of));
-    }
-    return state->primitive.type == "And" &&
-           std::ranges::any_of(state->inputs, [&](const auto& input) { return implies_end(input.second, of); });
   }
 
   void write_command(int i) {
@@ -427,14 +425,21 @@ class Mapper {
   /// The event, before any delay: true as long as the state is as it shall be.
   Signal occurrence(const CommandTree::Handler& h) {
     const EventHandler& handler = *h.handler;
-    const Signal armed = speaks_of(handler, h.owner) ? started(h.owner) : active(h.owner);
+    const Signal armed = this->armed(h);
     const Signal state = writer_.signal_of(handler.state.node());
     trace(h.path, state);
-    const Signal holds = writer_.both(id(h.owner, "event"), state, armed);
-    if (handler.entered) return holds;
-    const Signal was = writer_.latch(id(h.owner, "held"), holds, acts_on_null(handler.effect.kind));
-    const Signal gone = writer_.both(id(h.owner, "gone"), was, writer_.opposite(state));
+    if (handler.entered) return writer_.both(id(h.owner, "event"), state, armed);
+    const Signal gone = writer_.both(id(h.owner, "gone"), held(h), writer_.opposite(state));
     return writer_.both(id(h.owner, "event"), gone, armed);
+  }
+  /// Its state has held while the handler was armed.
+  Signal held(const CommandTree::Handler& h) {
+    const Signal state = writer_.signal_of(h.handler->state.node());
+    const Signal holds = writer_.both(id(h.owner, "event"), state, armed(h));
+    return writer_.latch(id(h.owner, "held"), holds, acts_on_null(h.handler->effect.kind));
+  }
+  Signal armed(const CommandTree::Handler& h) {
+    return speaks_of(*h.handler, h.owner) ? started(h.owner) : active(h.owner);
   }
   static bool acts_on_null(Kind kind) { return kind == Kind::kStop || kind == Kind::kCancel; }
 
@@ -558,6 +563,7 @@ class Mapper {
   const CommandTree& tree_;
   std::vector<int> ranks_;
   NetWriter writer_;
+  AwaitedStarts awaited_;
   std::vector<Ports> ports_;
   std::map<const Subject*, Signal> raised_;
   std::map<const EventHandler*, Signal> delayed_, begun_;

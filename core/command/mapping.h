@@ -63,7 +63,7 @@ struct MappedCommand {
 };
 
 /// The one way from a command to a net (docs/command-layer.md): knows neither robots nor motions. Every action must be
-/// planned (planning.h).
+/// planned (plan() of actions/motion_action.h).
 /// @return the net, or all that check() finds. Realtime: setup, deterministic.
 [[nodiscard]] Result<MappedCommand> map(const Command& command, Nanoseconds period = kMillisecond);
 

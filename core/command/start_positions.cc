@@ -199,6 +199,58 @@ bool StartPositions::is_told(int i, int around, bool by_all) const {
   return true;
 }
 
+std::optional<JointVector> StartPositions::end_of(const std::string& device) const {
+  std::vector<int> drivers;
+  for (int i = 0; i < tree_.size(); ++i)
+    if (node(i).is_runtime() && drives(*node(i).actuator, device)) drivers.push_back(i);
+  for (const int last : drivers) {
+    const auto ends = ends_.find(last);
+    const bool is_last =
+        std::ranges::all_of(drivers, [&](int other) { return other == last || leads_to(other, last); });
+    if (!is_last || ends == ends_.end() || is_cut_short(last) || !runs_for_certain(last)) continue;
+    const auto end = ends->second.find(device);
+    if (end != ends->second.end()) return end->second;
+  }
+  return std::nullopt;
+}
+
+/// It starts with the tree, or by natural ends of what runs for certain. The order of starts bounds the recursion.
+bool StartPositions::runs_for_certain(int i) const {
+  for (int at = i; at >= 0; at = tree_.at(at).parent) {
+    if (tree_.at(at).with_parent) continue;
+    const bool started = std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
+      return h.handler->effect.kind == Kind::kStart && tree_.find(h.handler->effect.target) == at &&
+             h.handler->entered && follows_for_certain(h.handler->state.node());
+    });
+    if (!started) return false;
+  }
+  return true;
+}
+
+/// "Completed", and maybe "not cancelled", of commands that run and are not cut short.
+bool StartPositions::follows_for_certain(const ExpressionPtr& state) const {
+  std::vector<ExpressionPtr> parts;
+  add_conjuncts(state, parts);
+  return std::ranges::all_of(parts, [this](const ExpressionPtr& part) {
+    const bool denied = !part->subject && part->primitive.type == "Not";
+    const ExpressionPtr& leaf = denied ? part->inputs.front().second : part;
+    if (!leaf->subject) return false;
+    const int of = tree_.find(leaf->subject);
+    const bool fits = denied ? leaf->output == "cancelled" || leaf->output == "stopped" : leaf->output == "completed";
+    const bool ends_by_itself = of >= 0 && (node(of).is_runtime() || (node(of).is_wait() && !node(of).until));
+    return fits && ends_by_itself && !is_cut_short(of) && runs_for_certain(of);
+  });
+}
+
+/// Some handler may cancel or stop it, or something around it.
+bool StartPositions::is_cut_short(int i) const {
+  return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
+    const Kind kind = h.handler->effect.kind;
+    const int target = tree_.find(h.handler->effect.target);
+    return (kind == Kind::kCancel || kind == Kind::kStop) && target >= 0 && tree_.is_inside(i, target);
+  });
+}
+
 void StartPositions::tell_unknown(int i, const std::string& device, Diagnostics& diagnostics) const {
   std::string names;
   for (const int rival : rivals_before(i, device))

@@ -32,6 +32,9 @@ class StartPositions {
   void note_unplanned(int i) { unplanned_.insert(i); }
   /// Where command `i` begins hangs on one that could not be planned: whatever is wrong with it may come from there.
   [[nodiscard]] bool follows_unplanned(int i) const;
+  /// Where an arm is when the tree has ended; nothing if that depends on the run, or nothing drives it. A cancel from
+  /// outside does not count: what follows a tree that was cancelled is given up.
+  [[nodiscard]] std::optional<kinematics::JointVector> end_of(const std::string& device) const;
   /// Where every arm is once all have come to their natural ends; one that does not tell is where it was.
   [[nodiscard]] const Places& nominal_ends() const { return nominal_; }
 
@@ -48,6 +51,9 @@ class StartPositions {
   [[nodiscard]] bool may_be_cancelled(int before, int i) const;
   [[nodiscard]] bool may_be_stopped(int before, int i) const;
   [[nodiscard]] bool is_told(int i, int around, bool by_all) const;
+  [[nodiscard]] bool runs_for_certain(int i) const;
+  [[nodiscard]] bool follows_for_certain(const ExpressionPtr& state) const;
+  [[nodiscard]] bool is_cut_short(int i) const;
   void tell_unknown(int i, const std::string& device, Diagnostics& diagnostics) const;
 
   const CommandTree& tree_;

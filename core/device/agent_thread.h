@@ -1,12 +1,14 @@
 #pragma once
 
+#include <string>
 #include <thread>
 
 #include "core/device/arm_agent.h"
 
 namespace takt::device {
 
-/// The wire to an arm, as a driver sees it. Used by one thread.
+/// The wire to an arm, as a driver sees it. Used by one thread. An exception out of it ends the session with the device
+/// (ArmAgent::fail), and is reported.
 class ArmLink {
  public:
   virtual ~ArmLink() = default;
@@ -17,11 +19,13 @@ class ArmLink {
 
 /// The thread of an agent on hardware: waits for packets and answers them, on the device's clock, until it is
 /// destroyed. If the device falls silent there is nothing to answer; the core sees it by the age of the sample.
+/// Whatever is thrown in it ends there.
 class AgentThread {
  public:
   /// `agent` and `link` must outlive it. Realtime: setup.
   /// @param priority  of SCHED_FIFO, where permitted; 0: leave the scheduling alone
-  AgentThread(ArmAgent& agent, ArmLink& link, int priority = 85);
+  /// @param arm  its name, for messages
+  AgentThread(ArmAgent& agent, ArmLink& link, int priority = 85, std::string arm = "arm");
   AgentThread(const AgentThread&) = delete;
   AgentThread& operator=(const AgentThread&) = delete;
 

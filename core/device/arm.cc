@@ -77,8 +77,9 @@ void Arm::begin_cycle(std::int64_t cycle, Nanoseconds time) {
   cycle_ = cycle;
   time_ = time;
   proposed_ = compliance_proposed_ = false;
-  backend_->set_held(held_);
-  has_sample_ = backend_->read(sample_) && usable(sample_, joint_count());
+  const bool failed = failed_before();
+  has_sample_ = at_border([this] { return backend_->set_held(held_), backend_->read(sample_); }) && !failed &&
+                usable(sample_, joint_count());
   sample_age_ = has_sample_ ? time - sample_.stamp : 0;
   if (sample_age_ > description_->sample_age_max) has_sample_ = false;
   // Somebody else changed the mode: what was sent is not what the device does. It is taken over anew.
@@ -139,7 +140,11 @@ void Arm::add_state(StateWords& words) const {
 
 net::Text Arm::fault() const {
   if (ready() && sample_.mode != mode_) return net::format_text("{}: went into mode {}", name(), name_of(sample_.mode));
-  return net::format_text("{}: not ready, fault {}", name(), sample_.fault);
+  if (exception()) return *exception();
+  if (sample_.fault != 0) return net::format_text("{}: not ready, fault {}", name(), sample_.fault);
+  if (sample_age_ > description_->sample_age_max)
+    return net::format_text("{}: its newest sample is {} ms old", name(), sample_age_ / kMillisecond);
+  return net::format_text("{}: {}", name(), has_sample_ ? "not ready" : "gives no sample that can be used");
 }
 
 std::optional<net::Text> Arm::refusal() const {
@@ -206,7 +211,7 @@ void Arm::switch_to(ControlMode mode) {
   stand_in(mode);
   compliance_proposed_ = false;
   mode_due_ = cycle_ + kAnswerCycles * (1 + description_->cycle / period_);
-  backend_->change_mode(mode);
+  call_border([&] { backend_->change_mode(mode); });
 }
 
 std::optional<std::string> Arm::conflict(std::span<const std::string> wanted) const {
@@ -239,7 +244,7 @@ void Arm::change_mode(ControlMode mode) {
   change_ends_ = cycle_ + (change->duration + period_ - 1) / period_;
   mode_due_ = change_ends_ + kAnswerCycles * (1 + description_->cycle / period_);
   phase_ = Phase::kChanging;
-  backend_->change_mode(mode);
+  call_border([&] { backend_->change_mode(mode); });
 }
 
 Seam Arm::seam() const {
@@ -373,7 +378,7 @@ void Arm::follow() {
     if (compliance_proposed_ && proposed_compliance_.mode != mode_) {
       mode_ = proposed_compliance_.mode;
       mode_due_ = cycle_ + kAnswerCycles * (1 + description_->cycle / period_);
-      backend_->change_mode(mode_);
+      call_border([this] { backend_->change_mode(mode_); });
     }
     if (compliance_proposed_) compliance_ = proposed_compliance_;
     send({proposal_.q, proposal_.dq, proposal_.ddq});
@@ -416,13 +421,18 @@ void Arm::continue_braking() {
 void Arm::send(const motion::JointSample& state) {
   const ArmSetPoint set_point{.cycle = cycle_, .stamp = time_, .q = state.q, .dq = state.dq, .ddq = state.ddq};
   guard_.sent(set_point);
-  if (mode_ != ControlMode::kPosition) backend_->write_compliance(compliance_);
-  backend_->write(set_point);
+  call_border([&] {
+    if (mode_ != ControlMode::kPosition) backend_->write_compliance(compliance_);
+    backend_->write(set_point);
+  });
 }
 
-std::string Arm::fault_text() const { return backend_->fault_text(sample_.fault); }
+std::string Arm::fault_text() const { return fault_text(sample_.fault); }
+std::string Arm::fault_text(std::uint32_t fault) const { return backend_->fault_text(fault); }
 
-void Arm::brake() { backend_->brake(); }
+void Arm::brake() {
+  call_border([this] { backend_->brake(); });
+}
 
 void Arm::set_tool(const ToolSetting& tool) {
   tool_ = tool;

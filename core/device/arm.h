@@ -87,8 +87,9 @@ class Arm final : public Actuator {
   [[nodiscard]] bool will_rest() const override;
 
   [[nodiscard]] Phase phase() const { return phase_; }
-  /// Words for the sample's fault. Realtime: setup (makes a string).
+  /// Words for the sample's fault, and for any. Realtime: setup (makes a string).
   [[nodiscard]] std::string fault_text() const;
+  [[nodiscard]] std::string fault_text(std::uint32_t fault) const;
   /// Declared times of its back end.
   [[nodiscard]] BackendTiming timing() const { return backend_->timing(); }
   [[nodiscard]] bool follows_paths() const override { return true; }

@@ -23,6 +23,7 @@ bool is_agents(std::uint32_t fault) { return (fault & 0x8000'0000) != 0; }
 
 std::uint32_t fault_of(DeviceSession::End end) {
   if (end == DeviceSession::End::kSilent) return ArmAgent::kSilent;
+  if (end == DeviceSession::End::kFailed) return ArmAgent::kFailed;
   return end == DeviceSession::End::kDisagrees ? ArmAgent::kDisagrees : ArmAgent::kRestarted;
 }
 
@@ -35,6 +36,7 @@ std::string ArmAgent::fault_text(std::uint32_t fault) {
   if (fault == kSilent) return "the device was silent for too long: it begins anew once no net holds it";
   if (fault == kRestarted) return "the device began to count anew: it is taken up again once no net holds it";
   if (fault == kDisagrees) return "the device's clock and its counter disagree: check the declared cycle of the device";
+  if (fault == kFailed) return "the driver failed, and standard error says how: it begins anew once no net holds it";
   return {};
 }
 
@@ -100,6 +102,11 @@ std::optional<ArmAnswer> ArmAgent::answer(const ArmPacket& packet) {
                    .instant = instant,
                    .state = guard_.last(),
                    .brake = brake_requested_.load(std::memory_order_acquire)};
+}
+
+void ArmAgent::fail() {
+  session_.close();
+  lose_session();
 }
 
 /// Row N5 for what an answer is made of; all else is the core's to judge.

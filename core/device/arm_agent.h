@@ -77,7 +77,8 @@ class ArmAgent {
  public:
   /// Causes of the agent in ArmSample::fault, apart from those of devices.
   static constexpr std::uint32_t kDry = 0x8000'0001, kElsewhere = 0x8000'0002, kStep = 0x8000'0003,
-                                 kSilent = 0x8000'0004, kRestarted = 0x8000'0005, kDisagrees = 0x8000'0006;
+                                 kSilent = 0x8000'0004, kRestarted = 0x8000'0005, kDisagrees = 0x8000'0006,
+                                 kFailed = 0x8000'0007;
   /// Words for them; empty for a cause of the device. Realtime: setup.
   [[nodiscard]] static std::string fault_text(std::uint32_t fault);
   /// How fast the resampled time may run against the device's to make up for a better estimate of its clock: bounds
@@ -107,6 +108,9 @@ class ArmAgent {
   /// @return the answer, or nothing for a packet that is repeated, older than one that came before, or implausible, and
   /// while there is no session.
   std::optional<ArmAnswer> answer(const ArmPacket& packet);
+  /// What answers the device has failed in the middle of it: the session ends (kFailed), the arm is not ready, and the
+  /// next session begins as after a silence.
+  void fail();
   /// The core's time that the last answer was resampled at: the answer is the core's motion of that time.
   [[nodiscard]] Nanoseconds resampled_time() const { return target_; }
   [[nodiscard]] AgentReport::Phase phase() const { return phase_; }

@@ -28,8 +28,38 @@ class Device : public net::Resource {
   /// Adds all that nets and people can see of the device: sample and, if it is driven, what was sent.
   virtual void add_state(StateWords& words) const = 0;
 
+ protected:
+  /// Calls the back end: code of a driver. An exception out of it ends here, so that neither the cycle nor other
+  /// devices know of it, and failed_before() and exception() tell. @return what `call` returns, or false.
+  template <class Call>
+  bool at_border(Call&& call) noexcept {
+    try {
+      return std::forward<Call>(call)();
+    } catch (...) {
+      keep_exception();
+      return false;
+    }
+  }
+  /// The same for a call without an answer.
+  template <class Call>
+  void call_border(Call&& call) noexcept {
+    (void)at_border([&call] { return std::forward<Call>(call)(), true; });
+  }
+  /// Once at the beginning of a cycle: @return true if the back end threw since the cycle before began. The device then
+  /// counts as lost for this cycle, so that no net outlives it.
+  [[nodiscard]] bool failed_before() {
+    if (!fresh_exception_) exception_.reset();
+    return std::exchange(fresh_exception_, false);
+  }
+  /// "NAME: its driver failed: WORDS", of the newest exception of this cycle and the one before; or nothing.
+  [[nodiscard]] const std::optional<net::Text>& exception() const { return exception_; }
+
  private:
+  void keep_exception() noexcept;
+
   std::string name_;
+  std::optional<net::Text> exception_;
+  bool fresh_exception_ = false;
 };
 
 /// What a device answers a net that needs it in some state, such as a control mode (row L4).

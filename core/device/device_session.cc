@@ -101,6 +101,12 @@ DeviceSession::Verdict DeviceSession::finish(End why, const DeviceCycle& packet)
   return Verdict::kEnded;
 }
 
+void DeviceSession::close() {
+  open_ = false;
+  end_ = End::kFailed;
+  run_ = 0;
+}
+
 DeviceSession::Verdict DeviceSession::refuse(const DeviceCycle& packet) {
   extend_run(packet);
   return run_ >= kRun ? finish(End::kRestarted, packet) : Verdict::kDropped;

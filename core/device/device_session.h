@@ -47,13 +47,16 @@ class DeviceSession {
     kNone,
     kSilent,     ///< no packet for kBridged cycles
     kRestarted,  ///< the device counts anew
-    kDisagrees   ///< its clock and its counter do
+    kDisagrees,  ///< its clock and its counter do
+    kFailed      ///< close(): whoever answers the device could not
   };
 
   explicit DeviceSession(const Options& options) : options_(options) {}
 
   /// A packet has come. @param received  on the machine's clock. @param may_open  a session after the first may begin
   Verdict take(const DeviceCycle& packet, Nanoseconds received, bool may_open);
+  /// Ends the session, if there is one, for a reason of its owner's: kFailed. What came before counts for nothing.
+  void close();
   /// A packet was dropped before it came here.
   void count_implausible() { ++inlet_.counts().implausible; }
 

@@ -9,7 +9,8 @@ ForceTorqueSensor::ForceTorqueSensor(std::string name, std::shared_ptr<const For
     : Device(std::move(name)), description_(std::move(description)), backend_(std::move(backend)) {}
 
 void ForceTorqueSensor::begin_cycle(std::int64_t, Nanoseconds time) {
-  has_sample_ = backend_->read(sample_) && sample_.wrench.force.allFinite() && sample_.wrench.torque.allFinite();
+  has_sample_ = at_border([this] { return backend_->read(sample_); }) && sample_.wrench.force.allFinite() &&
+                sample_.wrench.torque.allFinite();
   sample_age_ = has_sample_ ? time - sample_.stamp : 0;
   if (sample_age_ > description_->sample_age_max) has_sample_ = false;
 }

@@ -45,8 +45,9 @@ void Gripper::propose(double width, double speed, double force) {
 
 void Gripper::begin_cycle(std::int64_t, Nanoseconds time) {
   proposed_ = false;
-  has_sample_ = backend_->read(sample_) && std::isfinite(sample_.width) && std::isfinite(sample_.speed) &&
-                std::isfinite(sample_.force);
+  const bool failed = failed_before();
+  has_sample_ = at_border([this] { return backend_->read(sample_); }) && !failed && std::isfinite(sample_.width) &&
+                std::isfinite(sample_.speed) && std::isfinite(sample_.force);
   sample_age_ = has_sample_ ? time - sample_.stamp : 0;
   if (sample_age_ > description_->sample_age_max) has_sample_ = false;
   if (!answered() || sample_.state == GripperState::kMoving) return;
@@ -68,7 +69,10 @@ void Gripper::add_state(StateWords& words) const {
   for (const double x : {sent_.width, sent_.speed, sent_.force}) words.add(x);
 }
 
-net::Text Gripper::fault() const { return net::format_text("{}: not ready, fault {}", name(), sample_.fault); }
+net::Text Gripper::fault() const {
+  if (exception()) return *exception();
+  return net::format_text("{}: not ready, fault {}", name(), sample_.fault);
+}
 
 std::optional<net::Text> Gripper::refusal() const {
   if (!ready()) return net::format_text("{}: not ready", name());
@@ -110,7 +114,7 @@ void Gripper::hand_over() {
   // A net that ends while the fingers are on their way leaves a device that moves: then the stop reaction runs (L5).
   if (std::exchange(releasing_, false)) stopping_ = !at_rest();
   if (std::exchange(stopping_, false) && ready()) keep_grip();
-  if (sent_.sequence > 0) backend_->write(sent_);
+  if (sent_.sequence > 0) call_border([this] { backend_->write(sent_); });
 }
 
 void Gripper::keep_grip() {

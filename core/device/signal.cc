@@ -38,7 +38,7 @@ std::optional<net::Text> find_fault(const std::string& name, const SignalOutputD
 
 template <class T>
 void SignalInput<T>::begin_cycle(std::int64_t, Nanoseconds time) {
-  has_sample_ = backend_->read(sample_) && is_value(sample_.value);
+  has_sample_ = at_border([this] { return backend_->read(sample_); }) && is_value(sample_.value);
   sample_age_ = has_sample_ ? time - sample_.stamp : 0;
   if (sample_age_ > description_.sample_age_max) has_sample_ = false;
 }
@@ -65,7 +65,8 @@ SignalOutput<T>::SignalOutput(std::string name, SignalOutputDescription<T> descr
 template <class T>
 void SignalOutput<T>::begin_cycle(std::int64_t, Nanoseconds) {
   proposed_ = false;
-  ready_ = backend_->ready();
+  const bool failed = failed_before();
+  ready_ = at_border([this] { return backend_->ready(); }) && !failed;
 }
 
 template <class T>
@@ -76,6 +77,7 @@ void SignalOutput<T>::add_state(StateWords& words) const {
 
 template <class T>
 net::Text SignalOutput<T>::fault() const {
+  if (exception()) return *exception();
   return net::format_text("{}: not ready", name());
 }
 
@@ -109,7 +111,7 @@ void SignalOutput<T>::hand_over() {
   } else if (proposed_) {
     sent_ = proposal_;
   }
-  backend_->write(sent_);
+  call_border([this] { backend_->write(sent_); });
 }
 
 template <class T>

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <utility>
+#include <variant>
+
 #include "core/expression/cell.h"
 #include "core/expression/condition.h"
 #include "core/expression/state.h"
@@ -19,5 +22,24 @@ namespace takt::command {
 
 /// A condition of a file as a state; a sensor that was never tared has no bias. Realtime: setup.
 [[nodiscard]] State state_of(const Condition& condition, const Cell& cell, const Biases& biases);
+
+/// What an operation waits for or looks at: a condition as files have it, or any state of a program. A cheap value.
+class StateSource {
+ public:
+  StateSource() = default;                                             ///< a condition that nobody has read
+  StateSource(Condition condition) : source_(std::move(condition)) {}  // NOLINT: {.until = condition}
+  StateSource(State state) : source_(std::move(state)) {}              // NOLINT: {.until = is_greater(force, 5.0)}
+  /// Null: it is a state of a program.
+  [[nodiscard]] const Condition* condition() const { return std::get_if<Condition>(&source_); }
+  [[nodiscard]] State state(const Cell& cell, const Biases& biases) const {
+    return condition() != nullptr ? state_of(*condition(), cell, biases) : std::get<State>(source_);
+  }
+
+ private:
+  std::variant<Condition, State> source_;
+};
+[[nodiscard]] inline State state_of(const StateSource& source, const Cell& cell, const Biases& biases) {
+  return source.state(cell, biases);
+}
 
 }  // namespace takt::command

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/device/channel.h"
+#include "core/expression/frame_sensors.h"
 #include "core/net/value_json.h"
 
 namespace takt::command {
@@ -136,10 +137,10 @@ WrenchSensor compensated_wrench(const Cell& cell, const std::string& name) {
   const MountedSensor& sensor = found->second;
   const FrameSensor X_BS(
       named(flange_fixed_pose(cell, sensor.arm, sensor.X_FS).node(), id_of("sensor", name) + "-pose"));
-  // Weight needs the direction of gravity only, so the arm's base stands for the world but for its orientation.
-  const Eigen::Isometry3d X_WB = cell.frames.pose(sensor.arm).value_or(Eigen::Isometry3d::Identity());
+  const auto X_WB = cell.frames.pose(sensor.arm);  // nothing: its base moves
+  const Operand base = X_WB ? constant(*X_WB) : Operand{.node = pose_between(cell, sensor.arm, "world").node()};
   const ExpressionPtr X_WS =
-      named(apply(ValueType::kFrame, "Compose", {{"left", constant(X_WB)}, {"right", {.node = X_BS.node()}}}),
+      named(apply(ValueType::kFrame, "Compose", {{"left", base}, {"right", {.node = X_BS.node()}}}),
             id_of("sensor", name) + "-in-world");
   const ExpressionPtr compensated =
       apply(ValueType::kWrench, "PayloadCompensation", {{"wrench", {.node = raw.node()}}, {"frame", {.node = X_WS}}},

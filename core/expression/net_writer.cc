@@ -277,9 +277,10 @@ std::string FragmentWriter::take_link(const std::string& to) {
 
 void FragmentWriter::nest(net::FragmentDescription fragment) { net().fragments.push_back(std::move(fragment)); }
 
-bool FragmentWriter::has(const std::string& id) const {
+std::string_view FragmentWriter::type_of(const std::string& id) const {
   const auto& primitives = outside_.net.fragments[place_].net.primitives;
-  return std::ranges::find(primitives, id, &net::PrimitiveDescription::id) != primitives.end();
+  const auto found = std::ranges::find(primitives, id, &net::PrimitiveDescription::id);
+  return found == primitives.end() ? std::string_view() : std::string_view(found->type);
 }
 
 }  // namespace takt::command

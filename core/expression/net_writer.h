@@ -126,7 +126,9 @@ class FragmentWriter {
   void nest(net::FragmentDescription fragment);
   /// The name of an inner port from the outside.
   [[nodiscard]] std::string outer(const std::string& port) const { return id_ + "/" + port; }
-  [[nodiscard]] bool has(const std::string& id) const;
+  [[nodiscard]] bool has(const std::string& id) const { return !type_of(id).empty(); }
+  /// Of a primitive in here; empty: there is none of this id.
+  [[nodiscard]] std::string_view type_of(const std::string& id) const;
 
  private:
   [[nodiscard]] net::NetDescription& net() { return outside_.net.fragments[place_].net; }

@@ -6,12 +6,17 @@
 #include <limits>
 #include <utility>
 
+#include "core/motion/plan_checks.h"
+
 namespace takt::motion {
 namespace {
 
 constexpr double kNeverEnds = std::numeric_limits<double>::infinity();
 /// Relative: what rounding may add to a state that is about to land.
 constexpr double kRounding = 1e-9;
+constexpr double kLeastRate = 1e-6;
+/// Of the least s' that is seen at instants of a law: for what it is between them.
+constexpr double kShareOfSlowest = 0.99;
 
 /// True if the clock could be here by its own bounds, so that it can go on by them.
 bool is_usual(const ClockState& clock, const ClockBounds& bounds, double lowest) {
@@ -22,6 +27,35 @@ bool is_usual(const ClockState& clock, const ClockBounds& bounds, double lowest)
          change * change <= 2.0 * bounds.jerk_max * room * (1.0 + kRounding);
 }
 
+/// Least s' of a law in each cell of a table.
+std::vector<double> slowest_in(const TimeLaw& law, const StopTable& table) {
+  constexpr int kParts = 16;  // of each segment
+  std::vector<double> slowest(table.size(), kNeverEnds);
+  const std::vector<LawPoint> points = instants(law, kParts);
+  std::size_t cell = 0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const LawPoint &from = points[i - 1], &to = points[i];
+    const double least = kShareOfSlowest * std::min(from.ds, to.ds);
+    for (std::size_t k = cell; k < table.size(); ++k) {
+      slowest[k] = std::min(slowest[k], least);
+      if (to.s <= table[k].s_end) break;
+      cell = k + 1;
+    }
+  }
+  return slowest;
+}
+
+/// Largest deceleration in a cell at a rate.
+double deceleration_at(const StopCell& cell, double rate) {
+  const double by_path = cell.deceleration - (cell.deceleration - cell.deceleration_at_full_rate) * rate * rate;
+  return std::min(by_path, cell.product / rate);
+}
+
+/// Largest third derivative in a cell at a rate and a deceleration.
+double jerk_at(const StopCell& cell, double rate, double deceleration) {
+  return cell.jerk - cell.jerk_by_cube * rate * rate * rate - cell.jerk_by_product * rate * deceleration;
+}
+
 }  // namespace
 
 struct Braking::Profile {
@@ -30,8 +64,42 @@ struct Braking::Profile {
   double way = 0.0;
 };
 
-Braking::Braking(TimeLaw law, StopTable table)
-    : plan_(std::make_shared<const Plan>(Plan{std::move(law), std::move(table)})) {}
+/// Points that a stop passes, in order.
+struct Braking::Course {
+  static constexpr int kParts = 4;  ///< of each piece
+  std::array<Motion, 3 * kParts + 1> points;
+
+  Course(const Motion& now, const Profile& profile) {
+    points.front() = now;
+    points.front().way = 0.0;
+    for (std::size_t i = 1; i < points.size(); ++i) {
+      const Piece& piece = profile.pieces[(i - 1) / kParts];
+      points[i] = points[i - 1];
+      points[i].go(piece, piece.time / kParts);
+    }
+  }
+  /// The fastest and the hardest that it is between two ways.
+  struct Most {
+    double velocity = 0.0, deceleration = 0.0, acceleration = 0.0;  ///< of the last one either way
+  };
+  [[nodiscard]] Most between(double from, double to) const {
+    Most most;
+    for (std::size_t i = 1; i < points.size(); ++i) {
+      if (points[i].way < from) continue;
+      most.velocity = std::max({most.velocity, points[i - 1].velocity, points[i].velocity});
+      most.deceleration = std::max({most.deceleration, -points[i - 1].acceleration, -points[i].acceleration});
+      most.acceleration =
+          std::max({most.acceleration, std::abs(points[i - 1].acceleration), std::abs(points[i].acceleration)});
+      if (points[i].way > to) break;
+    }
+    return most;
+  }
+};
+
+Braking::Braking(TimeLaw law, StopTable table) {
+  auto slowest = slowest_in(law, table);
+  plan_ = std::make_shared<const Plan>(Plan{std::move(law), std::move(table), std::move(slowest)});
+}
 
 void Braking::Motion::go(const Piece& piece, double time) {
   way += time * (velocity + time / 2 * (acceleration + time / 3 * piece.jerk));
@@ -61,31 +129,95 @@ std::optional<Braking::Profile> Braking::to_rest(const Motion& now, const Bounds
   return profile;
 }
 
-std::optional<Braking::Bounds> Braking::bounds_from(double s, double rate, const Motion& now) const {
+std::size_t Braking::cell_at(double s) const {
   const StopTable& table = plan_->table;
-  const auto here = std::upper_bound(table.begin(), table.end(), s,
-                                     [](double value, const StopCell& cell) { return value < cell.s_end; });
-  auto index = std::min(static_cast<std::size_t>(here - table.begin()), table.size() - 1);
-  const double strongest = std::abs(now.acceleration), square = rate * rate;
-  double deceleration = kNeverEnds, jerk = kNeverEnds, by_product = 0.0;
-  for (;;) {
-    const StopCell& cell = table[index];
-    const double least = cell.deceleration - (cell.deceleration - cell.deceleration_at_full_rate) * square;
-    deceleration = std::min({deceleration, least, cell.product / rate});
-    jerk = std::min(jerk, cell.jerk - cell.jerk_by_cube * square * rate);
-    by_product = std::max(by_product, cell.jerk_by_product * rate);
-    // Where curvature takes jerk from a stop, braking less hard leaves more of it.
-    if (by_product > 0.0) deceleration = std::min(deceleration, jerk / (2.0 * by_product));
-    const Bounds bounds{deceleration, jerk - by_product * std::max(deceleration, strongest)};
-    if (!(bounds.deceleration > 0.0 && bounds.jerk > 0.0) || strongest * rate > cell.product) return std::nullopt;
-    const auto stop = to_rest(now, bounds);
-    if (!stop) return std::nullopt;
-    // A stop that is eased at its worst moment loses its deceleration an eighth of D^3 / J^2 further on than it ends.
-    const double D = bounds.deceleration, J = bounds.jerk;
-    const double reach = stop->way + D * D * D / (8.0 * J * J);
-    if (index + 1 == table.size() || reach <= cell.s_end - s) return bounds;
-    ++index;
+  const auto here = std::ranges::upper_bound(table, s, {}, &StopCell::s_end);
+  return std::min(static_cast<std::size_t>(here - table.begin()), table.size() - 1);
+}
+
+std::optional<Braking::Found> Braking::stop_from(double s, double rate, const Motion& now) const {
+  // Where curvature takes jerk from a stop, braking less hard leaves more of it.
+  constexpr std::array kShares = {1.0, 0.7, 0.5, 0.3};
+  const StopCell& here = plan_->table[cell_at(s)];
+  if (std::abs(now.acceleration) * rate > here.product) return std::nullopt;
+  const double most = std::min(here.deceleration, deceleration_at(here, rate));
+  std::optional<Found> shortest;
+  for (const double share : kShares) {
+    const auto found = stop_within(share * most, s, rate, now);
+    if (found && (!shortest || found->way < shortest->way)) shortest = found;
   }
+  return shortest;
+}
+
+std::optional<Braking::Found> Braking::stop_within(double deceleration, double s, double rate,
+                                                   const Motion& now) const {
+  constexpr int kRounds = 20;
+  Bounds bounds{deceleration,
+                jerk_at(plan_->table[cell_at(s)], rate, std::max(deceleration, std::abs(now.acceleration)))};
+  for (int round = 0; round < kRounds; ++round) {
+    const Bounds before = bounds;
+    if (!lower(s, rate, now, bounds)) return std::nullopt;
+    if (bounds.deceleration != before.deceleration || bounds.jerk != before.jerk) continue;
+    const auto stop = to_rest(now, bounds);
+    return stop ? std::optional(Found{bounds, stop->way, stop->time}) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+bool Braking::lower(double s, double rate, const Motion& now, Bounds& bounds) const {
+  if (!(bounds.deceleration > 0.0 && bounds.jerk > 0.0)) return false;
+  const auto stop = to_rest(now, bounds);
+  if (!stop) return false;
+  const Course course(now, *stop);
+  // A stop that is eased at its worst moment loses its deceleration an eighth of D^3 / J^2 further on than it ends.
+  const double D = std::max(bounds.deceleration, -now.acceleration), J = bounds.jerk;
+  const double end = s + stop->way + D * D * D / (8.0 * J * J);
+  double begin = s;
+  for (std::size_t i = cell_at(s); i < plan_->table.size() && begin < end; ++i) {
+    const StopCell& cell = plan_->table[i];
+    const auto [velocity, deceleration, hardest] = course.between(begin - s, cell.s_end - s);
+    const double own = std::max(std::min(rate, velocity / plan_->slowest[i]), kLeastRate);
+    const double most = std::min(cell.deceleration, deceleration_at(cell, own));
+    // It cannot be eased in time.
+    if (begin > s && deceleration > std::max(most, bounds.deceleration) * (1.0 + kRounding)) return false;
+    bounds.deceleration = std::min(bounds.deceleration, most);
+    bounds.jerk = std::min(bounds.jerk, jerk_at(cell, own, hardest));
+    begin = cell.s_end;
+  }
+  return bounds.deceleration > 0.0 && bounds.jerk > 0.0;
+}
+
+double Braking::strongest_jerk(double s, const Step& step, const Motion& now) const {
+  const std::size_t last = cell_at(s + now.velocity * step.period);
+  double jerk = kNeverEnds;
+  for (int round = 0; round < 2; ++round) {  // by what it is now, then by what it may be after the cycle
+    const double then = round == 0 ? now.acceleration : now.acceleration - jerk * step.period;
+    const double hardest = std::max(std::abs(now.acceleration), std::abs(then));
+    for (std::size_t i = cell_at(s); i <= last; ++i)
+      jerk = std::min(jerk, jerk_at(plan_->table[i], step.fastest, hardest));
+  }
+  double most = kNeverEnds;
+  for (std::size_t i = cell_at(s); i <= last; ++i)
+    most = std::min(most, deceleration_at(plan_->table[i], step.fastest));
+  return std::min(jerk, (now.acceleration + most) / step.period);
+}
+
+std::optional<Braking::Bounds> Braking::harder_cycle(double s, const Step& step, const Profile& stop,
+                                                     Motion& now) const {
+  constexpr std::array kShares = {1.0, 0.6, 0.3};
+  const double strongest = strongest_jerk(s, step, now);
+  if (!(strongest > 0.0 && std::isfinite(strongest))) return std::nullopt;
+  for (const double share : kShares) {
+    Motion then = now;
+    then.go({step.period, -share * strongest}, step.period);
+    if (!(then.velocity > 0.0)) continue;
+    const auto rest = stop_from(s + then.way, step.fastest, then);
+    if (!rest || !(then.way + rest->way < stop.way * (1.0 - kRounding)) || step.period + rest->time > stop.time)
+      continue;
+    now = then;
+    return rest->bounds;
+  }
+  return std::nullopt;
 }
 
 bool Braking::begins(const ClockState& clock, const LawPoint& at, const Profile& stop,
@@ -114,6 +246,16 @@ std::optional<double> Braking::time_of(double s, const ClockState& clock, double
   return tau;
 }
 
+void Braking::follow(const Profile& stop, double period, Motion& now) {
+  double left = period;
+  for (const Piece& piece : stop.pieces) {
+    const double time = std::min(piece.time, left);
+    now.go(piece, time);
+    left -= time;
+  }
+  if (stop.time <= period) now.velocity = now.acceleration = 0.0;
+}
+
 bool Braking::leave() {
   held_.reset();
   return false;
@@ -128,28 +270,25 @@ bool Braking::advance(ClockState& clock, double target, double period, const Clo
   // A rate that is rising goes on rising for a while, by itself at most that far.
   const double fastest = std::min(1.0, rate + rising * rising / (2.0 * bounds.jerk_max));
   Motion now{.way = 0.0, .velocity = at.ds * rate, .acceleration = at.dds * rate * rate + at.ds * change};
-  const auto here = bounds_from(at.s, fastest, now);
+  const Step step{.fastest = fastest, .jerk_max = bounds.jerk_max, .period = period};
+  const auto here = stop_from(at.s, fastest, now);
   const auto before = held_ ? to_rest(now, *held_) : std::nullopt;
-  auto stop = here ? to_rest(now, *here) : std::nullopt;
+  auto stop = here ? to_rest(now, here->bounds) : std::nullopt;
   if (!before && stop && usual && !begins(clock, at, *stop, bounds)) return leave();
   if (stop && before && target == 0.0 && !(stop->way < before->way && stop->time <= before->time)) stop.reset();
   if (stop)
-    held_ = here;
+    held_ = here->bounds;
   else
     stop = before;
   if (!stop) return leave();
   if (target != 0.0) {
     now.go({period, held_->jerk}, period);
+  } else if (const auto harder = harder_cycle(at.s, step, *stop, now)) {
+    held_ = harder;
   } else {
-    double left = period;
-    for (const Piece& piece : stop->pieces) {
-      const double time = std::min(piece.time, left);
-      now.go(piece, time);
-      left -= time;
-    }
-    if (stop->time <= period) now.velocity = now.acceleration = 0.0;
+    follow(*stop, period, now);
   }
-  return move(clock, at.s + now.way, now, {.fastest = fastest, .jerk_max = bounds.jerk_max, .period = period});
+  return move(clock, at.s + now.way, now, step);
 }
 
 bool Braking::move(ClockState& clock, double s, const Motion& then, const Step& step) {

@@ -13,7 +13,7 @@ namespace {
 /// Of each limit: the rest is for what a quantity does between two nodes of the path.
 constexpr double kStopShare = 0.98;
 /// Of the jerk that the path leaves at full rate: what curvature may take while the arm brakes.
-constexpr double kShareOfCurvature = 0.5;
+constexpr double kShareOfCurvature = 0.8;
 /// Of a jerk limit, where the path alone takes all of it.
 constexpr double kLeastJerk = 0.1;
 

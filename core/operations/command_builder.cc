@@ -58,7 +58,7 @@ std::string in_words_of_files(std::string text) {
 
 }  // namespace
 
-CommandBuilder::CommandBuilder(const CommandRequest& root, const BuildContext& making) {
+CommandBuilder::CommandBuilder(const OperationCommand& root, const BuildContext& making) {
   add(root, -1);
   // What follows another command comes after it.
   for (const bool follows : {false, true}) {
@@ -80,7 +80,7 @@ CommandBuilder::CommandBuilder(const CommandRequest& root, const BuildContext& m
 }
 
 /// A place for a command before what is inside of it.
-void CommandBuilder::add(const CommandRequest& request, int parent) {
+void CommandBuilder::add(const OperationCommand& request, int parent) {
   const int own = static_cast<int>(parts_.size());
   const std::string around = parent < 0 ? std::string() : parts_[static_cast<std::size_t>(parent)].key;
   indices_[&request] = own;
@@ -92,7 +92,7 @@ void CommandBuilder::add(const CommandRequest& request, int parent) {
 }
 
 void CommandBuilder::make(Part& part, BuildContext making) {
-  const CommandRequest& request = *part.request;
+  const OperationCommand& request = *part.request;
   if (!request.follows().empty()) making.progress = progress_of(named(part, request.follows()));
   part.made = request.make(making, part.key);
   places_.emplace_back(part.key, request.pointer);
@@ -104,7 +104,7 @@ void CommandBuilder::make(Part& part, BuildContext making) {
 
 /// Children and raised states.
 void CommandBuilder::set_up(Part& part) {
-  const TransactionRequest& transaction = *part.request->transaction();
+  const TransactionParameters& transaction = *part.request->transaction();
   command::CommandNode& node = *part.made.command.node();
   for (const auto& child : part.request->parts()) {
     node.children.push_back(part_of(*child).made.command.node());
@@ -118,17 +118,17 @@ void CommandBuilder::set_up(Part& part) {
 
 /// Its targets may stand anywhere in the tree: whether they may is a rule (C4).
 void CommandBuilder::set_cancel_policy(const Part& part) {
-  const TransactionRequest& transaction = *part.request->transaction();
+  const TransactionParameters& transaction = *part.request->transaction();
   command::CommandNode& node = *part.made.command.node();
   using enum command::CancelPolicy::Kind;
-  if (transaction.on_cancel == TransactionRequest::OnCancel::kIgnore) node.cancel_policy.kind = kIgnore;
-  if (transaction.on_cancel != TransactionRequest::OnCancel::kForwardTo) return;
+  if (transaction.on_cancel == TransactionParameters::OnCancel::kIgnore) node.cancel_policy.kind = kIgnore;
+  if (transaction.on_cancel != TransactionParameters::OnCancel::kForwardTo) return;
   node.cancel_policy.kind = kForwardTo;
   for (const std::string& name : transaction.forward_to)
     node.cancel_policy.targets.push_back(named(part, name).made.command.subject());
 }
 
-const CommandBuilder::Part& CommandBuilder::part_of(const CommandRequest& request) const {
+const CommandBuilder::Part& CommandBuilder::part_of(const OperationCommand& request) const {
   return parts_[static_cast<std::size_t>(indices_.at(&request))];
 }
 
@@ -144,9 +144,9 @@ command::RaisedState CommandBuilder::raised(const Part& from, const std::string&
 
 void CommandBuilder::add_handlers(const Part& part, const BuildContext& making) {
   Command command = part.made.command;
-  for (const HandlerRequest& handler : part.request->handlers) {
+  for (const HandlerParameters& handler : part.request->handlers) {
     const State state = state_of(part, handler.state, making);
-    for (const HandlerRequest::Effect& effect : handler.effects) {
+    for (const HandlerParameters::Effect& effect : handler.effects) {
       places_.emplace_back(part.key + "/handlers" + pointer_segment(command.node()->handlers.size()), handler.pointer);
       if (handler.entered) {
         command.on_entered(state, effect_of(part, effect, making), handler.trigger);
@@ -157,7 +157,7 @@ void CommandBuilder::add_handlers(const Part& part, const BuildContext& making) 
   }
 }
 
-command::Effect CommandBuilder::effect_of(const Part& owner, const HandlerRequest::Effect& effect,
+command::Effect CommandBuilder::effect_of(const Part& owner, const HandlerParameters::Effect& effect,
                                           const BuildContext& making) const {
   switch (effect.kind) {
     case Kind::kStart:
@@ -173,25 +173,25 @@ command::Effect CommandBuilder::effect_of(const Part& owner, const HandlerReques
   }
 }
 
-State CommandBuilder::state_of(const Part& owner, const StateRequest& state, const BuildContext& making) const {
+State CommandBuilder::state_of(const Part& owner, const StateParameters& state, const BuildContext& making) const {
   const State formula = formula_of(owner, state, making);
   return state.held_for ? formula.held_for(*state.held_for) : formula;
 }
 
 /// Recursion is bounded by the depth of the file.
-State CommandBuilder::formula_of(const Part& owner, const StateRequest& state, const BuildContext& making) const {
+State CommandBuilder::formula_of(const Part& owner, const StateParameters& state, const BuildContext& making) const {
   switch (state.kind) {
-    case StateRequest::Kind::kCondition:
+    case StateParameters::Kind::kCondition:
       return command::state_of(state.condition, making.cell, making.biases);
-    case StateRequest::Kind::kCommand:
+    case StateParameters::Kind::kCommand:
       return command_state(named(owner, state.of).made.command, state.is);
-    case StateRequest::Kind::kAction:
+    case StateParameters::Kind::kAction:
       return action_state(owner, state);
-    case StateRequest::Kind::kActuator:
+    case StateParameters::Kind::kActuator:
       return actuator_state(actuator_of(making.cell, state.of), state.is);
-    case StateRequest::Kind::kRaised:
+    case StateParameters::Kind::kRaised:
       return raised(owner, state.of).state();
-    case StateRequest::Kind::kNot:
+    case StateParameters::Kind::kNot:
       return !state_of(owner, state.operands.front(), making);
     default:
       break;
@@ -199,12 +199,12 @@ State CommandBuilder::formula_of(const Part& owner, const StateRequest& state, c
   State result = state_of(owner, state.operands.front(), making);
   for (std::size_t i = 1; i < state.operands.size(); ++i) {
     const State operand = state_of(owner, state.operands[i], making);
-    result = state.kind == StateRequest::Kind::kAll ? (result && operand) : (result || operand);
+    result = state.kind == StateParameters::Kind::kAll ? (result && operand) : (result || operand);
   }
   return result;
 }
 
-State CommandBuilder::action_state(const Part& owner, const StateRequest& state) const {
+State CommandBuilder::action_state(const Part& owner, const StateParameters& state) const {
   const Part& part = named(owner, state.of);
   if (!part.made.action) {
     return State(command::broken(Code::kInvalidValue, net::ValueType::kBoolean,
@@ -220,7 +220,7 @@ State CommandBuilder::action_state(const Part& owner, const StateRequest& state)
 
 void CommandBuilder::add_captures(const Part& part, const BuildContext& making) {
   Command command = part.made.command;
-  for (const CaptureRequest& capture : part.request->transaction()->captures) {
+  for (const CaptureParameters& capture : part.request->transaction()->captures) {
     const std::string name = capture_name(part.key, capture.name);
     places_.emplace_back(part.key + "/observations" + pointer_segment(name), capture.pointer);
     const auto keep = [&](const auto& sensor) {
@@ -230,8 +230,8 @@ void CommandBuilder::add_captures(const Part& part, const BuildContext& making) 
         command.observe(name, sensor);
       }
     };
-    const ValueRequest& value = capture.value;
-    if (value.kind == ValueRequest::Kind::kProgress) {
+    const ValueParameters& value = capture.value;
+    if (value.kind == ValueParameters::Kind::kProgress) {
       keep(progress_of(named(part, value.of)));
     } else if (is_boolean(value, making.cell)) {
       keep(command::BooleanSensor(boolean_of(value, making.cell).node()));

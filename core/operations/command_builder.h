@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/operations/command_request.h"
+#include "core/operations/operation_command.h"
 
 namespace takt::activity {
 
@@ -13,12 +13,12 @@ namespace takt::activity {
 /// is rehearsed or begins; the requests must outlive it. Realtime: setup.
 class CommandBuilder {
  public:
-  CommandBuilder(const CommandRequest& root, const BuildContext& making);
+  CommandBuilder(const OperationCommand& root, const BuildContext& making);
 
   [[nodiscard]] const command::Command& command() const { return parts_.front().made.command; }
   /// Commands in the order of the tree, each with the key of what it observes.
   struct Part {
-    const CommandRequest* request;
+    const OperationCommand* request;
     int parent;
     std::string key;  ///< "/screwing/insert"
     MadeCommand made;
@@ -34,24 +34,25 @@ class CommandBuilder {
   [[nodiscard]] Diagnostics in_file(const Diagnostics& diagnostics) const;
 
  private:
-  void add(const CommandRequest& request, int parent);
+  void add(const OperationCommand& request, int parent);
   void make(Part& part, BuildContext making);
   void set_up(Part& part);
   void set_cancel_policy(const Part& part);
   void add_handlers(const Part& part, const BuildContext& making);
   void add_captures(const Part& part, const BuildContext& making);
-  [[nodiscard]] const Part& part_of(const CommandRequest& request) const;
+  [[nodiscard]] const Part& part_of(const OperationCommand& request) const;
   [[nodiscard]] const Part& named(const Part& from, const std::string& name) const;
   [[nodiscard]] command::RaisedState raised(const Part& from, const std::string& name) const;
-  [[nodiscard]] command::Effect effect_of(const Part& owner, const HandlerRequest::Effect& effect,
+  [[nodiscard]] command::Effect effect_of(const Part& owner, const HandlerParameters::Effect& effect,
                                           const BuildContext& making) const;
-  [[nodiscard]] command::State state_of(const Part& owner, const StateRequest& state, const BuildContext& making) const;
-  [[nodiscard]] command::State formula_of(const Part& owner, const StateRequest& state,
+  [[nodiscard]] command::State state_of(const Part& owner, const StateParameters& state,
+                                        const BuildContext& making) const;
+  [[nodiscard]] command::State formula_of(const Part& owner, const StateParameters& state,
                                           const BuildContext& making) const;
-  [[nodiscard]] command::State action_state(const Part& owner, const StateRequest& state) const;
+  [[nodiscard]] command::State action_state(const Part& owner, const StateParameters& state) const;
 
   std::vector<Part> parts_;
-  std::map<const CommandRequest*, int> indices_;
+  std::map<const OperationCommand*, int> indices_;
   std::vector<std::pair<std::string, std::string>> places_;  ///< path in the tree, pointer in the file
 };
 

@@ -10,8 +10,8 @@
 #include "core/command/check.h"
 #include "core/command/mapping.h"
 #include "core/operations/command_builder.h"
-#include "core/operations/command_request.h"
-#include "core/operations/compliance_request.h"
+#include "core/operations/compliance.h"
+#include "core/operations/operation_command.h"
 #include "core/operations/rehearsed_net.h"
 #include "core/operations/scheduled_run.h"
 
@@ -34,14 +34,14 @@ Diagnostics plan(const CommandBuilder& tree, const command::Cell& cell, command:
 
 /// A tree of commands that was made for one execution. Its locations are those below the step.
 struct MadeStep {
-  MadeStep(const CommandRequest& root, Context& context, const command::ExternalHandler& tell)
+  MadeStep(const OperationCommand& root, Context& context, const command::ExternalHandler& tell)
       : tree(root, {.cell = context.cell, .biases = context.variables.biases, .notes = notes, .tell = tell}) {}
   Diagnostics notes;  ///< of planners; what there is to say was said in the rehearsal
   CommandBuilder tree;
 };
 
 /// Locations are whole; those of a step are below it.
-Diagnostics below(const CommandRequest& root, const Diagnostics& diagnostics) {
+Diagnostics below(const OperationCommand& root, const Diagnostics& diagnostics) {
   Diagnostics inside;
   for (Diagnostic diagnostic : diagnostics.list()) {
     if (diagnostic.pointer.starts_with(root.pointer)) diagnostic.pointer.erase(0, root.pointer.size());
@@ -64,7 +64,7 @@ std::vector<std::string> driven_by(const CommandBuilder& tree) {
 /// The tree as an activity that begins at rest; where it leaves its arms depends on the run.
 class TreeActivity final : public ActivityModel {
  public:
-  TreeActivity(const CommandRequest& root, std::shared_ptr<MadeStep> made)
+  TreeActivity(const OperationCommand& root, std::shared_ptr<MadeStep> made)
       : ActivityModel(root.name), root_(root), made_(std::move(made)), actuators_(driven_by(made_->tree)) {}
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return actuators_; }
@@ -82,14 +82,14 @@ class TreeActivity final : public ActivityModel {
   }
 
  private:
-  const CommandRequest& root_;
+  const OperationCommand& root_;
   std::shared_ptr<MadeStep> made_;
   std::vector<std::string> actuators_;
 };
 
 class CommandRun final : public ScheduledRun {
  public:
-  explicit CommandRun(const CommandRequest& root) : root_(root) {}
+  explicit CommandRun(const OperationCommand& root) : root_(root) {}
 
  private:
   [[nodiscard]] ActivityPtr activity(Context& context) override {
@@ -117,8 +117,8 @@ class CommandRun final : public ScheduledRun {
   }
 
   /// What was captured, for `monitor(step, name)` in expressions.
-  void keep_captures(const CommandRequest& transaction, const std::string& key, Context& context) const {
-    for (const CaptureRequest& capture : transaction.transaction()->captures) {
+  void keep_captures(const OperationCommand& transaction, const std::string& key, Context& context) const {
+    for (const CaptureParameters& capture : transaction.transaction()->captures) {
       const std::string name = CommandBuilder::capture_name(key, capture.name);
       if (!run()->observes(name)) continue;
       const auto number = run()->value<net::Real>(name);
@@ -129,13 +129,99 @@ class CommandRun final : public ScheduledRun {
     }
   }
 
-  const CommandRequest& root_;
-  std::vector<std::pair<const CommandRequest*, std::string>> keys_;
+  const OperationCommand& root_;
+  std::vector<std::pair<const OperationCommand*, std::string>> keys_;
 };
+
+// -- Names ------------------------------------------------------------------------------------------------------------
+
+/// What names mean: all of them are known once the whole tree is read.
+class NameCheck {
+ public:
+  NameCheck(const OperationCommand& root, Diagnostics& diagnostics) : root_(root), diagnostics_(diagnostics) {}
+
+  void run() {
+    for (const OperationCommand* command : root_.all()) {
+      for (const HandlerParameters& handler : command->handlers) check_handler(*command, handler);
+      if (!command->follows().empty())
+        check_command(*command, command->follows(), command->pointer + "/value/progress");
+      if (command->transaction() == nullptr) continue;
+      for (const CaptureParameters& capture : command->transaction()->captures) {
+        if (capture.value.kind == ValueParameters::Kind::kProgress)
+          check_command(*command, capture.value.of, capture.pointer + "/value/progress");
+        if (capture.when) check_state(*command, *capture.when);
+      }
+      for (std::size_t i = 0; i < command->transaction()->forward_to.size(); ++i) {
+        check_command(*command, command->transaction()->forward_to[i],
+                      command->pointer + "/on_cancel" + pointer_segment(i));
+      }
+    }
+  }
+
+ private:
+  void check_handler(const OperationCommand& owner, const HandlerParameters& handler) {
+    check_state(owner, handler.state);
+    for (const HandlerParameters::Effect& effect : handler.effects) {
+      if (effect.kind == Kind::kExternal) {
+        if (effect.name.empty()) diagnostics_.error(Code::kMissing, effect.pointer, "an empty text", "what is told");
+      } else if (effect.kind == Kind::kRaise) {
+        check_raised(owner, effect.name, effect.pointer);
+      } else {
+        check_command(owner, effect.name, effect.pointer);
+      }
+    }
+  }
+
+  void check_state(const OperationCommand& owner, const StateParameters& state) {
+    for (const StateParameters& operand : state.operands) check_state(owner, operand);
+    if (state.kind == StateParameters::Kind::kRaised) check_raised(owner, state.of, state.pointer + "/raised");
+    if (state.kind == StateParameters::Kind::kCommand) check_command(owner, state.of, state.pointer + "/" + state.is);
+    if (state.kind == StateParameters::Kind::kAction) check_command(owner, state.of, state.pointer + "/action");
+  }
+
+  void check_command(const OperationCommand& owner, const std::string& name, const std::string& pointer) {
+    if (owner.find(name) != nullptr) return;
+    std::vector<std::string> names;
+    for (const OperationCommand* command : root_.all()) names.push_back(command->name);
+    diagnostics_.error(Code::kUnknownName, pointer,
+                       fmt::format("C6: there is no command '{}' in '{}'", name, root_.name),
+                       nearest_choice(name, names));
+  }
+
+  void check_raised(const OperationCommand& owner, const std::string& name, const std::string& pointer) {
+    if (owner.find_raised(name) != nullptr) return;
+    std::vector<std::string> names;
+    for (const OperationCommand* command : root_.all()) {
+      if (command->transaction() == nullptr) continue;
+      names.insert(names.end(), command->transaction()->raised.begin(), command->transaction()->raised.end());
+    }
+    const std::string nearest = names.empty() ? "" : nearest_choice(name, names) + "; ";
+    diagnostics_.error(Code::kUnknownName, pointer, fmt::format("C10: no transaction has the raised state '{}'", name),
+                       nearest + "'raised' of a transaction around this place");
+  }
+
+  const OperationCommand& root_;
+  Diagnostics& diagnostics_;
+};
+
+std::unique_ptr<OperationCommand> read_root(const OperationSource& source) {
+  const auto& [json, pointer, cell, diagnostics] = source;
+  auto root = read_any_command(source);
+  if (!json.is_object()) return root;
+  Diagnostics unheard;
+  ObjectReader reader(json, pointer, unheard);
+  root->name = read_name(reader, root->name);
+  if (json.contains("start")) {
+    diagnostics.error(Code::kConflict, pointer + "/start", "a step of its own has no 'start'",
+                      "a command inside of a transaction");
+  }
+  NameCheck(*root, diagnostics).run();
+  return root;
+}
 
 class CommandStep final : public Step {
  public:
-  explicit CommandStep(std::unique_ptr<CommandRequest> root) : root_(std::move(root)) {}
+  explicit CommandStep(std::unique_ptr<OperationCommand> root) : root_(std::move(root)) {}
 
   /// Arms go to the natural end of what moves them; where that is not known before they stay.
   void rehearse(Rehearsal& rehearsal, const std::string&, Diagnostics& diagnostics) const override {
@@ -166,14 +252,13 @@ class CommandStep final : public Step {
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<CommandRun>(*root_); }
 
  private:
-  std::unique_ptr<CommandRequest> root_;
+  std::unique_ptr<OperationCommand> root_;
 };
 
 }  // namespace
 
-std::unique_ptr<Step> parse_command_step(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                         Diagnostics& diagnostics) {
-  return std::make_unique<CommandStep>(read_command_step(json, pointer, cell, diagnostics));
+std::unique_ptr<Step> step_of_command(const OperationSource& source) {
+  return std::make_unique<CommandStep>(read_root(source));
 }
 
 }  // namespace takt::activity

@@ -1,17 +1,13 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
-#include <nlohmann/json_fwd.hpp>
-
-#include "core/operations/step.h"
+#include "core/operations/operation.h"
 
 namespace takt::activity {
 
-/// A command of a file as a step: "transaction", and "jog", "follow", "hold" and motions with something laid over them.
-/// One net, through the mapping of the command layer. Keys: docs/programs.md, docs/scenarios.md.
-[[nodiscard]] std::unique_ptr<Step> parse_command_step(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                       const command::Cell& cell, Diagnostics& diagnostics);
+/// An operation that is a command, as a step of a program: one net, through the mapping of the command layer. Names of
+/// commands and raised states that are not there are diagnostics. Realtime: setup.
+[[nodiscard]] std::unique_ptr<Step> step_of_command(const OperationSource& source);
 
 }  // namespace takt::activity

@@ -1,4 +1,5 @@
-// Planned motions as commands of a transaction.
+#include "core/operations/motion_command.h"
+
 #include <algorithm>
 #include <iterator>
 
@@ -11,9 +12,8 @@
 #include "core/expression/condition_state.h"
 #include "core/expression/device_sensors.h"
 #include "core/expression/moving_frames.h"
-#include "core/operations/command_request.h"
-#include "core/operations/motion_request.h"
-#include "core/operations/overlay_request.h"
+#include "core/operations/motion_plan.h"
+#include "core/operations/overlay.h"
 #include "core/operations/touch.h"
 
 namespace takt::activity {
@@ -38,11 +38,11 @@ const char* name_of(PathKind kind) {
 }
 
 /// One motion, or several that are blended into one.
-class MotionCommand final : public CommandRequest {
+class MotionCommand final : public OperationCommand {
  public:
-  std::vector<MotionRequest> requests;
+  std::vector<MotionParameters> requests;
   std::vector<std::string> places;  ///< of each motion, below the pointer of this
-  std::optional<ComplianceRequest> compliance;
+  std::optional<ComplianceParameters> compliance;
 
   [[nodiscard]] const std::string& arm() const { return requests.front().arm; }
   [[nodiscard]] const std::string& follower() const { return requests.front().follower; }
@@ -72,7 +72,7 @@ class MotionCommand final : public CommandRequest {
       moved.capture(key + " no force", command::tool_pose(making.cell, arm()), silent);
       made.handler_places.push_back(offset_place() + "/sensor");
     }
-    add_unless(making, key, action, moved, made);
+    add_abort(making, key, action, moved, made);
     const auto& condition = requests.back().until;
     if (!condition) return made;
     State until = command::state_of(*condition, making.cell, making.biases);
@@ -116,30 +116,30 @@ class MotionCommand final : public CommandRequest {
   }
 
  private:
-  [[nodiscard]] static std::string unless_of(const std::string& key, std::size_t part) {
+  [[nodiscard]] static std::string abort_name(const std::string& key, std::size_t part) {
     return fmt::format("{} unless {}", key, part);
   }
   /// What must not hold cancels it, each while its motion is being done.
-  void add_unless(const BuildContext& making, const std::string& key, const command::Action& action,
-                  command::RuntimeCommand& moved, MadeCommand& made) const {
+  void add_abort(const BuildContext& making, const std::string& key, const command::Action& action,
+                 command::RuntimeCommand& moved, MadeCommand& made) const {
     for (std::size_t i = 0; i < requests.size(); ++i) {
-      if (!requests[i].unless) continue;
-      State holds = command::state_of(*requests[i].unless, making.cell, making.biases);
+      if (!requests[i].abort_if) continue;
+      State holds = command::state_of(*requests[i].abort_if, making.cell, making.biases);
       if (i > 0) holds = holds && action.via_passed(static_cast<int>(i) - 1);
       if (i + 1 < requests.size()) holds = holds && !action.via_passed(static_cast<int>(i));
       moved.on_entered(holds, cancel(moved));
-      made.handler_places.push_back(places[i] + "/unless");
-      moved.capture(unless_of(key, i), action.progress(), holds);
-      moved.capture(unless_of(key, i) + " silent", action.progress(), is_null(command::BooleanSensor(holds.node())));
+      made.handler_places.push_back(places[i] + "/abort_if");
+      moved.capture(abort_name(key, i), action.progress(), holds);
+      moved.capture(abort_name(key, i) + " silent", action.progress(), is_null(command::BooleanSensor(holds.node())));
     }
   }
   void tell_broken(const ActivityRun& ended, const std::string& key, Diagnostics& diagnostics) const {
     for (std::size_t i = 0; i < requests.size(); ++i) {
-      const std::string place = pointer + places[i] + "/unless";
-      if (ended.value<net::Real>(unless_of(key, i))) {
+      const std::string place = pointer + places[i] + "/abort_if";
+      if (ended.value<net::Real>(abort_name(key, i))) {
         diagnostics.error(Code::kAbortCondition, place, "'abort_if' became true, so the arm stopped on its path",
                           "what made it hold; \"try\" around the step");
-      } else if (ended.value<net::Real>(unless_of(key, i) + " silent")) {
+      } else if (ended.value<net::Real>(abort_name(key, i) + " silent")) {
         diagnostics.error(Code::kSensorSilent, place,
                           "a sensor of the condition did not answer, so the arm stopped on its path",
                           "check its power and its wiring");
@@ -184,44 +184,29 @@ class MotionCommand final : public CommandRequest {
   }
 
   [[nodiscard]] command::Action with_overlay(const BuildContext& making, command::Action motion) const {
-    if (std::ranges::any_of(requests, [](const auto& request) { return request.overlay.weave.has_value(); }))
+    if (std::ranges::any_of(requests, [](const auto& request) { return request.weave.has_value(); }))
       motion = command::weave_each(motion, weaves_of(requests));
     if (const auto first = first_offset(requests))
-      motion = command::force_offset(motion, force().pressing(arm(), making.cell, making.biases), force().wish, *first);
+      motion =
+          command::force_offset(motion, force().pressing(arm(), making.cell, making.biases), force().wish(), *first);
     return motion;
   }
   /// Of a motion that has one.
-  [[nodiscard]] const OverlayRequest::ForceOffset& force() const {
-    return *requests[*first_offset(requests)].overlay.force;
-  }
+  [[nodiscard]] const ForceOffsetParameters& force() const { return *requests[*first_offset(requests)].force_offset; }
   [[nodiscard]] std::string offset_place() const { return places[*first_offset(requests)] + "/force_offset"; }
 };
 
-std::unique_ptr<CommandRequest> read(PathKind kind, const Json& json, const std::string& pointer,
-                                     const command::Cell& cell, Diagnostics& diagnostics) {
-  auto command = std::make_unique<MotionCommand>();
-  command->requests.push_back(read_motion(kind, json, pointer, cell, diagnostics));
-  command->places.emplace_back();
-  const MotionRequest& request = command->requests.back();
-  command->compliance = request.compliance;
-  if (request.blend.kind != motion::Blend::Kind::kNone) {
-    diagnostics.error(Code::kConflict, pointer + (json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
-                      "a command of its own has nothing to blend into", "\"do\": \"motions\" with several");
-  }
-  return command;
-}
-
 /// One arm, or the same two as one.
 void check_movers(const MotionCommand& command, const std::string& pointer, Diagnostics& diagnostics) {
-  const MotionRequest& first = command.requests.front();
+  const MotionParameters& first = command.requests.front();
   for (std::size_t i = 0; i < command.requests.size(); ++i) {
-    const MotionRequest& request = command.requests[i];
+    const MotionParameters& request = command.requests[i];
     const std::string place = pointer + command.places[i];
     if (request.arm != first.arm) {
       diagnostics.error(Code::kConflict, place + "/arm", fmt::format("'{}' after '{}'", request.arm, first.arm),
                         "one arm for all of them");
     } else if (request.follower != first.follower) {
-      const auto movers = [](const MotionRequest& one) {
+      const auto movers = [](const MotionParameters& one) {
         return one.follower.empty() ? fmt::format("'{}' alone", one.arm)
                                     : fmt::format("'{}' and '{}' as one", one.arm, one.follower);
       };
@@ -235,26 +220,33 @@ void check_movers(const MotionCommand& command, const std::string& pointer, Diag
 
 }  // namespace
 
-std::unique_ptr<CommandRequest> read_ptp_command(const Json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Diagnostics& diagnostics) {
-  return read(PathKind::kPtp, json, pointer, cell, diagnostics);
-}
-std::unique_ptr<CommandRequest> read_lin_command(const Json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Diagnostics& diagnostics) {
-  if (json.contains("base_to")) return read_carried_command(json, pointer, cell, diagnostics);
-  return read(PathKind::kLin, json, pointer, cell, diagnostics);
-}
-std::unique_ptr<CommandRequest> read_circ_command(const Json& json, const std::string& pointer,
-                                                  const command::Cell& cell, Diagnostics& diagnostics) {
-  return read(PathKind::kCirc, json, pointer, cell, diagnostics);
-}
-std::unique_ptr<CommandRequest> read_spline_command(const Json& json, const std::string& pointer,
-                                                    const command::Cell& cell, Diagnostics& diagnostics) {
-  return read(PathKind::kSpline, json, pointer, cell, diagnostics);
+std::unique_ptr<OperationCommand> motion_command(MotionParameters motion, const OperationSource& source) {
+  auto command = std::make_unique<MotionCommand>();
+  command->compliance = motion.compliance;
+  command->requests.push_back(std::move(motion));
+  command->places.emplace_back();
+  if (command->requests.back().blends()) {
+    source.diagnostics.error(Code::kConflict,
+                             source.pointer + (source.json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
+                             "a command of its own has nothing to blend into", "\"do\": \"motions\" with several");
+  }
+  return command;
 }
 
-std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std::string& pointer,
-                                                     const command::Cell& cell, Diagnostics& diagnostics) {
+namespace {
+
+const std::vector<ParameterInfo>& motions_parameter_list() {
+  static const std::vector<ParameterInfo> list = [] {
+    ParameterInfo steps{
+        .key = "steps", .type = ParameterInfo::Type::kObject, .definition = "motions", .required = true};
+    steps.doc = "Planned motions (ptp, lin, circ, spline), each but the last blended into the next.";
+    return std::vector{steps, compliance_parameter()};
+  }();
+  return list;
+}
+
+std::unique_ptr<OperationCommand> read_motions(const OperationSource& source) {
+  const auto& [json, pointer, cell, diagnostics] = source;
   static constexpr std::pair<const char*, PathKind> kKinds[] = {
       {"ptp", PathKind::kPtp}, {"lin", PathKind::kLin}, {"circ", PathKind::kCirc}, {"spline", PathKind::kSpline}};
   auto command = std::make_unique<MotionCommand>();
@@ -265,7 +257,7 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
   const Json* steps = reader.array("steps");
   for (std::size_t i = 0; steps != nullptr && i < steps->size(); ++i) {
     const Json& step = (*steps)[i];
-    const std::string place = "/steps" + pointer_segment(i);
+    const std::string place = "/steps" + pointer_segment(i), at = pointer + place;
     const Json word = step.is_object() ? step.value("do", Json()) : Json();
     const auto* kind = std::ranges::find_if(kKinds, [&](const auto& one) { return word == one.first; });
     if (kind == std::end(kKinds)) {
@@ -277,7 +269,7 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     if (alone.erase("base_to") > 0)
       diagnostics.error(Code::kConflict, pointer + place + "/base_to", "a motion with a base is not blended",
                         "a 'lin' of its own");
-    command->requests.push_back(read_motion(kind->second, alone, pointer + place, cell, diagnostics));
+    command->requests.push_back(read_motion(kind->second, {alone, at, cell, diagnostics}));
     command->places.push_back(place);
   }
   reader.finish();
@@ -293,8 +285,8 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
     diagnostics.add(std::move(diagnostic));
   }
   for (std::size_t i = 0; i < command->requests.size(); ++i) {
-    const MotionRequest& request = command->requests[i];
-    const bool last = i + 1 == command->requests.size(), blends = request.blend.kind != motion::Blend::Kind::kNone;
+    const MotionParameters& request = command->requests[i];
+    const bool last = i + 1 == command->requests.size(), blends = request.blends();
     if (request.compliance)
       diagnostics.error(Code::kConflict, pointer + command->places[i] + "/compliance",
                         "one motion of several has another compliance", "'compliance' beside 'steps', for all of them");
@@ -308,6 +300,15 @@ std::unique_ptr<CommandRequest> read_motions_command(const Json& json, const std
           "'blend_m' or 'blend_fraction' on all but the last");
   }
   return command;
+}
+
+}  // namespace
+
+Operation motions_operation() {
+  return {.name = "motions",
+          .doc = "Several planned motions of one arm, blended into one; only inside of a transaction.",
+          .parameters = motions_parameter_list,
+          .read_command = read_motions};
 }
 
 }  // namespace takt::activity

@@ -5,11 +5,9 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "core/activity/dual_entry_motion.h"
 #include "core/command/single_net.h"
-#include "core/operations/command_step.h"
 #include "core/operations/rehearsed_net.h"
 #include "core/operations/requested_motion.h"
 #include "core/operations/scheduled_run.h"
@@ -18,20 +16,17 @@
 namespace takt::activity {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Takes note of a touch at its end. Several motions are one: they are blended into each other.
 class MotionRun final : public ScheduledRun {
  public:
-  explicit MotionRun(const std::vector<MotionRequest>& requests) : requests_(requests), request_(requests.back()) {}
+  explicit MotionRun(const std::vector<MotionParameters>& requests) : requests_(requests), request_(requests.back()) {}
 
   [[nodiscard]] std::size_t part() const override { return run() ? run()->part().value_or(0) : 0; }
   [[nodiscard]] bool begun() const override { return run() && run()->part().has_value(); }
   [[nodiscard]] bool has_taken_over() const override { return run() && run()->blended(); }
   [[nodiscard]] bool may_be_left() const override {
     // Who takes it over carries out the rest of it too, but not with its springs, nor with what is laid over it.
-    const bool blends =
-        request_.blend.kind != motion::Blend::Kind::kNone && !request_.compliance && !request_.overlay.any();
+    const bool blends = request_.blends() && !request_.compliance && !request_.has_overlay();
     return blends && begun() && part() + 1 == requests_.size();
   }
 
@@ -70,9 +65,9 @@ class MotionRun final : public ScheduledRun {
 
   Progress tell_no_force(Diagnostics& diagnostics) const {
     const std::size_t first = first_offset(requests_).value_or(0);
-    const MotionRequest& with_force = requests_[first];
+    const MotionParameters& with_force = requests_[first];
     std::string message =
-        fmt::format("'{}' did not answer, so the arm stopped on its path", with_force.overlay.force->sensor);
+        fmt::format("'{}' did not answer, so the arm stopped on its path", with_force.force_offset->sensor);
     if (first > 0) message = fmt::format("in '{}', which is blended into: {}", with_force.name, message);
     const std::string way_out = "check its power and its wiring";
     diagnostics.error(Code::kSensorSilent, first > 0 ? "" : "/force_offset/sensor", message, way_out);
@@ -83,29 +78,29 @@ class MotionRun final : public ScheduledRun {
   Progress tell_broken(const GuardedEnd::Broken& broken, Diagnostics& diagnostics) const {
     std::string message = broken.silent ? "a sensor of the condition did not answer, so the arm stopped on its path"
                                         : "'abort_if' became true, so the arm stopped on its path";
-    if (broken.motion < 0) message = fmt::format("'unless' of the motion that it went on with: {}", message);
+    if (broken.motion < 0) message = fmt::format("'abort_if' of the motion that it went on with: {}", message);
     if (broken.motion > 0) {
-      const MotionRequest& part = requests_[static_cast<std::size_t>(broken.motion)];
+      const MotionParameters& part = requests_[static_cast<std::size_t>(broken.motion)];
       message = fmt::format("in '{}', which is blended into: {}", part.name, message);
     }
     const std::string way_out =
         broken.silent ? "check its power and its wiring" : "what made it hold; \"try\" around the step";
-    diagnostics.error(Code::kAbortCondition, broken.motion < 0 ? "" : "/unless", message, way_out);
+    diagnostics.error(Code::kAbortCondition, broken.motion < 0 ? "" : "/abort_if", message, way_out);
     return Progress::kFailed;
   }
 
-  const std::vector<MotionRequest>& requests_;
-  const MotionRequest& request_;  ///< the last: only a motion alone may be guarded
+  const std::vector<MotionParameters>& requests_;
+  const MotionParameters& request_;  ///< the last: only a motion alone may be guarded
 };
 
 class MotionStep final : public Step {
  public:
-  explicit MotionStep(MotionRequest request) { requests_.push_back(std::move(request)); }
+  explicit MotionStep(MotionParameters request) { requests_.push_back(std::move(request)); }
 
   bool absorb(Step& next) override {
     auto* motion = dynamic_cast<MotionStep*>(&next);
-    if (!motion || requests_.back().blend.kind == motion::Blend::Kind::kNone) return false;
-    const MotionRequest& follower = motion->requests_.front();
+    if (!motion || !requests_.back().blends()) return false;
+    const MotionParameters& follower = motion->requests_.front();
     if (moved_by(follower) != moved_by(requests_.front())) return false;
     if (follower.compliance != requests_.back().compliance) return false;
     requests_.insert(requests_.end(), std::make_move_iterator(motion->requests_.begin()),
@@ -114,12 +109,12 @@ class MotionStep final : public Step {
   }
 
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
-    const MotionRequest& last = requests_.back();
+    const MotionParameters& last = requests_.back();
     if (!gives_way_as_it_can(rehearsal, pointer, diagnostics)) return;
     const bool goes_on = rehearsal.open && rehearsal.open->arm == moved_arm() && may_go_on(rehearsal.cell);
     if (!goes_on) note_open_begin(rehearsal, diagnostics);
     rehearsal.open.reset();
-    if (last.blend.kind != motion::Blend::Kind::kNone) note_open_end(rehearsal, diagnostics);
+    if (last.blends()) note_open_end(rehearsal, diagnostics);
     if (!last.follower.empty()) rehearsal.touched[last.follower] = false;
     rehearsal.touched[last.arm] = last.until.has_value();
     const auto alone = requested_motion(requests_, {})->alone(rehearsal.cell, rehearsal.q);
@@ -140,20 +135,18 @@ class MotionStep final : public Step {
   [[nodiscard]] std::string moved_arm() const override { return moved_by(requests_.front()); }
   [[nodiscard]] bool may_go_on(const command::Cell& cell) const override {
     // What is laid over a path begins with it at rest, unless another motion of the same plan comes before.
-    if (requests_.front().overlay.any()) return false;
+    if (requests_.front().has_overlay()) return false;
     return std::ranges::none_of(
         requests_, [&](const auto& request) { return request.compliance || depends_on_moving_frame(request, cell); });
   }
 
  private:
-  static std::string laid_over(const MotionRequest& request) {
-    return request.overlay.weave ? "weave" : "force offset";
-  }
+  static std::string laid_over(const MotionParameters& request) { return request.weave ? "weave" : "force offset"; }
   /// The one before is not gone on with: its blend is in vain.
   void note_open_begin(Rehearsal& rehearsal, Diagnostics& diagnostics) const {
-    const MotionRequest& first = requests_.front();
+    const MotionParameters& first = requests_.front();
     const bool of_same_arm = rehearsal.open && rehearsal.open->arm == moved_arm();
-    if (!of_same_arm || !first.overlay.any()) return settle_rehearsal(rehearsal, diagnostics);
+    if (!of_same_arm || !first.has_overlay()) return settle_rehearsal(rehearsal, diagnostics);
     diagnostics.note(
         rehearsal.open->pointer,
         fmt::format("'{}' ({}) does not stand directly behind it, and begins with a {}, at rest: it stops at "
@@ -163,8 +156,8 @@ class MotionStep final : public Step {
   }
   /// The next motion is decided in the run: whatever is laid over this one has to be gone, and so it stops.
   void note_open_end(Rehearsal& rehearsal, Diagnostics& diagnostics) const {
-    const MotionRequest& last = requests_.back();
-    if (!last.overlay.any()) {
+    const MotionParameters& last = requests_.back();
+    if (!last.has_overlay()) {
       rehearsal.open = {moved_arm(), last.pointer};
       return;
     }
@@ -176,43 +169,18 @@ class MotionStep final : public Step {
   }
   /// The mode and the values of its compliance. @return false: with diagnostics
   bool gives_way_as_it_can(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const {
-    const MotionRequest& last = requests_.back();
+    const MotionParameters& last = requests_.back();
     if (!last.compliance) return true;
     std::vector<std::string> arms{last.arm};
     if (!last.follower.empty()) arms.push_back(last.follower);
     return rehearse_compliance(*last.compliance, rehearsal, arms, pointer, diagnostics);
   }
 
-  std::vector<MotionRequest> requests_;  ///< one, or several that are blended, and give way alike
+  std::vector<MotionParameters> requests_;  ///< one, or several that are blended, and give way alike
 };
-
-template <PathKind kind>
-std::unique_ptr<Step> parse(const Json& json, const std::string& pointer, const command::Cell& cell,
-                            Diagnostics& diagnostics) {
-  return std::make_unique<MotionStep>(read_motion(kind, json, pointer, cell, diagnostics));
-}
 
 }  // namespace
 
-std::unique_ptr<Step> parse_ptp(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                Diagnostics& diagnostics) {
-  return parse<PathKind::kPtp>(json, pointer, cell, diagnostics);
-}
-
-std::unique_ptr<Step> parse_lin(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                Diagnostics& diagnostics) {
-  if (json.contains("base_to")) return parse_command_step(json, pointer, cell, diagnostics);
-  return parse<PathKind::kLin>(json, pointer, cell, diagnostics);
-}
-
-std::unique_ptr<Step> parse_circ(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                 Diagnostics& diagnostics) {
-  return parse<PathKind::kCirc>(json, pointer, cell, diagnostics);
-}
-
-std::unique_ptr<Step> parse_spline(const Json& json, const std::string& pointer, const command::Cell& cell,
-                                   Diagnostics& diagnostics) {
-  return parse<PathKind::kSpline>(json, pointer, cell, diagnostics);
-}
+std::unique_ptr<Step> motion_step(MotionParameters motion) { return std::make_unique<MotionStep>(std::move(motion)); }
 
 }  // namespace takt::activity

@@ -1,23 +1,14 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "core/operations/motion.h"
 #include "core/operations/step.h"
 
 namespace takt::activity {
 
-/// "ptp", "lin", "circ", "spline": a planned motion of one arm, guarded if it has "until", blended into the motion
-/// after it if it has "blend_m" or "blend_fraction". Keys: docs/scenarios.md.
-[[nodiscard]] std::unique_ptr<Step> parse_ptp(const nlohmann::ordered_json& json, const std::string& pointer,
-                                              const command::Cell& cell, Diagnostics& diagnostics);
-[[nodiscard]] std::unique_ptr<Step> parse_lin(const nlohmann::ordered_json& json, const std::string& pointer,
-                                              const command::Cell& cell, Diagnostics& diagnostics);
-[[nodiscard]] std::unique_ptr<Step> parse_circ(const nlohmann::ordered_json& json, const std::string& pointer,
-                                               const command::Cell& cell, Diagnostics& diagnostics);
-[[nodiscard]] std::unique_ptr<Step> parse_spline(const nlohmann::ordered_json& json, const std::string& pointer,
-                                                 const command::Cell& cell, Diagnostics& diagnostics);
+/// A planned motion as a step of a program: guarded if it has a condition, blended into the motion after it if it asks
+/// for that. Realtime: setup.
+[[nodiscard]] std::unique_ptr<Step> motion_step(MotionParameters motion);
 
 }  // namespace takt::activity

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -78,6 +79,13 @@ struct ParameterInfo {
 struct ReadContext {
   ObjectReader& reader;
   const command::Cell& cell;
+  /// Keys whose values a program has given in a form that files do not have, a state for instance.
+  const std::set<std::string, std::less<>>* given = nullptr;
+
+  /// The parameter was given, in a file or by a program.
+  [[nodiscard]] bool has(std::string_view key) const {
+    return reader.has(key) || (given != nullptr && given->contains(key));
+  }
 };
 
 /// Writes parameters as a file would have them.
@@ -100,12 +108,6 @@ class ParameterWriter {
 
  private:
   std::unique_ptr<nlohmann::ordered_json> json_;
-};
-
-/// What every operation has: read from the keys "do" and "name".
-struct OperationHead {
-  std::string name;     ///< for people; empty in files that give none
-  std::string pointer;  ///< of the operation in its file; empty in programs
 };
 
 }  // namespace takt::activity

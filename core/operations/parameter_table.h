@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -9,8 +10,8 @@
 #include <vector>
 
 #include "core/base/read_parts.h"
-#include "core/expression/condition.h"
-#include "core/operations/compliance_request.h"
+#include "core/expression/condition_state.h"
+#include "core/operations/compliance.h"
 #include "core/operations/parameter.h"
 
 namespace takt::activity {
@@ -23,6 +24,16 @@ namespace takt::activity {
 template <class P>
 class ParameterTable {
  public:
+  using Read = std::function<void(const ParameterInfo&, const ReadContext&, P&)>;
+  using Write = std::function<void(const ParameterInfo&, const P&, ParameterWriter&)>;
+  /// What is different for parameters that a program has set.
+  struct InPrograms {
+    /// It is there in a form that files do not have, so it is not read; null: it always has one.
+    std::function<bool(const P&)> is_given = {};
+    /// Finishes `p` with what was read from its written form; null: nothing is to be done.
+    std::function<void(const ParameterInfo&, const ReadContext&, const P& read, P& p)> settle = {};
+  };
+
   /// A number; SI inside, in files in `unit`.
   template <class Access>
   ParameterTable& number(std::string_view key, std::string_view unit, Access access, const Range& range,
@@ -206,10 +217,13 @@ class ParameterTable {
           if_given<Access>(access, p, [&](const std::string& value) {
             if (!value.empty()) to.text(row.key, value);
           });
-        });
+        },
+        {.settle = [access](const ParameterInfo&, const ReadContext&, const P& read, P& p) {
+          std::invoke(access, p) = get(access, read);
+        }});
   }
 
-  /// A condition over sensors and inputs; nothing if the key is not there.
+  /// A condition over sensors and inputs, or a state of a program; nothing if the key is not there.
   template <class Access>
   ParameterTable& condition(std::string_view key, Access access, std::string_view doc) {
     ParameterInfo info = make(key, ParameterInfo::Type::kCondition, doc);
@@ -219,7 +233,8 @@ class ParameterTable {
         [access](const ParameterInfo& row, const ReadContext& from, P& p) {
           std::invoke(access, p) = command::read_condition(from.reader, row.key, from.cell, row.required);
         },
-        [](const ParameterInfo&, const P&, ParameterWriter&) {});
+        [](const ParameterInfo&, const P&, ParameterWriter&) {},
+        {.is_given = [access](const P& p) { return get(access, p).has_value(); }});
   }
 
   /// How the arm yields meanwhile; nothing if the key is not there.
@@ -230,7 +245,8 @@ class ParameterTable {
         [access](const ParameterInfo&, const ReadContext& from, P& p) {
           std::invoke(access, p) = read_compliance(from.reader);
         },
-        [](const ParameterInfo&, const P&, ParameterWriter&) {});
+        [](const ParameterInfo&, const P&, ParameterWriter&) {},
+        {.is_given = [access](const P& p) { return get(access, p).has_value(); }});
   }
 
   /// An object with a table of its own; nothing if the key is not there. @param definition  in the schema of scenario
@@ -257,31 +273,24 @@ class ParameterTable {
             table.write(value, inner);
             to.object(row.key, inner);
           });
-        });
+        },
+        {.is_given = [](const P&) { return true; },
+         .settle =
+             [&table, access](const ParameterInfo& row, const ReadContext& from, const P&, P& p) {
+               auto& member = std::invoke(access, p);
+               const auto* json = from.reader.object(row.key, false);
+               if (!member || json == nullptr) return;
+               ObjectReader reader(*json, from.reader.at(row.key), from.reader.diagnostics());
+               table.settle(*member, reader, from.cell);
+             }});
   }
 
   /// An object with a reader of its own, such as a goal. `read` is called whether or not the key is there.
   /// @param write  may be null: programs give this parameter in a form that files cannot have
-  ParameterTable& object(ParameterInfo info, std::function<void(const ParameterInfo&, const ReadContext&, P&)> read,
-                         std::function<void(const ParameterInfo&, const P&, ParameterWriter&)> write = {}) {
-    if (!write) write = [](const ParameterInfo&, const P&, ParameterWriter&) {};
-    return add(std::move(info), std::move(read), std::move(write));
-  }
-
-  /// All parameters of another table, kept in a part of P.
-  template <class Part, class Access>
-  ParameterTable& include(const ParameterTable<Part>& table, Access access) {
-    for (std::size_t i = 0; i < table.list().size(); ++i) {
-      add(
-          table.list()[i],
-          [&table, access, i](const ParameterInfo&, const ReadContext& from, P& p) {
-            table.read_row(i, from, std::invoke(access, p));
-          },
-          [&table, access, i](const ParameterInfo&, const P& p, ParameterWriter& to) {
-            table.write_row(i, get(access, p), to);
-          });
-    }
-    return *this;
+  ParameterTable& object(ParameterInfo info, Read read, Write write = {}) {
+    if (write) return add(std::move(info), std::move(read), std::move(write));
+    return add(std::move(info), std::move(read), [](const ParameterInfo&, const P&, ParameterWriter&) {},
+               {.is_given = [](const P&) { return true; }});
   }
 
   /// The parameter before this call must be given.
@@ -337,22 +346,45 @@ class ParameterTable {
   }
   void write_row(std::size_t i, const P& p, ParameterWriter& to) const { rows_[i].write(infos_[i], p, to); }
 
-  /// What a file with these values would be told, for values that a program has set.
-  [[nodiscard]] Diagnostics check(const P& p, const command::Cell& cell) const {
+  /// Parameters that a program has set, as if a file had them: names of the only one of its kind are filled in, rules
+  /// applied. @return them; or what is wrong, as a file with these values would be told
+  [[nodiscard]] Result<P> accept(P p, const command::Cell& cell) const {
+    Diagnostics diagnostics;
     ParameterWriter writer;
     write(p, writer);
-    Diagnostics diagnostics;
     ObjectReader reader(writer.result(), "", diagnostics);
-    (void)read(reader, cell);
-    return diagnostics;
+    settle(p, reader, cell);
+    if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+    return p;
+  }
+  [[nodiscard]] Diagnostics check(const P& p, const command::Cell& cell) const {
+    const auto accepted = accept(p, cell);
+    return accepted ? Diagnostics() : accepted.error();
+  }
+  /// The same for an object inside of an operation. @param reader  of what write() made of it
+  void settle(P& p, ObjectReader& reader, const command::Cell& cell) const {
+    std::set<std::string, std::less<>> given;
+    const ReadContext from{reader, cell, &given};
+    P read;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (row.in_programs.is_given && row.in_programs.is_given(p)) {
+        given.insert(infos_[i].key);
+      } else {
+        row.read(infos_[i], from, read);
+      }
+      if (row.in_programs.settle) row.in_programs.settle(infos_[i], from, read, p);
+    }
+    for (const auto& check : rules_) check(p, from);
   }
 
   [[nodiscard]] const std::vector<ParameterInfo>& list() const { return infos_; }
 
  private:
   struct Row {
-    std::function<void(const ParameterInfo&, const ReadContext&, P&)> read;
-    std::function<void(const ParameterInfo&, const P&, ParameterWriter&)> write;
+    Read read;
+    Write write;
+    InPrograms in_programs;
   };
 
   template <class Access>
@@ -394,10 +426,9 @@ class ParameterTable {
     info.doc = doc;
     return info;
   }
-  ParameterTable& add(ParameterInfo info, std::function<void(const ParameterInfo&, const ReadContext&, P&)> read,
-                      std::function<void(const ParameterInfo&, const P&, ParameterWriter&)> write) {
+  ParameterTable& add(ParameterInfo info, Read read, Write write, InPrograms in_programs = {}) {
     infos_.push_back(std::move(info));
-    rows_.push_back({std::move(read), std::move(write)});
+    rows_.push_back({std::move(read), std::move(write), std::move(in_programs)});
     return *this;
   }
 

@@ -17,26 +17,20 @@ using Places = std::map<std::string, JointVector, std::less<>>;
 /// What is the same for one arm and for two.
 class Requested : public RequestedMotion {
  public:
-  Requested(const std::vector<MotionRequest>& requests, command::Biases biases)
+  Requested(const std::vector<MotionParameters>& requests, command::Biases biases)
       : RequestedMotion(requests.front().name), requests_(requests), biases_(std::move(biases)) {}
 
  protected:
-  [[nodiscard]] const std::vector<MotionRequest>& requests() const { return requests_; }
-  [[nodiscard]] const MotionRequest& last() const { return requests_.back(); }
+  [[nodiscard]] const std::vector<MotionParameters>& requests() const { return requests_; }
+  [[nodiscard]] const MotionParameters& last() const { return requests_.back(); }
   [[nodiscard]] const command::Biases& biases() const { return biases_; }
 
-  [[nodiscard]] MotionParameters wish(const command::Cell& cell) const {
-    MotionParameters wish{.blend = BlendingCondition(last().blend)};
-    if (last().until) wish.until = command::state_of(*last().until, cell, biases_);
-    const int joint_count = cell.arms.find(last().arm)->second.device->description().chain->joint_count();
-    if (last().compliance) wish.compliance = wish_of(*last().compliance, joint_count);
-    return wish;
-  }
-  [[nodiscard]] std::vector<std::optional<command::State>> unless(const command::Cell& cell) const {
+  [[nodiscard]] MotionOptions wish(const command::Cell& cell) const { return options_of(last(), cell, biases_); }
+  [[nodiscard]] std::vector<std::optional<command::State>> abort_if(const command::Cell& cell) const {
     std::vector<std::optional<command::State>> states;
-    for (const MotionRequest& request : requests_) {
-      states.push_back(request.unless ? std::optional(command::state_of(*request.unless, cell, biases_))
-                                      : std::nullopt);
+    for (const MotionParameters& request : requests_) {
+      states.push_back(request.abort_if ? std::optional(command::state_of(*request.abort_if, cell, biases_))
+                                        : std::nullopt);
     }
     return states;
   }
@@ -54,7 +48,7 @@ class Requested : public RequestedMotion {
   }
 
  private:
-  std::vector<MotionRequest> requests_;
+  std::vector<MotionParameters> requests_;
   command::Biases biases_;
 };
 
@@ -74,7 +68,7 @@ class OfOneArm final : public Requested {
     if (!plan) return std::unexpected(std::move(plan.error()));
     // What is laid over the first motion begins at rest.
     return prepare(planning, std::move(*plan),
-                   requests().front().overlay.any() ? std::nullopt : blended_plan(planning, before));
+                   requests().front().has_overlay() ? std::nullopt : blended_plan(planning, before));
   }
 
   [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q) const override {
@@ -101,7 +95,7 @@ class OfOneArm final : public Requested {
                    .model = model,
                    .from_rest = std::move(from_rest),
                    .from_blend = std::move(from_blend),
-                   .unless = unless(planning.cell),
+                   .abort_if = abort_if(planning.cell),
                    .weaves = weaves_of(requests()),
                    .offset = offset(planning.cell)};
     auto prepared = prepare_dual_entry(planning, std::move(plans), wish(planning.cell));
@@ -112,8 +106,8 @@ class OfOneArm final : public Requested {
   [[nodiscard]] std::optional<OffsetPlan> offset(const command::Cell& cell) const {
     const auto first = first_offset(requests());
     if (!first) return std::nullopt;
-    const OverlayRequest::ForceOffset& force = *requests()[*first].overlay.force;
-    return OffsetPlan{.pressing = force.pressing(last().arm, cell, biases()), .wish = force.wish, .first = *first};
+    const ForceOffsetParameters& force = *requests()[*first].force_offset;
+    return OffsetPlan{.pressing = force.pressing(last().arm, cell, biases()), .wish = force.wish(), .first = *first};
   }
 
   [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const PlanningContext& planning,
@@ -174,14 +168,32 @@ class OfTwoArms final : public Requested {
                     .grasp = grasp,
                     .from_rest = std::move(from_rest),
                     .from_blend = std::move(from_blend),
-                    .unless = unless(planning.cell)};
+                    .abort_if = abort_if(planning.cell)};
     return prepare_dual_entry(planning, std::move(plans), wish(planning.cell));
   }
 };
 
 }  // namespace
 
-std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionRequest>& requests,
+MotionOptions options_of(const MotionParameters& motion, const command::Cell& cell, const command::Biases& biases) {
+  MotionOptions options{.velocity = motion.velocity,
+                        .acceleration = motion.acceleration,
+                        .linear_velocity = motion.linear_velocity,
+                        .blend = motion.blend,
+                        .X_FM = motion.X_FM,
+                        .weave = motion.weave};
+  if (motion.until) options.until = command::state_of(*motion.until, cell, biases);
+  if (motion.abort_if) options.abort_if = command::state_of(*motion.abort_if, cell, biases);
+  const int joint_count = cell.arms.find(motion.arm)->second.device->description().chain->joint_count();
+  if (motion.compliance) options.compliance = wish_of(*motion.compliance, joint_count);
+  if (motion.force_offset)
+    options.force_offset = HeldForce{.sensor = motion.force_offset->sensor,
+                                     .pressing = motion.force_offset->pressing(motion.arm, cell, biases),
+                                     .wish = motion.force_offset->wish()};
+  return options;
+}
+
+std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionParameters>& requests,
                                                         command::Biases biases) {
   if (requests.front().follower.empty()) return std::make_shared<const OfOneArm>(requests, std::move(biases));
   return std::make_shared<const OfTwoArms>(requests, std::move(biases));

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/activity/activity_model.h"
-#include "core/operations/motion_request.h"
+#include "core/operations/motion_plan.h"
 
 namespace takt::activity {
 
@@ -31,7 +31,7 @@ class RequestedMotion : public ActivityModel {
 
 /// @param requests  at least one, all of the same arm, or of the same two
 /// @param biases    of the sensors in their conditions
-[[nodiscard]] std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionRequest>& requests,
+[[nodiscard]] std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionParameters>& requests,
                                                                       command::Biases biases);
 
 }  // namespace takt::activity

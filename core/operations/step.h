@@ -102,21 +102,4 @@ class Step {
   }
 };
 
-/// A kind of step: the word after "do", and how to read it.
-struct StepKind {
-  std::string_view name;
-  std::string_view doc;  ///< what it does, one sentence
-  const std::vector<ParameterInfo>& (*parameters)();
-  std::unique_ptr<Step> (*parse)(const nlohmann::ordered_json& json, const std::string& pointer,
-                                 const command::Cell& cell, Diagnostics& diagnostics);
-};
-
-/// The unit of the number at a JSON pointer below an operation, commands of transactions included.
-/// @param json  the operation as it is written; its key "do" says of which kind it is
-/// @return nothing if its parameters do not say, see unit_at()
-[[nodiscard]] std::optional<FileUnit> unit_in_operation(const nlohmann::ordered_json& json, std::string_view pointer);
-
-/// All leaf kinds, by name.
-[[nodiscard]] const std::vector<StepKind>& step_kinds();
-
 }  // namespace takt::activity

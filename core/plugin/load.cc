@@ -70,7 +70,8 @@ std::vector<Registration*> in_order(Registration* first) {
 Diagnostics check_registrations(const std::vector<Registration*>& list) {
   Diagnostics diagnostics;
   if (list.empty())
-    diagnostics.error(Code::kMissing, "", "brings nothing", "TAKT_PRIMITIVE or TAKT_DEVICE_KIND in one of its files");
+    diagnostics.error(Code::kMissing, "", "brings nothing",
+                      "TAKT_PRIMITIVE, TAKT_DEVICE_KIND or TAKT_OPERATION in one of its files");
   for (std::size_t i = 0; i < list.size(); ++i) {
     diagnostics.append(list[i]->check());
     if (i == 0 || list[i]->what() != list[i - 1]->what() || list[i]->name() != list[i - 1]->name()) continue;

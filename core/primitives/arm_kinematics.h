@@ -28,8 +28,8 @@ inline Diagnostics need_chain(const device::Arm* arm, bool need_inverse) {
 
 /// What the linear rows of a Jacobian are divided by where lengths and angles have to be compared.
 inline double length_parameter(net::Setup& setup) {
-  return setup.parameter<net::Real>("length", 0.5,
-                                    {.unit = "m", .doc = "which way counts as much as one radian", .range = "(0,inf)"});
+  return setup.parameter<net::Real>(
+      "length", 0.5, {.unit = "m", .doc = "length that counts as much as one radian", .range = "(0,inf)"});
 }
 
 /// Where the tool of an arm stands and how it moves with the joints: parameters "device" and "tool".

@@ -47,10 +47,11 @@ class ImpedanceCommand : public Primitive {
  protected:
   ImpedanceCommand(Setup& setup, ControlMode mode)
       : q_(setup.in<JointArray>(
-            "q", {.unit = "rad", .doc = "joint positions at which the springs rest", .on_null = OnNull::kStop})),
+            "q", {.unit = "rad", .doc = "joint positions of the rest position", .on_null = OnNull::kStop})),
         dq_(setup.in<JointArray>("dq", {.unit = "rad/s", .doc = "their velocities", .on_null = OnNull::kStop})),
         ddq_(setup.in<JointArray>("ddq", {.unit = "rad/s^2", .doc = "their accelerations", .on_null = OnNull::kStop})),
-        settled_(setup.out<Boolean>("settled", {.doc = "the springs are as they are wanted", .may_be_null = true})),
+        settled_(setup.out<Boolean>(
+            "settled", {.doc = "stiffness and the other values have reached the commanded ones", .may_be_null = true})),
         arm_(setup.device<Arm>("device", Arm::kKind, "the arm that is driven")),
         mode_(mode) {
     setup.claims("device", name_of(mode));
@@ -99,7 +100,7 @@ class JointImpedanceCommand final : public ImpedanceCommand {
       : ImpedanceCommand(setup, ControlMode::kJointImpedance),
         stiffness_(setup.in<JointArray>("stiffness", wish("N*m/rad", "of each joint; unlinked: the device's"))),
         damping_ratio_(setup.in<JointArray>("damping_ratio", wish("1", "of each joint; unlinked: the device's"))),
-        torque_(setup.in<JointArray>("torque", wish("N*m", "added to the springs; unlinked: 0"))) {}
+        torque_(setup.in<JointArray>("torque", wish("N*m", "added to the torque of the stiffness; unlinked: 0"))) {}
 
  private:
   [[nodiscard]] bool wants_null() const override { return null(stiffness_) || null(damping_ratio_) || null(torque_); }
@@ -119,7 +120,8 @@ class CartesianImpedanceCommand final : public ImpedanceCommand {
         rotational_stiffness_(
             setup.in<Vector>("rotational_stiffness", wish("N*m/rad", "about x, y, z; unlinked: the device's"))),
         damping_ratio_(setup.in<Real>("damping_ratio", wish("1", "of all axes; unlinked: the device's"))),
-        wrench_(setup.in<Wrench>("wrench", wish("N,N*m", "that the tool exerts beside the springs; unlinked: 0"))),
+        wrench_(setup.in<Wrench>("wrench",
+                                 wish("N,N*m", "that the tool exerts in addition to the stiffness; unlinked: 0"))),
         nullspace_stiffness_(
             setup.in<Real>("nullspace_stiffness",
                            wish("N*m/rad", "towards q in what the tool does not feel; unlinked: the device's"))),
@@ -158,8 +160,7 @@ class ArmMode final : public Primitive {
  public:
   explicit ArmMode(Setup& setup)
       : mode_(setup.out<Text>("mode", {.doc = "in which set points are followed; never null"})),
-        changing_(
-            setup.out<Boolean>("changing", {.doc = "the device is on its way into another", .may_be_null = true})),
+        changing_(setup.out<Boolean>("changing", {.doc = "the device is changing into another", .may_be_null = true})),
         braked_(setup.out<Boolean>("braked", {.doc = "the brakes are closed", .may_be_null = true})),
         arm_(setup.device<Arm>("device", Arm::kKind, "the arm that is read")) {}
 
@@ -236,13 +237,12 @@ class ExternalWrench final : public Primitive {
 
 TAKT_PRIMITIVE(JointImpedanceCommand, "device",
                "Proposes the set point of this cycle to an arm whose joints are springs and dampers about it. "
-               "What is wanted of the springs is approached with the rates of the device, from what they were; limits "
-               "are the guard's. Null at an input that is fed fails the net.");
-TAKT_PRIMITIVE(
-    CartesianImpedanceCommand, "device",
-    "Proposes the set point of this cycle to an arm whose tool is a spring and a damper about the pose that "
-    "belongs to it. What is wanted of the springs is approached with the rates of the device, from what they "
-    "were; limits are the guard's. Null at an input that is fed fails the net.");
+               "Stiffness and the other values change at the rates of the device, from what was sent last; the guard "
+               "checks limits. Null at an input that is fed fails the net.");
+TAKT_PRIMITIVE(CartesianImpedanceCommand, "device",
+               "Proposes the set point of this cycle to an arm whose tool is a spring and a damper about the pose that "
+               "belongs to it. Stiffness and the other values change at the rates of the device, from what was sent "
+               "last; the guard checks limits. Null at an input that is fed fails the net.");
 TAKT_PRIMITIVE(ArmMode, "device", "Control mode and brakes of an arm.");
 TAKT_PRIMITIVE(ExternalTorque, "device",
                "What the surroundings exert on the joints of an arm, as the device estimates it. Null until the first "

@@ -53,7 +53,7 @@ class Output final : public Primitive {
   explicit Output(Setup& setup)
       : value_(setup.in<T>("value", {.unit = free_unit<T>(),
                                      .frame = free_frame<T>(),
-                                     .doc = "what is written; null is written as null",
+                                     .doc = "value to write; null is written as null",
                                      .on_null = OnNull::kHandled})),
         channel_(setup.device<Channel>("channel", Channel::kind_of(kValueType<T>), "the channel that is written")) {
     setup.claims("channel");

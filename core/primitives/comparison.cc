@@ -21,7 +21,7 @@ constexpr auto kTolerance = [] {
                {{"tolerance", "u", "largest difference that counts as equal", "[0,inf)", "", 0.0}});
 };
 constexpr auto kRange = [] {
-  return ports({{"input", "u", "what is compared"},
+  return ports({{"input", "u", "value to compare"},
                 {"lower", "u", "smallest value inside"},
                 {"upper", "u", "largest value inside"}},
                {{"value", "", "lower <= input <= upper"}});

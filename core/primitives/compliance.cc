@@ -28,11 +28,10 @@ struct SixAxes {
 class ImpedanceLaw final : public Primitive {
  public:
   explicit ImpedanceLaw(Setup& setup)
-      : error_(setup.in<Twist>("error", {.unit = "m,rad",
-                                         .frame = "A",
-                                         .doc = "from the pose that is to the pose that is wanted (FrameDifference)"})),
-        twist_error_(setup.in<Twist>(
-            "twist_error", {.unit = "m/s,rad/s", .frame = "A", .doc = "wanted twist less the twist that is"})),
+      : error_(setup.in<Twist>(
+            "error", {.unit = "m,rad", .frame = "A", .doc = "from the actual to the desired pose (FrameDifference)"})),
+        twist_error_(setup.in<Twist>("twist_error",
+                                     {.unit = "m/s,rad/s", .frame = "A", .doc = "desired twist minus actual twist"})),
         feed_forward_(setup.in<Wrench>("feed_forward", {.unit = kWrenchUnit,
                                                         .frame = "A",
                                                         .doc = "added; null counts as 0",
@@ -66,7 +65,8 @@ class AdmittanceLaw final : public Primitive {
  public:
   explicit AdmittanceLaw(Setup& setup)
       : wrench_(setup.in<Wrench>(
-            "wrench", {.unit = kWrenchUnit, .frame = "A", .doc = "that the surroundings exert, less what is wanted"})),
+            "wrench",
+            {.unit = kWrenchUnit, .frame = "A", .doc = "that the surroundings exert, minus the desired one"})),
         reset_(setup.in<Boolean>("reset", reset_spec("true: back to no offset, at rest"))),
         offset_(setup.out<Twist>("offset", {.unit = "m,rad", .frame = "A", .doc = "displacement (DisplaceFrame)"})),
         twist_(setup.out<Twist>("twist", {.unit = "m/s,rad/s", .frame = "A", .doc = "its velocity"})),
@@ -118,7 +118,7 @@ class AdmittanceLaw final : public Primitive {
 class ForceController final : public Primitive {
  public:
   explicit ForceController(Setup& setup)
-      : wanted_(setup.in<Real>("wanted", {.unit = "N", .doc = "with which the tool shall press, >= 0"})),
+      : wanted_(setup.in<Real>("wanted", {.unit = "N", .doc = "force that the tool is to exert, >= 0"})),
         force_(setup.in<Real>("force", {.unit = "N", .doc = "with which it presses, along the approach"})),
         velocity_(setup.out<Real>("velocity", {.unit = "m/s", .doc = "along the approach"})),
         contact_(setup.out<Boolean>("contact", {.doc = "the force is controlled"})),
@@ -129,7 +129,7 @@ class ForceController final : public Primitive {
         release_time_(number(setup, "release_time", "s", "how long", "0.05", "[0,1e6]")),
         gain_(number(setup, "gain", "m/s/N", "velocity for a lack of force", "0.002", "(0,inf)")),
         integral_time_(number(setup, "integral_time", "s", "of the PI law", "0.5", "(0,inf)")),
-        velocity_max_(number(setup, "velocity_max", "m/s", "never faster, either way", "0.02", "(0,inf)")),
+        velocity_max_(number(setup, "velocity_max", "m/s", "largest speed in both directions", "0.02", "(0,inf)")),
         acceleration_max_(number(setup, "acceleration_max", "m/s^2", "bounds every change", "1.0", "(0,inf)")) {}
 
   Diagnostics prepare() override {
@@ -197,13 +197,13 @@ TAKT_PRIMITIVE(ImpedanceLaw, "force",
                "A spring and a damper in six directions: stiffness * error + damping * twist_error + feed_forward. The "
                "first cycle is like any other.");
 TAKT_PRIMITIVE(AdmittanceLaw, "force",
-               "How a body with mass, damper and spring in each of six directions gives way to a wrench. It begins at "
+               "Motion of a body with mass, damper and spring in each of six directions under a wrench. It begins at "
                "rest without offset, in the first cycle, at a reset and after null; the first cycle has run for one "
                "period.");
 TAKT_PRIMITIVE(
     ForceController, "force",
-    "Velocity along one direction that brings a contact force to its wanted value: approaches, takes over "
-    "without a jump when it touches (PI law with anti-windup), and approaches again when contact is lost. It "
+    "Velocity along one direction that brings a contact force to its desired value: approaches, switches to force "
+    "control without a jump at contact (PI law with anti-windup), and approaches again when contact is lost. It "
     "begins free and at rest, in the first cycle and after null.");
 
 }  // namespace

@@ -15,7 +15,7 @@ using namespace net;
 class Pid final : public Primitive {
  public:
   explicit Pid(Setup& setup)
-      : set_point_(setup.in<Real>("set_point", {.unit = "u", .doc = "what is wanted"})),
+      : set_point_(setup.in<Real>("set_point", {.unit = "u", .doc = "desired value"})),
         measured_(setup.in<Real>("measured", {.unit = "u", .doc = "what is"})),
         feed_forward_(setup.in<Real>("feed_forward", {.unit = "v",
                                                       .doc = "added to the output; null counts as 0",
@@ -29,7 +29,7 @@ class Pid final : public Primitive {
                                             .optional = true})),
         value_(setup.out<Real>("value", {.unit = "v", .doc = "inside [lower, upper]"})),
         integral_out_(setup.out<Real>("integral", {.unit = "v", .doc = "the part that the integral has in it"})),
-        limited_(setup.out<Boolean>("limited", {.doc = "the output stands at a bound"})),
+        limited_(setup.out<Boolean>("limited", {.doc = "the output is at a bound"})),
         gain_(setup.parameter<Real>("gain", {.unit = "v/u", .doc = "of all three parts", .example = "2.0"})),
         integral_time_(time(setup, "integral_time", "0: no integral")),
         derivative_time_(time(setup, "derivative_time", "0: no derivative")),
@@ -38,7 +38,7 @@ class Pid final : public Primitive {
             {.unit = "1", .doc = "the derivative is smoothed with derivative_time / filter", .range = "[1,1e6]"})),
         tracking_time_(
             time(setup, "tracking_time",
-                 "how fast the integral gives way at a bound; 0: sqrt(integral_time derivative_time), without "
+                 "how fast the integral is reduced at a bound; 0: sqrt(integral_time derivative_time), without "
                  "a derivative integral_time")),
         lower_(setup.parameter<Real>("lower", -1e300, {.unit = "v", .doc = "smallest output"})),
         upper_(setup.parameter<Real>("upper", 1e300, {.unit = "v", .doc = "largest output"})) {}

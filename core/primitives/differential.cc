@@ -103,9 +103,9 @@ class Manipulability final : public Primitive {
 class DifferentialInverseKinematics final : public Primitive {
  public:
   explicit DifferentialInverseKinematics(Setup& setup)
-      : twist_(setup.in<Twist>(
-            "twist",
-            {.unit = "m/s,rad/s", .doc = "wanted, of T at its origin, in the axes of B", .on_null = OnNull::kHandled})),
+      : twist_(setup.in<Twist>("twist", {.unit = "m/s,rad/s",
+                                         .doc = "desired twist of T at its origin, in the axes of B",
+                                         .on_null = OnNull::kHandled})),
         q_(setup.out<JointArray>("q", {.unit = "rad", .doc = "joint positions", .may_be_null = true})),
         dq_(setup.out<JointArray>("dq", {.unit = "rad/s", .doc = "their velocities", .may_be_null = true})),
         ddq_(setup.out<JointArray>("ddq", {.unit = "rad/s^2", .doc = "their accelerations", .may_be_null = true})),
@@ -213,9 +213,9 @@ TAKT_PRIMITIVE(Manipulability, "kinematics",
                "linear rows divided by a length. Null if the number of joints is not the arm's.");
 TAKT_PRIMITIVE(
     DifferentialInverseKinematics, "kinematics",
-    "Joint motion for a wanted twist, from where the arm is: damped near singularities, and never beyond the "
-    "limits of any joint in position, velocity, acceleration and jerk. Where these forbid the twist, the "
-    "motion is the nearest that they allow; `achieved` tells. For a tool that is bounded all joints reach new rates "
+    "Joint motion for a desired twist, from where the arm is: damped near singularities, and never beyond the "
+    "limits of any joint in position, velocity, acceleration and jerk. Where these forbid the twist, the motion is the "
+    "nearest that they allow; `achieved` reports it. For a tool that is bounded all joints reach new rates "
     "at the same time, so that it nearly stays inside its bounds meanwhile. A twist of null counts as 0, and so does "
     "any once the net is to stop: the joints come to rest. In the first cycle it has already run for one period. Null "
     "if the arm has no set point yet.");

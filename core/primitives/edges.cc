@@ -17,7 +17,7 @@ template <Way way>
 class Edge : public Primitive {
  public:
   explicit Edge(Setup& setup)
-      : input_(setup.in<Boolean>("input", {.doc = "what is watched"})),
+      : input_(setup.in<Boolean>("input", {.doc = "value to watch"})),
         value_(setup.out<Boolean>("value", {.doc = "true in the cycle of the edge"})) {
     if (way != Way::kAny) setup.means("value", way == Way::kRising ? "input & ?" : "!input & ?");
   }
@@ -52,7 +52,7 @@ template <class T>
 class Changed : public Primitive {
  public:
   explicit Changed(Setup& setup)
-      : input_(setup.in<T>("input", {.doc = "what is watched"})),
+      : input_(setup.in<T>("input", {.doc = "value to watch"})),
         value_(setup.out<Boolean>("value", {.doc = "true in the cycle of the change"})) {}
 
   void update(const Cycle& cycle) override {

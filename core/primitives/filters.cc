@@ -24,7 +24,7 @@ template <class T>
 class Filter : public Primitive {
  protected:
   Filter(Setup& setup, std::string_view value, std::string_view unit = free_unit<T>(), bool may_be_null = false)
-      : input_(setup.in<T>("input", free_spec<T>("what is filtered"))),
+      : input_(setup.in<T>("input", free_spec<T>("value to filter"))),
         value_(
             setup.out<T>("value", {.unit = unit, .frame = free_frame<T>(), .doc = value, .may_be_null = may_be_null})) {
     setup.latency("input", "value", {.cycles = 0, .data_dependent = true});
@@ -259,7 +259,7 @@ class SecondOrderHighPass final : public Designed {
 
 class Notch final : public Designed {
  public:
-  explicit Notch(Setup& setup) : Designed(setup, "frequency", "what is taken out") {}
+  explicit Notch(Setup& setup) : Designed(setup, "frequency", "frequency to remove") {}
 
  private:
   [[nodiscard]] Prototype prototype() const override { return {1.0, 0.0, 1.0}; }
@@ -268,10 +268,10 @@ class Notch final : public Designed {
 class Integrator final : public Primitive {
  public:
   explicit Integrator(Setup& setup)
-      : input_(setup.in<Real>("input", {.unit = "u", .doc = "what is summed up over time"})),
+      : input_(setup.in<Real>("input", {.unit = "u", .doc = "value to integrate"})),
         reset_(setup.in<Boolean>("reset", reset_spec("true: back to `initial`"))),
         value_(setup.out<Real>("value", {.unit = "u*s", .doc = "the integral, this cycle not counted"})),
-        limited_(setup.out<Boolean>("limited", {.doc = "the integral stands at a bound"})),
+        limited_(setup.out<Boolean>("limited", {.doc = "the integral is at a bound"})),
         initial_(setup.parameter<Real>("initial", 0.0, {.unit = "u*s", .doc = "where it begins"})),
         lower_(setup.parameter<Real>("lower", -1e300, {.unit = "u*s", .doc = "never below"})),
         upper_(setup.parameter<Real>("upper", 1e300, {.unit = "u*s", .doc = "never above"})) {}
@@ -330,8 +330,8 @@ TAKT_PRIMITIVE(
     Notch, "filter",
     "Takes one frequency out. It begins settled: the first cycle, and the first after null, gives the input.");
 TAKT_PRIMITIVE(Integrator, "filter",
-               "Sum of input * period since the reset, inside bounds beyond which nothing winds up. The first cycle "
-               "gives `initial`; null is handed on, and meanwhile the integral stands.");
+               "Sum of input * period since the reset, inside bounds, without wind-up beyond them. The first cycle "
+               "gives `initial`; null is passed on, and meanwhile the integral does not change.");
 
 }  // namespace
 }  // namespace takt::primitives

@@ -43,7 +43,7 @@ class Tare final : public Primitive {
  public:
   explicit Tare(Setup& setup)
       : wrench_(setup.in<Wrench>(
-            "wrench", {.unit = kReadingUnit, .frame = "S", .doc = "what is tared", .on_null = OnNull::kHandled})),
+            "wrench", {.unit = kReadingUnit, .frame = "S", .doc = "wrench to tare", .on_null = OnNull::kHandled})),
         trigger_(setup.in<Boolean>("trigger",
                                    {.doc = "begins a tare when it becomes true", .on_null = OnNull::kCountsAsFalse})),
         tared_(setup.out<Wrench>("tared", {.unit = kReadingUnit,

@@ -39,12 +39,14 @@ constexpr auto kParts = [] {
                {{"position", "m", "its origin", "A"}, {"rotation", "", "its axes, w >= 0", "A>B"}});
 };
 constexpr auto kError = [] {
-  return ports({{"from", "", "X_AB as it is", "A>B"}, {"to", "", "X_AB as it should be", "A>B"}},
-               {{"value", "m,rad", "way of the origin, then axis times angle in [0, pi], in the axes of A", "A"}});
+  return ports(
+      {{"from", "", "X_AB as it is", "A>B"}, {"to", "", "X_AB as it should be", "A>B"}},
+      {{"value", "m,rad", "displacement of the origin, then axis times angle in [0, pi], in the axes of A", "A"}});
 };
 constexpr auto kDisplace = [] {
-  return ports({{"frame", "", "X_AB", "A>B"}, {"displacement", "m,rad", "way, then axis times angle, in A", "A"}},
-               {{"value", "", "the frame, moved", "A>B"}});
+  return ports(
+      {{"frame", "", "X_AB", "A>B"}, {"displacement", "m,rad", "displacement, then axis times angle, in A", "A"}},
+      {{"value", "", "the frame, moved", "A>B"}});
 };
 constexpr auto kDistance = [] {
   return ports({{"a", "", "a frame", "A>B"}, {"b", "", "another", "A>B"}},
@@ -95,19 +97,17 @@ using InterpolateFrames = Function<kLine, [](const Frame& a, const Frame& b, dou
 }>;
 
 TAKT_PRIMITIVE(Compose, "frame", "Two poses one after the other: X_AC = X_AB X_BC.");
-TAKT_PRIMITIVE(Inverse, "frame", "The pose the other way round: X_BA from X_AB.");
-TAKT_PRIMITIVE(RelativeFrame, "frame", "Where one frame stands seen from another: X_AB from X_WA and X_WB.");
+TAKT_PRIMITIVE(Inverse, "frame", "The inverse pose: X_BA from X_AB.");
+TAKT_PRIMITIVE(RelativeFrame, "frame", "Pose of one frame in another: X_AB from X_WA and X_WB.");
 TAKT_PRIMITIVE(TransformPoint, "frame", "A point seen from another frame.");
 TAKT_PRIMITIVE(RotateVector, "frame", "A free vector in the axes of another frame.");
 TAKT_PRIMITIVE(AssembleFrame, "frame", "A frame from origin and axes.");
 TAKT_PRIMITIVE(FrameComponents, "frame", "Origin and axes of a frame.");
-TAKT_PRIMITIVE(
-    FrameDifference, "frame",
-    "What takes one pose to another: the way of the origin, and the rotation vector of the turn (logarithm).");
-TAKT_PRIMITIVE(
-    DisplaceFrame, "frame",
-    "A pose moved by a difference: the origin by a way, the axes about their origin (exponential). Null where "
-    "the angle is beyond all numbers.");
+TAKT_PRIMITIVE(FrameDifference, "frame",
+               "The difference of two poses: the displacement of the origin, and the rotation vector (logarithm).");
+TAKT_PRIMITIVE(DisplaceFrame, "frame",
+               "A pose moved by a difference: the origin by a displacement, the axes about their origin (exponential). "
+               "Null where the angle is too large for a number.");
 TAKT_PRIMITIVE(FrameDistance, "frame", "How far apart two poses are, and by what angle they differ.");
 TAKT_PRIMITIVE(FramesNear, "frame", "Two poses differ by no more than a distance and an angle.");
 TAKT_PRIMITIVE(InterpolateFrames, "frame",

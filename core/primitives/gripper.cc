@@ -43,14 +43,13 @@ class GripperState final : public Primitive {
             setup.out<Real>("speed", {.unit = "m/s", .doc = "of the width; opening is positive", .may_be_null = true})),
         force_(setup.out<Real>("force",
                                {.unit = "N", .doc = "sum over the fingers; closing is positive", .may_be_null = true})),
-        moving_(setup.out<Boolean>("moving",
-                                   {.doc = "on the way, or the command is not answered yet", .may_be_null = true})),
+        moving_(
+            setup.out<Boolean>("moving", {.doc = "moving, or the command is not answered yet", .may_be_null = true})),
         holding_(setup.out<Boolean>("holding", {.doc = "a part is held", .may_be_null = true})),
         lost_(setup.out<Boolean>("lost", {.doc = "the part that was held is gone", .may_be_null = true})),
-        open_(setup.out<Boolean>("open", {.doc = "stands at its largest width", .may_be_null = true})),
-        closed_(
-            setup.out<Boolean>("closed", {.doc = "stands closed, with nothing between the pads", .may_be_null = true})),
-        ready_(setup.out<Boolean>("ready", {.doc = "the gripper takes commands; never null"})),
+        open_(setup.out<Boolean>("open", {.doc = "is at its largest width", .may_be_null = true})),
+        closed_(setup.out<Boolean>("closed", {.doc = "is closed, with nothing between the pads", .may_be_null = true})),
+        ready_(setup.out<Boolean>("ready", {.doc = "the gripper accepts commands; never null"})),
         age_(setup.out<Real>("age", {.unit = "s", .doc = "age of the sample", .may_be_null = true})),
         end_tolerance_(setup.parameter<Real>("end_tolerance", 0.001,
                                              {.unit = "m", .doc = "of open and closed", .range = "(0,inf)"})),
@@ -87,9 +86,10 @@ class GripperState final : public Primitive {
   Gripper* gripper_;
 };
 
-TAKT_PRIMITIVE(GripperCommand, "device",
-               "Tells a gripper width, speed and force, which the net then holds alone; the guard decides. The same "
-               "command again changes nothing. Null at any input fails the net; the stop reaction keeps the grip.");
+TAKT_PRIMITIVE(
+    GripperCommand, "device",
+    "Commands width, speed and force of a gripper, which the net then holds alone; the guard decides. The same "
+    "command again changes nothing. Null at any input fails the net; the stop reaction keeps the grip.");
 TAKT_PRIMITIVE(GripperState, "device",
                "The newest sample of a gripper. Null until the first sample and when the newest is older than the "
                "device allows.");

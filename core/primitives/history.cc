@@ -45,7 +45,7 @@ template <class T>
 class Delay final : public Primitive {
  public:
   explicit Delay(Setup& setup)
-      : input_(setup.in<T>("input", free_spec<T>("what is delayed", OnNull::kHandled))),
+      : input_(setup.in<T>("input", free_spec<T>("value to delay", OnNull::kHandled))),
         value_(setup.out<T>("value", free_spec_may_be_null<T>("the input of that many cycles ago"))),
         cycles_(setup.parameter<Integer>("cycles", {.doc = "how many", .range = "[0,100000]", .example = "3"})) {
     setup.latency_by("input", "value", "cycles");
@@ -74,7 +74,7 @@ class Delay final : public Primitive {
 class ValueAgo final : public Primitive {
  public:
   explicit ValueAgo(Setup& setup)
-      : input_(setup.in<Real>("input", {.unit = "u", .doc = "what is remembered", .on_null = OnNull::kHandled})),
+      : input_(setup.in<Real>("input", {.unit = "u", .doc = "value to store", .on_null = OnNull::kHandled})),
         ago_(setup.in<Real>("ago", {.unit = "s", .doc = "how long ago"})),
         value_(setup.out<Real>(
             "value", {.unit = "u", .doc = "the input at that time, linear between cycles", .may_be_null = true})),
@@ -112,11 +112,11 @@ template <class T>
 class Snapshot final : public Primitive {
  public:
   explicit Snapshot(Setup& setup)
-      : input_(setup.in<T>("input", free_spec<T>("what is remembered", OnNull::kHandled))),
+      : input_(setup.in<T>("input", free_spec<T>("value to store", OnNull::kHandled))),
         trigger_(setup.in<Boolean>("trigger", trigger_spec("remembers when it becomes true"))),
         value_(
             setup.out<T>("value", free_spec_may_be_null<T>("the input at the newest trigger; null before the first"))),
-        taken_(setup.out<Boolean>("taken", {.doc = "a value was taken; never null"})) {}
+        taken_(setup.out<Boolean>("taken", {.doc = "a value was stored; never null"})) {}
 
   void update(const Cycle& cycle) override {
     if (cycle.first) taken_yet_ = kept_null_ = false;
@@ -145,7 +145,7 @@ class Snapshot final : public Primitive {
 class Extremes final : public Primitive {
  public:
   explicit Extremes(Setup& setup)
-      : input_(setup.in<Real>("input", {.unit = "u", .doc = "what is watched", .on_null = OnNull::kHandled})),
+      : input_(setup.in<Real>("input", {.unit = "u", .doc = "value to watch", .on_null = OnNull::kHandled})),
         reset_(setup.in<Boolean>("reset", reset_spec("true: begins anew with this cycle's input"))),
         minimum_(setup.out<Real>(
             "minimum",
@@ -180,11 +180,11 @@ class Extremes final : public Primitive {
 class Trace final : public Primitive {
  public:
   explicit Trace(Setup& setup)
-      : input_(setup.in<Real>("input", {.unit = "u", .doc = "what is recorded", .on_null = OnNull::kHandled})),
+      : input_(setup.in<Real>("input", {.unit = "u", .doc = "value to record", .on_null = OnNull::kHandled})),
         record_(setup.in<Boolean>("record", trigger_spec("true: this cycle's input is recorded; a rising edge begins "
                                                          "a new recording"))),
         time_(setup.in<Real>("time", {.unit = "s",
-                                      .doc = "what is read, 0 = the first recorded",
+                                      .doc = "time to read, 0 = the first recorded value",
                                       .on_null = OnNull::kHandled,
                                       .optional = true})),
         value_(setup.out<Real>(
@@ -249,7 +249,7 @@ TAKT_PRIMITIVE_FOR_ALL(Snapshot, "history",
 TAKT_PRIMITIVE(Extremes, "history",
                "Smallest and largest value since the reset or the first cycle; null does not count.");
 TAKT_PRIMITIVE(Trace, "history",
-               "Records a signal while it is told to, and gives it again at any time of the recording. Null outside of "
+               "Records a signal on request, and plays back its value at any time of the recording. Null outside of "
                "the recording, and where null was recorded.");
 
 }  // namespace

@@ -19,8 +19,8 @@ using kinematics::Vector6;
 class JointJog final : public Primitive {
  public:
   explicit JointJog(Setup& setup)
-      : rates_(setup.in<JointArray>("rates",
-                                    {.unit = "rad/s", .doc = "wanted, of each joint", .on_null = OnNull::kHandled})),
+      : rates_(setup.in<JointArray>(
+            "rates", {.unit = "rad/s", .doc = "desired rate of each joint", .on_null = OnNull::kHandled})),
         q_(setup.out<JointArray>("q", {.unit = "rad", .doc = "joint positions", .may_be_null = true})),
         dq_(setup.out<JointArray>("dq", {.unit = "rad/s", .doc = "their velocities", .may_be_null = true})),
         ddq_(setup.out<JointArray>("ddq", {.unit = "rad/s^2", .doc = "their accelerations", .may_be_null = true})),
@@ -98,7 +98,7 @@ class JointJog final : public Primitive {
 
 TAKT_PRIMITIVE(
     JointJog, "kinematics",
-    "Joint motion at wanted rates, from where the arm is, never beyond the limits of any joint in position, "
+    "Joint motion at desired rates, from where the arm is, never beyond the limits of any joint in position, "
     "velocity, acceleration and jerk; rates with which the tool would be faster than allowed are made "
     "smaller, all by one factor, and all joints reach them at the same time. Rates of null, or of a wrong size, count "
     "as 0, and so do any once the net is "

@@ -17,7 +17,7 @@ constexpr auto kAlike = [] {
   return ports({{"a", "u", "left side"}, {"b", "u", "right side"}}, {{"value", "u", "the result"}});
 };
 constexpr auto kScale = [] {
-  return ports({{"joints", "u", "what is scaled"}, {"factor", "v", "by how much"}},
+  return ports({{"joints", "u", "value to scale"}, {"factor", "v", "by how much"}},
                {{"value", "u*v", "factor * joints"}});
 };
 constexpr auto kLargest = [] { return ports({{"input", "u", "an array"}}, {{"value", "u", "largest of |element|"}}); };
@@ -40,7 +40,7 @@ constexpr auto kJoin = [] {
 constexpr auto kFromReal = [] { return ports({{"input", "u", "a number"}}, {{"value", "u", "an array of this one"}}); };
 constexpr auto kDeadBand = [] {
   return ports({{"input", "u", "an array"}, {"width", "u", "of each element's band, >= 0"}},
-               {{"value", "u", "what is left"}});
+               {{"value", "u", "remainder"}});
 };
 constexpr auto kNear = [] {
   return ports({{"a", "u", "left side"}, {"b", "u", "right side"}}, {{"value", "", "the answer"}},

@@ -71,7 +71,7 @@ class ForwardKinematics final : public Primitive {
 class InverseKinematics final : public Primitive {
  public:
   explicit InverseKinematics(Setup& setup)
-      : frame_(setup.in<Frame>("frame", {.unit = "m", .doc = "wanted pose of T in the arm's base B"})),
+      : frame_(setup.in<Frame>("frame", {.unit = "m", .doc = "desired pose of T in the arm's base B"})),
         twist_(setup.in<Twist>("twist", {.unit = "m/s,rad/s", .doc = "its velocity, expressed in B"})),
         acceleration_(setup.in<Twist>("acceleration", {.unit = "m/s^2,rad/s^2", .doc = "its acceleration"})),
         held_(setup.in<JointArray>("held", {.unit = "rad", .doc = "values of the held joints"})),

@@ -21,7 +21,7 @@ Diagnostics check_order(double lower, double upper) {
 class Saturation final : public Primitive {
  public:
   explicit Saturation(Setup& setup)
-      : input_(setup.in<Real>("input", {.unit = "u", .doc = "what is limited"})),
+      : input_(setup.in<Real>("input", {.unit = "u", .doc = "value to limit"})),
         value_(setup.out<Real>("value", {.unit = "u", .doc = "inside [lower, upper]"})),
         limited_(setup.out<Boolean>("limited", {.doc = "the input was outside"})),
         lower_(setup.parameter<Real>("lower", {.unit = "u", .doc = "smallest value", .example = "-1.0"})),
@@ -48,7 +48,7 @@ class Saturation final : public Primitive {
 class RateLimiter final : public Primitive {
  public:
   explicit RateLimiter(Setup& setup)
-      : input_(setup.in<Real>("input", {.unit = "u", .doc = "what is followed"})),
+      : input_(setup.in<Real>("input", {.unit = "u", .doc = "value to follow"})),
         reset_(setup.in<Boolean>("reset", reset_spec("true: value = input in this cycle"))),
         value_(setup.out<Real>("value", {.unit = "u", .doc = "the input, with bounded rate"})),
         rate_max_(setup.parameter<Real>(
@@ -78,7 +78,7 @@ class RateLimiter final : public Primitive {
 class Hysteresis final : public Primitive {
  public:
   explicit Hysteresis(Setup& setup)
-      : input_(setup.in<Real>("input", {.unit = "u", .doc = "what is compared"})),
+      : input_(setup.in<Real>("input", {.unit = "u", .doc = "value to compare"})),
         value_(setup.out<Boolean>("value", {.doc = "true from above `upper` until below `lower`"})),
         lower_(setup.parameter<Real>("lower", {.unit = "u", .doc = "becomes false below", .example = "-0.5"})),
         upper_(setup.parameter<Real>("upper", {.unit = "u", .doc = "becomes true above", .example = "0.5"})),
@@ -104,16 +104,16 @@ class Hysteresis final : public Primitive {
 };
 
 constexpr auto kClamp = [] {
-  return ports({{"input", "u", "what is limited"}, {"lower", "u", "smallest value"}, {"upper", "u", "largest value"}},
+  return ports({{"input", "u", "value to limit"}, {"lower", "u", "smallest value"}, {"upper", "u", "largest value"}},
                {{"value", "u", "inside [lower, upper]"}, {"limited", "", "the input was outside"}});
 };
 constexpr auto kDeadBand = [] {
-  return ports({{"input", "u", "what is freed of small values"}},
+  return ports({{"input", "u", "value to which the dead band is applied"}},
                {{"value", "u", "0 inside, without a jump beside it"}},
                {{"width", "u", "half width of the band", "[0,inf)", "0.1"}});
 };
 constexpr auto kQuantize = [] {
-  return ports({{"input", "u", "what is rounded"}}, {{"value", "u", "the nearest multiple"}},
+  return ports({{"input", "u", "value to round"}}, {{"value", "u", "the nearest multiple"}},
                {{"step", "u", "of which it is a multiple", "(0,inf)", "0.25"}});
 };
 

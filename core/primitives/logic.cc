@@ -46,7 +46,7 @@ using Implies = Connective<[](Truth a, Truth b) { return either(a ? Truth(!*a) :
 constexpr auto kTwo = [] {
   return ports({{"a", "", "left side"}, {"b", "", "right side"}}, {{"value", "", "the result"}});
 };
-constexpr auto kOne = [] { return ports({{"input", "", "what is turned round"}}, {{"value", "", "the opposite"}}); };
+constexpr auto kOne = [] { return ports({{"input", "", "value to negate"}}, {{"value", "", "the opposite"}}); };
 
 using Xor = Function<kTwo, [](bool a, bool b) { return a != b; }>;
 using Equivalent = Function<kTwo, [](bool a, bool b) { return a == b; }>;

@@ -66,7 +66,7 @@ class Cancel final : public Primitive {
 template <class T>
 class Monitor final : public Primitive {
  public:
-  explicit Monitor(Setup& setup) : value_(setup.in<T>("value", free_spec<T>("what is shown", OnNull::kHandled))) {
+  explicit Monitor(Setup& setup) : value_(setup.in<T>("value", free_spec<T>("value to show", OnNull::kHandled))) {
     setup.is_monitor();
   }
   void update(const Cycle&) override {}

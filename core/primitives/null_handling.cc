@@ -12,7 +12,7 @@ template <class T>
 class IsNull final : public Primitive {
  public:
   explicit IsNull(Setup& setup)
-      : input_(setup.in<T>("input", free_spec<T>("what is looked at", OnNull::kHandled))),
+      : input_(setup.in<T>("input", free_spec<T>("value to check", OnNull::kHandled))),
         value_(setup.out<Boolean>("value", {.doc = "true if the input is null; never null"})) {
     setup.means("value", "null(input)");
   }
@@ -28,7 +28,7 @@ class DefaultTo final : public Primitive {
  public:
   explicit DefaultTo(Setup& setup)
       : input_(setup.in<T>("input", free_spec<T>("preferred", OnNull::kHandled))),
-        fallback_(setup.in<T>("fallback", free_spec<T>("taken where the input is null", OnNull::kMayPass))),
+        fallback_(setup.in<T>("fallback", free_spec<T>("value where the input is null", OnNull::kMayPass))),
         value_(setup.out<T>("value", free_spec<T>("the input, else the fallback"))) {
     if constexpr (std::is_same_v<T, Boolean>) setup.means("value", "input ?? fallback");
   }
@@ -76,7 +76,7 @@ template <class T>
 class Gate final : public Primitive {
  public:
   explicit Gate(Setup& setup)
-      : input_(setup.in<T>("input", free_spec<T>("what is let through"))),
+      : input_(setup.in<T>("input", free_spec<T>("value to pass on"))),
         open_(setup.in<Boolean>("open", {.doc = "true: let through", .on_null = OnNull::kCountsAsFalse})),
         value_(setup.out<T>("value", free_spec_may_be_null<T>("the input while the gate is open"))) {
     if constexpr (std::is_same_v<T, Boolean>) setup.means("value", "input & open");

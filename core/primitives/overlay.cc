@@ -207,7 +207,7 @@ class BoundedOffset final : public Primitive {
 };
 
 TAKT_PRIMITIVE(BoundedOffset, "overlay",
-               "An offset that is moved with a wanted velocity, never out of its range and never beyond its bounds of "
+               "An offset that moves with a desired velocity, never out of its range and never beyond its bounds of "
                "velocity, acceleration and jerk; it stops in front of the ends. A velocity of null counts as 0, and so "
                "does any while `rest` holds or is null, and once the net is to stop. It begins at 0, at rest; in the "
                "first cycle it has already run for one period.");

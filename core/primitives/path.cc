@@ -205,7 +205,7 @@ TAKT_PRIMITIVE(CartesianArc, "path",
                "that are held beside it. The first cycle is like any other.");
 TAKT_PRIMITIVE(CompositePath, "path",
                "Pieces of lines, arcs, splines and blends one after the other: joints on joint pieces, a frame and its "
-               "held joints on Cartesian ones, null in place of the other. The first cycle is like any other.");
+               "held joints on Cartesian ones, null instead of the other. The first cycle is like any other.");
 
 }  // namespace
 }  // namespace takt::primitives

@@ -20,7 +20,7 @@ class PathClock final : public Primitive {
   explicit PathClock(Setup& setup)
       : target_rate_(setup.in<Real>(
             "target_rate",
-            {.unit = "1", .doc = "wanted rate: 1 = as planned, 0 = stop on the path", .on_null = OnNull::kHandled})),
+            {.unit = "1", .doc = "desired rate: 1 = as planned, 0 = stop on the path", .on_null = OnNull::kHandled})),
         begin_time_(setup.in<Real>("begin_time", begin("s", "path time that it begins at; null: 0"))),
         begin_rate_(setup.in<Real>("begin_rate", begin("1", "rate that it begins with; null: 1"))),
         begin_rate_derivative_(
@@ -34,7 +34,8 @@ class PathClock final : public Primitive {
             "duration", {.unit = "s", .doc = "planned duration", .range = "[0,inf)", .example = "1.0"})),
         retraceable_(setup.parameter<Boolean>("retraceable", false, {.doc = "rates down to -1 are allowed"})),
         in_motion_(setup.parameter<Boolean>(
-            "in_motion", false, {.doc = "the law does not begin at rest: no jump of the rate there, no way back"})),
+            "in_motion", false,
+            {.doc = "the law does not begin at rest: no jump of the rate there, no backwards motion"})),
         bounds_json_(
             setup.json("bounds", {.doc = "{\"acceleration_max\": 1/s, \"jerk_max\": 1/s^2, \"stop\": what a stop may "
                                          "use on each part of the path, optional} from the plan",

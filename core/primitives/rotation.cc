@@ -110,15 +110,16 @@ using RotationBetween = Function<kTurn, [](const Vector& from, const Vector& to)
 }>;
 
 TAKT_PRIMITIVE(ComposeRotations, "rotation", "Two rotations one after the other: R_AC = R_AB R_BC.");
-TAKT_PRIMITIVE(InverseRotation, "rotation", "The rotation the other way round.");
+TAKT_PRIMITIVE(InverseRotation, "rotation", "The inverse rotation.");
 TAKT_PRIMITIVE(Rotate, "rotation", "A free vector in other axes.");
 TAKT_PRIMITIVE(RotationVector, "rotation", "Axis times angle of a rotation (logarithm).");
 TAKT_PRIMITIVE(RotationFromVector, "rotation",
                "The rotation about a vector by its length (exponential). Null where the length is beyond all numbers.");
 TAKT_PRIMITIVE(RotationAngle, "rotation", "By how much two rotations differ.");
-TAKT_PRIMITIVE(Slerp, "rotation",
-               "On the shortest way from a to b at constant angular velocity: a at share 0, b at share 1; also beyond. "
-               "Null where share times angle is beyond all numbers.");
+TAKT_PRIMITIVE(
+    Slerp, "rotation",
+    "Along the shortest rotation from a to b at constant angular velocity: a at share 0, b at share 1; also beyond. "
+    "Null where share times angle is too large for a number.");
 TAKT_PRIMITIVE(RotationFromRpy, "rotation", "Rz(yaw) Ry(pitch) Rx(roll): about fixed axes x, y, z, as in URDF.");
 TAKT_PRIMITIVE(RotationToRpy, "rotation",
                "Roll, pitch and yaw of a rotation. Where pitch is a right angle only roll and yaw together are known: "

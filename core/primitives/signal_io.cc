@@ -37,7 +37,7 @@ template <class T, class Device>
 class SignalOutput : public Primitive {
  public:
   explicit SignalOutput(Setup& setup)
-      : value_(setup.in<T>("value", free_spec<T>("what is sent in this cycle", OnNull::kStop))),
+      : value_(setup.in<T>("value", free_spec<T>("value to send in this cycle", OnNull::kStop))),
         device_(setup.device<Device>("device", Device::kKind, "the output that is set")) {
     setup.claims("device");
   }
@@ -59,7 +59,7 @@ class SignalOutputState : public Primitive {
  public:
   explicit SignalOutputState(Setup& setup)
       : sent_(setup.out<T>("sent", free_spec<T>("what was sent in the last cycle"))),
-        ready_(setup.out<Boolean>("ready", {.doc = "the output takes values"})),
+        ready_(setup.out<Boolean>("ready", {.doc = "the output accepts values"})),
         device_(setup.device<Device>("device", Device::kKind, "the output")) {}
 
   void update(const Cycle&) override {

@@ -32,7 +32,7 @@ class Constant final : public Primitive {
  public:
   explicit Constant(Setup& setup)
       : value_(setup.out<T>("value", free_spec<T>("always the same"))),
-        constant_(setup.parameter<T>("value", {.doc = "what is given", .example = example_text<T>()})) {}
+        constant_(setup.parameter<T>("value", {.doc = "the constant", .example = example_text<T>()})) {}
   void update(const Cycle&) override { value_.set(constant_); }
 
  private:

@@ -57,7 +57,7 @@ class OnDelay final : public Timer {
 class OffDelay final : public Timer {
  public:
   explicit OffDelay(Setup& setup)
-      : Timer(setup, "what is prolonged", "the input is true or was within the delay", "delay", "how long") {}
+      : Timer(setup, "signal to prolong", "the input is true or was within the delay", "delay", "how long") {}
 
  private:
   void begin() override { left_ = 0; }

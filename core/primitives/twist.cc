@@ -17,7 +17,7 @@ constexpr auto kAlike = [] {
                {{"value", "u,v", "the result", "A"}});
 };
 constexpr auto kScale = [] {
-  return ports({{"twist", "u,v", "what is scaled", "A"}, {"factor", "w", "by how much"}},
+  return ports({{"twist", "u,v", "value to scale", "A"}, {"factor", "w", "by how much"}},
                {{"value", "u*w,v*w", "factor * twist", "A"}});
 };
 constexpr auto kFromParts = [] {
@@ -79,8 +79,8 @@ TAKT_PRIMITIVE(ScaleTwist, "twist", "factor * twist; a difference of poses times
 TAKT_PRIMITIVE(AssembleTwist, "twist", "A twist from linear and angular velocity.");
 TAKT_PRIMITIVE(TwistComponents, "twist", "Linear and angular velocity of a twist.");
 TAKT_PRIMITIVE(RotateTwist, "twist", "A twist in other axes, at the same point.");
-TAKT_PRIMITIVE(TransformTwist, "twist", "The velocity of a body told at another point and in other axes (adjoint).");
-TAKT_PRIMITIVE(ShiftTwist, "twist", "The velocity of a body told at another point of it, in the same axes.");
+TAKT_PRIMITIVE(TransformTwist, "twist", "The velocity of a body at another point and in other axes (adjoint).");
+TAKT_PRIMITIVE(ShiftTwist, "twist", "The velocity of a body at another point of it, in the same axes.");
 TAKT_PRIMITIVE(LimitTwist, "twist", "The same direction of both parts, but neither longer than allowed.");
 
 }  // namespace

@@ -16,7 +16,7 @@ constexpr auto kAlike = [] {
   return ports({{"a", "u", "left side", "A"}, {"b", "u", "right side", "A"}}, {{"value", "u", "the result", "A"}});
 };
 constexpr auto kScale = [] {
-  return ports({{"vector", "u", "what is scaled", "A"}, {"factor", "v", "by how much"}},
+  return ports({{"vector", "u", "value to scale", "A"}, {"factor", "v", "by how much"}},
                {{"value", "u*v", "factor * vector", "A"}});
 };
 constexpr auto kDot = [] {
@@ -39,7 +39,7 @@ constexpr auto kAngle = [] {
 };
 constexpr auto kAlong = [] {
   return ports({{"input", "u", "a vector", "A"}, {"direction", "v", "of any length", "A"}},
-               {{"along", "u", "the part along the direction", "A"}, {"across", "u", "what is left", "A"}});
+               {{"along", "u", "the part along the direction", "A"}, {"across", "u", "remainder", "A"}});
 };
 constexpr auto kLine = [] {
   return ports({{"a", "u", "given where share is 0", "A"},

@@ -17,7 +17,7 @@ constexpr auto kAlike = [] {
                {{"value", "N,N*m", "the result", "A"}});
 };
 constexpr auto kScale = [] {
-  return ports({{"wrench", "u,v", "what is scaled", "A"}, {"factor", "w", "by how much"}},
+  return ports({{"wrench", "u,v", "value to scale", "A"}, {"factor", "w", "by how much"}},
                {{"value", "u*w,v*w", "factor * wrench", "A"}});
 };
 constexpr auto kFromParts = [] {
@@ -37,10 +37,10 @@ constexpr auto kPower = [] {
                {{"value", "W", "power of the wrench; 1 W = 1 N m/s, and rad counts as 1"}});
 };
 constexpr auto kDeadBand = [] {
-  return ports({{"input", "N,N*m", "what is freed of small values", "A"}},
+  return ports({{"input", "N,N*m", "value to which the dead band is applied", "A"}},
                {{"value", "N,N*m", "0 inside, without a jump beside it", "A"}},
-               {{"force", "N", "length of the force that is taken away", "[0,inf)", "1.0"},
-                {"torque", "N*m", "length of the torque that is taken away", "[0,inf)", "0.1"}});
+               {{"force", "N", "magnitude of the force dead band", "[0,inf)", "1.0"},
+                {"torque", "N*m", "magnitude of the torque dead band", "[0,inf)", "0.1"}});
 };
 constexpr auto kLimit = [] {
   return ports({{"input", "N,N*m", "a wrench", "A"}},

@@ -48,7 +48,7 @@ Diagnostics full_queue() {
 }
 
 /// A change of mode that somebody asked for and that is under way.
-struct ModeRequest {
+struct ControlModeParameters {
   RequestId id = 0;
   device::Arm* arm = nullptr;
   device::ControlMode mode = device::ControlMode::kPosition;
@@ -109,7 +109,7 @@ struct ControlCore::Impl {
   void note_latches(std::int64_t k);
   void sample_watches(std::int64_t k);
   void take_requests();
-  void take_mode_request(const ModeRequest& request);
+  void take_mode_request(const ControlModeParameters& request);
   void look_at_mode_requests();
   void answer(RequestId id, const std::optional<net::Text>& refusal);
   void guard_and_hand_over(std::int64_t k);
@@ -135,7 +135,7 @@ struct ControlCore::Impl {
   using LatchRing = boost::lockfree::spsc_queue<RawLatch>;
   std::unique_ptr<LatchRing> latches;  // nullptr: nobody asked for them
   std::atomic<std::int64_t> latches_dropped = 0;
-  std::vector<ModeRequest> mode_requests;  // never grows in the cycle
+  std::vector<ControlModeParameters> mode_requests;  // never grows in the cycle
   WatchList watches;
   std::mutex watch_mutex;                            // of kept_watches; never taken in the cycle
   std::vector<std::shared_ptr<Watch>> kept_watches;  // until the cycle has let go of them
@@ -271,7 +271,7 @@ void ControlCore::Impl::answer(RequestId id, const std::optional<net::Text>& ref
   events.add(event);
 }
 
-void ControlCore::Impl::take_mode_request(const ModeRequest& request) {
+void ControlCore::Impl::take_mode_request(const ControlModeParameters& request) {
   auto refusal = request.arm->refuse_change(request.mode);
   if (!refusal && mode_requests.size() == mode_requests.capacity())
     refusal = net::format_text("{} changes of mode are under way, and there is no room for more", kQueueCapacity);
@@ -281,7 +281,7 @@ void ControlCore::Impl::take_mode_request(const ModeRequest& request) {
 }
 
 void ControlCore::Impl::look_at_mode_requests() {
-  std::erase_if(mode_requests, [this](const ModeRequest& request) {
+  std::erase_if(mode_requests, [this](const ControlModeParameters& request) {
     const device::Arm& arm = *request.arm;
     if (arm.phase() == device::Arm::Phase::kChanging) return false;
     if (arm.mode() == request.mode && !arm.lost()) {

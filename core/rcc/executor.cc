@@ -43,7 +43,7 @@ void Executor::end_finished(std::int64_t cycle) {
     } else if (signals.fail) {
       abort(*entry, signals.cause, cycle);
     } else if (const device::Actuator* lost = lost_actuator(*entry)) {
-      abort(*entry, cause_of(net::Cause::Code::kDevice, lost->fault(), cycle), cycle);
+      abort(*entry, cause_of_loss(*lost, cycle), cycle);
     } else if (signals.terminate) {
       const auto code = canceling ? net::Cause::Code::kCancelled : net::Cause::Code::kTerminated;
       end(*entry, cause_of(code, signals.cause.text, cycle), cycle);
@@ -61,6 +61,13 @@ const device::Actuator* Executor::lost_actuator(const NetEntry& entry) const {
     if (actuator != nullptr && actuator->lost()) return actuator;
   }
   return nullptr;
+}
+
+/// A device that is lost in an emergency was stopped by it: the latch is the cause, the device says what it did.
+net::Cause Executor::cause_of_loss(const device::Actuator& lost, std::int64_t cycle) const {
+  const bool by_latch = emergency_ && lost.stops_in_emergency();
+  const net::Text text = by_latch ? format_text("{}; {}", emergency_->view(), lost.fault().view()) : lost.fault();
+  return cause_of(net::Cause::Code::kDevice, text, cycle);
 }
 
 void Executor::move_to(NetEntry& entry, NetState state) {
@@ -114,7 +121,7 @@ bool Executor::stops_in_emergency(const NetEntry& entry) const {
 void Executor::stop_where_lost(std::int64_t cycle) {
   for (NetEntry* entry : active_) {
     const device::Actuator* lost = lost_actuator(*entry);
-    if (lost != nullptr) begin_stop(*entry, cause_of(net::Cause::Code::kDevice, lost->fault(), cycle), cycle);
+    if (lost != nullptr) begin_stop(*entry, cause_of_loss(*lost, cycle), cycle);
   }
 }
 

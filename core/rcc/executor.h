@@ -64,6 +64,8 @@ class Executor {
   /// @param those_on_path  also those that are coming to rest on their paths. Realtime: cyclic.
   void stop_for_emergency(const net::Cause& cause, bool those_on_path, std::int64_t cycle);
   void stop_all(const net::Cause& cause, std::int64_t cycle);
+  /// What latches the emergency stop in this cycle, or nothing: the cause of devices that are lost meanwhile.
+  void set_emergency(const std::optional<net::Text>& emergency) { emergency_ = emergency; }
   /// A new cycle: starts are allowed until something stops.
   void allow_starts() { stopped_by_ = {}; }
 
@@ -87,6 +89,7 @@ class Executor {
                                                      int place);
   [[nodiscard]] std::optional<net::Text> refuse_seam(const NetEntry& entry) const;
   [[nodiscard]] const device::Actuator* lost_actuator(const NetEntry& entry) const;
+  [[nodiscard]] net::Cause cause_of_loss(const device::Actuator& lost, std::int64_t cycle) const;
   [[nodiscard]] bool stops_in_emergency(const NetEntry& entry) const;
   void begin_stop(NetEntry& entry, const net::Cause& cause, std::int64_t cycle);
   void go_on_stopping(NetEntry& entry, std::int64_t cycle);
@@ -95,6 +98,7 @@ class Executor {
   ResourceTable& resources_;
   EventBuffer& events_;
   std::optional<net::Text> stopped_by_;
+  std::optional<net::Text> emergency_;
   std::atomic<NetId> current_ = 0;
   std::atomic<double> load_ns_ = 0.0;
   double budget_ns_ = 0.0;

@@ -1,9 +1,12 @@
 #include "core/rcc/net_table.h"
 
 #include <algorithm>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "core/base/last_catch.h"
 
 namespace takt::rcc {
 
@@ -102,16 +105,23 @@ void NetTable::collect() {
   });
 }
 
-void NetTable::compile(NetEntry& entry, const net::NetDescription& description) {
-  const std::lock_guard lock(compile_mutex_);
-  auto compiled = net::CompiledNet::compile(description, environment_);
-  if (!compiled) {
-    entry.diagnostics = std::move(compiled.error());
+/// Whatever happens meanwhile, the net is Ready or Rejected afterwards: nobody waits for it for ever.
+void NetTable::compile(NetEntry& entry, const net::NetDescription& description) noexcept {
+  if (!run_caught("compile a net", [&] { compile_or_throw(entry, description); }))
     entry.state.store(NetState::kRejected, std::memory_order_release);
-    return;
+}
+
+void NetTable::compile_or_throw(NetEntry& entry, const net::NetDescription& description) {
+  const std::lock_guard lock(compile_mutex_);
+  try {
+    auto compiled = net::CompiledNet::compile(description, environment_);
+    if (compiled) entry.net = std::move(*compiled);
+    entry.diagnostics = compiled ? bind_(entry) : std::move(compiled.error());
+  } catch (...) {
+    // Of a plug-in, most likely: the net is refused like any other that cannot be.
+    entry.diagnostics.error(Code::kInternal, "", fmt::format("internal: {}", exception_text()),
+                            fmt::format("while doing: load net {} ('{}')", entry.id, description.name));
   }
-  entry.net = std::move(*compiled);
-  entry.diagnostics = bind_(entry);
   const NetState state = entry.diagnostics.has_errors() ? NetState::kRejected : NetState::kReady;
   entry.state.store(state, std::memory_order_release);
 }
@@ -136,7 +146,15 @@ NetId NetTable::load_async(net::NetDescription description, const LoadOptions& o
   publish(*entry);
   const std::lock_guard lock(mutex_);
   jobs_.push_back({entry, std::move(description)});
-  if (!worker_.joinable()) worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
+  try {
+    if (!worker_.joinable()) worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
+  } catch (const std::system_error& error) {
+    // No thread can be had: the net is compiled by nobody.
+    jobs_.pop_back();
+    entry->diagnostics.error(Code::kSystem, "", fmt::format("no thread to load net {}: {}", entry->id, error.what()),
+                             "load it with load()");
+    entry->state.store(NetState::kRejected, std::memory_order_release);
+  }
   wake_.notify_one();
   return entry->id;
 }

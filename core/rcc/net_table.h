@@ -117,7 +117,8 @@ class NetTable {
   /// Gives back what was never published.
   void drop(const std::shared_ptr<NetEntry>& entry);
   void collect();
-  void compile(NetEntry& entry, const net::NetDescription& description);
+  void compile(NetEntry& entry, const net::NetDescription& description) noexcept;
+  void compile_or_throw(NetEntry& entry, const net::NetDescription& description);
   void work(const std::stop_token& stop);
   [[nodiscard]] std::size_t slot_of(NetId id) const { return id % slots_.size(); }
 

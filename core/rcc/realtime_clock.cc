@@ -4,9 +4,11 @@
 #include <ctime>
 #include <optional>
 
+#include <fmt/format.h>
 #include <pthread.h>
 #include <sys/mman.h>
 
+#include "core/net/format_text.h"
 #include "core/rcc/watchdog.h"
 
 namespace takt::rcc {
@@ -42,9 +44,32 @@ void RealtimeClock::count(ControlCore& core, std::int64_t late_cycles) {
   level_ = 0;
 }
 
+/// The last catch of the cycle. @return false after an exception
+bool RealtimeClock::step(ControlCore& core, std::string& failure) const {
+  try {
+    core.step();
+    return true;
+  } catch (...) {
+    const std::string task = fmt::format("run cycle {}", core.cycle());
+    report_exception(task);
+    failure = fmt::format("{}; while doing: {}", exception_text(), task);
+    return false;
+  }
+}
+
+void RealtimeClock::call_after_step(ControlCore& core, const std::function<void(ControlCore&)>& after_step) {
+  try {
+    after_step(core);
+  } catch (...) {
+    if (report_.next()) report_exception("what follows each cycle");
+    core.stop_all(net::Cause::Code::kException,
+                  net::format_text("what follows each cycle: {}", exception_text()).view());
+  }
+}
+
 RealtimeClock::Granted RealtimeClock::run(ControlCore& core, const std::stop_token& stop,
                                           const std::function<void(ControlCore&)>& after_step) {
-  const Granted granted = prepare_thread();
+  Granted granted = prepare_thread();
   std::optional<Watchdog> watchdog;
   if (options_.watchdog > 0)
     watchdog.emplace(core, Watchdog::Options{.limit = options_.watchdog, .grace = options_.grace});
@@ -52,8 +77,8 @@ RealtimeClock::Granted RealtimeClock::run(ControlCore& core, const std::stop_tok
   Nanoseconds instant = MonotonicClock::machine_time();
   time_.align(core.time(), instant);
   while (!stop.stop_requested()) {
-    core.step();
-    if (after_step) after_step(core);
+    if (!step(core, granted.failure)) break;
+    if (after_step) call_after_step(core, after_step);
     instant += period;
     const std::int64_t late_cycles = std::max<Nanoseconds>(0, MonotonicClock::machine_time() - instant) / period;
     instant += late_cycles * period;

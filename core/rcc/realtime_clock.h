@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <functional>
 #include <stop_token>
+#include <string>
 
 #include "core/base/clock.h"
+#include "core/base/last_catch.h"
 #include "core/base/time.h"
 #include "core/rcc/control_core.h"
 
@@ -33,6 +35,8 @@ class RealtimeClock {
   struct Granted {
     bool realtime_scheduling = false;
     bool locked_memory = false;
+    /// Why it ended although nobody asked: what step() threw, and in which cycle. Empty: it was asked to end.
+    std::string failure;
   };
 
   explicit RealtimeClock(const Options& options) : options_(options) {}
@@ -43,16 +47,21 @@ class RealtimeClock {
   [[nodiscard]] const Clock& time() const { return time_; }
 
   /// Runs on the calling thread until `stop` is requested. `after_step` runs on it after each step and must be cyclic
-  /// too; may be empty. @return what was granted.
+  /// too; may be empty. No exception leaves it: one of after_step() is reported, stops all nets (cause kException) and
+  /// the clock goes on; after one of step() itself nothing is known of the cycle, so the clock ends, the rings of the
+  /// I/O agents run dry and the agents stop their devices. @return what was granted, and how it ended.
   Granted run(ControlCore& core, const std::stop_token& stop, const std::function<void(ControlCore&)>& after_step = {});
 
  private:
   Granted prepare_thread() const;
+  bool step(ControlCore& core, std::string& failure) const;
+  void call_after_step(ControlCore& core, const std::function<void(ControlCore&)>& after_step);
   void count(ControlCore& core, std::int64_t late_cycles);
 
   Options options_;
   MonotonicClock time_;
   std::int64_t level_ = 0;  ///< of the leaky counter, in overruns * leak_cycles
+  RareReport report_;       ///< of exceptions of after_step()
 };
 
 }  // namespace takt::rcc

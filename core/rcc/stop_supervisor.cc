@@ -20,8 +20,9 @@ net::Cause StopSupervisor::cause_of(const device::EmergencyStop& stop, std::int6
 }
 
 void StopSupervisor::begin(std::int64_t cycle) {
-  executor_.stop_where_lost(cycle);
   const device::EmergencyStop* stop = strongest();
+  executor_.set_emergency(stop != nullptr ? std::optional(cause_of(*stop, cycle).text) : std::nullopt);
+  executor_.stop_where_lost(cycle);
   if (stop != nullptr && stop->category() != StopCategory::kBrakes)
     executor_.stop_on_path(cause_of(*stop, cycle), cycle);
 }

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "core/base/last_catch.h"
+
 namespace takt::rcc {
 
 Watchdog::Watchdog(const ControlCore& core, const Options& options)
@@ -29,18 +31,23 @@ void Watchdog::watch(const std::stop_token& stop) const {
       seen = running.value_or(-1);
       since = now;
     } else if (now - since >= limit) {
-      end_process(core_.where_it_is());
+      Stall stall;
+      (void)run_caught("find out what is stuck", [&] { stall = core_.where_it_is(); });
+      end_process(stall);
     }
   }
 }
 
 void Watchdog::end_process(const Stall& stall) const {
-  const std::string where =
-      stall.net == 0 ? std::string("outside of all nets")
-                     : fmt::format("in primitive '{}' of net {} ('{}')", stall.primitive, stall.net, stall.net_name);
-  fmt::print(stderr, "takt: cycle {} has not ended for {} ms: it is stuck {}; the devices stop by themselves\n",
-             stall.cycle, options_.limit / kMillisecond, where);
-  if (options_.on_stall) options_.on_stall(stall);
+  // Nothing of this may keep the process from its end.
+  (void)run_caught("tell what is stuck", [&] {
+    const std::string where =
+        stall.net == 0 ? std::string("outside of all nets")
+                       : fmt::format("in primitive '{}' of net {} ('{}')", stall.primitive, stall.net, stall.net_name);
+    fmt::print(stderr, "takt: cycle {} has not ended for {} ms: it is stuck {}; the devices stop by themselves\n",
+               stall.cycle, options_.limit / kMillisecond, where);
+  });
+  if (options_.on_stall) (void)run_caught("write down a stall", [&] { options_.on_stall(stall); });
   std::this_thread::sleep_for(std::chrono::nanoseconds(options_.grace));
   std::_Exit(kExitStatus);
 }

@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
     const State tight = cell.input("io/clutch").held_for(2.0);  // s
     const Activity insert = motion.lin_by({0.0, 0.0, -0.1}, {.linear_velocity = 0.005, .until = felt});
     const Activity hold =
-        robot.use<ForceInterface>().press(cell.pressing(down), down, {.force = 10.0, .gain = 2e-4}, tight);
+        robot.use<ForceInterface>().press({.direction = down, .in = robot.name(), .force = 10.0, .until = tight});
 
     cell.step("insert, then press and turn");
     sequence({insert, parallel({hold, driver.set(true)})}).execute();

@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     const Eigen::Isometry3d start = robot.tool();
 
     cell.step("led by hand");
-    robot.use<FreedriveInterface>().freedrive({.linear_max = 0.1}, {.seconds = 5.0}).execute();
+    robot.use<FreedriveInterface>().freedrive({.seconds = 5.0, .velocity = 0.1}).execute();
     const Eigen::Isometry3d taught = robot.tool();
     const double led = (taught.translation() - start.translation()).norm();
     cell.expect("the hand has led it", led > 0.05, fmt::format("{:.0f} mm", 1e3 * led));

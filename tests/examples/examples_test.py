@@ -227,5 +227,40 @@ class Plugin(unittest.TestCase):
         self.assertEqual(json.loads(refused.stdout)["result"], "error")
 
 
+class OperationPlugin(unittest.TestCase):
+    """An operation that a plug-in brings: a step, a command of a transaction, in the reference, with diagnostics of its table."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.source = ROOT / "examples/operation"
+        cls.plugin = build(cls.source, "operation") / "blink.so"
+
+    def test_it_is_an_operation_among_others(self):
+        shown = takt("operations", "blink", "--json", "--plugin", self.plugin)
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        keys = [one["key"] for one in json.loads(shown.stdout)["operations"][0]["parameters"]]
+        self.assertEqual(keys, ["output", "times", "on_s", "off_s"])
+        self.assertEqual(takt("operations", "blink").returncode, 2)
+
+    def test_it_runs_as_a_step_and_as_a_command(self):
+        run = takt("run", self.source / "blink.json", "--plugin", self.plugin, "--json")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        report = json.loads(run.stdout)
+        self.assertEqual((report["result"], len(report["expectations"])), ("passed", 3))
+
+    def test_its_parameters_are_checked(self):
+        broken = takt("run", self.source / "blink.json", "--plugin", self.plugin, "--json",
+                      "--set", "/program/steps/0/times=0", "--set", "/program/steps/0/on_ms=1")
+        self.assertEqual(broken.returncode, 2)
+        found = {one["pointer"]: one for one in json.loads(broken.stdout)["diagnostics"]}
+        self.assertEqual(found["/program/steps/0/times"]["code"], "out-of-range")
+        self.assertEqual(found["/program/steps/0/on_ms"]["code"], "unknown-key")
+
+    def test_without_it_the_step_is_unknown(self):
+        refused = takt("run", self.source / "blink.json")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("blink", refused.stderr)
+
+
 if __name__ == "__main__":
     unittest.main(verbosity=2)

@@ -45,9 +45,14 @@ TEXTS = ("", " ", "world", "home", "$", "$$", "$1/0", "$x", "$text([1,2])", "../
 
 # -- JSON --------------------------------------------------------------------------------------------------------------
 
+MOST_DEPTH = 70  # of a path: deeper than any document that is read, and short enough for 300 copies of such a value
+
+
 def places(value, at=()):
-    """All paths into a document."""
+    """All paths into a document, as far as MOST_DEPTH."""
     yield at
+    if len(at) >= MOST_DEPTH:
+        return
     if isinstance(value, dict):
         for key in value:
             yield from places(value[key], at + (key,))

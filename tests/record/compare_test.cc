@@ -51,6 +51,30 @@ TEST(Compare, EqualRunsAreIdentical) {
   EXPECT_THAT(to_text(c), HasSubstr("identical"));
 }
 
+/// However little fits into memory at a time, down to one column, the answer is the same.
+TEST(Compare, InPassesAsInOne) {
+  const Recording a = run(200, [](std::uint64_t k) { return k >= 137 ? 1e-2 : 0.0; }), b = run(200);
+  const Comparison whole = compare(a, b);
+  for (const std::size_t values : {std::size_t{800}, std::size_t{1000}, std::size_t{3000}}) {
+    CompareOptions options;
+    options.values_at_a_time = values;
+    EXPECT_EQ(to_json(compare(a, b, options)), to_json(whole)) << values;
+  }
+  CompareOptions too_little;
+  too_little.values_at_a_time = 799;
+  EXPECT_THAT(compare(a, b, too_little).missing, testing::Contains(HasSubstr("too many messages to be compared")));
+}
+
+TEST(Compare, AFilmNeedsARowAPictureOnly) {
+  const Recording recording = run(200);
+  const Table all = recording.table("/sim/state").value();
+  const Table few = recording.table_every("/sim/state", 40 * kMillisecond).value();
+  ASSERT_EQ(few.columns, all.columns);
+  EXPECT_EQ(recording.rows("/sim/state"), 200u);
+  EXPECT_THAT(few.time, ElementsAre(0, 40 * kMillisecond, 80 * kMillisecond, 120 * kMillisecond, 160 * kMillisecond));
+  for (std::size_t i = 0; i < few.time.size(); ++i) EXPECT_EQ(few.values[0][i], all.values[0][40 * i]);
+}
+
 TEST(Compare, TheFirstDifferingCycleIsNamed) {
   const Comparison c = compare(run(200, [](std::uint64_t k) { return k >= 137 ? 1e-9 : 0.0; }), run(200));
   EXPECT_FALSE(c.identical);

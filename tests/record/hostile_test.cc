@@ -1,11 +1,15 @@
 // Recordings that somebody prepared: whatever they claim, reading them is bounded.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zstd.h>
 
 #include <chrono>
+#include <filesystem>
+#include <fstream>
 
 #include "core/base/utf8.h"
+#include "record/compare.h"
 #include "record/mcap_format.h"
 #include "record/mcap_reader.h"
 #include "record/recording.h"
@@ -128,12 +132,94 @@ TEST(Hostile, MillionsOfMessagesOutsideOfChunksTakeLittleMemory) {
 TEST(Hostile, ATableOfTooManyValuesIsRefused) {
   std::string columns = "[\"c\"";
   for (int i = 1; i < 40'000; ++i) columns += ",\"c\"";
+  columns += "]";
   std::string file;
-  put_channel(file, "takt.SimState", {{"columns", columns + "]"}});
-  for (int i = 0; i < 1000; ++i) put_message(file, 7, static_cast<std::uint64_t>(i), "");
-  const auto table = open(file).table("/numbers");
+  put_channel(file, "takt.SimState", {{"columns", columns}});
+  for (int i = 0; i < 10'000; ++i) put_message(file, 7, static_cast<std::uint64_t>(i), "");
+  const Recording recording = open(file);
+  EXPECT_EQ(recording.header("/numbers")->columns.size(), ReadLimits::kColumns) << "more are left out";
+  const auto table = recording.table("/numbers");
   ASSERT_FALSE(table);
-  EXPECT_THAT(table.error().to_string(), HasSubstr("has more than 16777216 values"));
+  EXPECT_THAT(table.error().to_string(), HasSubstr(fmt::format("has more than {} values", ReadLimits::kTableValues)));
+}
+
+TEST(Hostile, ComparisonsOfWideTablesAreBounded) {
+  std::string columns = "[\"c0\"", file;
+  for (int i = 1; i < 4096; ++i) columns += fmt::format(",\"c{}\"", i);
+  put_channel(file, "takt.SimState", {{"columns", columns + "]"}});
+  for (int i = 0; i < 20'000; ++i) put_message(file, 7, static_cast<std::uint64_t>(i), "");
+  const Recording recording = open(file);
+  const auto begin = std::chrono::steady_clock::now();
+  const Comparison comparison = compare(recording, recording);
+  EXPECT_LT(seconds_since(begin), 20.0);
+  EXPECT_EQ(comparison.columns.size(), 1 + 4096u);
+  std::size_t points = 0;
+  for (const ColumnComparison& column : comparison.columns) points += column.curve_a.value.size();
+  EXPECT_LT(points, 5'000'000u) << "curves to be drawn";
+}
+
+TEST(Hostile, EventsAreReadUpToABound) {
+  std::string file;
+  put_channel(file, "takt.Event", {});
+  for (std::size_t i = 0; i <= ReadLimits::kEvents; ++i) put_message(file, 7, i, "");
+  const Recording recording = open(file);
+  const auto events = recording.events("/numbers");
+  ASSERT_FALSE(events);
+  EXPECT_THAT(events.error().to_string(), HasSubstr("topic '/numbers' has more than 1000000 events"));
+  EXPECT_FALSE(compare(recording, recording).missing.empty());
+}
+
+TEST(Hostile, DefinitionsAreReadUpToABound) {
+  std::string file;
+  const std::string large(1u << 20, 'x');
+  for (int i = 0; i < 100; ++i) put_channel(file, "takt.SimState", {{"columns", large}});
+  EXPECT_THAT(open(file).damage(), Contains(HasSubstr("left out, the recording is too large")));
+}
+
+/// Larger than what was read at all once, and than memory would hold: a private record with a hole of 8 GiB.
+TEST(Hostile, AFileIsReadPieceByPiece) {
+  TestFolder folder("hole");
+  std::string front(mcap::kMagic), raw, back;
+  put_channel(front, "takt.SimState", {{"columns", R"(["q0"])"}});
+  put_message(raw, 7, 1, "");
+  put_chunk(front, raw.size(), "zstd", packed(raw));
+  constexpr std::uint64_t kHole = std::uint64_t{8} << 30;
+  put(front, std::uint8_t{0x80});
+  put(front, kHole);
+  raw.clear();
+  put_message(raw, 7, 2, "");
+  put_chunk(back, raw.size(), "zstd", packed(raw));
+  { const RecordScope footer(back, Op::kFooter); }
+  back += mcap::kMagic;
+  const auto path = folder / "a.mcap";
+  std::ofstream(path, std::ios::binary) << front;
+  std::filesystem::resize_file(path, front.size() + kHole);
+  std::ofstream(path, std::ios::binary | std::ios::app) << back;
+  const auto recording = Recording::open(path);
+  ASSERT_TRUE(recording) << recording.error().to_string();
+  EXPECT_THAT(recording->damage(), testing::IsEmpty());
+  EXPECT_THAT(recording->table("/numbers")->time, testing::ElementsAre(1, 2));
+}
+
+TEST(Hostile, AFileMayShrinkWhileItIsRead) {
+  TestFolder folder("shrinks");
+  const auto path = folder / "a.mcap";
+  std::string file(mcap::kMagic), raw;
+  put_channel(file, "takt.SimState", {{"columns", R"(["q0"])"}});
+  // More than is kept unpacked, so that chunks are read again.
+  for (std::uint64_t chunk = 0; chunk < 100; ++chunk) {
+    raw.clear();
+    for (std::uint64_t i = 0; i < 25'000; ++i) put_message(raw, 7, 25'000 * chunk + i, "");
+    put_chunk(file, raw.size(), "zstd", packed(raw));
+  }
+  std::ofstream(path, std::ios::binary) << file;
+  const auto recording = Recording::open(path);
+  ASSERT_TRUE(recording);
+  EXPECT_EQ(recording->message_count(), 2'500'000u);
+  std::filesystem::resize_file(path, 1000);
+  std::size_t seen = 0;
+  recording->for_each([&seen](const MessageView&) { return ++seen > 0; }, "/numbers");
+  EXPECT_LT(seen, 2'500'000u);
 }
 
 TEST(Hostile, OfTwoChannelsWithOneTopicTheFirstCounts) {

@@ -7,8 +7,8 @@
 #include <mujoco/mujoco.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/actuator_interfaces.h"
 #include "core/expression/device_sensors.h"
+#include "core/operations/actuator_interfaces.h"
 #include "scenario/session.h"
 #include "tests/scenario/described.h"
 #include "tests/support/limit_oracle.h"

@@ -1,4 +1,4 @@
-// Two compliant arms with one bar that meets something in its way (docs/scenarios.md#two-arms-as-one).
+// Two compliant arms with one bar that meets something in its way (docs/how-to/two-arms.md).
 #include <algorithm>
 #include <optional>
 #include <string>

@@ -1,5 +1,5 @@
 // Two arms that move one thing, in the simulation: what is measured of them, through cancels and stops (rows P5, S1).
-#include "core/activity/two_arms.h"
+#include "core/operations/two_arms.h"
 
 #include <algorithm>
 #include <map>

@@ -1,4 +1,4 @@
-// A compliant arm presses in the simulation: the force comes, whatever the springs are like (docs/scenarios.md).
+// A compliant arm presses in the simulation: the force comes, whatever the springs are like (docs/how-to/force.md).
 #include <algorithm>
 #include <numeric>
 #include <optional>

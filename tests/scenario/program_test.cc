@@ -18,11 +18,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 using testing::HasSubstr;
 
-/// An arm with sensor and probe over a plinth that stands up to 4 mm too high or low: the example of docs/scenarios.md.
+/// An arm with sensor and probe over a plinth, up to 4 mm too high or low: the complete file of docs/tutorial.md.
 Json example() {
-  std::ifstream stream("docs/scenarios.md");
+  std::ifstream stream("docs/tutorial.md");
   const std::string page{std::istreambuf_iterator<char>(stream), {}};
-  const std::size_t begin = page.find("```json\n") + 8;
+  const std::size_t begin = page.rfind("```json\n") + 8;
   return Json::parse(page.substr(begin, page.find("```", begin) - begin));
 }
 

@@ -158,6 +158,7 @@ constexpr const char* kEverything = R"({
     {"kind": "object_pose", "object": "block", "in": "world", "position_m": [0, 0, 0], "rpy_deg": [0, 0, 0],
      "position_within_m": 5, "angle_within_deg": 5},
     {"kind": "contact_force", "between": ["probe", "block"], "below_N": 15, "at_least_N": 0},
+    {"kind": "mean_force", "between": ["probe", "block"], "at_least_N": 1, "below_N": 20},
     {"kind": "peak_force", "sensor": "wrist", "below_N": 100},
     {"kind": "limits", "arm": "arm"}, {"kind": "duration", "below_s": 60}, {"kind": "step", "step": "touch"},
     {"kind": "monitor", "net": "by hand", "monitor": "shown", "at_least": 0, "at_most": 2, "is": 1},
@@ -516,10 +517,10 @@ TEST(ScenarioSchema, EveryScenarioFits) {
   EXPECT_GT(count, 0);
 }
 
-/// The example that a reader copies: form, models, and a rehearsal of its program.
-TEST(ScenarioSchema, TheExampleOfTheDocumentationIsReadyToRun) {
-  const std::string page = text_of("docs/scenarios.md");
-  const std::size_t fence = page.find("```json\n");
+/// The complete file of the tutorial: form, models, and a rehearsal of its program.
+TEST(ScenarioSchema, TheFileOfTheTutorialIsReadyToRun) {
+  const std::string page = text_of("docs/tutorial.md");
+  const std::size_t fence = page.rfind("```json\n");
   ASSERT_NE(fence, std::string::npos);
   const std::size_t begin = fence + 8;
   const std::string example = page.substr(begin, page.find("```", begin) - begin);

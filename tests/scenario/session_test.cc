@@ -200,6 +200,7 @@ constexpr Judgement kJudgements[] = {
     {R"({"kind": "limits", "arm": "arm"})", true},
     {R"({"kind": "step", "step": "pause"})", true},
     {R"({"kind": "repeats"})", true},
+    {R"({"kind": "mean_force", "between": ["probe", "block"], "at_least_N": 0, "below_N": 50})", false},  // no touch
     {R"({"kind": "peak_force", "sensor": "wrist", "below_N": 50})", true},
     {R"({"kind": "peak_force", "sensor": "wrist", "below_N": 0.01})", false},
     {R"({"kind": "contact_force", "between": ["probe", "block"], "below_N": 1})", true},

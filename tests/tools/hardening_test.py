@@ -151,6 +151,45 @@ class Limits(WithFolder):
         self.refused("net", ROOT / "scenarios/nets/torch.net.json", "--graph", self.path / "a.svg", "--scenario",
                      ROOT / "scenarios/nets/torch.json", said="TMPDIR", env=missing)
 
+    def test_little_memory_for_a_film(self):
+        # Libraries that draw do not all look whether they were given memory.
+        for mib in range(300, 460, 20):
+            run = takt("run", self.write(short_scenario()), "--video", self.path / "a.mp4", "--size", "64x64",
+                       preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (mib << 20, mib << 20)))
+            self.assertIn(run.returncode, (0, 2, 3), f"{mib} MiB: {run.stderr}")
+            self.assertTrue(run.returncode == 0 or run.stderr)
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root can become a user who has no processes yet")
+    def test_few_threads(self):
+        def few(count):
+            def limit():
+                resource.setrlimit(resource.RLIMIT_NPROC, (count, count))
+                os.setgid(60000 + os.getpid() % 5000)
+                os.setuid(60000 + os.getpid() % 5000)
+            return limit
+        self.path.chmod(0o777)
+        record = self.path / "a.mcap"
+        self.assertEqual(takt("run", self.write(short_scenario()), "--record", record).returncode, 0)
+        for count in (1, 2, 3, 4, 6, 8):
+            for i, arguments in enumerate((["run", self.path / "scenario.json", "--record", self.path / "b.mcap", "--video",
+                                            self.path / "b.mp4", "--size", "64x64"],
+                                           ["render", record, "--video", self.path / "c.mp4", "--size", "64x64", "--fps", "2"],
+                                           ["model", "ur5", "--image", self.path / "d.png", "--size", "64x64"])):
+                run = takt(*arguments, preexec_fn=few(count), timeout=60)
+                self.assertIn(run.returncode, (0, 2, 3), f"{count}, {i}: {run.stderr}")
+                self.assertTrue(run.returncode == 0 or run.stderr)
+                for product in ("b.mcap", "b.mp4", "c.mp4", "d.png"):
+                    (self.path / product).unlink(missing_ok=True)
+
+    def test_a_crash_names_what_was_done(self):
+        run = subprocess.Popen([str(TAKT), "verify", str(ROOT / "scenarios")], cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                               text=True, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CORE, (0, 0)))
+        time.sleep(0.5)
+        run.send_signal(signal.SIGSEGV)
+        said = run.communicate(timeout=60)[1]
+        self.assertEqual(run.returncode, 3)
+        self.assertIn("internal: invalid access to memory; while doing: takt verify", said)
+
     def test_little_memory(self):
         for mib in (600, 1000):
             run = takt("validate", TOUCH, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (mib << 20, mib << 20)))
@@ -212,6 +251,23 @@ class Options(WithFolder):
         self.refused("run", file, "--record", self.path / "pipe", said="is a pipe")
         self.assertEqual(file.read_bytes(), before)
 
+    def test_what_is_refused_leaves_nothing_and_replaces_nothing(self):
+        file, kept = self.write(short_scenario()), self.path / "kept.mcap"
+        kept.write_text("kept")
+        before = sorted(self.path.iterdir())
+        self.refused("run", file, "--video", self.path / "a.mp4", "--camera", "none", "--record", self.path / "a.mcap", said="'none'")
+        self.refused("run", file, "--video", self.path / "a.txt", "--record", kept, said="does not end in .mp4")
+        self.assertEqual(sorted(self.path.iterdir()), before)
+        self.assertEqual(kept.read_text(), "kept")
+
+    def test_a_device_that_cannot_be_written_stays(self):
+        # A link to a device, so that a fault here does not cost the machine its /dev/full.
+        full = self.path / "full.png"
+        full.symlink_to("/dev/full")
+        self.refused("model", "ur5", "--image", full, "--size", "64x64", said="cannot be written: No space left")
+        self.assertTrue(full.is_symlink())
+        self.assertTrue(pathlib.Path("/dev/full").is_char_device())
+
     def test_bless_wants_a_reason(self):
         for reason in ("", " \t"):
             self.refused("bless", self.write(short_scenario()), "--reason", reason, said="--reason: error: the reason is empty")
@@ -258,13 +314,16 @@ class Files(WithFolder):
 
     def test_a_stop_is_told_in_words(self):
         for what, said in (({"do": "stop", "category": 0}, "stopped by category 0"), ({"do": "stop", "category": 1}, "stopped by category 1"),
-                           ({"do": "emergency_stop", "category": 0}, "emergency stop")):
+                           ({"do": "emergency_stop", "category": 0}, "(device): emergency_stop"),
+                           ({"do": "emergency_stop", "category": 1}, "(device): emergency_stop")):
             document = short_scenario(2)
             document["faults"] = [{"at_s": 0.5, **what}]
-            run = takt("run", self.write(document))
-            self.assertEqual(run.returncode, 3, run.stderr)
-            self.assertIn(said, run.stderr)
-            self.assertNotRegex(run.stderr, r"fault \d")
+            self.write(document)
+            for backend in ([], ["--backend", "arm=slow:8ms"]):
+                run = takt("run", self.path / "scenario.json", *backend)
+                self.assertEqual(run.returncode, 3, run.stderr)
+                self.assertIn(said, run.stderr)
+                self.assertNotRegex(run.stderr, r"fault \d")
 
     def test_small_blends(self):
         document = json.loads((ROOT / "scenarios/blend.json").read_text())

@@ -3,10 +3,12 @@
 import json
 import math
 import pathlib
+import signal
 import struct
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import xml.etree.ElementTree
 import zlib
@@ -147,6 +149,31 @@ class Model(unittest.TestCase):
         self.assertGreater(len(fields), 500)
         self.assertLess(file.stat().st_size, 1_000_000)
 
+    def test_a_work_space_that_takes_long_says_how_far_it_is(self):
+        # Six joints of which one slides have no closed form.
+        urdf = (pathlib.Path(__file__).parent / "foreign/five.urdf")
+        made = takt("new", "robot", "five", "--urdf", urdf, "--out", self.path)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        file = self.path / "reach.svg"
+        begin = time.monotonic()
+        run = takt("model", "five", "--models", self.path, "--reach", file)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("reach", run.stderr)
+        if time.monotonic() - begin > 3:
+            self.assertIn("the work space is sampled:", run.stderr)
+        slow = subprocess.Popen([str(TAKT), "model", "five", "--models", str(self.path), "--reach", str(self.path / "b.svg")],
+                                stderr=subprocess.DEVNULL)
+        time.sleep(0.3)
+        slow.send_signal(signal.SIGINT)
+        self.assertEqual(slow.wait(timeout=20), 130)
+        self.assertFalse((self.path / "b.svg").exists())
+
+    def test_a_flange_that_cannot_be_there(self):
+        run = takt("model", "lwr4plus", "--ik=5,0,0,1,0,0,0")
+        self.assertEqual(run.returncode, 1)
+        self.assertIn("cannot be there", run.stderr)
+        self.assertIn("OUTSIDE by", takt("model", "lwr4plus", "--fk=9,0,0,0,0,0,0").stdout)
+
     def test_bad_questions(self):
         for arguments, word in (
                 (("wsg50", "--fk=1"), "neither an arm"), (("ur5", "--fk=1,2"), "2 numbers for 6 joints"),
@@ -157,8 +184,9 @@ class Model(unittest.TestCase):
                 (("ur5", "--reach", self.path / "none/reach.svg"), "cannot be written"),
                 (("ur5", "--image", self.path / "x.png", "--size=12"), "is not a size"),
                 (("ur5", "--image", self.path / "x.png", "--size=8x8"), "16"),
-                (("ur5", "--image", self.path / "none/x.png"), "cannot write"),
+                (("ur5", "--image", self.path / "none/x.png"), "cannot be written"),
                 (("ur5", "--image", self.path / "x.png", "--posture=1,2"), "2 numbers for 6"),
+                (("ur5", "--image", self.path / "x.jpg"), "not a .png"),
                 (("ur55",), "ur5")):
             run = takt("model", *arguments)
             self.assertEqual(run.returncode, 2, (arguments, run.stderr))

@@ -264,6 +264,9 @@ class Check(NetTest):
         self.assertIn("not a scenario", self.takt("net", self.write(FIVE), "--step", "a", status=2).stderr)
         lost = self.takt("net", self.write(FIVE), "--graph", self.path / "no" / "net.svg", status=2)
         self.assertIn("cannot be written", lost.stderr)
+        for option in (["--graph", self.path / "a.svg"], ["--dump", self.path / "a.json"], ["--bench"]):
+            unnamed = self.takt("net", "scenarios/touch.json", *option, status=2)
+            self.assertIn(f"{option[0]}: error: the net of no step was asked for (--step NAME", unnamed.stderr)
 
 
 if __name__ == "__main__":

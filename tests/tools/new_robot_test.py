@@ -100,7 +100,7 @@ class Foreign(WithFolder):
         report = self.made("cobot")
         notes = self.notes(report)
         self.assertIn("mimics 'left_finger_joint'", notes["joint 'right_finger_joint'"]["why"])
-        self.assertIn("beside the way", notes["joint 'left_finger_joint'"]["why"])
+        self.assertIn("not on the chain", notes["joint 'left_finger_joint'"]["why"])
         self.assertEqual(len(report["joints"]), 6)
         self.assertIn("uniform box", notes["link 'base_link_inertia' inertia"]["value"])
 
@@ -201,7 +201,7 @@ class Bad(WithFolder):
         self.refused(good, "invalid model name", name="Bad-Name")
         self.refused(good, "no link 'tol'", options=("--flange", "tol"))
         self.refused(good, "does not carry", options=("--base", "s6", "--flange", "s1"))
-        self.refused(good, "no folder", options=("--packages", self.path / "none"))
+        self.refused(good, "is not a folder", options=("--packages", self.path / "none"))
         self.made("curved")
         run = self.new("curved", good)
         self.assertEqual(run.returncode, 2)
@@ -212,7 +212,7 @@ class Bad(WithFolder):
             return b" " * 80 + struct.pack("<I", triangles) + corner * triangles
         nan = struct.pack("<12fH", 0, 0, 0, float("nan"), 0, 0, 1, 0, 0, 0, 1, 0, 0)
         for content, word in ((stl(1_000_000), "triangles"), (stl(0), "no triangle"), (b"solid x\nvertex 1 2\n", "vertex"),
-                              (b"\0" * 200, "binary STL"), (stl(1, nan), "no place")):
+                              (b"\0" * 200, "binary STL"), (stl(1, nan), "not a place")):
             (self.path / "part.stl").write_bytes(content)
             file = self.changed('<link name="s2"/>', '<link name="s2"><visual><geometry><mesh filename="part.stl"/>'
                                 '</geometry></visual></link>')

@@ -24,7 +24,7 @@ Result<std::string> carrier_of(const Cell& cell, const std::string& arm) {
 
 Actuator arm_on_base(const Cell& cell, const std::string& arm) {
   const auto base = carrier_of(cell, arm);
-  return base ? arm_pair(cell, *base, arm) : missing(arm, base.error().list().front());
+  return base ? carried_pair(cell, *base, arm) : missing(arm, base.error().list().front());
 }
 
 Result<PlannedMotion> carried_lin(const Cell& cell, const std::string& arm, const CarriedGoal& goal,

@@ -138,7 +138,7 @@ class Compliant final : public ActionModel {
       diagnostics.error(Code::kConflict, {},
                         fmt::format("{} for mode {} is to be for mode {}", name(), name_of(*other), name_of(mode_)),
                         "one compliance");
-    const auto arms = actuator.arms();
+    const auto arms = actuator.compliant_arms();
     for (const MountedArm* arm : arms)
       check_constants(values_, mode_, arm->device->description(), arm->device->name(), diagnostics);
     if (arms.size() > 1) check_of_two(diagnostics);
@@ -169,10 +169,13 @@ class Compliant final : public ActionModel {
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
                                       const Json& parameters) const override {
     if (name != kSettled) return action_->add_state(fragment, name, parameters);
-    if (fragment.has("arm")) return "arm.settled";
+    std::vector<std::string> settled;
+    for (const char* id : {"arm", "arm_1", "arm_2"})
+      if (fragment.type_of(id).ends_with("ImpedanceCommand")) settled.push_back(std::string(id) + ".settled");
+    if (settled.size() == 1) return settled.front();
     fragment.add("both_settled", "And");
-    fragment.link("arm_1.settled", "both_settled.a");
-    fragment.link("arm_2.settled", "both_settled.b");
+    fragment.link(settled.at(0), "both_settled.a");
+    fragment.link(settled.at(1), "both_settled.b");
     return "both_settled.value";
   }
 

@@ -19,7 +19,7 @@ RuntimeCommand set_command(const std::string& output, const SignalValue& value, 
           level != nullptr ? set_value(*level) : set_value(std::get<double>(value))};
 }
 
-WaitCommand wait_command(const Condition& condition, std::optional<double> timeout, const Cell& cell,
+WaitCommand wait_command(const StateSource& condition, std::optional<double> timeout, const Cell& cell,
                          const Biases& biases) {
   const State until = state_of(condition, cell, biases);
   WaitCommand command("wait", until, timeout);

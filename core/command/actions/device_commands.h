@@ -6,7 +6,7 @@
 
 #include "core/command/command.h"
 #include "core/expression/cell.h"
-#include "core/expression/condition.h"
+#include "core/expression/condition_state.h"
 
 /// Commands that move no arm, with what they show of their end. Realtime: setup.
 namespace takt::command {
@@ -37,7 +37,7 @@ using SignalValue = std::variant<bool, double>;
 [[nodiscard]] RuntimeCommand set_command(const std::string& output, const SignalValue& value, const Cell& cell);
 
 /// Waits until a condition holds, or `timeout` s have passed, or it is cancelled.
-[[nodiscard]] WaitCommand wait_command(const Condition& condition, std::optional<double> timeout, const Cell& cell,
+[[nodiscard]] WaitCommand wait_command(const StateSource& condition, std::optional<double> timeout, const Cell& cell,
                                        const Biases& biases);
 
 }  // namespace takt::command

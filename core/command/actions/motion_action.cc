@@ -326,7 +326,7 @@ Diagnostics plan(const Command& command) {
   return plan(command, set_points);
 }
 
-Diagnostics plan(const Command& command, Places& places) {
+Diagnostics plan(const Command& command, Places& places, Places* ends) {
   Diagnostics diagnostics;
   const CommandTree tree(command);
   if (!tree.cycle_of_starts().empty()) return diagnostics;  // check() tells
@@ -350,6 +350,8 @@ Diagnostics plan(const Command& command, Places& places) {
     }
   }
   places = start_positions.nominal_ends();
+  for (const auto& [device, q] : places)
+    if (auto end = ends != nullptr ? start_positions.end_of(device) : std::nullopt) (*ends)[device] = std::move(*end);
   return diagnostics;
 }
 

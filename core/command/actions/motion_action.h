@@ -84,6 +84,7 @@ using MotionPlanner = std::function<Result<PlannedMotion>(const Places& q_start)
 [[nodiscard]] Diagnostics plan(const Command& command);
 /// The same from other places than the set points of now.
 /// @param[in,out] places  where arms are; then where they are when all has come to its natural end
-[[nodiscard]] Diagnostics plan(const Command& command, Places& places);
+/// @param[out] ends       arms of which it is certain before where they are when the command has ended; may be null
+[[nodiscard]] Diagnostics plan(const Command& command, Places& places, Places* ends = nullptr);
 
 }  // namespace takt::command

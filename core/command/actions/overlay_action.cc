@@ -32,7 +32,7 @@ void check_is_bare(const ActionModel& motion, Diagnostics& diagnostics) {
 class Woven final : public ActionModel {
  public:
   /// @param plan  nothing: it is made when it is known how the motion goes
-  Woven(std::shared_ptr<const ActionModel> motion, WeaveWishes wishes, std::optional<WeavePlan> plan)
+  Woven(std::shared_ptr<const ActionModel> motion, Weaves wishes, std::optional<WeavePlan> plan)
       : motion_(std::move(motion)), wishes_(std::move(wishes)), plan_(std::move(plan)) {}
 
   [[nodiscard]] std::string_view name() const override { return motion_->name(); }
@@ -152,7 +152,7 @@ class Woven final : public ActionModel {
   }
 
   std::shared_ptr<const ActionModel> motion_;
-  WeaveWishes wishes_;
+  Weaves wishes_;
   std::optional<WeavePlan> plan_;
 };
 
@@ -181,16 +181,13 @@ class OffsetRoom {
               (1.0 - share_) * arm_.cartesian.linear_acceleration);
     check_use(diagnostics, "jerk", -1, 0.0, wish_.jerk_max, (1.0 - share_) * arm_.cartesian.linear_jerk);
     const double step = std::max((motion_.duration() - begin_) / places_, kLeastStep_s);
-    std::optional<JointVector> before, before_rate;
     for (double at = begin_; at <= motion_.duration() && diagnostics.empty(); at += step) {
       const auto sample = motion::joints_at(arm_, motion_, at);
-      const auto per_metre = sample ? joints_per_metre(sample->q) : std::nullopt;
-      if (!per_metre) break;  // no plan lets that happen
-      const JointVector rate =
-          before ? JointVector((*per_metre - *before) / step) : JointVector::Zero(per_metre->size());
-      const JointVector bend = before_rate ? JointVector((rate - *before_rate) / step) : JointVector::Zero(rate.size());
-      for (Eigen::Index i = 0; i < rate.size(); ++i) {
-        const double s = std::abs((*per_metre)[i]), ds = std::abs(rate[i]), dds = std::abs(bend[i]);
+      const auto offset = sample ? offset_at(*sample) : std::nullopt;
+      if (!offset) break;  // no plan lets that happen
+      for (Eigen::Index i = 0; i < offset->per_metre.size(); ++i) {
+        const double s = std::abs(offset->per_metre[i]), ds = std::abs(offset->rate[i]),
+                     dds = std::abs(offset->bend[i]);
         const double v = force.velocity_max, a = force.acceleration_max, j = wish_.jerk_max;
         const double x = std::max(wish_.reach, wish_.retreat);
         const int joint = static_cast<int>(i);
@@ -202,8 +199,6 @@ class OffsetRoom {
         check_use(diagnostics, "jerk", joint, share, kMargin * (s * j + 3.0 * ds * a + 3.0 * dds * v),
                   (1.0 - share_) * arm_.limits.jerk[i]);
       }
-      before = per_metre;
-      before_rate = rate;
     }
     return diagnostics;
   }
@@ -215,6 +210,21 @@ class OffsetRoom {
   /// What differs between places, and at the offset from on the path.
   static constexpr double kMargin = 1.1;
   static constexpr double kRounding = 1e-9;
+
+  /// How far the joints go for a metre along the direction; its first two derivatives by time, as the path moves.
+  struct JointOffset {
+    JointVector per_metre, rate, bend;
+  };
+  /// The derivatives from a moment before and one after, so that they are right wherever the offset begins.
+  [[nodiscard]] std::optional<JointOffset> offset_at(const motion::JointSample& path) const {
+    constexpr double h = kLeastStep_s;
+    const JointVector curve = 0.5 * h * h * path.ddq;
+    const auto now = joints_per_metre(path.q);
+    const auto before = joints_per_metre(path.q - h * path.dq + curve);
+    const auto after = joints_per_metre(path.q + h * path.dq + curve);
+    if (!now || !before || !after) return std::nullopt;
+    return JointOffset{*now, (*after - *before) / (2.0 * h), (*after - 2.0 * *now + *before) / (h * h)};
+  }
 
   /// How far the joints go for a metre along the direction.
   [[nodiscard]] std::optional<JointVector> joints_per_metre(const JointVector& q) const {
@@ -416,14 +426,14 @@ RealSensor pressing_along(const Cell& cell, const std::string& sensor, const Eig
   return dot(felt, Eigen::Vector3d(-(R_SM * direction_M.normalized())));
 }
 
-Action weave(const Action& motion, const WeaveWish& wish) { return weave_each(motion, {wish}); }
+Action weave(const Action& motion, const WeaveParameters& wish) { return weave_each(motion, {wish}); }
 
-Action weave_each(const Action& motion, const WeaveWishes& wishes) {
+Action weave_each(const Action& motion, const Weaves& wishes) {
   return Action(std::make_shared<const Woven>(motion.shared_model(), wishes, std::nullopt));
 }
 
 Action woven(const Action& motion, const WeavePlan& plan) {
-  return Action(std::make_shared<const Woven>(motion.shared_model(), WeaveWishes{}, plan));
+  return Action(std::make_shared<const Woven>(motion.shared_model(), Weaves{}, plan));
 }
 
 }  // namespace takt::command

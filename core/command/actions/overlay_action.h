@@ -8,9 +8,9 @@ namespace takt::command {
 
 /// The motion with a weave. Only motions of a frame (LIN, CIRC, splines of poses) can weave; a weave with which the
 /// path would be beyond a limit of the tool or of a joint is refused (plan_weaves). Offers what the motion offers.
-[[nodiscard]] Action weave(const Action& motion, const WeaveWish& wish = {});
+[[nodiscard]] Action weave(const Action& motion, const WeaveParameters& wish = {});
 /// The same for a sequence: each of its motions with a weave of its own, or without one.
-[[nodiscard]] Action weave_each(const Action& motion, const WeaveWishes& wishes);
+[[nodiscard]] Action weave_each(const Action& motion, const Weaves& wishes);
 /// The same for a motion whose weaves are planned already.
 [[nodiscard]] Action woven(const Action& motion, const WeavePlan& plan);
 

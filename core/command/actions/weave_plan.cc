@@ -37,7 +37,7 @@ Peaks larger_of(const Peaks& a, const Peaks& b) {
 }
 
 /// A weave while it is at its full amplitude.
-Peaks peaks_between_ramps(const WeaveWish& wish) {
+Peaks peaks_between_ramps(const WeaveParameters& wish) {
   const double omega = 2.0 * std::numbers::pi * wish.frequency;
   return {wish.amplitude * omega, wish.amplitude * omega * omega, wish.amplitude * omega * omega * omega};
 }
@@ -51,7 +51,7 @@ std::array<double, 4> smooth_step(double u) {
 /// A weave in its ramps: A sin(w t) s(u), u = t / T at its start and (D - t) / T at its end, looked at densely. Where
 /// the ramp has many periods every phase comes by, and the envelope of each derivative is its peak.
 /// @param duration  D of the path, s
-Peaks peaks_in_ramps(const WeaveWish& wish, double duration) {
+Peaks peaks_in_ramps(const WeaveParameters& wish, double duration) {
   constexpr int kPlaces = 400;           // of a period, or of a shorter ramp
   constexpr double kManyPeriods = 20.0;  // the envelope is less than 0.1 % above the peak then
   const double omega = 2.0 * std::numbers::pi * wish.frequency, ramp = std::min(wish.ramp, 0.5 * duration);
@@ -80,9 +80,9 @@ Peaks peaks_in_ramps(const WeaveWish& wish, double duration) {
 }
 
 /// The shortest ramp that is possible, s, as people read it.
-std::string longer_ramp(const WeaveWish& wish, double duration, const Peaks& most) {
+std::string longer_ramp(const WeaveParameters& wish, double duration, const Peaks& most) {
   constexpr double kStep = 1.02;
-  WeaveWish longer = wish;
+  WeaveParameters longer = wish;
   longer.ramp = std::max(wish.ramp, 1e-3);
   const auto fits = [&] { return larger_of(peaks_in_ramps(longer, duration), most) == most; };
   while (longer.ramp < 0.5 * duration) {
@@ -93,7 +93,7 @@ std::string longer_ramp(const WeaveWish& wish, double duration, const Peaks& mos
 }
 
 /// What is needed to grow from nothing, and to fade, shows once it is known how long the motion takes.
-Diagnostics check_ramps(const WeaveWish& wish, double duration, const Peaks& most) {
+Diagnostics check_ramps(const WeaveParameters& wish, double duration, const Peaks& most) {
   Diagnostics diagnostics;
   const Peaks ramps = peaks_in_ramps(wish, duration);
   std::string way_out;
@@ -113,7 +113,7 @@ Diagnostics check_ramps(const WeaveWish& wish, double duration, const Peaks& mos
 
 class Placing {
  public:
-  Placing(const ActionModel::PlannedPath& path, const WeaveWishes& wishes)
+  Placing(const ActionModel::PlannedPath& path, const Weaves& wishes)
       : duration_(path.motion->duration()),
         handed_over_(path.handed_over),
         stretches_(stretches_of_frame(*path.motion)),
@@ -156,7 +156,7 @@ class Placing {
   double duration_;
   const std::vector<double>& handed_over_;
   std::vector<Interval> stretches_;
-  WeaveWishes wishes_;
+  Weaves wishes_;
 };
 
 // -- What path and weave need together -----------------------------------------------------------------------------
@@ -297,7 +297,7 @@ class WovenPath {
                  .third_by_jerk = values[2] / limits[2]});
   }
 
-  [[nodiscard]] Diagnostics too_much(const WeaveWish& wish) const {
+  [[nodiscard]] Diagnostics too_much(const WeaveParameters& wish) const {
     static constexpr std::array<const char*, 3> kOrders = {"velocity", "acceleration", "jerk"};
     static constexpr std::array<const char*, 3> kWaysOut = {
         "a slower motion, a smaller amplitude or frequency",
@@ -334,7 +334,7 @@ class WovenPath {
 
 }  // namespace
 
-Diagnostics check_figures(const WeaveWish& wish) {
+Diagnostics check_figures(const WeaveParameters& wish) {
   Diagnostics diagnostics;
   const auto check = [&](const char* name, double value, const char* unit) {
     if (value > 0.0 && std::isfinite(value)) return;
@@ -350,7 +350,7 @@ Diagnostics check_figures(const WeaveWish& wish) {
   return diagnostics;
 }
 
-Diagnostics check_alone(const WeaveWish& wish, const motion::CartesianLimits& limits) {
+Diagnostics check_alone(const WeaveParameters& wish, const motion::CartesianLimits& limits) {
   Diagnostics diagnostics;
   const Peaks most = most_of(limits), steady = peaks_between_ramps(wish);
   for (std::size_t k = 0; k < kWhat.size(); ++k) {
@@ -362,7 +362,7 @@ Diagnostics check_alone(const WeaveWish& wish, const motion::CartesianLimits& li
   return diagnostics;
 }
 
-Result<WeavePlan> plan_weaves(const MountedArm& arm, const ActionModel::PlannedPath& path, const WeaveWishes& wishes) {
+Result<WeavePlan> plan_weaves(const MountedArm& arm, const ActionModel::PlannedPath& path, const Weaves& wishes) {
   auto windows = Placing(path, wishes).windows();
   if (!windows) return std::unexpected(std::move(windows.error()));
   const motion::CartesianLimits& limits = arm.device->description().cartesian;

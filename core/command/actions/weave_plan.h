@@ -15,21 +15,21 @@ namespace takt::command {
 inline constexpr double kShareWithOverlay = 0.8;
 
 /// A sine beside the path, over path time: it stands while the motion is paused, and slows down with it.
-struct WeaveWish {
+struct WeaveParameters {
   double amplitude = 0.002;                                ///< m
   double frequency = 2.0;                                  ///< Hz
   Eigen::Vector3d direction_M = Eigen::Vector3d::UnitY();  ///< in the axes of the frame that moves; length 1
   double ramp = 0.5;  ///< path time in which it grows from the start and fades to the end, s
 
-  bool operator==(const WeaveWish&) const = default;
+  bool operator==(const WeaveParameters&) const = default;
 };
 
 /// Of motions that are blended into each other, one by one; nothing: that motion has none.
-using WeaveWishes = std::vector<std::optional<WeaveWish>>;
+using Weaves = std::vector<std::optional<WeaveParameters>>;
 
 /// One weave on the path clock of the whole: it grows from `begin` and has faded at `end`.
 struct WeaveWindow {
-  WeaveWish wish;
+  WeaveParameters wish;
   double begin = 0.0, end = 0.0;  ///< s
   std::size_t motion = 0;         ///< the first of the motions that have it
 };
@@ -40,9 +40,9 @@ struct WeavePlan {
 };
 
 /// Figures that are none, at "/amplitude", "/frequency", "/ramp", "/direction".
-[[nodiscard]] Diagnostics check_figures(const WeaveWish& wish);
+[[nodiscard]] Diagnostics check_figures(const WeaveParameters& wish);
 /// What a weave needs all the time, whatever it is laid over, against what plans leave of the limits of the tool.
-[[nodiscard]] Diagnostics check_alone(const WeaveWish& wish, const motion::CartesianLimits& limits);
+[[nodiscard]] Diagnostics check_alone(const WeaveParameters& wish, const motion::CartesianLimits& limits);
 
 /// Places weaves on a planned motion. Neighbours with the same one share it: it goes on through their blend. Otherwise
 /// it has faded in the middle of the blend, from where the next one grows; where a blend turns into joints, at its end
@@ -54,6 +54,6 @@ struct WeavePlan {
 /// @return diagnostics "/1/ramp", "/1" (index of the motion): moves joints, grows too fast, leaves a range, is too
 /// fast.
 [[nodiscard]] Result<WeavePlan> plan_weaves(const MountedArm& arm, const ActionModel::PlannedPath& path,
-                                            const WeaveWishes& wishes);
+                                            const Weaves& wishes);
 
 }  // namespace takt::command

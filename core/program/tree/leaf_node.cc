@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 /// A step as the file has it.
 struct Part {
   std::string name, pointer;
-  const StepKind* kind = nullptr;
+  const Operation* operation = nullptr;
   ValueTemplate piece;
   ValueTemplate::UnitOf unit_of;
   bool blends = false;  ///< into the step after it
@@ -31,11 +31,6 @@ struct Instance {
   std::vector<std::string> absorbed;
   Json steps = Json::array();  ///< with what their expressions are worth; only of one that others may go on with
 };
-
-bool is_motion(const Part& part) {
-  constexpr std::string_view kMotions[] = {"ptp", "lin", "circ", "spline"};
-  return std::ranges::find(kMotions, part.kind->name) != std::end(kMotions);
-}
 
 class LeafNode final : public Node {
  public:
@@ -52,7 +47,7 @@ class LeafNode final : public Node {
   [[nodiscard]] bool constant() const override { return step != nullptr; }
   /// It has to wait for the end of whatever was left open before.
   [[nodiscard]] bool looks(const command::Cell& cell) const {
-    return !is_motion(parts.front()) ||
+    return !parts.front().operation->is_motion ||
            std::ranges::any_of(parts, [&](const Part& part) { return part.piece.changes(cell); });
   }
 
@@ -62,7 +57,7 @@ class LeafNode final : public Node {
     std::vector<Instance> result;
     if (step) result.push_back({nullptr, step.get(), name, pointer, absorbed});
     for (const Part& part : parts) {
-      if (step && !is_motion(part)) break;  // nothing is to be put in, and nobody goes on with it
+      if (step && !part.operation->is_motion) break;  // nothing is to be put in, and nobody goes on with it
       const auto resolved = part.piece.resolve(sight, cell, part.unit_of, diagnostics);
       unknown.insert(unknown.end(), resolved.unknown.begin(), resolved.unknown.end());
       if (diagnostics.has_errors() || !unknown.empty()) return {};
@@ -76,7 +71,7 @@ class LeafNode final : public Node {
   /// Makes a part that has no expressions any more; the one before may take it into itself.
   static bool add(const Part& part, const Json& json, command::Cell& cell, std::vector<Instance>& instances,
                   Diagnostics& diagnostics) {
-    auto made = part.kind->parse(json, part.pointer, cell, diagnostics);
+    auto made = part.operation->read_step({json, part.pointer, cell, diagnostics});
     if (diagnostics.has_errors()) return false;
     if (!instances.empty() && instances.back().made->absorb(*made)) {
       instances.back().absorbed.push_back(part.name);
@@ -266,7 +261,7 @@ void check_form(const Part& part, NodeParser& parser) {
   const auto resolved = part.piece.resolve(parser.sight(), cell, part.unit_of, own);
   parser.diagnostics().append(own);
   Diagnostics form;
-  (void)part.kind->parse(*resolved.json, part.pointer, cell, form);
+  (void)part.operation->read_step({*resolved.json, part.pointer, cell, form});
   for (const Diagnostic& diagnostic : form.list()) {
     // An unknown or missing key is wrong whatever its value is.
     const bool wrong_key = diagnostic.code == Code::kUnknownKey || diagnostic.code == Code::kMissing;
@@ -276,18 +271,19 @@ void check_form(const Part& part, NodeParser& parser) {
 
 }  // namespace
 
-std::unique_ptr<Node> parse_leaf(const StepKind& kind, const Json& json, const std::string& pointer,
+std::unique_ptr<Node> parse_leaf(const Operation& operation, const Json& json, const std::string& pointer,
                                  NodeParser& parser) {
   auto leaf = std::make_unique<LeafNode>();
   leaf->pointer = pointer;
-  Part part{.name = {}, .pointer = pointer, .kind = &kind, .piece = {}, .unit_of = {}, .blends = false};
+  Part part{.name = {}, .pointer = pointer, .operation = &operation, .piece = {}, .unit_of = {}, .blends = false};
   part.piece = ValueTemplate::parse(json, pointer, parser.diagnostics());
   part.unit_of = [whole = std::make_shared<const Json>(json)](std::string_view at) {
     return unit_in_operation(*whole, at);
   };
   part.blends = json.contains("blend_m") || json.contains("blend_fraction");
   const auto name = json.find("name");
-  part.name = leaf->name = name != json.end() && name->is_string() ? name->get<std::string>() : std::string(kind.name);
+  part.name = leaf->name =
+      name != json.end() && name->is_string() ? name->get<std::string>() : std::string(operation.name);
   for (const char* key : {"do", "name"}) {
     if (part.piece.depends_on_key(key)) {
       parser.diagnostics().error(Code::kNotKnownYet, pointer + "/" + key, fmt::format("an expression at '{}'", key),
@@ -297,7 +293,7 @@ std::unique_ptr<Node> parse_leaf(const StepKind& kind, const Json& json, const s
   if (part.piece.constant()) {
     command::Cell none;  // without expressions nothing is asked
     const auto resolved = part.piece.resolve(parser.sight(), none, part.unit_of, parser.diagnostics());
-    leaf->step = kind.parse(*resolved.json, pointer, parser.cell(), parser.diagnostics());
+    leaf->step = operation.read_step({*resolved.json, pointer, parser.cell(), parser.diagnostics()});
   } else {
     check_form(part, parser);
   }
@@ -312,7 +308,8 @@ bool absorb_leaf(Node& node, Node& next) {
   if (leaf->step && follower->step) {
     if (!leaf->step->absorb(*follower->step)) return false;
   } else {
-    if (!leaf->parts.back().blends || !is_motion(leaf->parts.back()) || !is_motion(follower->parts.front()))
+    if (!leaf->parts.back().blends || !leaf->parts.back().operation->is_motion ||
+        !follower->parts.front().operation->is_motion)
       return false;
     leaf->step.reset();
   }

@@ -13,6 +13,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/base/object_reader.h"
+#include "core/operations/operation.h"
 #include "core/operations/step.h"
 #include "core/program/language/value.h"
 #include "core/program/language/value_template.h"
@@ -221,8 +222,8 @@ bool declare(const std::vector<Declaration>& declarations, const EvalContext& si
 [[nodiscard]] std::int64_t saturated(std::int64_t times, std::int64_t count);
 
 // Parsers of the kinds.
-std::unique_ptr<Node> parse_leaf(const StepKind& kind, const nlohmann::ordered_json& json, const std::string& pointer,
-                                 NodeParser& parser);
+std::unique_ptr<Node> parse_leaf(const Operation& operation, const nlohmann::ordered_json& json,
+                                 const std::string& pointer, NodeParser& parser);
 /// Takes the node that follows a leaf into it if both blend. @return false if they stay two.
 bool absorb_leaf(Node& leaf, Node& next);
 std::unique_ptr<Node> parse_sequence(const nlohmann::ordered_json& json, const std::string& pointer,

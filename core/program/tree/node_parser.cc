@@ -18,7 +18,7 @@ constexpr int kMostCalls = 16;
 std::vector<std::string> kind_names() {
   std::vector<std::string> names;
   for (const NodeKind& kind : node_kinds()) names.emplace_back(kind.name);
-  for (const StepKind& kind : step_kinds()) names.emplace_back(kind.name);
+  for (std::string& name : Operations::global().step_types()) names.push_back(std::move(name));
   std::ranges::sort(names);
   return names;
 }
@@ -71,8 +71,8 @@ std::unique_ptr<Node> NodeParser::node(const Json& json, const std::string& poin
   if (waits_for_expression(json)) return activity::parse_until(json, pointer, *this);
   const auto inner = std::ranges::find(node_kinds(), kind, &NodeKind::name);
   if (inner != node_kinds().end()) return inner->parse(json, pointer, *this);
-  const auto leaf = std::ranges::find(step_kinds(), kind, &StepKind::name);
-  if (leaf != step_kinds().end()) return parse_leaf(*leaf, json, pointer, *this);
+  const Operation* operation = Operations::global().find(kind);
+  if (operation != nullptr && operation->read_step != nullptr) return parse_leaf(*operation, json, pointer, *this);
   diagnostics_.error(Code::kMissing, pointer + "/do",
                      kind.empty() ? "'do' is missing" : fmt::format("there is no step '{}'", kind),
                      nearest_choice(kind, kind_names(), 40));

@@ -63,13 +63,13 @@ void Strand::restore(const Json& state, Execution& execution, Diagnostics& diagn
   }
   open.parts = 0;
   for (const Json& json : *open.steps) {
-    const auto kind = std::ranges::find(step_kinds(), json.at("do").get<std::string>(), &StepKind::name);
-    if (kind == step_kinds().end()) throw std::out_of_range("there is no such step");
+    const Operation* operation = Operations::global().find(json.at("do").get<std::string>());
+    if (operation == nullptr || operation->read_step == nullptr) throw std::out_of_range("there is no such step");
     Diagnostics own;
-    auto step = kind->parse(json, open.pointer, execution.context.cell, own);
+    auto step = operation->read_step({json, open.pointer, execution.context.cell, own});
     diagnostics.append(own);
     if (own.has_errors()) return;
-    if (!open.step) open.name = json.value("name", std::string(kind->name));
+    if (!open.step) open.name = json.value("name", std::string(operation->name));
     if (!open.step) {
       open.step = std::move(step);
     } else if (!open.step->absorb(*step)) {

@@ -1,34 +1,56 @@
 #include "hw/fri/emulator/interpolator.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace takt::hw::fri {
 namespace {
 
-/// From 0 to 1 by the polynomial of fifth degree, at rest at both ends. @param x  in [0, 1]
-double blend(double x) { return x * x * x * (10.0 + x * (6.0 * x - 15.0)); }
+/// rad/s: how fast an offset fades. 1 degree, the most with which command state begins, costs 11 rad/s^2.
+constexpr double kFading = 25.0;
+/// rad: less than that is no offset; binary32 does not show it.
+constexpr double kNoOffset = 1e-8;
 
 }  // namespace
 
+Interpolator::Interpolator(double cycle) : cycle_(cycle), fading_(std::exp(-kFading * cycle)) {}
+
 void Interpolator::stand(const Joints& q) {
   told_.stand(q);
-  missing_ = gap_cycles_ = since_gap_ = 0;
+  wanted_.stand(q);
+  missing_ = 0;
 }
 
 void Interpolator::go(const Joints& q) {
-  if (missing_ > 0) {
-    // Long enough that taking over costs little acceleration, short enough to follow soon.
-    gap_cycles_ = 8 + 2 * missing_;
-    since_gap_ = missing_ = 0;
-    bridge_ = told_;
-  }
-  if (since_gap_ >= gap_cycles_) return told_.go(q);
-  bridge_.go(bridge_.next());
-  const double share = blend(static_cast<double>(since_gap_++) / gap_cycles_);
-  told_.go(bridge_.to + share * (q - bridge_.to));
+  if (missing_ > 0) correct_bridge(q - wanted_.next());
+  missing_ = 0;
+  wanted_.go(q);
+  tell();
 }
 
 void Interpolator::bridge() {
   ++missing_;
-  told_.go(told_.next());
+  wanted_.go(wanted_.next());
+  tell();
+}
+
+/// What the bridge lacked is a jerk, so it has grown with the third power of time since the last command.
+void Interpolator::correct_bridge(const Joints& off) {
+  const auto share = [&](int back) {
+    const double x = std::max(0.0, static_cast<double>(missing_ - back) / (missing_ + 1));
+    return x * x * x;
+  };
+  wanted_.to += share(0) * off;
+  wanted_.from += share(1) * off;
+  wanted_.before += share(2) * off;
+}
+
+/// Both tracks but for the newest point of `told_` are known.
+void Interpolator::tell() {
+  const Joints last = told_.to - wanted_.from, before = told_.from - wanted_.before;
+  const Joints offset = 2.0 * fading_ * last - fading_ * fading_ * before;
+  const bool none = offset.cwiseAbs().maxCoeff() < kNoOffset && last.cwiseAbs().maxCoeff() < kNoOffset;
+  told_.go(none ? wanted_.to : Joints(wanted_.to + offset));
 }
 
 motion::JointSample Interpolator::at(double time) const {

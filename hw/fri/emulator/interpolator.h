@@ -6,12 +6,12 @@
 namespace takt::hw::fri {
 
 /// Goes from one commanded position to the next in one cycle of the interface: the parabola through the last two and
-/// the next. A missing command is bridged with constant acceleration; what comes after it is approached without a step
-/// in velocity or acceleration. One thread. Realtime: cyclic.
+/// the next. A missing command is bridged with constant acceleration; by what the bridge was off when commands come
+/// again the arm is told to be off, too, and that fades like a critically damped spring. One thread. Realtime: cyclic.
 class Interpolator {
  public:
   /// @param cycle  s
-  explicit Interpolator(double cycle) : cycle_(cycle) {}
+  explicit Interpolator(double cycle);
 
   /// Stands there from now on.
   void stand(const Joints& q);
@@ -19,8 +19,8 @@ class Interpolator {
   void go(const Joints& q);
   /// A cycle begins whose command is missing.
   void bridge();
-  /// The next command may be elsewhere by a little: it is approached as after a gap.
-  void expect_step() { missing_ = 1; }
+  /// Commands begin at `q`, which may be off by a little from where the arm stands.
+  void start_from(const Joints& q) { wanted_.stand(q); }
 
   /// `time` s after the cycle began.
   [[nodiscard]] motion::JointSample at(double time) const;
@@ -48,12 +48,14 @@ class Interpolator {
     [[nodiscard]] Joints next() const { return 3.0 * to - 3.0 * from + before; }
   };
 
+  void tell();
+  void correct_bridge(const Joints& off);
+
   double cycle_;
+  double fading_;  // share of an offset at rest that is left after a cycle
   Track told_;
+  Track wanted_;  // as commanded, and as bridged
   int missing_ = 0;
-  // After a gap: what was told in it goes on with its acceleration, and what is commanded takes over by and by.
-  Track bridge_;
-  int since_gap_ = 0, gap_cycles_ = 0;
 };
 
 }  // namespace takt::hw::fri

@@ -48,7 +48,7 @@ TEST_F(ActivityRunTest, P4_AMotionIsBlendedIntoTheNextAndTheOneAfterBeginsAtRest
 
 TEST_F(ActivityRunTest, AWeaveGoesOnThroughTheBlendsOfOnePlanAndIsGoneBeforeAnotherOne) {
   const Eigen::Matrix3d R = cell.robot.tool().linear();
-  const command::WeaveWish weave{.amplitude = 0.002, .direction_M = R.transpose() * Eigen::Vector3d::UnitZ()};
+  const command::WeaveParameters weave{.amplitude = 0.002, .direction_M = R.transpose() * Eigen::Vector3d::UnitZ()};
   const auto seam = [&](const Eigen::Isometry3d& to) {
     return cell.motion.lin(to, {.linear_velocity = 0.05, .blend = 0.7, .weave = weave});
   };
@@ -65,8 +65,8 @@ TEST_F(ActivityRunTest, AWeaveGoesOnThroughTheBlendsOfOnePlanAndIsGoneBeforeAnot
   EXPECT_NEAR(in_corner, weave.amplitude, 1e-4);
   EXPECT_LT(cell.nearest_to(goal2.translation()), 1e-6);
   EXPECT_LE(cell.worst_limit_share(), 1.0);
-  EXPECT_THAT(error_of([&] { cell.motion.lin(goal, {.weave = command::WeaveWish{.frequency = 0.0}}).execute(); }),
-              HasSubstr("/weave/frequency"));
+  EXPECT_THAT(error_of([&] { cell.motion.lin(goal, {.weave = command::WeaveParameters{.frequency = 0.0}}).execute(); }),
+              HasSubstr("/weave/frequency_Hz"));
 }
 
 TEST_F(ActivityRunTest, L8_ASuccessorThatComesTooLateBeginsAfterTheNaturalEndWithoutAnEmptyCycle) {
@@ -240,8 +240,9 @@ TEST_F(ActivityRunTest, WhatCannotBeDoneIsThrownAndNothingMoves) {
   EXPECT_THAT(error_of([&] { (void)Actuator(cell.program, "amr"); }), HasSubstr("arm"));
   EXPECT_TRUE(cell.robot.offers<PtpInterface>());
   EXPECT_FALSE(cell.robot.offers<GrippingInterface>());
-  EXPECT_THAT(cell.robot.interfaces(), ElementsAre("MotionInterface", "PtpInterface", "LinInterface", "HoldInterface",
-                                                   "ForceInterface", "ControlModeInterface", "FreedriveInterface"));
+  EXPECT_THAT(cell.robot.interfaces(),
+              ElementsAre("MotionInterface", "PtpInterface", "LinInterface", "HoldInterface", "ForceInterface",
+                          "JogInterface", "FollowInterface", "ControlModeInterface", "FreedriveInterface"));
 }
 
 // Listing 3 of the paper: different actuators know nothing of each other.
@@ -340,6 +341,33 @@ TEST_F(ActivityRunTest, PartsInParallelBeginInOneCycleAndAConditionChoosesInTheF
   cell.button->sample.stamp = cell.core.time();
   choice.execute();
   EXPECT_LT((cell.robot.tool().translation() - goal2.translation()).norm(), 1e-6);
+}
+
+// Neither motion after the choice ends where it would have without it.
+TEST_F(ActivityRunTest, WhatFollowsAChoiceBeginsAtEitherEnd) {
+  for (const bool pressed : {true, false}) {
+    SCOPED_TRACE(pressed);
+    test::ActivityCell own;
+    const Eigen::Isometry3d to = own.moved(0.0, 0.08, 0.0), other = own.moved(0.05, 0.0, 0.0), home = own.robot.tool();
+    const auto pressed_now = command::digital_input(own.cell, "button");
+    const Actuator lamp(own.program, "lamp"), driver(own.program, "driver");
+    own.button->sample.value = pressed;
+    own.step(2);
+    sequence({conditional(pressed_now, own.motion.lin(to), own.motion.lin(other)),
+              lamp.use<OutputInterface>().set(true), own.motion.lin_by({0.0, 0.0, 0.05}),
+              own.motion.lin_by({0.0, 0.0, 0.03}), driver.use<OutputInterface>().set(true)})
+        .execute();
+    Eigen::Vector3d expected = (pressed ? to : other).translation();
+    expected.z() += 0.08;
+    EXPECT_LT((own.robot.tool().translation() - expected).norm(), 1e-6);
+    EXPECT_TRUE(own.cell.digital_outputs.at("driver")->value());
+    // Both come to one place, so there is one way on.
+    sequence({conditional(pressed_now, own.motion.lin_by({0.0, 0.02, 0.0}), lamp.use<OutputInterface>().set(false)),
+              own.motion.ptp(own.arm->home), own.motion.lin_by({0.0, 0.0, 0.02})})
+        .execute();
+    EXPECT_NEAR(own.robot.tool().translation().z(), home.translation().z() + 0.02, 1e-6);
+    EXPECT_LE(own.worst_limit_share(), 1.0);
+  }
 }
 
 TEST_F(ActivityRunTest, ASubtaskBeginsAtAShareOfTheMainTask) {

@@ -55,13 +55,13 @@ std::vector<BrokenActivity> names() {
        "there is no frame 'blok'", "did you mean 'block'?"},
       {"a motion of no arm",
        [](auto& cell) { Activity(cell.program, activity::motion_activity("LIN", "amr", {}, {})).execute(); },
-       "/amr LIN/arm", "there neither an arm 'amr'", "did you mean 'arm'?"},
+       "/amr LIN/arm", "there is no arm 'amr'", "did you mean 'arm'?"},
       {"a speed beyond the plan", [](auto& cell) { cell.robot.set_speed(1.5); }, "/arm", "a speed of 1.5",
        "from 0 to 1"},
       {"a speed that is not a number",
        [](auto& cell) { cell.robot.set_speed(std::numeric_limits<double>::quiet_NaN()); }, "/arm", "a speed of nan",
        "from 0 to 1"},
-      {"the speed of no arm", [](auto& cell) { cell.program.pause("amr"); }, "/amr", "there neither an arm 'amr'",
+      {"the speed of no arm", [](auto& cell) { cell.program.pause("amr"); }, "/amr", "there is no arm 'amr'",
        "did you mean 'arm'?"},
       {"a speed without channels",
        [](auto& cell) {
@@ -83,17 +83,17 @@ std::vector<BrokenActivity> motions() {
   return {
       {"a goal out of reach", [](auto& cell) { cell.motion.lin(cell.moved(3, 0, 0)).execute(); }, "/arm LIN/0/goal",
        "the goal is out of reach", "a goal nearer to the base"},
-      {"a share above all", [](auto& cell) { up(cell, {.velocity = 1.5}).execute(); }, "/arm LIN/0/options/velocity",
-       "share 1.5", "above 0, at most 1"},
+      {"a share above all", [](auto& cell) { up(cell, {.velocity = 1.5}).execute(); }, "/arm LIN/speed",
+       "unexpected value 1.5", "above 0, at most 1"},
       {"a blend too early", [](auto& cell) { up(cell, blended(0.2)).execute(); }, "/arm LIN/blend",
        "a blend at a share of 0.2", "at least 0.5 and below 1"},
       {"a blend behind the goal",
-       [](auto& cell) { up(cell, blended(BlendingCondition::at_distance(-0.01))).execute(); }, "/arm LIN/blend",
-       "a blend at -0.01 m before the goal", "above 0 m"},
+       [](auto& cell) { up(cell, blended(BlendingCondition::at_distance(-0.01))).execute(); }, "/arm LIN/blend_m",
+       "unexpected value -0.01", "1e-05"},
       {"a blend by both", [](auto& cell) { up(cell, blended(by_both())).execute(); }, "/arm LIN/blend",
        "a blend by time and by distance", "one of them"},
       {"a blend over more than half of the path", [](auto& cell) { up(cell, blended(over_share(0.7))).execute(); },
-       "/arm LIN/blend", "a blend over a share of 0.7 of the path", "above 0, at most 0.5"},
+       "/arm LIN/blend_fraction", "unexpected value 0.7", "at most 0.5"},
       {"a blend of a guarded motion", [](auto& cell) { up(cell, {.blend = 0.7, .until = cell.hard()}).execute(); },
        "/arm LIN/blend", "the end of a guarded motion is unknown", "no blend, or no condition"},
       {"a motion from nobody knows where",
@@ -110,17 +110,13 @@ std::vector<BrokenActivity> motions() {
        [](auto& cell) {
          Actuator(cell.program, "gripper").template use<GrippingInterface>().close({.width = 0.3}).execute();
        },
-       "/close gripper/close/width", "0.3 is not for 'gripper'", "0 to 0.11"},
+       "/grip gripper/width_m", "0.3 is not for 'gripper'", "0 to 0.11"},
       {"a hold for less than no time",
-       [](auto& cell) { cell.robot.template use<activity::HoldInterface>().hold(-1.0).execute(); },
-       "/hold arm/hold/handlers/0", "a time of -1 s", "0 to 1e+06 s"},
+       [](auto& cell) { cell.robot.template use<activity::HoldInterface>().hold(-1.0).execute(); }, "/hold arm/seconds",
+       "unexpected value -1", "3600"},
       {"a force that pulls",
-       [](auto& cell) {
-         const auto pressing = command::pressing_force(cell.cell, "wrist", Eigen::Vector3d::UnitZ());
-         const auto press = cell.robot.template use<activity::ForceInterface>();
-         press.press(pressing, Eigen::Vector3d::UnitZ(), {.force = -5.0}).execute();
-       },
-       "/arm press/press/force", "-5 N", "above 0"},
+       [](auto& cell) { cell.robot.template use<activity::ForceInterface>().press({.force = -5.0}).execute(); },
+       "/press arm/force_N", "unexpected value -5", "0.1"},
       {"a value of the wrong kind",
        [](auto& cell) { Actuator(cell.program, "lamp").template use<OutputInterface>().set(3.0).execute(); },
        "/set lamp/set", "gives analog value, which 'lamp' does not take", "it takes digital value"},
@@ -151,6 +147,19 @@ std::vector<BrokenActivity> compositions() {
          (void)conditional(cell.hard(), up(cell), other.lamp_on());
        },
        "/1", "belongs to another runtime", "activities of one Runtime"},
+      {"an end that there is no command for",
+       [](auto& cell) {
+         abort_if(cell.robot.template use<activity::ControlModeInterface>().switch_to("position"), cell.hard())
+             .execute();
+       },
+       "/arm position/abort_if", "'arm position' is no command, so nothing can end it",
+       "an activity that moves something"},
+      {"more ways to end than a sequence follows",
+       [](auto& cell) {
+         const auto either = [&] { return conditional(cell.hard(), up(cell), lamp_on(cell)); };
+         activity::sequence({either(), either(), either(), either()}).execute();
+       },
+       "/4 parts, /3", "16 ways in which it may end", "8 at most"},
       {"a subtask on the arm of the main task",
        [with](auto& cell) { with(cell, {.activity = up(cell), .at_share = 0.5}); }, "/subtasks/0",
        "'arm LIN' drives 'arm' together with 'arm LIN'", "sequence()"},

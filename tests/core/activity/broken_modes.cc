@@ -64,8 +64,8 @@ std::vector<BrokenActivity> broken_modes() {
        "/second joint_impedance/mode", "'second' cannot be asked for mode joint_impedance now",
        "an arm that the core drives"},
       {"a hand that may lead nowhere",
-       [](auto& cell) { cell.robot.template use<FreedriveInterface>().freedrive({.linear_max = 0.0}).execute(); },
-       "/arm freedrive/freedrive/linear_max", "0 m/s", "above 0 m/s"},
+       [](auto& cell) { cell.robot.template use<FreedriveInterface>().freedrive({.velocity = 0.0}).execute(); },
+       "/arm freedrive/velocity_m_s", "unexpected value 0", "above 0"},
   };
 }
 

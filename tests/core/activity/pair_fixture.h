@@ -29,7 +29,7 @@ class PairProgramTest : public ProgramRuns, public TwoArmCell {
   static std::string squeezed(double newton) {
     return fmt::format(R"({{"internal_force": ["left wrist", "right wrist"], "above_N": {}}})", newton);
   }
-  static std::string unless(double newton) { return R"(, "unless": )" + squeezed(newton); }
+  static std::string unless(double newton) { return R"(, "abort_if": )" + squeezed(newton); }
 
   using ProgramRuns::run;
   activity::Progress run(const std::string& text, const AtCycle& at_cycle = {}) { return run(good(text), at_cycle); }

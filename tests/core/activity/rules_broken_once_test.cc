@@ -323,7 +323,7 @@ void break_pair_steps() {
   told(both(follows, "ptp"), "/follower", "two arms move as one only on the path of a frame", "lin or circ");
   told(R"({"do": "spline", "arm": "left", "through": ["home", "home"], "follower": "right"})", "/follower",
        "two arms move as one only on the path of a frame", "lin or circ");
-  told(both(follows + R"(, "unless": )" + none_is_felt), "/unless",
+  told(both(follows + R"(, "abort_if": )" + none_is_felt), "/abort_if",
        "an internal force that 'third wrist' feels, which is on 'third'", "sensors of 'left' and 'right'");
   told(both(follows + R"(, "until": {"any": [{"sensor": "left wrist", "above_N": 5}, )" + none_is_felt + "]}"),
        "/until", "an internal force that 'third wrist' feels", "sensors of 'left' and 'right'");
@@ -350,8 +350,8 @@ void break_pair_steps() {
        "/commands/m/compliance/force_N", "two arms that move as one have stiffness only, no force",
        "a motion of one arm");
   told(both(follows + R"(, "base_to": "home")"), "/follower", "a motion with a base has no 'follower'", "two motions");
-  told(both(R"("unless": {"sensor": "left wrist", "above_N": 5}, "base_to": "home")"), "/unless",
-       "a motion with a base has no 'unless'", "two motions");
+  told(both(R"("abort_if": {"sensor": "left wrist", "above_N": 5}, "base_to": "home")"), "/abort_if",
+       "a motion with a base has no 'abort_if'", "two motions");
   told(R"({"do": "lin", "arm": "left", "to": {"by_m": [0, 0, 3]}, )" + follows + "}", "/to", "the goal is out of reach",
        "a goal nearer to the base");
   told(R"({"do": "lin", "arm": "left", "to": {"by_m": [-0.1, 0.55, 0]}, )" + follows + "}", "/follower",
@@ -428,6 +428,8 @@ const std::vector<std::pair<std::string, std::string>> kElsewhere = {
     {"{} more unknown keys", "nobody writes so many: ObjectReader.UnknownKeysAreCountedBeyondABound"},
     {"an arm of fewer than three joints follows no line", "no model has so few"},
     {"joint stiffness of '{}' and '{}'", "all models with such springs have as many joints"},
+    {"a sensor in `abort_if` did not answer", "followed_run_test.cc has the case: it shows while the activity runs"},
+    {"`abort_if` became true", "followed_run_test.cc has the case"},
     {"'{}': the end position of the arm is unknown before the run",
      "steps wait for the end of what moved their arm before"},
 };

@@ -28,7 +28,7 @@ RuntimeCommand far_weave(const World& world, const Eigen::Vector3d& direction_B,
 }  // namespace
 
 std::vector<BrokenCommand> broken_overlays() {
-  const WeaveWish small{.amplitude = 0.001, .frequency = 1.0};
+  const WeaveParameters small{.amplitude = 0.001, .frequency = 1.0};
   return {
       {"C8", [](World& world) -> Command { return move(world, weave(ptp(world.joints(0.1)))); }, "/move",
        "PTP moves joints, so there is no Cartesian path to weave about", "a Cartesian motion"},

@@ -398,7 +398,7 @@ TEST_F(HandlerTest, N3_ADeadSensorCancelsAndDoesNotStart) {
   const RuntimeCommand started = on();
   wait.on_entered(button(), cancel(wait));
   TransactionCommand both("both");
-  both.add_started(wait).add_started(other).add(started).on_entered(button(), start(started));
+  both.add_started(wait).add_started(other).add(started).on_entered(button() && other.active(), start(started));
   both.on_entered(wait.completed(), cancel(other));
   LoadedCommand handle = load(both);
   handle.start();

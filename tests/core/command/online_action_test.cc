@@ -114,7 +114,7 @@ TEST_F(OnlineTest, JointsGoToATargetThatChanges) {
 
 TEST_F(OnlineTest, AWeaveSwingsBesideThePathAndStandsWithIt) {
   const Eigen::Vector3d from = tool();
-  const WeaveWish wish{.amplitude = 0.003, .frequency = 2.0, .direction_M = Eigen::Vector3d::UnitX()};
+  const WeaveParameters wish{.amplitude = 0.003, .frequency = 2.0, .direction_M = Eigen::Vector3d::UnitX()};
   RuntimeCommand seam("seam", cell.arm_actuator(), weave(lin(cell.moved(0, 0.1, 0), {.linear_velocity = 0.03}), wish));
   const Eigen::Vector3d across =
       (cell.arm->chain->forward(cell.q()) * cell.cell.arms.at("arm").X_FT).linear() * wish.direction_M;
@@ -153,7 +153,7 @@ TEST_F(OnlineTest, AWeaveIsCheckedWithItsRampsAndTheShortestOneRuns) {
     for (const double amplitude : {0.001, 0.003}) {
       SCOPED_TRACE(testing::Message() << amplitude << " m at " << frequency << " Hz");
       const auto seam = [&](double ramp) {
-        const WeaveWish wish{.amplitude = amplitude, .frequency = frequency, .ramp = ramp};
+        const WeaveParameters wish{.amplitude = amplitude, .frequency = frequency, .ramp = ramp};
         return RuntimeCommand("seam", cell.arm_actuator(),
                               weave(lin(cell.moved(0, 0.04, 0), {.acceleration = 0.8, .linear_velocity = 0.03}), wish));
       };

@@ -4,13 +4,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/command/check.h"
+#include "core/kinematics/inverse.h"
 #include "core/motion/leg.h"
+#include "core/motion/motion_state.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::command {
 namespace {
 
 using testing::HasSubstr;
+
+/// Of two lines with a force offset: their speed, m/s, and the range of the offset, m.
+struct Corner {
+  double speed = 0.03, reach = 0.012, retreat = 0.008;
+};
 
 class ForceOffsetTest : public testing::Test {
  protected:
@@ -32,13 +40,13 @@ class ForceOffsetTest : public testing::Test {
     return command;
   }
   /// Two such lines with a corner, the force from motion `first` on.
-  RuntimeCommand round_the_corner(std::size_t first) {
+  RuntimeCommand round_the_corner(std::size_t first, const Corner& corner = {}) {
     const Eigen::Isometry3d X_BT = cell.arm->chain->forward(cell.q()) * cell.cell.arms.at("arm").X_FT;
-    ForceOffsetWish wish{.reach = 0.012, .retreat = 0.008};
+    ForceOffsetWish wish{.reach = corner.reach, .retreat = corner.retreat};
     wish.direction_M = X_BT.linear().transpose() * -Eigen::Vector3d::UnitZ();
     wish.force = {.force = 8.0, .approach_velocity = 0.01, .gain = 1e-3, .acceleration_max = 0.3};
-    const auto line = [this](const Eigen::Vector3d& way, double blend) {
-      MotionWish motion{.acceleration = 0.8, .linear_velocity = 0.03};
+    const auto line = [this, &corner](const Eigen::Vector3d& way, double blend) {
+      MotionWish motion{.acceleration = 0.8, .linear_velocity = corner.speed};
       motion.clock = override_of(cell.cell);
       const auto leg = [this, way](const device::JointVector& q) {
         const motion::ArmModel model = planning_model(cell.cell.arms.at("arm"));
@@ -55,6 +63,38 @@ class ForceOffsetTest : public testing::Test {
     command.observe("force", pressing(wish.direction_M));
     command.observe("no force", BooleanSensor(command.action().state("no_force").node()));
     return command;
+  }
+  /// The largest reach for which the joints stay inside of a fifth of their accelerations and jerks, and of the
+  /// velocity that is left, from the second motion on; by differences over the path that share nothing with the check.
+  double room_for_offset(const ActionModel& action) const {
+    const auto path = action.planned_path();
+    const motion::ArmModel model = planning_model(cell.cell.arms.at("arm"), path.X_FM);
+    const Eigen::Isometry3d X_BT = model.chain.forward(cell.q()) * model.X_FM;
+    const Eigen::Vector3d direction = X_BT.linear().transpose() * -Eigen::Vector3d::UnitZ();
+    const auto joints = [&](double t) {
+      const auto sample = motion::joints_at(model, *path.motion, t);
+      kinematics::Vector6 V = kinematics::Vector6::Zero();
+      V.head<3>() = (model.chain.forward(sample->q) * model.X_FM).linear() * direction;
+      device::JointVector rates = sample->q;
+      const device::JointVector held =
+          device::JointVector::Zero(static_cast<Eigen::Index>(model.inverse->held_joints().size()));
+      EXPECT_EQ(model.inverse->rates(sample->q, V, held, rates), kinematics::IkStatus::kOk);
+      return rates;
+    };
+    constexpr double h = 2e-4, kShare = 0.2, kMargin = 1.1, kVelocity = 0.02, kAcceleration = 0.3;
+    double least = 1e9;
+    for (double t = path.handed_over.front(); t + h < path.motion->duration(); t += 1e-3) {
+      const device::JointVector before = joints(t - h), now = joints(t), after = joints(t + h);
+      const device::JointVector ds = (after - before) / (2.0 * h), dds = (after - 2.0 * now + before) / (h * h);
+      const auto sample = motion::joints_at(model, *path.motion, t);
+      for (Eigen::Index i = 0; i < now.size(); ++i) {
+        const double by_velocity = model.limits.velocity[i] - std::abs(sample->dq[i]);
+        least = std::min(least, (by_velocity / kMargin - std::abs(now[i]) * kVelocity) / std::abs(ds[i]));
+        const double rest = std::abs(now[i]) * kAcceleration + 2.0 * std::abs(ds[i]) * kVelocity;
+        least = std::min(least, (kShare * model.limits.acceleration[i] / kMargin - rest) / std::abs(dds[i]));
+      }
+    }
+    return least;
   }
   RealSensor pressing(const Eigen::Vector3d& direction_M) const {
     return pressing_along(cell.cell, "wrist", direction_M, cell.cell.arms.at("arm").X_FT, {{"wrist", cell.bias}});
@@ -221,6 +261,22 @@ TEST_F(ForceOffsetTest, L6_ACancelAtAnyTimeComesToRestInItsBound) {
     EXPECT_LE(cell.worst_limit_share(), 1.0);
     ASSERT_TRUE(cell.runtime.execute(RuntimeCommand("back", cell.arm_actuator(), ptp(cell.arm->home))).succeeded());
   }
+}
+
+// The joints already move, and turn, where the offset begins.
+TEST_F(ForceOffsetTest, RoomForAnOffsetThatBeginsInMotionIsWhatTheJointsLeave) {
+  constexpr double kSpeed = 0.4, kLeast = 1e-3, kMost = 1.0;
+  const auto fits = [&](double reach, double* expected) {
+    RuntimeCommand command = round_the_corner(1, {.speed = kSpeed, .reach = reach, .retreat = 0.0});
+    EXPECT_TRUE(plan(command).empty());
+    if (expected != nullptr) *expected = room_for_offset(command.node()->model());
+    return !check(command).has_errors();
+  };
+  double expected = 0.0, low = kLeast, high = kMost;
+  ASSERT_TRUE(fits(low, &expected));
+  ASSERT_FALSE(fits(high, nullptr));
+  while (high / low > 1.01) (fits(std::sqrt(low * high), nullptr) ? low : high) = std::sqrt(low * high);
+  EXPECT_NEAR(low, expected, 0.05 * expected);
 }
 
 TEST_F(ForceOffsetTest, WhatTheLimitsHaveNoRoomForIsRefused) {

@@ -127,6 +127,20 @@ std::vector<BrokenCommand> ends() {
          return a;
        },
        "/a/handlers/0", "state 'foreign' is raised in another tree", "TransactionCommand::raised()"},
+      {"C11",
+       [](World& world) -> Command {
+         auto a = driver(world, "a"), b = lamp(world, "b");
+         a.on_left(b.completed(), cancel(a));
+         return all_of(a, b).on_entered(a.completed(), start(b));
+       },
+       "/all/a/handlers/0", "this state is never left", "a state of an action, or a sensor"},
+      {"C11",
+       [](World& world) -> Command {
+         auto a = driver(world, "a"), b = lamp(world, "b");
+         a.on_entered(b.started(), cancel(a));
+         return all_of(a, b).on_entered(a.completed(), start(b));
+       },
+       "/all/a/handlers/0", "it never acts: 'b' begins only when 'a' has ended", "a transaction around both"},
       {"",
        [](World& world) -> Command {
          auto a = driver(world, "a");

@@ -46,11 +46,11 @@ class WeaveTest : public testing::Test {
     return {.geometry = leg, .wish = wish, .blend = {kind, blend_fraction}};
   }
   /// Up and down, beside lines in a plane.
-  WeaveWish upright(double amplitude = 0.003, double frequency = 2.0) const {
+  WeaveParameters upright(double amplitude = 0.003, double frequency = 2.0) const {
     const Eigen::Matrix3d R = (cell.arm->chain->forward(cell.q()) * cell.cell.arms.at("arm").X_FT).linear();
     return {.amplitude = amplitude, .frequency = frequency, .direction_M = R.transpose() * Eigen::Vector3d::UnitZ()};
   }
-  RuntimeCommand command(const std::vector<SequencePart>& parts, const WeaveWishes& wishes) {
+  RuntimeCommand command(const std::vector<SequencePart>& parts, const Weaves& wishes) {
     return {"seam", cell.arm_actuator(), weave_each(sequence(parts), wishes)};
   }
   /// @return why it was refused; empty: it has come to its end
@@ -64,7 +64,7 @@ class WeaveTest : public testing::Test {
     return {};
   }
   /// The weaves of a planned sequence; `path` gets how it is planned.
-  Result<WeavePlan> plan_of(const std::vector<SequencePart>& parts, const WeaveWishes& wishes,
+  Result<WeavePlan> plan_of(const std::vector<SequencePart>& parts, const Weaves& wishes,
                             ActionModel::PlannedPath& path) {
     const Actuator arm = cell.arm_actuator();
     auto planned = sequence(parts).model().plan(arm.model(), {{"arm", cell.q()}});
@@ -86,7 +86,7 @@ class WeaveTest : public testing::Test {
 };
 
 TEST_F(WeaveTest, NeighboursWithTheSameOneGoOnThroughTheirBlend) {
-  const WeaveWish wish = upright();
+  const WeaveParameters wish = upright();
   const double plane = cell.moved(0, 0, 0).translation().z();
   const Eigen::Vector3d corner = cell.moved(0, 0.08, 0).translation();
   EXPECT_EQ(run(command({line({0, 0.08, 0}, 0.015), line({0.08, 0, 0}, 0)}, {wish, wish})), "");
@@ -108,7 +108,7 @@ TEST_F(WeaveTest, NeighboursWithTheSameOneGoOnThroughTheirBlend) {
 
 TEST_F(WeaveTest, OneEndsAndTheNextBeginsInTheMiddleOfTheirBlend) {
   const std::vector<SequencePart> parts{line({0, 0.06, 0}, 0.01), line({0.06, 0, 0}, 0.01), line({0, -0.06, 0}, 0)};
-  const WeaveWish first = upright(), last = upright(0.002, 3.0);
+  const WeaveParameters first = upright(), last = upright(0.002, 3.0);
   ActionModel::PlannedPath path;
   const auto apart = plan_of(parts, {first, std::nullopt, last}, path);
   ASSERT_TRUE(apart) << apart.error().to_string();
@@ -147,7 +147,7 @@ TEST_F(WeaveTest, OneEndsAndTheNextBeginsInTheMiddleOfTheirBlend) {
 
 TEST_F(WeaveTest, BlendsIntoMotionsOfJointsHaveNone) {
   const std::vector<SequencePart> parts{joints(0.2, 0.3), line({0, 0, 0.06}, 0.02), joints(-0.2, 0)};
-  const WeaveWish wish{.amplitude = 0.002, .frequency = 2.0, .direction_M = Eigen::Vector3d::UnitY()};
+  const WeaveParameters wish{.amplitude = 0.002, .frequency = 2.0, .direction_M = Eigen::Vector3d::UnitY()};
   ActionModel::PlannedPath path;
   const auto plan = plan_of(parts, {std::nullopt, wish, std::nullopt}, path);
   ASSERT_TRUE(plan) << plan.error().to_string();
@@ -162,7 +162,7 @@ TEST_F(WeaveTest, BlendsIntoMotionsOfJointsHaveNone) {
 
 TEST_F(WeaveTest, WhatIsWrongIsToldWithTheNumberOfTheMotion) {
   const std::vector<SequencePart> parts{line({0, 0.06, 0}, 0.01), line({0.06, 0, 0}, 0)};
-  WeaveWish steep = upright();
+  WeaveParameters steep = upright();
   steep.ramp = 0.02;
   EXPECT_THAT(run(command(parts, {upright(), steep})), HasSubstr("/seam/1/ramp: error: a weave that grows"));
   EXPECT_THAT(run(command(parts, {upright(), upright(0.1, 5.0)})), HasSubstr("/seam/1: error: a weave with a"));
@@ -177,7 +177,7 @@ TEST_F(WeaveTest, ItsSpeedIsJudgedTogetherWithThatOfThePath) {
   MountedArm arm = cell.cell.arms.at("arm");
   arm.device = &device;
   const motion::ArmModel model = planning_model(arm);
-  const WeaveWish wish = upright(0.004, 2.0);
+  const WeaveParameters wish = upright(0.004, 2.0);
   const double swing = 2.0 * std::numbers::pi * wish.frequency * wish.amplitude;
   const auto weaves_at = [&](double velocity) -> Result<WeavePlan> {
     const auto line =
@@ -200,7 +200,7 @@ TEST_F(WeaveTest, ItsSpeedIsJudgedTogetherWithThatOfThePath) {
 /// Any motions with any weaves.
 struct Wild {
   std::vector<SequencePart> parts;
-  WeaveWishes wishes;
+  Weaves wishes;
 };
 
 class WildWeaves : public WeaveTest, public testing::WithParamInterface<int> {
@@ -225,17 +225,17 @@ class WildWeaves : public WeaveTest, public testing::WithParamInterface<int> {
   static Eigen::Vector3d vector(Random& random, double size) {
     return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
   }
-  static std::optional<WeaveWish> weave(Random& random) {
+  static std::optional<WeaveParameters> weave(Random& random) {
     if (random.unit() < 0.2) return std::nullopt;
     const double frequency = std::exp(random.uniform(std::log(0.5), std::log(6.0)));
     const double omega = 2.0 * std::numbers::pi * frequency;
     // Up to what a tool may have at all, and a little beyond.
     const double amplitude =
         std::min(0.03, random.uniform(0.1, 1.1) * std::min(1.0 / pow(omega, 2), 15.0 / pow(omega, 3)));
-    return WeaveWish{.amplitude = amplitude,
-                     .frequency = frequency,
-                     .direction_M = vector(random, 1.0).normalized(),
-                     .ramp = random.uniform(0.3, 1.5)};
+    return WeaveParameters{.amplitude = amplitude,
+                           .frequency = frequency,
+                           .direction_M = vector(random, 1.0).normalized(),
+                           .ramp = random.uniform(0.3, 1.5)};
   }
   SequencePart geometry(Random& random) {
     const int kind = static_cast<int>(3 * random.unit());

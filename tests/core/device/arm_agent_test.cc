@@ -1,14 +1,10 @@
 // The I/O agent of an arm (rows T2, T3): samples in, set points out, and what it does when they run out.
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
-#include <deque>
-#include <mutex>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "core/device/agent_thread.h"
 #include "core/device/arm_agent.h"
 #include "core/motion/time_law.h"
 #include "tests/support/allocation_guard.h"
@@ -239,76 +235,6 @@ TEST(ArmAgent, AllocatesNothingOnEitherSide) {
   h.run(500 * kMs, 0);
   h.idle(1000 * kMs);
   EXPECT_EQ(guard.count(), 0u);
-}
-
-/// A wire between two threads.
-class QueueLink final : public ArmLink {
- public:
-  bool receive(ArmPacket& packet, Nanoseconds timeout) override {
-    std::unique_lock lock(mutex_);
-    const bool some = changed_.wait_for(lock, std::chrono::nanoseconds(timeout), [this] { return !packets_.empty(); });
-    if (!some) return false;
-    packet = packets_.front();
-    packets_.pop_front();
-    return true;
-  }
-  void send(const ArmAnswer& answer) override {
-    const std::lock_guard lock(mutex_);
-    answers.push_back(answer);
-  }
-  void put(const ArmPacket& packet) {
-    {
-      const std::lock_guard lock(mutex_);
-      packets_.push_back(packet);
-    }
-    changed_.notify_one();
-  }
-  std::vector<ArmAnswer> take_answers() {
-    const std::lock_guard lock(mutex_);
-    return answers;
-  }
-  std::vector<ArmAnswer> answers;
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<ArmPacket> packets_;
-};
-
-/// The same agent on a thread of its own and the machine's clock. What is tested is the hand-over, not the machine:
-/// how late it wakes the threads is not asked for.
-TEST(AgentThread, T2_AnswersOnAThreadOfItsOwn) {
-  MonotonicClock clock;
-  // A machine that sleeps for less than half a second loses no session.
-  constexpr Nanoseconds kCycle = 20 * kMs;
-  ArmAgent agent(limits(), {.device_cycle = kCycle, .margin = 200 * kMs}, clock);
-  QueueLink link;
-  constexpr int kCycles = 20;
-  {
-    const AgentThread thread(agent, link, /*priority=*/0);
-    ArmPacket packet;
-    packet.sample.q = packet.sample.commanded = packet.sample.dq = joint(0.0);
-    packet.sample.ready = true;
-    ArmSample sample;
-    for (int k = 0; k < kCycles; ++k) {
-      packet.sample.sequence = static_cast<std::uint64_t>(k + 1);
-      packet.instant = packet.sample.stamp = k * kCycle;
-      link.put(packet);
-      const Nanoseconds due = clock.now() + kCycle;
-      while (clock.now() < due) {
-        if (agent.read(sample)) {
-          EXPECT_LE(sample.stamp, clock.now());
-          agent.write({.cycle = k, .stamp = clock.now(), .q = joint(0), .dq = joint(0), .ddq = joint(0)});
-        }
-        std::this_thread::sleep_for(std::chrono::microseconds(500));
-      }
-    }
-    while (link.take_answers().size() < kCycles) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    for (int i = 0; i < 1000 && sample.sequence < kCycles; ++i) (void)agent.read(sample);
-    EXPECT_EQ(sample.sequence, static_cast<std::uint64_t>(kCycles));
-  }
-  EXPECT_EQ(link.answers.size(), static_cast<std::size_t>(kCycles));
-  for (const ArmAnswer& answer : link.answers) EXPECT_EQ(answer.state.q[0], 0.0);
 }
 
 }  // namespace

@@ -107,6 +107,18 @@ TEST_F(SensorTest, ADeviceThatIsNotThereIsFoundWithTheNearestName) {
   EXPECT_EQ(digital_input(cell.cell, "bottom").now(), std::nullopt);
 }
 
+TEST_F(SensorTest, WeightIsTakenAwayHoweverAMovingBaseIsTurned) {
+  ASSERT_TRUE(
+      cell.cell.frames.set("arm", {.kind = world::Relation::Kind::kChannel, .parent = "world", .source = "target"})
+          .empty());
+  for (const double angle : {0.0, 0.8, 2.0}) {
+    cell.X_WB.linear() = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
+    cell.cell.channels.at("target")->write(net::Frame(cell.X_WB));
+    cell.step(2);
+    EXPECT_LT(norm(force(cell.felt())).now().value_or(1.0), 1e-9) << angle;
+  }
+}
+
 TEST_F(SensorTest, ASensorStandsOnceInANetHoweverManyUseIt) {
   WaitCommand wait("wait", is_greater(norm(force(cell.felt())), 5.0) || is_greater(norm(force(cell.felt())), 7.0) ||
                                is_less(norm(torque(cell.felt())), -1.0));

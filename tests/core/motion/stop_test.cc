@@ -106,9 +106,9 @@ TEST(Stop, P2_OfALinTakesTheWayThatItsLimitsNeed) {
     if (motion) measure(random, arm, *motion, ratios);
   }
   EXPECT_GT(ratios.count, 100);
-  EXPECT_LT(ratios.sum / ratios.count, 1.15);
-  // Where curvature takes most of an acceleration limit, the bounds of a whole stop are those of its first moment.
-  EXPECT_LE(ratios.above, ratios.count / 6) << "of " << ratios.count << ", the longest " << ratios.most;
+  EXPECT_LT(ratios.sum / ratios.count, 1.1);
+  // What is left where the stop that must always be there crosses parts of the path that the real one never enters.
+  EXPECT_LE(ratios.above, ratios.count / 15) << "of " << ratios.count << ", the longest " << ratios.most;
 }
 
 /// Targets that change after a few cycles, mostly between stop and go: stops that are eased and begun again.

@@ -1,4 +1,8 @@
 // An arm together with its base, as a command of a transaction: "lin" with "base_to" (rows P5, L6, C7).
+#include "core/command/actions/carried_motion.h"
+#include "core/command/actions/compliance_action.h"
+#include "core/command/check.h"
+#include "core/command/mapping.h"
 #include "core/device/base_description.h"
 #include "core/operations/goal.h"
 #include "tests/core/activity/command_fixture.h"
@@ -126,7 +130,7 @@ TEST_F(CarriedCommandTest, GoalsInTheRoomAreSeenFromWhereTheBaseWillBe) {
 TEST_F(CarriedCommandTest, AGoalInTheRoomIsRefusedWhereNobodyKnowsWhereTheBaseWillBe) {
   const auto after = [](const std::string& goal) {
     return tree(R"("drive": {"do": "lin", "arm": "base", "start": true, "to": {"by_m": [0.3, 0, 0]},
-                             "unless": {"input": "button"}},
+                             "abort_if": {"input": "button"}},
                    "reach": {"do": "lin", "arm": "arm", "to": )" +
                     goal + "}",
                 R"(, "on": [{"entered": {"completed": "drive"}, "start": "reach"}])");
@@ -172,6 +176,32 @@ TEST_F(CarriedCommandTest, L6_ACancelAtAnyCycleStopsBothOnTheLine) {
     EXPECT_LT((tool_in_room() - from).norm(), 1e-9);
   }
   expect_both_free();
+}
+
+// The base stays stiff: it has no springs.
+TEST_F(CarriedCommandTest, OnlyTheArmOnABaseIsCompliant) {
+  Eigen::Isometry3d X_goal = in_room();
+  X_goal.translation() += Eigen::Vector3d(0.3, 0.1, 0.0);
+  kinematics::JointVector q_goal = base().set_point().q;
+  q_goal[0] += 0.3;
+  const auto motion = command::carried_lin(cell.cell, "arm", {base().set_point().q, cell.q(), q_goal, X_goal});
+  ASSERT_TRUE(motion) << motion.error().to_string();
+  const auto compliant = [&](double stiffness) {
+    const command::CartesianCompliance springs{.stiffness = net::Vector(stiffness, stiffness, stiffness)};
+    const command::Action action = with_compliance(command::planned(*motion), springs);
+    command::RuntimeCommand moved("straight", command::arm_on_base(cell.cell, "arm"), action);
+    moved.on_entered(action.state("settled"), command::external("settled"));
+    return moved;
+  };
+  const auto mapped = command::map(compliant(600.0));
+  ASSERT_TRUE(mapped) << mapped.error().to_string();
+  std::map<std::string, std::string> drivers;
+  for (const auto& primitive : mapped->net.fragments.at(0).net.primitives)
+    if (primitive.type.ends_with("Command")) drivers[primitive.type] = primitive.parameters.at("device");
+  EXPECT_EQ(drivers,
+            (std::map<std::string, std::string>{{"ArmCommand", "base"}, {"CartesianImpedanceCommand", "arm"}}));
+  EXPECT_THAT(command::check(compliant(1e6)).to_string(),
+              testing::AllOf(HasSubstr("for 'arm'"), testing::Not(HasSubstr("for 'base'"))));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Touching, recording, fitting: on an arm without a body that feels a block which is not where it is believed to be.
-#include "core/operations/measure_step.h"
+#include "core/operations/tare.h"
 
 #include "tests/core/activity/fixture.h"
 

@@ -166,7 +166,8 @@ TEST_F(PairCommandTest, AnInternalForceIsALimitThatFailsTheTransactionAtItsPlace
       R"("carry": {"do": "motions", "start": true, "steps": [)" + first + "," + both("aside", "0, 0.1, 0", "") + "]}";
   ASSERT_EQ(run(tree(motions), [&](int, ProgramRunner&) { squeeze(tool().z() > from.z() + 0.03 ? 30.0 : 5.0); }),
             Progress::kFailed);
-  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/commands/carry/steps/0/unless")) << diagnostics.to_string();
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/commands/carry/steps/0/abort_if"))
+      << diagnostics.to_string();
   EXPECT_THAT(diagnostics.to_string(), HasSubstr("'abort_if' became true"));
   EXPECT_LT(apart, 1e-9) << "on the path";
   EXPECT_LT(tool().z(), from.z() + 0.06);
@@ -225,7 +226,7 @@ TEST_F(PairCommandTest, C7_NothingElseMovesOneOfThemAtTheSameTime) {
 TEST_F(PairCommandTest, WhereTheyBeginIsKnownBeforeOrRefused) {
   const std::string one = R"("l": {"do": "lin", "start": true, "arm": "left", "to": {"by_m": [0, 0, 0.02]}},
       "r": {"do": "lin", "start": true, "arm": "right", "to": {"by_m": [0, 0, 0.02]},
-            "unless": {"sensor": "right wrist", "above_N": 5}},)";
+            "abort_if": {"sensor": "right wrist", "above_N": 5}},)";
   const Diagnostics found = wrong(tree(one + lin("up", "0, 0, 0.05"),
                                        R"(, "on": [{"entered": {"all": [{"completed": "l"}, {"completed": "r"}]},
                                                  "start": "up"}])"));

@@ -130,7 +130,7 @@ TEST_F(PairStepTest, AnInternalForceIsALimitThatFailsTheStep) {
   const Eigen::Vector3d from = tool();
   ASSERT_EQ(run(sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))), squeeze_later),
             Progress::kFailed);
-  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/0/unless")) << diagnostics.to_string();
+  EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/0/abort_if")) << diagnostics.to_string();
   EXPECT_THAT(diagnostics.to_string(), HasSubstr("'abort_if' became true"));
   EXPECT_LT(apart, 1e-9) << "on the path";
   EXPECT_GT(tool().z(), from.z() + 0.005);

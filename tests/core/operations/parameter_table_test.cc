@@ -7,11 +7,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/operations/force_request.h"
-#include "core/operations/motion_request.h"
-#include "core/operations/online_parameters.h"
-#include "core/operations/signal_request.h"
-#include "core/operations/step.h"
+#include "core/operations/jog.h"
+#include "core/operations/motion.h"
+#include "core/operations/press.h"
+#include "core/operations/wait.h"
 
 namespace takt::activity {
 namespace {
@@ -39,7 +38,7 @@ void collect(const std::vector<ParameterInfo>& parameters, std::vector<Parameter
 
 std::vector<ParameterInfo> all_parameters() {
   std::vector<ParameterInfo> all;
-  for (const StepKind& kind : step_kinds()) collect(kind.parameters(), all);
+  for (const Operation& operation : Operations::global().all()) collect(operation.parameters(), all);
   return all;
 }
 
@@ -62,13 +61,13 @@ TEST(Operations, NoKeyWithoutAUnitLooksAsIfItHadOne) {
 }
 
 TEST(Operations, EveryParameterIsDocumented) {
-  for (const StepKind& kind : step_kinds()) {
-    EXPECT_TRUE(kind.doc.ends_with('.')) << kind.name;
+  for (const Operation& operation : Operations::global().all()) {
+    EXPECT_TRUE(operation.doc.ends_with('.')) << operation.name;
     std::set<std::string> keys;
-    for (const ParameterInfo& one : kind.parameters()) {
-      EXPECT_TRUE(keys.insert(one.key).second) << kind.name << " has '" << one.key << "' twice";
-      EXPECT_FALSE(one.doc.empty()) << kind.name << "." << one.key;
-      EXPECT_FALSE(one.required && !one.fallback.empty()) << kind.name << "." << one.key;
+    for (const ParameterInfo& one : operation.parameters()) {
+      EXPECT_TRUE(keys.insert(one.key).second) << operation.name << " has '" << one.key << "' twice";
+      EXPECT_FALSE(one.doc.empty()) << operation.name << "." << one.key;
+      EXPECT_FALSE(one.required && !one.fallback.empty()) << operation.name << "." << one.key;
     }
   }
 }
@@ -83,7 +82,7 @@ TEST(ParameterTable, ReadsInTheUnitOfFilesAndKeepsSi) {
   ObjectReader reader(json, "", diagnostics);
   const JogParameters jog = jog_parameters().read(reader, with_channel);
   EXPECT_EQ(diagnostics.to_string(), "");
-  EXPECT_DOUBLE_EQ(jog.bounds.angular_max, std::numbers::pi / 2);
+  EXPECT_DOUBLE_EQ(jog.angular_max, std::numbers::pi / 2);
   EXPECT_DOUBLE_EQ(jog.angular->z(), std::numbers::pi);
   EXPECT_EQ(jog.arm, "robot");
   EXPECT_FALSE(jog.seconds);
@@ -91,7 +90,7 @@ TEST(ParameterTable, ReadsInTheUnitOfFilesAndKeepsSi) {
 
 TEST(ParameterTable, AValueSetInCppIsRefusedLikeThatOfAFile) {
   const command::Cell cell = named_cell();
-  ForceRequest press;
+  PressParameters press;
   press.force = 5000.0;
   press.travel = -0.1;
   press.direction.setZero();
@@ -109,11 +108,11 @@ TEST(ParameterTable, AValueSetInCppIsRefusedLikeThatOfAFile) {
 
 TEST(ParameterTable, DefaultsOfCppAreThoseOfFiles) {
   const command::Cell cell = named_cell();
-  const ForceRequest in_cpp;
+  const PressParameters in_cpp;
   Diagnostics diagnostics;
   const Json nothing = Json::object();
   ObjectReader reader(nothing, "", diagnostics);
-  const ForceRequest in_file = press_parameters().read(reader, cell);
+  const PressParameters in_file = press_parameters().read(reader, cell);
   EXPECT_EQ(diagnostics.to_string(), "");
   EXPECT_EQ(in_file.force, in_cpp.force);
   EXPECT_EQ(in_file.approach, in_cpp.approach);
@@ -125,24 +124,24 @@ TEST(ParameterTable, DefaultsOfCppAreThoseOfFiles) {
 
 TEST(ParameterTable, WhatIsWrittenIsReadBack) {
   const command::Cell cell = named_cell();
-  MotionRequest motion;
+  MotionParameters motion;
   motion.velocity = 0.25;
   motion.linear_velocity = 0.1;
-  motion.blend = {motion::Blend::Kind::kDistance, 0.02};
-  motion.overlay.weave.emplace().amplitude = 0.004;
+  motion.blend = BlendingCondition::at_distance(0.02);
+  motion.weave.emplace().amplitude = 0.004;
   ParameterWriter writer;
   motion_parameters(PathKind::kLin).write(motion, writer);
   Json json = writer.result();
   json["to"] = "home";
   Diagnostics diagnostics;
   ObjectReader reader(json, "", diagnostics);
-  const MotionRequest back = motion_parameters(PathKind::kLin).read(reader, cell);
+  const MotionParameters back = motion_parameters(PathKind::kLin).read(reader, cell);
   EXPECT_EQ(diagnostics.to_string(), "");
   EXPECT_EQ(back.velocity, motion.velocity);
   EXPECT_EQ(back.linear_velocity, motion.linear_velocity);
-  EXPECT_EQ(back.blend.kind, motion.blend.kind);
-  EXPECT_EQ(back.blend.value, motion.blend.value);
-  EXPECT_EQ(back.overlay.weave->amplitude, 0.004);
+  EXPECT_EQ(back.blend.way.kind, motion.blend.way.kind);
+  EXPECT_EQ(back.blend.way.value, motion.blend.way.value);
+  EXPECT_EQ(back.weave->amplitude, 0.004);
 }
 
 TEST(ParameterTable, AnUnknownKeyIsReportedWithTheNearest) {
@@ -177,6 +176,19 @@ TEST(UnitInOperation, ComesFromTheTableAndNotFromTheEndingOfTheKey) {
   EXPECT_EQ(unit(tree, "/commands/a/steps/0/velocity_m_s"), named("m/s"));
   EXPECT_EQ(unit(tree, "/commands/b/force_N"), named("N"));
   EXPECT_EQ(unit(tree, "/on/0/after_s"), named("s"));
+}
+
+TEST(MotionNotes, ANoteWithoutANumberIsOfTheFirstMotion) {
+  std::vector<MotionRequest> requests(2);
+  requests[0].pointer = "/steps/3";
+  requests[1].pointer = "/steps/4";
+  requests[1].blend.kind = motion::Blend::Kind::kDistance;
+  Diagnostics notes;
+  for (const char* pointer : {"", "/blend", "/1/blend", "/7/blend"}) notes.note(pointer, "stops at the goal");
+  std::vector<std::string> pointers;
+  for (const Diagnostic& one : notes_of_motions(notes, requests).list()) pointers.push_back(one.pointer);
+  EXPECT_THAT(pointers, ElementsAre("/steps/3/blend_fraction", "/steps/3/blend_fraction", "/steps/4/blend_m",
+                                    "/steps/4/blend_m"));
 }
 
 }  // namespace

@@ -184,7 +184,7 @@ TEST_F(WeaveStepTest, WhereTheRunDecidesWhatComesNextItBeginsAndEndsAtRest) {
 }
 
 TEST_F(WeaveStepTest, ConditionsCountWhereTheirMotionIsDone) {
-  const std::string unless = R"(, "unless": {"sensor": "wrist", "above_N": 30})";
+  const std::string unless = R"(, "abort_if": {"sensor": "wrist", "above_N": 30})";
   const Program program = good(sequence(R"({"do": "tare"},)" + seam(kWeave, kWeave + unless, kWeave)));
   const auto push_at = [&](double x) {
     return run(program, [this, x](int, ProgramRunner&) {

@@ -93,9 +93,10 @@ double apart(const std::vector<device::JointVector>& a, const std::vector<device
 
 /// In which cycle the arm has first left its start.
 std::int64_t first_motion(const std::vector<device::JointVector>& q) {
-  for (std::size_t k = 0; k < q.size(); ++k)
-    if (q[k].size() > 0 && (q[k] - q[2]).cwiseAbs().maxCoeff() > 1e-3) return static_cast<std::int64_t>(k);
-  return -1;
+  const auto begin = std::ranges::find_if(q, [](const auto& one) { return one.size() > 0; });
+  const auto moved = std::ranges::find_if(begin, q.end(),
+                                          [&](const auto& one) { return (one - *begin).cwiseAbs().maxCoeff() > 1e-3; });
+  return moved - q.begin();
 }
 
 TEST(FriRun, ATouchThroughTheDriverIsTheSimulatedOne) {

@@ -123,7 +123,7 @@ TEST_F(ExpressionTest, WhatIsMeasuredCanBeAskedFor) {
   EXPECT_EQ(shown("x(pose('tray'))"), "0.5 m");
   EXPECT_EQ(shown("z(touch('arm'))"), "3 m");
   EXPECT_THAT(wrong("pose('tary')"), HasSubstr("tary"));
-  EXPECT_THAT(wrong("touch('amr')"), HasSubstr("there neither an arm 'amr'"));
+  EXPECT_THAT(wrong("touch('amr')"), HasSubstr("there is no arm 'amr'"));
   EXPECT_THAT(wrong("input('button')"), HasSubstr("there is no input 'button'"));
   EXPECT_THAT(wrong("width('gripper')"), HasSubstr("there is no gripper 'gripper'"));
 }

@@ -1,0 +1,128 @@
+#include "core/command/awaited_starts.h"
+
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
+namespace takt::command {
+namespace {
+
+using Kind = Effect::Kind;
+
+bool is_gate(const Expression& node, std::string_view type) { return !node.subject && node.primitive.type == type; }
+
+/// A part of the formula ends with command `i`, so that the formula changes then.
+/// @param falling  the change from true to false counts
+bool falls_with(const CommandTree& tree, const ExpressionPtr& state, int i, bool falling) {
+  if (state->subject) return falling && !is_lasting(*state) && tree.find(state->subject) == i;
+  const bool inverts = is_gate(*state, "Not");
+  return std::ranges::any_of(state->inputs, [&](const auto& input) {
+    return falls_with(tree, input.second, i, inverts ? !falling : falling);
+  });
+}
+
+}  // namespace
+
+Signal AwaitedStarts::awaited(int i) {
+  if (const auto known = awaited_.find(i); known != awaited_.end()) return known->second;
+  if (!open_.insert(i).second) return Signal::always(false);
+  std::vector<Signal> ways;
+  for (const auto& handler : tree_.handlers()) {
+    if (handler.handler->effect.kind == Kind::kStart && tree_.find(handler.handler->effect.target) == i)
+      ways.push_back(writer_.both("may_start", may_happen(handler), writer_.opposite(life_.called_off(handler))));
+  }
+  const Signal any = writer_.any("may_start", ways);
+  open_.erase(i);
+  return awaited_[i] = writer_.both("awaited", any, writer_.opposite(life_.started(i)));
+}
+
+Signal AwaitedStarts::may_happen(const CommandTree::Handler& h) {
+  const ExpressionPtr& state = h.handler->state.node();
+  if (is_decided(state)) return Signal::always(false);  // what it starts has begun with its transaction
+  if (h.handler->entered) return may_be(state, true, h.owner);
+  const Signal may_hold = writer_.either("may_hold", life_.held(h), may_be(state, true, h.owner));
+  return writer_.both("may_leave", may_hold, may_be(state, false, h.owner));
+}
+
+/// @param transaction  whose end is asked for: nothing inside of it runs
+Signal AwaitedStarts::may_be(const ExpressionPtr& state, bool value, int transaction) {
+  if (state->subject) return leaf_may_be(*state, value, transaction);
+  if (is_gate(*state, "And")) return may_gate(*state, value, transaction, value);
+  if (is_gate(*state, "Or")) return may_gate(*state, value, transaction, !value);
+  if (is_gate(*state, "Not")) return may_gate(*state, !value, transaction, true);
+  if (is_gate(*state, "OnDelay") || is_gate(*state, "DefaultToBoolean"))
+    return may_gate(*state, value, transaction, true);
+  if (is_decided(state)) return value ? writer_.signal_of(state) : writer_.opposite(writer_.signal_of(state));
+  // A formula over numbers of actions has a value only while those run.
+  Signal may = Signal::always(true);
+  for (const SubjectPtr& subject : subjects_of(state))
+    may = writer_.both("may_be_known", may, speaker_alive(subject, transaction));
+  return may;
+}
+
+/// @param all  all inputs have to be able to; else one is enough
+Signal AwaitedStarts::may_gate(const Expression& gate, bool value, int transaction, bool all) {
+  Signal may = Signal::always(all);
+  for (const auto& [port, input] : gate.inputs) {
+    const Signal one = may_be(input, value, transaction);
+    may = all ? writer_.both("may_all", may, one) : writer_.either("may_any", may, one);
+  }
+  return may;
+}
+
+Signal AwaitedStarts::leaf_may_be(const Expression& leaf, bool value, int transaction) {
+  const bool lasting = is_lasting(leaf);
+  const auto now = [&] { return writer_.signal_of(std::make_shared<const Expression>(leaf)); };
+  if (!value) return lasting ? writer_.opposite(now()) : Signal::always(true);
+  if (leaf.subject->kind == Subject::Kind::kRaised)
+    return writer_.either("may_be_raised", now(), may_be_raised(leaf, transaction));
+  const int of = tree_.find(leaf.subject);
+  if (of >= 0 && tree_.is_inside(transaction, of)) return lasting ? now() : Signal::always(true);  // it lives till then
+  const Signal comes = speaker_alive(leaf.subject, transaction);
+  return lasting ? writer_.either("may_come", now(), comes) : comes;
+}
+
+/// Some handler may raise it.
+Signal AwaitedStarts::may_be_raised(const Expression& leaf, int transaction) {
+  if (!raising_.insert(leaf.subject.get()).second) return Signal::always(false);
+  std::vector<Signal> ways;
+  for (const auto& handler : tree_.handlers()) {
+    if (handler.handler->effect.kind != Kind::kRaise || handler.handler->effect.target != leaf.subject) continue;
+    ways.push_back(tree_.is_inside(transaction, handler.owner) ? may_happen(handler)
+                                                               : alive(handler.owner, transaction));
+  }
+  raising_.erase(leaf.subject.get());
+  return writer_.any("may_raise", ways);
+}
+
+/// The command runs beside the transaction, or can still be started. One inside of it does not run.
+Signal AwaitedStarts::alive(int i, int transaction) {
+  if (i < 0 || tree_.is_inside(transaction, i)) return Signal::always(false);  // its own end starts nothing in here
+  const bool inside = tree_.is_inside(i, transaction);
+  int branch = i;  // below what both stand in
+  while (tree_.at(branch).parent != transaction && !tree_.is_inside(transaction, tree_.at(branch).parent))
+    branch = tree_.at(branch).parent;
+  const Signal comes = awaited(branch);
+  return inside ? comes : writer_.either("alive", comes, life_.running(branch));
+}
+
+Signal AwaitedStarts::speaker_alive(const SubjectPtr& subject, int transaction) {
+  if (subject->kind != Subject::Kind::kActuator) return alive(tree_.find(subject), transaction);
+  Signal any = Signal::always(false);
+  for (int i = 0; i < tree_.size(); ++i) {
+    if (!tree_.at(i).node->is_runtime() || !drives(*tree_.at(i).node->actuator, subject->name)) continue;
+    any = writer_.either("driven", any, alive(i, transaction));
+  }
+  return any;
+}
+
+bool AwaitedStarts::end_is_heard(const CommandTree& tree, int i) {
+  return std::ranges::any_of(tree.handlers(), [&](const CommandTree::Handler& h) {
+    const Effect::Kind kind = h.handler->effect.kind;
+    const bool acts_then = kind == Kind::kExternal || kind == Kind::kRaise || kind == Kind::kStart;
+    return acts_then && h.handler->trigger.delay <= 0.0 && tree.is_inside(i, h.owner) &&
+           falls_with(tree, h.handler->state.node(), i, !h.handler->entered);
+  });
+}
+
+}  // namespace takt::command

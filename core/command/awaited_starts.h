@@ -1,0 +1,51 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <set>
+
+#include "core/command/command_tree.h"
+#include "core/expression/net_writer.h"
+
+namespace takt::command {
+
+/// Which commands of a tree that has begun can still be started: what keeps their transactions alive (row L9 of
+/// docs/semantics.md). Writes a signal that is true while a handler may still start a command, and the command has not
+/// started. What a handler looks at may still come to hold if it speaks of sensors; a state of a command or an action,
+/// as long as that command runs or may still be started. Used by the mapping. Realtime: setup.
+class AwaitedStarts {
+ public:
+  /// What the mapping knows of the commands of the tree.
+  struct Life {
+    std::function<Signal(int)> started, running;
+    std::function<Signal(const CommandTree::Handler&)> called_off;  ///< of a start: it will not happen any more
+    std::function<Signal(const CommandTree::Handler&)> held;        ///< of a handler on leaving: its state has held
+  };
+  AwaitedStarts(const CommandTree& tree, NetWriter& writer, Life life)
+      : tree_(tree), writer_(writer), life_(std::move(life)) {}
+
+  /// Command `i` has not started, and one of its handlers may still start it.
+  [[nodiscard]] Signal awaited(int i);
+
+  /// The end of command `i` is an event itself: a handler of a command around it hears when one of its states that end
+  /// with it is left. So the transaction around has to last one cycle longer.
+  [[nodiscard]] static bool end_is_heard(const CommandTree& tree, int i);
+
+ private:
+  [[nodiscard]] Signal may_happen(const CommandTree::Handler& h);
+  [[nodiscard]] Signal may_be(const ExpressionPtr& state, bool value, int transaction);
+  [[nodiscard]] Signal may_gate(const Expression& gate, bool value, int transaction, bool all);
+  [[nodiscard]] Signal leaf_may_be(const Expression& leaf, bool value, int transaction);
+  [[nodiscard]] Signal may_be_raised(const Expression& leaf, int transaction);
+  [[nodiscard]] Signal alive(int i, int transaction);
+  [[nodiscard]] Signal speaker_alive(const SubjectPtr& subject, int transaction);
+
+  const CommandTree& tree_;
+  NetWriter& writer_;
+  Life life_;
+  std::map<int, Signal> awaited_;
+  std::set<int> open_;                ///< being written: the graph of starts has no cycle, states of transactions may
+  std::set<const Subject*> raising_;  ///< states that raise each other
+};
+
+}  // namespace takt::command

@@ -1,0 +1,285 @@
+#include "core/operations/actuator_interfaces.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/activity/mode_change.h"
+#include "core/command/actions/freedrive_action.h"
+#include "core/motion/goal_choice.h"
+#include "core/operations/operation_activity.h"
+
+namespace takt::activity {
+namespace {
+
+using command::Cell;
+using kinematics::JointVector;
+using motion::ArmModel;
+
+bool has_inverse(const Cell& cell, const std::string& name) {
+  const auto arm = cell.arms.find(name);
+  return arm != cell.arms.end() && arm->second.device->description().inverse != nullptr;
+}
+
+/// A PTP to the nearest of the configurations with a pose.
+Result<motion::Leg> ptp_to_pose(const ArmModel& arm, const JointVector& q, const Eigen::Isometry3d& X_BM) {
+  const auto choice = motion::choose_solution(arm.chain, arm.limits, X_BM * arm.X_FM.inverse(), q);
+  if (!choice) return std::unexpected(choice.error());
+  return motion::ptp_leg(arm, q, *choice);
+}
+
+/// A motion as files have it, with a leg of the program's own. @param leg  from where the arm will be
+Activity make_motion(Runtime& runtime, PathKind kind, const std::string& label, const std::string& arm, LegOf leg,
+                     MotionParameters parameters) {
+  parameters.arm = arm;
+  const auto accepted = motion_parameters(kind).accept(std::move(parameters), runtime.cell());
+  if (!accepted) return {runtime, refused_activity(arm + " " + label, arm, accepted.error())};
+  return {runtime,
+          motion_activity(label, arm, std::move(leg), options_of(*accepted, runtime.cell(), runtime.biases()))};
+}
+
+struct Offer {
+  std::string_view name;
+  bool (*by)(const Cell&, const std::string&);
+};
+template <class Interface>
+constexpr Offer offer() {
+  return {Interface::kName, &Interface::offered_by};
+}
+constexpr std::array<Offer, 11> kOffers = {
+    offer<MotionInterface>(),    offer<PtpInterface>(),      offer<LinInterface>(),    offer<HoldInterface>(),
+    offer<ForceInterface>(),     offer<JogInterface>(),      offer<FollowInterface>(), offer<ControlModeInterface>(),
+    offer<FreedriveInterface>(), offer<GrippingInterface>(), offer<OutputInterface>()};
+
+bool is_output(const Cell& cell, const std::string& name) {
+  return cell.digital_outputs.contains(name) || cell.analog_outputs.contains(name);
+}
+
+/// @param actuator  whose diagnostic it is
+[[noreturn]] void throw_diagnostic(Code code, const std::string& actuator, std::string message, std::string hint) {
+  Diagnostics why;
+  why.error(code, pointer_segment(actuator), std::move(message), std::move(hint));
+  throw ActivityError(std::move(why));
+}
+
+}  // namespace
+
+bool PtpInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
+bool LinInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
+bool MotionInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
+bool HoldInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
+bool ForceInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
+bool JogInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
+bool FollowInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
+bool ControlModeInterface::offered_by(const Cell& cell, const std::string& actuator) {
+  const auto arm = cell.arms.find(actuator);
+  return arm != cell.arms.end() && arm->second.device->description().modes.modes.size() > 1;
+}
+bool FreedriveInterface::offered_by(const Cell& cell, const std::string& actuator) {
+  return command::freedrive_kind(cell, actuator) != command::FreedriveKind::kNone;
+}
+bool GrippingInterface::offered_by(const Cell& cell, const std::string& actuator) {
+  return cell.grippers.contains(actuator);
+}
+bool OutputInterface::offered_by(const Cell& cell, const std::string& actuator) { return is_output(cell, actuator); }
+
+Activity PtpInterface::ptp(const JointVector& q_goal, const MotionParameters& parameters) const {
+  return make_motion(
+      runtime(), PathKind::kPtp, "PTP", actuator(),
+      [q_goal](const ArmModel& arm, const JointVector& q) { return motion::ptp_leg(arm, q, q_goal); }, parameters);
+}
+
+Activity PtpInterface::ptp(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {
+  return make_motion(
+      runtime(), PathKind::kPtp, "PTP", actuator(),
+      [X_BT](const ArmModel& arm, const JointVector& q) { return ptp_to_pose(arm, q, X_BT); }, parameters);
+}
+
+Activity PtpInterface::spline(const std::vector<JointVector>& points, const MotionParameters& parameters) const {
+  return make_motion(
+      runtime(), PathKind::kSpline, "spline", actuator(),
+      [points](const ArmModel& arm, const JointVector& q) { return motion::spline_leg(arm, q, points); }, parameters);
+}
+
+Activity LinInterface::lin(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {
+  return make_motion(
+      runtime(), PathKind::kLin, "LIN", actuator(),
+      [X_BT](const ArmModel& arm, const JointVector& q) { return motion::lin_leg(arm, q, X_BT); }, parameters);
+}
+
+Activity LinInterface::lin_by(const Eigen::Vector3d& way_B, const MotionParameters& parameters) const {
+  return make_motion(
+      runtime(), PathKind::kLin, "LIN", actuator(),
+      [way_B](const ArmModel& arm, const JointVector& q) {
+        Eigen::Isometry3d X = arm.chain.forward(q) * arm.X_FM;
+        X.translation() += way_B;
+        return motion::lin_leg(arm, q, X);
+      },
+      parameters);
+}
+
+Activity LinInterface::circ(const motion::ArcThrough& arc, const MotionParameters& parameters) const {
+  return make_motion(
+      runtime(), PathKind::kCirc, "CIRC", actuator(),
+      [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); }, parameters);
+}
+
+Activity LinInterface::circ(const motion::ArcAbout& arc, const MotionParameters& parameters) const {
+  return make_motion(
+      runtime(), PathKind::kCirc, "CIRC", actuator(),
+      [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); }, parameters);
+}
+
+Activity LinInterface::spline(const std::vector<Eigen::Isometry3d>& poses_BT,
+                              const MotionParameters& parameters) const {
+  return make_motion(
+      runtime(), PathKind::kSpline, "spline", actuator(),
+      [poses_BT](const ArmModel& arm, const JointVector& q) { return motion::spline_leg(arm, q, poses_BT); },
+      parameters);
+}
+
+// -- Operations by their parameters -------------------------------------------------------------------------------
+
+template <class P>
+Activity ActuatorInterface::make(std::string_view type, const ParameterTable<P>& table, P parameters,
+                                 std::string P::*device, std::unique_ptr<OperationCommand> (*make_command)(const P&),
+                                 ArmAfter arms) const {
+  parameters.*device = actuator_;
+  return make(
+      operation_activity(type, table, parameters, make_command, actuator_, runtime_->cell(), runtime_->biases(), arms));
+}
+
+Activity ForceInterface::press(const PressParameters& parameters) const {
+  return make("press", press_parameters(), parameters, &PressParameters::arm, press_command);
+}
+
+Activity ForceInterface::search(const SearchParameters& parameters) const {
+  return make("search", search_parameters(), parameters, &SearchParameters::arm, search_command);
+}
+
+Activity HoldInterface::hold(const HoldParameters& parameters) const {
+  return make("hold", hold_parameters(), parameters, &HoldParameters::arm, hold_command, ArmAfter::kStays);
+}
+
+Activity JogInterface::jog(const JogParameters& parameters) const {
+  return make("jog", jog_parameters(), parameters, &JogParameters::arm, jog_command);
+}
+
+Activity FollowInterface::follow(const FollowParameters& parameters) const {
+  return make("follow", follow_parameters(), parameters, &FollowParameters::arm, follow_command);
+}
+
+Activity GrippingInterface::close(const GripParameters& parameters) const {
+  return make("grip", grip_parameters(), parameters, &GripParameters::gripper, close_command);
+}
+
+Activity GrippingInterface::open(const ReleaseParameters& parameters) const {
+  return make("release", release_parameters(), parameters, &ReleaseParameters::gripper, open_command);
+}
+
+Activity OutputInterface::set(const SetParameters& parameters) const {
+  return make("set", set_parameters(), parameters, &SetParameters::output, set_command);
+}
+Activity OutputInterface::set(bool value) const { return set(SetParameters{.value = value}); }
+Activity OutputInterface::set(double value) const { return set(SetParameters{.value = value}); }
+
+Activity FreedriveInterface::freedrive(const FreedriveParameters& parameters) const {
+  FreedriveParameters own = parameters;
+  own.arm = actuator();
+  const auto accepted = freedrive_parameters().accept(own, runtime().cell());
+  if (!accepted) return make(refused_activity(actuator() + " freedrive", actuator(), accepted.error()));
+  return make(freedrive_activity(*accepted, runtime().cell(), runtime().biases()));
+}
+
+// -- Control modes ---------------------------------------------------------------------------------------------------
+
+Activity ControlModeInterface::switch_to(device::ControlMode mode) const {
+  return make(mode_activity(actuator(), mode));
+}
+
+Activity ControlModeInterface::switch_to(std::string_view mode) const {
+  if (const auto known = device::control_mode_of(mode)) return switch_to(*known);
+  std::vector<std::string> names;
+  for (const device::ControlMode one : modes()) names.emplace_back(name_of(one));
+  throw_diagnostic(Code::kUnknownName, actuator(), fmt::format("there is no control mode '{}'", mode),
+                   nearest_choice(mode, names));
+}
+
+const device::Arm& ControlModeInterface::arm() const { return *runtime().cell().arms.at(actuator()).device; }
+device::ControlMode ControlModeInterface::mode() const { return arm().mode(); }
+std::vector<device::ControlMode> ControlModeInterface::modes() const { return arm().description().modes.modes; }
+
+Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), name_(std::move(name)) {
+  if (!interfaces().empty()) return;
+  const Cell& cell = runtime.cell();
+  std::vector<std::string> names;
+  const auto add = [&names](const auto& map) {
+    for (const auto& [one, device] : map) names.push_back(one);
+  };
+  add(cell.arms);
+  add(cell.grippers);
+  add(cell.digital_outputs);
+  add(cell.analog_outputs);
+  throw_diagnostic(Code::kUnknownName, name_, fmt::format("the cell has no actuator '{}'", name_),
+                   nearest_choice(name_, names));
+}
+
+std::vector<std::string> Actuator::interfaces() const {
+  std::vector<std::string> names;
+  for (const Offer& one : kOffers)
+    if (one.by(runtime_->cell(), name_)) names.emplace_back(one.name);
+  return names;
+}
+
+void Actuator::refuse(std::string_view interface) const {
+  throw_diagnostic(Code::kUnsupported, name_, fmt::format("'{}' has no {}", name_, interface),
+                   fmt::format("it offers {}", fmt::join(interfaces(), ", ")));
+}
+
+const command::MountedArm& Actuator::arm() const {
+  const auto found = runtime_->cell().arms.find(name_);
+  if (found == runtime_->cell().arms.end())
+    throw_diagnostic(Code::kWrongType, name_, fmt::format("'{}' is not an arm", name_), "an arm of the cell");
+  return found->second;
+}
+
+JointVector Actuator::q() const { return arm().device->set_point().q; }
+
+JointVector Actuator::home() const { return arm().device->description().home; }
+
+Eigen::Isometry3d Actuator::flange() const { return arm().device->description().chain->forward(q()); }
+
+Eigen::Isometry3d Actuator::above(const std::string& name, double height) const {
+  const Eigen::Isometry3d down(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitY()));
+  return frame(name) * Eigen::Translation3d(0.0, 0.0, height) * down;
+}
+
+void Actuator::carry(double mass) const {
+  if (!(mass >= 0.0 && std::isfinite(mass)))
+    throw_diagnostic(Code::kOutOfRange, name_, fmt::format("a mass of {:g} kg", mass), "0 or more");
+  device::Arm& device = *arm().device;
+  if (device.held())
+    throw_diagnostic(Code::kNotPossibleNow, name_, fmt::format("'{}' runs: its load changes between activities", name_),
+                     "after their end");
+  device::ToolSetting tool = runtime_->empty_tool(name_, device.tool());
+  tool.payload = device::combine(tool.payload, {.mass = mass, .p_FC = arm().X_FT.translation()});
+  device.set_tool(tool);
+}
+
+Eigen::Isometry3d Actuator::frame(const std::string& name) const {
+  const auto X_WB = runtime_->cell().frames.pose(name_), X_WF = runtime_->cell().frames.pose(name);
+  for (const auto* X : {&X_WB, &X_WF}) {
+    if (*X) continue;
+    Diagnostics why;
+    why.append(X->error(), pointer_segment(name_));
+    throw ActivityError(std::move(why));
+  }
+  return X_WB->inverse() * *X_WF;
+}
+
+}  // namespace takt::activity

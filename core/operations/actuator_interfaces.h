@@ -1,0 +1,243 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/activity/activity.h"
+#include "core/activity/command_activity.h"
+#include "core/operations/follow.h"
+#include "core/operations/freedrive.h"
+#include "core/operations/grip.h"
+#include "core/operations/hold.h"
+#include "core/operations/jog.h"
+#include "core/operations/motion.h"
+#include "core/operations/press.h"
+#include "core/operations/search.h"
+#include "core/operations/set.h"
+
+/// Operations in C++: what the actuators of a cell offer to programs, groups of activities that belong together
+/// (docs/activity-layer.md, docs/operations.md). They take the very parameters that files fill; what is wrong with them
+/// is told as to a file when the activity is carried out. Poses are of the arm's tool centre point T in its base B, in
+/// m. Realtime: setup.
+namespace takt::activity {
+
+/// A group of activities of one actuator.
+class ActuatorInterface {
+ public:
+  ActuatorInterface(Runtime& runtime, std::string actuator) : runtime_(&runtime), actuator_(std::move(actuator)) {}
+  [[nodiscard]] const std::string& actuator() const { return actuator_; }
+
+ protected:
+  [[nodiscard]] Runtime& runtime() const { return *runtime_; }
+  [[nodiscard]] Activity make(ActivityPtr model) const { return {*runtime_, std::move(model)}; }
+  /// An operation of this actuator, checked by its table. @param device  the parameter that names the actuator
+  template <class P>
+  [[nodiscard]] Activity make(std::string_view type, const ParameterTable<P>& table, P parameters,
+                              std::string P::*device, std::unique_ptr<OperationCommand> (*make_command)(const P&),
+                              ArmAfter arms = ArmAfter::kUnknown) const;
+
+ private:
+  Runtime* runtime_;
+  std::string actuator_;
+};
+
+/// Motions in joints, of arms.
+class PtpInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "PtpInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  [[nodiscard]] Activity ptp(const kinematics::JointVector& q_goal, const MotionParameters& parameters = {}) const;
+  /// To the nearest configuration that has this pose.
+  [[nodiscard]] Activity ptp(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] Activity spline(const std::vector<kinematics::JointVector>& points,
+                                const MotionParameters& parameters = {}) const;
+};
+
+/// Motions of the tool, of arms with inverse kinematics.
+class LinInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "LinInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  [[nodiscard]] Activity lin(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters = {}) const;
+  /// From wherever it will be, by this much in the axes of the base.
+  [[nodiscard]] Activity lin_by(const Eigen::Vector3d& way_B, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] Activity circ(const motion::ArcThrough& arc, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] Activity circ(const motion::ArcAbout& arc, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] Activity spline(const std::vector<Eigen::Isometry3d>& poses_BT,
+                                const MotionParameters& parameters = {}) const;
+};
+
+/// All motions of an arm.
+class MotionInterface final : public PtpInterface, public LinInterface {
+ public:
+  static constexpr std::string_view kName = "MotionInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  MotionInterface(Runtime& runtime, const std::string& actuator)
+      : PtpInterface(runtime, actuator), LinInterface(runtime, actuator) {}
+  using LinInterface::spline;
+  using PtpInterface::spline;
+};
+
+/// Standing still with a living command, of arms.
+class HoldInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "HoldInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// Until it is cancelled, or for so long (s).
+  [[nodiscard]] Activity hold(std::optional<double> seconds = {}) const { return hold({.seconds = seconds}); }
+  [[nodiscard]] Activity hold(const HoldParameters& parameters) const;
+};
+
+/// How an arm follows its set points (docs/control-modes.md), of arms that can do so in more than one way.
+class ControlModeInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "ControlModeInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// Waits until the arm stands and nothing holds it, and brings it into the mode; what follows is planned from there.
+  /// Out of impedance, `position` begins where the arm is. A mode that it has not, or cannot go into from the one it is
+  /// in, is refused with those that are allowed.
+  [[nodiscard]] Activity switch_to(device::ControlMode mode) const;
+  [[nodiscard]] Activity switch_to(std::string_view mode) const;
+  /// In which it is now.
+  [[nodiscard]] device::ControlMode mode() const;
+  [[nodiscard]] std::vector<device::ControlMode> modes() const;
+
+ private:
+  [[nodiscard]] const device::Arm& arm() const;
+};
+
+/// Motions that a force leads, of arms with inverse kinematics.
+class ForceInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "ForceInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// Approaches along a direction until contact, then presses with a force: until a time or a state, or until it is
+  /// cancelled; then the arm comes to rest.
+  [[nodiscard]] Activity press(const PressParameters& parameters = {}) const;
+  /// The same, and follows a pattern across the direction until something is found.
+  [[nodiscard]] Activity search(const SearchParameters& parameters) const;
+};
+
+/// Velocities of the tool, of arms with inverse kinematics.
+class JogInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "JogInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// Manual control while a dead-man switch is held.
+  [[nodiscard]] Activity jog(const JogParameters& parameters) const;
+};
+
+/// Poses that move, of arms with inverse kinematics.
+class FollowInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "FollowInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// The tool goes after a frame, or after the poses of a channel.
+  [[nodiscard]] Activity follow(const FollowParameters& parameters) const;
+};
+
+/// Guiding by hand, of arms that have joint impedance, or a force/torque sensor and inverse kinematics.
+class FreedriveInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "FreedriveInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// A person leads the arm until the end, or until it is cancelled; then it rests where it is, in the control mode
+  /// that it had before (command::freedrive). An arm whose force/torque sensor was not tared tares it at the beginning.
+  [[nodiscard]] Activity freedrive(const FreedriveParameters& parameters = {}) const;
+};
+
+/// Of grippers.
+class GrippingInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "GrippingInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// What has to be between the fingers (`expect`), and what the arm carries then, are of files: a program looks at the
+  /// gripper's states and tells the arm (Actuator::carry).
+  [[nodiscard]] Activity close(const GripParameters& parameters = {}) const;
+  [[nodiscard]] Activity open(const ReleaseParameters& parameters = {}) const;
+};
+
+/// Of digital and analog outputs.
+class OutputInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "OutputInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  [[nodiscard]] Activity set(bool value) const;
+  [[nodiscard]] Activity set(double value) const;
+  /// As a file has it: a value, or what an analog output follows.
+  [[nodiscard]] Activity set(const SetParameters& parameters) const;
+};
+
+/// Something of the cell that can be told what to do, as programs see it: arm.use<LinInterface>().lin(goal). A cheap
+/// value.
+class Actuator {
+ public:
+  /// Throws ActivityError, with the nearest name, if the cell has nothing of this name.
+  Actuator(Runtime& runtime, std::string name);
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] Runtime& runtime() const { return *runtime_; }
+  /// Throws ActivityError, with what it offers, if it has no such interface.
+  template <class Interface>
+  [[nodiscard]] Interface use() const {
+    if (!offers<Interface>()) refuse(Interface::kName);
+    return Interface(*runtime_, name_);
+  }
+  template <class Interface>
+  [[nodiscard]] bool offers() const {
+    return Interface::offered_by(runtime_->cell(), name_);
+  }
+  /// Names of the interfaces that it offers.
+  [[nodiscard]] std::vector<std::string> interfaces() const;
+
+  // Of arms.
+  /// The set point of now.
+  [[nodiscard]] kinematics::JointVector q() const;
+  /// The posture of its model's device file.
+  [[nodiscard]] kinematics::JointVector home() const;
+  /// Where flange and tool centre point are by the set point of now, in the base.
+  [[nodiscard]] Eigen::Isometry3d flange() const;
+  [[nodiscard]] Eigen::Isometry3d tool() const { return flange() * arm().X_FT; }
+  /// A frame of the cell in the base of the arm. Throws ActivityError if it is not there.
+  [[nodiscard]] Eigen::Isometry3d frame(const std::string& name) const;
+  /// A tool pose in the base that looks down the z axis of a frame, from this height (m) above it.
+  [[nodiscard]] Eigen::Isometry3d above(const std::string& name, double height) const;
+  /// Tells an arm that stands that it carries a point mass (kg) at its tool centre point more; and that it does not.
+  void carry(double mass) const;
+  void put_down() const { carry(0.0); }
+  /// Override, pause and resume (Runtime).
+  void set_speed(double rate) const { runtime_->set_speed(name_, rate); }
+  void pause() const { runtime_->pause(name_); }
+  void resume() const { runtime_->resume(name_); }
+
+ private:
+  [[noreturn]] void refuse(std::string_view interface) const;
+  [[nodiscard]] const command::MountedArm& arm() const;
+
+  Runtime* runtime_;
+  std::string name_;
+};
+
+}  // namespace takt::activity

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/activity/activity_model.h"
+#include "core/expression/condition_state.h"
+#include "core/operations/operation.h"
+
+/// "freedrive": a person guides an arm by hand. Realtime: setup.
+namespace takt::activity {
+
+struct FreedriveParameters {
+  std::string arm = {};                              ///< empty: the only one
+  std::optional<command::StateSource> enabled = {};  ///< dead-man switch; nothing: always
+  std::optional<command::StateSource> until = {};
+  std::optional<double> seconds = {};   ///< s; with neither until it is cancelled
+  double velocity = 0.25;               ///< of the tool at most, m/s
+  double turn = 1.0;                    ///< of the tool at most, rad/s
+  std::string name = {}, pointer = {};  ///< for people; in its file
+};
+[[nodiscard]] const ParameterTable<FreedriveParameters>& freedrive_parameters();
+[[nodiscard]] ActivityPtr freedrive_activity(const FreedriveParameters& parameters, const command::Cell& cell,
+                                             const command::Biases& biases);
+[[nodiscard]] Operation freedrive_operation();
+
+}  // namespace takt::activity

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/command/actions/device_commands.h"
+#include "core/operations/operation.h"
+#include "core/operations/step.h"
+
+/// "grip": closes a gripper until a part stops its fingers. "release": opens it. Realtime: setup.
+namespace takt::activity {
+
+/// Absent figures are those of the gripper.
+struct GripParameters {
+  std::string gripper = {};                                  ///< empty: the only one
+  std::optional<double> width = {}, speed = {}, force = {};  ///< m, m/s, N
+  enum class Expect { kPart, kNothing, kAny } expect = Expect::kPart;
+  std::optional<std::string> part = {};  ///< object that the arm carries then; nothing: none that matters
+  double part_mass = 0.0;                ///< kg, told to the arm; 0: the arm is told nothing
+  std::string name = {}, pointer = {};   ///< for people; in its file
+};
+struct ReleaseParameters {
+  std::string gripper = {};                                  ///< empty: the only one
+  std::optional<double> width = {}, speed = {}, force = {};  ///< m, m/s, N
+  std::string name = {}, pointer = {};                       ///< for people; in its file
+};
+[[nodiscard]] const ParameterTable<GripParameters>& grip_parameters();
+[[nodiscard]] const ParameterTable<ReleaseParameters>& release_parameters();
+
+/// The fingers alone: what has to be between them, and what the arm carries then, is up to the program.
+[[nodiscard]] std::unique_ptr<OperationCommand> close_command(const GripParameters& parameters);
+[[nodiscard]] std::unique_ptr<OperationCommand> open_command(const ReleaseParameters& parameters);
+[[nodiscard]] Operation grip_operation();
+[[nodiscard]] Operation release_operation();
+
+}  // namespace takt::activity

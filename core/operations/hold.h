@@ -1,0 +1,23 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/operations/online.h"
+
+/// "hold": an arm stands where it is, with a living command. Realtime: setup.
+namespace takt::activity {
+
+struct HoldParameters {
+  std::string arm = {};                ///< empty: the only one
+  std::optional<double> seconds = {};  ///< s; nothing: until it is cancelled
+  std::optional<command::StateSource> until = {};
+  std::optional<ComplianceParameters> compliance = {};  ///< nothing: as the arm is
+  std::string name = {}, pointer = {};                  ///< for people; in its file
+};
+[[nodiscard]] const ParameterTable<HoldParameters>& hold_parameters();
+[[nodiscard]] std::unique_ptr<OperationCommand> hold_command(const HoldParameters& parameters);
+[[nodiscard]] Operation hold_operation();
+
+}  // namespace takt::activity

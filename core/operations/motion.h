@@ -1,0 +1,81 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/activity/motion_activity.h"
+#include "core/expression/condition_state.h"
+#include "core/motion/leg.h"
+#include "core/operations/compliance.h"
+#include "core/operations/goal.h"
+#include "core/operations/operation.h"
+#include "core/operations/overlay.h"
+
+namespace takt::activity {
+
+enum class PathKind { kPtp, kLin, kCirc, kSpline };
+
+/// How a planned motion is carried out, and where it goes. Shares are of the limits of the arm.
+struct MotionParameters {
+  double velocity = 1.0, acceleration = 1.0;   ///< (0, 1]; files: speed, acceleration
+  std::optional<double> linear_velocity = {};  ///< of the tool centre point, m/s
+  BlendingCondition blend = {};                ///< into the motion after it; not with `until`
+  /// The arm brakes on its path when this holds (or nobody knows, row N3): a guarded motion.
+  std::optional<command::StateSource> until = {};
+  /// As soon as it holds the arm brakes on its path, and the motion has failed.
+  std::optional<command::StateSource> abort_if = {};
+  std::optional<Eigen::Isometry3d> X_FM = {};  ///< programs: the frame that moves, in the flange; default: the tool
+  /// How the arm gives way meanwhile; it has to be in that control mode. Default: as the arm is.
+  std::optional<ComplianceParameters> compliance = {};
+  /// Laid over the path, which has at most kShareWithOverlay of the accelerations then. Neighbours in one plan hand a
+  /// weave on (command::plan_weaves); where the next motion takes over in the run it ends at rest before.
+  std::optional<command::WeaveParameters> weave = {};
+  std::optional<ForceOffsetParameters> force_offset = {};
+  bool must_touch = true;  ///< "on_end": a guarded step that reaches its goal is a failure
+
+  // Where it goes: files say it here, programs by the method that they call.
+  /// CIRC about an axis in place of a goal.
+  struct About {
+    std::string in = "world";
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< in that frame, m
+    Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   ///< in that frame
+    double angle = 0.0;                                ///< rad
+  };
+  PathKind kind = PathKind::kPtp;
+  std::string arm = {};       ///< empty: the only one
+  std::string follower = {};  ///< a second arm that moves as one with it; empty: none
+  Goal goal = {};             ///< all but splines, and arcs about an axis
+  std::optional<Goal> via = {};
+  std::optional<About> about = {};
+  motion::ArcOrientation orientation = motion::ArcOrientation::kToGoal;
+  std::vector<Goal> through = {};
+  std::string name = {}, pointer = {};  ///< for people; in its file
+
+  [[nodiscard]] bool blends() const { return blend.way.kind != motion::Blend::Kind::kNone; }
+  [[nodiscard]] bool has_overlay() const { return weave || force_offset; }
+};
+
+/// The arms that motions move, as one name.
+[[nodiscard]] std::string moved_by(const MotionParameters& request);
+
+[[nodiscard]] const ParameterTable<MotionParameters>& motion_parameters(PathKind kind);
+
+/// As activities want them. @param biases  of the sensors in their conditions
+[[nodiscard]] MotionOptions options_of(const MotionParameters& motion, const command::Cell& cell,
+                                       const command::Biases& biases);
+
+/// Reads one. Diagnostics: all that is wrong with its form.
+[[nodiscard]] MotionParameters read_motion(PathKind kind, const OperationSource& source);
+
+/// The operations ptp, lin, circ and spline.
+[[nodiscard]] Operation ptp_operation();
+[[nodiscard]] Operation lin_operation();
+[[nodiscard]] Operation circ_operation();
+[[nodiscard]] Operation spline_operation();
+/// Several of them, blended into one motion, as a command of a transaction.
+[[nodiscard]] Operation motions_operation();
+
+}  // namespace takt::activity

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "core/activity/command_activity.h"
+#include "core/operations/operation_command.h"
+
+/// Operations as activities of programs in C++. Realtime: setup.
+namespace takt::activity {
+
+/// An operation that is a command, made anew each time it is carried out. @param biases  of force/torque sensors
+[[nodiscard]] ActivityPtr operation_activity(std::string name, std::unique_ptr<const OperationCommand> command,
+                                             std::string actuator, command::Biases biases,
+                                             ArmAfter arms = ArmAfter::kUnknown);
+
+/// One whose parameters were refused: it is never carried out.
+[[nodiscard]] ActivityPtr refused_activity(std::string name, std::string actuator, Diagnostics why);
+
+/// The same from parameters: checked as those of a file. @param make  from parameters that are right
+template <class P>
+ActivityPtr operation_activity(std::string_view type, const ParameterTable<P>& table, const P& parameters,
+                               std::unique_ptr<OperationCommand> (*make)(const P&), const std::string& actuator,
+                               const command::Cell& cell, const command::Biases& biases,
+                               ArmAfter arms = ArmAfter::kUnknown) {
+  const std::string name = parameters.name.empty() ? std::string(type) + " " + actuator : parameters.name;
+  auto accepted = table.accept(parameters, cell);
+  if (!accepted) return refused_activity(name, actuator, std::move(accepted.error()));
+  std::unique_ptr<OperationCommand> command = make(*accepted);
+  command->name = type;
+  return operation_activity(name, std::move(command), actuator, biases, arms);
+}
+
+}  // namespace takt::activity

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/activity/activity_run.h"
+#include "core/command/command.h"
+#include "core/operations/operation.h"
+#include "core/operations/step.h"
+#include "core/operations/transaction.h"
+#include "core/rcc/control_core.h"
+
+/// Operations as commands: what a step "transaction" is made of (docs/programs.md), and operations of programs in C++.
+/// Read or filled once; made into commands of the command layer each time they begin.
+namespace takt::activity {
+
+/// What commands are made with.
+struct BuildContext {
+  const command::Cell& cell;
+  const command::Biases& biases;
+  Diagnostics& notes;                                ///< gets what planners have to say, with pointers of the file
+  std::optional<command::RealSensor> progress = {};  ///< of the command that this one follows()
+  command::ExternalHandler tell = {};                ///< hears of external effects
+};
+
+/// One command that was made. Nothing that it does itself is set: for a wait or a transaction.
+struct MadeCommand {
+  command::Command command;
+  std::optional<command::Action> action = {};
+  std::optional<command::Actuator> actuator = {};
+  std::vector<std::string> handler_places = {};  ///< of each handler that it has already: below its pointer
+  /// Where below its pointer things stand in the file that the command layer calls otherwise: theirs, ours.
+  std::vector<std::pair<std::string, std::string>> places = {};
+};
+
+/// An operation as a command. Immutable once its tree is read.
+class OperationCommand {
+ public:
+  OperationCommand() = default;
+  virtual ~OperationCommand() = default;
+  OperationCommand(const OperationCommand&) = delete;
+  OperationCommand& operator=(const OperationCommand&) = delete;
+
+  /// The command, named as this, without what `on` says. Not of transactions.
+  /// @param key  with which the names of what it observes begin
+  [[nodiscard]] virtual MadeCommand make(const BuildContext& making, const std::string& key) const = 0;
+  /// The name of the command whose progress it follows; empty: none. That one is made before.
+  [[nodiscard]] virtual std::string follows() const { return {}; }
+  /// Figures that its device does not have; with whole pointers.
+  virtual void check(const command::Cell&, Diagnostics&) const {}
+  /// What it leaves in a rehearsal beside the places of the arms: time, what is touched or carried.
+  virtual void rehearse(Rehearsal&, Diagnostics&) const {}
+  /// What has come of it once the tree has ended in order: results for the program; diagnostics, with whole pointers,
+  /// if it has failed. @param cancelled  somebody has cancelled the whole
+  virtual void finish(const ActivityRun&, const std::string& key, bool cancelled, Context&, Diagnostics&) const {
+    (void)key;
+    (void)cancelled;
+  }
+
+  /// Null but of a transaction.
+  [[nodiscard]] const TransactionParameters* transaction() const { return transaction_.get(); }
+  [[nodiscard]] const std::vector<std::unique_ptr<OperationCommand>>& parts() const { return parts_; }
+  [[nodiscard]] const OperationCommand* parent() const { return parent_; }
+  /// The command that a name means here: one directly inside, itself, or one around; "a/b" is b inside of a.
+  [[nodiscard]] const OperationCommand* find(std::string_view name) const;
+  /// The transaction that declares a raised state: this or around, else any of the tree (rule C10 tells).
+  [[nodiscard]] const OperationCommand* find_raised(const std::string& state) const;
+  /// All commands of the tree below this one, itself first.
+  [[nodiscard]] std::vector<const OperationCommand*> all() const;
+
+  std::string name, pointer;
+  bool starts = false;  ///< in the cycle in which its transaction does
+  std::vector<HandlerParameters> handlers;
+
+ protected:
+  void adopt(std::unique_ptr<OperationCommand> part) {
+    part->parent_ = this;
+    parts_.push_back(std::move(part));
+  }
+
+  std::unique_ptr<TransactionParameters> transaction_;
+
+ private:
+  std::vector<std::unique_ptr<OperationCommand>> parts_;
+  const OperationCommand* parent_ = nullptr;
+};
+
+/// Reads a command with what it says of events; its "do" says of which type it is. Never null: with diagnostics it may
+/// be one that is never made. Names of commands and raised states are not looked at (step_of_command()). Realtime:
+/// setup.
+[[nodiscard]] std::unique_ptr<OperationCommand> read_any_command(const OperationSource& source);
+
+}  // namespace takt::activity

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/operations/pressing.h"
+
+/// "press": touches along a direction and holds a force. Realtime: setup.
+namespace takt::activity {
+
+struct PressParameters {
+  std::string arm = {}, sensor = {};  ///< empty: the only one
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
+  std::string in = "tcp";                                ///< whose axes the direction is along
+  double force = 10.0, approach = 0.002, travel = 0.05;  ///< N, m/s, m
+  /// For which the force is held once it is there, s. Without it and without `until` as a step for half a second, in a
+  /// transaction until it is cancelled.
+  std::optional<double> seconds = {};
+  std::optional<command::StateSource> until = {};
+  std::optional<ComplianceParameters> compliance = {};
+  std::string name = {}, pointer = {};  ///< for people; in its file
+};
+
+[[nodiscard]] const ParameterTable<PressParameters>& press_parameters();
+/// As an activity: without `seconds` and `until` for half a second, as a step.
+[[nodiscard]] std::unique_ptr<OperationCommand> press_command(const PressParameters& parameters);
+[[nodiscard]] Operation press_operation();
+
+}  // namespace takt::activity

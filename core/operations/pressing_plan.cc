@@ -1,0 +1,121 @@
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "core/kinematics/chain.h"
+#include "core/operations/pressing.h"
+
+namespace takt::activity {
+namespace {
+
+using device::ControlMode;
+using kinematics::JointVector;
+
+/// From this share of the wanted force on there is contact; below a third of that there is none any more.
+constexpr double kContactShare = 0.3, kReleaseShare = 1.0 / 3.0;
+/// The integral acts slowly: it only takes away what the law leaves.
+constexpr double kIntegralTime_s = 1.0;
+/// Of the approach velocity: how fast the tool may follow a surface that gives way.
+constexpr double kMostVelocity = 5.0;
+constexpr double kMostAcceleration = 0.5;  ///< m/s^2
+
+Result<Eigen::Vector3d> direction_in_base(const Pressing& pressing, const command::Cell& cell,
+                                          const Eigen::Isometry3d& X_BT) {
+  if (pressing.in == "tcp") return Eigen::Vector3d((X_BT.linear() * pressing.direction).normalized());
+  const auto X_BI = cell.frames.pose(pressing.in, pressing.arm);
+  if (!X_BI) return std::unexpected(X_BI.error());
+  return Eigen::Vector3d((X_BI->linear() * pressing.direction).normalized());
+}
+
+// -- Springs ---------------------------------------------------------------------------------------------------------
+
+/// How the arm gives way while it presses.
+device::Compliance springs_of(const Pressing& pressing, const device::Arm& arm) {
+  return pressing.compliance ? springs_of(*pressing.compliance, arm.description()) : arm.compliance();
+}
+
+/// A force of the tool along a direction of the base as the axes of the springs have it: joints, or x, y, z.
+JointVector as_springs_feel(const device::Compliance& springs, const command::MountedArm& arm,
+                            const Eigen::Vector3d& direction_B, const JointVector& q) {
+  Eigen::Isometry3d X_BF;
+  kinematics::Jacobian J;
+  arm.device->description().chain->jacobian(q, X_BF, J);
+  if (springs.mode == ControlMode::kCartesianImpedance)
+    return springs.in_tool_axes ? Eigen::Vector3d((X_BF.linear() * arm.X_FT.linear()).transpose() * direction_B)
+                                : direction_B;
+  kinematics::Vector6 at_flange;
+  at_flange << direction_B, (X_BF.linear() * arm.X_FT.translation()).cross(direction_B);
+  return J.transpose() * at_flange;
+}
+
+/// What springs do to a tool along a direction.
+struct Softness {
+  double by = 0.0;      ///< by how much the tool gives way to a force, m/N; infinite: nothing holds it
+  double beside = 0.0;  ///< how far what the arm exerts beside the springs pushes it, m
+};
+Softness softness_along(const device::Compliance& springs, const JointVector& felt) {
+  constexpr double kNone = 1e-9;
+  Softness softness;
+  for (Eigen::Index i = 0; i < felt.size(); ++i) {
+    if (std::abs(felt[i]) < kNone) continue;
+    softness.by += felt[i] * felt[i] / springs.stiffness[i];
+    softness.beside += felt[i] * springs.feed_forward[i] / springs.stiffness[i];
+  }
+  return softness;
+}
+
+/// Springs that are bent by more than the tool may be sent never press with the force.
+Result<std::optional<double>> softness_of(const Pressing& pressing, const command::MountedArm& arm,
+                                          const Eigen::Vector3d& direction_B, const JointVector& q) {
+  const device::Compliance springs = springs_of(pressing, *arm.device);
+  if (springs.mode == ControlMode::kPosition) return std::nullopt;
+  const Softness softness = softness_along(springs, as_springs_feel(springs, arm, direction_B, q));
+  if (!std::isfinite(softness.by))
+    return failure(Code::kRequires, "/force_N", "the tool has no stiffness along the direction",
+                   "a stiffness above 0 there");
+  const double bent = softness.by * pressing.force - softness.beside;
+  if (bent <= pressing.travel) return std::optional(softness.by);
+  return failure(Code::kLimitExceeded, "/travel_m",
+                 fmt::format("{:g} N bend the springs by {:.4g} m, and the tool is sent by {:g} m at most",
+                             pressing.force, bent, pressing.travel),
+                 "a longer travel, stiffer springs along the direction, or a part of the force beside them");
+}
+
+}  // namespace
+
+bool Pressing::needs_place() const {
+  const bool own_springs = compliance && compliance->mode != ControlMode::kPosition;
+  return path || in == "tcp" ||
+         (own_springs && (compliance->mode == ControlMode::kJointImpedance || compliance->in_tool_axes));
+}
+
+Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::Cell& cell, const JointVector& q) {
+  const command::MountedArm& arm = cell.arms.find(pressing.arm)->second;
+  const Eigen::Isometry3d X_BT = tool_pose(arm, q);
+  const auto direction = direction_in_base(pressing, cell, X_BT);
+  if (!direction) return std::unexpected(direction.error());
+  const auto softness = softness_of(pressing, arm, *direction, q);
+  if (!softness) return std::unexpected(softness.error());
+  command::PressWish wish{.force = {.force = pressing.force,
+                                    .approach_velocity = pressing.approach,
+                                    .contact_force = kContactShare * pressing.force,
+                                    .release_share = kReleaseShare,
+                                    // Takes the approach velocity away while the force builds up, whatever the surface
+                                    // is like.
+                                    .gain = pressing.approach / pressing.force,
+                                    .integral_time = kIntegralTime_s,
+                                    .velocity_max = kMostVelocity * pressing.approach,
+                                    .acceleration_max = kMostAcceleration},
+                          .travel = pressing.travel,
+                          .sink = pressing.drop,
+                          .clock = command::override_of(cell),
+                          .softness = *softness};
+  if (pressing.path) {
+    auto path = pressing.path({.cell = cell, .direction_B = *direction, .X_BT = X_BT, .q = q});
+    if (!path) return std::unexpected(path.error());
+    wish.path = std::make_shared<const motion::Motion>(std::move(path->motion));
+  }
+  return PlannedPressing{*direction, std::move(wish)};
+}
+
+}  // namespace takt::activity

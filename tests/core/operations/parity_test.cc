@@ -1,0 +1,219 @@
+// What exists in a file exists in C++ and comes to the same net, and is refused with the same diagnostics.
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "core/command/mapping.h"
+#include "core/operations/command_builder.h"
+#include "core/operations/control_mode.h"
+#include "core/operations/follow.h"
+#include "core/operations/freedrive.h"
+#include "core/operations/grip.h"
+#include "core/operations/hold.h"
+#include "core/operations/jog.h"
+#include "core/operations/motion.h"
+#include "core/operations/press.h"
+#include "core/operations/search.h"
+#include "core/operations/set.h"
+#include "tests/core/command/command_cell.h"
+
+namespace takt::activity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Made = Result<std::unique_ptr<OperationCommand>>;
+
+/// Parameters of a program, as its interfaces take them.
+template <class P>
+std::function<Made(const command::Cell&)> program(const ParameterTable<P>& (*table)(),
+                                                  std::unique_ptr<OperationCommand> (*make)(const P&),
+                                                  const P& parameters) {
+  return [=](const command::Cell& cell) -> Made {
+    auto accepted = table().accept(parameters, cell);
+    if (!accepted) return std::unexpected(accepted.error());
+    return make(*accepted);
+  };
+}
+
+/// The same in a file and in C++.
+struct Pair {
+  const char* operation;
+  const char* file;
+  std::function<Made(const command::Cell&)> in_cpp;
+};
+
+std::vector<Pair> good_pairs() {
+  const command::Condition button{.kind = command::Condition::Kind::kDigital, .device = "button"};
+  const Eigen::Vector3d down(0, 0, -1);
+  return {
+      {"press", R"({"direction": [0, 0, -1], "in": "world", "force_N": 12, "travel_m": 0.03, "seconds": 0.5})",
+       program(press_parameters, press_command,
+               {.direction = down, .in = "world", .force = 12.0, .travel = 0.03, .seconds = 0.5})},
+      {"search", R"({"force_N": 8, "radius_m": 0.01, "pitch_m": 0.004, "drop_m": 0.003, "on_end": "continue"})",
+       program(search_parameters, search_command,
+               {.force = 8.0, .radius = 0.01, .pitch = 0.004, .drop = 0.003, .must_find = false})},
+      {"hold", R"({"seconds": 0.25, "until": {"input": "button", "is": true}})",
+       program(hold_parameters, hold_command, {.seconds = 0.25, .until = button})},
+      {"jog", R"({"while": {"input": "button", "is": true}, "linear_m_s": [0.1, 0, 0], "linear_max_m_s": 0.05})",
+       program(jog_parameters, jog_command,
+               {.enabled = button, .linear = Eigen::Vector3d(0.1, 0, 0), .linear_max = 0.05})},
+      {"follow", R"({"channel": "target", "linear_max_m_s": 0.2, "seconds": 2})",
+       program(follow_parameters, follow_command, {.channel = "target", .linear_max = 0.2, .seconds = 2.0})},
+      {"grip", R"({"width_m": 0.02, "force_N": 20, "expect": "any"})",
+       program(grip_parameters, close_command, {.width = 0.02, .force = 20.0, .expect = GripParameters::Expect::kAny})},
+      {"release", R"({"speed_m_s": 0.05})", program(release_parameters, open_command, {.speed = 0.05})},
+      {"set", R"({"output": "lamp", "value": true})",
+       program(set_parameters, set_command, {.output = "lamp", .value = true})},
+      {"set", R"({"output": "valve", "value": {"channel": "speed"}, "factor": 2, "seconds": 1})",
+       program(set_parameters, set_command,
+               {.output = "valve",
+                .source = ValueParameters{.kind = ValueParameters::Kind::kChannel, .of = "speed"},
+                .factor = 2.0,
+                .seconds = 1.0})},
+  };
+}
+
+std::vector<Pair> bad_pairs() {
+  return {
+      {"press", R"({"force_N": -5, "travel_m": 3, "direction": [0, 0, 0]})",
+       program(press_parameters, press_command, {.direction = Eigen::Vector3d::Zero(), .force = -5.0, .travel = 3.0})},
+      {"search", R"({"radius_m": 5, "pitch_m": 0.01})",
+       program(search_parameters, search_command, {.radius = 5.0, .pitch = 0.01})},
+      {"hold", R"({"seconds": -1})", program(hold_parameters, hold_command, {.seconds = -1.0})},
+      {"jog", R"({"linear_max_m_s": 7})", program(jog_parameters, jog_command, {.linear_max = 7.0})},
+      {"follow", R"({"angular_max_deg_s": 0})", program(follow_parameters, follow_command, {.angular_max = 0.0})},
+      {"grip", R"({"force_N": 0, "gripper": "hand"})",
+       program(grip_parameters, close_command, {.gripper = "hand", .force = 0.0})},
+      {"release", R"({"width_m": -0.1})", program(release_parameters, open_command, {.width = -0.1})},
+      {"set", R"({"output": "lamb", "value": true})",
+       program(set_parameters, set_command, {.output = "lamb", .value = true})},
+  };
+}
+
+class Parity : public ::testing::Test {
+ protected:
+  Made read(const Pair& pair) {
+    Diagnostics diagnostics;
+    const std::string pointer;
+    Json json = Json::parse(pair.file);
+    json["do"] = pair.operation;
+    auto command = Operations::global().find(pair.operation)->read_command({json, pointer, cell.cell, diagnostics});
+    if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+    return command;
+  }
+  /// The net as LOAD would get it.
+  std::string net_of(OperationCommand& command) {
+    command.name = "operation";
+    Diagnostics notes;
+    const command::Biases untared;
+    const CommandBuilder tree(command, {.cell = cell.cell, .biases = untared, .notes = notes});
+    command::Command made = tree.command();
+    command::Places places{{"arm", cell.q()}};
+    const Diagnostics unplanned = command::plan(made, places);
+    EXPECT_FALSE(unplanned.has_errors()) << unplanned.to_string();
+    const auto mapped = command::map(made);
+    EXPECT_TRUE(mapped) << mapped.error().to_string();
+    return mapped ? net::net_to_json(mapped->net).dump(1) : std::string();
+  }
+
+  test::CommandCell cell;
+};
+
+TEST_F(Parity, TheSameParametersComeToTheSameNet) {
+  for (const Pair& pair : good_pairs()) {
+    SCOPED_TRACE(pair.operation);
+    const Made in_file = read(pair), in_cpp = pair.in_cpp(cell.cell);
+    ASSERT_TRUE(in_file) << in_file.error().to_string();
+    ASSERT_TRUE(in_cpp) << in_cpp.error().to_string();
+    const std::string net = net_of(**in_file);
+    EXPECT_GT(net.size(), 200U);
+    EXPECT_EQ(net, net_of(**in_cpp));
+  }
+}
+
+TEST_F(Parity, TheSameMistakesAreToldInTheSameWords) {
+  for (const Pair& pair : bad_pairs()) {
+    SCOPED_TRACE(pair.operation);
+    const Made in_file = read(pair), in_cpp = pair.in_cpp(cell.cell);
+    ASSERT_FALSE(in_file);
+    ASSERT_FALSE(in_cpp);
+    EXPECT_EQ(in_file.error().to_string(), in_cpp.error().to_string());
+  }
+}
+
+TEST_F(Parity, MotionsHaveTheSameParameters) {
+  const Json json = Json::parse(R"({"do": "lin", "to": "home", "speed": 0.5, "acceleration": 0.9, "velocity_m_s": 0.1,
+    "blend_m": 0.02, "force_offset": {"force_N": 8, "reach_m": 0.01, "direction": [0, 0, 2]}})");
+  Diagnostics diagnostics;
+  const std::string pointer;
+  const MotionParameters in_file = read_motion(PathKind::kLin, {json, pointer, cell.cell, diagnostics});
+  EXPECT_EQ(diagnostics.to_string(), "");
+  const auto in_cpp =
+      motion_parameters(PathKind::kLin)
+          .accept({.velocity = 0.5,
+                   .acceleration = 0.9,
+                   .linear_velocity = 0.1,
+                   .blend = BlendingCondition::at_distance(0.02),
+                   .force_offset = ForceOffsetParameters{.direction = {0, 0, 2}, .reach = 0.01, .force = 8.0}},
+                  cell.cell);
+  ASSERT_TRUE(in_cpp) << in_cpp.error().to_string();
+  EXPECT_EQ(in_cpp->arm, in_file.arm);
+  EXPECT_EQ(in_cpp->velocity, in_file.velocity);
+  EXPECT_EQ(in_cpp->acceleration, in_file.acceleration) << "less than was asked for: a path leaves room for an offset";
+  EXPECT_EQ(in_cpp->linear_velocity, in_file.linear_velocity);
+  EXPECT_EQ(in_cpp->blend.way.kind, in_file.blend.way.kind);
+  EXPECT_EQ(in_cpp->force_offset, in_file.force_offset);
+  EXPECT_EQ(in_cpp->force_offset->direction, Eigen::Vector3d(0, 0, 1));
+}
+
+TEST_F(Parity, MistakesOfMotionsAreTheSame) {
+  const Json json = Json::parse(R"({"do": "ptp", "to": "home", "speed": 2, "blend_fraction": 0.9,
+                                    "weave": {"amplitude_m": 0.01, "frequency_Hz": 1}})");
+  Diagnostics in_file;
+  const std::string pointer;
+  (void)read_motion(PathKind::kPtp, {json, pointer, cell.cell, in_file});
+  const auto in_cpp = motion_parameters(PathKind::kPtp)
+                          .accept({.velocity = 2.0,
+                                   .blend = BlendingCondition(motion::Blend{motion::Blend::Kind::kFraction, 0.9}),
+                                   .weave = command::WeaveParameters{.amplitude = 0.01, .frequency = 1.0}},
+                                  cell.cell);
+  ASSERT_FALSE(in_cpp);
+  EXPECT_EQ(in_file.to_string(), in_cpp.error().to_string());
+  EXPECT_GE(in_file.list().size(), 3U);
+}
+
+// Whoever adds an operation adds a pair above, or says here how C++ does it.
+TEST_F(Parity, EveryOperationHasAFormInCpp) {
+  const std::map<std::string, std::string> otherwise{
+      {"ptp", "PtpInterface, its parameters above"},
+      {"lin", "LinInterface, likewise"},
+      {"circ", "LinInterface, likewise"},
+      {"spline", "PtpInterface and LinInterface, likewise"},
+      {"motions", "sequence() of motions that blend"},
+      {"transaction", "command::TransactionCommand"},
+      {"wait", "wait(), Cell::wait(), Cell::wait_until()"},
+      {"net", "net_activity()"},
+      {"tare", "Cell::tare()"},
+      {"record_contact", "guarded_outcome() gives the contact"},
+      {"fit_pose", "world::fit_pose()"},
+      {"control_mode", "ControlModeInterface::switch_to()"},
+      {"freedrive", "FreedriveInterface, its parameters; it is no command"},
+  };
+  std::set<std::string> good, bad;
+  for (const Pair& pair : good_pairs()) good.insert(pair.operation);
+  for (const Pair& pair : bad_pairs()) bad.insert(pair.operation);
+  EXPECT_EQ(good, bad);
+  for (const Operation& operation : Operations::global().all()) {
+    const std::string name(operation.name);
+    EXPECT_NE(good.contains(name), otherwise.contains(name)) << name;
+  }
+}
+
+}  // namespace
+}  // namespace takt::activity
