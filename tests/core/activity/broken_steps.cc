@@ -71,6 +71,8 @@ std::vector<BrokenRule> forces() {
       {search(R"("radius_m": 0.1, "pitch_m": 0.0001, "drop_m": 0.001)"), "/pitch_m", "points for this radius",
        "a wider pitch: at most 199 points"},
       {search(R"("radius_m": 0.01, "pitch_m": 0.002)"), "", "no end condition is given", "'drop_m' or 'until'"},
+      {R"({"do": "ptp", "to": "home", "unless": {"input": "button", "is": true}})", "/unless",
+       "'unless' is called 'abort_if' now", "'abort_if'"},
       {R"({"do": "tare", "sensor": "writs"})", "/sensor", "unknown value 'writs'", "did you mean 'wrist'?"},
       {R"({"do": "tare", "sensor": "wrist", "cycles": 0.5})", "/cycles", "unexpected value 0.5",
        "a number from 1 to 100000, whole"},

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/command/mapping.h"
+#include "core/operations/actuator_interfaces.h"
 #include "core/operations/command_builder.h"
 #include "core/operations/control_mode.h"
 #include "core/operations/follow.h"
@@ -44,12 +45,14 @@ std::function<Made(const command::Cell&)> program(const ParameterTable<P>& (*tab
 /// The same in a file and in C++.
 struct Pair {
   const char* operation;
-  const char* file;
+  std::string file;
   std::function<Made(const command::Cell&)> in_cpp;
 };
 
 std::vector<Pair> good_pairs() {
-  const command::Condition button{.kind = command::Condition::Kind::kDigital, .device = "button"};
+  command::Condition button;
+  button.kind = command::Condition::Kind::kDigital;
+  button.device = "button";
   const Eigen::Vector3d down(0, 0, -1);
   return {
       {"press", R"({"direction": [0, 0, -1], "in": "world", "force_N": 12, "travel_m": 0.03, "seconds": 0.5})",
@@ -83,8 +86,8 @@ std::vector<Pair> bad_pairs() {
   return {
       {"press", R"({"force_N": -5, "travel_m": 3, "direction": [0, 0, 0]})",
        program(press_parameters, press_command, {.direction = Eigen::Vector3d::Zero(), .force = -5.0, .travel = 3.0})},
-      {"search", R"({"radius_m": 5, "pitch_m": 0.01})",
-       program(search_parameters, search_command, {.radius = 5.0, .pitch = 0.01})},
+      {"search", R"({"radius_m": 0.5, "pitch_m": 0.001, "velocity_m_s": 2})",
+       program(search_parameters, search_command, {.radius = 0.5, .pitch = 0.001, .velocity = 2.0})},
       {"hold", R"({"seconds": -1})", program(hold_parameters, hold_command, {.seconds = -1.0})},
       {"jog", R"({"linear_max_m_s": 7})", program(jog_parameters, jog_command, {.linear_max = 7.0})},
       {"follow", R"({"angular_max_deg_s": 0})", program(follow_parameters, follow_command, {.angular_max = 0.0})},
@@ -152,16 +155,17 @@ TEST_F(Parity, MotionsHaveTheSameParameters) {
     "blend_m": 0.02, "force_offset": {"force_N": 8, "reach_m": 0.01, "direction": [0, 0, 2]}})");
   Diagnostics diagnostics;
   const std::string pointer;
-  const MotionParameters in_file = read_motion(PathKind::kLin, {json, pointer, cell.cell, diagnostics});
+  const MotionTask in_file = read_motion(PathKind::kLin, {json, pointer, cell.cell, diagnostics});
   EXPECT_EQ(diagnostics.to_string(), "");
   const auto in_cpp =
       motion_parameters(PathKind::kLin)
-          .accept({.velocity = 0.5,
-                   .acceleration = 0.9,
-                   .linear_velocity = 0.1,
-                   .blend = BlendingCondition::at_distance(0.02),
-                   .force_offset = ForceOffsetParameters{.direction = {0, 0, 2}, .reach = 0.01, .force = 8.0}},
-                  cell.cell);
+          .accept(
+              MotionTask{{.velocity = 0.5,
+                          .acceleration = 0.9,
+                          .linear_velocity = 0.1,
+                          .blend = BlendingCondition::at_distance(0.02),
+                          .force_offset = ForceOffsetParameters{.direction = {0, 0, 2}, .reach = 0.01, .force = 8.0}}},
+              cell.cell);
   ASSERT_TRUE(in_cpp) << in_cpp.error().to_string();
   EXPECT_EQ(in_cpp->arm, in_file.arm);
   EXPECT_EQ(in_cpp->velocity, in_file.velocity);
@@ -178,14 +182,24 @@ TEST_F(Parity, MistakesOfMotionsAreTheSame) {
   Diagnostics in_file;
   const std::string pointer;
   (void)read_motion(PathKind::kPtp, {json, pointer, cell.cell, in_file});
-  const auto in_cpp = motion_parameters(PathKind::kPtp)
-                          .accept({.velocity = 2.0,
-                                   .blend = BlendingCondition(motion::Blend{motion::Blend::Kind::kFraction, 0.9}),
-                                   .weave = command::WeaveParameters{.amplitude = 0.01, .frequency = 1.0}},
-                                  cell.cell);
+  const auto in_cpp =
+      motion_parameters(PathKind::kPtp)
+          .accept(MotionTask{{.velocity = 2.0,
+                              .blend = BlendingCondition(motion::Blend{motion::Blend::Kind::kFraction, 0.9}),
+                              .weave = command::WeaveParameters{.amplitude = 0.01, .frequency = 1.0}}},
+                  cell.cell);
   ASSERT_FALSE(in_cpp);
   EXPECT_EQ(in_file.to_string(), in_cpp.error().to_string());
   EXPECT_GE(in_file.list().size(), 3U);
+}
+
+TEST_F(Parity, AnActuatorPerformsAnyOperation) {
+  activity::Runtime program(cell.core, cell.cell, [this] { cell.step(); });
+  const Actuator robot(program, "arm");
+  const RunPtr run = robot.perform(PressParameters{.force = -1.0}).schedule();
+  for (int i = 0; i < 5 && !run->over(); ++i) program.step();
+  ASSERT_EQ(run->state(), RunState::kFailed);
+  EXPECT_THAT(run->diagnostics().to_string(), ::testing::HasSubstr("/press arm/force_N"));
 }
 
 // Whoever adds an operation adds a pair above, or says here how C++ does it.
