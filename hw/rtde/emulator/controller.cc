@@ -45,6 +45,7 @@ Controller::Controller(const ControllerOptions& options, std::shared_ptr<const d
   knots_.fill(arm->home);
   update_knots();
   told_ = told_next_;
+  fill_fields();  // what programs read in their first frame
 }
 
 void Controller::run_frame(const PlantSample& plant) {

@@ -34,7 +34,7 @@ TEST_F(UrProgram, MovesKeepTheLimits) {
   JointVector before = bench.plant.q, dq = JointVector::Zero(6);
   double fastest = 0.0, hardest = 0.0;
   const double h = to_seconds(bench.controller.cycle());
-  while (bench.controller.programs().running()) {
+  for (int i = 0; i < 5000 && bench.controller.programs().running(); ++i) {
     bench.frame();
     const JointVector now = (bench.plant.q - before) / h;
     fastest = std::max(fastest, now.cwiseAbs().cwiseQuotient(limits.velocity).maxCoeff());
@@ -63,7 +63,7 @@ TEST_F(UrProgram, MovesTheToolOnALine) {
   ASSERT_TRUE(bench.controller.programs().start(
       "def go():\n  here = get_actual_tcp_pose()\n  movel(pose_add(here, p[0, 0.1, 0, 0, 0, 0]), a=1, v=0.2)\nend\n"));
   double off = 0.0;
-  while (bench.controller.programs().running()) {
+  for (int i = 0; i < 5000 && bench.controller.programs().running(); ++i) {
     bench.frame();
     const urscript::Pose at = to_pose(bench.controller.motion().kinematics().X_BT(bench.plant.q));
     off = std::max({off, std::abs(at[0] - before[0]), std::abs(at[2] - before[2])});
@@ -77,7 +77,6 @@ TEST_F(UrProgram, ALineThatLeadsNowhereIsAProtectiveStop) {
   EXPECT_FALSE(bench.run("movel(p[3, 0, 0, 0, 0, 0])\n", 1.0));
   EXPECT_EQ(bench.field("safety_mode"), 3.0);
   EXPECT_EQ(bench.field("runtime_state"), 4.0) << "the program is paused";
-  EXPECT_TRUE(bench.run("movej(p[3, 0, 0, 0, 0, 0])\n", 1.0) || true);
 }
 
 TEST_F(UrProgram, AnUnreachablePoseOfMovejEndsTheProgram) {
@@ -94,7 +93,7 @@ TEST_F(UrProgram, AnArcGoesThroughItsPoint) {
   const Eigen::Vector3d from = bench.controller.motion().kinematics().X_BT(bench.plant.q).translation();
   const Eigen::Vector3d via = from + Eigen::Vector3d(0.05, 0.05, 0.0), to = from + Eigen::Vector3d(0.1, 0.0, 0.0);
   double nearest = 1.0;
-  while (bench.controller.programs().running()) {
+  for (int i = 0; i < 5000 && bench.controller.programs().running(); ++i) {
     bench.frame();
     const Eigen::Vector3d at = bench.controller.motion().kinematics().X_BT(bench.plant.q).translation();
     nearest = std::min(nearest, (at - via).norm());
@@ -207,7 +206,7 @@ TEST_F(UrProgram, AWatchdogStopsAProgramThatHearsNothing) {
     if (i % 5 == 0) bench.controller.apply_inputs({{id, {double(i)}}});
   }
   EXPECT_TRUE(bench.controller.programs().running());
-  bench.seconds(0.09);
+  bench.seconds(0.05);
   EXPECT_TRUE(bench.controller.programs().running());
   bench.seconds(0.06);
   EXPECT_FALSE(bench.controller.programs().running());
