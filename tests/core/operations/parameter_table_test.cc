@@ -115,7 +115,7 @@ TEST(ParameterTable, AValueSetInCppIsRefusedLikeThatOfAFile) {
   const Diagnostics in_cpp = press_parameters().check(press, cell);
 
   Diagnostics in_file;
-  const Json json = Json::parse(R"({"force_N": 5000.0, "travel_m": -0.1, "direction": [0, 0, 0]})");
+  const Json json = Json::parse(R"({"force_N": 5000, "travel_m": -0.1, "direction": [0, 0, 0]})");
   ObjectReader reader(json, "", in_file);
   (void)press_parameters().read(reader, cell);
   EXPECT_EQ(in_cpp.to_string(), in_file.to_string());
