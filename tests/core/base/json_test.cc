@@ -1,11 +1,11 @@
 #include "core/base/json.h"
 
-#include <chrono>
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include "tests/support/processor_time.h"
 
 namespace takt {
 namespace {
@@ -49,14 +49,10 @@ TEST(ParseJson, PlacesASyntaxErrorByLine) {
 
 /// Best of three, so that a busy machine does not fail a test.
 template <class Work>
-double seconds_of(const Work& work) {
-  double best = 1e9;
-  for (int i = 0; i < 3; ++i) {
-    const auto begin = std::chrono::steady_clock::now();
-    work();
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-  }
-  return best;
+double seconds_of(Work work) {
+  const test::ProcessorTime time;
+  work();
+  return time.seconds();
 }
 
 std::string with_keys(int count) {
