@@ -34,7 +34,8 @@ namespace takt::activity {
   add(spline) \
   add(tare) \
   add(transaction) \
-  add(wait)
+  add(wait) \
+  add(wipe)
 // clang-format on
 
 #define TAKT_DECLARE_OPERATION(name) Operation name##_operation();

@@ -71,6 +71,8 @@ std::vector<BrokenRule> forces() {
       {search(R"("radius_m": 0.1, "pitch_m": 0.0001, "drop_m": 0.001)"), "/pitch_m", "points for this radius",
        "a wider pitch: at most 199 points"},
       {search(R"("radius_m": 0.01, "pitch_m": 0.002)"), "", "no end condition is given", "'drop_m' or 'until'"},
+      {R"({"do": "wipe", "sensor": "wrist", "in": "world", "width_m": 2, "pitch_m": 0.001})", "/pitch_m",
+       "2001 lanes for this width", "a wider pitch: at most 100 lanes"},
       {R"({"do": "ptp", "to": "home", "unless": {"input": "button", "is": true}})", "/unless",
        "'unless' is called 'abort_if' now", "'abort_if'"},
       {R"({"do": "tare", "sensor": "writs"})", "/sensor", "unknown value 'writs'", "did you mean 'wrist'?"},

@@ -204,7 +204,8 @@ TEST(MotionNotes, ANoteWithoutANumberIsOfTheFirstMotion) {
   Diagnostics notes;
   for (const char* pointer : {"", "/blend", "/1/blend", "/7/blend"}) notes.note(pointer, "stops at the goal");
   std::vector<std::string> pointers;
-  for (const Diagnostic& one : notes_of_motions(notes, requests).list()) pointers.push_back(one.pointer);
+  const Diagnostics seen = notes_of_motions(notes, requests);
+  for (const Diagnostic& one : seen.list()) pointers.push_back(one.pointer);
   EXPECT_THAT(pointers, ElementsAre("/steps/3/blend_fraction", "/steps/3/blend_fraction", "/steps/4/blend_m",
                                     "/steps/4/blend_m"));
 }

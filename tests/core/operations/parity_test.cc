@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -22,6 +23,7 @@
 #include "core/operations/press.h"
 #include "core/operations/search.h"
 #include "core/operations/set.h"
+#include "core/operations/wipe.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::activity {
@@ -49,7 +51,8 @@ struct Pair {
   std::function<Made(const command::Cell&)> in_cpp;
 };
 
-std::vector<Pair> good_pairs() {
+/// @param p_B  of the tool, m
+std::vector<Pair> good_pairs(const Eigen::Vector3d& p_B) {
   command::Condition button;
   button.kind = command::Condition::Kind::kDigital;
   button.device = "button";
@@ -61,6 +64,11 @@ std::vector<Pair> good_pairs() {
       {"search", R"({"force_N": 8, "radius_m": 0.01, "pitch_m": 0.004, "drop_m": 0.003, "on_end": "continue"})",
        program(search_parameters, search_command,
                {.force = 8.0, .radius = 0.01, .pitch = 0.004, .drop = 0.003, .must_find = false})},
+      {"wipe",
+       fmt::format(R"({{"in": "arm", "centre_m": [{}, {}, {}], "length_m": 0.04, "width_m": 0.02, "pitch_m": 0.01}})",
+                   p_B.x(), p_B.y(), p_B.z()),
+       program(wipe_parameters, wipe_command,
+               {.in = "arm", .centre = p_B, .length = 0.04, .width = 0.02, .pitch = 0.01})},
       {"hold", R"({"seconds": 0.25, "until": {"input": "button", "is": true}})",
        program(hold_parameters, hold_command, {.seconds = 0.25, .until = button})},
       {"jog", R"({"while": {"input": "button", "is": true}, "linear_m_s": [0.1, 0, 0], "linear_max_m_s": 0.05})",
@@ -88,6 +96,8 @@ std::vector<Pair> bad_pairs() {
        program(press_parameters, press_command, {.direction = Eigen::Vector3d::Zero(), .force = -5.0, .travel = 3.0})},
       {"search", R"({"radius_m": 0.5, "pitch_m": 0.001, "velocity_m_s": 2})",
        program(search_parameters, search_command, {.radius = 0.5, .pitch = 0.001, .velocity = 2.0})},
+      {"wipe", R"({"in": "world", "width_m": 2, "pitch_m": 0.001, "velocity_m_s": 3})",
+       program(wipe_parameters, wipe_command, {.in = "world", .width = 2.0, .pitch = 0.001, .velocity = 3.0})},
       {"hold", R"({"seconds": -1})", program(hold_parameters, hold_command, {.seconds = -1.0})},
       {"jog", R"({"linear_max_m_s": 7})", program(jog_parameters, jog_command, {.linear_max = 7.0})},
       {"follow", R"({"angular_max_deg_s": 0})", program(follow_parameters, follow_command, {.angular_max = 0.0})},
@@ -129,7 +139,7 @@ class Parity : public ::testing::Test {
 };
 
 TEST_F(Parity, TheSameParametersComeToTheSameNet) {
-  for (const Pair& pair : good_pairs()) {
+  for (const Pair& pair : good_pairs(cell.moved(0, 0, 0).translation())) {
     SCOPED_TRACE(pair.operation);
     const Made in_file = read(pair), in_cpp = pair.in_cpp(cell.cell);
     ASSERT_TRUE(in_file) << in_file.error().to_string();
@@ -220,7 +230,7 @@ TEST_F(Parity, EveryOperationHasAFormInCpp) {
       {"freedrive", "FreedriveInterface, its parameters; it is no command"},
   };
   std::set<std::string> good, bad;
-  for (const Pair& pair : good_pairs()) good.insert(pair.operation);
+  for (const Pair& pair : good_pairs({})) good.insert(pair.operation);
   for (const Pair& pair : bad_pairs()) bad.insert(pair.operation);
   EXPECT_EQ(good, bad);
   for (const Operation& operation : Operations::global().all()) {
