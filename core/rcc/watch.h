@@ -88,8 +88,8 @@ class Watch {
   std::uint8_t writers_ = 0, readers_ = 2;
 };
 
-/// The watches that the cycle samples. Attached and forgotten by any thread, sampled by the cycle thread; a watch lives
-/// until both sides have let go of it. Realtime: cyclic unless said otherwise.
+/// The watches that the cycle samples: attached, sampled and forgotten by the cycle thread alone; other threads post a
+/// request to attach one and Watch::give_up() to forget it. Realtime: cyclic, no allocation, unless said otherwise.
 class WatchList {
  public:
   static constexpr std::size_t kCapacity = 256;
