@@ -425,6 +425,7 @@ const std::vector<std::pair<std::string, std::string>> kElsewhere = {
     {"an operation has no name", "of a plug-in: Operations.ARegistrationIsChecked"},
     {"an operation '{}' already exists", "of a plug-in: Operations.ARegistrationIsChecked"},
     {"operation '{}' is incomplete", "of a plug-in: Operations.ARegistrationIsChecked"},
+    {"'{}' has not measured yet", "only before the first cycle, in which no program has begun"},
     {"a list of more than 100 000 elements", "takes minutes to fill, one by one"},
     {"a text of {} bytes", "grows in a loop: ExpressionTest.WhatGrowsInALoopIsBounded"},
     {"a list with more than {} bytes of text", "grows in a loop: ExpressionTest.WhatGrowsInALoopIsBounded"},
