@@ -95,7 +95,8 @@ void add_run_options(CLI::App& parser, RunArguments& arguments) {
   parser.add_option("--record", arguments.record, "Recording of the run (MCAP)")->type_name("OUT.mcap");
   parser.add_flag("--record-blocks", arguments.record_blocks, "Record the digest of each block, too");
   parser.add_option("--site", arguments.site, "Site file: back ends of the devices")->type_name("FILE");
-  parser.add_option("--backend", arguments.backends, "Back end of one device (sim, slow); overrides the site file")
+  parser
+      .add_option("--backend", arguments.backends, "Back end of one device (sim, slow, fri); overrides the site file")
       ->type_name("NAME=KIND[:ADDR]")
       ->allow_extra_args(false);
   parser.add_flag("--realtime", arguments.realtime, "Not faster than the wall clock");

@@ -14,11 +14,13 @@
 #include "core/activity/command_activity.h"
 #include "core/activity/composition.h"
 #include "core/activity/dual_entry_motion.h"
+#include "core/command/actions/device_action.h"
 #include "core/command/actions/online_action.h"
 #include "core/command/actions/overlay_action.h"
 #include "core/expression/device_sensors.h"
 #include "core/expression/frame_sensors.h"
 #include "core/operations/actuator_interfaces.h"
+#include "core/operations/composed_device.h"
 #include "core/operations/two_arms.h"
 
 namespace takt::app {
@@ -39,6 +41,7 @@ using activity::RunState;
 
 // Who does it, and what it offers.
 using activity::Actuator;
+using activity::ComposedDevice;
 using activity::ControlModeInterface;
 using activity::FollowInterface;
 using activity::ForceInterface;
@@ -47,10 +50,12 @@ using activity::GrippingInterface;
 using activity::HoldInterface;
 using activity::internal_force;
 using activity::JogInterface;
+using activity::JointInterface;
 using activity::LinInterface;
 using activity::MotionInterface;
 using activity::OutputInterface;
 using activity::PtpInterface;
+using activity::RegisterInterface;
 using activity::TwoArms;
 
 // How: parameters.

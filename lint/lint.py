@@ -3,8 +3,9 @@
 
 Rules: layers include only downwards; headers have '#pragma once'; no left-over marks; no path or registry of a machine;
 no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead to a file and, with
-an anchor, to a heading; every row of docs/semantics.md is named by a test or says which issue brings it; no file over 600
-lines; no capturing lambda inside of a co_await expression; no name twice in the unnamed namespaces of a folder (unnamed.py).
+an anchor, to a heading; files of the repository that a page names exist; every row of docs/semantics.md is named by a test
+or says which issue brings it; no file over 600 lines; no capturing lambda inside of a co_await expression; no name twice in
+the unnamed namespaces of a folder (unnamed.py).
 """
 import pathlib
 import re
@@ -54,6 +55,8 @@ MAY_INCLUDE = {
 }
 # GCC 12 destroys such a lambda twice.
 AWAITED_LAMBDA = re.compile(r"co_await\b[^;{}]*\[[&=\w][^\]]*\]\s*(\(|\{|mutable)")
+# It moves texts of parameters bit by bit.
+AWAITED_PARAMETERS = re.compile(r"co_await\b[^;{}]*\b(press|search|hold|jog|follow|close|open|set|freedrive|perform)\([^;{}]*\{")
 HEAVY = re.compile(r'#include <(nlohmann/json\.hpp|mujoco/|boost/beast|google/protobuf|urdf)')
 # Descriptions hold JSON by value.
 HEAVY_ALLOWED = {"core/net/description.h", "scenario/description.h", "cmake/pch.h"}
@@ -93,6 +96,8 @@ def check_code(name, lines, say):
 
 
 def check_awaits(name, text, say):
+    for match in AWAITED_PARAMETERS.finditer(text):
+        say(name, text[: match.start()].count("\n") + 1, "parameters inside of a co_await expression: name them before")
     for match in AWAITED_LAMBDA.finditer(text):
         say(name, text[: match.start()].count("\n") + 1, "a capturing lambda inside of a co_await expression: name it before")
 
@@ -124,6 +129,16 @@ def check_links(name, text, say):
             say(name, line, f"the link '{target}' leads nowhere")
         elif anchor and page.suffix == ".md" and anchor[1:] not in anchors_of(page):
             say(name, line, f"the link '{target}{anchor}' leads to no heading")
+
+
+PATH_IN_TEXT = re.compile(r"`((?:core|sim|hw|record|scenario|app|tools|tests|models|schemas|lint|bench|cmake|docs)/[\w/.-]+\.[a-z]+)`")
+
+
+def check_paths(name, text, names, say):
+    """Files of the repository that a page names."""
+    for match in PATH_IN_TEXT.finditer(text):
+        if match.group(1) not in names:
+            say(name, text[: match.start()].count("\n") + 1, f"there is no file '{match.group(1)}'")
 
 
 def check_folders(names, say):
@@ -158,6 +173,7 @@ def main():
         diagnostics.append(f"{name}:{number}: {text}")
 
     names = tracked()
+    known = set(names)
     for name in names:
         if name.startswith("LICENSE") or name.endswith((".png", ".stl")):
             continue
@@ -170,7 +186,8 @@ def main():
             check_text(name, lines, say)
         if name.endswith(".md"):
             check_links(name, text, say)
-    check_folders(set(names), say)
+            check_paths(name, text, known, say)
+    check_folders(known, say)
     check_semantics(names, say)
     for collision in unnamed.collisions(ROOT, names):
         say(*collision)

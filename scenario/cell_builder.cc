@@ -272,6 +272,7 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.cell.override_channel = speed.name;
   built.cell.frames = frames.nominal;
   for (const auto& device : devices) device->kind->add(*device, devices, built);
+  diagnostics.append(built.site->problems());
   diagnostics.append(activity::declare_channels(*built.core, built.cell));
   add_composed(description, built, diagnostics);
   add_emergency_stop(description, built, diagnostics);

@@ -1,16 +1,20 @@
 #include "scenario/cell_run.h"
 
 #include <algorithm>
+#include <cmath>
 #include <thread>
 
 #include <fmt/format.h>
+
+#include "scenario/degrees.h"
 
 namespace takt::scenario {
 namespace {
 
 /// Number of the digest's block for the simulation's state; the core's own blocks have small numbers.
 constexpr std::uint64_t kWorldBlock = 1u << 20;
-constexpr Nanoseconds kConnectTime = 5 * kSecond;  // devices of 100 ms with a lossy wire need a tenth of it
+constexpr Nanoseconds kWireConnectTime = 20 * kSecond;  // a controller's program has to start, too
+constexpr Nanoseconds kConnectTime = 5 * kSecond;       // devices of 100 ms with a lossy wire need a tenth of it
 
 }  // namespace
 
@@ -54,16 +58,52 @@ std::string CellRun::waiting_for() const {
 }
 
 bool CellRun::connect(const std::function<bool()>& stopped) {
+  begin_pace();
   while (!stopped()) {
     const std::string waits = waiting_for();
-    if (waits.empty()) return true;
-    if (built_.core->time() >= kConnectTime) {
-      report_.diagnostics.error(Code::kDeviceFault, {}, fmt::format("device '{}' does not become ready", waits));
+    if (waits.empty()) return starts_where_assumed();
+    if (built_.core->time() >= (heard_from(waits) ? kWireConnectTime : kConnectTime)) {
+      report_.diagnostics.error(Code::kDeviceFault, {},
+                                fmt::format("device '{}' does not become ready{}", waits, why_waiting(waits)));
       return false;
     }
     if (!step({})) return false;
+    if (built_.site->own_clock()) keep_pace(to_seconds(built_.core->time()));
   }
   return false;
+}
+
+/// A controller on a wire has sent something: its program may still be on the way to command state.
+bool CellRun::heard_from(const std::string& device) const {
+  return built_.site->own_clock() && built_.site->drivers().contains(device) &&
+         built_.cell.arms.at(device).device->has_sample();
+}
+
+std::string CellRun::why_waiting(const std::string& device) const {
+  const auto arm = built_.cell.arms.find(device);
+  if (arm == built_.cell.arms.end() || !built_.site->drivers().contains(device)) return {};
+  if (!arm->second.device->has_sample())
+    return ": nothing has come from its controller; check address, cable and program";
+  return ": " + arm->second.device->fault_text();
+}
+
+/// A program was planned from where the scenario says that the arms are. A simulation puts them there; a driver does
+/// not.
+bool CellRun::starts_where_assumed() {
+  for (const auto& [name, driver] : built_.site->drivers()) {
+    const command::MountedArm& arm = built_.cell.arms.at(name);
+    const device::JointVector& q = arm.device->sample().q;
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      if (std::abs(q[i] - arm.start[i]) <= arm.device->description().start_tolerance) continue;
+      report_.diagnostics.error(
+          Code::kConditionNotMet, "/devices" + pointer_segment(name) + "/start_deg",
+          fmt::format("'{}' is not where the program assumes: joint {} is at {:.2f} deg, not at {:.2f}", name,
+                      arm.device->description().joint_names[static_cast<std::size_t>(i)], q[i] / kDegree,
+                      arm.start[i] / kDegree),
+          "move the arm there, or say in 'start_deg' where it is");
+    }
+  }
+  return !report_.diagnostics.has_errors();
 }
 
 bool CellRun::step(const std::string& current) {
@@ -79,6 +119,7 @@ bool CellRun::step(const std::string& current) {
     built_.core->digest().take(kWorldBlock, built_.world->state_bytes());
   }
   site_watch_.watch();
+  tell_news();
   for (const auto& expectation : expectations_) expectation->watch(built_);
   if (!record_cycle(current)) return false;
   return !options_.after_cycle || options_.after_cycle(built_);
@@ -112,13 +153,33 @@ void CellRun::keep_pace(double time) {
   if (late <= 0) return std::this_thread::sleep_until(due);
   built_.core->count_overruns(late);
   lost_ += late * period;
+  built_.site->clock().skip((late * period).count());
+}
+
+/// The core's time is the machine's from now on.
+void CellRun::begin_pace() {
+  start_ = Clock::now() - std::chrono::nanoseconds(built_.core->time());
+  lost_ = {};
+  built_.site->clock().align(built_.core->time(), MonotonicClock::machine_time());
+}
+
+/// What drivers have to say goes to the recording, and to whoever listens.
+void CellRun::tell_news() {
+  constexpr std::int64_t kEvery = 100;  // cycles
+  if (built_.site->drivers().empty() || built_.core->cycle() % kEvery != 0) return;
+  for (const std::string& line : built_.site->news()) {
+    note("driver", line.substr(0, line.find(':')), line);
+    if (options_.tell) options_.tell(fmt::format("{:.3f} s  {}", to_seconds(built_.core->time()), line));
+  }
 }
 
 void CellRun::pace(double planned_duration, const std::string& current) {
   constexpr std::int64_t kEvery = 16;  // cycles: the wall clock is not looked at in each
-  if (built_.core->cycle() % kEvery != 0) return;
   const double time = to_seconds(built_.core->time());
-  if (options_.realtime) keep_pace(time);
+  const bool own_clock = built_.site->own_clock();
+  if (own_clock) keep_pace(time);
+  if (built_.core->cycle() % kEvery != 0) return;
+  if (options_.realtime && !own_clock) keep_pace(time);
   constexpr double kProgressEvery = 0.1;  // s
   if (!options_.progress || Stopwatch::seconds_since(last_progress_) <= kProgressEvery) return;
   last_progress_ = Clock::now();

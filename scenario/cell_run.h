@@ -58,7 +58,12 @@ class CellRun {
   using Clock = Stopwatch::Clock;
 
   bool record_cycle(const std::string& current);
+  void begin_pace();
   void keep_pace(double time);
+  void tell_news();
+  [[nodiscard]] bool heard_from(const std::string& device) const;
+  [[nodiscard]] std::string why_waiting(const std::string& device) const;
+  [[nodiscard]] bool starts_where_assumed();
   void close_products();
   void measure_core();
   [[nodiscard]] bool judge(const std::function<std::string()>& run_again);

@@ -30,7 +30,8 @@ Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::pa
   record::RecorderOptions options;
   options.metadata = {{"scenario", description.file.filename().string()},
                       {"title", description.title},
-                      {"seed", std::to_string(description.seed)}};
+                      {"seed", std::to_string(description.seed)},
+                      {"devices", to_text(built.site->realities())}};
   options.fingerprint = record::fingerprint({{"mujoco", mj_versionString()}});
   options.attachments.push_back({"scenario.json", "application/json", description.text});
   auto recorder = record::Recorder::open(path, std::move(options));

@@ -83,11 +83,16 @@ Json site_json(const SiteReport& site) {
     device["missed_answers"] = one.missed_answers;
     device["dry"] = one.dry;
   }
+  Json realities = Json::object();
+  for (const auto& [name, reality] : site.realities) realities[name] = device::name_of(reality);
   Json reactions = Json::array();
   for (const SiteReaction& one : site.reactions) {
     reactions.push_back({{"sensor", one.sensor}, {"arm", one.arm}, {"most_ns", one.most}});
   }
-  return {{"devices", std::move(devices)}, {"skew_ns", site.skew}, {"reactions", std::move(reactions)}};
+  return {{"realities", std::move(realities)},
+          {"devices", std::move(devices)},
+          {"skew_ns", site.skew},
+          {"reactions", std::move(reactions)}};
 }
 
 }  // namespace
@@ -150,8 +155,17 @@ std::string to_text(const RunReport& report, const std::string& title) {
   text += fmt::format("  {:.3f} s simulated in {:.3f} s ({:.1f} times real time), {} cycles, digest {}\n",
                       report.sim_time, report.wall_time,
                       report.wall_time > 0 ? report.sim_time / report.wall_time : 0.0, report.cycles, report.digest);
+  if (!report.site.realities.empty()) text += fmt::format("  devices: {}\n", to_text(report.site.realities));
   for (const DeviceTiming& one : report.site.devices) {
     if (!one.drives || one.declared.cycle == 0) continue;
+    if (one.delay_most == 0) {
+      text +=
+          fmt::format("  {} ({}): cycle {:g} ms, set points {:.3f} ms late as declared, samples up to {:.3f} ms old\n",
+                      one.device, one.backend, 1e-6 * static_cast<double>(one.declared.cycle),
+                      1e-6 * static_cast<double>(one.declared.driver_delay + one.declared.dead_time),
+                      1e-6 * static_cast<double>(one.sample_age_most));
+      continue;
+    }
     text += fmt::format("  {} ({}): cycle {:g} ms, set points {:.3f} to {:.3f} ms late, samples up to {:.3f} ms old\n",
                         one.device, one.backend, 1e-6 * static_cast<double>(one.declared.cycle),
                         1e-6 * static_cast<double>(one.delay_least), 1e-6 * static_cast<double>(one.delay_most),

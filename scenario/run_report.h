@@ -46,6 +46,8 @@ struct RunOptions {
   bool keep_blocks = false;    ///< the core keeps the digests of each cycle's blocks
   /// Called after each cycle of core and world; false ends the run.
   std::function<bool(BuiltCell& built)> after_cycle;
+  /// Called with what drivers have to say, a line each.
+  std::function<void(const std::string& line)> tell;
   /// Called before each cycle: somebody at the panel.
   std::function<void(Operator& panel)> operate;
   /// Called before each step of the program (not of one in C++); the simulated time stands meanwhile, so the run is the

@@ -69,6 +69,8 @@ Binding read_binding(const Json& json, const std::string& pointer, Diagnostics& 
   binding.kind = reader.choice("backend", names_of_kinds(), "sim");
   binding.pointer = pointer;
   if (binding.kind == "slow") binding.slow = read_slow(reader);
+  if (const device::DriverKind* driver = device::DriverKinds::global().find(binding.kind))
+    binding.driver = driver->read(reader);
   reader.finish();
   return binding;
 }
@@ -114,13 +116,49 @@ void add_setting(std::string_view part, Json& settings, Diagnostics& diagnostics
   }
 }
 
+/// A number with its unit as a site file has it: "0.3ms" as "KEY_ms": 0.3, "5%" as 0.05.
+bool add_number(const std::string& key, std::string_view text, Json& settings) {
+  struct Unit {
+    std::string_view text, suffix;
+    double factor;
+  };
+  constexpr Unit kUnits[] = {{"", "", 1.0}, {"ms", "_ms", 1.0}, {"ppm", "_ppm", 1.0}, {"%", "", 0.01}};
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string_view rest(end, static_cast<std::size_t>(text.data() + text.size() - end));
+  const auto unit = std::ranges::find(kUnits, rest, &Unit::text);
+  if (error != std::errc() || unit == std::end(kUnits)) return false;
+  value *= unit->factor;
+  const bool whole = std::abs(value) < 1e15 && value == std::floor(value);
+  settings[key + std::string(unit->suffix)] = whole ? Json(static_cast<std::int64_t>(value)) : Json(value);
+  return true;
+}
+
+/// One part of the address of a driver: "192.0.2.1:49938", "krl=ros_control", "loss=5%".
+void add_driver_setting(std::string_view part, Json& settings) {
+  const std::size_t equals = part.find('=');
+  if (equals == part.npos) {
+    settings["address"] = std::string(part);
+    return;
+  }
+  const std::string key(part.substr(0, equals));
+  const std::string_view text = part.substr(equals + 1);
+  if (text == "true" || text == "false") {
+    settings[key] = text == "true";
+  } else if (!add_number(key, text, settings)) {
+    settings[key] = std::string(text);
+  }
+}
+
 }  // namespace
 
-const std::vector<BackendKind>& backend_kinds() {
-  static const std::vector<BackendKind> kinds{
+std::vector<BackendKind> backend_kinds() {
+  std::vector<BackendKind> kinds{
       {"sim", false, "in the simulation, with the cycle of its model and an ideal clock"},
       {"slow", false, "in the simulation, with a clock and a wire of its own"},
   };
+  for (const auto& driver : device::DriverKinds::global().list())
+    kinds.push_back({driver->name(), false, driver->doc()});
   return kinds;
 }
 
@@ -163,13 +201,15 @@ Diagnostics bind(Site& site, std::string_view argument) {
     return diagnostics;
   }
   Json settings{{"backend", kind}};
-  if (kind != "slow" && !address.empty()) {
+  const bool driver = device::DriverKinds::global().find(kind) != nullptr;
+  if (kind != "slow" && !driver && !address.empty()) {
     diagnostics.error(Code::kInvalidValue, "--backend",
                       fmt::format("a back end of kind '{}' has no address, but '{}' is given", kind, address));
   }
-  while (kind == "slow" && !address.empty()) {
+  while ((kind == "slow" || driver) && !address.empty()) {
     const std::size_t comma = std::min(address.find(','), address.size());
-    add_setting(address.substr(0, comma), settings, diagnostics);
+    const std::string_view part = address.substr(0, comma);
+    driver ? add_driver_setting(part, settings) : add_setting(part, settings, diagnostics);
     address.remove_prefix(std::min(comma + 1, address.size()));
   }
   Diagnostics unfit;
@@ -184,7 +224,8 @@ Diagnostics check_clocks(const Site& site, bool realtime, const std::vector<Back
   Diagnostics diagnostics;
   for (const auto& [name, binding] : site.devices) {
     const auto kind = std::ranges::find(kinds, binding.kind, &BackendKind::name);
-    if (realtime || kind == kinds.end() || !kind->own_clock) continue;
+    const bool own_clock = binding.own_clock() || (kind != kinds.end() && kind->own_clock);
+    if (realtime || !own_clock) continue;
     diagnostics.add({Severity::kError, Code::kUnknownName, binding.file, binding.pointer,
                      fmt::format("'{}' is reached as '{}', which has a clock of its own; lock-step has none for it",
                                  name, binding.kind),

@@ -2,12 +2,14 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/base/diagnostics.h"
+#include "core/device/driver.h"
 #include "core/emulation/slow_options.h"
 
 namespace takt::scenario {
@@ -19,15 +21,20 @@ struct BackendKind {
   std::string doc;
 };
 
-/// The kinds there are. Realtime: setup.
-[[nodiscard]] const std::vector<BackendKind>& backend_kinds();
+/// The kinds there are, those of drivers that are known (device::DriverKinds) included. Realtime: setup.
+[[nodiscard]] std::vector<BackendKind> backend_kinds();
 
 /// How one device of the cell is reached.
 struct Binding {
   std::string kind = "sim";
   /// Of kind "slow"; a cycle of 0 stands for that of the model.
   emulation::SlowOptions slow = {};
+  /// Of a kind with a driver, else null.
+  std::shared_ptr<const device::DriverSettings> driver;
   std::string file, pointer;  ///< where it was said
+
+  /// Reached over a real wire: the device keeps the machine's time (row T4).
+  [[nodiscard]] bool own_clock() const { return driver && !driver->in_process(); }
 };
 
 /// What is true of one place and not of the scenario: which back end each device has (docs/sites.md). Devices that are
@@ -48,7 +55,8 @@ struct Site {
 [[nodiscard]] Result<Site> parse_site(std::string_view text);
 
 /// Adds what --backend says, "NAME=KIND[:ADDR]", over what a site file said of that device. For kind "slow" ADDR is a
-/// list of "8ms", "drift=100ppm", "jitter=0.3ms", "loss=1%" and the like. Realtime: setup.
+/// list of "8ms", "drift=100ppm", "jitter=0.3ms", "loss=1%" and the like; for a driver it is "ADDRESS,key=value,...",
+/// with the keys of the site file and, in place of "_ms", "_ppm" and a share, the units ms, ppm and %. Realtime: setup.
 [[nodiscard]] Diagnostics bind(Site& site, std::string_view argument);
 
 /// Lock-step knows no device with a clock of its own (row T4). @return an error for each that is bound so.

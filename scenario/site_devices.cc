@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "scenario/shadowed_arm.h"
+
 namespace takt::scenario {
 namespace {
 
@@ -30,32 +32,74 @@ std::optional<emulation::SlowOptions> SiteDevices::options_for(const LoadedDevic
   return emulation::SlowOptions{.cycle = cycle};
 }
 
+void SiteDevices::check_driver(const LoadedDevice& device, const Binding& binding, Diagnostics& diagnostics) const {
+  const auto arm = device.as<device::ArmDescription>();
+  const std::string refusal = arm ? device::DriverKinds::global().find(binding.kind)->refuse(*binding.driver, *arm)
+                                  : fmt::format("'{}' is of kind '{}'", device.entry->name, device.kind->name());
+  if (refusal.empty()) return;
+  diagnostics.add({Severity::kError, Code::kIncompatible, binding.file, binding.pointer,
+                   fmt::format("'{}' is not reached as '{}': {}", device.entry->name, binding.kind, refusal),
+                   "an arm that this driver is for"});
+}
+
+/// From a set point's time to when the machine is told it, without padding; 0: it lives in the core's cycle.
+Nanoseconds SiteDevices::delay_of(const LoadedDevice& device, const device::ArmDescription& arm) const {
+  const Binding* binding = site_.find(device.entry->name);
+  if (binding && binding->driver)
+    return device::DriverKinds::global().find(binding->kind)->delay(*binding->driver, arm, period_);
+  const auto options = options_for(device, arm.cycle);
+  return options ? options->delay(period_) : 0;
+}
+
 void SiteDevices::plan(LoadedDevices devices, Diagnostics& diagnostics) {
-  std::vector<std::string> names;
   int arm_count = 0;
   Nanoseconds longest = 0;
   for (const auto& device : devices) {
-    names.push_back(device->entry->name);
+    names_.push_back(device->entry->name);
     const Binding* binding = site_.find(device->entry->name);
     if (binding && binding->kind == "slow" && !device->kind->has_backend()) {
-      diagnostics.add({Severity::kError, Code::kUnknownName, binding->file, binding->pointer,
-                       fmt::format("'{}' is of kind '{}', which cannot be slow", names.back(), device->kind->name()),
+      diagnostics.add({Severity::kError, Code::kUnsupported, binding->file, binding->pointer,
+                       fmt::format("'{}' is of kind '{}', which cannot be slow", names_.back(), device->kind->name()),
                        "arms and force/torque sensors"});
     }
+    if (binding && binding->driver) check_driver(*device, *binding, diagnostics);
     const auto arm = device->as<device::ArmDescription>();
     if (!arm) continue;
     ++arm_count;
-    if (const auto options = options_for(*device, arm->cycle)) longest = std::max(longest, options->delay(period_));
+    longest = std::max(longest, delay_of(*device, *arm));
   }
   if (site_.pad_delays && arm_count > 1) longest_delay_ = longest;
   for (const auto& [name, binding] : site_.devices) {
-    if (std::ranges::find(names, name) != names.end()) continue;
+    if (std::ranges::find(names_, name) != names_.end()) continue;
     diagnostics.add({Severity::kError, Code::kUnknownName, binding.file, binding.pointer,
-                     fmt::format("there is no device '{}'", name), nearest_choice(name, names)});
+                     fmt::format("there is no device '{}'", name), nearest_choice(name, names_)});
   }
 }
 
+/// An arm behind a driver. Its simulated body is the machine of an emulated controller in this process; with a real
+/// wire it follows the arm as a shadow.
+SiteDevices::WiredArm SiteDevices::connect(const LoadedDevice& device, const Binding& binding,
+                                           std::shared_ptr<device::ArmBackend> machine) {
+  const auto model = device.as<device::ArmDescription>();
+  const device::DriverKind& kind = *device::DriverKinds::global().find(binding.kind);
+  const Nanoseconds padding = std::max<Nanoseconds>(0, longest_delay_ - kind.delay(*binding.driver, *model, period_));
+  auto description = with_cycle(*model, kind.cycle(*binding.driver, *model));
+  const device::DriverRequest request{device.entry->name, description, period_, padding, seed_};
+  auto driver = binding.own_clock() ? kind.connect(*binding.driver, request, clock_)
+                                    : kind.connect_in_process(*binding.driver, request, machine);
+  if (!driver) {
+    problems_.append(driver.error(), binding.pointer, binding.file);
+    return {std::move(machine), model};
+  }
+  drivers_[request.device] = *driver;
+  if (!binding.own_clock()) return {std::move(*driver), std::move(description)};
+  own_clock_ = true;
+  return {std::make_shared<ShadowedArm>(std::move(*driver), std::move(machine)), std::move(description)};
+}
+
 SiteDevices::WiredArm SiteDevices::wire(const LoadedDevice& device, std::shared_ptr<device::ArmBackend> machine) {
+  const Binding* binding = site_.find(device.entry->name);
+  if (binding && binding->driver) return connect(device, *binding, std::move(machine));
   const auto model = device.as<device::ArmDescription>();
   auto options = options_for(device, model->cycle);
   // An arm that lives in the core's cycle is made late by an agent with that cycle.
@@ -86,10 +130,16 @@ SiteDevices::WiredSensor SiteDevices::wire(const LoadedDevice& device,
 void SiteDevices::add_to(rcc::Digest& digest) const {
   for (const auto& [name, arm] : arms_) digest.add_block(name + "/wire", arm->state().bytes());
   for (const auto& [name, sensor] : sensors_) digest.add_block(name + "/wire", sensor->state().bytes());
+  for (const auto& [name, driver] : drivers_) {
+    if (!driver->state().empty()) digest.add_block(name + "/wire", driver->state());
+  }
 }
 
 std::string SiteDevices::waiting_for(const command::Cell& cell) const {
   for (const auto& [name, slow] : arms_) {
+    if (!cell.arms.at(name).device->ready()) return name;
+  }
+  for (const auto& [name, driver] : drivers_) {
     if (!cell.arms.at(name).device->ready()) return name;
   }
   for (const auto& [name, slow] : sensors_) {
@@ -101,6 +151,23 @@ std::string SiteDevices::waiting_for(const command::Cell& cell) const {
 std::string SiteDevices::kind_of(const std::string& device) const {
   const Binding* binding = site_.find(device);
   return binding ? binding->kind : "sim";
+}
+
+std::map<std::string, device::Reality> SiteDevices::realities() const {
+  std::map<std::string, device::Reality> realities;
+  for (const std::string& name : names_) {
+    const Binding* binding = site_.find(name);
+    realities[name] = binding && binding->driver ? binding->driver->reality() : device::Reality::kSimulated;
+  }
+  return realities;
+}
+
+std::vector<std::string> SiteDevices::news() {
+  std::vector<std::string> news;
+  for (const auto& [name, driver] : drivers_) {
+    for (const std::string& line : driver->news()) news.push_back(name + ": " + line);
+  }
+  return news;
 }
 
 }  // namespace takt::scenario

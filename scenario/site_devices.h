@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "core/base/clock.h"
 #include "core/device/arm.h"
+#include "core/device/driver.h"
 #include "core/device/force_torque_sensor.h"
 #include "core/emulation/slow_arm.h"
 #include "core/emulation/slow_force_torque.h"
@@ -37,6 +39,8 @@ class SiteDevices {
     std::shared_ptr<const device::ForceTorqueDescription> description;
   };
   [[nodiscard]] WiredSensor wire(const LoadedDevice& device, std::shared_ptr<device::ForceTorqueBackend> machine);
+  /// What went wrong while devices were wired: a port in use, an address that is none of this machine.
+  [[nodiscard]] const Diagnostics& problems() const { return problems_; }
   /// The states of what was wired become part of the digest.
   void add_to(rcc::Digest& digest) const;
 
@@ -49,14 +53,35 @@ class SiteDevices {
   /// As site file and command line say it.
   [[nodiscard]] std::string kind_of(const std::string& device) const;
 
+  /// Of every device of the cell, by its name.
+  [[nodiscard]] std::map<std::string, device::Reality> realities() const;
+  /// The drivers, by the names of their arms.
+  [[nodiscard]] const std::map<std::string, std::shared_ptr<device::ArmDriver>>& drivers() const { return drivers_; }
+  /// Some device is reached over a real wire: the run keeps the machine's time, cycle by cycle.
+  [[nodiscard]] bool own_clock() const { return own_clock_; }
+  /// The core's time for those; whoever steps the core aligns it and tells it what he leaves out.
+  [[nodiscard]] MonotonicClock& clock() { return clock_; }
+  /// What drivers have to say since the last call, with the names of their devices.
+  [[nodiscard]] std::vector<std::string> news();
+
  private:
   /// What is to stand before a machine with that cycle, if anything.
   [[nodiscard]] std::optional<emulation::SlowOptions> options_for(const LoadedDevice& device, Nanoseconds cycle) const;
+
+  [[nodiscard]] WiredArm connect(const LoadedDevice& device, const Binding& binding,
+                                 std::shared_ptr<device::ArmBackend> machine);
+  void check_driver(const LoadedDevice& device, const Binding& binding, Diagnostics& diagnostics) const;
+  [[nodiscard]] Nanoseconds delay_of(const LoadedDevice& device, const device::ArmDescription& arm) const;
 
   Site site_;
   Nanoseconds period_;
   std::uint64_t seed_;
   Nanoseconds longest_delay_ = 0;  ///< of the arms, if they are padded
+  MonotonicClock clock_;           ///< outlives the drivers
+  bool own_clock_ = false;
+  Diagnostics problems_;
+  std::vector<std::string> names_;  ///< of all devices
+  std::map<std::string, std::shared_ptr<device::ArmDriver>> drivers_;
   std::map<std::string, std::shared_ptr<emulation::SlowArm>> arms_;
   std::map<std::string, std::shared_ptr<emulation::SlowForceTorque>> sensors_;
 };

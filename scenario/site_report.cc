@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "scenario/cell_builder.h"
 
 namespace takt::scenario {
@@ -46,6 +48,13 @@ DeviceTiming timing_of(const std::string& name, const BuiltCell& built, const de
 
 }  // namespace
 
+std::string to_text(const std::map<std::string, device::Reality>& realities) {
+  std::string text;
+  for (const auto& [name, reality] : realities)
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, device::name_of(reality));
+  return text;
+}
+
 SiteWatch::SiteWatch(const BuiltCell& built)
     : built_(built), arm_ages_(built.cell.arms.size()), sensor_ages_(built.cell.sensors.size()) {}
 
@@ -64,6 +73,7 @@ void SiteWatch::watch() {
 
 SiteReport SiteWatch::report() const {
   SiteReport report;
+  report.realities = built_.site->realities();
   std::size_t i = 0;
   Nanoseconds least = INT64_MAX, most = INT64_MIN;
   for (const auto& [name, arm] : built_.cell.arms) {

@@ -7,6 +7,7 @@
 
 #include "core/base/time.h"
 #include "core/device/backend.h"
+#include "core/device/driver.h"
 
 namespace takt::scenario {
 
@@ -35,9 +36,14 @@ struct SiteReaction {
 struct SiteReport {
   std::vector<DeviceTiming> devices;
   std::vector<SiteReaction> reactions;
+  /// What is on the other end, for every device of the cell.
+  std::map<std::string, device::Reality> realities;
   /// Between the arms, or of one arm against itself: how far apart set points of one cycle arrived (row T1).
   Nanoseconds skew = 0;
 };
+
+/// "arm EMULATED, wrist SIM".
+[[nodiscard]] std::string to_text(const std::map<std::string, device::Reality>& realities);
 
 /// Watches the devices of a cell during a run.
 class SiteWatch {

@@ -11,13 +11,14 @@
 #include "core/base/text_location.h"
 #include "core/base/version.h"
 #include "core/plugin/load.h"
+#include "hw/drivers.h"
 #include "scenario/data_folder.h"
 
 namespace takt::tools {
 namespace {
 
-constexpr AddVerb kVerbs[] = {add_run, add_validate,   add_verify,     add_compare, add_bless, add_render,
-                              add_net, add_operations, add_primitives, add_model,   add_new,   add_list};
+constexpr AddVerb kVerbs[] = {add_run,        add_validate,   add_verify, add_compare, add_bless, add_render, add_net,
+                              add_operations, add_primitives, add_model,  add_new,     add_list,  add_emulate};
 
 /// A usage error in the form of every other diagnostic.
 int report_usage(const CLI::App& app, const CLI::ParseError& error, const Common& common) {
@@ -110,6 +111,7 @@ int run(int argc, char** argv) {
 
 int run_command_line(int argc, char** argv) {
   app::prepare_process();
+  hw::add_own_drivers();
   const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   return app::run_guarded(fmt::format("takt {}", fmt::join(words, " ")), [&] { return run(argc, argv); });
 }

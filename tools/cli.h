@@ -46,6 +46,7 @@ std::pair<CLI::App*, Verb> add_primitives(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_model(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_list(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_emulate(CLI::App& app, Common& common);
 
 /// Prints diagnostics on stderr, a line each; with --json also {"result": "error", "diagnostics": [...]} on stdout.
 /// @return kBadInput

@@ -72,6 +72,9 @@ int run(const RunVerbArguments& arguments, const Common& common) {
 
   options.from = arguments.from;
   options.interrupt = &app::catch_interrupts();
+  const scenario::SiteDevices& site = *(*session)->built().site;
+  if (!site.drivers().empty()) fmt::print(stderr, "devices: {}\n", scenario::to_text(site.realities()));
+  options.tell = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
   if (arguments.step) {
     options.before_step = ask;
   } else {

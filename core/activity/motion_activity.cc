@@ -155,19 +155,11 @@ void check_blend(const MotionOptions& wish, Diagnostics& diagnostics) {
   const BlendingCondition& blend = wish.blend;
   if (blend.wanted() && wish.until)
     diagnostics.error(Code::kConflict, "/blend", "the end of a guarded motion is unknown", "no blend, or no condition");
-  const bool by_distance = blend.way.kind == motion::Blend::Kind::kDistance;
-  const bool by_share = blend.way.kind == motion::Blend::Kind::kFraction;
-  if (blend.time_share && (by_distance || by_share))
+  if (blend.time_share && blend.way.kind != motion::Blend::Kind::kNone)
     diagnostics.error(Code::kConflict, "/blend", "a blend by time and by distance", "one of them");
   if (blend.time_share && !(*blend.time_share >= 0.5 && *blend.time_share < 1.0))
     diagnostics.error(Code::kOutOfRange, "/blend", fmt::format("a blend at a share of {:g}", *blend.time_share),
                       "a share of the time, at least 0.5 and below 1");
-  if (by_distance && !(blend.way.value > 0.0))
-    diagnostics.error(Code::kOutOfRange, "/blend", fmt::format("a blend at {:g} m before the goal", blend.way.value),
-                      "above 0 m");
-  if (by_share && !(blend.way.value > 0.0 && blend.way.value <= 0.5))
-    diagnostics.error(Code::kOutOfRange, "/blend",
-                      fmt::format("a blend over a share of {:g} of the path", blend.way.value), "above 0, at most 0.5");
 }
 
 ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionOptions parameters) {

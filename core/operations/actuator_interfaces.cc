@@ -1,10 +1,10 @@
 #include "core/operations/actuator_interfaces.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -35,26 +35,26 @@ Result<motion::Leg> ptp_to_pose(const ArmModel& arm, const JointVector& q, const
 
 /// A motion as files have it, with a leg of the program's own. @param leg  from where the arm will be
 Activity make_motion(Runtime& runtime, PathKind kind, const std::string& label, const std::string& arm, LegOf leg,
-                     MotionParameters parameters) {
-  parameters.arm = arm;
-  const auto accepted = motion_parameters(kind).accept(std::move(parameters), runtime.cell());
+                     const MotionParameters& parameters) {
+  MotionTask task{parameters};
+  task.arm = arm;
+  const auto accepted = motion_parameters(kind).accept(std::move(task), runtime.cell());
   if (!accepted) return {runtime, refused_activity(arm + " " + label, arm, accepted.error())};
   return {runtime,
           motion_activity(label, arm, std::move(leg), options_of(*accepted, runtime.cell(), runtime.biases()))};
 }
 
-struct Offer {
-  std::string_view name;
-  bool (*by)(const Cell&, const std::string&);
-};
-template <class Interface>
-constexpr Offer offer() {
-  return {Interface::kName, &Interface::offered_by};
+template <class... Interfaces>
+std::vector<InterfaceOffer> offers_of() {
+  return {InterfaceOffer{Interfaces::kName, &Interfaces::offered_by}...};
 }
-constexpr std::array<Offer, 11> kOffers = {
-    offer<MotionInterface>(),    offer<PtpInterface>(),      offer<LinInterface>(),    offer<HoldInterface>(),
-    offer<ForceInterface>(),     offer<JogInterface>(),      offer<FollowInterface>(), offer<ControlModeInterface>(),
-    offer<FreedriveInterface>(), offer<GrippingInterface>(), offer<OutputInterface>()};
+/// All that there are, those of takt first.
+std::vector<InterfaceOffer>& all_offers() {
+  static auto offers = offers_of<MotionInterface, PtpInterface, LinInterface, JointInterface, HoldInterface,
+                                 ForceInterface, JogInterface, FollowInterface, ControlModeInterface,
+                                 FreedriveInterface, GrippingInterface, OutputInterface>();
+  return offers;
+}
 
 bool is_output(const Cell& cell, const std::string& name) {
   return cell.digital_outputs.contains(name) || cell.analog_outputs.contains(name);
@@ -73,7 +73,11 @@ bool PtpInterface::offered_by(const Cell& cell, const std::string& actuator) { r
 bool LinInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool MotionInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool HoldInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
-bool ForceInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
+bool JointInterface::offered_by(const Cell& cell, const std::string& actuator) { return cell.arms.contains(actuator); }
+bool ForceInterface::offered_by(const Cell& cell, const std::string& actuator) {
+  return has_inverse(cell, actuator) &&
+         std::ranges::any_of(cell.sensors, [&](const auto& one) { return one.second.arm == actuator; });
+}
 bool JogInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool FollowInterface::offered_by(const Cell& cell, const std::string& actuator) { return has_inverse(cell, actuator); }
 bool ControlModeInterface::offered_by(const Cell& cell, const std::string& actuator) {
@@ -214,6 +218,39 @@ const device::Arm& ControlModeInterface::arm() const { return *runtime().cell().
 device::ControlMode ControlModeInterface::mode() const { return arm().mode(); }
 std::vector<device::ControlMode> ControlModeInterface::modes() const { return arm().description().modes.modes; }
 
+void JointInterface::check(int joint) const {
+  const auto count = runtime().cell().arms.at(actuator()).device->description().limits.velocity.size();
+  if (joint < 0 || joint >= count)
+    throw_diagnostic(Code::kOutOfRange, actuator(), fmt::format("'{}' has no joint {}", actuator(), joint),
+                     fmt::format("0 to {}", count - 1));
+}
+
+Activity JointInterface::move_to(int joint, double q, const MotionParameters& parameters) const {
+  check(joint);
+  return make_motion(
+      runtime(), PathKind::kPtp, "joint", actuator(),
+      [joint, q](const ArmModel& arm, const JointVector& from) {
+        JointVector goal = from;
+        goal[joint] = q;
+        return motion::ptp_leg(arm, from, goal);
+      },
+      parameters);
+}
+
+Activity JointInterface::move_by(int joint, double by, const MotionParameters& parameters) const {
+  check(joint);
+  return make_motion(
+      runtime(), PathKind::kPtp, "joint", actuator(),
+      [joint, by](const ArmModel& arm, const JointVector& from) {
+        JointVector goal = from;
+        goal[joint] += by;
+        return motion::ptp_leg(arm, from, goal);
+      },
+      parameters);
+}
+
+void register_interface(const InterfaceOffer& offer) { all_offers().push_back(offer); }
+
 Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), name_(std::move(name)) {
   if (!interfaces().empty()) return;
   const Cell& cell = runtime.cell();
@@ -231,8 +268,8 @@ Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), nam
 
 std::vector<std::string> Actuator::interfaces() const {
   std::vector<std::string> names;
-  for (const Offer& one : kOffers)
-    if (one.by(runtime_->cell(), name_)) names.emplace_back(one.name);
+  for (const InterfaceOffer& one : all_offers())
+    if (one.offered_by(runtime_->cell(), name_)) names.emplace_back(one.name);
   return names;
 }
 
@@ -249,6 +286,17 @@ const command::MountedArm& Actuator::arm() const {
 }
 
 JointVector Actuator::q() const { return arm().device->set_point().q; }
+
+JointVector Actuator::measured_q() const {
+  const device::Arm& device = *arm().device;
+  if (!device.has_sample())
+    throw_diagnostic(Code::kNotKnownYet, name_, fmt::format("'{}' has not measured yet", name_), "after a cycle");
+  return device.sample().q;
+}
+
+Eigen::Isometry3d Actuator::measured_tool() const {
+  return arm().device->description().chain->forward(measured_q()) * arm().X_FT;
+}
 
 JointVector Actuator::home() const { return arm().device->description().home; }
 

@@ -13,6 +13,7 @@
 #include "core/operations/hold.h"
 #include "core/operations/jog.h"
 #include "core/operations/motion.h"
+#include "core/operations/operation_activity.h"
 #include "core/operations/press.h"
 #include "core/operations/search.h"
 #include "core/operations/set.h"
@@ -116,7 +117,7 @@ class ControlModeInterface : public ActuatorInterface {
   [[nodiscard]] const device::Arm& arm() const;
 };
 
-/// Motions that a force leads, of arms with inverse kinematics.
+/// Motions that a force leads, of arms with inverse kinematics and a force/torque sensor of their own.
 class ForceInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "ForceInterface";
@@ -190,6 +191,37 @@ class OutputInterface : public ActuatorInterface {
   [[nodiscard]] Activity set(const SetParameters& parameters) const;
 };
 
+/// One joint of an arm; the others stand.
+class JointInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "JointInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// @param joint  from 0. Throws ActivityError if there is none. @param q  rad, or m of a sliding joint
+  [[nodiscard]] Activity move_to(int joint, double q, const MotionParameters& parameters = {}) const;
+  /// From wherever it will be, by so much.
+  [[nodiscard]] Activity move_by(int joint, double by, const MotionParameters& parameters = {}) const;
+
+ private:
+  void check(int joint) const;
+};
+
+/// An interface as Actuator::interfaces() lists it.
+struct InterfaceOffer {
+  std::string_view name;
+  bool (*offered_by)(const command::Cell& cell, const std::string& actuator);
+};
+void register_interface(const InterfaceOffer& offer);
+/// Lists an interface of a project or a plug-in with those that takt brings: `const RegisterInterface<Weld> kWeld;` at
+/// the outermost level of its file. `use<Weld>()` needs no registration. Interface: kName and offered_by() as those
+/// above. Thread: one at a time, before programs run.
+template <class Interface>
+class RegisterInterface {
+ public:
+  RegisterInterface() { register_interface({Interface::kName, &Interface::offered_by}); }
+};
+
 /// Something of the cell that can be told what to do, as programs see it: arm.use<LinInterface>().lin(goal). A cheap
 /// value.
 class Actuator {
@@ -209,17 +241,29 @@ class Actuator {
   [[nodiscard]] bool offers() const {
     return Interface::offered_by(runtime_->cell(), name_);
   }
+  /// Any operation that is a command, by its parameters; also of a plug-in: robot.perform(PressParameters{.force = 5}).
+  template <class P>
+  [[nodiscard]] Activity perform(P parameters) const {
+    const OperationForm<P> form = form_of(parameters);
+    parameters.*form.device = name_;
+    return {*runtime_, operation_activity(form.type, form.table(), parameters, form.make, name_, runtime_->cell(),
+                                          runtime_->biases())};
+  }
   /// Names of the interfaces that it offers.
   [[nodiscard]] std::vector<std::string> interfaces() const;
 
   // Of arms.
   /// The set point of now.
   [[nodiscard]] kinematics::JointVector q() const;
+  /// What its controller measured last, rad or m. Throws ActivityError before its first sample.
+  [[nodiscard]] kinematics::JointVector measured_q() const;
   /// The posture of its model's device file.
   [[nodiscard]] kinematics::JointVector home() const;
   /// Where flange and tool centre point are by the set point of now, in the base.
   [[nodiscard]] Eigen::Isometry3d flange() const;
   [[nodiscard]] Eigen::Isometry3d tool() const { return flange() * arm().X_FT; }
+  /// The tool centre point in the base by measured_q().
+  [[nodiscard]] Eigen::Isometry3d measured_tool() const;
   /// A frame of the cell in the base of the arm. Throws ActivityError if it is not there.
   [[nodiscard]] Eigen::Isometry3d frame(const std::string& name) const;
   /// A tool pose in the base that looks down the z axis of a frame, from this height (m) above it.

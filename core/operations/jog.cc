@@ -31,7 +31,7 @@ class JogCommand final : public OnlineCommand {
 
  private:
   [[nodiscard]] command::Action action_of(const BuildContext& context) const override {
-    const State enabled = command::state_of(*jog_.enabled, context.cell, context.biases);
+    const command::State enabled = command::state_of(*jog_.enabled, context.cell, context.biases);
     return command::jog(command::rotate(axes(context.cell), wanted(context.cell)), enabled,
                         tool_limits(jog_, context.cell));
   }

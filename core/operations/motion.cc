@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using Type = ParameterInfo::Type;
-using Table = ParameterTable<MotionParameters>;
+using Table = ParameterTable<MotionTask>;
 
 ParameterInfo row(std::string key, Type type, std::string definition, std::string doc) {
   ParameterInfo info{.key = std::move(key), .type = type, .definition = std::move(definition)};
@@ -29,24 +29,24 @@ ParameterInfo row(std::string key, Type type, std::string definition, std::strin
 }
 
 /// The arm of the motion; null if the file names none that exists.
-const command::MountedArm* arm_of(const MotionParameters& request, const command::Cell& cell) {
+const command::MountedArm* arm_of(const MotionTask& request, const command::Cell& cell) {
   const auto found = cell.arms.find(request.arm);
   return found == cell.arms.end() ? nullptr : &found->second;
 }
 
 // -- Where it goes -------------------------------------------------------------------------------------------------
 
-void add_goal(Table& table, const char* key, const char* doc, Goal& (*member)(MotionParameters&)) {
+void add_goal(Table& table, const char* key, const char* doc, Goal& (*member)(MotionTask&)) {
   ParameterInfo info = row(key, Type::kObject, "goal", doc);
   info.fields = goal_fields();
   info.required = true;
-  table.object(std::move(info), [member](const ParameterInfo& row, const ReadContext& from, MotionParameters& request) {
+  table.object(std::move(info), [member](const ParameterInfo& row, const ReadContext& from, MotionTask& request) {
     member(request) = read_goal(from.reader, arm_of(request, from.cell), row.key);
   });
 }
 
-const ParameterTable<MotionParameters::About>& about_parameters() {
-  using About = MotionParameters::About;
+const ParameterTable<MotionTask::About>& about_parameters() {
+  using About = MotionTask::About;
   static const auto table = [] {
     ParameterTable<About> about;
     about.text("in", &About::in, "Frame of centre and axis.")
@@ -61,13 +61,13 @@ const ParameterTable<MotionParameters::About>& about_parameters() {
 }
 
 /// An arc leads through a point to a goal, or about an axis.
-void read_arc_goal(const ParameterInfo& row, const ReadContext& from, MotionParameters& request) {
+void read_arc_goal(const ParameterInfo& row, const ReadContext& from, MotionTask& request) {
   if (from.reader.has("about")) return;
   Goal goal = read_goal(from.reader, arm_of(request, from.cell), row.key);
   (row.key == "via" ? request.via.emplace() : request.goal) = std::move(goal);
 }
 
-void read_orientation(const ParameterInfo& row, const ReadContext& from, MotionParameters& request) {
+void read_orientation(const ParameterInfo& row, const ReadContext& from, MotionTask& request) {
   using motion::ArcOrientation;
   const bool about = from.reader.has("about");
   const auto choices = about ? std::vector<std::string>{"fixed", "tangential"} : row.choices;
@@ -84,13 +84,13 @@ void add_arc(Table& table) {
     info.fields = goal_fields();
     table.object(std::move(info), read_arc_goal);
   }
-  table.part("about", "about", about_parameters(), &MotionParameters::about,
+  table.part("about", "about", about_parameters(), &MotionTask::about,
              "Centre, axis and angle in place of 'to' and 'via'.");
   ParameterInfo orientation = row("orientation", Type::kChoice, "", "How the tool turns along the arc.");
   orientation.choices = {"goal", "fixed", "tangential"};
   orientation.fallback = "goal; with 'about' fixed";
   table.object(std::move(orientation), read_orientation);
-  table.rule([](MotionParameters& request, const ReadContext& from) {
+  table.rule([](MotionTask& request, const ReadContext& from) {
     if (!request.about) return;
     for (const char* key : {"to", "via"}) {
       if (from.reader.has(key))
@@ -100,7 +100,7 @@ void add_arc(Table& table) {
   });
 }
 
-void read_through(const ParameterInfo& row, const ReadContext& from, MotionParameters& request) {
+void read_through(const ParameterInfo& row, const ReadContext& from, MotionTask& request) {
   ObjectReader& reader = from.reader;
   const command::MountedArm* arm = arm_of(request, from.cell);
   const Json* list = reader.array(row.key);
@@ -135,15 +135,15 @@ void add_follower(Table& table) {
   ParameterInfo info = row("follower", Type::kName, "", "Second arm that moves as one with this one.");
   table.object(
       std::move(info),
-      [](const ParameterInfo& row, const ReadContext& from, MotionParameters& request) {
+      [](const ParameterInfo& row, const ReadContext& from, MotionTask& request) {
         if (from.reader.has(row.key)) request.follower = from.reader.choice(row.key, names_in(from.cell, NameOf::kArm));
       },
-      [](const ParameterInfo& row, const MotionParameters& request, ParameterWriter& to) {
+      [](const ParameterInfo& row, const MotionTask& request, ParameterWriter& to) {
         if (!request.follower.empty()) to.text(row.key, request.follower);
       });
 }
 
-void check_follower(MotionParameters& request, const ReadContext& from) {
+void check_follower(MotionTask& request, const ReadContext& from) {
   if (request.follower.empty()) return;
   Diagnostics& diagnostics = from.reader.diagnostics();
   const std::string place = from.reader.at("follower");
@@ -160,7 +160,7 @@ void check_follower(MotionParameters& request, const ReadContext& from) {
 
 /// What two arms do to each other is felt by their own sensors.
 void check_internal_force(const command::Condition& condition, const command::Cell& cell, const std::string& place,
-                          const MotionParameters& request, Diagnostics& diagnostics) {
+                          const MotionTask& request, Diagnostics& diagnostics) {
   for (const command::Condition& operand : condition.operands)
     check_internal_force(operand, cell, place, request, diagnostics);
   if (condition.kind != command::Condition::Kind::kInternalForce) return;
@@ -173,7 +173,7 @@ void check_internal_force(const command::Condition& condition, const command::Ce
   }
 }
 
-void check_ends(MotionParameters& request, const ReadContext& from) {
+void check_ends(MotionTask& request, const ReadContext& from) {
   if (from.reader.has("on_end") && !request.must_touch && !from.has("until"))
     from.reader.diagnostics().error(Code::kConflict, from.reader.at("on_end"), "'on_end' without 'until'",
                                     "a guarded motion");
@@ -185,7 +185,7 @@ void check_ends(MotionParameters& request, const ReadContext& from) {
   }
 }
 
-void check_overlay(MotionParameters& request, const ReadContext& from) {
+void check_overlay(MotionTask& request, const ReadContext& from) {
   if (!request.has_overlay()) return;
   ObjectReader& reader = from.reader;
   request.acceleration = std::min(request.acceleration, command::kShareWithOverlay);
@@ -216,15 +216,15 @@ void add_blend(Table& table, const char* key, motion::Blend::Kind kind, const Ra
   info.range = range;
   table.object(
       std::move(info),
-      [kind](const ParameterInfo& row, const ReadContext& from, MotionParameters& request) {
+      [kind](const ParameterInfo& row, const ReadContext& from, MotionTask& request) {
         if (from.reader.has(row.key)) request.blend.way = {kind, from.reader.number(row.key, {}, row.range)};
       },
-      [kind](const ParameterInfo& row, const MotionParameters& request, ParameterWriter& to) {
+      [kind](const ParameterInfo& row, const MotionTask& request, ParameterWriter& to) {
         if (request.blend.way.kind == kind) to.number(row.key, request.blend.way.value);
       });
 }
 
-void check_blend(MotionParameters& request, const ReadContext& from) {
+void check_blend(MotionTask& request, const ReadContext& from) {
   ObjectReader& reader = from.reader;
   const bool distance = reader.has("blend_m"), fraction = reader.has("blend_fraction");
   if (distance && fraction)
@@ -236,7 +236,7 @@ void check_blend(MotionParameters& request, const ReadContext& from) {
 }
 
 /// It was renamed.
-void refuse_former_key(MotionParameters&, const ReadContext& from) {
+void refuse_former_key(MotionTask&, const ReadContext& from) {
   if (from.reader.child("unless") == nullptr) return;
   from.reader.diagnostics().error(Code::kUnknownKey, from.reader.at("unless"), "'unless' is called 'abort_if' now",
                                   "'abort_if'");
@@ -246,45 +246,44 @@ Table make_table(PathKind kind) {
   const Range share{.low = 0, .high = 1, .low_open = true};
   const std::vector<std::pair<std::string, bool>> ends{{"fail", true}, {"continue", false}};
   Table table;
-  table.name("arm", NameOf::kArm, &MotionParameters::arm, "Arm or base that moves.");
+  table.name("arm", NameOf::kArm, &MotionTask::arm, "Arm or base that moves.");
   if (kind == PathKind::kCirc) {
     add_arc(table);
   } else if (kind == PathKind::kSpline) {
     add_through(table);
   } else {
-    add_goal(table, "to", "Goal of the motion.", [](MotionParameters& request) -> Goal& { return request.goal; });
+    add_goal(table, "to", "Goal of the motion.", [](MotionTask& request) -> Goal& { return request.goal; });
   }
   if (kind == PathKind::kLin) {
     // Read before these parameters are: such a motion is one of two devices (carried_command.cc).
     ParameterInfo base = row("base_to", Type::kObject, "goal", "Where the base that carries the arm drives meanwhile.");
     base.fields = goal_fields();
-    table.object(std::move(base), [](const ParameterInfo&, const ReadContext&, MotionParameters&) {});
+    table.object(std::move(base), [](const ParameterInfo&, const ReadContext&, MotionTask&) {});
   }
-  table.number("speed", "", &MotionParameters::velocity, share, "Share of the velocity limits.")
-      .number("acceleration", "", &MotionParameters::acceleration, share, "Share of the acceleration and jerk limits.");
+  table.number("speed", "", &MotionTask::velocity, share, "Share of the velocity limits.")
+      .number("acceleration", "", &MotionTask::acceleration, share, "Share of the acceleration and jerk limits.");
   if (kind != PathKind::kPtp)
-    table.number("velocity_m_s", "m/s", &MotionParameters::linear_velocity, kPositive,
-                 "Speed of the tool centre point.");
+    table.number("velocity_m_s", "m/s", &MotionTask::linear_velocity, kPositive, "Speed of the tool centre point.");
   add_follower(table);
   const bool joints = kind == PathKind::kPtp;
   table.refused_if(joints || kind == PathKind::kSpline);
-  table.compliance(&MotionParameters::compliance)
+  table.compliance(&MotionTask::compliance)
       .part(
-          "weave", "weave", weave_parameters(), [](MotionParameters & p) -> auto& { return p.weave; },
+          "weave", "weave", weave_parameters(), [](MotionTask & p) -> auto& { return p.weave; },
           "Oscillation across the path.")
       .refused_if(joints)
       .part(
           "force_offset", "force_offset", force_offset_parameters(),
-          [](MotionParameters & p) -> auto& { return p.force_offset; }, "Shift of the path that holds a force.")
+          [](MotionTask & p) -> auto& { return p.force_offset; }, "Shift of the path that holds a force.")
       .refused_if(joints)
-      .condition("until", &MotionParameters::until, "Guarded motion: brakes on its path when this becomes true.")
-      .choice("on_end", &MotionParameters::must_touch, ends, "Whether a guarded motion that reaches its goal fails.")
-      .condition("abort_if", &MotionParameters::abort_if, "Brakes on its path and fails when this becomes true.");
+      .condition("until", &MotionTask::until, "Guarded motion: brakes on its path when this becomes true.")
+      .choice("on_end", &MotionTask::must_touch, ends, "Whether a guarded motion that reaches its goal fails.")
+      .condition("abort_if", &MotionTask::abort_if, "Brakes on its path and fails when this becomes true.");
   add_blend(table, "blend_m", motion::Blend::Kind::kDistance, {.low = motion::kLeastBlend_m},
             "Distance from the goal at which the next motion takes over.");
   add_blend(table, "blend_fraction", motion::Blend::Kind::kFraction,
             {.low = motion::kLeastBlendShare, .high = motion::kMostBlendShare}, "The same as a share of the path.");
-  table.rule([kind](MotionParameters& request, const ReadContext&) { request.kind = kind; })
+  table.rule([kind](MotionTask& request, const ReadContext&) { request.kind = kind; })
       .rule(refuse_former_key)
       .rule(check_follower)
       .rule(check_overlay)
@@ -295,7 +294,7 @@ Table make_table(PathKind kind) {
 
 }  // namespace
 
-const ParameterTable<MotionParameters>& motion_parameters(PathKind kind) {
+const ParameterTable<MotionTask>& motion_parameters(PathKind kind) {
   static const std::vector<Table> tables = [] {
     std::vector<Table> all;
     for (const PathKind one : {PathKind::kPtp, PathKind::kLin, PathKind::kCirc, PathKind::kSpline})
@@ -305,9 +304,9 @@ const ParameterTable<MotionParameters>& motion_parameters(PathKind kind) {
   return tables.at(static_cast<std::size_t>(kind));
 }
 
-MotionParameters read_motion(PathKind kind, const OperationSource& source) {
+MotionTask read_motion(PathKind kind, const OperationSource& source) {
   ObjectReader reader(source.json, source.pointer, source.diagnostics);
-  MotionParameters motion = motion_parameters(kind).read(reader, source.cell);
+  MotionTask motion = motion_parameters(kind).read(reader, source.cell);
   constexpr std::string_view kNames[] = {"ptp", "lin", "circ", "spline"};
   if (motion.name.empty()) motion.name = kNames[static_cast<std::size_t>(kind)];
   return motion;

@@ -18,7 +18,8 @@ namespace takt::activity {
 
 enum class PathKind { kPtp, kLin, kCirc, kSpline };
 
-/// How a planned motion is carried out, and where it goes. Shares are of the limits of the arm.
+/// How a planned motion is carried out. Shares are of the limits of the arm. No member is a text: programs write this
+/// between braces inside of co_await expressions, where GCC 12 moves texts bit by bit.
 struct MotionParameters {
   double velocity = 1.0, acceleration = 1.0;   ///< (0, 1]; files: speed, acceleration
   std::optional<double> linear_velocity = {};  ///< of the tool centre point, m/s
@@ -36,7 +37,12 @@ struct MotionParameters {
   std::optional<ForceOffsetParameters> force_offset = {};
   bool must_touch = true;  ///< "on_end": a guarded step that reaches its goal is a failure
 
-  // Where it goes: files say it here, programs by the method that they call.
+  [[nodiscard]] bool blends() const { return blend.way.kind != motion::Blend::Kind::kNone; }
+  [[nodiscard]] bool has_overlay() const { return weave || force_offset; }
+};
+
+/// The same, and where it goes: files say it with the rest, programs by the method that they call.
+struct MotionTask : MotionParameters {
   /// CIRC about an axis in place of a goal.
   struct About {
     std::string in = "world";
@@ -53,22 +59,19 @@ struct MotionParameters {
   motion::ArcOrientation orientation = motion::ArcOrientation::kToGoal;
   std::vector<Goal> through = {};
   std::string name = {}, pointer = {};  ///< for people; in its file
-
-  [[nodiscard]] bool blends() const { return blend.way.kind != motion::Blend::Kind::kNone; }
-  [[nodiscard]] bool has_overlay() const { return weave || force_offset; }
 };
 
 /// The arms that motions move, as one name.
-[[nodiscard]] std::string moved_by(const MotionParameters& request);
+[[nodiscard]] std::string moved_by(const MotionTask& request);
 
-[[nodiscard]] const ParameterTable<MotionParameters>& motion_parameters(PathKind kind);
+[[nodiscard]] const ParameterTable<MotionTask>& motion_parameters(PathKind kind);
 
 /// As activities want them. @param biases  of the sensors in their conditions
-[[nodiscard]] MotionOptions options_of(const MotionParameters& motion, const command::Cell& cell,
+[[nodiscard]] MotionOptions options_of(const MotionTask& motion, const command::Cell& cell,
                                        const command::Biases& biases);
 
 /// Reads one. Diagnostics: all that is wrong with its form.
-[[nodiscard]] MotionParameters read_motion(PathKind kind, const OperationSource& source);
+[[nodiscard]] MotionTask read_motion(PathKind kind, const OperationSource& source);
 
 /// The operations ptp, lin, circ and spline.
 [[nodiscard]] Operation ptp_operation();

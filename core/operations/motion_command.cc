@@ -40,7 +40,7 @@ const char* name_of(PathKind kind) {
 /// One motion, or several that are blended into one.
 class MotionCommand final : public OperationCommand {
  public:
-  std::vector<MotionParameters> requests;
+  std::vector<MotionTask> requests;
   std::vector<std::string> places;  ///< of each motion, below the pointer of this
   std::optional<ComplianceParameters> compliance;
 
@@ -198,15 +198,15 @@ class MotionCommand final : public OperationCommand {
 
 /// One arm, or the same two as one.
 void check_movers(const MotionCommand& command, const std::string& pointer, Diagnostics& diagnostics) {
-  const MotionParameters& first = command.requests.front();
+  const MotionTask& first = command.requests.front();
   for (std::size_t i = 0; i < command.requests.size(); ++i) {
-    const MotionParameters& request = command.requests[i];
+    const MotionTask& request = command.requests[i];
     const std::string place = pointer + command.places[i];
     if (request.arm != first.arm) {
       diagnostics.error(Code::kConflict, place + "/arm", fmt::format("'{}' after '{}'", request.arm, first.arm),
                         "one arm for all of them");
     } else if (request.follower != first.follower) {
-      const auto movers = [](const MotionParameters& one) {
+      const auto movers = [](const MotionTask& one) {
         return one.follower.empty() ? fmt::format("'{}' alone", one.arm)
                                     : fmt::format("'{}' and '{}' as one", one.arm, one.follower);
       };
@@ -220,7 +220,7 @@ void check_movers(const MotionCommand& command, const std::string& pointer, Diag
 
 }  // namespace
 
-std::unique_ptr<OperationCommand> motion_command(MotionParameters motion, const OperationSource& source) {
+std::unique_ptr<OperationCommand> motion_command(MotionTask motion, const OperationSource& source) {
   auto command = std::make_unique<MotionCommand>();
   command->compliance = motion.compliance;
   command->requests.push_back(std::move(motion));
@@ -285,7 +285,7 @@ std::unique_ptr<OperationCommand> read_motions(const OperationSource& source) {
     diagnostics.add(std::move(diagnostic));
   }
   for (std::size_t i = 0; i < command->requests.size(); ++i) {
-    const MotionParameters& request = command->requests[i];
+    const MotionTask& request = command->requests[i];
     const bool last = i + 1 == command->requests.size(), blends = request.blends();
     if (request.compliance)
       diagnostics.error(Code::kConflict, pointer + command->places[i] + "/compliance",

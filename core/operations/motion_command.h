@@ -9,6 +9,6 @@
 namespace takt::activity {
 
 /// @param source  of the motion, for diagnostics
-[[nodiscard]] std::unique_ptr<OperationCommand> motion_command(MotionParameters motion, const OperationSource& source);
+[[nodiscard]] std::unique_ptr<OperationCommand> motion_command(MotionTask motion, const OperationSource& source);
 
 }  // namespace takt::activity

@@ -18,7 +18,7 @@ using kinematics::JointVector;
 using Planned = Result<command::PlannedMotion>;
 
 struct MotionOnBaseParameters {
-  MotionParameters tool;  ///< of the arm, in the room
+  MotionTask tool;  ///< of the arm, in the room
   Goal base_goal;
 };
 

@@ -97,7 +97,7 @@ Result<Eigen::Isometry3d> goal_pose(const Goal& goal, const command::Cell& cell,
   return joints ? tool_pose(cell.arms.find(name)->second, *joints) : std::get<Eigen::Isometry3d>(*resolved);
 }
 
-Result<JointVector> joints_of(const MotionParameters& request, const command::Cell& cell, const JointVector& q,
+Result<JointVector> joints_of(const MotionTask& request, const command::Cell& cell, const JointVector& q,
                               Diagnostics& notes) {
   Diagnostics own;
   auto joints = goal_joints(request.goal, cell, request.arm, q, own);
@@ -105,7 +105,7 @@ Result<JointVector> joints_of(const MotionParameters& request, const command::Ce
   return joints ? joints : Result<JointVector>(at_place(joints.error(), "/to"));
 }
 
-Result<motion::Leg> arc_leg(const MotionParameters& request, const command::Cell& cell, const JointVector& q) {
+Result<motion::Leg> arc_leg(const MotionTask& request, const command::Cell& cell, const JointVector& q) {
   const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   if (request.about) {
     const auto X_BI = cell.frames.pose(request.about->in, request.arm);
@@ -125,7 +125,7 @@ Result<motion::Leg> arc_leg(const MotionParameters& request, const command::Cell
       motion::ArcThrough{.p_via = X_via->translation(), .X_BM_goal = *X_goal, .orientation = request.orientation});
 }
 
-Result<motion::Leg> through_leg(const MotionParameters& request, const command::Cell& cell, const JointVector& q) {
+Result<motion::Leg> through_leg(const MotionTask& request, const command::Cell& cell, const JointVector& q) {
   const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   std::vector<JointVector> joints;
   std::vector<Eigen::Isometry3d> poses;
@@ -138,7 +138,7 @@ Result<motion::Leg> through_leg(const MotionParameters& request, const command::
   return joints.empty() ? motion::spline_leg(arm, q, poses) : motion::spline_leg(arm, q, joints);
 }
 
-Result<motion::Leg> geometry_of(const MotionParameters& request, const command::Cell& cell, const JointVector& q) {
+Result<motion::Leg> geometry_of(const MotionTask& request, const command::Cell& cell, const JointVector& q) {
   const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   switch (request.kind) {
     case PathKind::kPtp: {
@@ -159,7 +159,7 @@ Result<motion::Leg> geometry_of(const MotionParameters& request, const command::
   }
 }
 
-Result<motion::Leg> leg_of(const MotionParameters& request, const command::Cell& cell, const JointVector& q) {
+Result<motion::Leg> leg_of(const MotionTask& request, const command::Cell& cell, const JointVector& q) {
   auto leg = geometry_of(request, cell, q);
   if (!leg) return leg;
   leg->velocity = request.velocity;
@@ -170,7 +170,7 @@ Result<motion::Leg> leg_of(const MotionParameters& request, const command::Cell&
 }
 
 /// PTP and LIN alone have planners of their own: the shortest way from a goal to a motion.
-Result<motion::Motion> plan_single(const MotionParameters& request, const command::Cell& cell, const JointVector& q,
+Result<motion::Motion> plan_single(const MotionTask& request, const command::Cell& cell, const JointVector& q,
                                    Diagnostics& notes) {
   const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   const motion::MotionOptions options{.velocity = request.velocity,
@@ -198,11 +198,11 @@ std::size_t index_in(std::string_view pointer, std::size_t count) {
 
 }  // namespace
 
-std::string moved_by(const MotionParameters& request) {
+std::string moved_by(const MotionTask& request) {
   return request.follower.empty() ? request.arm : request.arm + "/" + request.follower;  // no name has a '/'
 }
 
-bool depends_on_moving_frame(const MotionParameters& request, const command::Cell& cell) {
+bool depends_on_moving_frame(const MotionTask& request, const command::Cell& cell) {
   const auto hangs = [&](const Goal& goal) { return depends_on_moving_frame(goal, cell, request.arm); };
   return hangs(request.goal) || (request.via && hangs(*request.via)) || std::ranges::any_of(request.through, hangs) ||
          (request.about && moves(cell.frames, request.about->in, request.arm));
@@ -217,7 +217,7 @@ Result<JointVector> goal_joints(const Goal& goal, const command::Cell& cell, con
   return nearest_configuration(arm, std::get<Eigen::Isometry3d>(*resolved), q, notes);
 }
 
-Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionParameters>& requests) {
+Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionTask>& requests) {
   Diagnostics result;
   for (std::size_t i = 0; i < requests.size(); ++i) {
     Diagnostics own;
@@ -236,10 +236,10 @@ Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionP
   return result;
 }
 
-Diagnostics notes_of_motions(const Diagnostics& notes, const std::vector<MotionParameters>& requests) {
+Diagnostics notes_of_motions(const Diagnostics& notes, const std::vector<MotionTask>& requests) {
   Diagnostics result;
   for (Diagnostic diagnostic : notes.list()) {
-    const MotionParameters& request = requests[index_in(diagnostic.pointer, requests.size())];
+    const MotionTask& request = requests[index_in(diagnostic.pointer, requests.size())];
     diagnostic.pointer =
         request.pointer + (request.blend.way.kind == motion::Blend::Kind::kDistance ? "/blend_m" : "/blend_fraction");
     result.add(std::move(diagnostic));
@@ -247,19 +247,19 @@ Diagnostics notes_of_motions(const Diagnostics& notes, const std::vector<MotionP
   return result;
 }
 
-std::optional<std::size_t> first_offset(const std::vector<MotionParameters>& requests) {
+std::optional<std::size_t> first_offset(const std::vector<MotionTask>& requests) {
   const auto first = std::ranges::find_if(requests, [](const auto& one) { return one.force_offset.has_value(); });
   if (first == requests.end()) return std::nullopt;
   return static_cast<std::size_t>(first - requests.begin());
 }
 
-Diagnostics check_offsets(const std::vector<MotionParameters>& requests) {
+Diagnostics check_offsets(const std::vector<MotionTask>& requests) {
   Diagnostics diagnostics;
   const auto first = first_offset(requests);
   if (!first) return diagnostics;
   const auto same = "the same 'force_offset' at both, or no blend between them";
   for (std::size_t i = *first + 1; i < requests.size(); ++i) {
-    const MotionParameters &before = requests[i - 1], &now = requests[i];
+    const MotionTask &before = requests[i - 1], &now = requests[i];
     if (now.force_offset == before.force_offset) continue;
     diagnostics.error(Code::kConflict, pointer_segment(i) + "/force_offset",
                       fmt::format("the force offset of '{}' ({}) does not go on in '{}' ({}), into which it is blended",
@@ -279,15 +279,15 @@ Diagnostics check_offsets(const std::vector<MotionParameters>& requests) {
   return diagnostics;
 }
 
-command::Weaves weaves_of(const std::vector<MotionParameters>& requests) {
+command::Weaves weaves_of(const std::vector<MotionTask>& requests) {
   command::Weaves weaves;
-  for (const MotionParameters& request : requests) weaves.push_back(request.weave);
+  for (const MotionTask& request : requests) weaves.push_back(request.weave);
   return weaves;
 }
 
-Result<motion::SequencePlan> plan_motions(const std::vector<MotionParameters>& requests, const command::Cell& cell,
+Result<motion::SequencePlan> plan_motions(const std::vector<MotionTask>& requests, const command::Cell& cell,
                                           const JointVector& q) {
-  const MotionParameters& first = requests.front();
+  const MotionTask& first = requests.front();
   const bool single = requests.size() == 1 && (first.kind == PathKind::kPtp || first.kind == PathKind::kLin);
   if (single) {
     Diagnostics notes, placed;
@@ -303,15 +303,15 @@ Result<motion::SequencePlan> plan_motions(const std::vector<MotionParameters>& r
   return plan;
 }
 
-std::vector<motion::LegMaker> leg_makers(const std::vector<MotionParameters>& requests, const command::Cell& cell) {
+std::vector<motion::LegMaker> leg_makers(const std::vector<MotionTask>& requests, const command::Cell& cell) {
   std::vector<motion::LegMaker> makers;
-  for (const MotionParameters& request : requests) {
+  for (const MotionTask& request : requests) {
     makers.push_back([&](const JointVector& q_start) { return leg_of(request, cell, q_start); });
   }
   return makers;
 }
 
-Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionParameters>& requests, const command::Cell& cell,
+Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionTask>& requests, const command::Cell& cell,
                                            const motion::ArmPair& pair, const JointVector& q_leader,
                                            const JointVector& q_follower) {
   auto plan = motion::plan_pair(pair, q_leader, q_follower, leg_makers(requests, cell));
@@ -332,8 +332,7 @@ Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionParameters>& 
   return std::unexpected(std::move(all));
 }
 
-Result<motion::SequencePlan> plan_motions_from(const motion::Departure& from,
-                                               const std::vector<MotionParameters>& requests,
+Result<motion::SequencePlan> plan_motions_from(const motion::Departure& from, const std::vector<MotionTask>& requests,
                                                const command::Cell& cell) {
   const motion::ArmModel arm = command::planning_model(cell.arms.find(requests.front().arm)->second);
   return motion::plan_take_over(arm, from, leg_makers(requests, cell));

@@ -19,7 +19,7 @@ namespace {
 /// Takes note of a touch at its end. Several motions are one: they are blended into each other.
 class MotionRun final : public ScheduledRun {
  public:
-  explicit MotionRun(const std::vector<MotionParameters>& requests) : requests_(requests), request_(requests.back()) {}
+  explicit MotionRun(const std::vector<MotionTask>& requests) : requests_(requests), request_(requests.back()) {}
 
   [[nodiscard]] std::size_t part() const override { return run() ? run()->part().value_or(0) : 0; }
   [[nodiscard]] bool begun() const override { return run() && run()->part().has_value(); }
@@ -65,7 +65,7 @@ class MotionRun final : public ScheduledRun {
 
   Progress tell_no_force(Diagnostics& diagnostics) const {
     const std::size_t first = first_offset(requests_).value_or(0);
-    const MotionParameters& with_force = requests_[first];
+    const MotionTask& with_force = requests_[first];
     std::string message =
         fmt::format("'{}' did not answer, so the arm stopped on its path", with_force.force_offset->sensor);
     if (first > 0) message = fmt::format("in '{}', which is blended into: {}", with_force.name, message);
@@ -80,7 +80,7 @@ class MotionRun final : public ScheduledRun {
                                         : "'abort_if' became true, so the arm stopped on its path";
     if (broken.motion < 0) message = fmt::format("'abort_if' of the motion that it went on with: {}", message);
     if (broken.motion > 0) {
-      const MotionParameters& part = requests_[static_cast<std::size_t>(broken.motion)];
+      const MotionTask& part = requests_[static_cast<std::size_t>(broken.motion)];
       message = fmt::format("in '{}', which is blended into: {}", part.name, message);
     }
     const std::string way_out =
@@ -89,18 +89,18 @@ class MotionRun final : public ScheduledRun {
     return Progress::kFailed;
   }
 
-  const std::vector<MotionParameters>& requests_;
-  const MotionParameters& request_;  ///< the last: only a motion alone may be guarded
+  const std::vector<MotionTask>& requests_;
+  const MotionTask& request_;  ///< the last: only a motion alone may be guarded
 };
 
 class MotionStep final : public Step {
  public:
-  explicit MotionStep(MotionParameters request) { requests_.push_back(std::move(request)); }
+  explicit MotionStep(MotionTask request) { requests_.push_back(std::move(request)); }
 
   bool absorb(Step& next) override {
     auto* motion = dynamic_cast<MotionStep*>(&next);
     if (!motion || !requests_.back().blends()) return false;
-    const MotionParameters& follower = motion->requests_.front();
+    const MotionTask& follower = motion->requests_.front();
     if (moved_by(follower) != moved_by(requests_.front())) return false;
     if (follower.compliance != requests_.back().compliance) return false;
     requests_.insert(requests_.end(), std::make_move_iterator(motion->requests_.begin()),
@@ -109,7 +109,7 @@ class MotionStep final : public Step {
   }
 
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
-    const MotionParameters& last = requests_.back();
+    const MotionTask& last = requests_.back();
     if (!gives_way_as_it_can(rehearsal, pointer, diagnostics)) return;
     const bool goes_on = rehearsal.open && rehearsal.open->arm == moved_arm() && may_go_on(rehearsal.cell);
     if (!goes_on) note_open_begin(rehearsal, diagnostics);
@@ -141,10 +141,10 @@ class MotionStep final : public Step {
   }
 
  private:
-  static std::string laid_over(const MotionParameters& request) { return request.weave ? "weave" : "force offset"; }
+  static std::string laid_over(const MotionTask& request) { return request.weave ? "weave" : "force offset"; }
   /// The one before is not gone on with: its blend is in vain.
   void note_open_begin(Rehearsal& rehearsal, Diagnostics& diagnostics) const {
-    const MotionParameters& first = requests_.front();
+    const MotionTask& first = requests_.front();
     const bool of_same_arm = rehearsal.open && rehearsal.open->arm == moved_arm();
     if (!of_same_arm || !first.has_overlay()) return settle_rehearsal(rehearsal, diagnostics);
     diagnostics.note(
@@ -156,7 +156,7 @@ class MotionStep final : public Step {
   }
   /// The next motion is decided in the run: whatever is laid over this one has to be gone, and so it stops.
   void note_open_end(Rehearsal& rehearsal, Diagnostics& diagnostics) const {
-    const MotionParameters& last = requests_.back();
+    const MotionTask& last = requests_.back();
     if (!last.has_overlay()) {
       rehearsal.open = {moved_arm(), last.pointer};
       return;
@@ -169,18 +169,18 @@ class MotionStep final : public Step {
   }
   /// The mode and the values of its compliance. @return false: with diagnostics
   bool gives_way_as_it_can(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const {
-    const MotionParameters& last = requests_.back();
+    const MotionTask& last = requests_.back();
     if (!last.compliance) return true;
     std::vector<std::string> arms{last.arm};
     if (!last.follower.empty()) arms.push_back(last.follower);
     return rehearse_compliance(*last.compliance, rehearsal, arms, pointer, diagnostics);
   }
 
-  std::vector<MotionParameters> requests_;  ///< one, or several that are blended, and give way alike
+  std::vector<MotionTask> requests_;  ///< one, or several that are blended, and give way alike
 };
 
 }  // namespace
 
-std::unique_ptr<Step> motion_step(MotionParameters motion) { return std::make_unique<MotionStep>(std::move(motion)); }
+std::unique_ptr<Step> motion_step(MotionTask motion) { return std::make_unique<MotionStep>(std::move(motion)); }
 
 }  // namespace takt::activity

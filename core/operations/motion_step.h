@@ -9,6 +9,6 @@ namespace takt::activity {
 
 /// A planned motion as a step of a program: guarded if it has a condition, blended into the motion after it if it asks
 /// for that. Realtime: setup.
-[[nodiscard]] std::unique_ptr<Step> motion_step(MotionParameters motion);
+[[nodiscard]] std::unique_ptr<Step> motion_step(MotionTask motion);
 
 }  // namespace takt::activity

@@ -12,10 +12,31 @@
 namespace takt::activity {
 
 /// All operations of takt: NAME is defined by NAME_operation() in a file of its own (core/operations/README.md).
-#define TAKT_OPERATIONS(add)                                                                                      \
-  add(circ) add(control_mode) add(fit_pose) add(follow) add(freedrive) add(grip) add(hold) add(jog) add(lin)      \
-      add(motions) add(net) add(press) add(ptp) add(record_contact) add(release) add(search) add(set) add(spline) \
-          add(tare) add(transaction) add(wait)
+// clang-format off
+#define TAKT_OPERATIONS(add) \
+  add(circ) \
+  add(control_mode) \
+  add(fit_pose) \
+  add(follow) \
+  add(freedrive) \
+  add(grip) \
+  add(hold) \
+  add(jog) \
+  add(lin) \
+  add(motions) \
+  add(net) \
+  add(press) \
+  add(ptp) \
+  add(record_contact) \
+  add(release) \
+  add(search) \
+  add(set) \
+  add(spline) \
+  add(tare) \
+  add(transaction) \
+  add(wait) \
+  add(wipe)
+// clang-format on
 
 #define TAKT_DECLARE_OPERATION(name) Operation name##_operation();
 TAKT_OPERATIONS(TAKT_DECLARE_OPERATION)

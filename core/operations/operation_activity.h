@@ -32,4 +32,13 @@ ActivityPtr operation_activity(std::string_view type, const ParameterTable<P>& t
   return operation_activity(name, std::move(command), actuator, biases, arms);
 }
 
+/// What Actuator::perform() needs to know of an operation: its header has a function form_of(const Parameters&).
+template <class P>
+struct OperationForm {
+  std::string_view type;
+  const ParameterTable<P>& (*table)();
+  std::string P::*device;  ///< the parameter that names the actuator
+  std::unique_ptr<OperationCommand> (*make)(const P&);
+};
+
 }  // namespace takt::activity

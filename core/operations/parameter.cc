@@ -178,7 +178,11 @@ Json schema_of(const ParameterInfo& parameter) {
 
 ParameterWriter::ParameterWriter() : json_(std::make_unique<Json>(Json::object())) {}
 ParameterWriter::~ParameterWriter() = default;
-void ParameterWriter::number(const std::string& key, double value) { (*json_)[key] = value; }
+void ParameterWriter::number(const std::string& key, double value) {
+  constexpr double kMostWhole = 1e15;  // a file has 5, not 5.0
+  if (std::trunc(value) == value && std::abs(value) < kMostWhole) return integer(key, static_cast<std::int64_t>(value));
+  (*json_)[key] = value;
+}
 void ParameterWriter::integer(const std::string& key, std::int64_t value) { (*json_)[key] = value; }
 void ParameterWriter::boolean(const std::string& key, bool value) { (*json_)[key] = value; }
 void ParameterWriter::text(const std::string& key, const std::string& value) { (*json_)[key] = value; }

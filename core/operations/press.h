@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "core/operations/operation_activity.h"
 #include "core/operations/pressing.h"
 
 /// "press": touches along a direction and holds a force. Realtime: setup.
@@ -24,6 +25,9 @@ struct PressParameters {
 [[nodiscard]] const ParameterTable<PressParameters>& press_parameters();
 /// As an activity: without `seconds` and `until` for half a second, as a step.
 [[nodiscard]] std::unique_ptr<OperationCommand> press_command(const PressParameters& parameters);
+[[nodiscard]] inline OperationForm<PressParameters> form_of(const PressParameters&) {
+  return {"press", press_parameters, &PressParameters::arm, press_command};
+}
 [[nodiscard]] Operation press_operation();
 
 }  // namespace takt::activity

@@ -1,5 +1,6 @@
 #include "core/operations/pressing.h"
 
+#include <array>
 #include <utility>
 
 #include <fmt/format.h>
@@ -71,6 +72,33 @@ command::Action press_from_anywhere(const Pressing& pressing, const command::Cel
   return stiff_or_not(pressing, cell, command::Action(std::make_shared<const PlacedPress>(pressing, cell, biases)));
 }
 
+// -- What ends it ----------------------------------------------------------------------------------------------------
+
+/// What may happen to a press; where the tool stood then is kept.
+enum class PressEvent : std::uint8_t { kTooFar, kSilent, kHeld, kFound, kPathEnded, kUntil, kTouched, kCancelled };
+
+/// @param key  with which the names of what the command keeps begin
+std::string observation_of(PressEvent event, const std::string& key) {
+  static constexpr std::array<std::string_view, 8> kNames = {"too far",    "silent", "held",    "found",
+                                                             "path ended", "until",  "touched", "end"};
+  return fmt::format("{} {}", key, kNames.at(static_cast<std::size_t>(event)));
+}
+
+/// What has happened to a press that is over.
+class PressHistory {
+ public:
+  PressHistory(const ActivityRun& run, std::string key) : run_(run), key_(std::move(key)) {}
+  /// Where the tool stood in the arm's base, m; nothing: it has not happened.
+  [[nodiscard]] std::optional<net::Frame> place(PressEvent event) const {
+    return run_.value<net::Frame>(observation_of(event, key_));
+  }
+  [[nodiscard]] bool has(PressEvent event) const { return place(event).has_value(); }
+
+ private:
+  const ActivityRun& run_;
+  std::string key_;
+};
+
 // -- The command, with all that ends it -------------------------------------------------------------------------------
 
 /// A command and where each of its handlers comes from, below the operation.
@@ -86,44 +114,44 @@ MadePress make_press(const Pressing& pressing, const std::string& name, const co
                  .handler_places = {}};
   command::RuntimeCommand& pressed = made.command;
   const command::FrameSensor tool = command::tool_pose(cell, pressing.arm);
-  const auto ends = [&](const char* what, const State& state, const std::string& place) {
+  const auto keep = [&](PressEvent event, const State& state) {
+    pressed.capture(observation_of(event, key), tool, state);
+  };
+  const auto ends = [&](PressEvent event, const State& state, const std::string& place) {
     pressed.on_entered(state, cancel(pressed));
-    pressed.capture(key + what, tool, state);
+    keep(event, state);
     made.handler_places.emplace_back(place);
   };
-  ends(" too far", action.state("too_far"), "/travel_m");
-  ends(" silent", action.state("error"), "/sensor");
-  if (pressing.seconds) ends(" held", action.state("at_force").held_for(*pressing.seconds), "/seconds");
-  if (pressing.drop) ends(" found", action.state("sunk"), "/drop_m");
-  if (pressing.path) ends(" path ended", action.state("path_ended"), pressing.path_key);
-  if (pressing.until) ends(" until", command::state_of(*pressing.until, cell, biases), "/until");
-  pressed.capture(key + " touched", tool, action.state("touched"));
-  pressed.capture(key + " end", tool, pressed.cancelled());
+  using enum PressEvent;
+  ends(kTooFar, action.state("too_far"), "/travel_m");
+  ends(kSilent, action.state("error"), "/sensor");
+  if (pressing.seconds) ends(kHeld, action.state("at_force").held_for(*pressing.seconds), "/seconds");
+  if (pressing.drop) ends(kFound, action.state("sunk"), "/drop_m");
+  if (pressing.path) ends(kPathEnded, action.state("path_ended"), pressing.path_key);
+  if (pressing.until) ends(kUntil, command::state_of(*pressing.until, cell, biases), "/until");
+  keep(kTouched, action.state("touched"));
+  keep(kCancelled, pressed.cancelled());
   return made;
 }
 
-/// Where the tool stood in the arm's base, by the name under which it was kept; nothing: it never was.
-using KeptPlaces = std::function<std::optional<net::Frame>(const std::string& name)>;
-
 /// What has come of it once it has ended in order: the touch of its arm; diagnostics, with pointers below the
 /// operation, if it has failed. @param cancelled  somebody has cancelled it, so that it may end anywhere
-Diagnostics end_press(const Pressing& pressing, const KeptPlaces& kept, const std::string& key, bool cancelled,
-                      Context& context) {
-  const auto was = [&](const char* what) { return kept(key + what).has_value(); };
+Diagnostics end_press(const Pressing& pressing, const PressHistory& history, bool cancelled, Context& context) {
+  using enum PressEvent;
   Diagnostics diagnostics;
-  const auto touched = kept(key + " touched"), end = kept(key + " end");
+  const auto touched = history.place(kTouched), end = history.place(kCancelled);
   // Where the tool stood when it was to press no more, else where it touched, is the touch of this arm.
   if (touched) diagnostics.append(note_touch(context, pressing.arm, end ? *end : *touched));
-  if (cancelled || was(" held") || was(" found") || was(" until")) return diagnostics;
-  if (was(" silent")) {
+  if (cancelled || history.has(kHeld) || history.has(kFound) || history.has(kUntil)) return diagnostics;
+  if (history.has(kSilent)) {
     diagnostics.error(Code::kSensorSilent, "/sensor",
                       fmt::format("'{}' did not answer, so the arm stopped", pressing.sensor),
                       "check its power and its wiring");
-  } else if (was(" too far")) {
+  } else if (history.has(kTooFar)) {
     diagnostics.error(Code::kConditionNotMet, "/travel_m",
                       touched ? "the travel was used up after the touch" : "nothing was touched",
                       "a longer travel, another beginning or direction");
-  } else if (was(" path ended") && pressing.path_end_fails) {
+  } else if (history.has(kPathEnded) && pressing.path_end_fails) {
     diagnostics.error(Code::kConditionNotMet, "", "the pattern has come to its end and nothing was found",
                       "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
   }
@@ -179,8 +207,7 @@ class PressingRun final : public ScheduledRun {
   }
 
   Progress finish(Context& context, Diagnostics& diagnostics) override {
-    const auto kept = [this](const std::string& what) { return run()->value<net::Frame>(what); };
-    const Diagnostics failed = end_press(pressing_, kept, {}, cancelled(), context);
+    const Diagnostics failed = end_press(pressing_, {*run(), {}}, cancelled(), context);
     diagnostics.append(failed);
     return failed.has_errors() ? Progress::kFailed : Progress::kDone;
   }
@@ -241,8 +268,7 @@ class PressingCommand final : public OperationCommand {
 
   void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
               Diagnostics& diagnostics) const override {
-    const auto kept = [&ended](const std::string& what) { return ended.value<net::Frame>(what); };
-    diagnostics.append(end_press(pressing_, kept, key, cancelled, context), pointer);
+    diagnostics.append(end_press(pressing_, {ended, key}, cancelled, context), pointer);
   }
 
  private:

@@ -17,18 +17,18 @@ using Places = std::map<std::string, JointVector, std::less<>>;
 /// What is the same for one arm and for two.
 class Requested : public RequestedMotion {
  public:
-  Requested(const std::vector<MotionParameters>& requests, command::Biases biases)
+  Requested(const std::vector<MotionTask>& requests, command::Biases biases)
       : RequestedMotion(requests.front().name), requests_(requests), biases_(std::move(biases)) {}
 
  protected:
-  [[nodiscard]] const std::vector<MotionParameters>& requests() const { return requests_; }
-  [[nodiscard]] const MotionParameters& last() const { return requests_.back(); }
+  [[nodiscard]] const std::vector<MotionTask>& requests() const { return requests_; }
+  [[nodiscard]] const MotionTask& last() const { return requests_.back(); }
   [[nodiscard]] const command::Biases& biases() const { return biases_; }
 
   [[nodiscard]] MotionOptions wish(const command::Cell& cell) const { return options_of(last(), cell, biases_); }
   [[nodiscard]] std::vector<std::optional<command::State>> abort_if(const command::Cell& cell) const {
     std::vector<std::optional<command::State>> states;
-    for (const MotionParameters& request : requests_) {
+    for (const MotionTask& request : requests_) {
       states.push_back(request.abort_if ? std::optional(command::state_of(*request.abort_if, cell, biases_))
                                         : std::nullopt);
     }
@@ -48,7 +48,7 @@ class Requested : public RequestedMotion {
   }
 
  private:
-  std::vector<MotionParameters> requests_;
+  std::vector<MotionTask> requests_;
   command::Biases biases_;
 };
 
@@ -175,7 +175,7 @@ class OfTwoArms final : public Requested {
 
 }  // namespace
 
-MotionOptions options_of(const MotionParameters& motion, const command::Cell& cell, const command::Biases& biases) {
+MotionOptions options_of(const MotionTask& motion, const command::Cell& cell, const command::Biases& biases) {
   MotionOptions options{.velocity = motion.velocity,
                         .acceleration = motion.acceleration,
                         .linear_velocity = motion.linear_velocity,
@@ -193,7 +193,7 @@ MotionOptions options_of(const MotionParameters& motion, const command::Cell& ce
   return options;
 }
 
-std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionParameters>& requests,
+std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionTask>& requests,
                                                         command::Biases biases) {
   if (requests.front().follower.empty()) return std::make_shared<const OfOneArm>(requests, std::move(biases));
   return std::make_shared<const OfTwoArms>(requests, std::move(biases));

@@ -31,7 +31,7 @@ class RequestedMotion : public ActivityModel {
 
 /// @param requests  at least one, all of the same arm, or of the same two
 /// @param biases    of the sensors in their conditions
-[[nodiscard]] std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionParameters>& requests,
+[[nodiscard]] std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionTask>& requests,
                                                                       command::Biases biases);
 
 }  // namespace takt::activity

@@ -11,7 +11,7 @@ namespace {
 Result<motion::SequencePlan> plan_pattern(const SearchParameters& search, const Pressing::Start& start) {
   const Eigen::Vector3d x = start.direction_B.unitOrthogonal();
   const Eigen::Vector3d y = start.direction_B.cross(x);
-  MotionParameters motion;
+  MotionTask motion;
   motion.kind = PathKind::kSpline;
   motion.name = search.name;
   motion.arm = search.arm;

@@ -112,7 +112,7 @@ TwoArms::TwoArms(const Actuator& leader, const Actuator& follower, const Eigen::
 }
 
 Activity TwoArms::motion(PathKind kind, const char* label, LegOf leg, const MotionParameters& parameters) const {
-  MotionParameters own = parameters;
+  MotionTask own{parameters};
   own.arm = leader_.name();
   own.follower = follower_.name();
   const auto accepted = motion_parameters(kind).accept(own, runtime_->cell());

@@ -55,7 +55,7 @@ class BlinkCommand final : public OperationCommand {
     const auto then = [&](command::Command next) {
       if (before) {
         blinks.add(next);
-        before->on_entered(before->completed(), start(next));
+        blinks.on_entered(before->completed(), start(next));
       } else {
         blinks.add_started(next);
       }

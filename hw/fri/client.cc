@@ -63,6 +63,8 @@ bool Client::read(device::ArmSample& sample) {
   const bool any = agent_.read(sample);
   // On the way to another control mode the interface is in monitor state, as was asked for: the arm is not lost.
   if (sample.changing_mode && sample.fault == 0) sample.ready = true;
+  const bool silent = clock_.now() - sample.stamp > device::DeviceSession::kBridged * options_.cycle;
+  if (any && silent && sample.fault == 0) sample.fault = device::ArmAgent::kSilent;
   return any;
 }
 

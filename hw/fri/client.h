@@ -80,6 +80,8 @@ class Client {
   void discard();
   /// From now on monitor state is asked for; true once the controller is in it, or has been silent for a while.
   bool leave();
+  /// Takes a datagram as if the controller had sent it.
+  void take(std::span<const std::byte> datagram) { take(datagram, controller_); }
   /// For the digest and for tests: as of the last datagram.
   [[nodiscard]] const ClientReport& report() const { return report_; }
   [[nodiscard]] const device::ArmAgent& agent() const { return agent_; }

@@ -70,7 +70,7 @@ class FriKind final : public device::DriverKind {
     options.client.margin = ns_of(reader.number("margin_ms", margin_ms, {.low = 0.0, .high = 100.0}));
     options.clock_offset = ns_of(reader.number("offset_ms", 0.0, {.low = -1e9, .high = 1e9}));
     options.drift = 1e-6 * reader.number("drift_ppm", 0.0, {.low = -500.0, .high = 500.0});
-    options.controller.bridged = static_cast<int>(reader.integer("bridged_cycles", 20, {.low = 1, .high = 100}));
+    options.controller.bridged = static_cast<int>(reader.integer("bridged_cycles", 20, {.low = 1, .high = 1000}));
     return settings;
   }
 

@@ -35,6 +35,11 @@ void Twin::restart_controller() {
   make_emulator(options_.clock_offset / 2);
 }
 
+void Twin::inject(std::span<const std::byte> to_driver, std::span<const std::byte> to_controller) {
+  client_.take(to_driver);
+  emulator_->take(to_controller, clock.now());
+}
+
 bool Twin::read(device::ArmSample& sample) {
   advance(++core_cycle_ * core_period_);
   return client_.read(sample);

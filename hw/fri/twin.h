@@ -48,6 +48,8 @@ class Twin final : private TwinParts, public Backend {
   void pass_cycle() { advance(++core_cycle_ * core_period_); }
   /// One in which the driver does nothing either: killed, frozen.
   void pass_cycle_without_driver();
+  /// Bytes arrive at both ends in the name of the other one.
+  void inject(std::span<const std::byte> to_driver, std::span<const std::byte> to_controller);
   [[nodiscard]] VirtualNetwork& wire() { return network; }
   [[nodiscard]] Emulator& emulator() { return *emulator_; }
   /// The controller is switched off and on: its counter, its clock and its KRL program begin anew.

@@ -111,6 +111,8 @@ constexpr const char* kEverything = R"({
     {"do": "search", "pattern": "zigzag", "radius_m": 0.01, "pitch_m": 0.002, "velocity_m_s": 0.02, "drop_m": 0.001,
      "on_end": "continue", "force_N": "$n",
      "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": [1000, 500, "$n"], "axes": "tool"}},
+    {"do": "wipe", "in": "block", "centre_m": [0, 0, 0.05], "length_m": 0.05, "width_m": 0.04, "pitch_m": "$n",
+     "velocity_m_s": 0.02, "until": {"sensor": "wrist", "above_N": 50}},
     {"do": "freedrive", "arm": "arm", "enabled": {"input": "io/di1"}, "until": {"sensor": "wrist", "above_N": 50},
      "seconds": 5, "velocity_m_s": 0.1, "turn_deg_s": 30},
     {"do": "lin", "arm": "arm", "to": {"by_m": [0.1, 0, 0]}, "base_to": {"by_m": [0.2, 0, 0]}, "speed": 0.5},

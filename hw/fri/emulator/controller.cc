@@ -177,7 +177,7 @@ void Controller::try_to_start() {
   }
   enter(State::kCommand, name_of(control_));
   power_ = true;
-  interpolator_.expect_step();
+  interpolator_.start_from(*commanded_joints());
 }
 
 std::optional<net::Text> Controller::start_mismatch() const {
@@ -200,11 +200,12 @@ std::optional<Joints> Controller::commanded_joints() const {
   if (!command_.X_BT.matrix().allFinite() || !command_.q.allFinite()) return std::nullopt;
   if (!arm_->inverse) return command_.q;
   kinematics::JointVector q = interpolator_.end();
-  const kinematics::JointVector wanted = (command_.flags & kJointPosition) != 0 ? command_.q : Joints(q);
+  const bool with_posture = (command_.flags & kJointPosition) != 0;
+  const kinematics::JointVector wanted = with_posture ? command_.q : Joints(q);
   const Eigen::Isometry3d X_BF = command_.X_BT * tool_.X_FT.inverse();
   // A command that gives both is meant as it is given: binary32 leaves 1e-6 m between them.
   const kinematics::Vector6 apart = kinematics::pose_error(arm_->chain->forward(wanted), X_BF);
-  if (apart.cwiseAbs().maxCoeff() < 1e-5) return Joints(wanted);
+  if (with_posture && apart.cwiseAbs().maxCoeff() < 1e-5) return Joints(wanted);
   if (arm_->inverse->solve(X_BF, arm_->inverse->held(wanted), q) != kinematics::IkStatus::kOk) return std::nullopt;
   return Joints(q);
 }

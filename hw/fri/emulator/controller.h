@@ -18,7 +18,7 @@ namespace takt::hw::fri {
 struct ControllerOptions {
   Nanoseconds cycle = kMillisecond;  ///< of the interface: whole ms, 1 to 100
   std::string krl = "takt";          ///< convention of the KRL program
-  QualityRules quality;
+  QualityRules quality = {};
   int bridged = 20;                  ///< with so many answers missing in a row the arm is stopped
   double start_tolerance = 0.0175;   ///< rad: command and position may differ by that when command state begins
   double start_tolerance_m = 0.005;  ///< the same of a Cartesian command

@@ -1,5 +1,7 @@
 #include "hw/fri/emulator/emulator.h"
 
+#include <algorithm>
+
 namespace takt::hw::fri {
 namespace {
 
@@ -37,12 +39,14 @@ void Emulator::receive(Nanoseconds now) {
       ++counts_.strangers;
       continue;
     }
-    const auto command = received->size <= buffer_.size()
-                             ? decode_command(std::span(buffer_).first(received->size))
-                             : std::expected<Command, Misread>(std::unexpected(Misread::kSize));
-    ++(command ? counts_.commands : counts_.misread);
-    if (command) controller_.take(*command, clock_.to_device(now));
+    take(std::span(buffer_).first(std::min(received->size, buffer_.size())), now);
   }
+}
+
+void Emulator::take(std::span<const std::byte> datagram, Nanoseconds now) {
+  const auto command = decode_command(datagram);
+  ++(command ? counts_.commands : counts_.misread);
+  if (command) controller_.take(*command, clock_.to_device(now));
 }
 
 void Emulator::begin_cycle() {

@@ -36,6 +36,8 @@ class Emulator final : public device::ControllerEmulator {
   [[nodiscard]] Nanoseconds next_cycle() const { return clock_.to_core(cycle_ * options_.cycle); }
   /// Takes what has come.
   void receive(Nanoseconds now);
+  /// Takes a datagram as if the remote side had sent it.
+  void take(std::span<const std::byte> datagram, Nanoseconds now);
   /// Reads the arm: once in each cycle of the arm.
   void look();
   /// Leaves out a cycle in which the controller was off.

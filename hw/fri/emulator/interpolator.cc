@@ -1,46 +1,61 @@
 #include "hw/fri/emulator/interpolator.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace takt::hw::fri {
+namespace {
+
+/// rad/s: how fast an offset fades. 1 degree, the most with which command state begins, costs 11 rad/s^2.
+constexpr double kFading = 25.0;
+/// rad: less than that is no offset; binary32 does not show it.
+constexpr double kNoOffset = 1e-8;
+
+}  // namespace
+
+Interpolator::Interpolator(double cycle) : cycle_(cycle), fading_(std::exp(-kFading * cycle)) {}
 
 void Interpolator::stand(const Joints& q) {
-  before_ = from_ = to_ = q;
-  missing_ = gap_cycles_ = since_gap_ = 0;
-}
-
-void Interpolator::shift(const Joints& to) {
-  before_ = from_;
-  from_ = to_;
-  to_ = to;
-}
-
-/// From 1 to 0 by the polynomial of fifth degree, at rest at both ends.
-double Interpolator::share_of_gap() const {
-  if (since_gap_ >= gap_cycles_) return 0.0;
-  const double x = static_cast<double>(since_gap_) / gap_cycles_;
-  return 1.0 - x * x * x * (10.0 + x * (6.0 * x - 15.0));
+  told_.stand(q);
+  wanted_.stand(q);
+  missing_ = 0;
 }
 
 void Interpolator::go(const Joints& q) {
-  if (missing_ > 0) {
-    // Long enough that closing the gap costs little acceleration, short enough to follow soon.
-    gap_cycles_ = 8 + 2 * missing_;
-    since_gap_ = 0;
-    gap_ = q - next();
-    missing_ = 0;
-  }
-  const double share = share_of_gap();
-  ++since_gap_;
-  shift(share > 0.0 ? Joints(q - share * gap_) : q);
+  if (missing_ > 0) correct_bridge(q - wanted_.next());
+  missing_ = 0;
+  wanted_.go(q);
+  tell();
 }
 
 void Interpolator::bridge() {
   ++missing_;
-  shift(next());
+  wanted_.go(wanted_.next());
+  tell();
+}
+
+/// What the bridge lacked is a jerk, so it has grown with the third power of time since the last command.
+void Interpolator::correct_bridge(const Joints& off) {
+  const auto share = [&](int back) {
+    const double x = std::max(0.0, static_cast<double>(missing_ - back) / (missing_ + 1));
+    return x * x * x;
+  };
+  wanted_.to += share(0) * off;
+  wanted_.from += share(1) * off;
+  wanted_.before += share(2) * off;
+}
+
+/// Both tracks but for the newest point of `told_` are known.
+void Interpolator::tell() {
+  const Joints last = told_.to - wanted_.from, before = told_.from - wanted_.before;
+  const Joints offset = 2.0 * fading_ * last - fading_ * fading_ * before;
+  const bool none = offset.cwiseAbs().maxCoeff() < kNoOffset && last.cwiseAbs().maxCoeff() < kNoOffset;
+  told_.go(none ? wanted_.to : Joints(wanted_.to + offset));
 }
 
 motion::JointSample Interpolator::at(double time) const {
-  const Joints mean = (to_ - before_) / (2.0 * cycle_), change = acceleration();
-  return {from_ + time * mean + (0.5 * time * time) * change, mean + time * change, change};
+  const Joints mean = (told_.to - told_.before) / (2.0 * cycle_), change = acceleration();
+  return {told_.from + time * mean + (0.5 * time * time) * change, mean + time * change, change};
 }
 
 }  // namespace takt::hw::fri

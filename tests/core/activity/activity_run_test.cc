@@ -240,9 +240,9 @@ TEST_F(ActivityRunTest, WhatCannotBeDoneIsThrownAndNothingMoves) {
   EXPECT_THAT(error_of([&] { (void)Actuator(cell.program, "amr"); }), HasSubstr("arm"));
   EXPECT_TRUE(cell.robot.offers<PtpInterface>());
   EXPECT_FALSE(cell.robot.offers<GrippingInterface>());
-  EXPECT_THAT(cell.robot.interfaces(),
-              ElementsAre("MotionInterface", "PtpInterface", "LinInterface", "HoldInterface", "ForceInterface",
-                          "JogInterface", "FollowInterface", "ControlModeInterface", "FreedriveInterface"));
+  EXPECT_THAT(cell.robot.interfaces(), ElementsAre("MotionInterface", "PtpInterface", "LinInterface", "JointInterface",
+                                                   "HoldInterface", "ForceInterface", "JogInterface", "FollowInterface",
+                                                   "ControlModeInterface", "FreedriveInterface"));
 }
 
 // Listing 3 of the paper: different actuators know nothing of each other.

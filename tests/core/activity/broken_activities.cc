@@ -93,7 +93,7 @@ std::vector<BrokenActivity> motions() {
       {"a blend by both", [](auto& cell) { up(cell, blended(by_both())).execute(); }, "/arm LIN/blend",
        "a blend by time and by distance", "one of them"},
       {"a blend over more than half of the path", [](auto& cell) { up(cell, blended(over_share(0.7))).execute(); },
-       "/arm LIN/blend_fraction", "unexpected value 0.7", "at most 0.5"},
+       "/arm LIN/blend_fraction", "unexpected value 0.7", "0.0001 to 0.5"},
       {"a blend of a guarded motion", [](auto& cell) { up(cell, {.blend = 0.7, .until = cell.hard()}).execute(); },
        "/arm LIN/blend", "the end of a guarded motion is unknown", "no blend, or no condition"},
       {"a motion from nobody knows where",

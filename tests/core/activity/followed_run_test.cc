@@ -52,13 +52,12 @@ TEST_F(FollowedTest, WhatFollowsACommandThatMayBeCutShortWaitsForItsEnd) {
 TEST_F(FollowedTest, AbortIfFailsEveryOperationThatMovesSomething) {
   const auto button = command::digital_input(cell.cell, "button");
   const Eigen::Vector3d down(0.0, 0.0, -1.0);
-  const auto pressing = command::pressing_force(cell.cell, "wrist", down);
   const Actuator lamp(cell.program, "lamp");
   const std::vector<Activity> all{
       cell.motion.lin_by({0.0, 0.08, 0.0}),
       cell.motion.ptp(cell.joints(0.3)),
       cell.robot.use<HoldInterface>().hold(),
-      cell.robot.use<ForceInterface>().press(pressing, down),
+      cell.robot.use<ForceInterface>().press({.direction = down, .in = "arm"}),
       sequence({lamp.use<OutputInterface>().set(true), cell.motion.lin_by({0.0, 0.0, 0.05})}),
       parallel({cell.motion.lin_by({0.05, 0.0, 0.0}), lamp.use<OutputInterface>().set(false)})};
   for (const Activity& one : all) {

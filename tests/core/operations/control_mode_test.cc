@@ -217,7 +217,7 @@ TEST_F(FreedriveActivityTest, TheSetPointGoesAfterTheHandWhileTheButtonIsHeld) {
 }
 
 TEST_F(FreedriveActivityTest, TheNextMotionBeginsWhereTheHandHasLedIt) {
-  const RunPtr run = guide.freedrive({}, {.seconds = 1.5}).begin_execute();
+  const RunPtr run = guide.freedrive({.seconds = 1.5}).begin_execute();
   const RunPtr after = cell.motion.ptp(cell.joints(0.0)).schedule();
   bend(0.05);
   steps(1200);
@@ -293,7 +293,7 @@ TEST_F(FreedriveActivityTest, AModeThatIsNotReachedLeavesTheOneBefore) {
 }
 
 TEST_F(FreedriveActivityTest, AtTheEndOfAJointsRangeItResistsAndNoLimitIsBroken) {
-  const RunPtr run = guide.freedrive({.linear_max = 1.0, .angular_max = 3.0}, {}).begin_execute();
+  const RunPtr run = guide.freedrive({.velocity = 1.0, .turn = 3.0}).begin_execute();
   bend(0.3);
   steps(12'000);
   EXPECT_EQ(run->state(), RunState::kRunning) << run->diagnostics().to_string();
@@ -306,7 +306,7 @@ TEST_F(FreedriveActivityTest, AtTheEndOfAJointsRangeItResistsAndNoLimitIsBroken)
 }
 
 TEST_F(FreedriveActivityTest, TheToolIsNeverMuchFasterThanAllowed) {
-  const RunPtr run = guide.freedrive({.linear_max = 0.1}, {}).begin_execute();
+  const RunPtr run = guide.freedrive({.velocity = 0.1}).begin_execute();
   double fastest = 0.0;
   Eigen::Vector3d last = cell.robot.tool().translation();
   for (int i = 0; i < 3000; ++i) {

@@ -9,6 +9,7 @@
 
 #include "core/operations/jog.h"
 #include "core/operations/motion.h"
+#include "core/operations/motion_plan.h"
 #include "core/operations/press.h"
 #include "core/operations/wait.h"
 
@@ -72,6 +73,23 @@ TEST(Operations, EveryParameterIsDocumented) {
   }
 }
 
+TEST(Operations, ARegistrationIsChecked) {
+  Registration* list = nullptr;
+  const auto checked = [&list](const Operation& operation) {
+    return OperationRegistration(list, operation).check().to_string();
+  };
+  const Operation press = press_operation();
+  EXPECT_THAT(checked(press), HasSubstr("an operation 'press' already exists"));
+  Operation own = press;
+  own.name = "squeeze";
+  EXPECT_EQ(checked(own), "");
+  own.read_step = nullptr;
+  own.read_command = nullptr;
+  EXPECT_THAT(checked(own), HasSubstr("operation 'squeeze' is incomplete"));
+  own.name = "";
+  EXPECT_THAT(checked(own), HasSubstr("an operation has no name"));
+}
+
 TEST(ParameterTable, ReadsInTheUnitOfFilesAndKeepsSi) {
   const command::Cell cell = named_cell();
   Diagnostics diagnostics;
@@ -124,7 +142,7 @@ TEST(ParameterTable, DefaultsOfCppAreThoseOfFiles) {
 
 TEST(ParameterTable, WhatIsWrittenIsReadBack) {
   const command::Cell cell = named_cell();
-  MotionParameters motion;
+  MotionTask motion;
   motion.velocity = 0.25;
   motion.linear_velocity = 0.1;
   motion.blend = BlendingCondition::at_distance(0.02);
@@ -135,7 +153,7 @@ TEST(ParameterTable, WhatIsWrittenIsReadBack) {
   json["to"] = "home";
   Diagnostics diagnostics;
   ObjectReader reader(json, "", diagnostics);
-  const MotionParameters back = motion_parameters(PathKind::kLin).read(reader, cell);
+  const MotionTask back = motion_parameters(PathKind::kLin).read(reader, cell);
   EXPECT_EQ(diagnostics.to_string(), "");
   EXPECT_EQ(back.velocity, motion.velocity);
   EXPECT_EQ(back.linear_velocity, motion.linear_velocity);
@@ -179,14 +197,15 @@ TEST(UnitInOperation, ComesFromTheTableAndNotFromTheEndingOfTheKey) {
 }
 
 TEST(MotionNotes, ANoteWithoutANumberIsOfTheFirstMotion) {
-  std::vector<MotionRequest> requests(2);
+  std::vector<MotionTask> requests(2);
   requests[0].pointer = "/steps/3";
   requests[1].pointer = "/steps/4";
-  requests[1].blend.kind = motion::Blend::Kind::kDistance;
+  requests[1].blend.way.kind = motion::Blend::Kind::kDistance;
   Diagnostics notes;
   for (const char* pointer : {"", "/blend", "/1/blend", "/7/blend"}) notes.note(pointer, "stops at the goal");
   std::vector<std::string> pointers;
-  for (const Diagnostic& one : notes_of_motions(notes, requests).list()) pointers.push_back(one.pointer);
+  const Diagnostics seen = notes_of_motions(notes, requests);
+  for (const Diagnostic& one : seen.list()) pointers.push_back(one.pointer);
   EXPECT_THAT(pointers, ElementsAre("/steps/3/blend_fraction", "/steps/3/blend_fraction", "/steps/4/blend_m",
                                     "/steps/4/blend_m"));
 }

@@ -5,11 +5,13 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "core/command/mapping.h"
+#include "core/operations/actuator_interfaces.h"
 #include "core/operations/command_builder.h"
 #include "core/operations/control_mode.h"
 #include "core/operations/follow.h"
@@ -21,6 +23,7 @@
 #include "core/operations/press.h"
 #include "core/operations/search.h"
 #include "core/operations/set.h"
+#include "core/operations/wipe.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::activity {
@@ -44,12 +47,15 @@ std::function<Made(const command::Cell&)> program(const ParameterTable<P>& (*tab
 /// The same in a file and in C++.
 struct Pair {
   const char* operation;
-  const char* file;
+  std::string file;
   std::function<Made(const command::Cell&)> in_cpp;
 };
 
-std::vector<Pair> good_pairs() {
-  const command::Condition button{.kind = command::Condition::Kind::kDigital, .device = "button"};
+/// @param p_B  of the tool, m
+std::vector<Pair> good_pairs(const Eigen::Vector3d& p_B) {
+  command::Condition button;
+  button.kind = command::Condition::Kind::kDigital;
+  button.device = "button";
   const Eigen::Vector3d down(0, 0, -1);
   return {
       {"press", R"({"direction": [0, 0, -1], "in": "world", "force_N": 12, "travel_m": 0.03, "seconds": 0.5})",
@@ -58,6 +64,11 @@ std::vector<Pair> good_pairs() {
       {"search", R"({"force_N": 8, "radius_m": 0.01, "pitch_m": 0.004, "drop_m": 0.003, "on_end": "continue"})",
        program(search_parameters, search_command,
                {.force = 8.0, .radius = 0.01, .pitch = 0.004, .drop = 0.003, .must_find = false})},
+      {"wipe",
+       fmt::format(R"({{"in": "arm", "centre_m": [{}, {}, {}], "length_m": 0.04, "width_m": 0.02, "pitch_m": 0.01}})",
+                   p_B.x(), p_B.y(), p_B.z()),
+       program(wipe_parameters, wipe_command,
+               {.in = "arm", .centre = p_B, .length = 0.04, .width = 0.02, .pitch = 0.01})},
       {"hold", R"({"seconds": 0.25, "until": {"input": "button", "is": true}})",
        program(hold_parameters, hold_command, {.seconds = 0.25, .until = button})},
       {"jog", R"({"while": {"input": "button", "is": true}, "linear_m_s": [0.1, 0, 0], "linear_max_m_s": 0.05})",
@@ -83,8 +94,10 @@ std::vector<Pair> bad_pairs() {
   return {
       {"press", R"({"force_N": -5, "travel_m": 3, "direction": [0, 0, 0]})",
        program(press_parameters, press_command, {.direction = Eigen::Vector3d::Zero(), .force = -5.0, .travel = 3.0})},
-      {"search", R"({"radius_m": 5, "pitch_m": 0.01})",
-       program(search_parameters, search_command, {.radius = 5.0, .pitch = 0.01})},
+      {"search", R"({"radius_m": 0.5, "pitch_m": 0.001, "velocity_m_s": 2})",
+       program(search_parameters, search_command, {.radius = 0.5, .pitch = 0.001, .velocity = 2.0})},
+      {"wipe", R"({"in": "world", "width_m": 2, "pitch_m": 0.001, "velocity_m_s": 3})",
+       program(wipe_parameters, wipe_command, {.in = "world", .width = 2.0, .pitch = 0.001, .velocity = 3.0})},
       {"hold", R"({"seconds": -1})", program(hold_parameters, hold_command, {.seconds = -1.0})},
       {"jog", R"({"linear_max_m_s": 7})", program(jog_parameters, jog_command, {.linear_max = 7.0})},
       {"follow", R"({"angular_max_deg_s": 0})", program(follow_parameters, follow_command, {.angular_max = 0.0})},
@@ -126,7 +139,7 @@ class Parity : public ::testing::Test {
 };
 
 TEST_F(Parity, TheSameParametersComeToTheSameNet) {
-  for (const Pair& pair : good_pairs()) {
+  for (const Pair& pair : good_pairs(cell.moved(0, 0, 0).translation())) {
     SCOPED_TRACE(pair.operation);
     const Made in_file = read(pair), in_cpp = pair.in_cpp(cell.cell);
     ASSERT_TRUE(in_file) << in_file.error().to_string();
@@ -152,16 +165,17 @@ TEST_F(Parity, MotionsHaveTheSameParameters) {
     "blend_m": 0.02, "force_offset": {"force_N": 8, "reach_m": 0.01, "direction": [0, 0, 2]}})");
   Diagnostics diagnostics;
   const std::string pointer;
-  const MotionParameters in_file = read_motion(PathKind::kLin, {json, pointer, cell.cell, diagnostics});
+  const MotionTask in_file = read_motion(PathKind::kLin, {json, pointer, cell.cell, diagnostics});
   EXPECT_EQ(diagnostics.to_string(), "");
   const auto in_cpp =
       motion_parameters(PathKind::kLin)
-          .accept({.velocity = 0.5,
-                   .acceleration = 0.9,
-                   .linear_velocity = 0.1,
-                   .blend = BlendingCondition::at_distance(0.02),
-                   .force_offset = ForceOffsetParameters{.direction = {0, 0, 2}, .reach = 0.01, .force = 8.0}},
-                  cell.cell);
+          .accept(
+              MotionTask{{.velocity = 0.5,
+                          .acceleration = 0.9,
+                          .linear_velocity = 0.1,
+                          .blend = BlendingCondition::at_distance(0.02),
+                          .force_offset = ForceOffsetParameters{.direction = {0, 0, 2}, .reach = 0.01, .force = 8.0}}},
+              cell.cell);
   ASSERT_TRUE(in_cpp) << in_cpp.error().to_string();
   EXPECT_EQ(in_cpp->arm, in_file.arm);
   EXPECT_EQ(in_cpp->velocity, in_file.velocity);
@@ -178,14 +192,24 @@ TEST_F(Parity, MistakesOfMotionsAreTheSame) {
   Diagnostics in_file;
   const std::string pointer;
   (void)read_motion(PathKind::kPtp, {json, pointer, cell.cell, in_file});
-  const auto in_cpp = motion_parameters(PathKind::kPtp)
-                          .accept({.velocity = 2.0,
-                                   .blend = BlendingCondition(motion::Blend{motion::Blend::Kind::kFraction, 0.9}),
-                                   .weave = command::WeaveParameters{.amplitude = 0.01, .frequency = 1.0}},
-                                  cell.cell);
+  const auto in_cpp =
+      motion_parameters(PathKind::kPtp)
+          .accept(MotionTask{{.velocity = 2.0,
+                              .blend = BlendingCondition(motion::Blend{motion::Blend::Kind::kFraction, 0.9}),
+                              .weave = command::WeaveParameters{.amplitude = 0.01, .frequency = 1.0}}},
+                  cell.cell);
   ASSERT_FALSE(in_cpp);
   EXPECT_EQ(in_file.to_string(), in_cpp.error().to_string());
   EXPECT_GE(in_file.list().size(), 3U);
+}
+
+TEST_F(Parity, AnActuatorPerformsAnyOperation) {
+  activity::Runtime program(cell.core, cell.cell, [this] { cell.step(); });
+  const Actuator robot(program, "arm");
+  const RunPtr run = robot.perform(PressParameters{.force = -1.0}).schedule();
+  for (int i = 0; i < 5 && !run->over(); ++i) program.step();
+  ASSERT_EQ(run->state(), RunState::kFailed);
+  EXPECT_THAT(run->diagnostics().to_string(), ::testing::HasSubstr("/press arm/force_N"));
 }
 
 // Whoever adds an operation adds a pair above, or says here how C++ does it.
@@ -206,7 +230,7 @@ TEST_F(Parity, EveryOperationHasAFormInCpp) {
       {"freedrive", "FreedriveInterface, its parameters; it is no command"},
   };
   std::set<std::string> good, bad;
-  for (const Pair& pair : good_pairs()) good.insert(pair.operation);
+  for (const Pair& pair : good_pairs({})) good.insert(pair.operation);
   for (const Pair& pair : bad_pairs()) bad.insert(pair.operation);
   EXPECT_EQ(good, bad);
   for (const Operation& operation : Operations::global().all()) {

@@ -83,10 +83,11 @@ void expect_same(const ParameterInfo& row, const Json& schema) {
   if (row.type == ParameterInfo::Type::kNumber || row.type == ParameterInfo::Type::kInteger) {
     EXPECT_EQ(allowed.low, bound(row.range.low));
     EXPECT_EQ(allowed.high, bound(row.range.high));
-    if (allowed.low) EXPECT_EQ(allowed.low_open, row.range.low_open);
+    EXPECT_EQ(allowed.low_open, allowed.low && row.range.low_open);
   }
-  if (row.type == ParameterInfo::Type::kChoice)
+  if (row.type == ParameterInfo::Type::kChoice) {
     EXPECT_EQ(allowed.choices, std::set<std::string>(row.choices.begin(), row.choices.end()));
+  }
 }
 
 TEST(Operations, TheSchemaAllowsWhatTheTablesAllow) {

@@ -1,6 +1,7 @@
 // The FRI driver in front of an emulated controller, in process and in virtual time, under the suite that every arm
 // must pass.
 #include "tests/support/arm_conformance.h"
+#include "tests/hw/fri/socket_rig.h"
 #include "tests/hw/fri/twin_rig.h"
 
 namespace takt::test {
@@ -46,7 +47,8 @@ INSTANTIATE_TEST_SUITE_P(FriTwin, ArmConformance,
                                          twin("4ms", with_cycle(4 * kMillisecond)),
                                          twin("1msWithJitter", with_jitter()), twin("2msWithLosses", with_losses()),
                                          twin("KrlFriControl", with_krl("fri_control")),
-                                         twin("KrlRosControl", with_krl("ros_control"))),
+                                         twin("KrlRosControl", with_krl("ros_control")),
+                                         ArmUnderTest{"Sockets", [] { return std::make_unique<FriSocketRig>(); }}),
                          name_of_case);
 
 }  // namespace

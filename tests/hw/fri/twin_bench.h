@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -65,6 +66,7 @@ class FriBench {
     begin = k;
     from = arm.set_point().q;
     way = device::JointVector::Constant(hw::fri::kJoints, radians);
+    radians = std::abs(radians);
     const auto& limits = arm.description().limits;
     law = motion::TimeLaw::rest_to_rest({0.6 * limits.velocity.minCoeff() / radians,
                                          0.6 * limits.acceleration.minCoeff() / radians,

@@ -14,6 +14,7 @@ struct FriTwinRig final : ArmRig {
   explicit FriTwinRig(const hw::fri::TwinOptions& options = {}, std::uint64_t seed = 11) {
     auto adapted = std::make_shared<device::ArmDescription>(compliant_arm_description(hw::fri::kJoints));
     adapted->cycle = options.client.cycle;
+    for (auto& change : adapted->modes.changes) change.duration = 500 * kMillisecond;  // through monitor state and back
     adapted->sample_age_max = 20 * options.client.cycle;
     description = adapted;
     arm = std::make_shared<FakeArm>(device::JointVector::Zero(hw::fri::kJoints));

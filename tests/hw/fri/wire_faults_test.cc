@@ -132,21 +132,21 @@ TEST(FriWire, CorruptAndTruncatedDatagramsAreCountedOrBridged) {
 
 /// Bits flip although a network's check sum should have caught it: what is implausible stops the arm within its limits.
 TEST(FriWire, FlippedBitsNeverMoveTheArmBeyondItsLimits) {
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     TwinOptions options = lossy(0.0);
     FriBench bench(options, seed);
     ASSERT_TRUE(bench.becomes_ready());
     options.faults.corrupt = 0.02;
     bench.twin().wire().set_faults(options.faults);
     const std::size_t from = bench.rig.tap->told.size();
-    for (int i = 0; i < 20'000; ++i) {
+    for (int i = 0; i < 10'000; ++i) {
       bench.cycle();
       if (bench.arm.phase() == Phase::kFrozen && !bench.arm.refusal()) bench.start(bench.told()[0] > 0.0 ? -0.3 : 0.3);
       if (bench.controller().state() == State::kMonitor) bench.twin().reset();
     }
     const LimitOracle oracle = oracle_of(bench, from);
     EXPECT_LE(oracle.range_excess, 0.0);
-    EXPECT_LE(oracle.velocity.share, 1.06);
+    EXPECT_LE(oracle.velocity.share, 1.1);
     EXPECT_LE(oracle.acceleration.share, 3.0) << "2.5 are let pass, and a stop may begin there";
   }
 }

@@ -1,0 +1,36 @@
+#include "hw/rtde/dashboard_client.h"
+
+#include <utility>
+
+namespace takt::rtde {
+
+void DashboardClient::receive(std::string_view bytes) {
+  for (const char c : bytes) {
+    if (c != '\n') {
+      if (c != '\r' && line_.size() < kLongestLine) line_.push_back(c);
+      continue;
+    }
+    std::string line = std::exchange(line_, {});
+    if (!greeted_) {
+      greeted_ = true;
+    } else if (!asked_.empty()) {
+      answers_.push_back({std::exchange(asked_, {}), std::move(line)});
+    }
+  }
+}
+
+std::optional<DashboardClient::Answer> DashboardClient::next_answer() {
+  if (answers_.empty()) return std::nullopt;
+  Answer answer = std::move(answers_.front());
+  answers_.pop_front();
+  return answer;
+}
+
+std::string DashboardClient::take_out() {
+  if (!greeted_ || !asked_.empty() || waiting_.empty()) return {};
+  asked_ = std::move(waiting_.front());
+  waiting_.pop_front();
+  return asked_ + "\n";
+}
+
+}  // namespace takt::rtde

@@ -1,0 +1,197 @@
+// The driver kind "rtde", as site files and --backend name it.
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "hw/drivers.h"
+#include "hw/rtde/driver.h"
+#include "hw/rtde/emulator/emulated_robot.h"
+#include "hw/rtde/kind/lock_step_robot.h"
+#include "hw/wire/posix_network.h"
+
+namespace takt::rtde {
+
+namespace {
+
+constexpr double kSocketMargin = 4.0;                  // ms, for what wire, threads and core are late
+constexpr int kThreadPriority = 85;                    // of SCHED_FIFO, where permitted
+constexpr Nanoseconds kLookAround = 2 * kMillisecond;  // longest time between two looks of the driver's thread
+
+struct RtdeSettings final : device::DriverSettings {
+  DriverOptions driver;
+  ControllerOptions controller;
+  hw::VirtualFaults faults;
+};
+
+const RtdeSettings& own(const device::DriverSettings& settings) { return static_cast<const RtdeSettings&>(settings); }
+
+Nanoseconds in_nanoseconds(double milliseconds) { return static_cast<Nanoseconds>(milliseconds * 1e6); }
+
+/// What a thread of a driver needs before the driver is made.
+struct OwnNetwork {
+  hw::PosixNetwork posix;
+};
+
+/// The driver on the machine's sockets, with its thread.
+class SocketDriver final : private OwnNetwork, public Driver {
+ public:
+  SocketDriver(const DriverOptions& options, const device::DriverRequest& request, const Clock& clock)
+      : Driver(options, request, posix, clock), thread_([this](const std::stop_token& stop) { serve(stop); }) {}
+  ~SocketDriver() override {
+    thread_.request_stop();
+    thread_.join();
+  }
+  SocketDriver(const SocketDriver&) = delete;
+  SocketDriver& operator=(const SocketDriver&) = delete;
+
+ private:
+  void serve(const std::stop_token& stop) {
+    const sched_param parameters{.sched_priority = kThreadPriority};
+    (void)pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);  // refused: it runs without
+    while (!stop.stop_requested()) {
+      poll();
+      wait(kLookAround);
+    }
+  }
+
+  std::jthread thread_;
+};
+
+/// The controller's side alone, on the machine's sockets.
+class SocketEmulator final : public device::ControllerEmulator {
+ public:
+  SocketEmulator(const RtdeSettings& settings, const device::DriverRequest& request,
+                 std::shared_ptr<device::ArmBackend> machine)
+      : period_(request.core_period), robot_(settings.controller, request.description, std::move(machine), network_) {}
+  [[nodiscard]] Result<void> listen(std::uint32_t host) { return robot_.listen(host); }
+
+  void advance(Nanoseconds now) override { robot_.step(now / period_, now); }
+  [[nodiscard]] std::vector<std::string> news() override {
+    std::vector<std::string> lines;
+    const EventLog& events = robot_.controller().events();
+    for (next_event_ = std::max(next_event_, events.begin()); next_event_ < events.end(); ++next_event_) {
+      const ControllerEvent& event = events[next_event_];
+      lines.push_back(event.title.empty() ? event.text : event.title + " " + event.text);
+    }
+    return lines;
+  }
+
+ private:
+  Nanoseconds period_;
+  hw::PosixNetwork network_;
+  EmulatedRobot robot_;
+  std::uint64_t next_event_ = 0;
+};
+
+class RtdeKind final : public device::DriverKind {
+ public:
+  RtdeKind() : DriverKind("rtde", "Universal Robots CB3 and e-Series over RTDE") {}
+
+  std::shared_ptr<const device::DriverSettings> read(ObjectReader& reader) const override;
+  std::string refuse(const device::DriverSettings& settings, const device::ArmDescription& arm) const override;
+  Nanoseconds cycle(const device::DriverSettings& settings, const device::ArmDescription&) const override {
+    return own(settings).driver.cycle();
+  }
+  Nanoseconds delay(const device::DriverSettings& settings, const device::ArmDescription& arm,
+                    Nanoseconds core_period) const override;
+  Result<std::shared_ptr<device::ArmDriver>> connect(const device::DriverSettings& settings,
+                                                     const device::DriverRequest& request,
+                                                     const Clock& clock) const override {
+    return std::make_shared<SocketDriver>(own(settings).driver, request, clock);
+  }
+  Result<std::shared_ptr<device::ArmDriver>> connect_in_process(
+      const device::DriverSettings& settings, const device::DriverRequest& request,
+      std::shared_ptr<device::ArmBackend> machine) const override;
+  Result<std::unique_ptr<device::ControllerEmulator>> emulate(
+      const device::DriverSettings& settings, const device::DriverRequest& request,
+      std::shared_ptr<device::ArmBackend> machine) const override;
+
+ private:
+  static void read_address(ObjectReader& reader, RtdeSettings& settings);
+  static void read_wire(ObjectReader& reader, RtdeSettings& settings);
+};
+
+void RtdeKind::read_address(ObjectReader& reader, RtdeSettings& settings) {
+  settings.address = reader.text("address", "virtual");
+  if (settings.in_process()) return;
+  const auto endpoint = hw::parse_endpoint(settings.address, kRtdePort);
+  if (!endpoint) {
+    reader.diagnostics().append(endpoint.error(), reader.at("address"));
+  } else if (endpoint->port != kRtdePort) {
+    reader.diagnostics().error(Code::kUnsupported, reader.at("address"), fmt::format("port {}", endpoint->port),
+                               "the ports of a UR controller are fixed: give its address alone");
+  } else {
+    settings.driver.host = endpoint->host;
+  }
+}
+
+void RtdeKind::read_wire(ObjectReader& reader, RtdeSettings& settings) {
+  const double jitter_ms = reader.number("jitter_ms", 0.3, {.low = 0.0, .high = 10.0});
+  settings.faults.wire.jitter = in_nanoseconds(jitter_ms);
+  settings.faults.wire.transport = in_nanoseconds(reader.number("transport_ms", 0.1, {.low = 0.0, .high = 10.0}));
+  const double margin_ms = settings.in_process() ? jitter_ms : kSocketMargin;
+  settings.driver.margin = in_nanoseconds(reader.number("margin_ms", margin_ms, {.low = 0.0, .high = 100.0}));
+  settings.driver.transport = settings.faults.wire.transport;
+}
+
+std::shared_ptr<const device::DriverSettings> RtdeKind::read(ObjectReader& reader) const {
+  auto settings = std::make_shared<RtdeSettings>();
+  read_address(reader, *settings);
+  DriverOptions& driver = settings->driver;
+  driver.e_series = reader.choice("series", {"cb3", "e"}, "cb3") == "e";
+  driver.model = reader.text("robot", "UR5");
+  driver.registers =
+      reader.choice("registers", {"upper", "lower"}, "upper") == "upper" ? RegisterHalf::kUpper : RegisterHalf::kLower;
+  driver.lookahead = reader.number("lookahead_s", 0.03, {.low = 0.03, .high = 0.2});
+  driver.gain = reader.number("gain", 2000.0, {.low = 100.0, .high = 2000.0});
+  driver.power_on = reader.boolean("power_on", false);
+  settings->emulated_peer = reader.boolean("emulated", hw::Endpoint{driver.host, 0}.is_loopback());
+  read_wire(reader, *settings);
+  if (driver.e_series) {
+    settings->controller.version = {5, 12, 2, 1101534};
+    settings->controller.model = "UR5e";
+  }
+  return settings;
+}
+
+std::string RtdeKind::refuse(const device::DriverSettings&, const device::ArmDescription& arm) const {
+  if (arm.joint_names.size() != 6)
+    return fmt::format("a UR robot has six joints, this arm has {}", arm.joint_names.size());
+  if (!arm.modes.has(device::ControlMode::kPosition))
+    return "RTDE drives an arm in mode position, which this one lacks";
+  return {};
+}
+
+Nanoseconds RtdeKind::delay(const device::DriverSettings& settings, const device::ArmDescription&,
+                            Nanoseconds core_period) const {
+  const DriverOptions& driver = own(settings).driver;
+  return core_period + driver.margin + kLeadCycles * driver.cycle();
+}
+
+Result<std::shared_ptr<device::ArmDriver>> RtdeKind::connect_in_process(
+    const device::DriverSettings& settings, const device::DriverRequest& request,
+    std::shared_ptr<device::ArmBackend> machine) const {
+  const RtdeSettings& rtde = own(settings);
+  auto robot = std::make_shared<LockStepRobot>(rtde.driver, rtde.controller, request, std::move(machine), rtde.faults);
+  if (auto begun = robot->begin(); !begun) return std::unexpected(begun.error());
+  return robot;
+}
+
+Result<std::unique_ptr<device::ControllerEmulator>> RtdeKind::emulate(
+    const device::DriverSettings& settings, const device::DriverRequest& request,
+    std::shared_ptr<device::ArmBackend> machine) const {
+  const RtdeSettings& rtde = own(settings);
+  auto emulator = std::make_unique<SocketEmulator>(rtde, request, std::move(machine));
+  if (auto listening = emulator->listen(rtde.driver.host); !listening) return std::unexpected(listening.error());
+  return emulator;
+}
+
+}  // namespace
+
+}  // namespace takt::rtde
+
+namespace takt::hw {
+
+std::unique_ptr<device::DriverKind> rtde_kind() { return std::make_unique<rtde::RtdeKind>(); }
+
+}  // namespace takt::hw

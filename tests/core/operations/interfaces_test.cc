@@ -1,0 +1,103 @@
+// What actuators offer beside the operations of files: single joints, measured values, interfaces of a project; several
+// actuators as one device.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/operations/composed_device.h"
+#include "tests/core/activity/activity_cell.h"
+#include "tests/core/activity/two_arm_cell.h"
+
+namespace takt::activity {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+std::string error_of(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const ActivityError& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+class InterfacesTest : public testing::Test {
+ protected:
+  test::ActivityCell cell;
+};
+
+TEST_F(InterfacesTest, OneJointMovesAndTheOthersStand) {
+  const kinematics::JointVector before = cell.robot.q();
+  const auto joint = cell.robot.use<JointInterface>();
+  joint.move_to(3, before[3] - 0.3).execute();
+  joint.move_by(3, 0.1, {.velocity = 0.5}).execute();
+  kinematics::JointVector expected = before;
+  expected[3] -= 0.2;
+  EXPECT_LT((cell.robot.q() - expected).norm(), 1e-9);
+  EXPECT_THAT(error_of([&] { (void)joint.move_to(7, 0.0); }), AllOf(HasSubstr("no joint 7"), HasSubstr("0 to 6")));
+  EXPECT_THAT(error_of([&] { joint.move_to(3, 9.0).execute(); }), HasSubstr("9"));
+}
+
+TEST_F(InterfacesTest, WhatIsMeasuredIsToldBesideTheSetPoint) {
+  cell.motion.lin_by({0.0, 0.05, 0.0}).begin_execute();
+  for (int i = 0; i < 100; ++i) cell.program.step();
+  EXPECT_EQ(cell.robot.measured_q(), cell.cell.arms.at("arm").device->sample().q);
+  const Eigen::Isometry3d X_BT = cell.arm->chain->forward(cell.robot.measured_q()) * cell.cell.arms.at("arm").X_FT;
+  EXPECT_TRUE(cell.robot.measured_tool().isApprox(X_BT, 1e-12));
+  EXPECT_NE(cell.robot.measured_q(), cell.robot.q()) << "a cycle behind while it moves";
+}
+
+TEST(ForceInterfaceTest, AnArmWithoutASensorOfItsOwnDoesNotOfferIt) {
+  test::TwoArmCell cell;
+  const Actuator left(cell.program, "left");
+  EXPECT_TRUE(left.offers<ForceInterface>());
+  cell.cell.sensors.erase("left wrist");
+  EXPECT_FALSE(left.offers<ForceInterface>()) << "that of the right arm feels nothing of it";
+  EXPECT_THAT(left.interfaces(), Not(Contains("ForceInterface")));
+}
+
+/// An interface that a project brings.
+class PolishInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "PolishInterface";
+  static bool offered_by(const command::Cell& cell, const std::string& actuator) {
+    return cell.arms.contains(actuator);
+  }
+  using ActuatorInterface::ActuatorInterface;
+};
+const RegisterInterface<PolishInterface> kPolish;
+
+TEST_F(InterfacesTest, AnInterfaceOfAProjectIsListed) {
+  EXPECT_THAT(cell.robot.interfaces(), Contains("PolishInterface"));
+  EXPECT_THAT(Actuator(cell.program, "lamp").interfaces(), Not(Contains("PolishInterface")));
+  EXPECT_EQ(cell.robot.use<PolishInterface>().actuator(), "arm");
+}
+
+// 2010: a welding robot is a robot with its torch.
+TEST_F(InterfacesTest, SeveralActuatorsAreOneDevice) {
+  const ComposedDevice welder("welder", {cell.robot, Actuator(cell.program, "lamp")});
+  EXPECT_TRUE(welder.offers<LinInterface>());
+  EXPECT_FALSE(welder.offers<GrippingInterface>());
+  EXPECT_THAT(welder.interfaces(), AllOf(Contains("OutputInterface"), Contains("LinInterface")));
+  sequence({welder.use<LinInterface>().lin_by({0.0, 0.05, 0.0}), welder.use<OutputInterface>().set(true)}).execute();
+  EXPECT_TRUE(cell.cell.digital_outputs.at("lamp")->value());
+  EXPECT_EQ(welder.part("arm").name(), "arm");
+  welder.set_speed(0.5);
+  cell.program.step();
+  EXPECT_EQ(command::channel<net::Real>(cell.cell, "arm.speed").now(), 0.5);
+
+  EXPECT_THAT(error_of([&] { (void)welder.part("lam"); }), AllOf(HasSubstr("no part 'lam'"), HasSubstr("'lamp'")));
+  EXPECT_THAT(error_of([&] { (void)welder.use<GrippingInterface>(); }), HasSubstr("no part of 'welder'"));
+  const ComposedDevice lamps("lamps", {Actuator(cell.program, "lamp"), Actuator(cell.program, "driver")});
+  EXPECT_THAT(error_of([&] { (void)lamps.use<OutputInterface>(); }), HasSubstr("part() of one of lamp, driver"));
+  EXPECT_THAT(lamps.interfaces(), ElementsAre());
+  EXPECT_THAT(error_of([&] { (void)ComposedDevice("none", {}); }), HasSubstr("without parts"));
+  EXPECT_THAT(error_of([&] { (void)ComposedDevice("twice", {cell.robot, cell.robot}); }), HasSubstr("twice"));
+}
+
+}  // namespace
+}  // namespace takt::activity

@@ -1,0 +1,332 @@
+// The emulated controller: its state machine, what it checks, how it falls back, its KRL programs.
+#include "hw/fri/emulator/controller.h"
+
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/device/device_file.h"
+#include "hw/fri/protocol/krl_words.h"
+#include "tests/support/fake_arm.h"
+
+namespace takt::hw::fri {
+namespace {
+
+using testing::HasSubstr;
+
+/// A controller around an arm that is where it is told to be, and a remote side that a test writes.
+class ControllerBench {
+ public:
+  explicit ControllerBench(const ControllerOptions& options = {},
+                           std::shared_ptr<const device::ArmDescription> description = nullptr)
+      : arm(description ? std::move(description)
+                        : std::make_shared<const device::ArmDescription>(test::compliant_arm_description(kJoints))),
+        controller(arm, options),
+        period(options.cycle) {
+    machine.q = device::JointVector::Constant(kJoints, 0.1);
+    machine.dq = device::JointVector::Zero(kJoints);
+    machine.ready = true;
+  }
+
+  /// One cycle; the remote side answers with `command`, its position mirrored unless `free`.
+  void cycle() {
+    controller.begin_cycle(now, machine);
+    for (std::string& line : controller.news()) news += line + "\n";
+    now += period;
+    machine.q = controller.at(now).q;
+    machine.mode = controller.mode();
+    const Measurement* m = controller.measurement();
+    if (m == nullptr) return;
+    measured = *m;
+    if (!answers) return;
+    ++command.sequence;
+    command.reflected = m->sequence;
+    if (!free) command.q = m->q_before + m->q_offset;
+    controller.take(command, now - period / 2);
+  }
+  void cycles(int count) {
+    for (int i = 0; i < count; ++i) cycle();
+  }
+  void ask(State state, Control control = Control::kPosition) {
+    command.krl.integer[takt_words::kWanted] = static_cast<std::int32_t>(state);
+    command.krl.integer[takt_words::kStrategy] = strategy_of(control);
+    ++command.krl.integer[takt_words::kRequest];
+  }
+  /// Command state, with the position held from then on.
+  void start(Control control = Control::kPosition, std::uint32_t flags = kPositionFlags) {
+    command.flags = flags;
+    cycles(150);
+    ask(State::kCommand, control);
+    cycles(100);
+    ASSERT_EQ(controller.state(), State::kCommand) << news;
+    free = true;
+    news.clear();
+  }
+
+  std::shared_ptr<const device::ArmDescription> arm;
+  Controller controller;
+  Nanoseconds period, now = 0;
+  device::ArmSample machine;
+  Measurement measured;
+  Command command;
+  bool answers = true, free = false;
+  std::string news;
+};
+
+TEST(FriController, SendsFromTheBeginningAndIsConvincedByAnswers) {
+  ControllerBench bench;
+  bench.answers = false;
+  bench.cycles(200);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  EXPECT_EQ(bench.measured.quality, Quality::kUnacceptable);
+  EXPECT_NEAR(bench.measured.statistics.answer_rate, 0.0, 1e-9);
+  bench.answers = true;
+  bench.cycles(75);
+  EXPECT_EQ(bench.measured.quality, Quality::kBad);
+  bench.cycles(23);
+  EXPECT_EQ(bench.measured.quality, Quality::kOk);
+  bench.cycles(5);
+  EXPECT_EQ(bench.measured.quality, Quality::kPerfect);
+  EXPECT_NEAR(bench.measured.statistics.latency, 0.0005, 1e-9);
+  EXPECT_EQ(bench.measured.power, 0);
+}
+
+TEST(FriController, CommandStateWaitsForTheQuality) {
+  ControllerBench bench;
+  bench.command.flags = kPositionFlags;
+  bench.ask(State::kCommand);
+  bench.cycles(60);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  bench.cycles(40);
+  EXPECT_EQ(bench.measured.state, State::kCommand);
+  EXPECT_EQ(bench.measured.power, kAllDrives);
+  EXPECT_EQ(bench.measured.control, Control::kPosition);
+}
+
+TEST(FriController, TheOffsetCarriesTheCommandAndTheSumIsContinuous) {
+  ControllerBench bench;
+  bench.start();
+  const Joints before = bench.measured.q_before;
+  Joints sum = before + bench.measured.q_offset;
+  for (int i = 0; i < 200; ++i) {
+    bench.command.q = before + Joints::Constant(0.05 * (1.0 - std::cos(0.01 * i * std::acos(0.0))));
+    bench.cycle();
+    EXPECT_EQ(bench.measured.q_before, before) << "constant, or a client that adds to it runs away";
+    EXPECT_LE((bench.measured.q_before + bench.measured.q_offset - sum).cwiseAbs().maxCoeff(), 0.0012);
+    sum = bench.measured.q_before + bench.measured.q_offset;
+  }
+  EXPECT_GT(sum[0], 0.19);
+  bench.cycles(3);
+  bench.free = false;
+  bench.ask(State::kMonitor);
+  for (int i = 0; i < 400; ++i) {
+    bench.cycle();
+    const Joints next = bench.measured.q_before + bench.measured.q_offset;
+    EXPECT_LE((next - sum).cwiseAbs().maxCoeff(), 0.0012);
+    sum = next;
+  }
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  EXPECT_NEAR(bench.measured.q_offset.norm(), 0.0, 1e-7);
+  EXPECT_EQ(bench.controller.fallbacks(), 0u);
+}
+
+TEST(FriController, AStartWithAnotherPositionIsAnInterpolationError) {
+  ControllerBench bench;
+  bench.command.flags = kPositionFlags;
+  bench.cycles(150);
+  bench.free = true;
+  bench.command.q = Joints::Constant(0.15);
+  bench.ask(State::kCommand);
+  bench.cycles(200);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  EXPECT_THAT(bench.news, HasSubstr("FRI interpolation error: joint 1 commanded 0.0500 rad off"));
+  EXPECT_NEAR(bench.machine.q[0], 0.1, 1e-7) << "nothing moved";
+}
+
+struct BadCommand {
+  const char* name;
+  void (*spoil)(Command& command);
+  const char* message;
+};
+void PrintTo(const BadCommand& bad, std::ostream* out) { *out << bad.name; }
+
+class FriFallback : public testing::TestWithParam<BadCommand> {};
+
+TEST_P(FriFallback, ABadCommandEndsCommandStateAndTheArmStops) {
+  ControllerBench bench;
+  bench.start();
+  bench.cycles(10);
+  GetParam().spoil(bench.command);
+  bench.cycles(2);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  EXPECT_EQ(bench.measured.power, 0);
+  EXPECT_EQ(bench.controller.fallbacks(), 1u);
+  EXPECT_THAT(bench.news, HasSubstr(GetParam().message));
+  bench.command.q = Joints::Constant(0.1);
+  bench.cycles(500);
+  EXPECT_EQ(bench.measured.state, State::kMonitor) << "nothing restarts by itself";
+  EXPECT_NEAR(bench.machine.q[0], 0.1, 1e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, FriFallback,
+    testing::Values(
+        BadCommand{"NotANumber", [](Command& c) { c.q[3] = std::numeric_limits<double>::quiet_NaN(); }, "not finite"},
+        BadCommand{"Infinite", [](Command& c) { c.q[6] = std::numeric_limits<double>::infinity(); }, "not finite"},
+        BadCommand{"Step", [](Command& c) { c.q[2] += 0.01; }, "joint a3: 10.000 rad/s beyond"},
+        BadCommand{"Kink", [](Command& c) { c.q[2] += 0.0001; }, "joint a3: 100.0 rad/s^2 beyond 25.0"},
+        BadCommand{"Range", [](Command& c) { c.q[1] = 3.1; }, "joint a2: 3.1000 rad is out of range"},
+        BadCommand{"NoFlags", [](Command& c) { c.flags = 0; }, "no position is commanded"}),
+    [](const auto& tested) { return tested.param.name; });
+
+TEST(FriController, OldForeignAndRepeatedAnswersCountForNothing) {
+  ControllerBench bench;
+  bench.start();
+  const Command good = bench.command;
+  const auto forged = [&](std::uint16_t reflected) {
+    Command command = good;
+    command.reflected = reflected;
+    command.q.setConstant(2.0);
+    bench.controller.take(command, bench.now);
+  };
+  for (int i = 0; i < 100; ++i) {
+    bench.cycle();
+    for (const int age : {0, 2, 5, 100, -1, -7, 30'000})
+      forged(static_cast<std::uint16_t>(bench.measured.sequence - age));
+  }
+  EXPECT_EQ(bench.controller.state(), State::kCommand) << bench.news;
+  EXPECT_EQ(bench.controller.stale(), 700u);
+}
+
+TEST(FriController, DrivesThatAreLostEndCommandState) {
+  ControllerBench bench;
+  bench.start();
+  bench.machine.ready = false;
+  bench.machine.fault = 3;
+  bench.cycles(2);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  EXPECT_EQ(bench.measured.power, 0);
+  EXPECT_EQ(bench.measured.error, 1);
+  EXPECT_THAT(bench.news, HasSubstr("drives are off"));
+}
+
+TEST(FriController, JointImpedanceTakesWhatIsFlaggedAndKrlsDefaultsElse) {
+  ControllerBench bench;
+  bench.start(Control::kJointImpedance, kJointPosition | kJointStiffness);
+  bench.command.stiffness.setConstant(300.0);
+  bench.command.damping.setConstant(0.2);
+  bench.cycles(2);
+  EXPECT_EQ(bench.controller.mode(), device::ControlMode::kJointImpedance);
+  EXPECT_EQ(bench.controller.compliance().stiffness[4], 300.0);
+  EXPECT_EQ(bench.controller.compliance().damping_ratio[4], 0.7) << "not flagged";
+  bench.command.flags |= kJointDamping | kJointTorque;
+  bench.command.tau[6] = 5.0;
+  bench.cycles(2);
+  EXPECT_EQ(bench.controller.compliance().damping_ratio[4], 0.2);
+  EXPECT_EQ(bench.controller.compliance().feed_forward[6], 5.0);
+  EXPECT_EQ(bench.measured.control, Control::kJointImpedance);
+  bench.command.stiffness[0] = 2500.0;
+  bench.cycles(2);
+  EXPECT_EQ(bench.measured.state, State::kMonitor) << "beyond what the device allows";
+}
+
+std::shared_ptr<const device::ArmDescription> lwr() {
+  static const auto model = device::read_arm("models/lwr4plus");
+  return model ? *model : nullptr;
+}
+
+TEST(FriController, ACartesianCommandIsFollowedByTheJointsOnTheirBranch) {
+  ASSERT_TRUE(lwr());
+  ControllerBench bench({}, lwr());
+  bench.machine.q = lwr()->home;
+  bench.command.X_BT = lwr()->chain->forward(lwr()->home);
+  bench.start(Control::kCartesianImpedance, kCartesianPosition);
+  Eigen::Isometry3d X_BT = bench.command.X_BT;
+  for (int i = 0; i < 300; ++i) {
+    X_BT.translation().x() += 1e-6 * std::min(i, 300 - i);
+    bench.command.X_BT = X_BT;
+    bench.cycle();
+    ASSERT_EQ(bench.controller.state(), State::kCommand) << bench.news;
+  }
+  bench.cycles(3);
+  const Eigen::Isometry3d reached = lwr()->chain->forward(bench.controller.at(bench.now).q);
+  EXPECT_LE((reached.translation() - X_BT.translation()).norm(), 1e-6);
+  EXPECT_LE((bench.measured.X_BT.translation() - X_BT.translation()).norm(), 1e-6);
+  EXPECT_EQ(bench.controller.mode(), device::ControlMode::kCartesianImpedance);
+  bench.command.X_BT.translation().x() += 5.0;
+  bench.cycles(2);
+  EXPECT_THAT(bench.news, HasSubstr("cannot be reached"));
+}
+
+TEST(FriController, WhatItSaysOfTheArmIsThatOfTheModel) {
+  ASSERT_TRUE(lwr());
+  ControllerBench bench({.task_frame_is_tool = false}, lwr());
+  bench.machine.q = lwr()->home;
+  bench.machine.tau_external = device::JointVector::Zero(kJoints);
+  bench.cycles(1);
+  Eigen::Isometry3d X_BF;
+  kinematics::Jacobian J;
+  lwr()->chain->jacobian(lwr()->home, X_BF, J);
+  EXPECT_LE((bench.measured.jacobian - J).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LE((bench.measured.mass - lwr()->chain->mass_matrix(lwr()->home)).cwiseAbs().maxCoeff(), 1e-12);
+  // A force at the flange is found again from the torques that it makes.
+  kinematics::Vector6 force;
+  force << 3.0, -4.0, 5.0, 0.1, 0.2, -0.3;
+  bench.machine.tau_external = J.transpose() * force;
+  bench.cycles(1);
+  EXPECT_LE((bench.measured.wrench_external.force - force.head<3>()).norm(), 1e-4);
+  EXPECT_LE((bench.measured.wrench_external.torque - force.tail<3>()).norm(), 1e-4);
+}
+
+TEST(FriController, FriControlWantsStopBeforeItStartsAgain) {
+  using namespace fri_control_words;
+  ControllerBench bench({.krl = "fri_control"});
+  bench.command.flags = kPositionFlags;
+  bench.cycles(150);
+  EXPECT_EQ(bench.measured.krl.integer[kCommand], kOpened);
+  bench.command.krl.integer[kStrategy] = 10;
+  bench.command.krl.integer[kCommand] = kStart;
+  bench.cycles(50);
+  EXPECT_EQ(bench.measured.krl.integer[kCommand], kStarted);
+  EXPECT_EQ(bench.measured.state, State::kCommand);
+  bench.answers = false;
+  bench.cycles(50);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  bench.answers = true;
+  bench.cycles(300);
+  EXPECT_EQ(bench.measured.state, State::kMonitor) << "it believes that it runs";
+  EXPECT_EQ(bench.measured.krl.integer[kCommand], kStarted);
+  bench.command.krl.integer[kCommand] = kStop;
+  bench.cycles(30);
+  EXPECT_EQ(bench.measured.krl.integer[kCommand], kOpened);
+  bench.command.krl.integer[kCommand] = kStart;
+  bench.cycles(50);
+  EXPECT_EQ(bench.measured.state, State::kCommand);
+}
+
+TEST(FriController, RosControlStartsInPositionFirstAndOnlyWithThePerfectQuality) {
+  using namespace ros_control_words;
+  ControllerBench bench({.krl = "ros_control"});
+  bench.command.flags = kPositionFlags;
+  bench.command.krl.integer[kStrategy] = 30;
+  bench.command.krl.integer[kCommand] = kStart;
+  bench.cycles(95);
+  EXPECT_EQ(bench.measured.krl.integer[kCommand], kInitialised);
+  bench.cycles(60);
+  EXPECT_EQ(bench.measured.krl.integer[kCommand], kStart);
+  EXPECT_EQ(bench.measured.control, Control::kPosition) << "the first strategy is preset";
+  bench.command.krl.integer[kCommand] = kStop;
+  bench.cycles(30);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  bench.command.krl.integer[kCommand] = kStart;
+  bench.command.flags = kJointImpedanceFlags;
+  bench.command.damping.setConstant(0.7);
+  bench.cycles(50);
+  EXPECT_EQ(bench.measured.control, Control::kJointImpedance);
+  EXPECT_EQ(bench.measured.state, State::kCommand);
+}
+
+}  // namespace
+}  // namespace takt::hw::fri

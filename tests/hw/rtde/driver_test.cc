@@ -1,0 +1,373 @@
+// The driver against the emulated controller on a virtual wire: what it refuses, and what happens when one of them
+// fails.
+#include "hw/rtde/driver.h"
+
+#include <gmock/gmock.h>
+
+#include "core/device/arm.h"
+#include "core/kinematics/chain.h"
+#include "hw/rtde/emulator/rtde_service.h"
+#include "hw/rtde/emulator/script_service.h"
+#include "hw/rtde/kind/lock_step_robot.h"
+#include "tests/hw/rtde/controller_bench.h"
+#include "tests/support/fake_arm.h"
+
+namespace takt::rtde {
+namespace {
+
+using testing::HasSubstr;
+
+/// A core with one arm: the driver, the wire and the controller around an ideal arm.
+class DriverBench {
+ public:
+  explicit DriverBench(const DriverOptions& options = {}, const ControllerOptions& controller = {})
+      : ideal(std::make_shared<test::FakeArm>(test::ur5()->home)),
+        robot(std::make_shared<LockStepRobot>(
+            options, controller, device::DriverRequest{.device = "arm", .description = test::ur5(), .seed = 3}, ideal,
+            hw::VirtualFaults{.wire = {.transport = 100'000, .jitter = 200'000}})),
+        arm("arm", test::ur5(), robot, kMillisecond) {
+    ideal->keep = false;
+    EXPECT_TRUE(robot->begin());
+  }
+  void cycle() {
+    arm.begin_cycle(k, k * kMillisecond);
+    if (swinging) propose();
+    if (const auto trip = arm.check()) trips.push_back(std::string(trip->view()));
+    arm.hand_over();
+    ++k;
+  }
+  void cycles(int count) {
+    for (int i = 0; i < count; ++i) cycle();
+  }
+  /// As the core does: a net that holds a lost arm ends.
+  void run(int count) {
+    for (int i = 0; i < count; ++i) {
+      cycle();
+      if (!arm.lost() || !arm.held()) continue;
+      arm.stop();
+      swinging = false;
+    }
+  }
+  [[nodiscard]] bool wait_until_ready(int most = 4000) {
+    for (int i = 0; i < most && arm.phase() != device::Arm::Phase::kFrozen; ++i) cycle();
+    return arm.phase() == device::Arm::Phase::kFrozen;
+  }
+  /// A net that turns the first joint to and fro.
+  void begin_swing() {
+    EXPECT_FALSE(arm.refusal());
+    arm.hold();
+    begin = k;
+    start = arm.set_point().q;
+    swinging = true;
+  }
+  void propose() {
+    const double t = to_seconds((k - begin) * kMillisecond), w = 2.0;
+    const double soft = std::min(1.0, t);  // the motion grows within a second
+    device::JointVector q = start, dq = device::JointVector::Zero(6), ddq = dq;
+    const double s = soft * soft * soft * (10.0 - 15.0 * soft + 6.0 * soft * soft);
+    const double ds = t < 1.0 ? 30.0 * soft * soft * (1.0 - soft) * (1.0 - soft) : 0.0;
+    const double dds = t < 1.0 ? 60.0 * soft * (1.0 - soft) * (1.0 - 2.0 * soft) : 0.0;
+    const double a = 0.2 * std::sin(w * t), da = 0.2 * w * std::cos(w * t), dda = -w * w * a;
+    q[0] += s * a;
+    dq[0] = ds * a + s * da;
+    ddq[0] = dds * a + 2.0 * ds * da + s * dda;
+    arm.propose(q, dq, ddq);
+  }
+  [[nodiscard]] double speed() const { return std::abs(ideal->state().dq[0]); }
+  [[nodiscard]] Controller& controller() { return robot->robot().controller(); }
+  [[nodiscard]] std::string fault() const { return arm.fault_text(); }
+
+  std::shared_ptr<test::FakeArm> ideal;
+  std::shared_ptr<LockStepRobot> robot;
+  device::Arm arm;
+  std::int64_t k = 0, begin = 0;
+  device::JointVector start;
+  bool swinging = false;
+  std::vector<std::string> trips;
+};
+
+/// Nothing moves until a net is started; then it does.
+void expect_rest_then_motion(DriverBench& bench) {
+  const auto stands = bench.ideal->state().q;
+  bench.cycles(500);
+  EXPECT_LE((bench.ideal->state().q - stands).cwiseAbs().maxCoeff(), 1e-9) << "nothing moves by itself";
+  ASSERT_TRUE(bench.wait_until_ready()) << bench.fault();
+  bench.begin_swing();
+  bench.run(1500);
+  EXPECT_GT(bench.speed() + std::abs(bench.ideal->state().q[0] - stands[0]), 0.01);
+  EXPECT_FALSE(bench.arm.lost()) << bench.fault();
+  EXPECT_TRUE(bench.trips.empty()) << bench.trips.front();
+}
+
+TEST(RtdeDriver, StartsItsProgramAndMoves) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready()) << bench.fault();
+  EXPECT_EQ(bench.robot->driver().counts().uploads, 1u);
+  expect_rest_then_motion(bench);
+  EXPECT_LE(bench.robot->driver().counts().loop_delay, 3) << "packages until the program follows";
+}
+
+TEST(RtdeDriver, ACutCableStopsTheArmAndNothingResumes) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.begin_swing();
+  bench.run(1600);
+  ASSERT_GT(bench.speed(), 0.1);
+  bench.robot->network().set_cut(true);
+  bench.run(250);
+  EXPECT_LT(bench.speed(), 1e-6) << "the program on the controller brakes by itself";
+  EXPECT_TRUE(bench.arm.lost());
+  EXPECT_FALSE(bench.controller().programs().running()) << "its watchdog has stopped it";
+  bench.robot->network().set_cut(false);
+  bench.run(500);
+  expect_rest_then_motion(bench);
+  EXPECT_EQ(bench.robot->driver().counts().uploads, 2u);
+}
+
+TEST(RtdeDriver, AFrozenDriverStopsTheArm) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.begin_swing();
+  bench.run(1600);
+  bench.robot->frozen = true;
+  bench.run(400);
+  EXPECT_LT(bench.speed(), 1e-6);
+  EXPECT_FALSE(bench.controller().programs().running());
+  bench.robot->frozen = false;
+  bench.run(200);
+  expect_rest_then_motion(bench);
+}
+
+/// A hiccup of a few cycles is bridged by the program on the controller.
+TEST(RtdeDriver, AShortSilenceIsBridged) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.begin_swing();
+  bench.run(1600);
+  bench.robot->frozen = true;
+  bench.run(17);
+  bench.robot->frozen = false;
+  bench.run(500);
+  EXPECT_FALSE(bench.arm.lost()) << bench.fault();
+  EXPECT_GT(bench.speed(), 0.01);
+}
+
+TEST(RtdeDriver, AControllerThatRestartsMovesNothing) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.begin_swing();
+  bench.run(1600);
+  bench.robot->robot().restart();
+  bench.run(300);
+  EXPECT_TRUE(bench.arm.lost());
+  bench.run(3000);
+  expect_rest_then_motion(bench);
+}
+
+TEST(RtdeDriver, AProtectiveStopIsReportedAndResetAtTheRobot) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.begin_swing();
+  bench.run(1600);
+  bench.controller().protective_stop("test");
+  bench.run(400);
+  EXPECT_THAT(bench.fault(), HasSubstr("protective stop"));
+  EXPECT_LT(bench.speed(), 1e-6);
+  bench.run(5500);
+  EXPECT_TRUE(bench.arm.lost());
+  EXPECT_TRUE(bench.controller().power().unlock());
+  bench.run(500);
+  expect_rest_then_motion(bench);
+}
+
+TEST(RtdeDriver, AnEmergencyStopIsReportedAndResetAtTheRobot) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.controller().emergency_stop(true);
+  bench.run(200);
+  EXPECT_THAT(bench.fault(), HasSubstr("safety stop"));
+  EXPECT_TRUE(bench.arm.sample().braked);
+  bench.controller().emergency_stop(false);
+  bench.run(200);
+  EXPECT_THAT(bench.fault(), HasSubstr("no power"));
+  bench.controller().power().release_brakes();
+  bench.run(2000);
+  expect_rest_then_motion(bench);
+}
+
+TEST(RtdeDriver, AProgramThatSomebodyStoppedWaitsForAnAcknowledgement) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.controller().programs().stop();
+  bench.run(2000);
+  EXPECT_THAT(bench.fault(), HasSubstr("stopped at the controller"));
+  EXPECT_EQ(bench.robot->driver().counts().uploads, 1u);
+  bench.robot->driver().acknowledge();
+  bench.run(500);
+  expect_rest_then_motion(bench);
+}
+
+TEST(RtdeDriver, AProgramOfSomebodyElseIsLeftAlone) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.controller().programs().start("def other():\n  while True:\n    sync()\n  end\nend\n"));
+  bench.run(1000);
+  EXPECT_THAT(bench.fault(), HasSubstr("another program"));
+  EXPECT_EQ(bench.robot->driver().counts().uploads, 0u);
+  bench.controller().programs().stop();
+  ASSERT_TRUE(bench.wait_until_ready()) << bench.fault();
+  ASSERT_TRUE(bench.controller().programs().start("def other():\n  while True:\n    sync()\n  end\nend\n"));
+  bench.run(1000);
+  EXPECT_TRUE(bench.arm.lost());
+  EXPECT_EQ(bench.robot->driver().counts().uploads, 1u);
+}
+
+TEST(RtdeDriver, APausedProgramGoesOnOnlyByANewStart) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.begin_swing();
+  bench.run(1600);
+  bench.controller().programs().pause();
+  bench.run(500);
+  EXPECT_THAT(bench.fault(), HasSubstr("paused"));
+  EXPECT_LT(bench.speed(), 1e-6);
+  EXPECT_TRUE(bench.controller().programs().resume());
+  bench.run(100);
+  expect_rest_then_motion(bench);
+}
+
+TEST(RtdeDriver, WhatIsNotTheExpectedRobotIsRefusedWithWhatToChange) {
+  ControllerOptions ur10;
+  ur10.model = "UR10";
+  DriverBench wrong({}, ur10);
+  wrong.run(500);
+  EXPECT_THAT(wrong.fault(), HasSubstr("the robot is a UR10 (the scenario has a UR5"));
+
+  DriverBench series({}, test::e_series());
+  series.run(500);
+  EXPECT_THAT(series.fault(), HasSubstr("series=e"));
+
+  ControllerOptions local = test::e_series();
+  local.remote_control = false;
+  DriverBench pendant({.e_series = true}, local);
+  pendant.run(500);
+  EXPECT_THAT(pendant.fault(), HasSubstr("remote control"));
+
+  ControllerOptions old;
+  old.version = {3, 8, 0, 0};
+  DriverBench registers({}, old);
+  registers.run(500);
+  EXPECT_THAT(registers.fault(), HasSubstr("has no field"));
+  EXPECT_THAT(registers.fault(), HasSubstr("registers=lower"));
+  DriverBench lower({.registers = RegisterHalf::kLower}, old);
+  EXPECT_TRUE(lower.wait_until_ready()) << lower.fault();
+}
+
+TEST(RtdeDriver, ASecondDriverIsRefused) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  VirtualClock clock;
+  clock.set(bench.k * kMillisecond);
+  Driver second({}, {.device = "second", .description = test::ur5()}, bench.robot->network(), clock);
+  for (int i = 0; i < 200; ++i) {
+    bench.cycle();
+    clock.set(bench.k * kMillisecond);
+    second.poll();
+  }
+  ASSERT_TRUE(second.problems().has_errors());
+  EXPECT_THAT(second.problems().to_string(), HasSubstr("another client writes the input 'input_int_register_24'"));
+  EXPECT_FALSE(bench.arm.lost()) << "and the first one goes on";
+}
+
+TEST(RtdeDriver, ThePayloadIsTheOneThatWasTold) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.robot->set_payload({.mass = 1.25, .p_FC = Eigen::Vector3d(0.0, 0.01, 0.05)});
+  bench.run(3000);
+  EXPECT_FALSE(bench.arm.lost()) << bench.fault();
+  EXPECT_EQ(bench.controller().settings().payload, 1.25);
+  EXPECT_EQ(bench.controller().settings().payload_cog.z(), 0.05);
+  bench.controller().settings().payload = 4.0;
+  bench.run(100);
+  EXPECT_THAT(bench.fault(), HasSubstr("another payload"));
+}
+
+TEST(RtdeDriver, TerminalsGoBothWays) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.controller().io().digital_in = 0b1001;
+  bench.controller().io().analog_in[1] = 2.5;
+  bench.robot->driver().set_digital_output(2, true);
+  bench.run(50);
+  EXPECT_TRUE(bench.robot->driver().digital_input(0) && bench.robot->driver().digital_input(3));
+  EXPECT_FALSE(bench.robot->driver().digital_input(1));
+  EXPECT_EQ(bench.robot->driver().analog_input(1), 2.5);
+  EXPECT_TRUE(bench.controller().io().digital_output(2));
+  EXPECT_TRUE(bench.robot->driver().digital_output(2));
+  bench.robot->driver().set_digital_output(2, false);
+  bench.run(50);
+  EXPECT_FALSE(bench.controller().io().digital_output(2));
+}
+
+TEST(RtdeDriver, TheForceAtTheToolIsASensor) {
+  DriverBench bench;
+  bench.ideal->state().tau_external = device::JointVector::Zero(6);
+  ASSERT_TRUE(bench.wait_until_ready());
+  // A force of 10 N down at the flange, as the joints feel it.
+  const auto& q = bench.ideal->state().q;
+  Eigen::Isometry3d X_BF;
+  kinematics::Jacobian J;
+  test::ur5()->chain->jacobian(q, X_BF, J);
+  Vector6 wrench = Vector6::Zero();
+  wrench[2] = -10.0;
+  bench.ideal->state().tau_external = J.transpose() * wrench;
+  bench.run(100);
+  device::WrenchSample sample;
+  ASSERT_TRUE(bench.robot->force_torque()->read(sample));
+  const Eigen::Vector3d in_base = X_BF.linear() * sample.wrench.force;
+  EXPECT_NEAR(in_base.z(), -10.0, 0.2);
+  EXPECT_NEAR(in_base.head<2>().norm(), 0.0, 0.2);
+}
+
+TEST(RtdeDriver, FreedriveKeepsNetsAway) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.robot->driver().set_freedrive(true);
+  bench.run(200);
+  EXPECT_THAT(bench.fault(), HasSubstr("led by hand"));
+  EXPECT_TRUE(bench.controller().settings().freedrive);
+  bench.robot->driver().set_freedrive(false);
+  bench.run(200);
+  EXPECT_FALSE(bench.controller().settings().freedrive);
+  expect_rest_then_motion(bench);
+}
+
+TEST(RtdeDriver, NoControllerIsReported) {
+  VirtualClock clock;
+  hw::VirtualNetwork network(clock, 1);
+  Driver driver({}, {.device = "arm", .description = test::ur5()}, network, clock);
+  for (int i = 0; i < 3000; ++i) {
+    clock.set(i * kMillisecond);
+    driver.poll();
+  }
+  device::ArmSample sample;
+  EXPECT_FALSE(driver.read(sample));
+  EXPECT_GE(driver.counts().connections, 2u) << "it tries again";
+  EXPECT_LE(driver.counts().connections, 4u) << "but not all the time";
+}
+
+/// The same seed gives the same run, bit for bit.
+TEST(RtdeDriver, RunsRepeat) {
+  const auto run = [] {
+    DriverBench bench;
+    if (!bench.wait_until_ready()) return device::JointVector();
+    bench.begin_swing();
+    bench.run(1000);
+    return bench.ideal->state().q;
+  };
+  const device::JointVector first = run();
+  ASSERT_EQ(first.size(), 6);
+  EXPECT_EQ(run(), first);
+}
+
+}  // namespace
+}  // namespace takt::rtde

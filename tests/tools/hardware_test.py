@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""Driver and emulated controller in two processes, over sockets: what they say, how they end. The interface's cycle is 20 ms,
+so that a busy machine is in time."""
+import json
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+TAKT = str(pathlib.Path(sys.argv.pop(1)).resolve())
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+CELL = {
+    "time_limit_s": 60,
+    "devices": {"arm": {"model": "lwr4plus"}},
+    "program": {"do": "sequence", "steps": [
+        {"do": "ptp", "to": {"joints_deg": [5, -30, 0, 90, 0, -60, 0]}, "speed": 0.3},
+        {"do": "ptp", "to": "home", "speed": 0.3},
+    ]},
+}
+
+
+def free_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class TwoProcesses(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.file = pathlib.Path(self.folder.name) / "cell.json"
+        self.file.write_text(json.dumps(CELL))
+        self.backend = f"arm=fri:127.0.0.1:{free_port()},cycle=20ms,margin=60ms"
+
+    def emulate(self, *arguments):
+        process = subprocess.Popen([TAKT, "emulate", str(self.file), "--backend", self.backend, "--json", *arguments],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.kill)
+        self.assertIn("EMULATED: arm as fri", process.stderr.readline())
+        return process
+
+    def run_takt(self, *arguments):
+        return subprocess.run([TAKT, "run", str(self.file), "--backend", self.backend, "--realtime", "--json", *arguments],
+                              capture_output=True, text=True, timeout=120, cwd=ROOT)
+
+    def test_a_program_moves_the_emulated_arm_and_is_refused_when_it_stands_elsewhere(self):
+        emulator = self.emulate()
+        run = self.run_takt()
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        report = json.loads(run.stdout)
+        self.assertEqual(report["result"], "passed")
+        self.assertEqual(report["site"]["realities"], {"arm": "EMULATED"})
+        self.assertIn("devices: arm EMULATED", run.stderr)
+        self.assertIn("FRI state CMD", run.stderr)
+        elsewhere = self.run_takt("--set", "/devices/arm/start_deg=[0, -30, 0, 80, 0, -60, 0]")
+        self.assertEqual(elsewhere.returncode, 3, elsewhere.stderr)
+        self.assertIn("'arm' is not where the program assumes: joint a3", elsewhere.stderr)
+        emulator.send_signal(signal.SIGINT)
+        out, err = emulator.communicate(timeout=30)
+        self.assertEqual(emulator.returncode, 0, err)
+        self.assertEqual(json.loads(out)["result"], "ended")
+        self.assertIn("CMD: position", err)
+        self.assertIn("MON: friStop", err)
+
+    def test_a_driver_that_is_killed_leaves_an_arm_that_stands(self):
+        emulator = self.emulate()
+        driver = subprocess.Popen([TAKT, "run", str(self.file), "--backend", self.backend, "--realtime", "--set",
+                                   "/program/steps/0/speed=0.02"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                  text=True, cwd=ROOT)
+        self.addCleanup(driver.stderr.close)
+        self.addCleanup(driver.kill)
+        for line in driver.stderr:
+            if "FRI state CMD" in line:
+                break
+        time.sleep(1.0)
+        driver.kill()
+        driver.wait()
+        time.sleep(3.0)
+        emulator.send_signal(signal.SIGTERM)
+        _, err = emulator.communicate(timeout=30)
+        self.assertEqual(emulator.returncode, 0, err)
+        self.assertRegex(err, "MON: (20 answers missing in a row|communication quality)")
+
+    def test_without_a_controller_the_run_says_what_to_check(self):
+        run = self.run_takt("--set", "/time_limit_s=60")
+        self.assertEqual(run.returncode, 3, run.stdout)
+        self.assertIn("nothing has come from its controller", run.stderr)
+
+    def test_bad_usage(self):
+        nothing = subprocess.run([TAKT, "emulate", str(self.file)], capture_output=True, text=True, cwd=ROOT)
+        self.assertEqual(nothing.returncode, 2)
+        self.assertIn("nothing to emulate", nothing.stderr)
+        lock_step = subprocess.run([TAKT, "run", str(self.file), "--backend", self.backend], capture_output=True,
+                                   text=True, cwd=ROOT)
+        self.assertEqual(lock_step.returncode, 2)
+        self.assertIn("--realtime", lock_step.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

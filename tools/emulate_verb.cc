@@ -1,0 +1,63 @@
+// takt emulate: the controllers of a cell, for drivers in other processes.
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "app/process.h"
+#include "app/run_arguments.h"
+#include "scenario/emulation_run.h"
+#include "tools/cli.h"
+
+namespace takt::tools {
+namespace {
+
+int emulate(const std::string& file, const app::RunArguments& arguments, const Common& common) {
+  Diagnostics diagnostics;
+  app::RunArguments on_wire = arguments;
+  on_wire.realtime = true;  // the wire has the wall clock's time, asked for or not
+  const auto parsed = app::parse(on_wire, {file}, diagnostics);
+  auto description = scenario::read_description(file, parsed.open.overrides, parsed.open.seed, diagnostics);
+  if (diagnostics.has_errors() || !description) return report(diagnostics, common);
+  description->site = parsed.open.site;
+  const device::ModelLibrary library = common.library();
+  auto run = scenario::EmulationRun::create(std::move(*description), library);
+  if (!run) return report(run.error(), common);
+  for (const auto& one : (*run)->served())
+    fmt::print(stderr, "EMULATED: {} as {} at {}; Ctrl-C ends\n", one.device, one.kind, one.address);
+  const auto ended = (*run)->run({.realtime = arguments.realtime,
+                                  .interrupt = &app::catch_interrupts(),
+                                  .tell = [](const std::string& line) { fmt::print(stderr, "{}\n", line); }});
+  fmt::print(stderr, "{}", ended.diagnostics.to_string());
+  if (common.json) {
+    print({{"result", ended.diagnostics.has_errors() ? "error" : "ended"},
+           {"sim_time", ended.sim_time},
+           {"overruns", ended.overruns},
+           {"diagnostics", to_json(ended.diagnostics)}});
+  }
+  return ended.diagnostics.has_errors() ? kFault : kHeld;
+}
+
+}  // namespace
+
+std::pair<CLI::App*, Verb> add_emulate(CLI::App& parser, Common& common) {
+  auto arguments = std::make_shared<app::RunArguments>();
+  auto file = std::make_shared<std::string>();
+  CLI::App* verb = parser.add_subcommand(
+      "emulate", "Run the controllers of a scenario's arms, for drivers in other processes, until Ctrl-C");
+  verb->add_option("FILE", *file, "Scenario file")->required();
+  verb->add_option("--site", arguments->site, "Site file: back ends of the devices")->type_name("FILE");
+  verb->add_option("--backend", arguments->backends, "Driver for which an arm is emulated, over the site file")
+      ->type_name("NAME=KIND[:ADDR]")
+      ->allow_extra_args(false);
+  verb->add_flag("--realtime", arguments->realtime, "Real-time scheduling and locked memory, where permitted");
+  verb->add_option("--seed", arguments->seed, "Seed in place of the file's")->type_name("N");
+  verb->add_option("--set", arguments->sets, "Change one value of the file; several times")
+      ->type_name("JSON_POINTER=VALUE")
+      ->allow_extra_args(false);
+  return {verb, [file, arguments, &common] { return emulate(*file, *arguments, common); }};
+}
+
+}  // namespace takt::tools
