@@ -449,7 +449,10 @@ def main():
     with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
         corpus = Corpus(given.takt, pathlib.Path(folder))
         numbers = range(given.first, given.first + given.cases) if given.case is None else [given.case]
-        for found in pool.map(lambda n: try_case(given.takt, given.seed, n, given.only, corpus, given.keep), numbers):
+        tries = pool.map(lambda n: try_case(given.takt, given.seed, n, given.only, corpus, given.keep), numbers)
+        for tried, found in enumerate(tries, 1):
+            if tried % 500 == 0:
+                print(f"{tried} cases, {len(failures)} failed", file=sys.stderr, flush=True)
             if found:
                 print(found, flush=True)
                 failures.append(found)
