@@ -111,8 +111,6 @@ constexpr const char* kEverything = R"({
     {"do": "search", "pattern": "zigzag", "radius_m": 0.01, "pitch_m": 0.002, "velocity_m_s": 0.02, "drop_m": 0.001,
      "on_end": "continue", "force_N": "$n",
      "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": [1000, 500, "$n"], "axes": "tool"}},
-    {"do": "wipe", "in": "block", "centre_m": [0, 0, 0.05], "length_m": 0.05, "width_m": 0.04, "pitch_m": "$n",
-     "velocity_m_s": 0.02, "until": {"sensor": "wrist", "above_N": 50}},
     {"do": "freedrive", "arm": "arm", "enabled": {"input": "io/di1"}, "until": {"sensor": "wrist", "above_N": 50},
      "seconds": 5, "velocity_m_s": 0.1, "turn_deg_s": 30},
     {"do": "lin", "arm": "arm", "to": {"by_m": [0.1, 0, 0]}, "base_to": {"by_m": [0.2, 0, 0]}, "speed": 0.5},
@@ -149,7 +147,9 @@ constexpr const char* kEverything = R"({
     {"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "velocity_m_s": 0.05, "force_offset": {"sensor": "wrist", "force_N": 8,
      "direction": [0, 0, 1], "reach_m": 0.01, "retreat_m": 0.002, "approach_m_s": 0.01, "velocity_max_m_s": 0.02,
      "acceleration_max_m_s2": 0.3, "jerk_max_m_s3": 10, "gain_m_s_per_N": "$0.001[m/s/N]"}},
-    {"do": "set", "output": "io/ao1", "value": {"sensor": "wrist", "quantity": "force_z"}, "factor": 0.1, "seconds": 1}
+    {"do": "set", "output": "io/ao1", "value": {"sensor": "wrist", "quantity": "force_z"}, "factor": 0.1, "seconds": 1},
+    {"do": "wipe", "in": "block", "centre_m": [0, 0, 0.05], "length_m": 0.05, "width_m": 0.04, "pitch_m": "$n",
+     "velocity_m_s": 0.02, "until": {"sensor": "wrist", "above_N": 50}}
   ]},
   "operator": [{"at_s": 1, "do": "pause"}, {"at_step": "touch", "after_s": 0.5, "do": "resume"},
                {"at_s": 2, "do": "override", "value": 0.5}, {"at_s": 3, "do": "write", "channel": "go", "value": true},
@@ -160,7 +160,6 @@ constexpr const char* kEverything = R"({
     {"kind": "object_pose", "object": "block", "in": "world", "position_m": [0, 0, 0], "rpy_deg": [0, 0, 0],
      "position_within_m": 5, "angle_within_deg": 5},
     {"kind": "contact_force", "between": ["probe", "block"], "below_N": 15, "at_least_N": 0},
-    {"kind": "mean_force", "between": ["probe", "block"], "at_least_N": 1, "below_N": 20},
     {"kind": "peak_force", "sensor": "wrist", "below_N": 100},
     {"kind": "limits", "arm": "arm"}, {"kind": "duration", "below_s": 60}, {"kind": "step", "step": "touch"},
     {"kind": "monitor", "net": "by hand", "monitor": "shown", "at_least": 0, "at_most": 2, "is": 1},
@@ -169,7 +168,8 @@ constexpr const char* kEverything = R"({
     {"kind": "signal", "signal": "io/lamp", "is": true, "rises": 1},
     {"kind": "signal", "signal": "finder", "at_least": 0, "at_most": 5},
     {"kind": "tool_pose", "arm": "arm", "in": "world", "position_m": [0, 0, 0], "quaternion": [1, 0, 0, 0],
-     "position_within_m": 5, "angle_within_deg": 5}
+     "position_within_m": 5, "angle_within_deg": 5},
+    {"kind": "mean_force", "between": ["probe", "block"], "at_least_N": 1, "below_N": 20}
   ]
 })";
 

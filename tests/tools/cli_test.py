@@ -88,7 +88,7 @@ class Verbs(WithFolder):
         wrong = takt("validate", self.write(site, "wrong.json"))
         self.assertEqual(wrong.returncode, 2)
         self.assertIn("/devices/arm/cycle", wrong.stderr)
-        for backend, text in (("arm=fri:192.0.2.1", "no back end of kind 'fri'"), ("elbow=slow", "no device 'elbow'"),
+        for backend, text in (("arm=profinet:192.0.2.1", "no back end of kind 'profinet'"), ("elbow=slow", "no device 'elbow'"),
                               ("probe=slow", "cannot be slow"), ("arm", "NAME=KIND")):
             refused = takt("run", "scenarios/touch.json", "--backend", backend)
             self.assertEqual(refused.returncode, 2, backend)

@@ -1,7 +1,7 @@
 // The driver and the emulated controller, over a virtual wire, under the suite that every arm must pass.
 #include "tests/support/arm_conformance.h"
 
-#include <unistd.h>
+#include <random>
 
 #include "hw/rtde/kind/lock_step_robot.h"
 #include "hw/wire/posix_network.h"
@@ -45,8 +45,8 @@ ArmUnderTest over(const std::string& name, const rtde::DriverOptions& options,
 }
 
 const rtde::DriverOptions kCb3, kE{.e_series = true};
-// Ports are fixed, so the address is of this process alone.
-const rtde::DriverOptions kLoopback{.host = 0x7f00'0001u | (static_cast<std::uint32_t>(getpid() & 0xffff) << 8)};
+// Ports are fixed, so the address is drawn: runs side by side do not meet.
+const rtde::DriverOptions kLoopback{.host = 0x7f00'0001u | ((std::random_device{}() & 0xffffU) << 8)};
 const hw::VirtualFaults kWire{.wire = {.transport = 100'000, .jitter = 300'000}};
 const hw::VirtualFaults kPieces{.wire = {.transport = 100'000, .jitter = 300'000}, .stream_piece = 7};
 
