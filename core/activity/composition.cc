@@ -344,13 +344,14 @@ class AbortActivity final : public ActivityModel {
     auto prepared = inner_->prepare(planning);
     if (!prepared) return prepared;
     if (!prepared->command)
-      return failure(Code::kUnsupported, "/abort_if", fmt::format("'{}' is no command, so nothing can end it", name()),
+      return failure(Code::kUnsupported, "/abort_if",
+                     fmt::format("'{}' is not a command, so nothing can end it", name()),
                      "an activity that moves something");
     command::Command& command = *prepared->command;
-    const command::BooleanSensor known(is_null(command::BooleanSensor(state_.node())).node());
+    const command::BooleanSensor unknown(is_null(command::BooleanSensor(state_.node())).node());
     command.on_entered(state_, cancel(command));
     command.capture(kHeld, command::BooleanSensor(state_.node()), state_);
-    command.capture(kSilent, known, State(known.node()));
+    command.capture(kSilent, unknown, State(unknown.node()));
     // Who goes on with it would not look at the state any more.
     for (auto& [name, end_state] : prepared->end_states) end_state.last.clear();
     prepared->verdict = [inner = std::move(prepared->verdict)](const ActivityRun& run) {

@@ -22,7 +22,7 @@ constexpr std::size_t kMostDuplicates = 100;
 /// Builds the document value by value, so that depth, duplicates and range are judged before anything is stored.
 class BoundedBuilder : public nlohmann::json_sax<Json> {
  public:
-  explicit BoundedBuilder(const InputLimits& limits) : limits_(limits) {}
+  BoundedBuilder(std::string_view text, const InputLimits& limits) : text_(text), limits_(limits) {}
 
   bool null() override { return put(nullptr); }
   bool boolean(bool value) override { return put(value); }
@@ -56,6 +56,7 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
       diagnostics_.error(Code::kOutOfRange, pointer(), fmt::format("number {} is out of range", quoted_in(what, quote)),
                          fmt::format("at most {:.6g} in size; byte {}", std::numeric_limits<double>::max(), position));
     }
+    locate_last(position);
     return false;
   }
 
@@ -73,6 +74,14 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
     if (quote == std::string_view::npos) return {};
     const std::size_t end = text.rfind('\'');
     return text.substr(quote + 1, std::min<std::size_t>(end > quote ? end - quote - 1 : 0, 40));
+  }
+
+  /// The last diagnostic is where the reader stopped, after `position` bytes: not where the element around it begins.
+  void locate_last(std::size_t position) {
+    const std::string_view read = text_.substr(0, std::max<std::size_t>(position, 1) - 1);
+    Diagnostic& last = diagnostics_.list().back();
+    last.line = 1 + static_cast<int>(std::ranges::count(read, '\n'));
+    last.column = static_cast<int>(read.size() - (read.rfind('\n') + 1)) + 1;
   }
 
   Json* place(Json value) {
@@ -138,6 +147,7 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
     return text;
   }
 
+  std::string_view text_;
   const InputLimits& limits_;
   std::vector<Level> levels_;
 };
@@ -151,7 +161,7 @@ Result<Json> parse_json(std::string_view text, const InputLimits& limits) {
   }
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos)
     return failure(Code::kMissing, {}, "the file is empty", "expected JSON");
-  BoundedBuilder builder(limits);
+  BoundedBuilder builder(text, limits);
   const bool parsed = Json::sax_parse(text, &builder);
   if (!parsed && !builder.diagnostics_.has_errors()) builder.diagnostics_.error(Code::kSyntax, {}, "not JSON");
   if (builder.diagnostics_.has_errors()) return std::unexpected(std::move(builder.diagnostics_));

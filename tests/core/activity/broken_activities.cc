@@ -155,7 +155,7 @@ std::vector<BrokenActivity> compositions() {
          abort_if(cell.robot.template use<activity::ControlModeInterface>().switch_to("position"), cell.hard())
              .execute();
        },
-       "/arm position/abort_if", "'arm position' is no command, so nothing can end it",
+       "/arm position/abort_if", "'arm position' is not a command, so nothing can end it",
        "an activity that moves something"},
       {"more ways to end than a sequence follows",
        [](auto& cell) {

@@ -4,7 +4,9 @@
 #include <fstream>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
+#include "core/base/json.h"
 #include "tests/support/scratch_folder.h"
 
 namespace takt {
@@ -59,6 +61,19 @@ TEST(TextLocationTest, DiagnosticsOfAFileGetLineAndColumn) {
   EXPECT_EQ(to_string(diagnostics.list()[0]), file + ":2:25:/list/0: error: 1 is out of range (2 to 3) [out-of-range]");
   EXPECT_EQ(diagnostics.list()[1].line, 0) << "an option is not an element of a file";
   EXPECT_EQ(diagnostics.list()[2].line, 0);
+}
+
+TEST(TextLocationTest, ASyntaxErrorIsWhereTheReaderStopped) {
+  const test::ScratchFolder folder;
+  const auto file = folder / "broken.json";
+  std::ofstream(file) << "{\"program\":\n  {\"do\": \"wait\", }\n}\n";
+  const auto read = read_json(file);
+  ASSERT_FALSE(read);
+  Diagnostics diagnostics = read.error();
+  locate(diagnostics);
+  EXPECT_EQ(diagnostics.list()[0].code, Code::kSyntax);
+  EXPECT_EQ(diagnostics.list()[0].line, 2);
+  EXPECT_EQ(diagnostics.list()[0].column, 18) << "the brace";
 }
 
 TEST(TextLocationTest, AFileThatIsGoneLeavesDiagnosticsAsTheyAre) {
