@@ -29,7 +29,7 @@ struct BlendSource {
   Eigen::Isometry3d partner_X_FM = Eigen::Isometry3d::Identity();  ///< the same frame in the flange of that one
   std::string arm = {};                                            ///< whose motion it is; of two the leader
   std::optional<command::State> abort_if = {};  ///< must not hold on what is left of it (DualEntryMotion::abort_if)
-  std::optional<command::ComplianceWish> compliance = {};  ///< how the arm gives way on it
+  std::optional<command::SpringParameters> compliance = {};  ///< how the arm gives way on it
 };
 
 /// What precedes on an actuator when an activity is prepared.

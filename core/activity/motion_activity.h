@@ -47,7 +47,7 @@ struct MotionOptions {
   std::optional<command::State> abort_if = {};
   std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves, in the flange; default: the arm's tool
   /// How the arm gives way meanwhile; it has to be in that control mode. Default: as the arm is.
-  std::optional<command::ComplianceWish> compliance = {};
+  std::optional<command::SpringParameters> compliance = {};
   /// Laid over the path, which has at most kShareWithOverlay of the accelerations then. Neighbours in one plan hand it
   /// on (command::plan_weaves); where the next motion takes over in the run it ends at rest before.
   std::optional<command::WeaveParameters> weave = {};

@@ -199,7 +199,7 @@ class GripperCommand final : public OperationCommand {
   [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
     const command::MountedGripper& mounted = making.cell.grippers.find(parameters_.gripper)->second;
     const command::GripCommand figures = grip_command_of(parameters_, mounted.device->description());
-    const command::GripWish wish{.width = figures.width, .speed = figures.speed, .force = figures.force};
+    const command::FingerParameters wish{.width = figures.width, .speed = figures.speed, .force = figures.force};
     const command::Actuator actuator = command::gripper(making.cell, parameters_.gripper);
     const command::Action action = parameters_.opens ? command::release(wish) : command::grip(wish);
     command::RuntimeCommand gripped(name, actuator, action);

@@ -52,9 +52,9 @@ Planned plan(const MotionOnBaseParameters& request, const command::Cell& now, co
   Diagnostics unheard;  // a base turns as it is told, or not at all
   const auto q_goal = goal_joints(request.base_goal, cell, *base, q_base, unheard);
   if (!q_goal) return below("/base_to", q_goal.error());
-  command::MotionWish wish{.velocity = request.tool.velocity,
-                           .acceleration = request.tool.acceleration,
-                           .linear_velocity = request.tool.linear_velocity};
+  command::PlanParameters wish{.velocity = request.tool.velocity,
+                               .acceleration = request.tool.acceleration,
+                               .linear_velocity = request.tool.linear_velocity};
   wish.clock = command::override_of(cell);
   auto planned = command::carried_lin(cell, request.tool.arm, {q_base, q_arm, *q_goal, *X_goal}, wish);
   if (planned) return planned;

@@ -44,7 +44,7 @@ void add_tool_limits(ParameterTable<P>& table) {
 }
 /// The limits of the tool and the operator's override.
 template <class P>
-command::FollowWish tool_limits(const P& p, const command::Cell& cell) {
+command::TrackingParameters tool_limits(const P& p, const command::Cell& cell) {
   return {.linear_max = p.linear_max, .angular_max = p.angular_max, .speed = command::override_of(cell).speed};
 }
 

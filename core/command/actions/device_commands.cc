@@ -6,7 +6,7 @@
 namespace takt::command {
 
 RuntimeCommand grip_command(const GripCommand& command, const Cell& cell) {
-  const GripWish wish{.width = command.width, .speed = command.speed, .force = command.force};
+  const FingerParameters wish{.width = command.width, .speed = command.speed, .force = command.force};
   RuntimeCommand gripped("grip", gripper(cell, command.gripper), grip(wish));
   gripped.observe(observed::kHolding, BooleanSensor(gripped.action().state("holding").node()));
   gripped.observe(observed::kWidth, gripped.action().value("width"));

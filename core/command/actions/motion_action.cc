@@ -163,7 +163,7 @@ class ArmMotion final : public MotionModel {
   using Planner =
       std::function<Result<motion::SequencePlan>(const MountedArm& arm, const kinematics::JointVector& q_start)>;
   /// @param wish  frame that moves and inputs of the clock; the rest is the planner's
-  ArmMotion(const char* name, MotionWish wish, Planner planner)
+  ArmMotion(const char* name, PlanParameters wish, Planner planner)
       : MotionModel(name, SetPointKind::kPath), wish_(std::move(wish)), planner_(std::move(planner)) {}
 
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
@@ -179,7 +179,7 @@ class ArmMotion final : public MotionModel {
   }
 
  private:
-  MotionWish wish_;
+  PlanParameters wish_;
   Planner planner_;
 };
 
@@ -200,7 +200,7 @@ class ForeignMotion final : public MotionModel {
   MotionPlanner planner_;
 };
 
-motion::MotionOptions options_of(const motion::ArmModel& arm, const MotionWish& wish) {
+motion::MotionOptions options_of(const motion::ArmModel& arm, const PlanParameters& wish) {
   return {.velocity = wish.velocity,
           .acceleration = wish.acceleration,
           .linear_velocity = wish.linear_velocity,
@@ -228,13 +228,13 @@ Result<motion::SequencePlan> alone(Result<motion::Motion> motion) {
   return plan;
 }
 
-Action motion_action(const char* name, const MotionWish& wish, ArmMotion::Planner planner) {
+Action motion_action(const char* name, const PlanParameters& wish, ArmMotion::Planner planner) {
   return Action(std::make_shared<const ArmMotion>(name, wish, std::move(planner)));
 }
 
 /// A motion of one leg; `make_leg(model, q, goal)` is one of the functions of core/motion/leg.h.
 template <class Goal, class MakeLeg>
-Action one_leg(const char* name, const MotionWish& wish, const Goal& goal, MakeLeg make_leg) {
+Action one_leg(const char* name, const PlanParameters& wish, const Goal& goal, MakeLeg make_leg) {
   return motion_action(name, wish, [wish, goal, make_leg](const MountedArm& arm, const JointVector& q_start) {
     const motion::ArmModel model = planning_model(arm, wish.X_FM);
     const auto geometry = [&](const JointVector& q) { return make_leg(model, q, goal); };
@@ -249,14 +249,14 @@ Action planned_by(std::string name, SetPointKind gives, MotionPlanner planner) {
 }
 Action planned(PlannedMotion motion) { return Action(std::make_shared<const PlannedModel>(std::move(motion))); }
 
-Action ptp(const JointVector& q_goal, const MotionWish& wish) {
+Action ptp(const JointVector& q_goal, const PlanParameters& wish) {
   return motion_action("PTP", wish, [wish, q_goal](const MountedArm& arm, const JointVector& q) {
     const motion::ArmModel model = planning_model(arm, wish.X_FM);
     return alone(motion::plan_ptp(model.chain, model.limits, q, q_goal, options_of(model, wish)));
   });
 }
 
-Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish) {
+Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& wish) {
   return motion_action("LIN", wish, [wish, X_BM_goal](const MountedArm& arm, const JointVector& q) {
     const motion::ArmModel model = planning_model(arm, wish.X_FM);
     if (!model.inverse)
@@ -266,25 +266,25 @@ Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish) {
   });
 }
 
-Action circ(const motion::ArcThrough& arc, const MotionWish& wish) {
+Action circ(const motion::ArcThrough& arc, const PlanParameters& wish) {
   return one_leg("CIRC", wish, arc,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::circ_leg(arm, q, goal); });
 }
-Action circ(const motion::ArcAbout& arc, const MotionWish& wish) {
+Action circ(const motion::ArcAbout& arc, const PlanParameters& wish) {
   return one_leg("CIRC", wish, arc,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::circ_leg(arm, q, goal); });
 }
-Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const MotionWish& wish) {
+Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const PlanParameters& wish) {
   return one_leg("spline", wish, poses_BM,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::spline_leg(arm, q, goal); });
 }
-Action spline(const std::vector<JointVector>& points, const MotionWish& wish) {
+Action spline(const std::vector<JointVector>& points, const PlanParameters& wish) {
   return one_leg("spline", wish, points,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::spline_leg(arm, q, goal); });
 }
 
 Action sequence(std::vector<SequencePart> parts) {
-  const MotionWish first = parts.empty() ? MotionWish{} : parts.front().wish;
+  const PlanParameters first = parts.empty() ? PlanParameters{} : parts.front().wish;
   return motion_action("sequence", first,
                        [parts = std::move(parts), first](const MountedArm& arm, const JointVector& q) {
                          if (parts.empty())

@@ -43,7 +43,7 @@ struct PlannedMotion {
 [[nodiscard]] Action planned(PlannedMotion motion);
 
 /// What motions may be asked for. Shares are of the limits of the arm.
-struct MotionWish {
+struct PlanParameters {
   double velocity = 1.0;                       ///< (0, 1]
   double acceleration = 1.0;                   ///< (0, 1]
   std::optional<double> linear_velocity = {};  ///< of the tool centre point, m/s
@@ -53,17 +53,17 @@ struct MotionWish {
 
 // Motions from where the arm is when its command is planned. Goals of frames are in the arm's base, m. They offer
 // `at_path`, `via_passed`, `progress`, `error` (no joints for a pose).
-[[nodiscard]] Action ptp(const kinematics::JointVector& q_goal, const MotionWish& wish = {});
-[[nodiscard]] Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish = {});
-[[nodiscard]] Action circ(const motion::ArcThrough& arc, const MotionWish& wish = {});
-[[nodiscard]] Action circ(const motion::ArcAbout& arc, const MotionWish& wish = {});
-[[nodiscard]] Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const MotionWish& wish = {});
-[[nodiscard]] Action spline(const std::vector<kinematics::JointVector>& points, const MotionWish& wish = {});
+[[nodiscard]] Action ptp(const kinematics::JointVector& q_goal, const PlanParameters& wish = {});
+[[nodiscard]] Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& wish = {});
+[[nodiscard]] Action circ(const motion::ArcThrough& arc, const PlanParameters& wish = {});
+[[nodiscard]] Action circ(const motion::ArcAbout& arc, const PlanParameters& wish = {});
+[[nodiscard]] Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const PlanParameters& wish = {});
+[[nodiscard]] Action spline(const std::vector<kinematics::JointVector>& points, const PlanParameters& wish = {});
 
 /// A motion of a sequence, and how it is blended into the next one.
 struct SequencePart {
   motion::LegMaker geometry;
-  MotionWish wish = {};
+  PlanParameters wish = {};
   motion::Blend blend = {};
 };
 /// Several motions as one (docs/motion.md); via_passed(i) holds from the middle of blend i on. The frame that moves and

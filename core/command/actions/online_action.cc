@@ -43,7 +43,7 @@ void check_share(const char* name, double value, Diagnostics& diagnostics) {
                     "above 0, at most 1");
 }
 
-void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWish& wish) {
+void add_limit(FragmentWriter& fragment, const std::string& from, const TrackingParameters& wish) {
   const std::string limited = wish.speed ? "limited" : "wanted";
   fragment.add(limited, "LimitTwist", {{"linear_max", wish.linear_max}, {"angular_max", wish.angular_max}});
   fragment.link(from, limited + ".input");
@@ -53,10 +53,10 @@ void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWi
   fragment.feed(wish.speed->node(), "wanted.factor");
 }
 
-ToolSpeed speed_of(const FollowWish& wish) { return {.linear = wish.linear_max, .angular = wish.angular_max}; }
+ToolSpeed speed_of(const TrackingParameters& wish) { return {.linear = wish.linear_max, .angular = wish.angular_max}; }
 
 /// What it follows, and its speed.
-std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const FollowWish& wish) {
+std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const TrackingParameters& wish) {
   if (wish.speed) formulas.push_back(wish.speed->node());
   return formulas;
 }
@@ -69,7 +69,7 @@ ExpressionPtr no_direction(net::ValueType type) {
 
 class Jog final : public VelocityModel {
  public:
-  Jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds)
+  Jog(const TwistSensor& velocity, const State& enabled, const TrackingParameters& bounds)
       : velocity_(velocity.node()), enabled_(enabled.node()), bounds_(bounds) {}
   [[nodiscard]] std::string_view name() const override { return "jog"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
@@ -89,12 +89,12 @@ class Jog final : public VelocityModel {
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(bounds_); }
 
   ExpressionPtr velocity_, enabled_;
-  FollowWish bounds_;
+  TrackingParameters bounds_;
 };
 
 class FollowPose final : public VelocityModel {
  public:
-  FollowPose(const FrameSensor& target, const FollowWish& wish) : target_(target.node()), wish_(wish) {}
+  FollowPose(const FrameSensor& target, const TrackingParameters& wish) : target_(target.node()), wish_(wish) {}
   [[nodiscard]] std::string_view name() const override { return "follow"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return with_speed({target_}, wish_); }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
@@ -134,7 +134,7 @@ class FollowPose final : public VelocityModel {
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(wish_); }
 
   ExpressionPtr target_;
-  FollowWish wish_;
+  TrackingParameters wish_;
 };
 
 class HoldForce final : public VelocityModel {
@@ -252,10 +252,10 @@ class FollowJoints final : public ActionModel {
 
 }  // namespace
 
-Action jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds) {
+Action jog(const TwistSensor& velocity, const State& enabled, const TrackingParameters& bounds) {
   return Action(std::make_shared<const Jog>(velocity, enabled, bounds));
 }
-Action follow(const FrameSensor& target, const FollowWish& wish) {
+Action follow(const FrameSensor& target, const TrackingParameters& wish) {
   return Action(std::make_shared<const FollowPose>(target, wish));
 }
 Action follow(const JointsSensor& target, double velocity, double acceleration) {

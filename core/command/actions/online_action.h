@@ -9,7 +9,7 @@
 namespace takt::command {
 
 /// Bounds of a velocity, and how hard a difference is followed.
-struct FollowWish {
+struct TrackingParameters {
   double linear_max = 0.1;   ///< m/s
   double angular_max = 0.5;  ///< rad/s
   double gain = 4.0;         ///< velocity for a difference, 1/s
@@ -21,11 +21,11 @@ struct FollowWish {
 
 /// Manual control: the tool centre point moves with a velocity in the axes of the base while a dead-man switch is held.
 /// When the switch falls, does not answer, or the velocity is not there, the arm comes to rest within its limits.
-[[nodiscard]] Action jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds = {});
+[[nodiscard]] Action jog(const TwistSensor& velocity, const State& enabled, const TrackingParameters& bounds = {});
 
 /// The tool centre point follows a pose in the arm's base; without a target it comes to rest. Offers `arrived`,
 /// `error`: there is no target.
-[[nodiscard]] Action follow(const FrameSensor& target, const FollowWish& wish = {});
+[[nodiscard]] Action follow(const FrameSensor& target, const TrackingParameters& wish = {});
 
 /// The joints go to a target that may change in every cycle, as fast as shares of their limits allow; without a target
 /// to the last one. Offers `arrived`, `error`: there is no target.

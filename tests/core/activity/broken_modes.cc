@@ -17,7 +17,7 @@ JointCompliance springs(double stiffness, int joints = 7) {
   return {.stiffness = net::JointArray(device::JointVector(device::JointVector::Constant(joints, stiffness)))};
 }
 ControlModeInterface modes(ActivityCell& cell) { return cell.robot.use<ControlModeInterface>(); }
-Activity held(ActivityCell& cell, const command::ComplianceWish& wish) {
+Activity held(ActivityCell& cell, const command::SpringParameters& wish) {
   return cell.robot.use<HoldInterface>().hold({.seconds = 0.1, .compliance = wish});
 }
 

@@ -253,7 +253,7 @@ std::vector<BrokenCommand> actions() {
        "/a/force", "200 is not for 'gripper'", "5 to 80"},
       {"",
        [](World& world) -> Command {
-         return move(world, follow(channel<net::Frame>(world.cell, "target"), FollowWish{.linear_max = -0.1}));
+         return move(world, follow(channel<net::Frame>(world.cell, "target"), TrackingParameters{.linear_max = -0.1}));
        },
        "/move/linear_max", "-0.1 m/s", "above 0"},
       {"",
@@ -280,10 +280,10 @@ std::vector<BrokenCommand> compliances() {
   const auto joints = [](double value, int count = 7) {
     return net::JointArray(device::JointVector(device::JointVector::Constant(count, value)));
   };
-  const auto soft = [](World& world, const ComplianceWish& wish) -> Command {
+  const auto soft = [](World& world, const SpringParameters& wish) -> Command {
     return move(world, with_compliance(hold(), wish));
   };
-  const auto guided = [](World& world, const FreedriveWish& wish) -> Command {
+  const auto guided = [](World& world, const GuidanceParameters& wish) -> Command {
     return move(world, freedrive(world.cell, "arm", wish));
   };
   return {
