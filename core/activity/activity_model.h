@@ -63,6 +63,8 @@ struct EndState {
     BlendSource motion;
   };
   std::vector<Last> last;
+  /// It does not drive it any more when one of `last` of another actuator moves: that one may be left without it.
+  bool released = false;
 };
 
 /// One of the ways in which an activity may end, of which exactly one comes: by which state that shows from the begin
@@ -96,8 +98,8 @@ struct PlannedActivity {
   ControlModes modes;
   bool returns = false;  ///< after the command they go back into the modes that they were in
   std::shared_ptr<const net::NetDescription> net = {};  ///< written by hand, in place of a command
-  /// What is wrong with the way in which it ended, asked once its net has ended in order: errors make the run fail
-  /// (RunFailure::kAborted). Empty: nothing can be.
+  /// What has come of it, asked once its net has ended in order and was not cancelled: errors make the run fail
+  /// (RunFailure::kAborted). Empty: nothing can be wrong.
   std::function<Diagnostics(const ActivityRun&)> verdict = {};
 };
 
