@@ -169,7 +169,7 @@ std::optional<ComplianceParameters> read_compliance(ObjectReader& step) {
   return request;
 }
 
-command::SpringParameters wish_of(const ComplianceParameters& request, int joint_count) {
+command::SpringParameters compliance_of(const ComplianceParameters& request, int joint_count) {
   if (request.of_program) return *request.of_program;
   const Values values(request);
   if (request.mode == ControlMode::kJointImpedance) return joint_wish(values, joint_count);
@@ -266,7 +266,8 @@ Diagnostics check_compliance(const ComplianceParameters& request, const command:
       found.error(Code::kConflict, "/compliance/mode",
                   fmt::format("joint stiffness of '{}' and '{}'", arms.front(), name),
                   "arms with as many joints each, or tool stiffness");
-    found.append(in_file(command::check_compliance(wish_of(request, joint_count), arm->description(), name), request));
+    found.append(
+        in_file(command::check_compliance(compliance_of(request, joint_count), arm->description(), name), request));
   }
   return found;
 }

@@ -46,7 +46,7 @@ struct ComplianceParameters {
 [[nodiscard]] std::optional<ComplianceParameters> read_compliance(ObjectReader& step);
 
 /// @param joint_count  of the arm
-[[nodiscard]] command::SpringParameters wish_of(const ComplianceParameters& request, int joint_count);
+[[nodiscard]] command::SpringParameters compliance_of(const ComplianceParameters& request, int joint_count);
 
 /// Two arms as one exert nothing beside their springs: diagnostics at its keys below the pointer of the step.
 void check_springs_of_two(const ComplianceParameters& request, const std::string& pointer, Diagnostics& diagnostics);

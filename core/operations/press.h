@@ -19,7 +19,8 @@ struct PressParameters {
   std::optional<double> seconds = {};
   std::optional<command::StateSource> until = {};
   std::optional<ComplianceParameters> compliance = {};
-  std::string name = {}, pointer = {};  ///< for people; in its file
+  std::optional<command::StateSource> abort_if = {};  ///< must not hold: it comes to rest and fails
+  std::string name = {}, pointer = {};                ///< for people; in its file
 };
 
 [[nodiscard]] const ParameterTable<PressParameters>& press_parameters();

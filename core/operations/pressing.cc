@@ -5,12 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/dual_entry_motion.h"
-#include "core/command/single_net.h"
 #include "core/expression/device_sensors.h"
 #include "core/expression/moving_frames.h"
-#include "core/operations/rehearsed_net.h"
-#include "core/operations/scheduled_run.h"
 #include "core/operations/touch.h"
 
 namespace takt::activity {
@@ -20,14 +16,8 @@ using command::State;
 
 // -- The action -------------------------------------------------------------------------------------------------------
 
-command::Action stiff_or_not(const Pressing& pressing, const command::Cell& cell, const command::Action& action) {
-  if (!pressing.compliance) return action;
-  const auto& chain = *cell.arms.find(pressing.arm)->second.device->description().chain;
-  return with_compliance(action, wish_of(*pressing.compliance, chain.joint_count()));
-}
-
-command::Action alone(const Pressing& pressing, const PlannedPressing& planned, const command::Cell& cell,
-                      const command::Biases& biases) {
+command::Action press_action(const Pressing& pressing, const PlannedPressing& planned, const command::Cell& cell,
+                             const command::Biases& biases) {
   const auto force = command::pressing_force(cell, pressing.sensor, planned.direction_B, biases);
   return command::press(force, planned.direction_B, planned.wish);
 }
@@ -53,7 +43,7 @@ class PlacedPress final : public command::ActionModel {
                                                                 const command::Places& q_start) const override {
     const auto planned = plan_pressing(pressing_, cell_at(cell_, q_start), q_start.at(pressing_.arm));
     if (!planned) return std::unexpected(planned.error());
-    return alone(pressing_, *planned, cell_, biases_).shared_model();
+    return press_action(pressing_, *planned, cell_, biases_).shared_model();
   }
 
  private:
@@ -61,16 +51,6 @@ class PlacedPress final : public command::ActionModel {
   const command::Cell& cell_;
   command::Biases biases_;
 };
-
-command::Action press_action(const Pressing& pressing, const PlannedPressing& planned, const command::Cell& cell,
-                             const command::Biases& biases) {
-  return stiff_or_not(pressing, cell, alone(pressing, planned, cell, biases));
-}
-
-command::Action press_from_anywhere(const Pressing& pressing, const command::Cell& cell,
-                                    const command::Biases& biases) {
-  return stiff_or_not(pressing, cell, command::Action(std::make_shared<const PlacedPress>(pressing, cell, biases)));
-}
 
 // -- What ends it ----------------------------------------------------------------------------------------------------
 
@@ -99,41 +79,6 @@ class PressHistory {
   std::string key_;
 };
 
-// -- The command, with all that ends it -------------------------------------------------------------------------------
-
-/// A command and where each of its handlers comes from, below the operation.
-struct MadePress {
-  command::RuntimeCommand command;
-  std::vector<std::string> handler_places;
-};
-
-/// @param key  with which the names of what it keeps begin
-MadePress make_press(const Pressing& pressing, const std::string& name, const command::Action& action,
-                     const command::Cell& cell, const command::Biases& biases, const std::string& key) {
-  MadePress made{.command = command::RuntimeCommand(name, command::arm(cell, pressing.arm), action),
-                 .handler_places = {}};
-  command::RuntimeCommand& pressed = made.command;
-  const command::FrameSensor tool = command::tool_pose(cell, pressing.arm);
-  const auto keep = [&](PressEvent event, const State& state) {
-    pressed.capture(observation_of(event, key), tool, state);
-  };
-  const auto ends = [&](PressEvent event, const State& state, const std::string& place) {
-    pressed.on_entered(state, cancel(pressed));
-    keep(event, state);
-    made.handler_places.emplace_back(place);
-  };
-  using enum PressEvent;
-  ends(kTooFar, action.state("too_far"), "/travel_m");
-  ends(kSilent, action.state("error"), "/sensor");
-  if (pressing.seconds) ends(kHeld, action.state("at_force").held_for(*pressing.seconds), "/seconds");
-  if (pressing.drop) ends(kFound, action.state("sunk"), "/drop_m");
-  if (pressing.path) ends(kPathEnded, action.state("path_ended"), pressing.path_key);
-  if (pressing.until) ends(kUntil, command::state_of(*pressing.until, cell, biases), "/until");
-  keep(kTouched, action.state("touched"));
-  keep(kCancelled, pressed.cancelled());
-  return made;
-}
-
 /// What has come of it once it has ended in order: the touch of its arm; diagnostics, with pointers below the
 /// operation, if it has failed. @param cancelled  somebody has cancelled it, so that it may end anywhere
 Diagnostics end_press(const Pressing& pressing, const PressHistory& history, bool cancelled, Context& context) {
@@ -158,112 +103,41 @@ Diagnostics end_press(const Pressing& pressing, const PressHistory& history, boo
   return diagnostics;
 }
 
-// -- As an activity ---------------------------------------------------------------------------------------------------
-
-/// From rest, to nobody knows where.
-class PressingActivity final : public ActivityModel {
- public:
-  PressingActivity(const Pressing& pressing, command::Biases biases)
-      : ActivityModel(pressing.name), pressing_(pressing), biases_(std::move(biases)) {}
-
-  [[nodiscard]] std::vector<std::string> actuators() const override { return {pressing_.arm}; }
-
-  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    const command::Cell& cell = planning.cell;
-    const kinematics::JointVector& q = *planning.predecessors.find(pressing_.arm)->second.at_end.q;
-    if (pressing_.compliance) {
-      Diagnostics wrong = check_compliance(*pressing_.compliance, cell, actuators());
-      if (wrong.has_errors()) return std::unexpected(std::move(wrong));
-    }
-    const auto planned = plan_pressing(pressing_, cell, q);
-    if (!planned) return std::unexpected(planned.error());
-    PlannedActivity prepared;
-    prepared.command = command_of(pressing_, *planned, cell, biases_);
-    prepared.end_states[pressing_.arm] = {};
-    prepared.begins[pressing_.arm].push_back(seam_at_rest(q));
-    return prepared;
-  }
-
-  [[nodiscard]] static command::RuntimeCommand command_of(const Pressing& pressing, const PlannedPressing& planned,
-                                                          const command::Cell& cell, const command::Biases& biases) {
-    const command::Action action = press_action(pressing, planned, cell, biases);
-    return make_press(pressing, pressing.name, action, cell, biases, {}).command;
-  }
-
- private:
-  Pressing pressing_;
-  command::Biases biases_;
-};
-
-// -- As a step --------------------------------------------------------------------------------------------------------
-
-class PressingRun final : public ScheduledRun {
- public:
-  explicit PressingRun(const Pressing& pressing) : pressing_(pressing) {}
-
- private:
-  [[nodiscard]] ActivityPtr activity(Context& context) override {
-    return std::make_shared<const PressingActivity>(pressing_, context.variables.biases);
-  }
-
-  Progress finish(Context& context, Diagnostics& diagnostics) override {
-    const Diagnostics failed = end_press(pressing_, {*run(), {}}, cancelled(), context);
-    diagnostics.append(failed);
-    return failed.has_errors() ? Progress::kFailed : Progress::kDone;
-  }
-
-  const Pressing& pressing_;
-};
-
-class PressingStep final : public Step {
- public:
-  explicit PressingStep(Pressing pressing) : pressing_(std::move(pressing)) {}
-
-  /// Where the surface is shows only in the run: the arm is taken to stay where it begins.
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
-    rehearsal.touched[pressing_.arm] = true;
-    if (pressing_.compliance &&
-        !rehearse_compliance(*pressing_.compliance, rehearsal, {pressing_.arm}, pointer, diagnostics))
-      return;
-    const auto planned = plan_pressing(pressing_, rehearsal.cell, rehearsal.q[pressing_.arm]);
-    if (!planned) {
-      diagnostics.append(planned.error(), pointer);
-      return;
-    }
-    rehearsal.duration += pressing_.seconds.value_or(0.0);
-    if (planned->wish.path) rehearsal.duration += planned->wish.path->duration();
-    const auto command = PressingActivity::command_of(pressing_, *planned, rehearsal.cell, {});
-    const auto mapped = command::single_net(command, pressing_.name);
-    if (!mapped) return diagnostics.append(mapped.error(), pointer);
-    rehearse_net(mapped->net, rehearsal, pointer, diagnostics);
-  }
-
-  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<PressingRun>(pressing_); }
-
- private:
-  Pressing pressing_;
-};
-
-// -- As a command -----------------------------------------------------------------------------------------------------
+// -- The command, with all that ends it -------------------------------------------------------------------------------
 
 class PressingCommand final : public OperationCommand {
  public:
-  explicit PressingCommand(Pressing pressing) : pressing_(std::move(pressing)) {}
+  explicit PressingCommand(Pressing pressing) : OperationCommand(pressing), pressing_(std::move(pressing)) {}
 
   [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
     const command::Action action = action_of(making);
-    MadePress press = make_press(pressing_, name, action, making.cell, making.biases, key);
-    MadeCommand made{.command = press.command,
-                     .action = action,
-                     .actuator = command::arm(making.cell, pressing_.arm),
-                     .handler_places = std::move(press.handler_places)};
-    if (pressing_.compliance) made.places = places_of(*pressing_.compliance);
+    MadeCommand made = on_actuator(command::arm(making.cell, pressing_.arm), action);
+    const command::FrameSensor tool = command::tool_pose(making.cell, pressing_.arm);
+    const auto keep = [&](PressEvent event, const State& state) {
+      made.command.capture(observation_of(event, key), tool, state);
+    };
+    const auto ends = [&](PressEvent event, const State& state, const std::string& place) {
+      made.command.on_entered(state, cancel(made.command));
+      keep(event, state);
+      made.handler_places.emplace_back(place);
+    };
+    const command::Action& press = *made.action;
+    using enum PressEvent;
+    ends(kTooFar, press.state("too_far"), "/travel_m");
+    ends(kSilent, press.state("error"), "/sensor");
+    if (const auto held = seconds()) ends(kHeld, press.state("at_force").held_for(*held), "/seconds");
+    if (pressing_.drop) ends(kFound, press.state("sunk"), "/drop_m");
+    if (pressing_.path) ends(kPathEnded, press.state("path_ended"), pressing_.path_key);
+    if (pressing_.until) ends(kUntil, command::state_of(*pressing_.until, making.cell, making.biases), "/until");
+    keep(kTouched, press.state("touched"));
+    keep(kCancelled, made.command.cancelled());
     return made;
   }
 
+  /// Where the surface is shows only in the run: the arm is taken to stay where it begins.
   void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     rehearsal.touched[pressing_.arm] = true;
-    rehearsal.duration += pressing_.seconds.value_or(0.0);
+    rehearsal.duration += seconds().value_or(0.0);
   }
 
   void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
@@ -272,12 +146,16 @@ class PressingCommand final : public OperationCommand {
   }
 
  private:
+  /// For how long the force is held: in a transaction somebody else may end it.
+  [[nodiscard]] std::optional<double> seconds() const {
+    return pressing_.seconds || !is_alone() ? pressing_.seconds : pressing_.seconds_alone;
+  }
   [[nodiscard]] command::Action action_of(const BuildContext& making) const {
     if (!pressing_.needs_place() && !moves(making.cell.frames, pressing_.in, pressing_.arm)) {
       const auto planned = plan_pressing(pressing_, making.cell, place_now(making.cell));
       if (planned) return press_action(pressing_, *planned, making.cell, making.biases);
     }
-    return press_from_anywhere(pressing_, making.cell, making.biases);
+    return command::Action(std::make_shared<const PlacedPress>(pressing_, making.cell, making.biases));
   }
   /// Only springs that it does not bring along make a difference: how fast its law is.
   [[nodiscard]] kinematics::JointVector place_now(const command::Cell& cell) const {
@@ -297,8 +175,6 @@ void check_pressing_sensor(const std::string& arm, const std::string& sensor, co
   from.reader.diagnostics().error(Code::kConflict, from.reader.at("sensor"),
                                   fmt::format("'{}' is not on '{}'", sensor, arm), "a sensor on this arm");
 }
-
-std::unique_ptr<Step> pressing_step(Pressing pressing) { return std::make_unique<PressingStep>(std::move(pressing)); }
 
 std::unique_ptr<OperationCommand> pressing_command(Pressing pressing) {
   return std::make_unique<PressingCommand>(std::move(pressing));

@@ -36,9 +36,11 @@ struct Pressing {
   std::string in = "tcp";                      ///< whose axes the direction is along
   double force = 0, approach = 0, travel = 0;  ///< N, m/s, m
   std::optional<double> seconds = {};          ///< for which the force is held once it is there
+  std::optional<double> seconds_alone = {};    ///< the same where it is no part of a transaction
   std::optional<double> drop = {};             ///< m
   std::optional<command::StateSource> until = {};
   std::optional<ComplianceParameters> compliance = {};
+  std::optional<command::StateSource> abort_if = {};
   PathPlanner path = {};        ///< of what is followed across the direction; null: nothing
   std::string path_key = {};    ///< where below the operation the path is described
   bool path_end_fails = false;  ///< the path was to find something: its end is a failure
@@ -57,9 +59,6 @@ struct PlannedPressing {
 [[nodiscard]] Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::Cell& cell,
                                                     const kinematics::JointVector& q);
 
-// -- The forms of an operation that presses --------------------------------------------------------------------------
-
-[[nodiscard]] std::unique_ptr<Step> pressing_step(Pressing pressing);
 [[nodiscard]] std::unique_ptr<OperationCommand> pressing_command(Pressing pressing);
 
 // -- What their parameters have in common ----------------------------------------------------------------------------
@@ -77,8 +76,8 @@ void add_pressing_force(ParameterTable<P>& table) {
       .number("travel_m", "m", &P::travel, {.low = 0.0, .high = 2.0, .low_open = true},
               "Largest distance along the direction, from the start.")
       .condition("until", &P::until, "Ends the operation when it becomes true.")
-      .compliance(&P::compliance)
       .rule([](P& p, const ReadContext& from) { check_pressing_sensor(p.arm, p.sensor, from); });
+  add_common_parameters(table);
 }
 /// All of them, with a direction of one's own.
 template <class P>
@@ -107,6 +106,7 @@ Pressing pressing_of(const P& p, std::string_view type) {
   pressing.travel = p.travel;
   pressing.until = p.until;
   pressing.compliance = p.compliance;
+  pressing.abort_if = p.abort_if;
   if constexpr (requires { p.direction; }) pressing.direction = p.direction;
   if constexpr (requires { p.direction; }) pressing.in = p.in;
   return pressing;

@@ -62,8 +62,8 @@ std::vector<BrokenRun> devices() {
        [](int cycle, ActivityCell& cell) {
          if (cycle >= 10) cell.fingers->answer(device::GripperState::kHolding, 0.04);
        }},
-      {R"({"do": "set", "output": "lamp", "value": true})", "", "'set lamp' was not started: ",
-       "\"try\" around the step", [](int, ActivityCell& cell) { cell.lamp_terminal->is_ready = false; }},
+      {R"({"do": "set", "output": "lamp", "value": true})", "", "'set' was not started: ", "\"try\" around the step",
+       [](int, ActivityCell& cell) { cell.lamp_terminal->is_ready = false; }},
       {R"({"do": "control_mode", "mode": "joint_impedance"})", "/mode", "the mode was not changed: ",
        "an arm that stands", [](int, ActivityCell& cell) { cell.backend->state().ready = false; }},
       {steps(R"({"do": "branch", "cases": [{"when": "$time() > 1000[s]", "steps": [)" + std::string(kSlowlyUp) +
