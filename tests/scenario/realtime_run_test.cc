@@ -30,7 +30,7 @@ TAKT_PRIMITIVE(HangsForTest, "test", "Never returns from its second update.");
 constexpr const char* kThereAndBack = R"({
   "devices": {"arm": {"model": "lwr4plus", "start_deg": [0, -30, 0, 90, 0, -60, 0]}},
   "program": {"do": "sequence", "steps": [
-    {"do": "ptp", "name": "there", "to": {"joints_deg": [8, -30, 0, 90, 0, -60, 0]}, "blend_share": 0.3},
+    {"do": "ptp", "name": "there", "to": {"joints_deg": [8, -30, 0, 90, 0, -60, 0]}, "blend_fraction": 0.3},
     {"do": "ptp", "to": {"joints_deg": [8, -25, 0, 90, 0, -60, 0]}},
     {"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "velocity_m_s": 0.2},
     {"do": "wait", "seconds": 0.05},
