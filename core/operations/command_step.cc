@@ -53,8 +53,9 @@ Diagnostics plan(const CommandBuilder& tree, const command::Cell& cell, command:
 
 /// A tree of commands that was made for one execution. Its locations are those below the step.
 struct MadeStep {
-  MadeStep(const OperationCommand& root, Context& context, const command::ExternalHandler& tell)
-      : tree(root, {.cell = context.cell, .biases = context.variables.biases, .notes = notes, .tell = tell}) {}
+  MadeStep(const OperationCommand& root, const command::Cell& cell, const command::Biases& biases,
+           const command::ExternalHandler& tell)
+      : tree(root, {.cell = cell, .biases = biases, .notes = notes, .tell = tell}) {}
   Diagnostics notes;  ///< of planners; what there is to say was said in the rehearsal
   CommandBuilder tree;
 };
@@ -90,26 +91,38 @@ std::vector<std::string> compliant_devices(const command::ActuatorModel& actuato
   return result;
 }
 
-/// The tree as an activity that begins at rest; where it leaves its arms depends on the run.
+/// The tree as an activity that begins at rest; where it leaves its arms depends on the run. It is made anew each time
+/// that it is planned, with the cell of whoever plans: that may be another thread.
 class TreeActivity final : public ActivityModel {
  public:
-  TreeActivity(const OperationCommand& root, std::shared_ptr<MadeStep> made)
-      : ActivityModel(root.name), root_(root), made_(std::move(made)), actuators_(driven_by(made_->tree)) {}
+  using Keys = std::vector<std::pair<const OperationCommand*, std::string>>;
+
+  TreeActivity(const OperationCommand& root, const Context& context, command::ExternalHandler tell)
+      : ActivityModel(root.name), root_(root), biases_(context.variables.biases), tell_(std::move(tell)) {
+    const MadeStep made(root_, context.cell, biases_, tell_);
+    actuators_ = driven_by(made.tree);
+    for (const CommandBuilder::Part& part : made.tree.parts()) keys_.emplace_back(part.request, part.key);
+  }
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return actuators_; }
+  /// Its commands, each with the key of what it observes.
+  [[nodiscard]] const Keys& keys() const { return keys_; }
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    const MadeStep made(root_, planning.cell, biases_, tell_);
     command::Places places = places_before(planning);
     command::TreeEnd end;
-    if (const Diagnostics wrong = plan(made_->tree, planning.cell, places, end); wrong.has_errors())
+    if (const Diagnostics wrong = plan(made.tree, planning.cell, places, end); wrong.has_errors())
       return std::unexpected(below(root_, wrong));
-    return planned_activity(made_->tree.command(), actuators_, end);
+    return planned_activity(made.tree.command(), actuators_, end);
   }
 
  private:
   const OperationCommand& root_;
-  std::shared_ptr<MadeStep> made_;
+  command::Biases biases_;
+  command::ExternalHandler tell_;
   std::vector<std::string> actuators_;
+  Keys keys_;
 };
 
 class CommandRun final : public ScheduledRun {
@@ -130,10 +143,9 @@ class CommandRun final : public ScheduledRun {
                     event.cycle ? fmt::format("{} (cycle {})", event.name, *event.cycle)
                                 : fmt::format("{} (cycle not known)", event.name));
     };
-    const auto made = std::make_shared<MadeStep>(root_, context, tell);
-    keys_.clear();
-    for (const CommandBuilder::Part& part : made->tree.parts()) keys_.emplace_back(part.request, part.key);
-    return std::make_shared<const TreeActivity>(root_, made);
+    auto tree = std::make_shared<const TreeActivity>(root_, context, tell);
+    keys_ = tree->keys();
+    return tree;
   }
 
   /// When the motion that may be left moves, everything else is over.
@@ -187,7 +199,7 @@ class CommandRun final : public ScheduledRun {
   const OperationCommand* left_;
   std::size_t left_parts_;
   bool reported_ = false;
-  std::vector<std::pair<const OperationCommand*, std::string>> keys_;
+  TreeActivity::Keys keys_;
 };
 
 // -- Names ------------------------------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ class OperationActivity final : public ActivityModel {
         command_(std::move(command)),
         actuator_(std::move(actuator)),
         context_(context),
+        biases_(context.variables.biases),
         arms_(arms) {}
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return {actuator_}; }
@@ -23,7 +24,7 @@ class OperationActivity final : public ActivityModel {
     command_->check(planning.cell, wrong);
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     Diagnostics notes;  // planners of motions have some; these operations have none
-    const CommandBuilder tree(*command_, {.cell = planning.cell, .biases = context_.variables.biases, .notes = notes});
+    const CommandBuilder tree(*command_, {.cell = planning.cell, .biases = biases_, .notes = notes});
     const auto made = [&tree](const PlanningContext&) { return tree.command(); };
     auto prepared = command_activity(name(), actuators(), made, arms_)->prepare(planning);
     if (!prepared) return std::unexpected(tree.in_file(prepared.error()));
@@ -38,7 +39,8 @@ class OperationActivity final : public ActivityModel {
  private:
   std::shared_ptr<const OperationCommand> command_;
   std::string actuator_;
-  Context& context_;
+  Context& context_;  ///< of the program's thread; who plans may be another one
+  command::Biases biases_;
   ArmAfter arms_;
 };
 

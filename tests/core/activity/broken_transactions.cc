@@ -201,8 +201,6 @@ std::vector<BrokenRule> compliances() {
       {tree(first(
            "m", R"("do": "motions", "steps": [{)" + kUp + R"(, "blend_m": 0.01}, {)" + kUp + ", " + kSprings + "}}]")),
        "/commands/m/steps/1/compliance", "one motion of several has another compliance", "beside 'steps'"},
-      {R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "base_to": "home", )" + kSprings + "}}", "/compliance",
-       "a motion with a base has no 'compliance'", "two motions"},
   };
 }
 
