@@ -436,6 +436,7 @@ const std::vector<std::pair<std::string, std::string>> kElsewhere = {
     {"`abort_if` became true", "followed_run_test.cc has the case"},
     {"'{}': the end position of the arm is unknown before the run",
      "steps wait for the end of what moved their arm before"},
+    {"planning of '{}' ended with: {}", "an exception of a planner: PlanningThreadTest"},
 };
 
 // A place of the source that says what is wrong has a case above. Whoever adds one adds a case.
