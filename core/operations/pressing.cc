@@ -19,7 +19,10 @@ using command::State;
 command::Action press_action(const Pressing& pressing, const PlannedPressing& planned, const command::Cell& cell,
                              const command::Biases& biases) {
   const auto force = command::pressing_force(cell, pressing.sensor, planned.direction_B, biases);
-  return command::press(force, planned.direction_B, planned.wish);
+  command::PressWish wish = planned.wish;
+  if (pressing.lateral)
+    wish.lateral = {command::lateral_force(cell, pressing.sensor, planned.direction_B, biases), *pressing.lateral};
+  return command::press(force, planned.direction_B, wish);
 }
 
 /// A press whose way depends on where the arm is: planned when that is known.
@@ -33,7 +36,7 @@ class PlacedPress final : public command::ActionModel {
     return command::SetPointKind::kTwist;
   }
   [[nodiscard]] std::vector<std::string> states() const override {
-    return {"in_contact", "touched", "at_force", "too_far", "error", "sunk", "path_ended"};
+    return {"in_contact", "touched", "at_force", "too_far", "error", "sunk", "too_deep", "sideways", "path_ended"};
   }
   [[nodiscard]] bool needs_plan() const override { return true; }
   [[nodiscard]] command::Contribution add_to(command::FragmentWriter&, const command::ActuatorModel&) const override {
@@ -55,12 +58,23 @@ class PlacedPress final : public command::ActionModel {
 // -- What ends it ----------------------------------------------------------------------------------------------------
 
 /// What may happen to a press; where the tool stood then is kept.
-enum class PressEvent : std::uint8_t { kTooFar, kSilent, kHeld, kFound, kPathEnded, kUntil, kTouched, kCancelled };
+enum class PressEvent : std::uint8_t {
+  kTooFar,
+  kSilent,
+  kHeld,
+  kFound,
+  kPathEnded,
+  kUntil,
+  kTouched,
+  kCancelled,
+  kTooDeep,
+  kSideways
+};
 
 /// @param key  with which the names of what the command keeps begin
 std::string observation_of(PressEvent event, const std::string& key) {
-  static constexpr std::array<std::string_view, 8> kNames = {"too far",    "silent", "held",    "found",
-                                                             "path ended", "until",  "touched", "end"};
+  static constexpr std::array<std::string_view, 10> kNames = {"too far", "silent",  "held", "found",    "path ended",
+                                                              "until",   "touched", "end",  "too deep", "sideways"};
   return fmt::format("{} {}", key, kNames.at(static_cast<std::size_t>(event)));
 }
 
@@ -73,11 +87,66 @@ class PressHistory {
     return run_.value<net::Frame>(observation_of(event, key_));
   }
   [[nodiscard]] bool has(PressEvent event) const { return place(event).has_value(); }
+  /// What was wanted counts before what happened in the same cycle.
+  [[nodiscard]] PressOutcome outcome() const {
+    static constexpr std::array<std::pair<PressEvent, PressOutcome>, 8> kOrder{
+        {{PressEvent::kHeld, PressOutcome::kHeld},
+         {PressEvent::kFound, PressOutcome::kFound},
+         {PressEvent::kUntil, PressOutcome::kConditionMet},
+         {PressEvent::kSilent, PressOutcome::kSensorSilent},
+         {PressEvent::kSideways, PressOutcome::kPushedSideways},
+         {PressEvent::kTooDeep, PressOutcome::kDeeper},
+         {PressEvent::kTooFar, PressOutcome::kTravelUsedUp},
+         {PressEvent::kPathEnded, PressOutcome::kPathEnded}}};
+    for (const auto& [event, outcome] : kOrder) {
+      if (!has(event)) continue;
+      const bool touched = outcome != PressOutcome::kTravelUsedUp || has(PressEvent::kTouched);
+      return touched ? outcome : PressOutcome::kNotTouched;
+    }
+    return has(PressEvent::kCancelled) ? PressOutcome::kInterrupted : PressOutcome::kRunning;
+  }
 
  private:
   const ActivityRun& run_;
   std::string key_;
 };
+
+/// Why an outcome is a failure, with pointers below the operation; empty: it is none.
+Diagnostics failure_of(const Pressing& pressing, PressOutcome outcome) {
+  Diagnostics diagnostics;
+  switch (outcome) {
+    case PressOutcome::kSensorSilent:
+      diagnostics.error(Code::kSensorSilent, "/sensor",
+                        fmt::format("'{}' did not answer, so the arm stopped", pressing.sensor),
+                        "check its power and its wiring");
+      break;
+    case PressOutcome::kPushedSideways:
+      diagnostics.error(Code::kConditionNotMet, "/lateral_max_N",
+                        fmt::format("the force across the direction was more than {:g} N", *pressing.lateral),
+                        "another pose or direction, or a larger bound");
+      break;
+    case PressOutcome::kDeeper:
+      diagnostics.error(Code::kConditionNotMet, "/depth_max_m",
+                        fmt::format("the tool went more than {:g} m beyond the touch", *pressing.depth),
+                        "check what was touched, or a larger depth");
+      break;
+    case PressOutcome::kNotTouched:
+    case PressOutcome::kTravelUsedUp:
+      diagnostics.error(
+          Code::kConditionNotMet, "/travel_m",
+          outcome == PressOutcome::kNotTouched ? "nothing was touched" : "the travel was used up after the touch",
+          "a longer travel, another beginning or direction");
+      break;
+    case PressOutcome::kPathEnded:
+      if (pressing.path_end_fails)
+        diagnostics.error(Code::kConditionNotMet, "", "the pattern has come to its end and nothing was found",
+                          "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
+      break;
+    default:
+      break;
+  }
+  return diagnostics;
+}
 
 /// What has come of it once it has ended in order: the touch of its arm; diagnostics, with pointers below the
 /// operation, if it has failed. @param cancelled  somebody has cancelled it, so that it may end anywhere
@@ -87,19 +156,7 @@ Diagnostics end_press(const Pressing& pressing, const PressHistory& history, boo
   const auto touched = history.place(kTouched), end = history.place(kCancelled);
   // Where the tool stood when it was to press no more, else where it touched, is the touch of this arm.
   if (touched) diagnostics.append(note_touch(context, pressing.arm, end ? *end : *touched));
-  if (cancelled || history.has(kHeld) || history.has(kFound) || history.has(kUntil)) return diagnostics;
-  if (history.has(kSilent)) {
-    diagnostics.error(Code::kSensorSilent, "/sensor",
-                      fmt::format("'{}' did not answer, so the arm stopped", pressing.sensor),
-                      "check its power and its wiring");
-  } else if (history.has(kTooFar)) {
-    diagnostics.error(Code::kConditionNotMet, "/travel_m",
-                      touched ? "the travel was used up after the touch" : "nothing was touched",
-                      "a longer travel, another beginning or direction");
-  } else if (history.has(kPathEnded) && pressing.path_end_fails) {
-    diagnostics.error(Code::kConditionNotMet, "", "the pattern has come to its end and nothing was found",
-                      "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
-  }
+  if (!cancelled) diagnostics.append(failure_of(pressing, history.outcome()));
   return diagnostics;
 }
 
@@ -128,6 +185,8 @@ class PressingCommand final : public OperationCommand {
     if (const auto held = seconds()) ends(kHeld, press.state("at_force").held_for(*held), "/seconds");
     if (pressing_.drop) ends(kFound, press.state("sunk"), "/drop_m");
     if (pressing_.path) ends(kPathEnded, press.state("path_ended"), pressing_.path_key);
+    if (pressing_.depth) ends(kTooDeep, press.state("too_deep"), "/depth_max_m");
+    if (pressing_.lateral) ends(kSideways, press.state("sideways"), "/lateral_max_N");
     if (pressing_.until) ends(kUntil, command::state_of(*pressing_.until, making.cell, making.biases), "/until");
     keep(kTouched, press.state("touched"));
     keep(kCancelled, made.command.cancelled());
@@ -168,6 +227,36 @@ class PressingCommand final : public OperationCommand {
 };
 
 }  // namespace
+
+PressOutcome press_outcome(const ActivityRun& run, const std::string& key) { return PressHistory(run, key).outcome(); }
+
+std::string_view name_of(PressOutcome outcome) {
+  switch (outcome) {
+    case PressOutcome::kRunning:
+      return "running";
+    case PressOutcome::kHeld:
+      return "held";
+    case PressOutcome::kFound:
+      return "found";
+    case PressOutcome::kConditionMet:
+      return "condition met";
+    case PressOutcome::kPathEnded:
+      return "path ended";
+    case PressOutcome::kNotTouched:
+      return "not touched";
+    case PressOutcome::kTravelUsedUp:
+      return "travel used up";
+    case PressOutcome::kDeeper:
+      return "deeper than expected";
+    case PressOutcome::kPushedSideways:
+      return "pushed sideways";
+    case PressOutcome::kSensorSilent:
+      return "sensor silent";
+    case PressOutcome::kInterrupted:
+      return "interrupted";
+  }
+  return "unknown";
+}
 
 void check_pressing_sensor(const std::string& arm, const std::string& sensor, const ReadContext& from) {
   const auto found = from.cell.sensors.find(sensor);
