@@ -75,10 +75,11 @@ Result<std::optional<double>> softness_of(const Pressing& pressing, const comman
                    "a stiffness above 0 there");
   const double bent = softness.by * pressing.force - softness.beside;
   if (bent <= pressing.travel) return std::optional(softness.by);
-  return failure(Code::kLimitExceeded, "/travel_m",
-                 fmt::format("{:g} N bend the springs by {:.4g} m, and the tool is sent by {:g} m at most",
-                             pressing.force, bent, pressing.travel),
-                 "a longer travel, stiffer springs along the direction, or a part of the force beside them");
+  return failure(
+      Code::kLimitExceeded, "/travel_m",
+      fmt::format("a force of {:g} N deflects the springs by {:.4g} m, and the set point moves by {:g} m at most",
+                  pressing.force, bent, pressing.travel),
+      "a longer travel, stiffer springs along the direction, or a part of the force beside them");
 }
 
 }  // namespace
