@@ -12,7 +12,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <fstream>
 #include <iostream>
+#include <string>
 
 #include "core/base/last_catch.h"
 
@@ -171,6 +173,13 @@ int run_guarded(const std::string& what, const std::function<int()>& work) {
     report_exception(what);
   }
   return kFault;
+}
+
+bool is_traced() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("TracerPid:")) return line.find_first_of("123456789") != std::string::npos;
+  return false;
 }
 
 const std::atomic<int>& catch_interrupts() {

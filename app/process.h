@@ -20,6 +20,9 @@ void prepare_process();
 /// An exception out of it becomes a message that names `what`. @return the status of `work`, or 3
 [[nodiscard]] int run_guarded(const std::string& what, const std::function<int()>& work);
 
+/// A debugger or a tracer holds on to this process: its clocks go on while it stands.
+[[nodiscard]] bool is_traced();
+
 /// Makes SIGINT, SIGTERM and SIGHUP (unless it is ignored, as under nohup) count instead of ending the process; the
 /// number of signals so far. The first asks for an orderly end. From the second on the process has 3 s left, whatever
 /// it waits for; the third ends it at once. Status 130 then.

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "app/process.h"
 #include "core/base/output_file.h"
 #include "sim/film.h"
 
@@ -121,6 +122,7 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
   parsed.open.overrides = parse_sets(arguments.sets, diagnostics);
   parsed.open.seed = parse_seed(arguments.seed, diagnostics);
   parsed.open.measure_times = true;
+  parsed.open.realtime = arguments.realtime;
   parsed.open.site = parse_site(arguments, diagnostics);
   parsed.run.video = arguments.video;
   parsed.run.camera = arguments.camera;
@@ -128,6 +130,8 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
   parsed.run.record = arguments.record;
   parsed.run.record_blocks = arguments.record_blocks;
   parsed.run.realtime = arguments.realtime;
+  constexpr Nanoseconds kStuck = 10 * kSecond;  // far above the longest cycle of a busy machine
+  parsed.run.watchdog = is_traced() ? 0 : kStuck;
   return parsed;
 }
 

@@ -235,7 +235,9 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   simulated.physics.plant_mass_scale = description.plant_mass_scale;
   for (const auto& device : devices) simulate(*device, frames.truth, simulated, diagnostics);
   BuiltCell built;
-  const rcc::ControlCore::Options options{.measure = measure_times};
+  // Of a period of 1 ms half is for the nets; the rest is for the devices, for who looks between cycles, and spare.
+  constexpr Nanoseconds kNetBudget = 500'000;
+  const rcc::ControlCore::Options options{.measure = measure_times, .budget = description.realtime ? kNetBudget : 0};
   built.site = std::make_unique<SiteDevices>(description.site, options.period, description.seed);
   built.site->plan(devices, diagnostics);
   for (const ObjectEntry& entry : description.objects) {

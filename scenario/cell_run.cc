@@ -42,13 +42,15 @@ bool CellRun::open() {
   }
   // Last: from here on the file of that name is a new one, so nothing may be refused any more.
   if (!options_.record.empty() && !report_.diagnostics.has_errors()) {
-    auto recorder = RunRecorder::open(options_.record, description_, built_, options_.record_blocks);
+    auto recorder = RunRecorder::open(options_.record, description_, built_, options_);
     if (recorder) {
       recorder_ = std::move(*recorder);
     } else {
       report_.diagnostics.append(recorder.error());
     }
   }
+  if (options_.watchdog > 0 && !options_.realtime)
+    watchdog_.emplace(*built_.core, rcc::Watchdog::Options{.limit = options_.watchdog, .grace = 0});
   return !report_.diagnostics.has_errors();
 }
 
@@ -57,16 +59,20 @@ std::string CellRun::waiting_for() const {
   return waits.empty() && faults_.latched() ? "emergency_stop" : waits;
 }
 
+CellRun::Connection CellRun::look_for_devices() {
+  const std::string waits = waiting_for();
+  if (waits.empty()) return starts_where_assumed() ? Connection::kThere : Connection::kFailed;
+  if (built_.core->time() < (heard_from(waits) ? kWireConnectTime : kConnectTime)) return Connection::kWaiting;
+  report_.diagnostics.error(Code::kDeviceFault, {},
+                            fmt::format("device '{}' does not become ready{}", waits, why_waiting(waits)));
+  return Connection::kFailed;
+}
+
 bool CellRun::connect(const std::function<bool()>& stopped) {
   begin_pace();
   while (!stopped()) {
-    const std::string waits = waiting_for();
-    if (waits.empty()) return starts_where_assumed();
-    if (built_.core->time() >= (heard_from(waits) ? kWireConnectTime : kConnectTime)) {
-      report_.diagnostics.error(Code::kDeviceFault, {},
-                                fmt::format("device '{}' does not become ready{}", waits, why_waiting(waits)));
-      return false;
-    }
+    const Connection connection = look_for_devices();
+    if (connection != Connection::kWaiting) return connection == Connection::kThere;
     if (!step({})) return false;
     if (built_.site->own_clock()) keep_pace(to_seconds(built_.core->time()));
   }
@@ -107,8 +113,16 @@ bool CellRun::starts_where_assumed() {
 }
 
 bool CellRun::step(const std::string& current) {
-  faults_.apply([this](auto name, auto text) { note("fault", name, text); });
+  before_cycle();
   built_.core->step();
+  return after_cycle() && look_on(current);
+}
+
+void CellRun::before_cycle() {
+  faults_.apply([this](auto name, auto text) { note("fault", name, text); });
+}
+
+bool CellRun::after_cycle() {
   if (!built_.world->step()) {
     report_.diagnostics.error(Code::kInternal, {},
                               fmt::format("the physics diverged at {:.3f} s", to_seconds(built_.world->time())));
@@ -119,20 +133,19 @@ bool CellRun::step(const std::string& current) {
     built_.core->digest().take(kWorldBlock, built_.world->state_bytes());
   }
   site_watch_.watch();
-  tell_news();
   for (const auto& expectation : expectations_) expectation->watch(built_);
-  if (!record_cycle(current)) return false;
-  return !options_.after_cycle || options_.after_cycle(built_);
-}
-
-bool CellRun::record_cycle(const std::string& current) {
   if (recorder_) {
     const Stopwatch watch(options_.measure_times, report_.timing.recording);
     recorder_->add_cycle();
   }
+  return !options_.after_cycle || options_.after_cycle(built_);
+}
+
+bool CellRun::look_on(const std::string& current) {
+  tell_news();
   if (!film_) return true;
   const Stopwatch watch(options_.measure_times, report_.timing.rendering);
-  report_.diagnostics.append(film_->add_cycle(current, variables_.biases));
+  report_.diagnostics.append(film_->add_state(current, variables_.biases));
   return !report_.diagnostics.has_errors();
 }
 
@@ -142,6 +155,21 @@ bool CellRun::out_of_time(const std::string& current) {
   report_.diagnostics.error(Code::kTimeout, "/time_limit_s",
                             fmt::format("the program has not ended after {:g} s, in step '{}'", time, current));
   return true;
+}
+
+void CellRun::in_realtime(const RealtimeLoop::Report& report) {
+  const auto lateness = [](const rcc::LatenessTimes& times) -> RealtimeReport::Lateness {
+    return {times.quantile(0.5), times.quantile(0.99), times.quantile(0.999), times.worst()};
+  };
+  report_.realtime = {.realtime_scheduling = report.granted.realtime_scheduling,
+                      .locked_memory = report.granted.locked_memory,
+                      .wakeups = lateness(report.wakeups),
+                      .begins = lateness(report.begins),
+                      .cycles_unseen = report.cycles_unseen};
+  if (!report.granted.failure.empty()) report_.diagnostics.error(Code::kInternal, {}, report.granted.failure);
+  if (report.events_lost > 0)
+    report_.diagnostics.error(
+        Code::kInternal, {}, fmt::format("the program looked too late for {} answers of the core", report.events_lost));
 }
 
 /// Whole cycles that the wall clock is ahead are overruns; they are not caught up, so that the cycles that follow are
@@ -180,10 +208,14 @@ void CellRun::pace(double planned_duration, const std::string& current) {
   if (own_clock) keep_pace(time);
   if (built_.core->cycle() % kEvery != 0) return;
   if (options_.realtime && !own_clock) keep_pace(time);
+  tell_progress(planned_duration, current);
+}
+
+void CellRun::tell_progress(double planned_duration, const std::string& current) {
   constexpr double kProgressEvery = 0.1;  // s
   if (!options_.progress || Stopwatch::seconds_since(last_progress_) <= kProgressEvery) return;
   last_progress_ = Clock::now();
-  options_.progress(time, planned_duration, current);
+  options_.progress(to_seconds(built_.core->time()), planned_duration, current);
 }
 
 void CellRun::note(std::string_view source, std::string_view name, std::string_view text) {
@@ -198,6 +230,7 @@ void CellRun::step_begun(std::string_view name) {
 void CellRun::close_products() {
   if (recorder_) {
     const record::RecorderStatus status = recorder_->close();
+    if (report_.realtime) report_.realtime->cycles_not_recorded = static_cast<std::int64_t>(status.dropped_cycles);
     if (!status.error.empty())
       report_.diagnostics.error(Code::kFileNotWritable, {}, "the recording stopped: " + status.error);
     report_.products.push_back(options_.record.string());

@@ -3,14 +3,17 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/operations/step.h"
+#include "core/rcc/watchdog.h"
 #include "scenario/expectations.h"
 #include "scenario/faults.h"
+#include "scenario/realtime_loop.h"
 #include "scenario/run_film.h"
 #include "scenario/run_recorder.h"
 #include "scenario/run_report.h"
@@ -33,14 +36,26 @@ class CellRun {
   /// One cycle of core and world, and what looks on. @param current  name of what runs, for the film
   /// @return false if the run cannot go on; the report says why.
   [[nodiscard]] bool step(const std::string& current);
+  /// The same in parts, for a core that somebody else steps (real time): faults that are due, after the core's cycle
+  /// the world and what looks on, and whenever there is time for it what waits for others.
+  void before_cycle();
+  [[nodiscard]] bool after_cycle();
+  [[nodiscard]] bool look_on(const std::string& current);
   /// A device that nobody hears yet; empty if all are there and nets may start.
   [[nodiscard]] std::string waiting_for() const;
+  enum class Connection { kWaiting, kThere, kFailed };
+  /// Whether all devices are there and stand where the program assumes. kFailed: the report says why.
+  [[nodiscard]] Connection look_for_devices();
   /// Steps until all devices are there. @return false: one does not come, or `stopped` says so
   [[nodiscard]] bool connect(const std::function<bool()>& stopped);
   /// The scenario's time limit is over; the report says so.
   [[nodiscard]] bool out_of_time(const std::string& current);
+  /// What became of a run whose core somebody else stepped.
+  void in_realtime(const RealtimeLoop::Report& report);
   /// After each step: the wall clock, if asked for, and progress.
   void pace(double planned_duration, const std::string& current);
+  /// Ten times a second of wall time.
+  void tell_progress(double planned_duration, const std::string& current);
   /// Something that happened, for the recording.
   void note(std::string_view source, std::string_view name, std::string_view text);
   /// A named step of the program has begun.
@@ -57,7 +72,6 @@ class CellRun {
  private:
   using Clock = Stopwatch::Clock;
 
-  bool record_cycle(const std::string& current);
   void begin_pace();
   void keep_pace(double time);
   void tell_news();
@@ -78,6 +92,7 @@ class CellRun {
   std::unique_ptr<RunRecorder> recorder_;
   std::unique_ptr<RunFilm> film_;
   std::vector<std::string> steps_begun_;
+  std::optional<rcc::Watchdog> watchdog_;  ///< of lock-step
   RunReport report_;
   Clock::time_point start_, last_progress_;
   std::chrono::nanoseconds lost_{0};  ///< that the run is behind the wall clock for good

@@ -137,7 +137,9 @@ struct Description {
   nlohmann::ordered_json programs = nlohmann::ordered_json::object();  ///< what the program may call, by name
   std::vector<OperatorAction> operator_script;
   std::vector<ExpectationEntry> expectations;
-  Site site;  ///< not of the file: where this run takes place
+  // Not of the file: where and how this run takes place.
+  Site site;
+  bool realtime = false;  ///< the wall clock goes on meanwhile: what costs too much is not admitted (row T5)
 };
 
 /// Replaces one value before the file is checked: `--set /devices/arm/model=NAME`.

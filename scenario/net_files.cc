@@ -50,6 +50,7 @@ std::vector<NetEntry> read_nets(Json& document, const std::filesystem::path& fol
     if (place.is_null()) continue;
     auto net = net::net_from_json(place);
     if (net) {
+      if (net->name.empty()) net->name = name;
       entry.net = std::make_shared<const net::NetDescription>(std::move(*net));
       entries.push_back(std::move(entry));
     } else {

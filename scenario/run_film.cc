@@ -42,13 +42,17 @@ Result<std::unique_ptr<RunFilm>> RunFilm::open(const RunOptions& options, const 
   if (options.camera.empty()) film.inset_camera = description.film.inset;
   auto opened = sim::Film::open(built.world->model(), film);
   if (!opened) return std::unexpected(as_run_options(opened.error()));
-  return std::unique_ptr<RunFilm>(new RunFilm(std::move(*opened), description, built, options.camera.empty()));
+  return std::unique_ptr<RunFilm>(new RunFilm(std::move(*opened), description, built, options));
 }
 
-RunFilm::RunFilm(sim::Film film, const Description& description, const BuiltCell& built, bool cuts)
-    : film_(std::move(film)), description_(description), built_(built), cuts_(cuts) {}
+RunFilm::RunFilm(sim::Film film, const Description& description, const BuiltCell& built, const RunOptions& options)
+    : film_(std::move(film)),
+      description_(description),
+      built_(built),
+      cuts_(options.camera.empty()),
+      waits_(!options.realtime) {}
 
-Diagnostics RunFilm::add_cycle(const std::string& step, const command::Biases& biases) {
+Diagnostics RunFilm::add_state(const std::string& step, const command::Biases& biases) {
   if (step != step_) {
     step_ = step;
     const auto& cuts = description_.film.cuts;
@@ -67,8 +71,11 @@ Diagnostics RunFilm::add_cycle(const std::string& step, const command::Biases& b
     overlay.force_N = norm(force(felt)).now().value_or(std::numeric_limits<double>::quiet_NaN());
     overlay.force_limit_N = description_.film.force_limit_N;
   }
-  auto pushed = film_.push(built_.world->data(), overlay);
-  return pushed ? Diagnostics{} : std::move(pushed.error());
+  // In lock-step the run waits for the film; in real time a picture that has no room yet comes later.
+  while (built_.world->time() >= film_.next_time() && (waits_ || film_.has_room())) {
+    if (auto pushed = film_.push(built_.world->data(), overlay); !pushed) return std::move(pushed.error());
+  }
+  return {};
 }
 
 }  // namespace takt::scenario

@@ -17,17 +17,18 @@ class RunFilm {
   [[nodiscard]] static Result<std::unique_ptr<RunFilm>> open(const RunOptions& options, const Description& description,
                                                              const BuiltCell& built);
 
-  /// After each cycle. @return diagnostics if drawing or encoding failed.
-  [[nodiscard]] Diagnostics add_cycle(const std::string& step, const command::Biases& biases);
+  /// After a cycle: pictures that are due show what is now. @return diagnostics if drawing or encoding failed.
+  [[nodiscard]] Diagnostics add_state(const std::string& step, const command::Biases& biases);
   [[nodiscard]] Result<sim::FilmReport> close() { return film_.close(); }
 
  private:
-  RunFilm(sim::Film film, const Description& description, const BuiltCell& built, bool cuts);
+  RunFilm(sim::Film film, const Description& description, const BuiltCell& built, const RunOptions& options);
 
   sim::Film film_;
   const Description& description_;
   const BuiltCell& built_;
-  bool cuts_;
+  bool cuts_;   ///< of the scenario
+  bool waits_;  ///< the run, while the film has no room
   std::string step_;
 };
 

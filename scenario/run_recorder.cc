@@ -26,8 +26,9 @@ std::vector<std::string> position_names(const mjModel& model) {
 
 Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::path& path,
                                                        const Description& description, const BuiltCell& built,
-                                                       bool with_blocks) {
+                                                       const RunOptions& run) {
   record::RecorderOptions options;
+  if (run.realtime) options.policy = record::FullPolicy::kDrop;
   options.metadata = {{"scenario", description.file.filename().string()},
                       {"title", description.title},
                       {"seed", std::to_string(description.seed)},
@@ -36,7 +37,7 @@ Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::pa
   options.attachments.push_back({"scenario.json", "application/json", description.text});
   auto recorder = record::Recorder::open(path, std::move(options));
   if (!recorder) return std::unexpected(std::move(recorder.error()));
-  return std::unique_ptr<RunRecorder>(new RunRecorder(std::move(*recorder), built, with_blocks));
+  return std::unique_ptr<RunRecorder>(new RunRecorder(std::move(*recorder), built, run.record_blocks));
 }
 
 RunRecorder::RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built, bool with_blocks)

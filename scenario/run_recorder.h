@@ -7,6 +7,7 @@
 #include "record/recorder.h"
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
+#include "scenario/run_report.h"
 #include "scenario/signal_reader.h"
 
 namespace takt::scenario {
@@ -17,9 +18,10 @@ namespace takt::scenario {
 /// With blocks, which the core has to keep: the digest of each block of each cycle too, in record::kBlockTopic.
 class RunRecorder {
  public:
+  /// In real time a cycle for which the writer has no room is left out; in lock-step the run waits for it.
   [[nodiscard]] static Result<std::unique_ptr<RunRecorder>> open(const std::filesystem::path& path,
                                                                  const Description& description, const BuiltCell& built,
-                                                                 bool with_blocks = false);
+                                                                 const RunOptions& run);
 
   /// After each cycle. Realtime: cyclic.
   void add_cycle();

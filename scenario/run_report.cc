@@ -98,6 +98,18 @@ Json site_json(const SiteReport& site) {
 }  // namespace
 
 Json to_json(const RunReport& report) {
+  const auto lateness = [](const RealtimeReport::Lateness& late) -> Json {
+    return {{"p50_ns", late.p50}, {"p99_ns", late.p99}, {"p999_ns", late.p999}, {"worst_ns", late.worst}};
+  };
+  Json realtime;
+  if (report.realtime) {
+    realtime = {{"realtime_scheduling", report.realtime->realtime_scheduling},
+                {"locked_memory", report.realtime->locked_memory},
+                {"wakeups", lateness(report.realtime->wakeups)},
+                {"begins", lateness(report.realtime->begins)},
+                {"cycles_unseen", report.realtime->cycles_unseen},
+                {"cycles_not_recorded", report.realtime->cycles_not_recorded}};
+  }
   Json expectations = Json::array();
   for (const auto& result : report.expectations) {
     expectations.push_back({{"name", result.name},
@@ -139,6 +151,7 @@ Json to_json(const RunReport& report) {
             {"core_ns_per_cycle", report.core_ns_per_cycle},
             {"core_ns_longest", report.core_ns_longest},
             {"overruns", report.overruns}}},
+          {"realtime", std::move(realtime)},
           {"site", site_json(report.site)},
           {"frames", report.frames},
           {"reactions", std::move(reactions)},
@@ -155,6 +168,16 @@ std::string to_text(const RunReport& report, const std::string& title) {
   text += fmt::format("  {:.3f} s simulated in {:.3f} s ({:.1f} times real time), {} cycles, digest {}\n",
                       report.sim_time, report.wall_time,
                       report.wall_time > 0 ? report.sim_time / report.wall_time : 0.0, report.cycles, report.digest);
+  if (report.realtime) {
+    const RealtimeReport& real = *report.realtime;
+    const auto us = [](Nanoseconds time) { return 1e-3 * static_cast<double>(time); };
+    text += fmt::format(
+        "  real time: wake-ups {:.0f} us late (median), {:.0f} us (99.9 %), {:.0f} us (worst); {} overruns; "
+        "scheduling {}, memory {}\n",
+        us(real.wakeups.p50), us(real.wakeups.p999), us(real.wakeups.worst), report.overruns,
+        real.realtime_scheduling ? "real-time" : "ordinary (takt doctor)",
+        real.locked_memory ? "locked" : "not locked");
+  }
   if (!report.site.realities.empty()) text += fmt::format("  devices: {}\n", to_text(report.site.realities));
   for (const DeviceTiming& one : report.site.devices) {
     if (!one.drives || one.declared.cycle == 0) continue;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,7 @@
 
 #include "core/activity/scheduler.h"
 #include "core/base/diagnostics.h"
+#include "core/base/time.h"
 #include "scenario/expectation_result.h"
 #include "scenario/site_report.h"
 
@@ -38,6 +40,9 @@ struct RunOptions {
   std::filesystem::path record;  ///< MCAP file; empty = none
   bool measure_times = true;
   bool realtime = false;  ///< at most as fast as the wall clock; what is late is counted, and not caught up
+  /// In lock-step: a cycle that takes longer ends the process with status 3 and the name of what is stuck (row L7); 0:
+  /// nobody watches, as under a debugger. In real time the clock has its own watchdog.
+  Nanoseconds watchdog = 0;
   /// Set from outside (signal handler): 1 = cancel gracefully, 2 = stop now.
   const std::atomic<int>* interrupt = nullptr;
   std::string from;            ///< name of the step at which the program is entered; empty: its beginning
@@ -66,6 +71,18 @@ struct Timing {
   double physics = 0, controller = 0, core = 0, program = 0, digest = 0, rendering = 0, recording = 0;
 };
 
+/// What a run in real time got of the machine. Times in ns.
+struct RealtimeReport {
+  bool realtime_scheduling = false, locked_memory = false;  ///< granted
+  struct Lateness {
+    Nanoseconds p50 = 0, p99 = 0, p999 = 0, worst = 0;
+  };
+  Lateness wakeups;                ///< of the cycle's thread
+  Lateness begins;                 ///< of its cycles: the same, and what they waited for the program
+  std::int64_t cycles_unseen = 0;  ///< that began before the program had looked at the one before
+  std::int64_t cycles_not_recorded = 0;
+};
+
 struct RunReport {
   Verdict verdict = Verdict::kError;
   Diagnostics diagnostics;             ///< why it is an error
@@ -75,10 +92,11 @@ struct RunReport {
   std::vector<ExpectationResult> expectations;
   std::map<std::string, Eigen::Isometry3d, std::less<>> estimates;  ///< fitted poses, world
   Timing timing;
-  double core_ns_per_cycle = 0;  ///< mean wall time of a core cycle
-  SiteReport site;               ///< how the devices were reached, and how late
-  double core_ns_longest = 0;    ///< the longest
-  std::int64_t overruns = 0;     ///< cycles that the wall clock was ahead of, in a run at its pace
+  double core_ns_per_cycle = 0;            ///< mean wall time of a core cycle
+  SiteReport site;                         ///< how the devices were reached, and how late
+  double core_ns_longest = 0;              ///< the longest
+  std::int64_t overruns = 0;               ///< cycles that the wall clock was ahead of, in a run at its pace
+  std::optional<RealtimeReport> realtime;  ///< nothing: lock-step
   std::int64_t frames = 0;
   std::vector<activity::Reaction> reactions;  ///< of a program in C++: what events did to motions
   std::vector<std::string> lines;             ///< of a program in C++: what it printed

@@ -1,12 +1,15 @@
 #include "scenario/session.h"
 
 #include <algorithm>
+#include <limits>
+#include <memory>
 #include <optional>
 
 #include <fmt/format.h>
 
 #include "scenario/cell_run.h"
 #include "scenario/operator.h"
+#include "scenario/realtime_loop.h"
 #include "sim/render_shapes.h"
 
 namespace takt::scenario {
@@ -39,7 +42,10 @@ Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file
                                                const OpenOptions& options) {
   Diagnostics diagnostics;
   auto description = read_description(file, options.overrides, options.seed, diagnostics);
-  if (description) description->site = options.site;
+  if (description) {
+    description->site = options.site;
+    description->realtime = options.realtime;
+  }
   if (!diagnostics.has_errors()) return create(std::move(*description), models, options.measure_times);
   if (description) {
     diagnostics.append(check_cell_names(*description, models));
@@ -102,9 +108,13 @@ class Session::Run {
       : session_(session),
         options_(options),
         run_(session.description_, session.built_, session.expectations_, options),
-        context_{session.built_.cell, *session.built_.core, run_.variables(),
+        realtime_(realtime_loop(session, options)),
+        context_{session.built_.cell,
+                 *session.built_.core,
+                 run_.variables(),
                  session.description_.program_latency_cycles,
-                 [this](auto source, auto name, auto text) { note(source, name, text); }},
+                 [this](auto source, auto name, auto text) { note(source, name, text); },
+                 realtime_ ? &realtime_->support() : nullptr},
         runner_(session.program_, context_),
         operator_(session.description_.operator_script, *session.built_.core, session.built_.emergency_stop,
                   {.hold = [this](bool held) { runner_.hold(held); }, .cancel = [this] { runner_.cancel(); }},
@@ -121,12 +131,29 @@ class Session::Run {
     diagnostics.append(runner_.diagnostics());
     if (!operator_.broken_off().empty() && !diagnostics.has_errors())
       diagnostics.error(Code::kCancelled, {}, operator_.broken_off());
-    return run_.finish(cancelled_, options_.repeat && !session_.second_run_ ? [this] { return second_digest(); }
-                                                                            : std::function<std::string()>());
+    // In real time nothing repeats to the bit: how many cycles a plan takes is the machine's affair.
+    const bool repeat = options_.repeat && !session_.second_run_ && !options_.realtime;
+    return run_.finish(cancelled_, repeat ? [this] { return second_digest(); } : std::function<std::string()>());
   }
 
  private:
+  static std::unique_ptr<RealtimeLoop> realtime_loop(Session& session, const RunOptions& options) {
+    if (!options.realtime) return nullptr;
+    SiteDevices& site = *session.built_.site;
+    RealtimeLoop::Options wanted;
+    // Simulated devices wait for a cycle that is late, so nothing has to be stopped for it.
+    if (site.drivers().empty()) wanted.overrun_limit = std::numeric_limits<int>::max();
+    return std::make_unique<RealtimeLoop>(*session.built_.core, site.clock(), wanted);
+  }
+
   void loop() {
+    if (realtime_) {
+      run_.in_realtime(
+          realtime_->run({.after_cycle = [this] { return after_realtime_cycle(); },
+                          .program = [this] { return look_between_cycles(); },
+                          .outside = [this] { run_.tell_progress(session_.planned_duration_, current_); }}));
+      return;
+    }
     if (!run_.connect([this] { return stopped(); })) return;
     runner_.set_single_step(static_cast<bool>(options_.before_step));
     while (!stopped()) {
@@ -134,6 +161,25 @@ class Session::Run {
       if (!run_.step(runner_.current())) break;
       run_.pace(session_.planned_duration_, runner_.current());
     }
+  }
+
+  bool after_realtime_cycle() {
+    const bool going = run_.after_cycle();
+    run_.before_cycle();  // of the next one
+    return going;
+  }
+
+  /// In real time. @return false: it is over
+  bool look_between_cycles() {
+    if (stopped()) return false;
+    if (!connected_) {
+      const CellRun::Connection connection = run_.look_for_devices();
+      if (connection == CellRun::Connection::kFailed) return false;
+      connected_ = connection == CellRun::Connection::kThere;
+    }
+    if (connected_ && !advance_program()) return false;
+    current_ = runner_.current();
+    return run_.look_on(current_);
   }
 
   /// Between two cycles. @return false: it is over
@@ -206,10 +252,13 @@ class Session::Run {
   Session& session_;
   const RunOptions& options_;
   CellRun run_;
+  std::unique_ptr<RealtimeLoop> realtime_;  ///< null: lock-step
   activity::Context context_;
   activity::ProgramRunner runner_;
   Operator operator_;
   bool cancelled_ = false;
+  bool connected_ = false;                                       ///< in real time: all devices are there
+  std::string current_;                                          ///< in real time: what runs, for who looks on
   std::map<std::string, activity::ProgramRunner::Known> known_;  ///< variables when a step was asked for last
 };
 

@@ -23,6 +23,7 @@ struct OpenOptions {
   std::optional<std::uint64_t> seed;  ///< in place of the file's
   bool measure_times = false;         ///< let the core measure its phases
   Site site = {};                     ///< back ends of the devices
+  bool realtime = false;              ///< RunOptions::realtime will be set: nets have to fit into half of a period
 };
 
 /// A scenario made ready: built, its program parsed and rehearsed, its expectations made. Runs once.

@@ -174,6 +174,11 @@ class Film::Impl {
     return {};
   }
 
+  bool has_room() const {
+    const std::lock_guard lock(mutex_);
+    return failed_ || static_cast<int>(frames_.size()) < options_.queue_frames;
+  }
+
   Result<void> push(const mjData* data, const Overlay& overlay) {
     PoseState state;
     state.qpos.assign(data->qpos, data->qpos + model_->nq);
@@ -393,7 +398,7 @@ class Film::Impl {
   std::int64_t pushed_ = 0;
   std::optional<Result<FilmReport>> closed_;
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Frame> frames_;
   std::vector<Image> spare_;
@@ -417,6 +422,8 @@ Result<Film> Film::open(const mjModel_* model, const FilmOptions& options) {
   if (Result<void> started = impl->start(); !started) return std::unexpected(started.error());
   return Film(std::move(impl));
 }
+
+bool Film::has_room() const { return impl_->has_room(); }
 
 Result<void> Film::push(const mjData_* data, const Overlay& overlay) { return impl_->push(data, overlay); }
 

@@ -72,6 +72,9 @@ class Film {
   /// Shows `camera` from the next frame on, in place of the cuts; empty: a free camera that shows everything.
   [[nodiscard]] Result<void> set_camera(std::string_view camera);
 
+  /// push() would not wait: the queue has room.
+  [[nodiscard]] bool has_room() const;
+
   /// Adds the state of `data` as the next frame. `overlay.time` decides about cuts; `overlay.title` and
   /// `overlay.camera` are filled in by the film where they are empty.
   /// @return diagnostics if drawing or encoding has failed meanwhile; the film is then at its end

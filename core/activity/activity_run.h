@@ -9,6 +9,7 @@
 
 #include "core/activity/activity_model.h"
 #include "core/activity/mode_change.h"
+#include "core/activity/planning_job.h"
 #include "core/activity/reaction_watch.h"
 #include "core/activity/run_state.h"
 #include "core/activity/run_trace.h"
@@ -116,7 +117,9 @@ class ActivityRun {
   RunFailure failure_ = RunFailure::kNone;
   Diagnostics diagnostics_;
   bool wants_cancel_ = false, began_ = false, blended_ = false;
-  bool after_all_ = false;  ///< no rule has room for its predecessors: it begins when all are over
+  bool after_all_ = false;                     ///< no rule has room for its predecessors: it begins when all are over
+  std::shared_ptr<PlanningJob> job_;           ///< that is being planned
+  std::shared_ptr<PlanningJob> planned_with_;  ///< that it was planned by
   PlannedActivity planned_;
   Preparation preparation_;
   std::int64_t asked_cycle_ = -1;

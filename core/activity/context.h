@@ -42,6 +42,7 @@ struct Variables {
 /// What happened, for logs and recordings.
 using EventSink = std::function<void(std::string_view source, std::string_view name, std::string_view text)>;
 
+struct RealtimeSupport;
 class Scheduler;
 
 /// All that a running step may use. Owned by the session.
@@ -51,7 +52,8 @@ struct Context {
   Variables& variables;
   std::int64_t program_latency_cycles = 2;  ///< from a command to its effect (row D2)
   EventSink event;
-  Scheduler* scheduler = nullptr;  ///< of the activities of the program that runs; its runner sets it
+  const RealtimeSupport* realtime = nullptr;  ///< null: lock-step
+  Scheduler* scheduler = nullptr;             ///< of the activities of the program that runs; its runner sets it
 };
 
 }  // namespace takt::activity

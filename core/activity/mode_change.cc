@@ -83,8 +83,8 @@ class SwitchMode final : public ActivityModel {
   [[nodiscard]] bool begins_alone() const override { return true; }
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    const device::Arm& arm = *planning.cell.arms.find(arm_)->second.device;
-    Diagnostics diagnostics = check_mode_change(arm, arm.mode(), mode_);
+    const command::MountedArm& arm = planning.cell.arms.find(arm_)->second;
+    Diagnostics diagnostics = check_mode_change(*arm.device, arm.mode(), mode_);
     if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
     PlannedActivity prepared;
     prepared.modes[arm_] = mode_;
@@ -119,8 +119,8 @@ ModeChange::ModeChange(rcc::ControlCore& core, const ControlModes& modes) {
   }
 }
 
-bool ModeChange::poll(const rcc::ControlCore& core) {
-  for (const rcc::Event& event : core.events()) {
+bool ModeChange::poll(std::span<const rcc::Event> events) {
+  for (const rcc::Event& event : events) {
     const auto answered = std::ranges::find(open_, event.request, &Open::request);
     if (answered == open_.end() || event.kind == rcc::Event::Kind::kState) continue;
     if (event.kind == rcc::Event::Kind::kRefused)

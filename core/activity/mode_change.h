@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,8 @@ class ModeChange {
   /// Asks the core. An arm that is in its mode already is not asked.
   ModeChange(rcc::ControlCore& core, const ControlModes& modes);
 
-  /// Looks at the answers of the last cycle; after each cycle. @return whether all have answered
-  bool poll(const rcc::ControlCore& core);
+  /// Looks for answers among what the core has said since the last call. @return whether all have answered
+  bool poll(std::span<const rcc::Event> events);
   /// Why arms did not come into their modes.
   [[nodiscard]] const Diagnostics& diagnostics() const { return diagnostics_; }
   /// The modes in which the arms were when it was asked for.

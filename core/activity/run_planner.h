@@ -3,16 +3,20 @@
 #include <expected>
 #include <span>
 
+#include "core/activity/planning_thread.h"
 #include "core/activity/start_conditions.h"
 
 namespace takt::activity {
 
-/// Plans a run as soon as enough is known of its actuators: planning, prepare(), mapping, LOAD, the rule that starts
-/// it. Owned by the scheduler; thread: the program's. Realtime: setup.
+/// Plans a run as soon as enough is known of its actuators: planning, mapping, LOAD, the rule that starts it. With a
+/// PlanningThread the long part is done there, and the run waits for it. Owned by the scheduler; thread: the program's.
+/// Realtime: setup.
 class RunPlanner {
  public:
-  RunPlanner(rcc::ControlCore& core, const command::Cell& cell, const StartConditions::Options& options)
-      : core_(core), conditions_(core, cell, options) {}
+  /// @param thread  null: the caller's thread plans
+  RunPlanner(rcc::ControlCore& core, const command::Cell& cell, const StartConditions::Options& options,
+             PlanningThread* thread)
+      : core_(core), conditions_(core, cell, options), thread_(thread) {}
 
   /// Why a run cannot be done.
   struct Obstacle {
@@ -24,11 +28,13 @@ class RunPlanner {
   [[nodiscard]] std::expected<bool, Obstacle> try_plan(ActivityRun& run, std::span<const RunPtr> runs);
 
  private:
-  [[nodiscard]] Diagnostics plan(ActivityRun& run, PlanningContext& planning) const;
-  [[nodiscard]] Diagnostics load(ActivityRun& run);
+  /// @return a job that is done; null: not yet
+  [[nodiscard]] std::expected<std::shared_ptr<PlanningJob>, Obstacle> job_of(ActivityRun& run,
+                                                                             const RunsBefore& before);
 
   rcc::ControlCore& core_;
   StartConditions conditions_;
+  PlanningThread* thread_;
 };
 
 }  // namespace takt::activity

@@ -96,7 +96,7 @@ void Scheduler::follow_loaded(ActivityRun& run) {
 
 bool Scheduler::look_for_answer(ActivityRun& run) {
   if (run.request_ == 0) return false;
-  for (const rcc::Event& event : core_.events()) {
+  for (const rcc::Event& event : events()) {
     if (event.request != run.request_ || event.kind == rcc::Event::Kind::kState) continue;
     if (event.kind == rcc::Event::Kind::kRefused) {
       fail(run, RunFailure::kRefused,
@@ -111,7 +111,7 @@ bool Scheduler::look_for_answer(ActivityRun& run) {
 
 /// A change that has begun comes to its end, whoever cancels meanwhile.
 void Scheduler::follow_switching(ActivityRun& run) {
-  if (!run.change_->poll(core_)) return;
+  if (!run.change_->poll(events())) return;
   Diagnostics diagnostics = run.change_->diagnostics();
   run.change_.reset();
   if (diagnostics.has_errors()) return fail(run, RunFailure::kModeRefused, std::move(diagnostics));
@@ -131,7 +131,7 @@ void Scheduler::follow_running(ActivityRun& run) {
 /// Once its arms are at rest: what failed brakes first.
 void Scheduler::follow_returning(ActivityRun& run) {
   if (!run.change_) return begin_return(run);
-  if (!run.change_->poll(core_)) return;
+  if (!run.change_->poll(events())) return;
   Diagnostics diagnostics = run.change_->diagnostics();
   run.change_.reset();
   if (diagnostics.has_errors()) return fail(run, RunFailure::kModeRefused, std::move(diagnostics));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -7,14 +8,25 @@
 
 namespace takt::activity {
 
+/// What a program needs when the cycle does not wait for it. Both null: lock-step.
+struct RealtimeSupport {
+  PlanningThread* planning = nullptr;               ///< plans beside the program
+  const std::vector<rcc::Event>* events = nullptr;  ///< of all cycles since the program looked last
+};
+
 /// Decides for each actuator which activity follows which, and how, and moves each execution through the states of
 /// run_state.h (docs/activity-layer.md). It looks at its runs between cycles, never waits, and belongs to the thread of
 /// the program. Realtime: setup.
 class Scheduler {
  public:
   using Options = StartConditions::Options;
-  Scheduler(rcc::ControlCore& core, const command::Cell& cell, const Options& options)
-      : core_(core), cell_(cell), planner_(core, cell, options), latency_cycles_(options.latency_cycles) {}
+  Scheduler(rcc::ControlCore& core, const command::Cell& cell, const Options& options,
+            const RealtimeSupport& realtime = {})
+      : core_(core),
+        cell_(cell),
+        planner_(core, cell, options, realtime.planning),
+        events_(realtime.events),
+        latency_cycles_(options.latency_cycles) {}
 
   /// Takes it in; it is carried out as soon as its actuators allow, in the order of calls.
   RunPtr schedule(ActivityPtr model);
@@ -46,6 +58,10 @@ class Scheduler {
   void follow_switching(ActivityRun& run);
   void follow_running(ActivityRun& run);
   void follow_returning(ActivityRun& run);
+  /// What the core has said since the last poll().
+  [[nodiscard]] std::span<const rcc::Event> events() const {
+    return events_ != nullptr ? std::span<const rcc::Event>(*events_) : core_.events();
+  }
   /// Whether the core has refused its start; then it has failed.
   bool look_for_answer(ActivityRun& run);
 
@@ -68,6 +84,7 @@ class Scheduler {
   rcc::ControlCore& core_;
   const command::Cell& cell_;
   RunPlanner planner_;
+  const std::vector<rcc::Event>* events_;  ///< null: those of the core, of its last cycle
   std::int64_t latency_cycles_;
   std::vector<RunPtr> runs_;         ///< in the order of schedule(), until they are over
   std::vector<Reaction> reactions_;  ///< of runs that are over

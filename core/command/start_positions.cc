@@ -88,7 +88,7 @@ bool StartPositions::follows_unplanned(int i) const {
 
 JointVector StartPositions::before_all(const std::string& device, const MountedArm& arm) const {
   const auto told = begins_.find(device);
-  return told != begins_.end() ? told->second : arm.device->set_point().q;
+  return told != begins_.end() ? told->second : arm.set_point();
 }
 
 bool StartPositions::in_first_cycle(int i) const {

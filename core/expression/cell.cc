@@ -5,7 +5,7 @@ namespace takt::command {
 motion::ArmModel planning_model(const MountedArm& arm, const std::optional<Eigen::Isometry3d>& X_FM,
                                 const std::optional<device::ToolSetting>& tool) {
   const device::ArmDescription& d = arm.device->description();
-  const device::PayloadSetting carried = tool.value_or(arm.device->tool()).payload;
+  const device::PayloadSetting carried = tool.value_or(arm.tool()).payload;
   return {
       .chain = *d.chain,
       .inverse = d.inverse.get(),

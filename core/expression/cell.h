@@ -30,6 +30,21 @@ struct MountedArm {
   double ball_radius = 0.0;                    ///< of a probing ball around the tool centre point, m; 0 = none
   kinematics::JointVector start;               ///< where the arm stands before the program, rad or m
   Eigen::Vector3d gravity_B{0.0, 0.0, -9.81};  ///< m/s^2 in its base
+
+  /// What was last sent to the arm, rad or m; empty: nothing yet.
+  [[nodiscard]] const kinematics::JointVector& set_point() const { return told ? told->q : device->set_point().q; }
+  /// What the arm was told that it carries.
+  [[nodiscard]] const device::ToolSetting& tool() const { return told ? told->tool : device->tool(); }
+  [[nodiscard]] device::ControlMode mode() const { return told ? told->mode : device->mode(); }
+
+  /// Of a copy of the cell for another thread: what was told to the device when the copy was made. It does not change
+  /// while the device goes on.
+  struct Told {
+    kinematics::JointVector q;
+    device::ToolSetting tool;
+    device::ControlMode mode;
+  };
+  std::optional<Told> told = {};
 };
 
 /// What the planners of motions need to know of an arm. It refers to the arm's description.

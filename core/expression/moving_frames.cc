@@ -38,7 +38,7 @@ void see_flanges(command::Cell& cell, const std::function<JointVector(const std:
 void see_flanges(command::Cell& cell) {
   see_flanges(cell, [&](const std::string& name) {
     const command::MountedArm& arm = cell.arms.find(name)->second;
-    const JointVector& sent = arm.device->set_point().q;
+    const JointVector& sent = arm.set_point();
     return sent.size() > 0 ? sent : arm.start;
   });
 }

@@ -282,7 +282,7 @@ class PressingCommand final : public OperationCommand {
   /// Only springs that it does not bring along make a difference: how fast its law is.
   [[nodiscard]] kinematics::JointVector place_now(const command::Cell& cell) const {
     const command::MountedArm& mounted = cell.arms.find(pressing_.arm)->second;
-    const kinematics::JointVector& q = mounted.device->set_point().q;
+    const kinematics::JointVector& q = mounted.set_point();
     return q.size() > 0 ? q : mounted.start;
   }
 

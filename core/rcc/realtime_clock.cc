@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <mutex>
 #include <optional>
 
 #include <fmt/format.h>
@@ -67,6 +68,17 @@ void RealtimeClock::call_after_step(ControlCore& core, const std::function<void(
   }
 }
 
+bool RealtimeClock::run_cycle(ControlCore& core, Nanoseconds due, const std::function<void(ControlCore&)>& after_step,
+                              std::string& failure) {
+  wakeups_.add(MonotonicClock::machine_time() - due);
+  std::unique_lock<PriorityMutex> lock;
+  if (options_.lock != nullptr) lock = std::unique_lock(*options_.lock);
+  begins_.add(MonotonicClock::machine_time() - due);
+  if (!step(core, failure)) return false;
+  if (after_step) call_after_step(core, after_step);
+  return true;
+}
+
 RealtimeClock::Granted RealtimeClock::run(ControlCore& core, const std::stop_token& stop,
                                           const std::function<void(ControlCore&)>& after_step) {
   Granted granted = prepare_thread();
@@ -75,14 +87,13 @@ RealtimeClock::Granted RealtimeClock::run(ControlCore& core, const std::stop_tok
     watchdog.emplace(core, Watchdog::Options{.limit = options_.watchdog, .grace = options_.grace});
   const Nanoseconds period = core.period();
   Nanoseconds instant = MonotonicClock::machine_time();
-  time_.align(core.time(), instant);
+  time_->align(core.time(), instant);
   while (!stop.stop_requested()) {
-    if (!step(core, granted.failure)) break;
-    if (after_step) call_after_step(core, after_step);
+    if (!run_cycle(core, instant, after_step, granted.failure)) break;
     instant += period;
     const std::int64_t late_cycles = std::max<Nanoseconds>(0, MonotonicClock::machine_time() - instant) / period;
     instant += late_cycles * period;
-    if (late_cycles > 0) time_.skip(late_cycles * period);
+    if (late_cycles > 0) time_->skip(late_cycles * period);
     count(core, late_cycles);
     sleep_until(instant);
   }

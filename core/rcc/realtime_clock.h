@@ -7,8 +7,10 @@
 
 #include "core/base/clock.h"
 #include "core/base/last_catch.h"
+#include "core/base/priority_mutex.h"
 #include "core/base/time.h"
 #include "core/rcc/control_core.h"
+#include "core/rcc/lateness_times.h"
 
 namespace takt::rcc {
 
@@ -31,6 +33,8 @@ class RealtimeClock {
     int leak_cycles = 1000;
     Nanoseconds watchdog = 100 * kMillisecond;  ///< a cycle that takes longer is stuck (Watchdog); 0: nobody watches
     Nanoseconds grace = 500 * kMillisecond;     ///< for the devices to stop, before the process ends
+    PriorityMutex* lock = nullptr;              ///< held while a cycle runs: a program looks between cycles
+    MonotonicClock* time = nullptr;             ///< to keep; null: the clock has one of its own
   };
   struct Granted {
     bool realtime_scheduling = false;
@@ -39,12 +43,17 @@ class RealtimeClock {
     std::string failure;
   };
 
-  explicit RealtimeClock(const Options& options) : options_(options) {}
+  explicit RealtimeClock(const Options& options)
+      : options_(options), time_(options.time != nullptr ? options.time : &own_time_) {}
   RealtimeClock(const RealtimeClock&) = delete;
   RealtimeClock& operator=(const RealtimeClock&) = delete;
 
   /// The core's time, for the agents of its devices; must outlive them. Any thread.
-  [[nodiscard]] const Clock& time() const { return time_; }
+  [[nodiscard]] const Clock& time() const { return *time_; }
+  /// How late its thread woke up: what the machine and its system cost. While it does not run, or under the lock.
+  [[nodiscard]] const LatenessTimes& wakeups() const { return wakeups_; }
+  /// How late its cycles began: the same, and what it waited for the lock.
+  [[nodiscard]] const LatenessTimes& begins() const { return begins_; }
 
   /// Runs on the calling thread until `stop` is requested. `after_step` runs on it after each step and must be cyclic
   /// too; may be empty. No exception leaves it: one of after_step() is reported, stops all nets (cause kException) and
@@ -54,12 +63,17 @@ class RealtimeClock {
 
  private:
   Granted prepare_thread() const;
+  /// A cycle and what follows it. @return false: the clock has to end
+  bool run_cycle(ControlCore& core, Nanoseconds due, const std::function<void(ControlCore&)>& after_step,
+                 std::string& failure);
   bool step(ControlCore& core, std::string& failure) const;
   void call_after_step(ControlCore& core, const std::function<void(ControlCore&)>& after_step);
   void count(ControlCore& core, std::int64_t late_cycles);
 
   Options options_;
-  MonotonicClock time_;
+  MonotonicClock own_time_;
+  MonotonicClock* time_;
+  LatenessTimes wakeups_, begins_;
   std::int64_t level_ = 0;  ///< of the leaky counter, in overruns * leak_cycles
   RareReport report_;       ///< of exceptions of after_step()
 };

@@ -44,7 +44,8 @@ void Watchdog::end_process(const Stall& stall) const {
     const std::string where =
         stall.net == 0 ? std::string("outside of all nets")
                        : fmt::format("in primitive '{}' of net {} ('{}')", stall.primitive, stall.net, stall.net_name);
-    fmt::print(stderr, "takt: cycle {} has not ended for {} ms: it is stuck {}; the devices stop by themselves\n",
+    fmt::print(stderr,
+               "takt: cycle {} has not ended for {} ms: it is stuck {}; the process ends, agents stop their devices\n",
                stall.cycle, options_.limit / kMillisecond, where);
   });
   if (options_.on_stall) (void)run_caught("write down a stall", [&] { options_.on_stall(stall); });

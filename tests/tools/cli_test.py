@@ -443,6 +443,22 @@ class BadInput(WithFolder):
         self.assertEqual(result.returncode, 2, result.stderr)
 
 
+class Doctor(unittest.TestCase):
+    def test_it_says_what_the_machine_can_do_and_what_to_change(self):
+        answer = takt("doctor", "--seconds", "0.2", "--json")
+        self.assertIn(answer.returncode, (0, 1))
+        report = json.loads(answer.stdout)
+        self.assertEqual(report["result"], "fit" if answer.returncode == 0 else "not fit")
+        self.assertTrue(report["machine"])
+        for one in report["machine"]:
+            self.assertEqual(one["good"], not one["change"], one)
+        self.assertGreater(report["wakeups"]["count"], 0)
+        self.assertGreaterEqual(report["wakeups"]["worst_ns"], report["wakeups"]["p50_ns"])
+        text = takt("doctor", "--seconds", "0.2")
+        self.assertIn("wake-ups", text.stdout)
+        self.assertEqual(takt("doctor", "--seconds", "0").returncode, 2)
+
+
 if __name__ == "__main__":
     os.environ.pop("TAKT_ROOT", None)
     unittest.main(verbosity=1)

@@ -39,6 +39,15 @@ void collect_variables(const Json& state, const std::string& place,
   }
 }
 
+/// In real time a plan may come many cycles after it was asked for: a motion that is to be left in motion is taken over
+/// later.
+Scheduler::Options options_of(const Context& context) {
+  constexpr std::int64_t kRealtimeMargin = 40;  // cycles; plans of one motion take 1 to 20 ms
+  Scheduler::Options options{.latency_cycles = context.program_latency_cycles};
+  if (context.realtime != nullptr) options.margin_cycles = kRealtimeMargin;
+  return options;
+}
+
 }  // namespace
 
 Result<Program> Program::parse(const Json& json, const std::string& pointer, const command::Cell& cell,
@@ -80,7 +89,8 @@ std::vector<std::string> Program::names() const {
 
 ProgramRunner::ProgramRunner(const Program& program, Context& context)
     : program_(program),
-      scheduler_(context.core, context.cell, {.latency_cycles = context.program_latency_cycles}),
+      scheduler_(context.core, context.cell, options_of(context),
+                 context.realtime != nullptr ? *context.realtime : RealtimeSupport{}),
       execution_(context),
       run_(std::make_unique<SettledRun>(program.root().begin(scope_))) {
   context.scheduler = &scheduler_;
