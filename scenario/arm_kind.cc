@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/device/device_file.h"
+#include "core/device/plant_file.h"
 #include "scenario/cell_builder.h"
 #include "scenario/cell_models.h"
 #include "scenario/degrees.h"
@@ -17,6 +18,9 @@ namespace takt::scenario {
 namespace {
 
 using device::ArmDescription;
+
+/// Of the effort limits: external torques at which an arm stops whose device file says nothing.
+constexpr double kProtectiveShare = 0.5;
 
 /// What the scenario says, if it fits the arm; check() reports what does not.
 kinematics::JointVector start_of(const LoadedDevice& device) {
@@ -89,6 +93,16 @@ void ArmKind::simulate(const LoadedDevice& device, sim::WorldDescription& world)
   world.arms.push_back(sim::simulated_arm(name, name, *device.as<ArmDescription>()));
   world.arms.back().pointer = device.pointer();
   world.arms.back().payload_mass_error = device.entry->payload_error_kg;
+  // What is wrong with the file was found when the model was read.
+  const device::PlantDescription plant = device::read_plant(*device.model).value_or(device::PlantDescription{});
+  if (plant.protective_stop_off) return;
+  const kinematics::JointVector& effort = device.as<ArmDescription>()->effort;
+  kinematics::JointVector& limit = world.arms.back().control.protective_torque;
+  limit = kProtectiveShare * effort;
+  if (!plant.protective_torque.empty()) {
+    limit = Eigen::Map<const Eigen::VectorXd>(plant.protective_torque.data(),
+                                              static_cast<Eigen::Index>(plant.protective_torque.size()));
+  }
 }
 
 void ArmKind::add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const {

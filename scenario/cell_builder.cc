@@ -3,9 +3,14 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "core/activity/runtime.h"
+#include "core/base/json.h"
+#include "core/base/object_reader.h"
 #include "core/device/composed_device.h"
+#include "core/device/material.h"
+#include "core/device/plant_file.h"
 #include "core/kinematics/chain.h"
 #include "scenario/cell_models.h"
 #include "scenario/degrees.h"
@@ -85,6 +90,76 @@ sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) 
   return {device.on->entry->name + "/" + place.link, place.X_LP * device.entry->mount};
 }
 
+// -- Surfaces
+// -----------------------------------------------------------------------------------------------
+
+/// The materials of the models folder and those of the scenario.
+device::MaterialTable materials_of(const Description& description, const device::ModelLibrary& models,
+                                   Diagnostics& diagnostics) {
+  auto table = device::read_materials(models);
+  if (!table) {
+    diagnostics.append(table.error());
+    return {};
+  }
+  table->read(&description.materials, &description.contacts, "", diagnostics);
+  return std::move(*table);
+}
+
+/// Puts in what the material says and the surface does not say by itself.
+void complete(sim::ContactParameters& surface, const device::MaterialTable& table, const std::string& pointer,
+              Diagnostics& diagnostics) {
+  // Without any table, as for a library of models without materials, all is of steel.
+  if (table.materials.empty() && surface.material == "steel") return;
+  const device::Material* material = table.find(surface.material, pointer, diagnostics);
+  if (!material) return;
+  if (!surface.own_stiffness) {
+    surface.stiffness = material->stiffness;
+    surface.damping = material->damping;
+  } else if (surface.damping < 0.0) {
+    surface.damping = material->damping * surface.stiffness / material->stiffness;
+  }
+  if (!surface.own_friction) surface.friction = material->friction;
+  surface.torsion = material->torsion;
+  surface.rolling = material->rolling;
+}
+
+void complete_surfaces(const Description& description, const device::ModelLibrary& models, sim::WorldDescription& world,
+                       Diagnostics& diagnostics) {
+  const device::MaterialTable table = materials_of(description, models, diagnostics);
+  for (sim::RobotDescription& robot : world.robots) {
+    complete(robot.contact, table, robot.pointer + "/material", diagnostics);
+    for (auto& [link, surface] : robot.link_contacts) complete(surface, table, robot.pointer, diagnostics);
+  }
+  for (sim::ObjectDescription& object : world.objects)
+    complete(object.contact, table, object.pointer + "/material", diagnostics);
+  for (const device::MaterialRule& rule : table.rules)
+    world.contact_rules.push_back({rule.between, rule.stiffness, rule.damping, rule.friction});
+}
+
+/// Surfaces and springs as the device file says.
+void set_plant(const device::PlantDescription& plant, sim::RobotDescription& robot) {
+  robot.contact.material = plant.material;
+  for (auto& [link, surface] : robot.link_contacts) surface.material = plant.pad_material;
+  for (const device::SpringJoint& spring : plant.springs) {
+    auto joint = std::ranges::find(robot.joints, spring.joint, &sim::JointFigures::joint);
+    if (joint == robot.joints.end()) joint = robot.joints.insert(joint, {.joint = spring.joint});
+    joint->spring = sim::JointSpring{spring.stiffness, spring.damping, spring.preload};
+  }
+}
+
+sim::ContactParameters surface_of(const ObjectEntry& entry) {
+  sim::ContactParameters surface;
+  surface.material = entry.material.empty() ? "steel" : entry.material;
+  surface.own_friction = entry.friction.has_value();
+  surface.friction = entry.friction.value_or(surface.friction);
+  surface.own_stiffness = entry.stiffness_N_m.has_value();
+  if (surface.own_stiffness) {
+    surface.stiffness = *entry.stiffness_N_m;
+    surface.damping = entry.damping_N_s_m.value_or(-1.0);  // complete() knows
+  }
+  return surface;
+}
+
 void simulate(const LoadedDevice& device, const world::FrameGraph& truth, sim::WorldDescription& world,
               Diagnostics& diagnostics) {
   device.kind->check(device, diagnostics);
@@ -94,6 +169,9 @@ void simulate(const LoadedDevice& device, const world::FrameGraph& truth, sim::W
   }
   world.robots.push_back(device.kind->body(device, mount_of(device, truth)));
   world.robots.back().pointer = device.pointer();
+  auto plant = device::read_plant(*device.model);
+  if (!plant) return diagnostics.append(plant.error());
+  set_plant(*plant, world.robots.back());
   device.kind->simulate(device, world);
 }
 
@@ -117,12 +195,32 @@ sim::ObjectDescription simulated_object(const ObjectEntry& entry, const Eigen::I
   object.mount = {"", X_WO};
   object.free = !entry.fixed;
   object.mass = entry.mass_kg;
-  object.contact.friction = entry.friction;
+  object.contact = surface_of(entry);
   object.lit_by = entry.lit_by;
-  for (const world::Object::Part& part : entry.parts) {
+  for (std::size_t i = 0; i < entry.parts.size(); ++i) {
+    const world::Object::Part& part = entry.parts[i];
     object.shapes.push_back({.shape = simulated_shape(part.shape), .X_OG = part.X_OS, .rgba = entry.rgba});
+    if (i < entry.part_masses_kg.size()) object.shapes.back().mass = entry.part_masses_kg[i];
+  }
+  if (entry.inertia_kg_m2) {
+    kinematics::Inertial& inertial = object.inertial.emplace();
+    inertial.mass = entry.mass_kg;
+    inertial.X_LC.translation() = entry.centre_m.value_or(Eigen::Vector3d::Zero());
+    inertial.I_C = *entry.inertia_kg_m2;
   }
   return object;
+}
+
+/// What the device file of an object says of its surface.
+std::string model_material(const std::filesystem::path& folder, Diagnostics& diagnostics) {
+  const auto file = folder / "device.json";
+  const auto json = read_json(file);
+  Diagnostics own;
+  std::string material = "steel";
+  if (json) material = ObjectReader(*json, "", own).text("material", material);
+  own.set_file(file.string());
+  diagnostics.append(own);
+  return material;
 }
 
 /// An object that is a model: its URDF stands in the world; its collision shapes are what the application knows.
@@ -139,8 +237,11 @@ bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& mode
     diagnostics.append(model.error(), "", "");
     return false;
   }
-  if (!entry.fixed)
-    diagnostics.error(Code::kInvalidValue, object_pointer(entry) + "/fixed", "an object from a model is fixed", "true");
+  if (!entry.fixed && !model->root().inertial) {
+    diagnostics.error(Code::kMissing, object_pointer(entry) + "/fixed",
+                      fmt::format("link '{}' of the model has no mass", model->root().name),
+                      "<inertial> in the URDF, or \"fixed\": true");
+  }
   for (const kinematics::Geometry& geometry : model->root().collisions) {
     if (const auto* box = std::get_if<kinematics::Box>(&geometry.shape)) {
       known.parts.push_back({world::Box{box->size}, geometry.X_LG});
@@ -155,8 +256,10 @@ bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& mode
   robot.pointer = pointer;
   robot.model = std::make_shared<const kinematics::RobotModel>(std::move(*model));
   robot.mount = {"", X_WO};
-  robot.contact.friction = entry.friction;
+  robot.contact = surface_of(entry);
+  if (entry.material.empty()) robot.contact.material = model_material(*folder, diagnostics);
   robot.lit_by = entry.lit_by;
+  robot.free = !entry.fixed;
   world.robots.push_back(std::move(robot));
   return true;
 }
@@ -249,8 +352,11 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
       continue;
     }
     built.truth_W[entry.name] = X_WO;
+    if (!entry.model.empty() && !entry.fixed)
+      built.true_body[entry.name] = entry.name + "/" + simulated.robots.back().model->root().name;
     built.cell.objects[entry.name] = std::move(known);
   }
+  complete_surfaces(description, models, simulated, diagnostics);
   for (const CameraEntry& camera : description.cameras) {
     simulated.cameras.push_back(simulated_camera(camera, frames.truth, diagnostics));
   }

@@ -23,8 +23,9 @@ struct BuiltCell {
   command::Cell cell;
   device::EmergencyStop* emergency_stop = nullptr;  ///< null: the scenario never presses one
   std::map<std::string, Eigen::Isometry3d, std::less<>>
-      truth_W;        ///< drawn pose of every fixed object: expectations only
-  int triangles = 0;  ///< of the scene, for the visual budget
+      truth_W;                                                ///< drawn pose of every fixed object: expectations only
+  std::map<std::string, std::string, std::less<>> true_body;  ///< of objects that move: name of the body
+  int triangles = 0;                                          ///< of the scene, for the visual budget
 
   /// The back end of a simulated device, borrowed from the world and keeping it alive.
   template <class Backend, class Device>

@@ -56,7 +56,7 @@ std::optional<world::Shape> read_shape(ObjectReader& reader) {
   return std::nullopt;
 }
 
-std::vector<world::Object::Part> read_parts(ObjectReader& reader) {
+std::vector<world::Object::Part> read_parts(ObjectReader& reader, std::vector<double>& masses) {
   std::vector<world::Object::Part> parts;
   const Json* list = reader.array("parts", false);
   if (!list) {
@@ -66,8 +66,13 @@ std::vector<world::Object::Part> read_parts(ObjectReader& reader) {
   for (std::size_t i = 0; i < list->size(); ++i) {
     ObjectReader part((*list)[i], reader.at("parts") + pointer_segment(i), reader.diagnostics());
     const Eigen::Isometry3d X = part.pose();
+    if (part.has("mass_kg")) masses.push_back(part.number("mass_kg", 1.0, kPositive));
     if (const auto shape = read_shape(part)) parts.push_back({*shape, X});
     part.finish();
+  }
+  if (!masses.empty() && masses.size() != list->size()) {
+    reader.diagnostics().error(Code::kWrongSize, reader.at("parts"),
+                               fmt::format("{} of {} parts have a mass", masses.size(), list->size()), "all or none");
   }
   if (parts.empty())
     reader.diagnostics().error(Code::kMissing, reader.at("parts"), "no part is given", "at least one shape");
@@ -102,6 +107,39 @@ DeviceEntry read_device(const std::string& name, const Json& json, const std::st
   return device;
 }
 
+/// "mass_kg", or the sum of the parts' masses; "centre_m" and "inertia_kg_m2" together instead of what the shapes give.
+void read_mass(ObjectReader& reader, ObjectEntry& object) {
+  Diagnostics& diagnostics = reader.diagnostics();
+  double sum = 0.0;
+  for (const double mass : object.part_masses_kg) sum += mass;
+  if (sum > 0.0 && reader.has("mass_kg")) {
+    diagnostics.error(Code::kConflict, reader.at("mass_kg"), "both the object and its parts have a mass",
+                      "one of them: that of the object is the sum");
+  }
+  object.mass_kg = reader.number("mass_kg", sum > 0.0 ? sum : 1.0, kPositive);
+  if (reader.has("centre_m")) object.centre_m = reader.vector("centre_m");
+  if (reader.has("inertia_kg_m2")) {
+    const auto values = reader.numbers("inertia_kg_m2", 0, {});
+    Eigen::Matrix3d& I = object.inertia_kg_m2.emplace(Eigen::Matrix3d::Zero());
+    if (values.size() == 3) {
+      I.diagonal() << values[0], values[1], values[2];
+    } else if (values.size() == 6) {
+      I << values[0], values[3], values[4], values[3], values[1], values[5], values[4], values[5], values[2];
+    } else {
+      diagnostics.error(Code::kWrongSize, reader.at("inertia_kg_m2"), fmt::format("{} numbers", values.size()),
+                        "[ixx, iyy, izz] or [ixx, iyy, izz, ixy, ixz, iyz]");
+    }
+  }
+  if (object.centre_m && !object.inertia_kg_m2) {
+    diagnostics.error(Code::kMissing, reader.at("inertia_kg_m2"), "'centre_m' without 'inertia_kg_m2'",
+                      "both, or neither: then the shapes decide");
+  }
+  if (object.inertia_kg_m2 && !object.part_masses_kg.empty()) {
+    diagnostics.error(Code::kConflict, reader.at("inertia_kg_m2"), "both an inertia and masses of parts are given",
+                      "one of them");
+  }
+}
+
 ObjectEntry read_object(const std::string& name, const Json& json, const std::string& pointer,
                         Diagnostics& diagnostics) {
   ObjectReader reader(json, pointer, diagnostics);
@@ -109,7 +147,7 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
   object.name = name;
   object.model = reader.text("model", "");
   if (object.model.empty()) {
-    object.parts = read_parts(reader);
+    object.parts = read_parts(reader, object.part_masses_kg);
   } else if (reader.has("shape") || reader.has("parts")) {
     diagnostics.error(Code::kConflict, pointer, "both a model and shapes are given",
                       "\"model\", or \"shape\" or \"parts\"");
@@ -119,10 +157,20 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
   object.at = read_placement(reader, "at");
   object.vary = read_variation(reader);
   object.fixed = reader.boolean("fixed", true);
-  object.mass_kg = reader.number("mass_kg", 1.0, kPositive);
+  read_mass(reader, object);
   const auto rgba = reader.numbers("rgba", 4, std::vector<double>{0.6, 0.6, 0.62, 1.0}, {.low = 0, .high = 1});
   object.rgba = Eigen::Vector4d(rgba.data());
-  object.friction = reader.number("friction", 0.6, kNotNegative);
+  object.material = reader.text("material", "");
+  const auto optional = [&](const char* key, const Range& range) {
+    return reader.has(key) ? std::optional(reader.number(key, 1.0, range)) : std::nullopt;
+  };
+  object.friction = optional("friction", kNotNegative);
+  object.stiffness_N_m = optional("stiffness_N_m", kPositive);
+  object.damping_N_s_m = optional("damping_N_s_m", kNotNegative);
+  if (object.damping_N_s_m && !object.stiffness_N_m) {
+    diagnostics.error(Code::kMissing, pointer + "/damping_N_s_m", "'damping_N_s_m' without 'stiffness_N_m'",
+                      "both, or only 'stiffness_N_m', or a 'material'");
+  }
   object.lit_by = reader.text("lit_by", "");
   reader.finish();
   return object;
@@ -254,6 +302,8 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
   for_each_member(reader, "objects", [&](const auto& name, const Json& json, const std::string& pointer) {
     description.objects.push_back(read_object(name, json, pointer, diagnostics));
   });
+  if (const Json* materials = reader.object("materials", false)) description.materials = *materials;
+  if (const Json* contacts = reader.array("contacts", false)) description.contacts = *contacts;
   for_each_member(reader, "cameras", [&](const auto& name, const Json& json, const std::string& pointer) {
     description.cameras.push_back(read_camera(name, json, pointer, diagnostics));
   });

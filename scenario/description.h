@@ -63,10 +63,15 @@ struct ObjectEntry {
   Placement at;
   Variation vary;
   bool fixed = true;
-  double mass_kg = 1.0;  ///< of a free object
+  double mass_kg = 1.0;                          ///< of a free object
+  std::vector<double> part_masses_kg;            ///< one per part, or none: the mass is spread by volume
+  std::optional<Eigen::Vector3d> centre_m;       ///< of mass, in the object's frame; instead of what the shapes give
+  std::optional<Eigen::Matrix3d> inertia_kg_m2;  ///< about the centre of mass, axes of the object
   Eigen::Vector4d rgba{0.6, 0.6, 0.62, 1.0};
-  double friction = 0.6;  ///< sliding, Coulomb
-  std::string lit_by;     ///< digital output or light barrier at which it burns; empty: it is no lamp
+  std::string material;                                ///< of its surfaces; empty: the model's, or steel
+  std::optional<double> friction;                      ///< sliding, Coulomb; instead of the material's
+  std::optional<double> stiffness_N_m, damping_N_s_m;  ///< of its contacts; instead of what materials give
+  std::string lit_by;  ///< digital output or light barrier at which it burns; empty: it is no lamp
 };
 
 struct CameraEntry {
@@ -128,6 +133,8 @@ struct Description {
   std::vector<DeviceEntry> devices;
   std::vector<ComposedEntry> composed;
   std::vector<ObjectEntry> objects;
+  nlohmann::ordered_json materials = nlohmann::ordered_json::object();  ///< beyond those of the models folder
+  nlohmann::ordered_json contacts = nlohmann::ordered_json::array();    ///< rules for pairs of materials
   std::vector<CameraEntry> cameras;
   FilmEntry film;
   std::vector<device::ChannelDescription> channels;

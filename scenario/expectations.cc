@@ -33,7 +33,8 @@ double angle_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 }
 
 Eigen::Isometry3d true_pose(const BuiltCell& built, const std::string& object) {
-  const int body = built.world->body(object);
+  const auto moving = built.true_body.find(object);
+  const int body = built.world->body(moving == built.true_body.end() ? object : moving->second);
   return body >= 0 ? built.world->body_pose(body) : built.truth_W.find(object)->second;
 }
 

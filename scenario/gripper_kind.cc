@@ -52,7 +52,6 @@ class GripperKind final : public DeviceKind {
     const std::string& name = device.entry->name;
     world.grippers.push_back(sim::simulated_gripper(name, name, *device.as<GripperDescription>()));
     world.grippers.back().pointer = device.pointer();
-    sim::grip_without_creep(world.physics);
   }
 
   void add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const override {

@@ -19,6 +19,8 @@ SECTIONS = [
     ("device", "Device", "An arm, base, sensor, tool, gripper or I/O block."),
     ("object", "Object", "A physical object: a model, one shape, or several shapes."),
     ("part", "Part of an object", "A shape with a pose in the object's frame."),
+    ("material", "Material", "How a surface answers a touch ([contacts.md](contacts.md))."),
+    ("contact_rule", "Contact rule", "What two materials do together, where it is not what follows from the two."),
     ("camera", "Camera", "A camera of the film."),
     ("film", "Film", "What the film shows."),
     ("channel", "Channel", "A value that nets exchange with each other and with the outside."),

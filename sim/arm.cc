@@ -15,6 +15,8 @@ using device::StopCategory;
 
 /// s, in which the difference of two laws fades away after a change of the mode.
 constexpr double kFadeTime = 0.2;
+/// Cycles for which an external torque has to be too large before the arm stops: an impact is over sooner.
+constexpr std::int64_t kProtectiveCycles = 10;
 /// rad/s or m/s: slower joints stand, for a change of the mode.
 constexpr double kStandstill = 0.02;
 
@@ -205,6 +207,7 @@ void SimArm::release_brakes() {
   set_point_.ddq.setZero();
   compliance_ = control_.impedance.standard(compliance_.mode);
   observer_.reset();
+  pushed_cycles_ = 0;
 }
 
 std::string SimArm::fault_text(std::uint32_t fault) const {
@@ -225,6 +228,8 @@ std::string SimArm::fault_text(std::uint32_t fault) const {
       return "stopped by category 1: controlled stop, then brakes";
     case ArmFault::kStopped2:
       return "stopped by category 2: controlled stop, held in position";
+    case ArmFault::kExternalTorque:
+      return "protective stop: the external torque on a joint is too large";
   }
   return "unknown fault " + std::to_string(fault);
 }
@@ -351,6 +356,18 @@ void SimArm::estimate_external(const device::ArmSample& sample) {
   observer_.update(inertial, torque, JointVector::Constant(q_.size(), measurement_.observer_gain), plant_.period);
 }
 
+/// A controlled stop, then brakes, when the estimate of the external torques has been too large for a while.
+void SimArm::protect() {
+  const JointVector& limit = control_.protective_torque;
+  const JointVector& estimate = observer_.estimate();
+  if (limit.size() == 0 || limit.size() != estimate.size() || braked_) return;
+  const bool too_large = (estimate.cwiseAbs() - limit).maxCoeff() > 0.0;
+  pushed_cycles_ = too_large ? pushed_cycles_ + 1 : 0;
+  if (pushed_cycles_ < kProtectiveCycles || own_stop_) return;
+  stop(StopCategory::kStopThenBrakes);
+  fault_ = static_cast<std::uint32_t>(ArmFault::kExternalTorque);
+}
+
 void SimArm::measure(const mjData_& data, Nanoseconds now) {
   for (Eigen::Index i = 0; i < joint_torque_.size(); ++i) {
     joint_torque_[i] -= plant_.armature[i] * data.qacc[plant_.velocity_address[static_cast<std::size_t>(i)]];
@@ -370,6 +387,7 @@ void SimArm::measure(const mjData_& data, Nanoseconds now) {
       sample.tau[i] += torque_offset_[i] + measurement_.torque_noise[i] * noise_.normal();
     braked_ ? observer_.reset() : estimate_external(sample);
     sample.tau_external = observer_.estimate();
+    protect();
   }
   line_.push(sample);
 }
@@ -395,6 +413,7 @@ void SimArm::stream(StateStream& state) {
   state(fault);
   fault_ = static_cast<std::uint32_t>(fault);
   state(sequence_);
+  state(pushed_cycles_);
   line_.stream(state);
   state(payload_.mass);
   state.vector(payload_.p_FC);

@@ -28,6 +28,7 @@ enum class ArmFault : std::uint32_t {
   kStopped0 = 5,           ///< stopped by category 0, 1, 2 (ArmBackend's StopCategory)
   kStopped1 = 6,
   kStopped2 = 7,
+  kExternalTorque = 8,  ///< protective stop: pushed by its surroundings, or pushing
 };
 
 /// An arm in MuJoCo with its controller: it computes from the URDF and sees only what a real arm measures (row D6).
@@ -79,6 +80,7 @@ class SimArm final : public device::ArmBackend, public SimDevice {
   void compute_torque(double time_in_cycle);
   [[nodiscard]] JointVector unknown_friction();
   void supervise();
+  void protect();
   void trip(ArmFault fault);
   void take_set_point();
   void follow_own_stop();
@@ -131,6 +133,7 @@ class SimArm final : public device::ArmBackend, public SimDevice {
   std::optional<OwnStop> own_stop_;
 
   std::uint64_t sequence_ = 0;
+  std::int64_t pushed_cycles_ = 0;  // in a row, with an external torque beyond the limit
   SampleLine line_;
 };
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <Eigen/Eigenvalues>
 
 namespace takt::sim {
 namespace {
@@ -56,7 +57,6 @@ class Checker {
     require(p.gravity.allFinite(), at, "gravity", p.gravity.norm(), "finite, m/s^2");
     require(p.plant_mass_scale > 0.0 && std::isfinite(p.plant_mass_scale), at, "plant_mass_scale", p.plant_mass_scale,
             "> 0");
-    require(p.friction_impedance_ratio > 0.0, at, "friction_impedance_ratio", p.friction_impedance_ratio, "> 0");
   }
 
   /// Bodies and cameras share one space of names, devices have their own.
@@ -79,12 +79,10 @@ class Checker {
 
   void contact(const std::string& at, const ContactParameters& c) {
     require(c.friction >= 0.0 && std::isfinite(c.friction), at, "friction", c.friction, ">= 0");
-    const double least = 2.0 * to_seconds(world_.physics.timestep);
-    require(c.time_constant >= least, at, "the contact's time constant", c.time_constant,
-            fmt::format("at least two physics steps: {} s", least));
-    require(c.damping_ratio > 0.0, at, "the contact's damping ratio", c.damping_ratio, "> 0");
-    const bool dimension = c.dimension == 1 || c.dimension == 3 || c.dimension == 4 || c.dimension == 6;
-    require(dimension, at, "the contact's dimension", c.dimension, "1, 3, 4 or 6");
+    require(c.stiffness > 0.0 && std::isfinite(c.stiffness), at, "the contact's stiffness", c.stiffness, "> 0 N/m");
+    require(c.damping >= 0.0 && std::isfinite(c.damping), at, "the contact's damping", c.damping, ">= 0 N s/m");
+    require(c.torsion >= 0.0 && std::isfinite(c.torsion), at, "the contact's torsion", c.torsion, ">= 0 m");
+    require(c.rolling >= 0.0 && std::isfinite(c.rolling), at, "the contact's rolling", c.rolling, ">= 0 m");
   }
 
   void check(const RobotDescription& robot) {
@@ -92,7 +90,10 @@ class Checker {
     name(names_, at, robot.name, false);
     mount(at, robot.mount);
     contact(at, robot.contact);
+    for (const auto& [link, surface] : robot.link_contacts) contact(at, surface);
     require(robot.stop_margin >= 0.0, at, "stop_margin", robot.stop_margin, ">= 0");
+    if (robot.free && !robot.mount.parent.empty())
+      error(Code::kConflict, at, fmt::format("a free model cannot have the parent '{}'", robot.mount.parent));
     if (!robot.model || robot.model->links.empty()) return error(Code::kMissing, at, "the robot has no model");
     const auto joints = movable_joints(*robot.model);
     if (!robot.q.empty() && robot.q.size() != joints.size()) {
@@ -108,12 +109,26 @@ class Checker {
     for (const auto& figures : robot.joints) check(at, joints, figures);
   }
 
+  /// A body needs a mass, and an inertia that a solid can have: no axis has more than the other two together.
+  void check(const std::string& at, const kinematics::Inertial& inertial) {
+    require(inertial.mass > 0.0 && std::isfinite(inertial.mass), at, "the mass", inertial.mass, "> 0 kg");
+    const Eigen::Vector3d principal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertial.I_C).eigenvalues();
+    require(principal[0] > 0.0 && principal[0] + principal[1] >= principal[2] * (1.0 - 1e-9), at,
+            "the least principal moment of inertia", principal[0],
+            "> 0 kg m^2, and none larger than the other two together");
+  }
+
   void check(const std::string& at, const std::vector<const Joint*>& joints, const JointFigures& figures) {
     std::vector<std::string> known;
     for (const Joint* joint : joints) known.push_back(joint->name);
     if (std::ranges::find(known, figures.joint) == known.end()) {
       error(Code::kUnknownName, at, fmt::format("unknown joint '{}'", figures.joint),
             nearest_choice(figures.joint, known));
+    }
+    if (const auto& spring = figures.spring) {
+      require(spring->stiffness > 0.0, at, fmt::format("stiffness of '{}'", figures.joint), spring->stiffness, "> 0");
+      require(spring->damping >= 0.0, at, fmt::format("damping of '{}'", figures.joint), spring->damping, ">= 0");
+      require(spring->preload >= 0.0, at, fmt::format("preload of '{}'", figures.joint), spring->preload, ">= 0");
     }
     require(figures.armature >= 0.0, at, fmt::format("armature of '{}'", figures.joint), figures.armature, ">= 0");
     for (const auto& friction : {figures.coulomb, figures.viscous}) {
@@ -131,7 +146,9 @@ class Checker {
       error(Code::kConflict, at, fmt::format("a free object cannot have the parent '{}'", object.mount.parent),
             "free or mounted");
     }
-    if (object.free) require(object.mass > 0.0, at, "the mass of a free object", object.mass, "> 0 kg");
+    if (object.inertial) check(at, *object.inertial);
+    if (object.free && !object.inertial)
+      require(object.mass > 0.0, at, "the mass of a free object", object.mass, "> 0 kg");
     require(object.mass >= 0.0 && std::isfinite(object.mass), at, "the mass", object.mass, ">= 0 kg");
     if (object.shapes.empty()) error(Code::kMissing, at, "the object has no shape");
     bool has_mesh = false;

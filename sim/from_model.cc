@@ -83,14 +83,13 @@ RobotDescription gripper_body(std::string name, const device::GripperDescription
     robot.q.push_back(finger ? 0.5 * width : 0.0);
     if (finger) robot.joints.push_back({.joint = joint->name, .armature = model.finger_inertia});
   }
-  // Rubber pads: they decide about friction whatever the part is made of, resist twisting, and give way a little.
-  robot.contact.friction = model.pad_friction;
-  robot.contact.dimension = 4;
-  robot.contact.priority = 1;
-  // As fast as steps of 1 ms allow, or parts slip while they are moved; with the stiffness of 4 ms and a ratio of 1
-  // (docs/simulation.md, "Contacts").
-  robot.contact.time_constant = 0.002;
-  robot.contact.damping_ratio = 2.0;
+  // Pads of rubber on the fingers, which resist twisting.
+  ContactParameters pad;
+  pad.material = "rubber";
+  pad.friction = model.pad_friction;
+  pad.own_friction = true;
+  pad.torsion = 0.005;
+  for (const std::string& finger : model.fingers) robot.link_contacts[model.robot->joint(finger)->child] = pad;
   robot.stop_margin = 0.0;
   return robot;
 }
@@ -126,7 +125,5 @@ SimBeamDescription simulated_beam(std::string name, const std::string& robot, co
   beam.period = model.cycle;
   return beam;
 }
-
-void grip_without_creep(Physics& physics) { physics.noslip_iterations = 5; }
 
 }  // namespace takt::sim

@@ -37,7 +37,4 @@ namespace takt::sim {
 [[nodiscard]] SimBeamDescription simulated_beam(std::string name, const std::string& robot,
                                                 const device::BeamDescription& model);
 
-/// What a world with a gripper needs so that a part that is gripped does not creep out of the pads.
-void grip_without_creep(Physics& physics);
-
 }  // namespace takt::sim

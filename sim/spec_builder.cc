@@ -50,17 +50,14 @@ void set_rgba(float (&target)[4], const Eigen::Vector4d& rgba) {
   for (int i = 0; i < 4; ++i) target[i] = static_cast<float>(rgba[i]);
 }
 
+/// Stiffness, damping and friction come from the contact law in each step; here is only what it starts from.
 void set_contact(mjsGeom& geom, const ContactParameters& c, const ContactBits& bits) {
   geom.contype = bits.type;
   geom.conaffinity = bits.affinity;
-  geom.condim = c.dimension;
-  geom.priority = c.priority;
+  geom.condim = c.rolling > 0.0 ? 6 : c.torsion > 0.0 ? 4 : 3;
   geom.friction[0] = c.friction;
-  geom.friction[1] = c.torsion;
-  geom.friction[2] = c.rolling;
-  geom.solref[0] = c.time_constant;
-  geom.solref[1] = c.damping_ratio;
-  std::copy(c.impedance.begin(), c.impedance.end(), geom.solimp);
+  geom.friction[1] = c.torsion * c.friction;
+  geom.friction[2] = c.rolling * c.friction;
 }
 
 double volume(const ObjectShape& shape) {
@@ -115,8 +112,8 @@ class Builder {
     option.cone = mjCONE_ELLIPTIC;
     option.solver = mjSOL_NEWTON;
     option.jacobian = mjJAC_DENSE;
-    option.impratio = p.friction_impedance_ratio;
-    option.noslip_iterations = p.noslip_iterations;
+    // The contact law sets rows of the constraints; islands would keep copies of them.
+    option.disableflags |= mjDSBL_ISLAND;
     option.iterations = p.solver_iterations;
     option.tolerance = p.solver_tolerance;
     // A diverged simulation must be seen, not restarted in silence.
@@ -152,11 +149,12 @@ class Builder {
       mjs_setName(body->element, (robot.name + "/" + link.name).c_str());
       set_pose(*body, joint ? joint->X_PJ : robot.mount.X_P);
       if (joint && joint->type != JointType::kFixed) add_joint(robot, *joint, body);
-      set_inertia(link, *body);
+      if (i == 0 && robot.free) mjs_setName(mjs_addFreeJoint(body)->element, robot.name.c_str());
+      if (link.inertial) set_inertia(*link.inertial, world_.physics.plant_mass_scale, *body);
       if (visuals_) {
         for (const Geometry& geometry : link.visuals) add_visual(robot, geometry, body);
       }
-      for (const Geometry& geometry : link.collisions) add_collision(robot, geometry, body, bits);
+      for (const Geometry& geometry : link.collisions) add_collision(robot.surface(link.name), geometry, body, bits);
       bodies[link.name] = body;
     }
     exclude_neighbours_of_base(robot);
@@ -175,6 +173,7 @@ class Builder {
     }
     const auto figures = std::ranges::find(robot.joints, joint.name, &JointFigures::joint);
     const bool known = figures != robot.joints.end();
+    if (known && figures->spring) add_spring(joint, *made, robot.name + "/" + joint.name);
     made->armature = known ? figures->armature : 0.0;
     // The drive of an arm brings its own friction (sim/joint_drive.h).
     if (driven_.contains(robot.name)) return;
@@ -182,13 +181,25 @@ class Builder {
     made->damping[0] = known ? figures->viscous.value_or(joint.damping) : joint.damping;
   }
 
-  void set_inertia(const Link& link, mjsBody& body) {
-    if (!link.inertial) return;
-    const double scale = world_.physics.plant_mass_scale;
-    const Pose& X_LC = link.inertial->X_LC;
-    const Eigen::Matrix3d I = X_LC.linear() * link.inertial->I_C * X_LC.linear().transpose() * scale;
+  /// A constraint whose row the contact law sets: implicit, so that a light tip on a stiff spring is no trouble. The
+  /// range is the spring's travel, with hard stops.
+  void add_spring(const Joint& joint, mjsJoint& made, const std::string& name) {
+    mjsEquality* spring = mjs_addEquality(&spec_, nullptr);
+    mjs_setName(spring->element, name.c_str());
+    spring->type = mjEQ_JOINT;
+    mjs_setString(spring->name1, name.c_str());
+    made.range[0] = joint.lower;
+    made.range[1] = joint.upper;
+    made.solref_limit[0] = 2.0 * to_seconds(world_.physics.timestep);
+    made.solimp_limit[0] = 0.99;
+    made.solimp_limit[1] = 0.999;
+  }
+
+  static void set_inertia(const kinematics::Inertial& inertial, double scale, mjsBody& body) {
+    const Pose& X_LC = inertial.X_LC;
+    const Eigen::Matrix3d I = X_LC.linear() * inertial.I_C * X_LC.linear().transpose() * scale;
     body.explicitinertial = 1;
-    body.mass = link.inertial->mass * scale;
+    body.mass = inertial.mass * scale;
     std::copy_n(X_LC.translation().data(), 3, body.ipos);
     const std::array<double, 6> full = {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};
     std::copy(full.begin(), full.end(), body.fullinertia);
@@ -263,10 +274,11 @@ class Builder {
     if (geometry.material == kLightMaterial) light(*geom, robot.lit_by);
   }
 
-  void add_collision(const RobotDescription& robot, const Geometry& geometry, mjsBody* body, const ContactBits& bits) {
+  void add_collision(const ContactParameters& surface, const Geometry& geometry, mjsBody* body,
+                     const ContactBits& bits) {
     mjsGeom* geom = add_geom(body, geometry);
     geom->group = kCollisionGroup;
-    set_contact(*geom, robot.contact, bits);
+    set_contact(*geom, surface, bits);
   }
 
   std::string material_name(const RobotDescription& robot, const Geometry& geometry) {
@@ -298,11 +310,15 @@ class Builder {
     mjs_setName(body->element, object.name.c_str());
     set_pose(*body, object.mount.X_P);
     if (object.free) mjs_setName(mjs_addFreeJoint(body)->element, object.name.c_str());
-    double whole = 0.0;
-    for (const auto& part : object.shapes) whole += volume(part.shape);
+    if (object.inertial) set_inertia(*object.inertial, 1.0, *body);
+    double whole = 0.0, weighed = 0.0;
+    for (const auto& part : object.shapes) {
+      whole += volume(part.shape);
+      weighed += part.mass;
+    }
     for (const auto& part : object.shapes) {
       mjsGeom* geom = add_geom(body, part.shape, part.X_OG, true);
-      geom->mass = object.mass * volume(part.shape) / whole;
+      geom->mass = weighed > 0.0 ? part.mass : object.mass * volume(part.shape) / whole;
       geom->group = part.visible ? kObjectGroup : kCollisionGroup;
       set_rgba(geom->rgba, part.rgba);
       if (!part.material.empty()) mjs_setString(geom->material, part.material.c_str());

@@ -16,10 +16,12 @@
 #include <mujoco/mujoco.h>
 
 #include "core/kinematics/chain.h"
+#include "sim/contact_law.h"
 #include "sim/contact_watch.h"
 #include "sim/description_check.h"
 #include "sim/mujoco_errors.h"
 #include "sim/nominal_payload.h"
+#include "sim/reach.h"
 #include "sim/spec_builder.h"
 
 namespace takt::sim {
@@ -58,6 +60,29 @@ class PointInNumbers {
   locale_t classic_, before_;
 };
 
+/// Leaves out of the search for contacts what can never meet. @return null if MuJoCo refuses
+Owned<mjModel> search_less(mjSpec& spec, Owned<mjModel> model) {
+  const auto pairs = never_meet(*model);
+  if (pairs.empty()) return model;
+  const std::vector<int> alone = meet_nothing(*model, pairs);
+  for (const auto& [a, b] : pairs) {
+    const char* first = mj_id2name(model.get(), mjOBJ_BODY, a);
+    const char* second = mj_id2name(model.get(), mjOBJ_BODY, b);
+    if (!first || !second) continue;  // a hook's own body
+    mjsExclude* exclude = mjs_addExclude(&spec);
+    mjs_setString(exclude->bodyname1, first);
+    mjs_setString(exclude->bodyname2, second);
+  }
+  Owned<mjModel> less(mj_compile(&spec, nullptr));
+  if (!less) return less;
+  for (const int body : alone) {
+    less->body_contype[body] = less->body_conaffinity[body] = 0;
+    for (int i = less->body_geomadr[body]; i < less->body_geomadr[body] + less->body_geomnum[body]; ++i)
+      less->geom_contype[i] = less->geom_conaffinity[i] = 0;
+  }
+  return less;
+}
+
 Result<Owned<mjModel>> compile(const WorldDescription& description, bool visuals, const SpecHook& hook) {
   Owned<mjSpec> spec(mj_makeSpec());
   build_spec(description, visuals, *spec);
@@ -68,6 +93,7 @@ Result<Owned<mjModel>> compile(const WorldDescription& description, bool visuals
   if (std::strcmp(std::localeconv()->decimal_point, ".") != 0) spec->compiler.usethread = 0;
   const PointInNumbers point;
   Owned<mjModel> model(mj_compile(spec.get(), nullptr));
+  if (model && !visuals && !description.physics.search_all_pairs) model = search_less(*spec, std::move(model));
   if (model) return model;
   return failure(Code::kSystem, "", fmt::format("MuJoCo cannot build the world: {}", mjs_getError(spec.get())));
 }
@@ -79,6 +105,7 @@ struct World::Impl {
   Owned<mjData> data;
   Owned<mjModel> picture_model;
   Owned<mjData> picture_data;
+  std::optional<ContactLaw> contacts;
   Physics physics;
   int substeps = 1;
   Nanoseconds now = 0;
@@ -119,6 +146,7 @@ struct World::Impl {
   void set_start(const WorldDescription& description);
   void step();
   void physics_step();
+  void forward();
   /// @return the number of words
   std::size_t stream(StateStream::Mode mode, std::span<std::uint64_t> state);
   [[nodiscard]] bool diverged() const;
@@ -139,7 +167,7 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
   Diagnostics wrong_sizes;
   for (const JointVector* given :
        {&arm.control.natural_frequency, &arm.control.damping_ratio, &arm.control.friction_observer,
-        &arm.measurement.torque_noise, &arm.measurement.torque_bias}) {
+        &arm.control.protective_torque, &arm.measurement.torque_noise, &arm.measurement.torque_bias}) {
     if (given->size() == 0 || given->size() == n) continue;
     wrong_sizes.error(Code::kWrongSize, at, fmt::format("{} figures for {} joints", given->size(), n),
                       "one for each joint, or none");
@@ -253,7 +281,7 @@ void World::Impl::set_start(const WorldDescription& description) {
       data->qpos[model->jnt_qposadr[id]] = robot.q[i];
     }
   }
-  mj_forward(model.get(), data.get());
+  forward();
 }
 
 void World::Impl::physics_step() {
@@ -263,10 +291,21 @@ void World::Impl::physics_step() {
   if (m->opt.integrator == mjINT_RK4) {
     mj_step(m, d);
   } else {
+    contacts->prepare(*m, *d);
     mj_step2(m, d);
   }
   for (auto& watch : watches) watch.update(*m, *d);
   mj_step1(m, d);
+}
+
+/// As mj_forward, with the contact law.
+void World::Impl::forward() {
+  mj_step1(model.get(), data.get());
+  contacts->prepare(*model, *data);
+  mj_fwdActuation(model.get(), data.get());
+  mj_fwdAcceleration(model.get(), data.get());
+  mj_fwdConstraint(model.get(), data.get());
+  mj_sensorAcc(model.get(), data.get());
 }
 
 bool World::Impl::diverged() const {
@@ -279,6 +318,7 @@ std::size_t World::Impl::stream(StateStream::Mode mode, std::span<std::uint64_t>
   if (mode == StateStream::Mode::kWrite) mj_getState(model.get(), data.get(), plant_state.data(), kStateParts);
   stream.vector(plant_state);
   if (mode == StateStream::Mode::kRead) mj_setState(model.get(), data.get(), plant_state.data(), kStateParts);
+  contacts->stream(stream);
   stream(now);
   for (SimDevice* device : devices) device->stream(stream);
   return stream.position();
@@ -303,6 +343,7 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   impl->picture_data.reset(mj_makeData(impl->picture_model.get()));
   impl->physics = description.physics;
   impl->substeps = static_cast<int>(description.physics.period / description.physics.timestep);
+  impl->contacts.emplace(*impl->model, description);
   impl->set_start(description);
   diagnostics = impl->add_arms(description);
   impl->add_sensors(description);
@@ -317,7 +358,7 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
     device->start(*impl->data);
     device->actuate(*impl->data, 0);
   }
-  mj_forward(impl->model.get(), impl->data.get());
+  impl->forward();
   for (SimDevice* device : impl->devices) device->measure(*impl->data, 0);
   impl->words.resize(impl->stream(StateStream::Mode::kCount, {}));
   (void)impl->stream(StateStream::Mode::kWrite, impl->words);
@@ -381,6 +422,10 @@ std::string World::state_word_name(std::size_t word) const {
     }
     begin += size;
   }
+  StateStream remembered(StateStream::Mode::kCount, {});
+  impl_->contacts->stream(remembered);
+  if (word < begin + remembered.position()) return fmt::format("friction of contacts, value {}", word - begin);
+  begin += remembered.position();
   if (word == begin) return "time of the devices";
   ++begin;
   for (std::size_t device = 0; device < impl_->devices.size(); ++device) {

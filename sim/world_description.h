@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,18 +36,35 @@ struct Mount {
   Pose X_P = Pose::Identity();  ///< the mounted root (robot root link, object, camera) in the parent body
 };
 
-/// How a surface answers a touch. Of two touching surfaces the larger friction counts and the mean of the rest, but
-/// where `priority` differs the higher one gives all (MuJoCo's rules).
+/// How a surface answers a touch, in an engineer's units. What two surfaces do together: sim/contact_law.h.
 struct ContactParameters {
-  double friction = 0.6;        ///< sliding coefficient
-  double torsion = 0.005;       ///< m, torsional friction
-  double rolling = 0.0001;      ///< m, rolling friction
-  double time_constant = 0.01;  ///< s, of the contact as a spring and damper; >= 2 physics steps
-  double damping_ratio = 1.0;
-  /// Impedance d(0), d(width), width in m, midpoint, power: see docs/simulation.md, "Contacts".
-  std::array<double, 5> impedance = {0.95, 0.99, 0.0005, 0.5, 2.0};
-  int dimension = 3;  ///< 1 frictionless, 3 sliding, 4 with torsion, 6 with rolling
-  int priority = 0;
+  std::string material = {};   ///< by which rules for pairs find it; empty: none
+  double stiffness = 6e5;      ///< N/m, of this side
+  double damping = 600.0;      ///< N s/m, of this side
+  double friction = 0.6;       ///< sliding coefficient
+  double torsion = 0.0;        ///< m: torque about the normal over friction force; 0: a point that turns freely
+  double rolling = 0.0;        ///< m: likewise, against rolling
+  bool own_stiffness = false;  ///< stiffness and damping are those of its contacts, whatever it touches
+  bool own_friction = false;   ///< no rule replaces the friction
+
+  bool operator==(const ContactParameters&) const = default;
+};
+
+/// What two materials do together, where it is not what combine() makes of them (sim/contact_law.h).
+struct ContactRule {
+  std::array<std::string, 2> between;
+  std::optional<double> stiffness = {};  ///< N/m, of the contact
+  std::optional<double> damping = {};    ///< N s/m
+  std::optional<double> friction = {};
+};
+
+/// A spring that holds a joint at zero, within the range of the URDF, whose ends are stops.
+struct JointSpring {
+  double stiffness = 0.0;  ///< N/m or Nm/rad
+  double damping = 0.0;    ///< N s/m or Nm s/rad
+  double preload = 0.0;    ///< N or Nm, onto the stop at zero
+
+  bool operator==(const JointSpring&) const = default;
 };
 
 /// What a URDF does not say about a joint of the machine. Absent figures come from the URDF (damping, friction) or are
@@ -56,6 +74,7 @@ struct JointFigures {
   double armature = 0.0;               ///< kg m^2 or kg: rotor inertia times gear ratio squared
   std::optional<double> coulomb = {};  ///< Nm or N
   std::optional<double> viscous = {};  ///< Nms/rad or Ns/m
+  std::optional<JointSpring> spring = {};
 };
 
 /// A machine from a URDF: an arm, a sensor body, a tool. Joints that no device drives move freely.
@@ -67,9 +86,16 @@ struct RobotDescription {
   std::vector<JointFigures> joints;
   std::vector<double> q;  ///< start position of the movable joints in the order of the URDF; empty: zeros
   ContactParameters contact;
+  std::map<std::string, ContactParameters> link_contacts = {};  ///< by link, where it differs
   std::string lit_by = {};      ///< digital wire at which its shapes of material "light" burn; empty: they never do
+  bool free = false;            ///< its root moves freely (only without a parent); otherwise fixed to its parent
   bool self_collision = false;  ///< whether links of this robot (and of what is mounted on it) can touch each other
   double stop_margin = 0.035;   ///< rad or m: the mechanical stops lie this far beyond the limits of the URDF
+
+  [[nodiscard]] const ContactParameters& surface(const std::string& link) const {
+    const auto own = link_contacts.find(link);
+    return own == link_contacts.end() ? contact : own->second;
+  }
 };
 
 struct Capsule {
@@ -86,6 +112,7 @@ struct ObjectGeometry {
   std::string material = {};  ///< name of a material of the stage; empty: rgba
   bool visible = true;
   bool solid = true;  ///< takes part in contacts
+  double mass = 0.0;  ///< kg; if one shape has one, the shapes have theirs and ObjectDescription::mass is their sum
 };
 
 struct ObjectDescription {
@@ -94,6 +121,7 @@ struct ObjectDescription {
   Mount mount;
   std::vector<ObjectGeometry> shapes;
   double mass = 0.0;  ///< kg, spread evenly over the shapes by volume; must be > 0 if the object is free
+  std::optional<kinematics::Inertial> inertial = {};  ///< in O; instead of the mass spread over the shapes
   bool free = false;  ///< moves freely (only without a parent); otherwise fixed to its parent
   ContactParameters contact;
   std::string lit_by = {};  ///< digital wire at which it burns; empty: it is no lamp
@@ -124,7 +152,8 @@ struct ArmControlParameters {
   double brake_factor = 1.5;           ///< holding torque of the brakes over the effort limit
   device::ControlModes modes;          ///< and the classes of change, which the device keeps by itself
   device::ImpedanceDescription impedance;
-  motion::JointLimits limits;  ///< of its own stops; without figures it can only brake (category 0)
+  motion::JointLimits limits;     ///< of its own stops; without figures it can only brake (category 0)
+  JointVector protective_torque;  ///< Nm or N: external torque at which it stops by itself; default: never
 };
 
 /// What the arm's own sensors make of the truth. Noise is normal, independent in each sample.
@@ -269,8 +298,7 @@ struct Physics {
   Nanoseconds timestep = kMillisecond;                         ///< of the physics; divides the period
   Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  ///< m/s^2 in W
   Integrator integrator = Integrator::kEuler;
-  double friction_impedance_ratio = 10.0;  ///< how much stiffer contacts are along the surface than normal to it
-  int noslip_iterations = 0;               ///< > 0 keeps gripped parts from creeping
+  bool search_all_pairs = false;  ///< for contacts, also those of bodies that can never meet (sim/reach.h)
   int solver_iterations = 20;
   double solver_tolerance = 1e-10;
   double plant_mass_scale = 1.0;  ///< multiplies mass and inertia of all robots in the plant only (row D6)
@@ -288,6 +316,7 @@ struct WorldDescription {
   std::vector<SimInputDescription> inputs;
   std::vector<SimBeamDescription> beams;
   std::vector<SimDeviceDescription> devices;
+  std::vector<ContactRule> contact_rules;
   std::uint64_t seed = 1;  ///< of all noise; each device draws from a stream of its own name
 };
 

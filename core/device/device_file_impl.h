@@ -10,6 +10,7 @@
 
 #include "core/base/object_reader.h"
 #include "core/base/time.h"
+#include "core/device/plant_file.h"
 #include "core/kinematics/robot_model.h"
 
 /// What the readers of all kinds of device files share. Realtime: setup.
@@ -47,6 +48,7 @@ class DeviceFile {
     const std::string urdf = reader.text("urdf");
     description.urdf = load_urdf(urdf, reader.at("urdf"));
     description.robot = robot_;
+    (void)read_plant_keys(reader, robot_.get(), kind_);  // for its diagnostics
     std::string base = reader.text("base");
     check_link(base, reader.at("base"));
     return base;

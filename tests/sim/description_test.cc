@@ -67,7 +67,7 @@ TEST(Description, FiguresOutOfRange) {
   EXPECT_TRUE(contains(broken([](auto& w) { w.physics.timestep = 300'000; }), "whole physics steps"));
   EXPECT_TRUE(contains(broken([](auto& w) { w.robots[0].q[1] = 3.0; }), "the start position of joint 'a2' is 3"));
   EXPECT_TRUE(contains(broken([](auto& w) { w.robots[0].q.pop_back(); }), "6 start positions for 7"));
-  EXPECT_TRUE(contains(broken([](auto& w) { w.objects[0].contact.time_constant = 1e-3; }), "two physics steps"));
+  EXPECT_TRUE(contains(broken([](auto& w) { w.objects[0].contact.stiffness = 0.0; }), "N/m"));
   EXPECT_TRUE(contains(broken([](auto& w) { w.objects[0].free = true; }), "mass of a free object"));
   EXPECT_TRUE(contains(broken([](auto& w) { w.arms[0].flange_link = "flunge"; }), "flunge"));
   EXPECT_TRUE(contains(broken([](auto& w) { w.arms[0].control.damping_ratio = JointVector::Ones(3); }), "3 figures"));

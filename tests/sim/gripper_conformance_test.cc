@@ -33,7 +33,6 @@ class MujocoRig final : public GripperRig {
       part.mass = 0.5;
       cell.objects.push_back(part);
     }
-    grip_without_creep(cell.physics);
     world_ = std::make_shared<World>(make(cell));
     backend = std::shared_ptr<device::GripperBackend>(world_, world_->gripper("gripper"));
   }

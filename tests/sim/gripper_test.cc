@@ -65,7 +65,6 @@ class GripperTest : public testing::Test {
     part.free = true;
     part.mass = 1.0;
     description.objects.push_back(part);
-    grip_without_creep(description.physics);
     world.emplace(make(description));
     q = dq = JointVector::Zero(3);
   }

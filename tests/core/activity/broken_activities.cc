@@ -171,7 +171,7 @@ std::vector<BrokenActivity> motions() {
        {"arm", "9", "0", "6"}},
       {"a value of the wrong kind",
        [](auto& cell) { Actuator(cell.program, "lamp").template use<OutputInterface>().set(3.0).execute(); },
-       "/set lamp/set",
+       "/set lamp",
        Code::kInvalidValue,
        {"lamp"}},
   };

@@ -17,7 +17,7 @@ JointCompliance springs(double stiffness, int joints = 7) {
   return {.stiffness = net::JointArray(device::JointVector(device::JointVector::Constant(joints, stiffness)))};
 }
 ControlModeInterface modes(ActivityCell& cell) { return cell.robot.use<ControlModeInterface>(); }
-Activity held(ActivityCell& cell, const command::ComplianceWish& wish) {
+Activity held(ActivityCell& cell, const command::SpringParameters& wish) {
   return cell.robot.use<HoldInterface>().hold({.seconds = 0.1, .compliance = wish});
 }
 
@@ -48,7 +48,7 @@ std::vector<BrokenActivity> broken_modes() {
          modes(cell).switch_to(ControlMode::kJointImpedance).execute();
          held(cell, springs(2500)).execute();
        },
-       "/hold arm/hold/compliance/stiffness/0",
+       "/hold arm/compliance/stiffness_Nm_rad/0",
        Code::kOutOfRange,
        {"arm", "2500", "0", "2000"}},
       {"a change in a sequence",

@@ -84,7 +84,7 @@ std::vector<BrokenRun> devices() {
       {R"({"do": "set", "output": "lamp", "value": true})",
        "",
        Code::kNotPossibleNow,
-       {"set lamp", "try"},
+       {"set", "try"},
        [](int, ActivityCell& cell) { cell.lamp_terminal->is_ready = false; }},
       {R"({"do": "control_mode", "mode": "joint_impedance"})",
        "/mode",
@@ -110,6 +110,7 @@ std::vector<BrokenRun> motions() {
   };
   const auto silent = [](int cycle, ActivityCell& cell) { cell.sensor->silent = cycle >= 300; };
   const auto pushed = [](int cycle, ActivityCell& cell) { cell.extra.force.x() = cycle >= 300 ? 1000.0 : 0.0; };
+  const auto aside = [](int cycle, ActivityCell& cell) { cell.extra.force.x() = cycle >= 4000 ? 50.0 : 0.0; };
   return {
       {up + R"({"sensor": "wrist", "above_N": 900}})",
        "/until",
@@ -170,6 +171,20 @@ std::vector<BrokenRun> motions() {
        Code::kConditionNotMet,
        {},
        sinking,
+       true},
+      {steps(above_the_block + R"({"do": "press", "sensor": "wrist", "direction": [0, 0, -1], "in": "block",
+          "approach_m_s": 0.005, "depth_max_m": 0.001, "seconds": 60})"),
+       "/steps/2/depth_max_m",
+       Code::kConditionNotMet,
+       {"0.001"},
+       sinking,
+       true},
+      {steps(above_the_block + R"({"do": "press", "sensor": "wrist", "direction": [0, 0, -1], "in": "block",
+          "approach_m_s": 0.005, "lateral_max_N": 20, "seconds": 60})"),
+       "/steps/2/lateral_max_N",
+       Code::kConditionNotMet,
+       {"20"},
+       aside,
        true},
   };
 }

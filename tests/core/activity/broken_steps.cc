@@ -57,7 +57,10 @@ std::vector<BrokenRule> motions() {
        Code::kConflict,
        {"to", "about"}},
       {motion("lin", R"("to": "home", "on_end": "continue")"), "/on_end", Code::kConflict, {"on_end", "until"}},
-      {motion("lin", R"("to": "home", "base_to": "home", )" + guarded), "/until", Code::kConflict, {"until"}},
+      {motion("lin", R"("to": "home", "base_to": "home", "force_offset": {"force_N": 5})"),
+       "/force_offset",
+       Code::kConflict,
+       {"force_offset"}},
       {R"({"do": "control_mode", "mode": "postion"})", "/mode", Code::kUnknownName, {"postion", "position"}},
   };
 }

@@ -37,6 +37,11 @@ std::vector<BrokenRule> commands() {
        "/capture/x/value/progress",
        Code::kUnknownName,
        {"b", "transaction", "C6"}},
+      {tree(first("a", kDriver), R"(, "capture": {"x": {"value": {"speed": "arm"}, "when": {"started": "a"},
+                                                        "rate_Hz": 10}})"),
+       "/capture/x/rate_Hz",
+       Code::kConflict,
+       {"rate_Hz", "when"}},
       {tree(first("a", kDriver), R"(, "on_cancel": "never")"), "/on_cancel", Code::kUnknownName, {"never"}},
       {tree(first("a", kDriver), R"(, "on_cancel": ["b"])"), "/on_cancel/0", Code::kUnknownName, {"b", "C6"}},
   };
@@ -76,21 +81,19 @@ std::vector<BrokenRule> motions() {
   };
   const std::string blended = "{" + kUp + R"(, "blend_m": 0.01})";
   return {
-      {tree(first("m", kUp + R"(, "blend_m": 0.01)")), "/commands/m/blend_m", Code::kConflict, {"do", "motions"}},
       {several(""), "/commands/m/steps", Code::kMissing},
       {several(blended + R"(, {"do": "hold", "seconds": 1})"), "/commands/m/steps/1/do", Code::kUnknownName, {"hold"}},
       {several("{" + kUp + R"(, "blend_m": 0.01, "until": )" + kHard + "}, {" + to_home + "}"),
        "/commands/m/steps/0/until", Code::kConflict},
       {several("{" + kUp + "}, {" + to_home + "}"), "/commands/m/steps/0", Code::kConflict},
-      {several(blended + ", " + blended), "/commands/m/steps/1", Code::kConflict},
       {several("{" + kUp + R"(, "blend_m": 0.01, "base_to": "home"}, {)" + to_home + "}"),
        "/commands/m/steps/0/base_to",
        Code::kConflict,
        {"lin"}},
-      {tree(first("m", kUp + R"(, "base_to": "home", "until": )" + kHard)),
-       "/commands/m/until",
+      {tree(first("m", kUp + R"(, "base_to": "home", "force_offset": {"force_N": 5})")),
+       "/commands/m/force_offset",
        Code::kConflict,
-       {"until"}},
+       {"force_offset"}},
       {tree(first("m", kUp + R"(, "base_to": "home", "weave": {"amplitude_m": 0.002, "frequency_Hz": 2})")),
        "/commands/m/weave",
        Code::kConflict,
@@ -217,10 +220,6 @@ std::vector<BrokenRule> compliances() {
        "/commands/m/steps/1/compliance",
        Code::kConflict,
        {"steps"}},
-      {R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "base_to": "home", )" + kSprings + "}}",
-       "/compliance",
-       Code::kConflict,
-       {"compliance"}},
   };
 }
 
@@ -263,6 +262,7 @@ std::vector<BrokenRule> broken_transaction_plans() {
        "/commands/on",
        Code::kUnknownPosition,
        {"arm", "on"}},
+      {tree(first("m", kUp + R"(, "blend_m": 0.01)") + ", " + first("w", wait)), "/commands/m", Code::kConflict, {"m"}},
       {tree(first("g", R"("do": "grip", "width_m": 0.3)")),
        "/commands/g/width_m",
        Code::kOutOfRange,

@@ -330,7 +330,7 @@ void break_pair_steps() {
   };
   const std::string blend = R"(, "blend_m": 0.01)", alone = R"("velocity_m_s": 0.1)";
   told(tree(both(follows + weave + R"(, "start": true)")), "/commands/m/follower", Code::kConflict);
-  told(tree(both(follows + blend + R"(, "start": true)")), "/commands/m/blend_m", Code::kConflict, {"do", "motions"});
+  told(tree(both(follows + blend + R"(, "start": true)")), "/commands/m", Code::kConflict, {"m"});
   told(several(both(alone + blend) + "," + both(follows)), "/commands/m/steps/1/follower", Code::kConflict,
        {"left", "right", "follower"});
   told(several(both(follows + blend) + "," + both(alone)), "/commands/m/steps/1", Code::kConflict,
@@ -340,8 +340,7 @@ void break_pair_steps() {
   told(several(both(follows), R"(, "compliance": {"mode": "cartesian_impedance", "force_N": [0, 0, 5]})"),
        "/commands/m/compliance/force_N", Code::kConflict);
   told(both(follows + R"(, "base_to": "home")"), "/follower", Code::kConflict, {"follower"});
-  told(both(R"("abort_if": {"sensor": "left wrist", "above_N": 5}, "base_to": "home")"), "/abort_if", Code::kConflict,
-       {"abort_if"});
+  told(both(R"("blend_m": 0.01, "base_to": "home")"), "/blend_m", Code::kConflict, {"blend_m"});
   told(R"({"do": "lin", "arm": "left", "to": {"by_m": [0, 0, 3]}, )" + follows + "}", "/to", Code::kUnreachable);
   told(R"({"do": "lin", "arm": "left", "to": {"by_m": [-0.1, 0.55, 0]}, )" + follows + "}", "/follower",
        Code::kUnreachable);

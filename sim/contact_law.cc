@@ -1,0 +1,306 @@
+#include "sim/contact_law.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <mujoco/mujoco.h>
+#include <Eigen/Geometry>
+
+namespace takt::sim {
+namespace {
+
+/// Stiffness along a surface over that normal to it: 2 (1 - nu) / (2 - nu) for nu = 0.3.
+/// Source: R. D. Mindlin, "Compliance of elastic bodies in contact", J. Appl. Mech. 16 (1949).
+constexpr double kTangentialShare = 0.8;
+/// While it slides, a contact's friction is a known force and needs no inertia of its own; this share of the mass in
+/// contact keeps the equations regular.
+constexpr double kSlidingMass = 0.01;
+/// The cone of a sliding contact is so much wider: the law limits the force itself, and the cone is only there for
+/// surfaces that part within the step.
+constexpr double kSlidingCone = 10.0;
+constexpr double kLeastFriction = 1e-5;    // MuJoCo divides by it
+constexpr double kLeastDeviation = 1e-10;  // m^2: points nearer than 10 um to each other cannot tell a twist
+
+using MatrixMap = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+using VectorMap = Eigen::Map<const Eigen::Vector3d>;
+
+std::int64_t shapes_of(const mjContact& contact) {
+  return (static_cast<std::int64_t>(contact.geom[0]) << 32) | static_cast<std::uint32_t>(contact.geom[1]);
+}
+
+bool matches(const ContactRule& rule, const ContactParameters& a, const ContactParameters& b) {
+  const auto& [first, second] = rule.between;
+  return (first == a.material && second == b.material) || (first == b.material && second == a.material);
+}
+
+}  // namespace
+
+ContactPair combine(const ContactParameters& a, const ContactParameters& b, std::span<const ContactRule> rules) {
+  ContactPair pair;
+  if (a.own_stiffness || b.own_stiffness) {
+    const bool first = a.own_stiffness && !(b.own_stiffness && b.stiffness < a.stiffness);
+    pair.stiffness = first ? a.stiffness : b.stiffness;
+    pair.damping = first ? a.damping : b.damping;
+  } else {
+    pair.stiffness = 1.0 / (1.0 / a.stiffness + 1.0 / b.stiffness);
+    for (const ContactParameters* side : {&a, &b}) {
+      const double share = pair.stiffness / side->stiffness;  // of the deflection
+      pair.damping += side->damping * share * share;
+    }
+  }
+  pair.friction = std::max(a.friction, b.friction);
+  pair.torsion = std::max(a.torsion, b.torsion);
+  pair.rolling = std::max(a.rolling, b.rolling);
+  for (const ContactRule& rule : rules) {
+    if (!matches(rule, a, b)) continue;
+    if (!a.own_stiffness && !b.own_stiffness) {
+      pair.stiffness = rule.stiffness.value_or(pair.stiffness);
+      pair.damping = rule.damping.value_or(pair.damping);
+    }
+    if (!a.own_friction && !b.own_friction) pair.friction = rule.friction.value_or(pair.friction);
+  }
+  return pair;
+}
+
+/// The contact points of two shapes in one step.
+struct ContactLaw::Patch {
+  const ContactPair* pair = nullptr;
+  double stiffness = 0.0, damping = 0.0;  ///< of each point, normal
+  double normal_damping = 0.0;            ///< of each point, with what the step adds
+  double added_share = 0.0;               ///< of the inertia that the step adds in what moves, 0..1
+  double mass = 0.0;                      ///< kg, that the two bodies have against each other, about
+  double friction_limit = 0.0;            ///< N, of all points
+  Eigen::Vector3d centre, normal;         ///< of the pressure, in the world
+  Eigen::Vector3d stretch;                ///< m, in the world
+  double twist = 0.0;                     ///< rad
+};
+
+ContactLaw::ContactLaw(const mjModel& model, const WorldDescription& description)
+    : timestep_(model.opt.timestep), surface_of_(static_cast<std::size_t>(model.ngeom), 0) {
+  std::vector<ContactParameters> known{ContactParameters{}};
+  const auto number_of = [&](const ContactParameters& surface) {
+    auto found = std::ranges::find(known, surface);
+    if (found == known.end()) found = known.insert(known.end(), surface);
+    return static_cast<int>(found - known.begin());
+  };
+  const auto set = [&](const std::string& body, int surface) {
+    const int id = mj_name2id(&model, mjOBJ_BODY, body.c_str());
+    if (id < 0) return;
+    for (int i = 0; i < model.body_geomnum[id]; ++i)
+      surface_of_[static_cast<std::size_t>(model.body_geomadr[id] + i)] = surface;
+  };
+  std::size_t memories = 8;
+  for (const RobotDescription& robot : description.robots) {
+    for (const auto& link : robot.model->links) set(robot.name + "/" + link.name, number_of(robot.surface(link.name)));
+  }
+  for (const ObjectDescription& object : description.objects) {
+    set(object.name, number_of(object.contact));
+    if (object.free) memories += 4;
+  }
+  memories += 6 * description.grippers.size();
+  surfaces_ = known.size();
+  for (const auto& a : known) {
+    for (const auto& b : known) pairs_.push_back(combine(a, b, description.contact_rules));
+  }
+  before_.resize(memories);
+  after_.resize(memories);
+  add_springs(model, description);
+}
+
+void ContactLaw::add_springs(const mjModel& model, const WorldDescription& description) {
+  for (const RobotDescription& robot : description.robots) {
+    for (const JointFigures& figures : robot.joints) {
+      if (!figures.spring) continue;
+      const std::string name = robot.name + "/" + figures.joint;
+      const int joint = mj_name2id(&model, mjOBJ_JOINT, name.c_str());
+      const double mobility = model.dof_invweight0[model.jnt_dofadr[joint]];
+      springs_.push_back(
+          {mj_name2id(&model, mjOBJ_EQUALITY, name.c_str()), *figures.spring, 1.0 / std::max(mjMINVAL, mobility)});
+    }
+  }
+}
+
+/// The equation of a contact's normal direction, on both sides.
+void ContactLaw::set_springs(mjData& data) const {
+  const double h = timestep_;
+  for (int row = 0; row < data.ne; ++row) {
+    const auto spring = std::ranges::find(springs_, data.efc_id[row], &Spring::equality);
+    if (data.efc_type[row] != mjCNSTR_EQUALITY || spring == springs_.end()) continue;
+    const auto& [stiffness, damping, preload] = spring->figures;
+    const double inertia = h * (h * stiffness + damping);
+    const double share = inertia / (inertia + spring->mass);
+    const double force =
+        -stiffness * data.efc_pos[row] - preload - (damping + share * h * stiffness) * data.efc_vel[row];
+    data.efc_R[row] = 1.0 / inertia;
+    data.efc_D[row] = inertia;
+    data.efc_aref[row] = force / inertia;
+  }
+}
+
+const ContactPair& ContactLaw::pair(int first, int second) const {
+  const auto a = static_cast<std::size_t>(surface_of_[static_cast<std::size_t>(first)]);
+  const auto b = static_cast<std::size_t>(surface_of_[static_cast<std::size_t>(second)]);
+  return pairs_[a * surfaces_ + b];
+}
+
+const ContactLaw::Memory* ContactLaw::remembered(std::int64_t shapes) const {
+  const auto found = std::ranges::find(before_, shapes, &Memory::shapes);
+  return found == before_.end() ? nullptr : &*found;
+}
+
+void ContactLaw::store(const Memory& memory) {
+  if (used_ < after_.size()) after_[used_++] = memory;
+}
+
+void ContactLaw::prepare(const mjModel& model, mjData& data) {
+  used_ = 0;
+  if (!springs_.empty()) set_springs(data);
+  // The contact points of two shapes follow each other.
+  for (int begin = 0, end = 0; begin < data.ncon; begin = end) {
+    for (end = begin + 1; end < data.ncon && shapes_of(data.contact[end]) == shapes_of(data.contact[begin]);) ++end;
+    if (data.contact[begin].geom[0] >= 0 && data.contact[begin].geom[1] >= 0) set_patch(model, data, begin, end);
+  }
+  std::fill(after_.begin() + static_cast<std::ptrdiff_t>(used_), after_.end(), Memory{});
+  std::swap(before_, after_);
+}
+
+void ContactLaw::set_patch(const mjModel& model, mjData& data, int begin, int end) {
+  double depth = 0.0, squares = 0.0;
+  int points = 0;
+  const auto depth_of = [&](const mjContact& contact) {
+    return std::max(0.0, data.efc_margin[contact.efc_address] - data.efc_pos[contact.efc_address]);
+  };
+  for (int i = begin; i < end; ++i) {
+    if (data.contact[i].efc_address < 0) continue;
+    const double own = depth_of(data.contact[i]);
+    depth += own;
+    squares += own * own;
+    ++points;
+  }
+  if (points == 0) return;
+  const mjContact& first = data.contact[begin];
+  const double shares = squares > 0.0 ? depth * depth / squares : points;
+  const double h = timestep_;
+  Patch patch;
+  patch.pair = &pair(first.geom[0], first.geom[1]);
+  patch.stiffness = patch.pair->stiffness / shares;
+  patch.damping = patch.pair->damping / shares;
+  const int body = model.body_weldid[model.geom_bodyid[first.geom[0]]];
+  const int other = model.body_weldid[model.geom_bodyid[first.geom[1]]];
+  patch.mass = 1.0 / std::max(mjMINVAL, model.body_invweight0[2 * body] + model.body_invweight0[2 * other]);
+  const double added = h * (h * patch.stiffness + patch.damping);
+  patch.added_share = added / (added + patch.mass);
+  patch.normal_damping = patch.damping + patch.added_share * h * patch.stiffness;
+
+  patch.centre = patch.normal = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  const auto weight = [&](const mjContact& contact) { return depth > 0.0 ? depth_of(contact) / depth : 1.0 / points; };
+  const auto tangential = [&](const mjContact& contact) -> Eigen::Vector3d {
+    if (contact.dim == 1) return Eigen::Vector3d::Zero();
+    const double* v = data.efc_vel + contact.efc_address;
+    return v[1] * VectorMap(contact.frame + 3) + v[2] * VectorMap(contact.frame + 6);
+  };
+  for (int i = begin; i < end; ++i) {
+    const mjContact& contact = data.contact[i];
+    if (contact.efc_address < 0) continue;
+    patch.centre += weight(contact) * VectorMap(contact.pos);
+    patch.normal += weight(contact) * VectorMap(contact.frame);
+    velocity += weight(contact) * tangential(contact);
+    const int row = contact.efc_address;
+    const double force =
+        -patch.stiffness * (data.efc_pos[row] - data.efc_margin[row]) - patch.normal_damping * data.efc_vel[row];
+    patch.friction_limit += patch.pair->friction * std::max(0.0, force);
+  }
+  if (patch.normal.norm() > 1e-9) patch.normal.normalize();
+  double deviation = 0.0, moment = 0.0;
+  for (int i = begin; i < end; ++i) {
+    const mjContact& contact = data.contact[i];
+    if (contact.efc_address < 0) continue;
+    const Eigen::Vector3d arm = patch.normal.cross(VectorMap(contact.pos) - patch.centre);
+    deviation += weight(contact) * arm.squaredNorm();
+    moment += weight(contact) * arm.dot(tangential(contact));
+  }
+  double spin = deviation > kLeastDeviation ? moment / deviation : 0.0;
+  if (deviation <= kLeastDeviation && first.dim > 3) spin = data.efc_vel[first.efc_address + 3];
+
+  // Friction's spring moves with the surfaces.
+  Memory memory{.shapes = shapes_of(first)};
+  const MatrixMap R(data.xmat + 9 * model.geom_bodyid[first.geom[0]]);
+  patch.stretch = h * velocity;
+  patch.twist = h * spin;
+  if (const Memory* old = remembered(memory.shapes)) {
+    patch.stretch += R * old->stretch;
+    patch.twist += old->twist;
+  }
+  patch.stretch -= patch.normal * patch.normal.dot(patch.stretch);
+  for (int i = begin; i < end; ++i) {
+    if (data.contact[i].efc_address >= 0) set_rows(model, data, patch, data.contact[i]);
+  }
+  // It is never stretched farther than friction can hold.
+  const double longest = patch.friction_limit / (kTangentialShare * patch.pair->stiffness);
+  if (const double length = patch.stretch.norm(); length > longest) patch.stretch *= longest / length;
+  const double radius = std::max(std::sqrt(deviation), std::max(patch.pair->torsion, 1e-6));
+  patch.twist = std::clamp(patch.twist, -longest / radius, longest / radius);
+  memory.stretch = R.transpose() * patch.stretch;
+  memory.twist = patch.twist;
+  store(memory);
+}
+
+void ContactLaw::set_rows(const mjModel&, mjData& data, const Patch& patch, mjContact& contact) const {
+  const double h = timestep_;
+  const int row = contact.efc_address;
+  const auto set = [&](int i, double inertia, double force) {
+    data.efc_R[row + i] = 1.0 / inertia;
+    data.efc_D[row + i] = inertia;
+    data.efc_aref[row + i] = force / inertia;
+  };
+  const double normal_force =
+      -patch.stiffness * (data.efc_pos[row] - data.efc_margin[row]) - patch.normal_damping * data.efc_vel[row];
+  const double inertia = h * (h * patch.stiffness + patch.damping);
+  set(0, inertia, normal_force);
+  if (contact.dim == 1) return;
+
+  const double pressed = std::max(0.0, normal_force);
+  const double friction = std::max(patch.pair->friction, kLeastFriction);
+  const double limit = friction * pressed;
+  const double k = kTangentialShare * patch.stiffness;
+  const double b = kTangentialShare * (patch.damping + patch.added_share * h * patch.stiffness);
+  const VectorMap t1(contact.frame + 3), t2(contact.frame + 6);
+  const Eigen::Vector2d velocity(data.efc_vel[row + 1], data.efc_vel[row + 2]);
+  const Eigen::Vector3d stretch =
+      patch.stretch + patch.twist * patch.normal.cross(VectorMap(contact.pos) - patch.centre);
+  Eigen::Vector2d force = -k * Eigen::Vector2d(t1.dot(stretch), t2.dot(stretch)) - b * velocity;
+  if (const double size = force.norm(); size > limit) force *= limit / size;
+
+  // What friction cannot bring to rest within the step slides: its force is known then.
+  const bool slides = velocity.norm() > h * patch.friction_limit / patch.mass;
+  double tangential = kTangentialShare * inertia * (1.0 + 2.0 * patch.added_share);
+  if (slides) tangential = std::min(tangential, kSlidingMass * patch.mass);
+  set(1, tangential, force[0]);
+  set(2, tangential, force[1]);
+  const double cone = slides ? kSlidingCone : 1.0;
+  const std::array<double, 5> coefficients = {friction, friction,
+                                              std::max(patch.pair->torsion * friction, kLeastFriction),
+                                              std::max(patch.pair->rolling * friction, kLeastFriction),
+                                              std::max(patch.pair->rolling * friction, kLeastFriction)};
+  for (int i = 0; i < 5; ++i) contact.friction[i] = cone * coefficients[static_cast<std::size_t>(i)];
+  for (int i = 3; i < contact.dim; ++i) {
+    // A lever: as stiff as the surface at the radius at which friction would give this torque.
+    const double radius = coefficients[static_cast<std::size_t>(i - 1)] / friction;
+    const double spring = i == 3 ? k * patch.twist : 0.0;
+    const double torque = -(spring + b * data.efc_vel[row + i]) * radius * radius;
+    set(i, tangential * radius * radius, std::clamp(torque, -radius * limit, radius * limit));
+  }
+  contact.mu = contact.friction[0] * std::sqrt(data.efc_R[row + 1] / data.efc_R[row]);
+}
+
+void ContactLaw::stream(StateStream& state) {
+  for (Memory& memory : before_) {
+    state(memory.shapes);
+    state.vector(memory.stretch);
+    state(memory.twist);
+  }
+}
+
+}  // namespace takt::sim
