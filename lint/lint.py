@@ -5,7 +5,8 @@ Rules: layers include only downwards; headers have '#pragma once'; no left-over 
 no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead to a file and, with
 an anchor, to a heading; files of the repository that a page names exist; every row of docs/semantics.md is named by a test
 or says which issue brings it; no file over 600 lines; no capturing lambda inside of a co_await expression; no name twice in
-the unnamed namespaces of a folder (unnamed.py).
+the unnamed namespaces of a folder (unnamed.py); tests ask for codes and pointers of diagnostics, not for their words; every
+code of a diagnostic is asked for by a test.
 """
 import pathlib
 import re
@@ -65,6 +66,41 @@ MARKS = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X|HA" r"CK)\b")
 MACHINE = re.compile(r"(^|[^A-Za-z0-9_.])/(work|farm|root|home)/|pypi\.o" r"rg|pythonhos" r"ted|deb\.deb" r"ian")
 
 
+# Words in what a test looks for: two words in a row, as no name, key, pointer or number has them.
+WORDS = r'"(?:[^"\\\n]|\\.)*?[A-Za-z]{2,},? [a-z]{2,}(?:[^"\\\n]|\\.)*"'
+LOOKS_FOR_WORDS = re.compile(r"\b(?:HasSubstr|StartsWith|EndsWith|ContainsRegex|MatchesRegex|find|contains|starts_with|ends_with)"
+                             r"\(\s*(?:std::string\()?" + WORDS)
+LOOKS_AT_MESSAGE = re.compile(r"(?:\.|->|::)(?:message|hint)\b\s*(?:,|==|!=|\.(?:find|contains|starts_with|ends_with)\b)")
+LOOKS_IN_OUTPUT = re.compile(r"assert(?:In|NotIn|Regex)\(\s*[rf]?" + WORDS + r"[^\n]*\bstderr\b")
+# What prints, and what others say: each with the reason why its words are the subject.
+QUOTING_TESTS = {
+    "tests/core/base/diagnostics_test.cc": "how diagnostics are printed",
+    "tests/core/base/text_location_test.cc": "how locations are printed",
+    "tests/core/base/json_test.cc": "suggestions for mistyped names",
+    "tests/core/base/last_catch_test.cc": "what the process says of an exception that nobody caught",
+    "tests/core/rcc/last_catch_test.cc": "what the process says of an exception that nobody caught",
+    "tests/record/compare_test.cc": "notes of a comparison, which are texts",
+    "tests/record/damage_test.cc": "damage of a recording, a list of texts",
+    "tests/record/hostile_test.cc": "damage of a recording, a list of texts",
+    "tests/record/recorder_test.cc": "why a recording stopped, and what it holds",
+    "tests/hw/rtde/dashboard_test.cc": "answers of UR's dashboard server",
+    "tests/hw/rtde/programs_test.cc": "errors of UR's controller, which its clients read",
+    "tests/hw/rtde/client_test.cc": "what a driver says of a controller",
+    "tests/hw/rtde/driver_test.cc": "faults of a driver, numbers with words",
+    "tests/hw/urscript/machine_test.cc": "errors of UR's controller, which its clients read",
+    "tests/hw/fri/client_test.cc": "faults of a driver, numbers with words",
+    "tests/hw/fri/controller_test.cc": "what KUKA's controller shows",
+    "tests/tools/hardware_test.py": "what KUKA's controller shows",
+    "tests/proofs/interruptions_are_safe.cc": "the cause with which a net ended, a text",
+    "tests/supply/supply_test.py": "what CMake says",
+    "tests/tools/hardening_test.py": "what the process and the operating system say",
+    "tests/tools/model_test.py": "progress and tables of `takt model`",
+}
+
+# Folders whose tests still look for words (docs/status.md, issue 15). The list gets shorter, never longer.
+STILL_QUOTING = ("tests/core/device/", "tests/scenario/", "tests/sim/", "tests/hw/scenario/")
+
+
 def tracked():
     names = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True,
                            check=True)
@@ -101,6 +137,37 @@ def check_awaits(name, text, say):
         say(name, text[: match.start()].count("\n") + 1, "parameters inside of a co_await expression: name them before")
     for match in AWAITED_LAMBDA.finditer(text):
         say(name, text[: match.start()].count("\n") + 1, "a capturing lambda inside of a co_await expression: name it before")
+
+
+def check_quotes(name, text, say):
+    """Tests ask for codes and pointers, so that every message may be reworded (docs/testing.md)."""
+    if name in QUOTING_TESTS or name.startswith(STILL_QUOTING):
+        return
+    rules = [LOOKS_IN_OUTPUT] if name.endswith(".py") else [LOOKS_FOR_WORDS, LOOKS_AT_MESSAGE]
+    for rule in rules:
+        for match in rule.finditer(text):
+            line = text[text.rfind("\n", 0, match.start()) + 1: match.start()]
+            if re.search(r"\b(log|lines|page|svg|picture)\b", line):
+                continue  # of what a run logs, or of a page, the words are the subject
+            say(name, text[: match.start()].count("\n") + 1, "a test that looks for the words of a message: ask for code, "
+                "pointer and names (tests/support/reports.h), or list the file in QUOTING_TESTS with the reason")
+
+
+def check_codes(names, say):
+    """Every code is reported by some code and asked for by some test."""
+    codes = re.findall(r'\{Code::(k\w+), "([\w-]+)"', (ROOT / "core/base/diagnostics.cc").read_text())
+
+    def texts(folders, suffixes):
+        return "\n".join((ROOT / name).read_text(errors="replace") for name in names
+                         if name.startswith(folders) and name.endswith(suffixes) and not name.startswith("core/base/diagnostics"))
+
+    sources = texts(("core/", "sim/", "hw/", "scenario/", "record/", "app/", "tools/"), (".cc", ".h"))
+    tests = texts("tests/", (".cc", ".h", ".py"))
+    for code, name in codes:
+        if code != "kNote" and not re.search(rf"Code::{code}\b", sources):
+            say("core/base/diagnostics.h", 1, f"nothing reports the code '{name}'")
+        if code != "kNote" and not re.search(rf"Code::{code}\b|\[{name}\]", tests):
+            say("core/base/diagnostics.h", 1, f"no test asks for the code '{name}'")
 
 
 def check_text(name, lines, say):
@@ -183,12 +250,15 @@ def main():
         if name.endswith((".cc", ".h")):
             check_code(name, lines, say)
             check_awaits(name, text, say)
+        if name.startswith("tests/") and name.endswith((".cc", ".h", ".py")):
+            check_quotes(name, text, say)
         if name != "lint/lint.py":
             check_text(name, lines, say)
         if name.endswith(".md"):
             check_links(name, text, say)
             check_paths(name, text, known, say)
     check_folders(known, say)
+    check_codes(names, say)
     check_semantics(names, say)
     for collision in unnamed.collisions(ROOT, names):
         say(*collision)

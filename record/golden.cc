@@ -247,7 +247,7 @@ Result<Golden> make_golden(const Recording& recording, const BlessOptions& optio
     diagnostics.error(Code::kMissing, "", "a golden needs a reason", "say in a few words why this run is right");
   }
   for (const std::string& damage : recording.damage())
-    diagnostics.error(Code::kNote, "", fmt::format("recording: {}", damage));
+    diagnostics.error(Code::kFileNotReadable, "", fmt::format("recording: {}", damage));
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
 
   Golden golden;

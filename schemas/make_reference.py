@@ -219,7 +219,7 @@ class Page:
         return lines + [""]
 
     def steps(self):
-        kinds = self.definitions["step"]["properties"]["do"]["enum"]
+        kinds = self.definitions["step_operations"]["enum"]
         lines = ["## Steps", "A step is an object; `do` names its type. Every step may have a `name`: "
                  + lower_first(self.description(self.definitions["step"]["properties"]["name"])), "",
                  "Operations, whose parameters are in the [reference of operations](operations-reference.md): "
@@ -231,7 +231,7 @@ class Page:
         return lines
 
     def commands(self):
-        kinds = self.definitions["command"]["properties"]["do"]["enum"]
+        kinds = self.definitions["command_operations"]["enum"]
         node = self.definitions["ptp"]["properties"]
         return ["## Commands", "A command of a [transaction](programs.md#transactions) is written like a step of the same type, without "
                 "`name`: " + ", ".join(f"`{kind}`" for kind in kinds) + ". Two more keys:", "",

@@ -43,7 +43,7 @@ int compare(const CompareArguments& arguments, const Common& common) {
   if (is_golden(arguments.a)) {
     Diagnostics diagnostics;
     diagnostics.add(
-        {Severity::kError, Code::kUsage, arguments.a, {}, "a golden stands first", "compare RECORDING GOLDEN"});
+        {Severity::kError, Code::kUsage, arguments.a, {}, "the first file is a golden", "compare RECORDING GOLDEN"});
     return report(diagnostics, common);
   }
   if (!arguments.html.empty()) {
@@ -98,7 +98,7 @@ int bless(const BlessArguments& arguments, const Common& common) {
                      Code::kConditionNotMet,
                      arguments.scenario,
                      {},
-                     "this run does not hold, so it is not blessed",
+                     "this run failed, so it is not blessed",
                      {}});
     (void)report(diagnostics, common);
     return scenario::exit_status(run.verdict);

@@ -60,7 +60,7 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   auto [opening, options] = app::parse(arguments, {arguments.file}, diagnostics);
   if (arguments.step && arguments.realtime) {
     diagnostics.error(Code::kConflict, "--step",
-                      "the simulated time stands while a step waits, so there is no pace to keep",
+                      "simulated time stops while a step waits, so it cannot follow the wall clock",
                       "--step or --realtime");
   }
   if (diagnostics.has_errors()) return report(diagnostics, common);

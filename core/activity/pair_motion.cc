@@ -46,8 +46,8 @@ Result<Grasp> grasp_at(const Cell& cell, const std::string& leader, const std::s
                        const JointVector& q_leader, const JointVector& q_follower) {
   if (moves(cell.frames, leader, follower)) {
     return failure(Code::kUnknownPosition, "/follower",
-                   fmt::format("where '{}' stands to '{}' changes while bases drive", follower, leader),
-                   "arms that stand in the room, or on one base");
+                   fmt::format("the pose of '{}' relative to '{}' changes while a base drives", follower, leader),
+                   "arms that are fixed in the cell, or on one base");
   }
   const command::MountedArm &leads = cell.arms.find(leader)->second, &follows = cell.arms.find(follower)->second;
   const auto X_WL = cell.frames.pose(leader), X_WF = cell.frames.pose(follower);

@@ -33,7 +33,7 @@ Runtime::Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void
 ProgramCancelled::ProgramCancelled()
     : ActivityError([] {
         Diagnostics why;
-        why.error(Code::kCancelled, "", "the program was cancelled", "a Runtime of its own for what is to come after");
+        why.error(Code::kCancelled, "", "the program was cancelled", "a new Runtime for what comes next");
         return why;
       }()) {}
 
@@ -59,7 +59,8 @@ void Runtime::drop_coroutines() {
 
 void Runtime::require_outside() const {
   if (resuming_)
-    throw_diagnostic(Code::kNotPossibleNow, "", "a coroutine may not block: the loop would stand", "co_await");
+    throw_diagnostic(Code::kNotPossibleNow, "", "a coroutine must not block: it would stop the loop that runs it",
+                     "co_await");
 }
 
 void Runtime::step() {
@@ -89,7 +90,7 @@ void Runtime::spend() {
   constexpr int kMost = 10'000;  // in one cycle: more is a program that never waits
   if (std::exchange(spent_in_cycle_, core_.cycle()) != core_.cycle()) spent_ = 0;
   if (++spent_ > kMost)
-    throw_diagnostic(Code::kTooLarge, "", fmt::format("the program went on {} times without a cycle between", kMost),
+    throw_diagnostic(Code::kTooLarge, "", fmt::format("the program resumed {} times without a cycle in between", kMost),
                      "co_await cycles(1), or an activity, in what repeats");
 }
 
@@ -109,7 +110,7 @@ void Runtime::run_until(const std::function<bool()>& holds) {
   require_outside();
   for (std::int64_t cycles = 0; !holds(); ++cycles) {
     if (cycles == options_.most_cycles)
-      throw_diagnostic(Code::kTimeout, "", fmt::format("nothing came of it within {} cycles", cycles),
+      throw_diagnostic(Code::kTimeout, "", fmt::format("not finished within {} cycles", cycles),
                        "a larger most_cycles, or a condition that comes true");
     if (cancelled_ && scheduler_.idle() && waiting_.empty()) throw ProgramCancelled();
     step();

@@ -311,7 +311,8 @@ void Actuator::carry(double mass) const {
     throw_diagnostic(Code::kOutOfRange, name_, fmt::format("a mass of {:g} kg", mass), "0 or more");
   device::Arm& device = *arm().device;
   if (device.held())
-    throw_diagnostic(Code::kNotPossibleNow, name_, fmt::format("'{}' runs: its load changes between activities", name_),
+    throw_diagnostic(Code::kNotPossibleNow, name_,
+                     fmt::format("'{}' is running an activity, and its load can change only between activities", name_),
                      "after their end");
   device::ToolSetting tool = runtime_->empty_tool(name_, device.tool());
   tool.payload = device::combine(tool.payload, {.mass = mass, .p_FC = arm().X_FT.translation()});

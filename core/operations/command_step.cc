@@ -232,7 +232,8 @@ class NameCheck {
     check_state(owner, handler.state);
     for (const HandlerParameters::Effect& effect : handler.effects) {
       if (effect.kind == Kind::kExternal) {
-        if (effect.name.empty()) diagnostics_.error(Code::kMissing, effect.pointer, "an empty text", "what is told");
+        if (effect.name.empty())
+          diagnostics_.error(Code::kMissing, effect.pointer, "an empty text", "the text to report");
       } else if (effect.kind == Kind::kRaise) {
         check_raised(owner, effect.name, effect.pointer);
       } else {
@@ -281,7 +282,8 @@ std::unique_ptr<OperationCommand> read_root(const OperationSource& source) {
   ObjectReader reader(json, pointer, unheard);
   if (!root->is_called_by_type()) root->name = read_name(reader, root->name);
   if (json.contains("start")) {
-    diagnostics.error(Code::kConflict, pointer + "/start", "a step of its own has no 'start'",
+    diagnostics.error(Code::kConflict, pointer + "/start",
+                      "'start' belongs to commands of a transaction, not to a step",
                       "a command inside of a transaction");
   }
   NameCheck(*root, diagnostics).run();

@@ -15,7 +15,7 @@ void check_jog(JogParameters& jog, const ReadContext& from) {
   if (jog.channel) check_channel(*jog.channel, net::ValueType::kTwist, from);
   if (jog.channel && velocity) {
     reader.diagnostics().error(Code::kConflict, reader.at(jog.linear ? "linear_m_s" : "angular_deg_s"),
-                               "a velocity from a channel and a velocity", "one of them");
+                               "a velocity from a channel and a fixed one", "one of them");
   }
   if (!jog.channel && !velocity) {
     reader.diagnostics().error(Code::kMissing, reader.pointer(), "no velocity is given",

@@ -279,7 +279,7 @@ namespace {
 const std::vector<ParameterInfo>& motions_parameter_list() {
   static const std::vector<ParameterInfo> list = [] {
     ParameterInfo steps{
-        .key = "steps", .type = ParameterInfo::Type::kObject, .definition = "motions", .required = true};
+        .key = "steps", .type = ParameterInfo::Type::kObject, .definition = "motion_steps", .required = true};
     steps.doc = "Planned motions (ptp, lin, circ, spline), each but the last blended into the next.";
     return std::vector{steps, compliance_parameter()};
   }();

@@ -96,7 +96,7 @@ std::unique_ptr<OperationCommand> read_any_command(const OperationSource& source
   const std::string type = reader.text("do", "");
   const Operation* operation = Operations::global().find(type);
   if (operation == nullptr || operation->read_command == nullptr) {
-    diagnostics.error(Code::kUnknownName, pointer + "/do",
+    diagnostics.error(type.empty() ? Code::kMissing : Code::kUnknownName, pointer + "/do",
                       type.empty() ? "'do' is missing" : fmt::format("there is no command '{}'", type),
                       nearest_choice(type, Operations::global().command_types(), 20));
     return std::make_unique<Unread>();

@@ -29,9 +29,16 @@ std::string describe_range(const Range& range) {
   return text;
 }
 
+/// As people write it: 5, not 5.0.
+Json plain_number(double value) {
+  constexpr double kMostWhole = 1e15;
+  if (std::trunc(value) == value && std::abs(value) < kMostWhole) return static_cast<std::int64_t>(value);
+  return value;
+}
+
 void limit(const Range& range, Json& schema) {
-  if (std::isfinite(range.low)) schema[range.low_open ? "exclusiveMinimum" : "minimum"] = range.low;
-  if (std::isfinite(range.high)) schema["maximum"] = range.high;
+  if (std::isfinite(range.low)) schema[range.low_open ? "exclusiveMinimum" : "minimum"] = plain_number(range.low);
+  if (std::isfinite(range.high)) schema["maximum"] = plain_number(range.high);
 }
 
 Json reference(std::string_view definition) { return {{"$ref", fmt::format("#/definitions/{}", definition)}}; }
@@ -57,7 +64,7 @@ Json schema_of_value(const ParameterInfo& parameter) {
     case Type::kChoice:
       return {{"enum", parameter.choices}};
     case Type::kName:
-      return reference("cell_name");
+      return {{"type", "string"}};
     case Type::kVector:
       return reference("program_vector");
     case Type::kNumbers:
@@ -167,22 +174,25 @@ Json schema_of(const ParameterInfo& parameter) {
   if (!parameter.fallback.empty())
     schema["description"] = fmt::format("{} Default: {}.", parameter.doc, parameter.fallback);
   const bool holds_expressions = parameter.type == Type::kNumber || parameter.type == Type::kInteger ||
-                                 parameter.type == Type::kBoolean || parameter.type == Type::kChoice;
+                                 parameter.type == Type::kBoolean || parameter.type == Type::kChoice ||
+                                 parameter.type == Type::kTexts;
   if (holds_expressions) {
     schema["anyOf"] = Json::array({reference("expression"), schema_of_value(parameter)});
   } else {
-    schema["allOf"] = Json::array({schema_of_value(parameter)});
+    const Json value = schema_of_value(parameter);
+    // Beside a reference draft-07 ignores every other key, the description too.
+    if (value.contains("$ref")) {
+      schema["allOf"] = Json::array({value});
+    } else {
+      schema.update(value);
+    }
   }
   return schema;
 }
 
 ParameterWriter::ParameterWriter() : json_(std::make_unique<Json>(Json::object())) {}
 ParameterWriter::~ParameterWriter() = default;
-void ParameterWriter::number(const std::string& key, double value) {
-  constexpr double kMostWhole = 1e15;  // a file has 5, not 5.0
-  if (std::trunc(value) == value && std::abs(value) < kMostWhole) return integer(key, static_cast<std::int64_t>(value));
-  (*json_)[key] = value;
-}
+void ParameterWriter::number(const std::string& key, double value) { (*json_)[key] = plain_number(value); }
 void ParameterWriter::integer(const std::string& key, std::int64_t value) { (*json_)[key] = value; }
 void ParameterWriter::boolean(const std::string& key, bool value) { (*json_)[key] = value; }
 void ParameterWriter::text(const std::string& key, const std::string& value) { (*json_)[key] = value; }

@@ -97,10 +97,11 @@ Diagnostics check_bend(const Pressing& pressing, const command::MountedArm& arm,
   }
   const double bent = softness.by * pressing.force - softness.beside;
   if (!(bent <= pressing.travel))
-    diagnostics.error(Code::kLimitExceeded, "/travel_m",
-                      fmt::format("{:g} N bend the springs by {:.4g} m, and the tool is sent by {:g} m at most",
-                                  pressing.force, bent, pressing.travel),
-                      "a longer travel, stiffer springs along the direction, or a part of the force beside them");
+    diagnostics.error(
+        Code::kLimitExceeded, "/travel_m",
+        fmt::format("a force of {:g} N deflects the springs by {:.4g} m, and the set point moves by {:g} m at most",
+                    pressing.force, bent, pressing.travel),
+        "a longer travel, stiffer springs along the direction, or a part of the force beside them");
   return diagnostics;
 }
 

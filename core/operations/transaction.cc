@@ -86,7 +86,7 @@ const std::vector<ParameterInfo>& transaction_parameter_list() {
         row("commands", Type::kObject, "commands", "Commands by name: operations with 'start' and 'on'."),
         row("on", Type::kObject, "handlers", "Handlers of the transaction itself."),
         row("raised", Type::kTexts, "", "States that handlers may raise."),
-        row("capture", Type::kObject, "captured", "Values that are kept under a name."),
+        row("capture", Type::kObject, "captures", "Values that are kept under a name."),
         row("on_cancel", Type::kObject, "on_cancel",
             "Whom a cancel reaches: forward (all), ignore, or names of commands.")};
     rows.front().required = true;

@@ -64,7 +64,7 @@ class TwoArmActivity final : public ActivityModel {
       diagnostics.error(
           Code::kUnknownPosition, "/grasp",
           fmt::format("the arms disagree about the motion centre by {:.3g} mm and {:.3g} rad", 1e3 * apart, turned),
-          "TwoArms anew where they are, or a motion of each to where they took hold");
+          "create TwoArms again where they are, or move each arm back to where it took hold");
     return diagnostics;
   }
 

@@ -1,5 +1,6 @@
 #include "core/operations/wait.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -18,7 +19,7 @@ void check_wait(WaitParameters& parameters, const ReadContext& from) {
   ObjectReader& reader = from.reader;
   const bool until = reader.has("until");
   if (until && parameters.seconds)
-    reader.diagnostics().error(Code::kConflict, reader.at("seconds"), "a time and a condition",
+    reader.diagnostics().error(Code::kConflict, reader.at("seconds"), "both a time and a condition are given",
                                "'timeout_s' for the longest wait");
   if (!until && parameters.timeout)
     reader.diagnostics().error(Code::kConflict, reader.at("timeout_s"), "a timeout without a condition",
@@ -116,6 +117,16 @@ std::unique_ptr<Step> read_wait_step(const OperationSource& source) {
   return std::make_unique<PauseStep>(read_parameters<wait_parameters>(source).seconds.value_or(0.0));
 }
 
+/// For the schema: as a step of a program it waits for an expression, too.
+const std::vector<ParameterInfo>& wait_rows() {
+  static const auto rows = [] {
+    std::vector<ParameterInfo> all = wait_parameters().list();
+    std::ranges::find(all, "until", &ParameterInfo::key)->definition = "wait_condition";
+    return all;
+  }();
+  return rows;
+}
+
 }  // namespace
 
 const ParameterTable<WaitParameters>& wait_parameters() {
@@ -134,7 +145,7 @@ const ParameterTable<WaitParameters>& wait_parameters() {
 Operation wait_operation() {
   return {.name = "wait",
           .doc = "Lets time pass, or waits until a condition becomes true.",
-          .parameters = rows_of<wait_parameters>,
+          .parameters = wait_rows,
           .read_step = read_wait_step,
           .read_command = read_command<TimeCommand, wait_parameters>};
 }

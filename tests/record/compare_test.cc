@@ -9,9 +9,12 @@
 #include "core/base/random.h"
 #include "record/golden.h"
 #include "tests/record/support.h"
+#include "tests/support/reports.h"
 
 namespace takt::record {
 namespace {
+
+using takt::test::Reports;
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -278,20 +281,18 @@ TEST(Golden, IsRefusedWithoutReasonFromTornRunsAndWhenLarge) {
   const Recording whole = run(300);
   BlessOptions options = bless_options();
   options.reason = "  ";
-  EXPECT_THAT(make_golden(whole, options).error().to_string(), HasSubstr("a golden needs a reason"));
+  EXPECT_THAT(make_golden(whole, options), Reports(Code::kMissing, ""));
   options = bless_options();
   options.max_bytes = 2000;
-  EXPECT_THAT(make_golden(whole, options).error().to_string(), HasSubstr("the largest columns: /net/probe force.z"));
+  EXPECT_THAT(make_golden(whole, options), Reports(Code::kTooLarge, "", {"/net/probe force.z"}));
   options = bless_options();
   options.topics = {"/left/*"};
   EXPECT_EQ(make_golden(whole, options)->columns.size(), 15u);
   TestFolder folder("torn");
   record_run(folder / "a.mcap", 300);
   const std::string bytes = bytes_of(folder / "a.mcap");
-  EXPECT_THAT(make_golden(Recording::from_bytes(bytes.substr(0, bytes.size() - 9)).value(), bless_options())
-                  .error()
-                  .to_string(),
-              HasSubstr("truncated"));
+  EXPECT_THAT(make_golden(Recording::from_bytes(bytes.substr(0, bytes.size() - 9)).value(), bless_options()),
+              Reports(Code::kFileNotReadable, ""));
 }
 
 TEST(Golden, NoiseMayTakeHalfOfTheTolerance) {
@@ -322,11 +323,11 @@ TEST(Golden, MistakesInTheFileAreAllTold) {
                  "thinning": 0, "time_s": [1, 0.5, 2], "value": [1, null]}]})";
   const auto golden = golden_from_json(nlohmann::ordered_json::parse(text));
   ASSERT_FALSE(golden);
-  const std::string diagnostics = golden.error().to_string();
-  EXPECT_THAT(diagnostics, AllOf(HasSubstr("/scenario"), HasSubstr("did you mean 'tube'"), HasSubstr("/events/0"),
-                                 HasSubstr("3 times and 2 values"), HasSubstr("times do not ascend")));
-  EXPECT_THAT(golden_from_json(nlohmann::ordered_json::parse("[]")).error().to_string(),
-              HasSubstr("this is not a golden"));
+  EXPECT_THAT(golden, AllOf(Reports(Code::kWrongType, "/scenario"),
+                            Reports(Code::kUnknownName, "/event_tolerance/kind", {"tub", "tube"}),
+                            Reports(Code::kMissing, "/events/0"), Reports(Code::kWrongSize, "/columns/0", {"3", "2"}),
+                            Reports(Code::kOutOfRange, "/columns/0/time_s")));
+  EXPECT_THAT(golden_from_json(nlohmann::ordered_json::parse("[]")), Reports(Code::kMissing, "", {"takt_golden"}));
 }
 
 }  // namespace

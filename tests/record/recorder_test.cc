@@ -13,9 +13,12 @@
 #include "record/recording.h"
 #include "tests/record/support.h"
 #include "tests/support/allocation_guard.h"
+#include "tests/support/reports.h"
 
 namespace takt::record {
 namespace {
+
+using takt::test::Reports;
 
 using ::testing::Each;
 using ::testing::ElementsAre;
@@ -227,13 +230,13 @@ TEST(Recorder, RefusesWrongCallsAndSaysSo) {
 TEST(Recorder, AFolderThatIsNotThereIsAFinding) {
   const auto recorder = Recorder::open("/nowhere/at/all.mcap");
   ASSERT_FALSE(recorder);
-  EXPECT_THAT(recorder.error().to_string(), HasSubstr("cannot create /nowhere/at/all.mcap: No such file"));
+  EXPECT_THAT(recorder, Reports(Code::kFileNotWritable, "", {"/nowhere/at/all.mcap"}));
 }
 
 TEST(Recorder, AFullDeviceIsAFinding) {
   const auto recorder = Recorder::open("/dev/full");
   ASSERT_FALSE(recorder);
-  EXPECT_THAT(recorder.error().to_string(), HasSubstr("No space left on device"));
+  EXPECT_THAT(recorder, Reports(Code::kFileNotWritable, ""));
 }
 
 TEST(Recorder, ADiskThatFillsUpStopsTheRecordingNotTheRun) {

@@ -215,7 +215,8 @@ TEST_F(FilmTest, TellsWhatBecameOfFfmpeg) {
   film.ffmpeg = "no-such-ffmpeg";
   const Result<Film> missing = Film::open(model_.get(), film);
   ASSERT_FALSE(missing);
-  EXPECT_NE(missing.error().to_string().find("cannot start 'no-such-ffmpeg': No such file"), std::string::npos);
+  EXPECT_EQ(missing.error().list().front().code, Code::kSystem);
+  EXPECT_EQ(missing.error().list().front().pointer, "/ffmpeg");
 
   film.ffmpeg = "false";
   const Result<FilmReport> failed = make_film(film, 40);

@@ -1,6 +1,7 @@
 #include "tests/support/error_sites.h"
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <regex>
@@ -71,6 +72,35 @@ std::vector<std::string> pieces_of(const std::string& message) {
   return pieces;
 }
 
+std::optional<Code> code_in(const std::string& call) {
+  static const std::regex kCode(R"(Code::k(\w+))");
+  std::smatch match;
+  if (!std::regex_search(call, match, kCode)) return std::nullopt;
+  // kUnknownName is "unknown-name".
+  std::string name;
+  for (const char c : match[1].str()) {
+    if (std::isupper(static_cast<unsigned char>(c)) != 0 && !name.empty()) name += '-';
+    name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return code_named(name);
+}
+
+/// From the opening bracket to the closing one.
+std::string call_at(const std::string& source, std::size_t open) {
+  int depth = 0;
+  std::size_t at = open;
+  while (at < source.size()) {
+    if (source[at] == '"') {
+      (void)read_text(source, at);
+      continue;
+    }
+    if (source[at] == '(') ++depth;
+    if (source[at] == ')' && --depth == 0) break;
+    ++at;
+  }
+  return source.substr(open, at - open);
+}
+
 }  // namespace
 
 std::vector<ErrorSite> error_sites(const std::string& folder) {
@@ -87,10 +117,9 @@ std::vector<ErrorSite> error_sites(const std::string& folder) {
     const std::string source = without_comments(text.str());
     for (std::sregex_iterator call(source.begin(), source.end(), kCall), end; call != end; ++call) {
       const auto at = static_cast<std::size_t>(call->position() + call->length()) - 1;
-      const auto line = 1 + std::count(source.begin(), source.begin() + call->position(), '\n');
-      for (const std::string& message : messages_of(source, at)) {
-        sites.push_back({file.string() + ":" + std::to_string(line), message});
-      }
+      const auto line = static_cast<int>(1 + std::count(source.begin(), source.begin() + call->position(), '\n'));
+      const std::optional<Code> code = code_in(call_at(source, at));
+      for (const std::string& message : messages_of(source, at)) sites.push_back({file.string(), line, message, code});
     }
   }
   return sites;
@@ -104,6 +133,25 @@ bool says(const ErrorSite& site, std::string_view text) {
     at += piece.size();
   }
   return true;
+}
+
+std::vector<std::string> unsaid(const std::vector<ErrorSite>& sites, const std::set<std::string>& said,
+                                const std::vector<Excuse>& excuses) {
+  std::vector<std::string> problems;
+  std::vector<bool> used(excuses.size());
+  for (const ErrorSite& site : sites) {
+    if (std::ranges::any_of(said, [&](const std::string& text) { return says(site, text); })) continue;
+    bool excused = false;
+    for (std::size_t i = 0; i < excuses.size(); ++i) {
+      if (!site.file.ends_with(excuses[i].file) || site.code != excuses[i].code) continue;
+      excused = used[i] = true;
+    }
+    if (!excused)
+      problems.push_back(site.file + ":" + std::to_string(site.line) + ": no case reports \"" + site.message + "\"");
+  }
+  for (std::size_t i = 0; i < excuses.size(); ++i)
+    if (!used[i]) problems.push_back("the excuse for " + excuses[i].file + " is not needed: " + excuses[i].why);
+  return problems;
 }
 
 }  // namespace takt::test

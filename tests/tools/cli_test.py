@@ -88,8 +88,8 @@ class Verbs(WithFolder):
         wrong = takt("validate", self.write(site, "wrong.json"))
         self.assertEqual(wrong.returncode, 2)
         self.assertIn("/devices/arm/cycle", wrong.stderr)
-        for backend, text in (("arm=profinet:192.0.2.1", "no back end of kind 'profinet'"), ("elbow=slow", "no device 'elbow'"),
-                              ("probe=slow", "cannot be slow"), ("arm", "NAME=KIND")):
+        for backend, text in (("arm=profinet:192.0.2.1", "[unknown-name]"), ("elbow=slow", "[unknown-name]"),
+                              ("probe=slow", "[unsupported]"), ("arm", "[invalid-value]")):
             refused = takt("run", "scenarios/touch.json", "--backend", backend)
             self.assertEqual(refused.returncode, 2, backend)
             self.assertIn(text, refused.stderr)
@@ -139,7 +139,7 @@ class Verbs(WithFolder):
     def test_single_steps_have_no_pace(self):
         refused = self.run_by_steps("scenarios/touch.json", [], "--realtime")
         self.assertEqual(refused.returncode, 2)
-        self.assertIn("--step: error: the simulated time stands while a step waits", refused.stdout + refused.stderr)
+        self.assertRegex(refused.stdout + refused.stderr, r"--step: error: .* \[conflict\]")
 
     def test_ten_times_the_speed_breaks_the_force_bound(self):
         fast = copy.deepcopy(TOUCH)
@@ -209,8 +209,8 @@ class Verbs(WithFolder):
             crowded["objects"][f"column {i}"] = {"model": "pedestal", "at": {"position_m": [-2, i, 0]}}
         result = takt("validate", self.write(crowded))
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertRegex(result.stderr, r"warning: \d+ triangles in the scene .*15000")
-        self.assertNotIn("triangles", takt("validate", "scenarios/touch.json").stderr)
+        self.assertRegex(result.stderr, r"warning: .*15000.* \[too-large\]")
+        self.assertNotIn("[too-large]", takt("validate", "scenarios/touch.json").stderr)
 
     def test_model_gives_kinematics(self):
         q = [0, -0.5236, 0, 1.5708, 0, -1.0472, 0]
@@ -323,7 +323,7 @@ class BadInput(WithFolder):
         def change(document):
             document["program"]["steps"][0]["do"] = "pttp"
             step(document, "touch the top")["until"] = {"sensor": "wirst", "above_N": 5}
-        self.refuse(self.changed(change), "/program/steps/0/do", "did you mean 'ptp'?", "did you mean 'wrist'?")
+        self.refuse(self.changed(change), "/program/steps/0/do", "'ptp'", "'wrist'")
 
     def test_all_errors_at_once(self):
         def change(document):
@@ -352,8 +352,8 @@ class BadInput(WithFolder):
         self.refuse(self.changed(lambda d: d["objects"]["chuck"]["at"].update({"in": "block"})), "/objects/chuck/at/in")
 
     def test_duplicate_name_and_key(self):
-        self.refuse(self.changed(lambda d: d["objects"].update(arm=d["objects"]["block"])), "/objects/arm", "used twice")
-        self.refuse(b'{"seed": 1, "seed": 2}', "/seed", "duplicate key")
+        self.refuse(self.changed(lambda d: d["objects"].update(arm=d["objects"]["block"])), "/objects/arm", "[duplicate]")
+        self.refuse(b'{"seed": 1, "seed": 2}', "/seed", "[duplicate]")
 
     def test_unreachable_goal(self):
         self.refuse(self.changed(lambda d: d["program"]["steps"][0].update(to={"in": "world", "position_m": [5, 0, 1]})),
@@ -376,16 +376,16 @@ class BadInput(WithFolder):
                     "/expectations/0/estimate", "did you mean 'block found'?")
 
     def test_deep_empty_truncated_binary(self):
-        self.refuse(b"[" * 100_000 + b"]" * 100_000, "deeper than 64")
-        self.refuse(b"", "empty")
-        self.refuse(json.dumps(TOUCH).encode()[:300], "parse error")
+        self.refuse(b"[" * 100_000 + b"]" * 100_000, "[too-large]")
+        self.refuse(b"", "[missing]")
+        self.refuse(json.dumps(TOUCH).encode()[:300], "[syntax]")
         self.refuse(bytes(range(256)), "error:")
-        self.refuse(b'{"seed": NaN}', "parse error")
+        self.refuse(b'{"seed": NaN}', "[syntax]")
         self.refuse(b'{"seed": 1e999}', "error:")
         self.refuse(b"[]", "error:")
 
     def test_missing_file_and_folder(self):
-        self.refuse(self.path / "nothing.json", "no such file")
+        self.refuse(self.path / "nothing.json", "[not-found]")
 
     def test_path_out_of_the_tree(self):
         self.refuse(self.changed(lambda d: d["devices"]["arm"].update(model="../models/lwr4plus")), "/devices/arm/model")
@@ -414,7 +414,7 @@ class BadInput(WithFolder):
             self.assertEqual(takt(*arguments).returncode, 0)
 
     def test_nearest_verb_and_lost_output(self):
-        self.assertIn("did you mean 'run'?", takt("rnu", "scenarios/touch.json").stderr)
+        self.assertRegex(takt("rnu", "scenarios/touch.json").stderr, r"'run'.* \[unknown-name\]")
         with open("/dev/full", "w") as full:
             lost = subprocess.run([str(TAKT), "list"], stdout=full, stderr=subprocess.PIPE, text=True)
         self.assertEqual(lost.returncode, 3, lost.stderr)
@@ -423,7 +423,7 @@ class BadInput(WithFolder):
         def change(document):
             document["objects"]["block"]["model"] = "table"
             next(one for one in document["program"]["steps"] if one["do"] == "record_contact")["as"] = ""
-        self.refuse(self.changed(change), "/objects/block", "are given", "/program/steps/3/as")
+        self.refuse(self.changed(change), "/objects/block", "[conflict]", "/program/steps/3/as")
 
     def test_errors_as_json(self):
         result = takt("run", self.write(b"{}"), "--json")

@@ -176,17 +176,17 @@ class Model(unittest.TestCase):
 
     def test_bad_questions(self):
         for arguments, word in (
-                (("wsg50", "--fk=1"), "neither an arm"), (("ur5", "--fk=1,2"), "2 numbers for 6 joints"),
-                (("ur5", "--ik=1,2"), "2 numbers"), (("ur5", "--ik=0,0,0,2,0,0,0"), "unit norm"),
-                (("ur5", "--ik=0.5,0,0.3,0,0,1,0", "--arm-angle=1"), "no arm angle"),
-                (("ur5", "--ik=0.5,0,0.3,0,0,1,0", "--held=1"), "none to hold"),
-                (("ur5", "--reach", self.path / "reach.pdf"), "no .svg"),
-                (("ur5", "--reach", self.path / "none/reach.svg"), "cannot be written"),
-                (("ur5", "--image", self.path / "x.png", "--size=12"), "is not a size"),
+                (("wsg50", "--fk=1"), "[invalid-value]"), (("ur5", "--fk=1,2"), "[wrong-size]"),
+                (("ur5", "--ik=1,2"), "[wrong-size]"), (("ur5", "--ik=0,0,0,2,0,0,0"), "[out-of-range]"),
+                (("ur5", "--ik=0.5,0,0.3,0,0,1,0", "--arm-angle=1"), "--arm-angle: error"),
+                (("ur5", "--ik=0.5,0,0.3,0,0,1,0", "--held=1"), "--held: error"),
+                (("ur5", "--reach", self.path / "reach.pdf"), "[invalid-value]"),
+                (("ur5", "--reach", self.path / "none/reach.svg"), "[file-not-writable]"),
+                (("ur5", "--image", self.path / "x.png", "--size=12"), "--size: error"),
                 (("ur5", "--image", self.path / "x.png", "--size=8x8"), "16"),
-                (("ur5", "--image", self.path / "none/x.png"), "cannot be written"),
-                (("ur5", "--image", self.path / "x.png", "--posture=1,2"), "2 numbers for 6"),
-                (("ur5", "--image", self.path / "x.jpg"), "not a .png"),
+                (("ur5", "--image", self.path / "none/x.png"), "[file-not-writable]"),
+                (("ur5", "--image", self.path / "x.png", "--posture=1,2"), "--posture: error"),
+                (("ur5", "--image", self.path / "x.jpg"), "--image: error"),
                 (("ur55",), "ur5")):
             run = takt("model", *arguments)
             self.assertEqual(run.returncode, 2, (arguments, run.stderr))

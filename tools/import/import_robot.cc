@@ -140,10 +140,10 @@ Result<void> finish(const ImportOptions& options, Draft& draft, const fs::path& 
   const auto chain = kinematics::Chain::create(*robot, draft.base, draft.flange);
   if (!chain) return std::unexpected(chain.error());
   if (chain->joint_count() < 3) {
-    return failure(
-        Code::kInvalidValue, "",
-        fmt::format("the way from '{}' to '{}' has {} movable joints", draft.base, draft.flange, chain->joint_count()),
-        "3 to 12: an arm moves its flange to places");
+    return failure(Code::kInvalidValue, "",
+                   fmt::format("between '{}' and '{}' there are {} movable joints", draft.base, draft.flange,
+                               chain->joint_count()),
+                   "3 to 12 for an arm");
   }
   nlohmann::ordered_json device = guess_device(options.name, *robot, *chain, draft);
   if (!options.title.empty()) device["title"] = options.title;

@@ -60,7 +60,7 @@ Result<MeshFile> binary_stl(std::string content) {
       Corner corner;
       std::memcpy(corner.data(), mesh.content.data() + kHeader + t * kTriangle + 12 + 12 * k, sizeof corner);
       if (!extend(mesh.box, corner))
-        return failure(Code::kOutOfRange, "", "a corner is not a place", "finite numbers, at most 1e6");
+        return failure(Code::kOutOfRange, "", "a vertex is not a finite point", "finite numbers, at most 1e6");
     }
   }
   return mesh;
@@ -113,7 +113,7 @@ Result<MeshFile> read_obj(std::string content) {
       Corner corner;
       const bool whole = static_cast<bool>(row >> corner[0] >> corner[1] >> corner[2]);
       if (!whole || !extend(mesh.box, corner))
-        return failure(Code::kOutOfRange, "", "a corner is not a place", "finite numbers, at most 1e6");
+        return failure(Code::kOutOfRange, "", "a vertex is not a finite point", "finite numbers, at most 1e6");
     } else if (word == "f") {
       std::size_t corners = 0;
       while (row >> word) ++corners;

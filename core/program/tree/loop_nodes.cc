@@ -192,8 +192,7 @@ class RepeatRun final : public NodeRun {
   }
 
   Outcome too_often(Diagnostics& diagnostics) const {
-    diagnostics.error(Code::kConditionNotMet, node_.pointer,
-                      fmt::format("after {} rounds there is no end", node_.at_most),
+    diagnostics.error(Code::kConditionNotMet, node_.pointer, fmt::format("not finished after {} rounds", node_.at_most),
                       "a larger \"at_most\", or a condition that comes true");
     return Outcome::kFailed;
   }
@@ -405,10 +404,11 @@ Grid read_grid(const Json& json, const std::string& pointer, NodeParser& parser)
     grid.step[i] = steps[i];
     if (counts[i] == std::floor(counts[i])) continue;
     parser.diagnostics().error(Code::kOutOfRange, reader.at("count") + pointer_segment(i),
-                               fmt::format("{:g} places", counts[i]), "a whole number");
+                               fmt::format("{:g} grid points", counts[i]), "a whole number");
   }
   if (const double all = counts[0] * counts[1] * counts[2]; all > 1e4)
-    parser.diagnostics().error(Code::kOutOfRange, reader.at("count"), fmt::format("{:g} places", all), "at most 10000");
+    parser.diagnostics().error(Code::kOutOfRange, reader.at("count"), fmt::format("{:g} grid points", all),
+                               "at most 10000");
   Json place = Json::object();
   for (const char* key : {"in", "position_m", "rpy_deg", "quaternion"}) {
     if (const Json* value = reader.child(key)) place[key] = *value;

@@ -73,7 +73,7 @@ std::unique_ptr<Node> NodeParser::node(const Json& json, const std::string& poin
   if (inner != node_kinds().end()) return inner->parse(json, pointer, *this);
   const Operation* operation = Operations::global().find(kind);
   if (operation != nullptr && operation->read_step != nullptr) return parse_leaf(*operation, json, pointer, *this);
-  diagnostics_.error(Code::kMissing, pointer + "/do",
+  diagnostics_.error(kind.empty() ? Code::kMissing : Code::kUnknownName, pointer + "/do",
                      kind.empty() ? "'do' is missing" : fmt::format("there is no step '{}'", kind),
                      nearest_choice(kind, kind_names(), 40));
   return make_sequence({}, pointer);

@@ -87,7 +87,7 @@ class LetNode final : public ImmediateNode {
       if (!accepts(variable.type, value.type)) {
         diagnostics.error(
             Code::kTypeMismatch, piece.pointer(),
-            fmt::format("'{}' is a {}, here is a {}", target, to_string(variable.type), to_string(value.type)),
+            fmt::format("'{}' is a {}, but the value is a {}", target, to_string(variable.type), to_string(value.type)),
             fmt::format("a {}", to_string(variable.type)));
         return false;
       }

@@ -12,8 +12,10 @@ namespace takt::test {
 struct BrokenActivity {
   std::string what;
   std::function<void(ActivityCell& cell)> wrong;
-  std::string place, message, way_out;
-  bool moves = false;  ///< something moved rightly before; else no set point ever changes
+  std::string place;
+  Code code;
+  std::vector<std::string> names = {};  ///< in message or hint
+  bool moves = false;                   ///< something moved rightly before; else no set point ever changes
 };
 [[nodiscard]] std::vector<BrokenActivity> broken_activities();
 /// Control modes, springs, guiding by hand.

@@ -25,47 +25,59 @@ Activity held(ActivityCell& cell, const command::SpringParameters& wish) {
 
 std::vector<BrokenActivity> broken_modes() {
   return {
-      {"a mode that is not there", [](auto& cell) { modes(cell).switch_to("postion").execute(); }, "/arm",
-       "there is no control mode 'postion'", "did you mean 'position'?"},
+      {"a mode that is not there",
+       [](auto& cell) { modes(cell).switch_to("postion").execute(); },
+       "/arm",
+       Code::kUnknownName,
+       {"postion", "position"}},
       {"springs of a stiff arm",
        [](auto& cell) { cell.motion.ptp(cell.joints(0.2), {.compliance = springs(300)}).execute(); },
-       "/arm PTP/compliance", "'arm' will be in mode position, and this needs joint_impedance",
-       "switch_to(\"joint_impedance\")"},
+       "/arm PTP/compliance",
+       Code::kNotPossibleNow,
+       {"arm", "joint_impedance", "switch_to"}},
       {"springs of another mode",
        [](auto& cell) {
          modes(cell).switch_to(ControlMode::kCartesianImpedance).execute();
          held(cell, springs(300)).execute();
        },
-       "/hold arm/compliance", "'arm' will be in mode cartesian_impedance, and this needs joint_impedance",
-       "switch_to(\"joint_impedance\")"},
+       "/hold arm/compliance",
+       Code::kNotPossibleNow,
+       {"arm", "joint_impedance", "cartesian_impedance", "switch_to"}},
       {"springs that the device does not have",
        [](auto& cell) {
          modes(cell).switch_to(ControlMode::kJointImpedance).execute();
          held(cell, springs(2500)).execute();
        },
-       "/hold arm/compliance/stiffness_Nm_rad/0", "2500 Nm/rad for 'arm'", "0 to 2000 Nm/rad"},
+       "/hold arm/compliance/stiffness_Nm_rad/0",
+       Code::kOutOfRange,
+       {"arm", "2500", "0", "2000"}},
       {"a change in a sequence",
        [](auto& cell) {
          activity::sequence({modes(cell).switch_to(ControlMode::kJointImpedance), cell.motion.ptp(cell.joints(0.1))})
              .execute();
        },
-       "/arm joint_impedance, arm PTP/0", "'arm joint_impedance' changes a control mode", "an activity of its own"},
+       "/arm joint_impedance, arm PTP/0",
+       Code::kConflict,
+       {"arm joint_impedance"}},
       {"a device that does not come there",
        [](auto& cell) {
          cell.backend->ignores_modes = true;
          modes(cell).switch_to(ControlMode::kJointImpedance).execute();
        },
-       "/arm joint_impedance/mode", "the mode was not changed: ", "an arm that stands"},
+       "/arm joint_impedance/mode", Code::kNotPossibleNow},
       {"the mode of an arm that the core does not drive",
        [](auto& cell) {
          cell.cell.arms["second"] = cell.cell.arms.at("arm");
          Actuator(cell.program, "second").use<ControlModeInterface>().switch_to(ControlMode::kJointImpedance).execute();
        },
-       "/second joint_impedance/mode", "'second' cannot be asked for mode joint_impedance now",
-       "an arm that the core drives"},
+       "/second joint_impedance/mode",
+       Code::kNotPossibleNow,
+       {"second", "joint_impedance"}},
       {"a hand that may lead nowhere",
        [](auto& cell) { cell.robot.template use<FreedriveInterface>().freedrive({.velocity = 0.0}).execute(); },
-       "/arm freedrive/velocity_m_s", "unexpected value 0", "above 0"},
+       "/arm freedrive/velocity_m_s",
+       Code::kOutOfRange,
+       {"0"}},
   };
 }
 

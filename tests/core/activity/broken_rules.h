@@ -6,15 +6,16 @@
 
 #include "tests/core/activity/activity_cell.h"
 
-/// Programs that are wrong in one way each, for rules_broken_once_test.cc. Places are below the node, messages and ways
-/// out are parts of what must be said.
+/// Programs that are wrong in one way each, for rules_broken_once_test.cc. Places are JSON pointers below the node.
 namespace takt::test {
 
 /// A rule of form or of the rehearsal.
 struct BrokenRule {
   std::string step;  ///< a node of a program
-  std::string place, message, way_out;
-  std::string programs = "{}";  ///< "programs" of the file; names are used by one rule only
+  std::string place;
+  Code code;
+  std::vector<std::string> names = {};  ///< in message or hint
+  std::string programs = "{}";          ///< "programs" of the file; names are used by one rule only
 };
 
 /// Refused by Program::parse: nodes and variables, steps and their keys, expressions.
@@ -29,7 +30,9 @@ struct BrokenRule {
 /// What only the run can tell: the step fails.
 struct BrokenRun {
   std::string step;
-  std::string place, message, way_out;
+  std::string place;
+  Code code;
+  std::vector<std::string> names = {};
   /// Called before each cycle, from 0.
   std::function<void(int cycle, ActivityCell& cell)> meanwhile = {};
   bool moves = false;  ///< the arm moved before, or is stopped on its way; else no set point ever changes

@@ -6,13 +6,15 @@
 #include "core/activity/activity.h"
 #include "core/activity/runtime.h"
 #include "tests/core/command/command_cell.h"
+#include "tests/support/reports.h"
 
 namespace takt::command {
 namespace {
 
+using takt::test::Reports;
+
 using net::Cause;
 using rcc::NetState;
-using testing::HasSubstr;
 
 class CommandRunTest : public testing::Test {
  protected:
@@ -99,7 +101,7 @@ TEST_F(CommandRunTest, ARefusedStartSaysWhoHoldsTheArm) {
   second.start();
   const CommandStatus status = second.wait(10);
   EXPECT_TRUE(status.ended());
-  EXPECT_THAT(status.to_string(), testing::AllOf(HasSubstr("'move' was not started"), HasSubstr("held by net")));
+  EXPECT_THAT(status.diagnostics, Reports(Code::kNotPossibleNow, "/move", {"move"}));
   EXPECT_EQ(second.run()->failure(), activity::RunFailure::kRefused);
 }
 
@@ -114,7 +116,8 @@ TEST_F(CommandRunTest, AFailureTellsTheLastSixteenCycles) {
   EXPECT_EQ(status.cause.code, Cause::Code::kDevice) << status.to_string();
   ASSERT_EQ(status.last_cycles.size(), activity::RunTrace::kCycles);
   EXPECT_EQ(status.last_cycles.back().cycle, status.last_cycle);
-  EXPECT_THAT(status.to_string(), testing::AllOf(HasSubstr("/move q="), HasSubstr("/move/handlers/0=false")));
+  EXPECT_THAT(status.to_string(),
+              testing::AllOf(testing::HasSubstr("/move q="), testing::HasSubstr("/move/handlers/0=false")));
 }
 
 TEST_F(CommandRunTest, ExternalEffectsAreCountedAndNoneIsLost) {

@@ -14,8 +14,6 @@
 namespace takt::activity {
 namespace {
 
-using testing::HasSubstr;
-
 constexpr int kStates = 8, kEvents = 8;
 
 TEST(RunState, EveryRowIsThereOnceAndNothingLeavesAFinalState) {
@@ -48,10 +46,11 @@ TEST(RunState, ThePageShowsTheSameTable) {
   std::stringstream page;
   page << file.rdbuf();
   for (const RunTransition& row : run_transitions()) {
-    EXPECT_THAT(page.str(),
-                HasSubstr(fmt::format("| {} | {} | {} |", name_of(row.from), name_of(row.event), name_of(row.to))));
+    EXPECT_THAT(page.str(), testing::HasSubstr(fmt::format("| {} | {} | {} |", name_of(row.from), name_of(row.event),
+                                                           name_of(row.to))));
   }
-  for (int i = 0; i < kEvents; ++i) EXPECT_THAT(page.str(), HasSubstr(std::string(name_of(static_cast<RunEvent>(i)))));
+  for (int i = 0; i < kEvents; ++i)
+    EXPECT_THAT(page.str(), testing::HasSubstr(std::string(name_of(static_cast<RunEvent>(i)))));
 }
 
 }  // namespace

@@ -9,11 +9,12 @@
 #include "core/operations/actuator_interfaces.h"
 #include "tests/core/activity/two_arm_cell.h"
 #include "tests/support/limit_oracle.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Reports;
 
 class TwoArmTest : public testing::Test, public test::TwoArmCell {
  protected:
@@ -116,24 +117,25 @@ TEST_F(TwoArmTest, P5_BothGiveWayAlikeAndBlendWithEqualSprings) {
 }
 
 TEST_F(TwoArmTest, WhatOneOfThemCannotDoIsRefused) {
-  const auto refused = [](const Activity& activity) -> std::string {
+  const auto refused = [](const Activity& activity) -> Diagnostics {
     try {
       activity.execute();
     } catch (const ActivityError& error) {
-      return error.diagnostics().to_string();
+      return error.diagnostics();
     }
-    return "done";
+    return {};
   };
   const TwoArms both = pair();
   EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = springs(700)})),
-              HasSubstr("'right' will be in mode position, and this needs cartesian_impedance"));
+              Reports(Code::kNotPossibleNow, "/left+right LIN/compliance", {"right", "cartesian_impedance"}));
   for (const char* name : {"left", "right"})
     Actuator(program, name).use<ControlModeInterface>().switch_to("cartesian_impedance").execute();
-  EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = springs(6000)})), HasSubstr("6000 N/m for 'right'"));
+  EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = springs(6000)})),
+              Reports(Code::kOutOfRange, "/left+right LIN/compliance/stiffness/0", {"right", "6000"}));
   command::CartesianCompliance pushes = springs(700);
   pushes.wrench.emplace(net::Wrench{.force = {0, 0, 5}, .torque = {}});
   EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = pushes})),
-              HasSubstr("/compliance/wrench: error: two arms as one have stiffness only, no force"));
+              Reports(Code::kConflict, "/left+right LIN/compliance/wrench"));
   // One of them has no such mode.
   const auto stiff = device::read_arm("models/ur5").value();
   ASSERT_FALSE(cell.frames.add("third", "world", Eigen::Isometry3d(Eigen::Translation3d(1.2, 0, 0.4))).has_errors());
@@ -145,7 +147,7 @@ TEST_F(TwoArmTest, WhatOneOfThemCannotDoIsRefused) {
   core.step();
   const TwoArms mixed(Actuator(program, "left"), Actuator(program, "third"), both.centre());
   EXPECT_THAT(refused(mixed.lin_by({0, 0, 0.01}, {.compliance = springs(700)})),
-              HasSubstr("for mode cartesian_impedance, which 'third' does not take"));
+              Reports(Code::kInvalidValue, "/left+third LIN", {"third", "cartesian_impedance"}));
 }
 
 TEST_F(TwoArmTest, AForceBetweenThemStopsBoth) {
@@ -189,7 +191,7 @@ TEST_F(TwoArmTest, AGraspThatIsNoMoreIsRefused) {
   Actuator(program, "right").use<LinInterface>().lin_by({0, 0, 0.01}).execute();
   const RunPtr run = both.lin_by({0, 0, 0.05}).schedule();
   follow(both, run);
-  EXPECT_THAT(run->diagnostics().to_string(), HasSubstr("disagree about the motion centre by 10 mm"));
+  EXPECT_THAT(run->diagnostics(), Reports(Code::kUnknownPosition, "/left+right LIN/grasp", {"10"}));
 }
 
 }  // namespace

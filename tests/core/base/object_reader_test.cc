@@ -6,12 +6,14 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/utf8.h"
+#include "tests/support/reports.h"
 
 namespace takt {
 namespace {
 
+using takt::test::Reports;
+
 using Json = nlohmann::ordered_json;
-using testing::HasSubstr;
 
 TEST(ObjectReader, ReadsWhatIsThereAndFallsBackWhereAllowed) {
   Diagnostics diagnostics;
@@ -36,7 +38,7 @@ TEST(ObjectReader, ATextThatMustBeThereIsNotEmpty) {
   EXPECT_EQ(reader.text("title", "none"), "");
   reader.finish();
   ASSERT_EQ(diagnostics.list().size(), 1u) << diagnostics.to_string();
-  EXPECT_THAT(diagnostics.to_string(), testing::AllOf(HasSubstr("/device/urdf"), HasSubstr("not empty")));
+  EXPECT_THAT(diagnostics, Reports(Code::kWrongType, "/device/urdf"));
 }
 
 TEST(ObjectReader, ReportsAllErrorsAtOnceWithPlaceValueAndChoice) {
@@ -50,14 +52,14 @@ TEST(ObjectReader, ReportsAllErrorsAtOnceWithPlaceValueAndChoice) {
   (void)reader.numbers("size_m", 2);
   (void)reader.rotation();
   reader.finish();
-  const std::string text = diagnostics.to_string();
-  EXPECT_EQ(diagnostics.list().size(), 6u) << text;
-  EXPECT_THAT(text, HasSubstr("/o/mass_kg: error: unexpected value -1 (a number above 0)"));
-  EXPECT_THAT(text, HasSubstr("/o: error: key 'name' is missing"));
-  EXPECT_THAT(text, HasSubstr("did you mean 'fast'?"));
-  EXPECT_THAT(text, HasSubstr("/o/size_m/1"));
-  EXPECT_THAT(text, HasSubstr("/o/quaternion: error: the norm is 1.41421"));
-  EXPECT_THAT(text, HasSubstr("/o/nmae: error: unknown key 'nmae' (did you mean 'name'?"));
+  const Diagnostics text = diagnostics;
+  EXPECT_EQ(diagnostics.list().size(), 6u) << text.to_string();
+  EXPECT_THAT(text, Reports(Code::kOutOfRange, "/o/mass_kg", {"-1", "0"}));
+  EXPECT_THAT(text, Reports(Code::kMissing, "/o", {"name"}));
+  EXPECT_THAT(text, Reports(Code::kUnknownName, "/o/mode", {"fast"}));
+  EXPECT_THAT(text, Reports(Code::kWrongType, "/o/size_m/1"));
+  EXPECT_THAT(text, Reports(Code::kOutOfRange, "/o/quaternion", {"1.41421"}));
+  EXPECT_THAT(text, Reports(Code::kUnknownKey, "/o/nmae", {"nmae", "name"}));
 }
 
 TEST(ObjectReader, UnknownKeysAreCountedBeyondABound) {
@@ -70,7 +72,7 @@ TEST(ObjectReader, UnknownKeysAreCountedBeyondABound) {
   reader.finish();
   ASSERT_EQ(diagnostics.list().size(), 101u);
   EXPECT_EQ(diagnostics.list().back().pointer, "/devices");
-  EXPECT_THAT(diagnostics.list().back().message, HasSubstr("49899 more unknown keys"));
+  EXPECT_THAT(diagnostics.list().back(), Reports(Code::kUnknownKey, "/devices", {"49899"}));
 }
 
 TEST(ObjectReader, MessagesAreCutBetweenCharacters) {

@@ -31,36 +31,46 @@ std::vector<BrokenCommand> broken_overlays() {
   const WeaveParameters small{.amplitude = 0.001, .frequency = 1.0};
   return {
       {"C8", [](World& world) -> Command { return move(world, weave(ptp(world.joints(0.1)))); }, "/move",
-       "PTP moves joints, so there is no Cartesian path to weave about", "a Cartesian motion"},
+       Code::kConflict},
       {"",
        [](World& world) -> Command {
          return move(world, weave(lin(world.moved(0, 0.1, 0)), {.amplitude = 0.1, .frequency = 50.0}));
        },
-       "/move", "a weave with an acceleration of", "a smaller amplitude or frequency"},
+       "/move", Code::kOutOfRange},
       {"",
        [](World& world) -> Command {
          return move(world,
                      weave(lin(world.moved(0, 0.1, 0), {.linear_velocity = 0.03}), {.amplitude = 0.002, .ramp = 0.02}));
        },
-       "/move/ramp", "a weave that grows or fades in 0.02 s, with a", "a ramp of 0."},
+       "/move/ramp",
+       Code::kLimitExceeded,
+       {"0.02"}},
       {"",
        [](World& world) -> Command {
          return move(world, weave(lin(world.moved(0, 0.001, 0)), {.amplitude = 0.004, .ramp = 0.02}));
        },
-       "/move/ramp", "a weave that grows or fades in 0.02 s", "a longer motion"},
+       "/move/ramp",
+       Code::kLimitExceeded,
+       {"0.02"}},
       {"",
        [](World& world) -> Command { return move(world, weave(lin(world.moved(0, 0.1, 0)), {.amplitude = -0.002})); },
-       "/move/amplitude", "-0.002 m", "above 0"},
+       "/move/amplitude",
+       Code::kOutOfRange,
+       {"-0.002", "0"}},
       {"",
        [](World& world) -> Command {
          return move(world, weave(lin(world.moved(0, 0.1, 0)), {.direction_M = {0.0, 2.0, 0.0}}));
        },
-       "/move/direction", "a direction of length 2", "length 1"},
+       "/move/direction",
+       Code::kOutOfRange,
+       {"2", "1"}},
       {"",
        [small](World& world) -> Command {
          return move(world, weave_each(line(world), {small, std::nullopt}));
        },
-       "/move", "2 weaves for 1 motions", "one for each, or one"},
+       "/move",
+       Code::kWrongSize,
+       {"2", "1"}},
       {"C8",
        [small](World& world) -> Command {
          const auto line = [&world, goal = world.moved(0, 0.05, 0)](const device::JointVector& q) {
@@ -73,41 +83,49 @@ std::vector<BrokenCommand> broken_overlays() {
          };
          return move(world, weave_each(sequence({{.geometry = line}, {.geometry = turn}}), {std::nullopt, small}));
        },
-       "/move/1", "a motion of joints, so there is no Cartesian path to weave about", "a Cartesian motion"},
+       "/move/1", Code::kConflict},
       {"",
        [](World& world) -> Command {
          return far_weave(world, {1, 0, 0}, 0.3, 0.04);
        },
-       "/move", "the weave leads where the arm does not reach", "a smaller amplitude"},
+       "/move", Code::kUnreachable},
       {"",
        [](World& world) -> Command {
          return far_weave(world, {-1, 0, 0}, 0.3, 0.04);
        },
-       "/move", "with the weave joint 4 leaves its range", "a smaller amplitude"},
+       "/move",
+       Code::kUnreachable,
+       {"4"}},
       {"",
        [](World& world) -> Command {
          return far_weave(world, {1, 0, 0}, 0.22, 0.2, 0.02);
        },
-       "/move", "path and weave together need", "a smaller amplitude or frequency"},
+       "/move", Code::kLimitExceeded},
       {"C8", [](World& world) -> Command { return move(world, offset(world, ptp(world.joints(0.1)), {})); }, "/move",
-       "PTP moves joints, so there is no Cartesian path to shift", "a Cartesian motion"},
+       Code::kConflict},
       {"",
        [](World& world) -> Command {
          return move(world, offset(world, line(world, 0.8), {.reach = 0.0, .retreat = 0.0}));
        },
-       "/move", "a force offset from 0 to 0 m", "not both 0"},
+       "/move",
+       Code::kOutOfRange,
+       {"0"}},
       {"", [](World& world) -> Command { return move(world, offset(world, weave(line(world)), {})); }, "/move",
-       "something is laid over LIN already", "a force offset or a weave"},
+       Code::kConflict},
       {"", [](World& world) -> Command { return move(world, weave(offset(world, line(world, 0.8), {}))); }, "/move",
-       "something is laid over LIN already", "a force offset or a weave"},
+       Code::kConflict},
       {"",
        [](World& world) -> Command {
          return move(world, offset(world, line(world, 0.8), {.force = {.acceleration_max = 10.0}}));
        },
-       "/move", "the offset may need 10 of the acceleration of the tool", "a smaller share of its acceleration"},
+       "/move",
+       Code::kLimitExceeded,
+       {"10"}},
       {"",
        [](World& world) -> Command { return move(world, offset(world, with_compliance(line(world), Stiff{}), {})); },
-       "/move", "of the acceleration of the tool, where the motion leaves 0", "a smaller share of its acceleration"},
+       "/move",
+       Code::kLimitExceeded,
+       {"0"}},
   };
 }
 

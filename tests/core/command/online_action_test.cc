@@ -6,9 +6,12 @@
 
 #include "core/command/actions/overlay_action.h"
 #include "tests/core/command/command_cell.h"
+#include "tests/support/reports.h"
 
 namespace takt::command {
 namespace {
+
+using takt::test::Reports;
 
 class OnlineTest : public testing::Test {
  protected:
@@ -136,16 +139,13 @@ TEST_F(OnlineTest, AWeaveSwingsBesideThePathAndStandsWithIt) {
 TEST_F(OnlineTest, AWeaveThatIsTooFastOrHasNoFrameIsRefused) {
   RuntimeCommand fast("fast", cell.arm_actuator(),
                       weave(lin(cell.moved(0, 0.1, 0)), {.amplitude = 0.01, .frequency = 10.0}));
-  EXPECT_THAT(cell.runtime.load(fast).error().to_string(), testing::HasSubstr("a smaller amplitude"));
+  EXPECT_THAT(cell.runtime.load(fast).error(), Reports(Code::kOutOfRange, "/fast"));
   RuntimeCommand joints("joints", cell.arm_actuator(), weave(ptp(cell.joints(0.1))));
-  EXPECT_THAT(cell.runtime.load(joints).error().to_string(), testing::HasSubstr("C8"));
+  EXPECT_THAT(cell.runtime.load(joints).error(), Reports(Code::kConflict, "/joints", {"C8"}));
 }
 
-/// The ramp that a refusal names, s.
-double shortest_ramp(const std::string& refusal) {
-  const auto at = refusal.find("a ramp of ");
-  return at == std::string::npos ? -1.0 : std::stod(refusal.substr(at + std::string("a ramp of ").size()));
-}
+/// The ramp that a refusal suggests, s.
+double shortest_ramp(const Diagnostics& refusal) { return takt::test::first_number(refusal.list().front().hint); }
 
 // What a weave needs most it needs in its ramps: those that the check lets pass are within all limits, in any phase.
 TEST_F(OnlineTest, AWeaveIsCheckedWithItsRampsAndTheShortestOneRuns) {
@@ -159,12 +159,12 @@ TEST_F(OnlineTest, AWeaveIsCheckedWithItsRampsAndTheShortestOneRuns) {
       };
       const auto refused = cell.runtime.load(seam(0.01));
       ASSERT_FALSE(refused) << "of a hundredth of a second";
-      const double shortest = shortest_ramp(refused.error().to_string());
+      const double shortest = shortest_ramp(refused.error());
       ASSERT_GT(shortest, 0.01) << refused.error().to_string();
       ASSERT_LT(shortest, 0.5);
       const auto shorter = cell.runtime.load(seam(0.95 * shortest));
       EXPECT_FALSE(shorter) << "just outside";
-      EXPECT_NEAR(shorter ? 0.0 : shortest_ramp(shorter.error().to_string()), shortest, 0.03 * shortest);
+      EXPECT_NEAR(shorter ? 0.0 : shortest_ramp(shorter.error()), shortest, 0.03 * shortest);
       const Eigen::Vector3d goal = cell.moved(0, 0.04, 0).translation();
       LoadedCommand handle = begin(seam(shortest));
       EXPECT_TRUE(cell.run(handle).succeeded()) << handle.status().to_string();

@@ -9,11 +9,12 @@
 #include "core/motion/leg.h"
 #include "core/motion/motion_state.h"
 #include "tests/core/command/command_cell.h"
+#include "tests/support/reports.h"
 
 namespace takt::command {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Reports;
 
 /// Of two lines with a force offset: their speed, m/s, and the range of the offset, m.
 struct Corner {
@@ -280,17 +281,18 @@ TEST_F(ForceOffsetTest, RoomForAnOffsetThatBeginsInMotionIsWhatTheJointsLeave) {
 }
 
 TEST_F(ForceOffsetTest, WhatTheLimitsHaveNoRoomForIsRefused) {
-  EXPECT_THAT(cell.runtime.load(polish({}, 1.0)).error().to_string(), HasSubstr("a smaller share of its acceleration"));
+  EXPECT_THAT(cell.runtime.load(polish({}, 1.0)).error(), Reports(Code::kLimitExceeded, "/polish"));
   ForceOffsetWish wild{};
   wild.jerk_max = 500.0;
-  EXPECT_THAT(cell.runtime.load(polish(wild)).error().to_string(), HasSubstr("of the jerk of"));
+  EXPECT_THAT(cell.runtime.load(polish(wild)).error(), Reports(Code::kLimitExceeded, "/polish"));
   ForceOffsetWish fast{};
   fast.force.velocity_max = 50.0;
-  EXPECT_THAT(cell.runtime.load(polish(fast)).error().to_string(), HasSubstr("of the velocity of joint"));
-  EXPECT_THAT(cell.runtime.load(polish({.reach = 0.0, .retreat = 0.0})).error().to_string(), HasSubstr("not both 0"));
+  EXPECT_THAT(cell.runtime.load(polish(fast)).error(), Reports(Code::kLimitExceeded, "/polish"));
+  EXPECT_THAT(cell.runtime.load(polish({.reach = 0.0, .retreat = 0.0})).error(),
+              Reports(Code::kOutOfRange, "/polish", {"0"}));
   RuntimeCommand joints("joints", cell.arm_actuator(),
                         force_offset(ptp(cell.joints(0.1)), pressing(Eigen::Vector3d::UnitZ())));
-  EXPECT_THAT(cell.runtime.load(joints).error().to_string(), HasSubstr("C8"));
+  EXPECT_THAT(cell.runtime.load(joints).error(), Reports(Code::kConflict, "/joints", {"C8"}));
 }
 
 }  // namespace

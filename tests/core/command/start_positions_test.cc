@@ -5,11 +5,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/core/command/command_cell.h"
+#include "tests/support/reports.h"
 
 namespace takt::command {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::ReportsAnywhere;
 
 class WhereaboutsTest : public testing::Test {
  protected:
@@ -22,7 +23,7 @@ class WhereaboutsTest : public testing::Test {
     EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
   }
   void expect_unknown(const Command& command, const char* who) {
-    EXPECT_THAT(plan(command).to_string(), HasSubstr(std::string("when '") + who + "' begins is unknown"));
+    EXPECT_THAT(plan(command), ReportsAnywhere(Code::kUnknownPosition, {who}));
     EXPECT_FALSE(cell.runtime.load(command).has_value());
   }
   test::CommandCell cell;

@@ -8,11 +8,12 @@
 #include "core/command/mapping.h"
 #include "core/expression/frame_sensors.h"
 #include "tests/core/command/command_cell.h"
+#include "tests/support/reports.h"
 
 namespace takt::command {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Reports;
 
 class SensorTest : public testing::Test {
  protected:
@@ -102,8 +103,7 @@ TEST_F(SensorTest, ADeviceThatIsNotThereIsFoundWithTheNearestName) {
   WaitCommand wait("wait", is_greater(norm(force(contact_wrench(cell.cell, "wirst"))), 1.0));
   const Diagnostics diagnostics = check(wait);
   ASSERT_TRUE(diagnostics.has_errors());
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("no force/torque sensor 'wirst'"));
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("'wrist'"));
+  EXPECT_THAT(diagnostics, Reports(Code::kUnknownName, "/wait", {"wirst", "wrist"}));
   EXPECT_EQ(digital_input(cell.cell, "bottom").now(), std::nullopt);
 }
 
@@ -178,7 +178,7 @@ TEST_F(SensorTest, AFrameByAChannelFollowsIt) {
   EXPECT_TRUE(pose_between(cell.cell, "part", "arm").now()->isApprox(cell.X_WB.inverse() * X_WP, 1e-12));
   WaitCommand wait("wait", 1.0);
   wait.observe("nowhere", pose_between(cell.cell, "prat", "arm"));
-  EXPECT_THAT(check(wait).to_string(), HasSubstr("'part'"));
+  EXPECT_THAT(check(wait), Reports(Code::kUnknownName, "/wait/observations/nowhere", {"part"}));
 }
 
 /// A part whose place is told every `every` cycles: body C of the channel goes round a centre that goes straight on,

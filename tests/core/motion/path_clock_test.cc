@@ -9,9 +9,12 @@
 
 #include "core/base/random.h"
 #include "tests/core/motion/shortest_time.h"
+#include "tests/support/reports.h"
 
 namespace takt::motion {
 namespace {
+
+using takt::test::Reports;
 
 constexpr double kPeriod = 1e-3;
 
@@ -235,9 +238,9 @@ TEST(PathClock, BoundsSurviveJsonAndBadOnesAreRefused) {
   const auto bad =
       clock_bounds_from_json(nlohmann::ordered_json::parse(R"({"acceleration_max": 0, "jerk_maximum": 1})"), "/clock");
   ASSERT_FALSE(bad);
-  EXPECT_THAT(bad.error().to_string(), testing::HasSubstr("/clock/acceleration_max"));
-  EXPECT_THAT(bad.error().to_string(), testing::HasSubstr("'jerk_max' is missing"));
-  EXPECT_THAT(bad.error().to_string(), testing::HasSubstr("jerk_maximum"));
+  EXPECT_THAT(bad.error(), Reports(Code::kOutOfRange, "/clock/acceleration_max"));
+  EXPECT_THAT(bad.error(), Reports(Code::kMissing, "/clock", {"jerk_max"}));
+  EXPECT_THAT(bad.error(), Reports(Code::kUnknownKey, "/clock/jerk_maximum", {"jerk_maximum"}));
 }
 
 TEST(PathClock, CommonBoundsAreTheLesserOnes) {

@@ -8,9 +8,12 @@
 
 #include "core/base/json.h"
 #include "core/base/random.h"
+#include "tests/support/reports.h"
 
 namespace takt::motion {
 namespace {
+
+using takt::test::Reports;
 
 Eigen::Isometry3d random_pose(Random& random) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
@@ -132,23 +135,25 @@ TEST(Path, SurvivesJsonTextBitForBit) {
   }
 }
 
-std::string refusal(const char* text) {
+Diagnostics refusal(const char* text) {
   const auto path = path_from_json(nlohmann::ordered_json::parse(text), "/path");
-  return path ? "accepted" : path.error().to_string();
+  return path ? Diagnostics() : path.error();
 }
 
 TEST(Path, RefusesWhatIsNoneAndSaysWhy) {
-  using testing::HasSubstr;
-  EXPECT_THAT(refusal("[]"), HasSubstr("/path"));
-  EXPECT_THAT(refusal(R"({"kind": "joint_lime"})"), HasSubstr("joint_line"));
-  EXPECT_THAT(refusal(R"({"kind": "joint_line", "start": [1, 2], "goal": [1]})"), HasSubstr("/path/goal"));
-  EXPECT_THAT(refusal(R"({"kind": "joint_line", "start": [1], "goal": [1], "gaol": 1})"), HasSubstr("gaol"));
-  EXPECT_THAT(refusal(R"({"kind": "cartesian_line", "start": [0, 0, 0, 2, 0, 0, 0]})"), HasSubstr("has length 2"));
+  EXPECT_THAT(refusal("[]"), Reports(Code::kWrongType, "/path"));
+  EXPECT_THAT(refusal(R"({"kind": "joint_lime"})"), Reports(Code::kUnknownName, "/path/kind", {"joint_line"}));
+  EXPECT_THAT(refusal(R"({"kind": "joint_line", "start": [1, 2], "goal": [1]})"),
+              Reports(Code::kWrongSize, "/path/goal"));
+  EXPECT_THAT(refusal(R"({"kind": "joint_line", "start": [1], "goal": [1], "gaol": 1})"),
+              Reports(Code::kUnknownKey, "/path/gaol", {"gaol"}));
+  EXPECT_THAT(refusal(R"({"kind": "cartesian_line", "start": [0, 0, 0, 2, 0, 0, 0]})"),
+              Reports(Code::kOutOfRange, "/path/start", {"2"}));
   EXPECT_THAT(refusal(R"({"kind": "cartesian_line", "start": [0, 0, 0, 1, 0, 0, 0], "axis": [1, 1, 0]})"),
-              HasSubstr("/path/axis"));
+              Reports(Code::kOutOfRange, "/path/axis"));
   EXPECT_THAT(refusal(R"({"kind": "joint_line", "start": [1,1,1,1,1,1,1,1,1,1,1,1,1],
                           "goal": [1,1,1,1,1,1,1,1,1,1,1,1,1]})"),
-              HasSubstr("at most 12"));
+              Reports(Code::kWrongSize, "/path/start", {"12"}));
 }
 
 }  // namespace

@@ -8,11 +8,13 @@
 #include "core/motion/motion_state.h"
 #include "tests/core/motion/motion_runs.h"
 #include "tests/core/motion/random_paths.h"
+#include "tests/support/reports.h"
 
 namespace takt::motion::test {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Reports;
+
 namespace robots = kinematics::test;
 
 /// Two arms that hold one thing: the second stands so that its own frame meets the first one's.
@@ -122,11 +124,11 @@ TEST(PlanPair, WhatOneOfThemCannotFollowIsSaid) {
     X.translation() += 5.0 * Eigen::Vector3d::UnitX();
     return lin_leg(pair.first.model(), q, X);
   };
-  EXPECT_THAT(plan_pair(pair.pair(), pair.q_first, pair.q_second, {far}).error().to_string(),
-              HasSubstr("out of reach"));
+  EXPECT_THAT(plan_pair(pair.pair(), pair.q_first, pair.q_second, {far}).error(),
+              Reports(Code::kUnreachable, "/0/goal"));
   const auto in_joints = [&pair](const JointVector& q) { return ptp_leg(pair.first.model(), q, 0.99 * q); };
-  EXPECT_THAT(plan_pair(pair.pair(), pair.q_first, pair.q_second, {in_joints}).error().to_string(),
-              HasSubstr("on paths of a frame only"));
+  EXPECT_THAT(plan_pair(pair.pair(), pair.q_first, pair.q_second, {in_joints}).error(),
+              Reports(Code::kConflict, "/follower"));
 }
 
 }  // namespace

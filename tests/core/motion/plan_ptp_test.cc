@@ -7,12 +7,14 @@
 #include "core/motion/planner.h"
 #include "tests/core/motion/motion_runs.h"
 #include "tests/core/motion/shortest_time.h"
+#include "tests/support/reports.h"
 
 namespace takt::motion::test {
 namespace {
 
+using takt::test::Reports;
+
 using kinematics::Chain;
-using testing::HasSubstr;
 namespace robots = kinematics::test;
 
 // Positions of a joint line are exact to the rounding of numbers below 8.
@@ -177,9 +179,9 @@ TEST(PlanPtp, PlansAreEqualBitForBit) {
 
 class PlanPtpRefuses : public testing::Test {
  protected:
-  std::string refusal(const JointVector& q0, const JointVector& q1, const MotionOptions& options = {}) const {
+  Diagnostics refusal(const JointVector& q0, const JointVector& q1, const MotionOptions& options = {}) const {
     const auto motion = plan_ptp(chain_, limits_, q0, q1, options);
-    return motion ? "accepted" : motion.error().to_string();
+    return motion ? Diagnostics() : motion.error();
   }
   Chain chain_ = robots::lwr();
   Random random_{39};
@@ -191,26 +193,26 @@ TEST_F(PlanPtpRefuses, GoalsOutsideTheRangeWithJointValueAndRange) {
   JointVector goal = zero_;
   goal[1] = 2.5;
   goal[3] = -3.0;
-  const std::string text = refusal(zero_, goal);
-  EXPECT_THAT(text, HasSubstr("/goal/1: error: joint 'joint_2': 2.5 is outside its range (from -2.0944 to 2.0944)"));
-  EXPECT_THAT(text, HasSubstr("/goal/3: error: joint 'joint_4': -3")) << "all at once";
-  EXPECT_THAT(refusal(goal, zero_), HasSubstr("/start/1"));
+  const Diagnostics text = refusal(zero_, goal);
+  EXPECT_THAT(text, Reports(Code::kOutOfRange, "/goal/1", {"joint_2", "2.5", "-2.0944", "2.0944"}));
+  EXPECT_THAT(text, Reports(Code::kOutOfRange, "/goal/3", {"joint_4", "-3"})) << "all at once";
+  EXPECT_THAT(refusal(goal, zero_), Reports(Code::kOutOfRange, "/start/1"));
 }
 
 TEST_F(PlanPtpRefuses, WhatIsNoNumberAndWhatDoesNotFit) {
   JointVector goal = zero_;
   goal[6] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(refusal(zero_, goal), HasSubstr("/goal/6: error: joint 'joint_7': nan"));
-  EXPECT_THAT(refusal(zero_, JointVector::Zero(6)), HasSubstr("/goal: error: 6 joint values"));
+  EXPECT_THAT(refusal(zero_, goal), Reports(Code::kOutOfRange, "/goal/6", {"joint_7"}));
+  EXPECT_THAT(refusal(zero_, JointVector::Zero(6)), Reports(Code::kWrongSize, "/goal", {"6"}));
 }
 
 TEST_F(PlanPtpRefuses, BadOptionsAndBadLimits) {
-  EXPECT_THAT(refusal(zero_, zero_, {.velocity = 0.0}), HasSubstr("/options/velocity: error: share 0"));
-  EXPECT_THAT(refusal(zero_, zero_, {.acceleration = 1.5}), HasSubstr("/options/acceleration"));
+  EXPECT_THAT(refusal(zero_, zero_, {.velocity = 0.0}), Reports(Code::kOutOfRange, "/options/velocity", {"0"}));
+  EXPECT_THAT(refusal(zero_, zero_, {.acceleration = 1.5}), Reports(Code::kOutOfRange, "/options/acceleration"));
   limits_.jerk[2] = 0.0;
   limits_.velocity = JointVector::Zero(3);
-  EXPECT_THAT(refusal(zero_, zero_), HasSubstr("/limits/jerk/2: error: joint 'joint_3'"));
-  EXPECT_THAT(refusal(zero_, zero_), HasSubstr("/limits/velocity: error: 3 entries"));
+  EXPECT_THAT(refusal(zero_, zero_), Reports(Code::kOutOfRange, "/limits/jerk/2", {"joint_3"}));
+  EXPECT_THAT(refusal(zero_, zero_), Reports(Code::kWrongSize, "/limits/velocity", {"3"}));
 }
 
 }  // namespace

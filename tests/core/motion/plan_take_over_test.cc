@@ -6,11 +6,13 @@
 #include "core/motion/motion_state.h"
 #include "tests/core/motion/motion_runs.h"
 #include "tests/core/motion/random_paths.h"
+#include "tests/support/reports.h"
 
 namespace takt::motion::test {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Reports;
+
 namespace robots = kinematics::test;
 
 constexpr double kTakeOverSampleError = 1e-11;  // of q: what inverse kinematics leaves open
@@ -214,18 +216,18 @@ TEST(PlanTakeOver, WhatCannotBeTakenOverIsSaid) {
   const auto refusal = [&](double tau, Blend blend, const JointVector& next) {
     const auto plan =
         plan_take_over(arm.model(), {.motion = motion, .tau = tau, .lead = kLead, .blend = blend}, {to(next)});
-    return plan ? "planned" : plan.error().to_string();
+    return plan ? Diagnostics() : plan.error();
   };
   const Blend some{Blend::Kind::kFraction, 0.3};
   JointVector on = goal;
   on[1] += 0.3;
-  EXPECT_EQ(refusal(0.1, some, on), "planned");
-  EXPECT_THAT(refusal(0.1, {}, on), HasSubstr("/blend: error: none was asked for"));
-  EXPECT_THAT(refusal(0.1, {Blend::Kind::kFraction, 0.7}, on), HasSubstr("at most 0.5"));
-  EXPECT_THAT(refusal(0.1, some, back), HasSubstr("turns straight back"));
-  EXPECT_THAT(refusal(0.1, some, goal), HasSubstr("no length"));
-  EXPECT_THAT(refusal(motion.duration() - 0.5 * kLead, some, on), HasSubstr("/tau: error"));
-  EXPECT_THAT(refusal(0.0, some, on), HasSubstr("/tau: error: 0.0000 s")) << "it has not begun";
+  EXPECT_EQ(refusal(0.1, some, on).to_string(), "");
+  EXPECT_THAT(refusal(0.1, {}, on), Reports(Code::kPlanningFailed, "/blend"));
+  EXPECT_THAT(refusal(0.1, {Blend::Kind::kFraction, 0.7}, on), Reports(Code::kOutOfRange, "/blend", {"0.5"}));
+  EXPECT_THAT(refusal(0.1, some, back), Reports(Code::kPlanningFailed, "/blend"));
+  EXPECT_THAT(refusal(0.1, some, goal), Reports(Code::kPlanningFailed, "/blend"));
+  EXPECT_THAT(refusal(motion.duration() - 0.5 * kLead, some, on), Reports(Code::kOutOfRange, "/tau"));
+  EXPECT_THAT(refusal(0.0, some, on), Reports(Code::kOutOfRange, "/tau", {"0.0000"})) << "it has not begun";
   EXPECT_FALSE(plan_take_over(arm.model(), {.motion = motion, .tau = 0.1, .blend = some}, {}));
 }
 

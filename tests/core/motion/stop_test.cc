@@ -10,10 +10,13 @@
 
 #include "tests/core/motion/motion_runs.h"
 #include "tests/core/motion/random_paths.h"
+#include "tests/support/reports.h"
 #include "tests/support/shortest_stop.h"
 
 namespace takt::motion::test {
 namespace {
+
+using takt::test::Reports;
 
 namespace robots = kinematics::test;
 
@@ -273,13 +276,13 @@ TEST(Stop, ATableSurvivesJsonAndABadOneIsRefused) {
   EXPECT_EQ(to_json(*read).dump(), to_json(motion->clock).dump());
   const auto refusal = [](const char* text) {
     const auto bad = stop_table_from_json(nlohmann::ordered_json::parse(text), "/stop");
-    return bad ? "accepted" : bad.error().to_string();
+    return bad ? Diagnostics() : bad.error();
   };
-  EXPECT_THAT(refusal("[[1.0, 2.0]]"), testing::HasSubstr("/stop/0"));
-  EXPECT_THAT(refusal("[[0.5, 2, 2, 2, 9, 0, 0]]"), testing::HasSubstr("ends at s = 0.5"));
-  EXPECT_THAT(refusal("[[0.5, 2, 2, 2, 9, 0, 0], [0.4, 2, 2, 2, 9, 0, 0]]"), testing::HasSubstr("/stop/1"));
-  EXPECT_THAT(refusal("[[1.0, 2, 2, 2, 0, 0, 0]]"), testing::HasSubstr("above 0"));
-  EXPECT_THAT(refusal("{}"), testing::HasSubstr("not a list"));
+  EXPECT_THAT(refusal("[[1.0, 2.0]]"), Reports(Code::kWrongType, "/stop/0"));
+  EXPECT_THAT(refusal("[[0.5, 2, 2, 2, 9, 0, 0]]"), Reports(Code::kOutOfRange, "/stop", {"0.5"}));
+  EXPECT_THAT(refusal("[[0.5, 2, 2, 2, 9, 0, 0], [0.4, 2, 2, 2, 9, 0, 0]]"), Reports(Code::kOutOfRange, "/stop/1"));
+  EXPECT_THAT(refusal("[[1.0, 2, 2, 2, 0, 0, 0]]"), Reports(Code::kOutOfRange, "/stop/0", {"0"}));
+  EXPECT_THAT(refusal("{}"), Reports(Code::kWrongType, "/stop"));
 }
 
 }  // namespace

@@ -6,21 +6,19 @@
 #include "core/base/json.h"
 #include "core/net/registry.h"
 #include "tests/core/net/net_support.h"
+#include "tests/support/reports.h"
 
 namespace takt::net {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Reports;
 using testing::UnorderedElementsAre;
 
-std::vector<std::string> diagnostics(std::string_view text) {
+std::vector<Diagnostic> diagnostics(std::string_view text) {
   const auto document = parse_json(text);
-  if (!document) return {document.error().to_string()};
+  if (!document) return document.error().list();
   const auto net = net_from_json(*document);
-  std::vector<std::string> lines;
-  if (net) return lines;
-  for (const Diagnostic& diagnostic : net.error().list()) lines.push_back(to_string(diagnostic));
-  return lines;
+  return net ? std::vector<Diagnostic>() : net.error().list();
 }
 
 TEST(NetJson, ReadsEveryPart) {
@@ -53,11 +51,14 @@ TEST(NetJson, EveryMistakeWithItsPointer) {
     "links": [{"from": "a.o", "delayed": 1}, {"from": "a", "to": "b", "initail": 0}],
     "fragments": [{"id": "f", "when_inactive": "rest", "net": {"link": []}, "inputs": [{"port": "p"}]},
                   {"id": "g"}]})"),
-              UnorderedElementsAre(HasSubstr("/nmae"), HasSubstr("/primitives/0/id"), HasSubstr("/primitives/0/typ"),
-                                   HasSubstr("/primitives/0"), HasSubstr("/primitives/1"),
-                                   HasSubstr("/links/0/delayed"), HasSubstr("/links/0"), HasSubstr("/links/1/initail"),
-                                   HasSubstr("/fragments/0/when_inactive"), HasSubstr("/fragments/0/net/link"),
-                                   HasSubstr("/fragments/0/inputs/0"), HasSubstr("/fragments/1")));
+              UnorderedElementsAre(
+                  Reports(Code::kUnknownKey, "/nmae"), Reports(Code::kWrongType, "/primitives/0/id"),
+                  Reports(Code::kUnknownKey, "/primitives/0/typ"), Reports(Code::kMissing, "/primitives/0", {"type"}),
+                  Reports(Code::kWrongType, "/primitives/1"), Reports(Code::kWrongType, "/links/0/delayed"),
+                  Reports(Code::kMissing, "/links/0"), Reports(Code::kUnknownKey, "/links/1/initail"),
+                  Reports(Code::kUnknownName, "/fragments/0/when_inactive"),
+                  Reports(Code::kUnknownKey, "/fragments/0/net/link"), Reports(Code::kMissing, "/fragments/0/inputs/0"),
+                  Reports(Code::kMissing, "/fragments/1")));
 }
 
 TEST(NetJson, WhatIsNoNet) {
@@ -69,7 +70,7 @@ TEST(NetJson, WhatIsNoNet) {
 
 TEST(NetJson, DuplicateKeysAreRefusedByTheReader) {
   EXPECT_THAT(diagnostics(R"({"primitives": [{"id": "a", "id": "b", "type": "T"}]})"),
-              testing::ElementsAre(HasSubstr("/primitives/0/id")));
+              testing::ElementsAre(Reports(Code::kDuplicate, "/primitives/0/id")));
 }
 
 TEST(Registry, DescribesATypeWithoutANet) {

@@ -1,18 +1,19 @@
-// What LOAD refuses: each mistake once, with its JSON pointer and the words that help.
+// What LOAD refuses: each mistake once, with its code, its JSON pointer, and the names that help.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/base/json.h"
 #include "tests/core/net/net_support.h"
+#include "tests/support/reports.h"
 
 namespace takt::net {
 namespace {
 
-using testing::AllOf;
+using takt::test::Notes;
+using takt::test::Reports;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::Field;
-using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 using testing::UnorderedElementsAre;
@@ -38,20 +39,13 @@ std::vector<Diagnostic> all_notes(const NetDescription& net) {
   return {};
 }
 
-constexpr const char* kNoCancel = "the net has no Cancel, so it can only be aborted";
-
 /// Without the one on Cancel, which the nets of these tests do not have.
 std::vector<Diagnostic> notes(const NetDescription& net) {
   std::vector<Diagnostic> found = all_notes(net);
-  std::erase_if(found, [](const Diagnostic& note) { return note.message.starts_with(kNoCancel); });
+  std::erase_if(found, [](const Diagnostic& note) {
+    return takt::test::fits(note, {Code::kNote, "/primitives", {"Cancel"}, Severity::kNote});
+  });
   return found;
-}
-
-/// A diagnostic at `pointer` whose message and hint contain the texts.
-auto is(const std::string& pointer, const std::string& message, const std::string& hint = "") {
-  return AllOf(Field("pointer", &Diagnostic::pointer, pointer),
-               Field("message", &Diagnostic::message, HasSubstr(message)),
-               Field("hint", &Diagnostic::hint, HasSubstr(hint)));
 }
 
 NetDescription ending() { return NetDescription().add("end", "TestEnd"); }
@@ -59,13 +53,15 @@ NetDescription ending() { return NetDescription().add("end", "TestEnd"); }
 TEST(Verification, AnEndingNetIsAccepted) { EXPECT_THAT(errors(ending()), IsEmpty()); }
 
 TEST(Verification, UnknownTypeWithTheNearestOne) {
-  EXPECT_THAT(errors(ending().add("x", "TestAdz")), ElementsAre(is("/primitives/1/type", "TestAdz", "'TestAdd'")));
+  EXPECT_THAT(errors(ending().add("x", "TestAdz")),
+              ElementsAre(Reports(Code::kUnknownName, "/primitives/1/type", {"TestAdd"})));
 }
 
 TEST(Verification, IdsAreValidAndUnique) {
   EXPECT_THAT(errors(ending().add("end", "TestMetres").add("a.b", "TestMetres").add("", "TestMetres")),
-              ElementsAre(is("/primitives/1/id", "duplicate id 'end'"), is("/primitives/2/id", "invalid id 'a.b'"),
-                          is("/primitives/3/id", "invalid id ''")));
+              ElementsAre(Reports(Code::kDuplicate, "/primitives/1/id", {"end"}),
+                          Reports(Code::kInvalidName, "/primitives/2/id", {"a.b"}),
+                          Reports(Code::kInvalidName, "/primitives/3/id")));
 }
 
 TEST(Verification, Parameters) {
@@ -75,20 +71,20 @@ TEST(Verification, Parameters) {
   net.add("c", "TestDrive", {{"device", "lefd"}, {"in", 1.0}, {"spede", 2}});
   net.add("d", "TestDrive", {{"device", "eye"}, {"in", std::nan("")}, {"speed", HUGE_VAL}});
   EXPECT_THAT(errors(net),
-              UnorderedElementsAre(
-                  is("/primitives/1/parameters/speed", "0 is out of range", "(0,inf)"),
-                  is("/primitives/2/parameters/speed", "\"x\" is not a number"),
-                  is("/primitives/2/parameters/mode", "'fat' is not allowed", "'fast'"),
-                  is("/primitives/3/parameters/spede", "no parameter 'spede'", "'speed'"),
-                  is("/primitives/3/parameters", "'speed' is missing", "m/s, (0,inf): how fast"),
-                  is("/primitives/3/parameters/device", "no device 'lefd'", "'left'"),
-                  is("/primitives/4/parameters/device", "'eye' is of kind camera, not drive", "left, right"),
-                  is("/primitives/4/parameters/in", "not finite"), is("/primitives/4/parameters/speed", "not finite")));
+              UnorderedElementsAre(Reports(Code::kOutOfRange, "/primitives/1/parameters/speed", {"0"}),
+                                   Reports(Code::kSyntax, "/primitives/2/parameters/speed", {"x"}),
+                                   Reports(Code::kUnknownName, "/primitives/2/parameters/mode", {"fat", "fast"}),
+                                   Reports(Code::kUnknownName, "/primitives/3/parameters/spede", {"spede", "speed"}),
+                                   Reports(Code::kMissing, "/primitives/3/parameters", {"speed", "0"}),
+                                   Reports(Code::kUnknownName, "/primitives/3/parameters/device", {"lefd", "left"}),
+                                   Reports(Code::kUnknownName, "/primitives/4/parameters/device", {"eye"}),
+                                   Reports(Code::kSyntax, "/primitives/4/parameters/in"),
+                                   Reports(Code::kSyntax, "/primitives/4/parameters/speed")));
 }
 
 TEST(Verification, PrepareSpeaksRelativeToTheParameters) {
   EXPECT_THAT(errors(ending().add("a", "TestDrive", {{"device", "left"}, {"speed", 0.5}, {"in", 0}, {"mode", "fast"}})),
-              ElementsAre(is("/primitives/1/parameters/speed", "at least 1")));
+              ElementsAre(Reports(Code::kOutOfRange, "/primitives/1/parameters/speed", {"1"})));
 }
 
 TEST(Verification, ConstantsOfEveryType) {
@@ -105,27 +101,29 @@ TEST(Verification, ConstantsOfEveryType) {
            {"wrench", {{"force", {1, 2, 3}}, {"torque", {true, 2, 3}}}},
            {"joints", std::vector<double>(13)}});
   const std::string at = "/primitives/1/parameters/";
-  EXPECT_THAT(errors(net),
-              UnorderedElementsAre(
-                  is(at + "boolean", "1 is not a Boolean"), is(at + "integer", "1.5 is not an Integer"),
-                  is(at + "real", "\"1\" is not a number"), is(at + "text", "63 bytes"),
-                  is(at + "vector", "2 elements", "[x,y,z]"), is(at + "rotation", "norm 0.5", "[w,x,y,z]"),
-                  is(at + "frame/position/2", "not a number"),
-                  is(at + "frame/quaternoin", "unknown key", "'quaternion'"), is(at + "twist", "is not a Twist"),
-                  is(at + "wrench/torque/0", "not a number"), is(at + "joints", "13 elements")));
+  EXPECT_THAT(
+      errors(net),
+      UnorderedElementsAre(
+          Reports(Code::kSyntax, at + "boolean", {"1"}), Reports(Code::kSyntax, at + "integer", {"1.5"}),
+          Reports(Code::kSyntax, at + "real", {"1"}), Reports(Code::kSyntax, at + "text", {"63"}),
+          Reports(Code::kWrongSize, at + "vector", {"2"}), Reports(Code::kOutOfRange, at + "rotation", {"0.5"}),
+          Reports(Code::kSyntax, at + "frame/position/2"),
+          Reports(Code::kUnknownKey, at + "frame/quaternoin", {"quaternion"}), Reports(Code::kSyntax, at + "twist"),
+          Reports(Code::kSyntax, at + "wrench/torque/0"), Reports(Code::kWrongSize, at + "joints", {"13"})));
 }
 
 TEST(Verification, DanglingLinkEnds) {
   auto net = ending().add("metres", "TestMetres").add("sum", "TestAdd", {{"a", 0}});
   net.link("meters.out", "sum.b").link("metres.uot", "end.in").link("metres.out", "summ.a").link("metres.out", "sum.c");
   net.link("metres", "sum.").link("end.in", "metres.in");
-  EXPECT_THAT(errors(net), UnorderedElementsAre(
-                               is("/links/0/from", "no primitive or fragment 'meters'", "'metres'"),
-                               is("/links/1/from", "'metres' (TestMetres) has no output 'uot'", "'out'"),
-                               is("/links/2/to", "'summ'", "'sum'"), is("/links/3/to", "has no input 'c'", "a, b"),
-                               is("/links/4/from", "'metres' names no port"), is("/links/4/to", "'sum.' names no port"),
-                               is("/links/5/from", "no output 'in'", "no outputs at all"),
-                               is("/links/5/to", "no input 'in'", "no inputs at all")));
+  EXPECT_THAT(errors(net), UnorderedElementsAre(Reports(Code::kUnknownName, "/links/0/from", {"meters", "metres"}),
+                                                Reports(Code::kUnknownName, "/links/1/from", {"metres", "uot", "out"}),
+                                                Reports(Code::kUnknownName, "/links/2/to", {"summ", "sum"}),
+                                                Reports(Code::kUnknownName, "/links/3/to", {"c"}),
+                                                Reports(Code::kUnknownName, "/links/4/from", {"metres"}),
+                                                Reports(Code::kUnknownName, "/links/4/to", {"sum."}),
+                                                Reports(Code::kUnknownName, "/links/5/from", {"in"}),
+                                                Reports(Code::kUnknownName, "/links/5/to", {"in"})));
 }
 
 TEST(Verification, WhatLiesOutsideOfAFragmentComesInThroughAPort) {
@@ -134,8 +132,7 @@ TEST(Verification, WhatLiesOutsideOfAFragmentComesInThroughAPort) {
   f.id = "f";
   f.net.add("sum", "TestAdd", {{"b", 0}}).link("m.out", "sum.a");
   net.fragments.push_back(f);
-  EXPECT_THAT(errors(net),
-              ElementsAre(is("/fragments/0/net/links/0/from", "no primitive or fragment 'm'", "through a port")));
+  EXPECT_THAT(errors(net), ElementsAre(Reports(Code::kUnknownName, "/fragments/0/net/links/0/from", {"m"})));
 }
 
 TEST(Verification, AConstantNullFeedsAnInputOfAnyType) {
@@ -150,13 +147,13 @@ TEST(Verification, AConstantNullFeedsAnInputOfAnyType) {
   EXPECT_EQ(real(*compiled, "sum.out"), std::nullopt);
   // A parameter is no input: null is no value for it.
   EXPECT_THAT(errors(ending().add("c", "TestConstant", {{"value", nullptr}})),
-              ElementsAre(is("/primitives/1/parameters/value", "null is not a number")));
+              ElementsAre(Reports(Code::kSyntax, "/primitives/1/parameters/value")));
 }
 
 TEST(Verification, RowU1AConstantTakesTheUnitOfItsInput) {
   auto net = ending().add("m", "TestMetres").add("sum", "TestAdd", {{"b", 2.5}}).add("sink", "TestForceSink");
   net.link("m.out", "sum.a").link("sum.out", "sink.in");
-  EXPECT_THAT(errors(net), ElementsAre(is("/links/1", "'sum.out' is m, but 'sink.in' takes N")))
+  EXPECT_THAT(errors(net), ElementsAre(Reports(Code::kUnitMismatch, "/links/1", {"sum.out", "sink.in"})))
       << "2.5 says nothing of a unit, so it hides nothing";
 }
 
@@ -164,31 +161,31 @@ TEST(Verification, UnitsFramesAndDemandsAreJudgedTogether) {
   auto net = ending().add("m", "TestMetres").add("sink", "TestForceSink").add("arm", "TestArmPose");
   net.add("fb", "TestPose", {{"in", "flange"}, {"of", "base"}}).link("m.out", "sink.in").link("fb.out", "arm.flange");
   net.link_delayed("fb.out", "arm.flange").demand("m.out", "arm.flange", 3).links.pop_back();
-  EXPECT_THAT(errors(net), UnorderedElementsAre(is("/links/0", "unit mismatch"), is("/links/1", "frame mismatch"),
-                                                is("/demands/0", "nothing leads from 'm.out' to 'arm.flange'")));
+  EXPECT_THAT(errors(net),
+              UnorderedElementsAre(Reports(Code::kUnitMismatch, "/links/0"), Reports(Code::kFrameMismatch, "/links/1"),
+                                   Reports(Code::kReactionBound, "/demands/0", {"m.out", "arm.flange"})));
 }
 
 TEST(Verification, RowN6EveryInputIsFedOnce) {
   auto net = ending().add("a", "TestMetres").add("b", "TestMetres").add("sum", "TestAdd", {{"a", 1.0}});
   net.add("open", "TestAdd", {{"a", 1.0}});
   net.link("a.out", "sum.a").link("a.out", "sum.b").link("b.out", "sum.b");
-  EXPECT_THAT(errors(net), UnorderedElementsAre(
-                               is("/primitives/3/parameters/a", "'sum.a' has both a link and a constant", "/links/0"),
-                               is("/links/2/to", "'sum.b' is linked twice", "/links/1"),
-                               is("/primitives/4", "'open.b' (Real) is not linked", "\"b\"")));
+  EXPECT_THAT(errors(net), UnorderedElementsAre(Reports(Code::kConflict, "/primitives/3/parameters/a", {"sum.a", "0"}),
+                                                Reports(Code::kDuplicate, "/links/2/to", {"sum.b", "1"}),
+                                                Reports(Code::kUnlinkedInput, "/primitives/4", {"open.b", "b"})));
 }
 
 TEST(Verification, TypesOfBothEnds) {
   auto net = ending().add("n", "TestCounter").add("m", "TestMonitor").link("n.out", "m.in");
-  EXPECT_THAT(errors(net), ElementsAre(is("/links/0", "'n.out' is Integer, but 'm.in' takes Real")));
+  EXPECT_THAT(errors(net), ElementsAre(Reports(Code::kTypeMismatch, "/links/0", {"n.out", "m.in"})));
 }
 
 TEST(Verification, InitialValues) {
   auto net = ending().add("m", "TestMetres").add("s", "TestAdd").add("t", "TestAdd", {{"b", 0}});
   net.link_delayed("m.out", "s.a", "x").link("m.out", "s.b").link("m.out", "t.a");
   net.links[2].initial = 1.0;
-  EXPECT_THAT(errors(net), UnorderedElementsAre(is("/links/0/initial", "not a number"),
-                                                is("/links/2/initial", "only a delayed link")));
+  EXPECT_THAT(errors(net), UnorderedElementsAre(Reports(Code::kSyntax, "/links/0/initial"),
+                                                Reports(Code::kConflict, "/links/2/initial")));
 }
 
 TEST(Verification, RowO2CycleNamesTheShortestChainAndHowToMendIt) {
@@ -197,10 +194,9 @@ TEST(Verification, RowO2CycleNamesTheShortestChainAndHowToMendIt) {
   // The long way round a b c d, and the short one b c.
   net.link("a.out", "b.a").link("b.out", "c.a").link("c.out", "d.a").link("d.out", "a.a").link("c.out", "b.b");
   net.link_delayed("d.out", "a.b");
-  EXPECT_THAT(errors(net),
-              ElementsAre(is("/links/1", "cycle without a delay: b.out -> c.a, c.out -> b.b", "\"delayed\": true")));
+  EXPECT_THAT(errors(net), ElementsAre(Reports(Code::kCycleWithoutDelay, "/links/1", {"delayed"})));
   net.links[4].delayed = true;
-  EXPECT_THAT(errors(net), ElementsAre(is("/links/0", "a.out -> b.a, b.out -> c.a, c.out -> d.a, d.out -> a.a")));
+  EXPECT_THAT(errors(net), ElementsAre(Reports(Code::kCycleWithoutDelay, "/links/0")));
   net.links[3].delayed = true;
   EXPECT_THAT(errors(net), IsEmpty());
 }
@@ -210,11 +206,12 @@ TEST(Verification, EveryTangleIsReportedOnce) {
   for (const char* id : {"a", "b", "c"})
     net.add(id, "TestAdd", {{"b", 0}}).link(std::string(id) + ".out", std::string(id) + ".a");
   EXPECT_THAT(errors(net),
-              ElementsAre(is("/links/0", "a.out -> a.a"), is("/links/1", "b.out"), is("/links/2", "c.out")));
+              ElementsAre(Reports(Code::kCycleWithoutDelay, "/links/0"), Reports(Code::kCycleWithoutDelay, "/links/1"),
+                          Reports(Code::kCycleWithoutDelay, "/links/2")));
 }
 
 TEST(Verification, ANetMustBeAbleToEnd) {
-  EXPECT_THAT(errors(NetDescription().add("m", "TestMetres")), ElementsAre(is("/primitives", "no Termination")));
+  EXPECT_THAT(errors(NetDescription().add("m", "TestMetres")), ElementsAre(Reports(Code::kMissing, "/primitives")));
 }
 
 TEST(Verification, RowO4OneDriverPerDevice) {
@@ -222,13 +219,14 @@ TEST(Verification, RowO4OneDriverPerDevice) {
   for (const char* id : {"a", "b", "c"}) {
     net.add(id, "TestDrive", {{"device", id[0] == 'c' ? "right" : "left"}, {"speed", 1}, {"in", 0}});
   }
-  EXPECT_THAT(errors(net), ElementsAre(is("/primitives/2/parameters/device", "'left' is driven by both 'a' and 'b'")));
+  EXPECT_THAT(errors(net),
+              ElementsAre(Reports(Code::kResourceConflict, "/primitives/2/parameters/device", {"left", "a", "b"})));
 }
 
 TEST(Verification, RowU1UnitsAreFollowedThroughVariablesAndProducts) {
   auto net = ending().add("m", "TestMetres").add("n", "TestNewtons").add("sum", "TestAdd");
   net.link("m.out", "sum.a").link("n.out", "sum.b");
-  EXPECT_THAT(errors(net), ElementsAre(is("/links/1", "unit mismatch: 'n.out' is N, but 'sum.b' takes m")));
+  EXPECT_THAT(errors(net), ElementsAre(Reports(Code::kUnitMismatch, "/links/1", {"n.out", "sum.b"})));
 
   auto product =
       ending().add("m", "TestMetres").add("n", "TestNewtons").add("x", "TestMultiply").add("d", "TestDivide");
@@ -236,7 +234,7 @@ TEST(Verification, RowU1UnitsAreFollowedThroughVariablesAndProducts) {
   product.link("m.out", "x.a").link("n.out", "x.b").link("x.out", "d.a").link("m.out", "d.b").link("d.out", "sink.in");
   EXPECT_THAT(errors(product), IsEmpty()) << "m*N / m = N";
   product.links[3].from = "n.out";
-  EXPECT_THAT(errors(product), ElementsAre(is("/links/4", "'d.out' is m, but 'sink.in' takes N")));
+  EXPECT_THAT(errors(product), ElementsAre(Reports(Code::kUnitMismatch, "/links/4", {"d.out", "sink.in"})));
 }
 
 TEST(Verification, RowU1UnitsFlowBackwardsAndThroughFractions) {
@@ -248,7 +246,7 @@ TEST(Verification, RowU1UnitsFlowBackwardsAndThroughFractions) {
   net.add("wrong", "TestForceSink").link("sum.out", "wrong.in");
   const auto found = errors(net);
   ASSERT_THAT(found, SizeIs(1));
-  EXPECT_THAT(found[0].message, AllOf(HasSubstr("'sum.out' is Nm"), HasSubstr("'wrong.in' takes N")));
+  EXPECT_THAT(found[0], Reports(Code::kUnitMismatch, "/links/4", {"sum.out", "wrong.in"}));
 }
 
 TEST(Verification, RowU1SquaresNeedElimination) {
@@ -260,7 +258,7 @@ TEST(Verification, RowU1SquaresNeedElimination) {
   EXPECT_THAT(errors(net), IsEmpty()) << "c is in m";
   net.add("n", "TestNewtons");
   net.links.back().from = "n.out";
-  EXPECT_THAT(errors(net), ElementsAre(is("/links/7", "'n.out' is N, but 'check.b' takes m")));
+  EXPECT_THAT(errors(net), ElementsAre(Reports(Code::kUnitMismatch, "/links/7", {"n.out", "check.b"})));
 }
 
 TEST(Verification, RowU1JointContradictionOfOpenProducts) {
@@ -272,17 +270,16 @@ TEST(Verification, RowU1JointContradictionOfOpenProducts) {
   net.link("x.out", "p.a").link("m.out", "p.b").link("y.out", "q.a").link("n.out", "q.b");
   const auto found = errors(net);
   ASSERT_THAT(found, SizeIs(1));
-  EXPECT_THAT(found[0].message, HasSubstr("unit mismatch"));
-  EXPECT_THAT(found[0].pointer, HasSubstr("/links/"));
+  EXPECT_THAT(found[0], Reports(Code::kUnitMismatch, "/links/7"));
 }
 
 TEST(Verification, FreeUnitsAreNoted) {
   auto net = ending().add("c", "TestConstant", {{"value", 1}}).add("s", "TestAdd", {{"b", 0}}).link("c.out", "s.a");
-  EXPECT_THAT(notes(net), ElementsAre(is("/primitives/2", "nothing fixes the unit u of 's'")));
+  EXPECT_THAT(notes(net), ElementsAre(Notes("/primitives/2", {"s"})));
 }
 
 TEST(Verification, RowL6ANetWithoutCancelIsNoted) {
-  EXPECT_THAT(all_notes(ending()), ElementsAre(is("/primitives", kNoCancel, "leads to the Termination")));
+  EXPECT_THAT(all_notes(ending()), ElementsAre(Notes("/primitives", {"Cancel"})));
 }
 
 TEST(Verification, RowU2FramesMustMeet) {
@@ -293,11 +290,10 @@ TEST(Verification, RowU2FramesMustMeet) {
   net.link("wb.out", "wf.ab").link("bf.out", "wf.bc").link("wf.out", "arm.flange");
   EXPECT_THAT(errors(net), IsEmpty());
   net.links[1].from = "fb.out";
-  EXPECT_THAT(errors(net),
-              ElementsAre(is("/links/1", "frame mismatch: 'fb.out' is flange>base, but 'wf.bc' takes base>?")));
+  EXPECT_THAT(errors(net), ElementsAre(Reports(Code::kFrameMismatch, "/links/1", {"fb.out", "wf.bc"})));
   net.links[1].from = "bf.out";
   net.links[2] = {"bf.out", "arm.flange", false, nullptr};
-  EXPECT_THAT(errors(net), ElementsAre(is("/links/2", "'bf.out' is base>flange, but 'arm.flange' takes world>flange")));
+  EXPECT_THAT(errors(net), ElementsAre(Reports(Code::kFrameMismatch, "/links/2", {"bf.out", "arm.flange"})));
 }
 
 TEST(Verification, RowN4NullPathsToActuatorsAndStops) {
@@ -310,17 +306,15 @@ TEST(Verification, RowN4NullPathsToActuatorsAndStops) {
       .link("t.out", "drive.in")
       .link("r.out", "s.in")
       .link("s.out", "safe.in");
-  EXPECT_THAT(notes(net), ElementsAre(is("/primitives/5",
-                                         "null can reach 'drive.in': n.out -> r.out -> t.out -> drive.in", "row N4")));
+  EXPECT_THAT(notes(net), ElementsAre(Notes("/primitives/5", {"drive.in"})));
 }
 
 TEST(Verification, RowN3NullAtATerminationIsListed) {
   auto net = ending().add("q", "TestDivide", {{"a", 1}, {"b", 0}}).add("g", "TestGreater", {{"b", 0}});
   net.link("q.out", "g.a").link_delayed("g.out", "end.in");
-  EXPECT_THAT(notes(net),
-              Contains(is("/primitives/0", "g.out (delayed, without an initial value) -> end.in", "row N3")));
+  EXPECT_THAT(notes(net), Contains(Notes("/primitives/0")));
   net.links[1].initial = false;
-  EXPECT_THAT(notes(net), Contains(is("/primitives/0", "q.out -> g.out -> end.in", "counts as true")));
+  EXPECT_THAT(notes(net), Contains(Notes("/primitives/0")));
 }
 
 TEST(Verification, AllMistakesComeAtOnce) {

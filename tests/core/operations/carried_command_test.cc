@@ -6,11 +6,12 @@
 #include "core/device/base_description.h"
 #include "core/operations/goal.h"
 #include "tests/core/activity/command_fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Reports;
 
 /// The arm of the cell on a base that drives.
 class CarriedCommandTest : public test::CommandStepTest {
@@ -138,7 +139,7 @@ TEST_F(CarriedCommandTest, AGoalInTheRoomIsRefusedWhereNobodyKnowsWhereTheBaseWi
   const Diagnostics found = wrong(after(R"({"in": "world", "position_m": [0.6, 0, 0.5], "rpy_deg": [0, 180, 0]})"));
   ASSERT_EQ(found.list().size(), 1u) << found.to_string();
   EXPECT_EQ(found.list().front().pointer, "/program/commands/reach/to");
-  EXPECT_THAT(found.to_string(), HasSubstr("frame 'arm' moves with 'base'"));
+  EXPECT_THAT(found, Reports(Code::kInvalidValue, "/program/commands/reach/to", {"arm", "base"}));
   EXPECT_FALSE(wrong(after(R"({"by_m": [0, 0, 0.05], "in": "tcp"})")).has_errors()) << "that does not hang on it";
 }
 
@@ -147,9 +148,8 @@ TEST_F(CarriedCommandTest, C7_NothingElseMovesArmOrBaseAtTheSameTime) {
     const std::string other = fmt::format(R"(, "other": {{"do": "lin", "start": true, "arm": "{}",
         "to": {{"by_m": [0.1, 0, 0]}}}})",
                                           device);
-    EXPECT_THAT(wrong(tree(kStraight + other)).to_string(),
-                HasSubstr(fmt::format("/program/commands/other: error: C7: it drives '{}' together with '/t/straight'",
-                                      device)));
+    EXPECT_THAT(wrong(tree(kStraight + other)),
+                Reports(Code::kResourceConflict, "/program/commands/other", {"C7", device, "/t/straight"}));
   }
 }
 
@@ -265,8 +265,9 @@ TEST_F(CarriedCommandTest, OnlyTheArmOnABaseIsCompliant) {
     if (primitive.type.ends_with("Command")) drivers[primitive.type] = primitive.parameters.at("device");
   EXPECT_EQ(drivers,
             (std::map<std::string, std::string>{{"ArmCommand", "base"}, {"CartesianImpedanceCommand", "arm"}}));
-  EXPECT_THAT(command::check(compliant(1e6)).to_string(),
-              testing::AllOf(HasSubstr("for 'arm'"), testing::Not(HasSubstr("for 'base'"))));
+  EXPECT_THAT(command::check(compliant(1e6)),
+              testing::AllOf(Reports(Code::kOutOfRange, "/straight/compliance/stiffness/0", {"arm"}),
+                             testing::Not(takt::test::ReportsAnywhere(Code::kOutOfRange, {"base"}))));
 }
 
 }  // namespace

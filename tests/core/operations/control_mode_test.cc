@@ -3,14 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "tests/core/activity/activity_cell.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
 using command::JointCompliance;
 using device::ControlMode;
+using takt::test::Reports;
 using testing::AllOf;
-using testing::HasSubstr;
 
 net::JointArray joints(double value) {
   return net::JointArray(device::JointVector(device::JointVector::Constant(7, value)));
@@ -18,13 +19,13 @@ net::JointArray joints(double value) {
 
 class ControlModeTest : public testing::Test {
  protected:
-  std::string error_of(const std::function<void()>& action) {
+  Diagnostics error_of(const std::function<void()>& action) {
     try {
       action();
     } catch (const ActivityError& error) {
-      return error.what();
+      return error.diagnostics();
     }
-    return "nothing was thrown";
+    return {};
   }
   ControlMode mode() const { return cell.core_arm().mode(); }
   void steps(int count) {
@@ -76,20 +77,19 @@ TEST_F(ControlModeTest, PositionBeginsWhereTheArmIsAndTheNextIsPlannedFromThere)
 TEST_F(ControlModeTest, WhatNeedsAnotherModeIsRefusedBeforeAnythingMovesWithTheWayOut) {
   const auto from = cell.q();
   const auto why = error_of([&] { cell.motion.ptp(cell.joints(0.2), {.compliance = soft}).execute(); });
-  EXPECT_THAT(why, AllOf(HasSubstr("mode position"), HasSubstr("needs joint_impedance"),
-                         HasSubstr("switch_to(\"joint_impedance\")")));
+  EXPECT_THAT(why, Reports(Code::kNotPossibleNow, "/arm PTP/compliance", {"joint_impedance", "switch_to"}));
   EXPECT_EQ(cell.q(), from);
 
   modes.switch_to(ControlMode::kJointImpedance).execute();
   EXPECT_THAT(error_of([&] { hold.hold({.compliance = command::CartesianCompliance{}}).execute(); }),
-              HasSubstr("switch_to(\"cartesian_impedance\")"));
+              Reports(Code::kNotPossibleNow, "/hold arm/compliance", {"cartesian_impedance", "switch_to"}));
   // The predecessor that still runs leaves it in the wrong mode: known while it runs.
   const RunPtr there = cell.motion.ptp(cell.joints(0.2)).begin_execute();
   const RunPtr stiff = cell.motion.ptp(cell.joints(0.0), {.compliance = command::Stiff{}}).schedule();
   steps(20);
   EXPECT_EQ(there->state(), RunState::kRunning);
   EXPECT_EQ(stiff->state(), RunState::kFailed);
-  EXPECT_THAT(stiff->diagnostics().to_string(), HasSubstr("switch_to(\"position\")"));
+  EXPECT_THAT(stiff->diagnostics(), Reports(Code::kNotPossibleNow, "/arm PTP/compliance", {"position", "switch_to"}));
   wait(cell.program, there);
 }
 
@@ -130,23 +130,24 @@ TEST_F(ControlModeTest, OtherSpringsComeWhenTheMotionBeforeHasEnded) {
 }
 
 TEST_F(ControlModeTest, ModesThatAreNotThereAndArmsWithOneModeSayWhatIs) {
-  EXPECT_THAT(error_of([&] { modes.switch_to("position_impedance").execute(); }), HasSubstr("cartesian_impedance"));
+  EXPECT_THAT(error_of([&] { modes.switch_to("position_impedance").execute(); }),
+              Reports(Code::kUnknownName, "/arm", {"cartesian_impedance"}));
   EXPECT_TRUE(cell.robot.offers<ControlModeInterface>());
   EXPECT_THAT(error_of([&] { (void)Actuator(cell.program, "lamp").use<ControlModeInterface>(); }),
-              HasSubstr("OutputInterface"));
+              Reports(Code::kUnsupported, "/lamp", {"OutputInterface"}));
 }
 
 TEST_F(ControlModeTest, AChangeIsNoPartOfANet) {
   const auto why = error_of([&] {
     sequence({modes.switch_to(ControlMode::kJointImpedance), cell.motion.ptp(cell.joints(0.1))}).execute();
   });
-  EXPECT_THAT(why, AllOf(HasSubstr("/0"), HasSubstr("an activity of its own")));
+  EXPECT_THAT(why, Reports(Code::kConflict, "/arm joint_impedance, arm PTP/0"));
 }
 
 TEST_F(ControlModeTest, L4_ADeviceThatDoesNotComeThereIsAFailure) {
   cell.backend->ignores_modes = true;
   EXPECT_THAT(error_of([&] { modes.switch_to(ControlMode::kJointImpedance).execute(); }),
-              HasSubstr("the mode was not changed"));
+              Reports(Code::kNotPossibleNow, "/arm joint_impedance/mode"));
   EXPECT_EQ(mode(), ControlMode::kPosition);
   cell.motion.ptp(cell.joints(0.1)).execute();
 }
@@ -264,7 +265,7 @@ TEST_F(FreedriveActivityTest, AfterAFailureItBrakesAndGoesBackIntoTheModeBeforeT
   EXPECT_TRUE(soft_while_it_braked);
   EXPECT_EQ(run->state(), RunState::kFailed);
   EXPECT_EQ(run->diagnostics().list().size(), 1u) << run->diagnostics().to_string();
-  EXPECT_THAT(run->diagnostics().to_string(), HasSubstr("'arm freedrive' was stopped in cycle"));
+  EXPECT_THAT(run->diagnostics(), Reports(Code::kStopped, "/arm freedrive", {"arm freedrive"}));
   EXPECT_EQ(mode(), ControlMode::kPosition);
   steps(2);
   EXPECT_EQ(behind->state(), RunState::kFailed) << "given up";
@@ -279,16 +280,16 @@ TEST_F(FreedriveActivityTest, WhereTheWayBackFailsTooBothAreTold) {
   run->abort();
   for (int i = 0; i < 5000 && !run->over(); ++i) cell.program.step();
   EXPECT_EQ(run->state(), RunState::kFailed);
-  EXPECT_THAT(run->diagnostics().to_string(),
-              AllOf(HasSubstr("was stopped in cycle"), HasSubstr("the mode was not changed"),
-                    HasSubstr("'arm' is in mode joint_impedance")));
+  EXPECT_THAT(run->diagnostics(),
+              AllOf(Reports(Code::kStopped, "/arm freedrive"), Reports(Code::kNotPossibleNow, "/arm freedrive/mode"),
+                    Reports(Code::kNotPossibleNow, "/arm freedrive/mode", {"arm", "joint_impedance"})));
   EXPECT_FALSE(cell.core_arm().held());
 }
 
 TEST_F(FreedriveActivityTest, AModeThatIsNotReachedLeavesTheOneBefore) {
   cell.backend->ignores_modes = true;
   EXPECT_THAT(error_of([&] { guide.freedrive().execute(); }),
-              AllOf(HasSubstr("the mode was not changed"), HasSubstr("'arm' is in mode position")));
+              Reports(Code::kNotPossibleNow, "/arm freedrive/mode", {"arm"}));
   EXPECT_EQ(mode(), ControlMode::kPosition);
 }
 

@@ -3,12 +3,13 @@
 
 #include "core/operations/search_pattern.h"
 #include "tests/core/activity/fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
+using takt::test::Reports;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 class ForceStepTest : public test::ActivityTest {
  protected:
@@ -52,7 +53,7 @@ TEST_F(ForceStepTest, HoldsItsPlaceWhileItPresses) {
 
 TEST_F(ForceStepTest, NothingToTouchIsAFailure) {
   EXPECT_EQ(run(over_the_block(press(R"(, "travel_m": 0.02)"), 0.0, 0.1)), Progress::kFailed);
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/steps/2/travel_m: error: nothing was touched"));
+  EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/steps/2/travel_m"));
   EXPECT_TRUE(fake.core_arm().at_rest());
 }
 
@@ -62,7 +63,7 @@ TEST_F(ForceStepTest, N3_ASilentSensorStopsIt) {
                   fake.sensor->silent = runner.current() == "press" && pressed_with() > 5;
                 }),
             Progress::kFailed);
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("'wrist' did not answer"));
+  EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/steps/2/sensor", {"wrist"}));
   EXPECT_TRUE(fake.core_arm().at_rest());
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
@@ -113,7 +114,7 @@ TEST_F(ForceStepTest, ASearchThatFindsNothingSaysSo) {
         more + "}");
   };
   EXPECT_EQ(run(search("")), Progress::kFailed);
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("the pattern has come to its end and nothing was found"));
+  EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/steps/2"));
   EXPECT_EQ(run(search(R"(, "on_end": "continue")")), Progress::kDone) << diagnostics.to_string();
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }

@@ -6,23 +6,24 @@
 #include "core/operations/composed_device.h"
 #include "tests/core/activity/activity_cell.h"
 #include "tests/core/activity/two_arm_cell.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
+using takt::test::Reports;
 using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::Not;
 
-std::string error_of(const std::function<void()>& act) {
+Diagnostics error_of(const std::function<void()>& act) {
   try {
     act();
   } catch (const ActivityError& error) {
-    return error.what();
+    return error.diagnostics();
   }
-  return "nothing was thrown";
+  return {};
 }
 
 class InterfacesTest : public testing::Test {
@@ -38,8 +39,9 @@ TEST_F(InterfacesTest, OneJointMovesAndTheOthersStand) {
   kinematics::JointVector expected = before;
   expected[3] -= 0.2;
   EXPECT_LT((cell.robot.q() - expected).norm(), 1e-9);
-  EXPECT_THAT(error_of([&] { (void)joint.move_to(7, 0.0); }), AllOf(HasSubstr("no joint 7"), HasSubstr("0 to 6")));
-  EXPECT_THAT(error_of([&] { joint.move_to(3, 9.0).execute(); }), HasSubstr("9"));
+  EXPECT_THAT(error_of([&] { (void)joint.move_to(7, 0.0); }), Reports(Code::kOutOfRange, "/arm", {"7", "0", "6"}));
+  EXPECT_THAT(error_of([&] { joint.move_to(3, 9.0).execute(); }),
+              Reports(Code::kOutOfRange, "/arm joint/0/goal/3", {"9"}));
 }
 
 TEST_F(InterfacesTest, WhatIsMeasuredIsToldBesideTheSetPoint) {
@@ -90,13 +92,17 @@ TEST_F(InterfacesTest, SeveralActuatorsAreOneDevice) {
   cell.program.step();
   EXPECT_EQ(command::channel<net::Real>(cell.cell, "arm.speed").now(), 0.5);
 
-  EXPECT_THAT(error_of([&] { (void)welder.part("lam"); }), AllOf(HasSubstr("no part 'lam'"), HasSubstr("'lamp'")));
-  EXPECT_THAT(error_of([&] { (void)welder.use<GrippingInterface>(); }), HasSubstr("no part of 'welder'"));
+  EXPECT_THAT(error_of([&] { (void)welder.part("lam"); }), Reports(Code::kUnknownName, "/welder", {"lam", "lamp"}));
+  EXPECT_THAT(error_of([&] { (void)welder.use<GrippingInterface>(); }),
+              Reports(Code::kUnsupported, "/welder", {"welder"}));
   const ComposedDevice lamps("lamps", {Actuator(cell.program, "lamp"), Actuator(cell.program, "driver")});
-  EXPECT_THAT(error_of([&] { (void)lamps.use<OutputInterface>(); }), HasSubstr("part() of one of lamp, driver"));
+  EXPECT_THAT(error_of([&] { (void)lamps.use<OutputInterface>(); }), Reports(Code::kConflict, "/lamps"));
   EXPECT_THAT(lamps.interfaces(), ElementsAre());
-  EXPECT_THAT(error_of([&] { (void)ComposedDevice("none", {}); }), HasSubstr("without parts"));
-  EXPECT_THAT(error_of([&] { (void)ComposedDevice("twice", {cell.robot, cell.robot}); }), HasSubstr("twice"));
+  EXPECT_THAT(error_of([&] { (void)ComposedDevice("none", {}); }), Reports(Code::kMissing, "/none"));
+  EXPECT_THAT(error_of([&] {
+                (void)ComposedDevice("twice", {cell.robot, cell.robot});
+              }),
+              Reports(Code::kDuplicate, "/twice", {"twice"}));
 }
 
 }  // namespace

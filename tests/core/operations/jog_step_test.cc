@@ -4,11 +4,12 @@
 #include "core/net/compiled_net.h"
 #include "core/net/stop_bound.h"
 #include "tests/core/activity/command_fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Reports;
 
 class JogStepTest : public test::CommandStepTest {
  protected:
@@ -149,17 +150,16 @@ TEST_F(JogStepTest, AFrameIsFollowedUntilAConditionHolds) {
 }
 
 TEST_F(JogStepTest, WhatIsWrongIsToldWithItsPlace) {
-  EXPECT_THAT(wrong(R"({"do": "jog", "while": {"channel": "enable"}})").to_string(),
-              HasSubstr("/program: error: no velocity is given"));
-  EXPECT_THAT(wrong(R"({"do": "jog", "channel": "stick"})").to_string(), HasSubstr("'while'"));
-  EXPECT_THAT(wrong(R"({"do": "jog", "channel": "speed", "while": {"channel": "enable"}})").to_string(),
-              HasSubstr("/program/channel: error: 'speed' carries Real (a channel of type Twist)"));
-  EXPECT_THAT(wrong(R"({"do": "jog", "channel": "stcik", "while": {"channel": "enabel"}})").to_string(),
-              testing::AllOf(HasSubstr("did you mean 'stick'"), HasSubstr("did you mean 'enable'")));
-  EXPECT_THAT(
-      wrong(R"({"do": "jog", "channel": "stick", "in": "nowhere", "while": {"channel": "enable"}})").to_string(),
-      HasSubstr("there is no frame 'nowhere'"));
-  EXPECT_THAT(wrong(R"({"do": "follow", "in": "nowhere"})").to_string(), HasSubstr("there is no frame 'nowhere'"));
+  EXPECT_THAT(wrong(R"({"do": "jog", "while": {"channel": "enable"}})"), Reports(Code::kMissing, "/program"));
+  EXPECT_THAT(wrong(R"({"do": "jog", "channel": "stick"})"), Reports(Code::kMissing, "/program", {"while"}));
+  EXPECT_THAT(wrong(R"({"do": "jog", "channel": "speed", "while": {"channel": "enable"}})"),
+              Reports(Code::kTypeMismatch, "/program/channel", {"speed"}));
+  EXPECT_THAT(wrong(R"({"do": "jog", "channel": "stcik", "while": {"channel": "enabel"}})"),
+              testing::AllOf(Reports(Code::kUnknownName, "/program/channel", {"stick"}),
+                             Reports(Code::kUnknownName, "/program/while/channel", {"enable"})));
+  EXPECT_THAT(wrong(R"({"do": "jog", "channel": "stick", "in": "nowhere", "while": {"channel": "enable"}})"),
+              Reports(Code::kUnknownName, "/program", {"nowhere"}));
+  EXPECT_THAT(wrong(R"({"do": "follow", "in": "nowhere"})"), Reports(Code::kUnknownName, "/program", {"nowhere"}));
 }
 
 }  // namespace

@@ -2,12 +2,13 @@
 #include "core/operations/tare.h"
 
 #include "tests/core/activity/fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
+using takt::test::Reports;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 class MeasureTest : public test::ActivityTest {
  protected:
@@ -116,7 +117,7 @@ TEST_F(MeasureTest, TareTakesTheBiasAndNotTheWeight) {
 TEST_F(MeasureTest, TareOfASilentSensorFails) {
   fake.sensor->silent = true;
   EXPECT_EQ(run(std::string(R"({"do": "tare"})")), Progress::kFailed);
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/sensor: error: 'wrist' did not answer while it was tared"));
+  EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/sensor", {"wrist"}));
   EXPECT_LT(cycles, 1000);
 }
 
@@ -127,7 +128,7 @@ TEST_F(MeasureTest, WithoutATouchThereIsNoContact) {
     {"do": "record_contact", "as": "air"}]})";
   EXPECT_EQ(run(missed), Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/2"));
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("ended without a contact"));
+  EXPECT_THAT(diagnostics, Reports(Code::kNoContact, "/program/steps/2"));
 }
 
 TEST_F(MeasureTest, ATouchIsForgottenByTheNextMotion) {

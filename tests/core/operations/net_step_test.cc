@@ -5,13 +5,14 @@
 
 #include "core/net/description.h"
 #include "tests/core/activity/fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
+using takt::test::Reports;
 using testing::Contains;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 
 class NetStepTest : public test::ActivityTest {
@@ -90,7 +91,7 @@ TEST_F(NetStepTest, TheNameOfANetIsChecked) {
   const auto refusal = parse(R"({"do": "net", "net": "patent", "within_s": -1})");
   ASSERT_FALSE(refusal);
   EXPECT_THAT(pointers(refusal.error()), ElementsAre("/program/net", "/program/within_s"));
-  EXPECT_THAT(refusal.error().to_string(), HasSubstr("did you mean 'patient'?"));
+  EXPECT_THAT(refusal.error(), Reports(Code::kUnknownName, "/program/net", {"patient"}));
 }
 
 TEST_F(NetStepTest, RehearsalVerifiesTheNet) {
@@ -105,7 +106,7 @@ TEST_F(NetStepTest, RehearsalVerifiesTheNet) {
   };
   EXPECT_THAT(pointers(found("counting")), IsEmpty());
   EXPECT_THAT(pointers(found("wrong")), Contains("/program/net"));
-  EXPECT_THAT(found("wrong").to_string(), HasSubstr("amr"));
+  EXPECT_THAT(found("wrong"), Reports(Code::kUnknownName, "/program/net", {"amr"}));
 }
 
 }  // namespace

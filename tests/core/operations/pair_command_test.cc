@@ -3,13 +3,14 @@
 #include <gtest/gtest.h>
 
 #include "tests/core/activity/pair_fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
+using takt::test::Reports;
 using testing::Contains;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
 class PairCommandTest : public test::PairProgramTest {
@@ -154,7 +155,7 @@ TEST_F(PairCommandTest, GuardedByAForceTheyTouch) {
   squeeze(0.0);
   EXPECT_EQ(run(tree(lin("down", "0, 0, -0.02", guarded))), Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/commands/down/until"));
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("the condition never held"));
+  EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/commands/down/until"));
   EXPECT_EQ(run(tree(lin("up", "0, 0, 0.02", guarded + R"(, "on_end": "continue")"))), Progress::kDone);
   expect_good_end();
 }
@@ -168,7 +169,7 @@ TEST_F(PairCommandTest, AnInternalForceIsALimitThatFailsTheTransactionAtItsPlace
             Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/commands/carry/steps/0/abort_if"))
       << diagnostics.to_string();
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("'abort_if' became true"));
+  EXPECT_THAT(diagnostics, Reports(Code::kAbortCondition, "/program/commands/carry/steps/0/abort_if", {"abort_if"}));
   EXPECT_LT(apart, 1e-9) << "on the path";
   EXPECT_LT(tool().z(), from.z() + 0.06);
   // The limit of a motion is none of the next one's.
@@ -198,8 +199,7 @@ TEST_F(PairCommandTest, N3_ASilentSensorStopsThemAndIsTold) {
   ASSERT_EQ(run(tree(lin("up", "0, 0, 0.15", R"(, "start": true, "velocity_m_s": 0.1, "until": )" + squeezed(20))),
                 [this](int cycle, ProgramRunner&) { wrists["right"]->silent = cycle > 300; }),
             Progress::kFailed);
-  EXPECT_THAT(diagnostics.to_string(),
-              HasSubstr("/program/commands/up/until: error: a sensor of the condition did not"));
+  EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/commands/up/until"));
   EXPECT_LT(apart, 1e-9);
   expect_good_end();
 }
@@ -210,16 +210,17 @@ TEST_F(PairCommandTest, C7_NothingElseMovesOneOfThemAtTheSameTime) {
     const Diagnostics both_want = wrong(
         tree(pair + R"(, "alone": {"do": "ptp", "start": true, "to": "home", "arm": ")" + std::string(one) + "\"}"));
     EXPECT_THAT(pointers(both_want), Contains("/program/commands/alone"));
-    EXPECT_THAT(both_want.to_string(), HasSubstr(fmt::format("C7: it drives '{}' together with '/t/pair'", one)));
+    EXPECT_THAT(both_want, Reports(Code::kResourceConflict, "/program/commands/alone", {"C7", one, "/t/pair"}));
   }
   const std::string swapped = R"("swapped": {"do": "lin", "start": true, "arm": "right", "follower": "left",
       "to": {"by_m": [0, 0, 0.05]}})";
-  EXPECT_THAT(wrong(tree(pair + "," + swapped)).to_string(), HasSubstr("C7: it drives 'left' together"));
+  EXPECT_THAT(wrong(tree(pair + "," + swapped)),
+              Reports(Code::kResourceConflict, "/program/commands/swapped", {"left", "C7"}));
   // Whoever comes later is told in its cycle, and both stop.
   ASSERT_EQ(run(tree(pair + R"(, "alone": {"do": "hold", "arm": "right", "seconds": 0.1})",
                      R"(, "on": [{"entered": {"action": "pair", "at_path": 0.5}, "start": "alone"}])")),
             Progress::kFailed);
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("'alone' wants what 'pair' has"));
+  EXPECT_THAT(diagnostics, Reports(Code::kStopped, "/program", {"alone", "pair"}));
   expect_good_end();
 }
 
@@ -231,9 +232,7 @@ TEST_F(PairCommandTest, WhereTheyBeginIsKnownBeforeOrRefused) {
                                        R"(, "on": [{"entered": {"all": [{"completed": "l"}, {"completed": "r"}]},
                                                  "start": "up"}])"));
   EXPECT_THAT(pointers(found), ElementsAre("/program/commands/up"));
-  EXPECT_THAT(found.to_string(),
-              HasSubstr("the position of 'right' when 'up' begins is unknown before the run: it depends on "
-                        "where 'r' may have been cut short"));
+  EXPECT_THAT(found, Reports(Code::kUnknownPosition, "/program/commands/up", {"right", "up", "r"}));
   const Diagnostics chance =
       wrong(tree(one + lin("up", "0, 0, 0.05"), R"(, "on": [{"entered": {"input": "x"}, "start": "up"}])"));
   EXPECT_TRUE(chance.has_errors());
@@ -254,7 +253,7 @@ TEST_F(PairCommandTest, WhatTheFollowerCannotDoIsSeenBeforeAnythingMoves) {
                               "]}";
   const Diagnostics far = wrong(tree(motions));
   EXPECT_THAT(pointers(far), Contains("/program/commands/m/steps/0/to")) << far.to_string();
-  EXPECT_THAT(far.to_string(), HasSubstr("in 'far', which is blended into"));
+  EXPECT_THAT(far, Reports(Code::kOutOfRange, "/program/commands/m/steps/0/to", {"far"}));
 }
 
 /// The rehearsal takes both to the end of the transaction, and counts its time.

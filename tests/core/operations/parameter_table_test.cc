@@ -12,12 +12,14 @@
 #include "core/operations/motion_plan.h"
 #include "core/operations/press.h"
 #include "core/operations/wait.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
+using takt::test::Reports;
+
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using Json = nlohmann::ordered_json;
 using Type = ParameterInfo::Type;
 
@@ -75,19 +77,17 @@ TEST(Operations, EveryParameterIsDocumented) {
 
 TEST(Operations, ARegistrationIsChecked) {
   Registration* list = nullptr;
-  const auto checked = [&list](const Operation& operation) {
-    return OperationRegistration(list, operation).check().to_string();
-  };
+  const auto checked = [&list](const Operation& operation) { return OperationRegistration(list, operation).check(); };
   const Operation press = press_operation();
-  EXPECT_THAT(checked(press), HasSubstr("an operation 'press' already exists"));
+  EXPECT_THAT(checked(press), Reports(Code::kDuplicate, "", {"press"}));
   Operation own = press;
   own.name = "squeeze";
-  EXPECT_EQ(checked(own), "");
+  EXPECT_EQ(checked(own).to_string(), "");
   own.read_step = nullptr;
   own.read_command = nullptr;
-  EXPECT_THAT(checked(own), HasSubstr("operation 'squeeze' is incomplete"));
+  EXPECT_THAT(checked(own), Reports(Code::kMissing, "", {"squeeze"}));
   own.name = "";
-  EXPECT_THAT(checked(own), HasSubstr("an operation has no name"));
+  EXPECT_THAT(checked(own), Reports(Code::kMissing, ""));
 }
 
 TEST(ParameterTable, ReadsInTheUnitOfFilesAndKeepsSi) {
@@ -167,7 +167,7 @@ TEST(ParameterTable, AnUnknownKeyIsReportedWithTheNearest) {
   const Json json = Json::parse(R"({"seconds": 1, "timeot_s": 2})");
   ObjectReader reader(json, "/steps/0", diagnostics);
   (void)wait_parameters().read(reader, {});
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("timeout_s"));
+  EXPECT_THAT(diagnostics, Reports(Code::kUnknownKey, "/steps/0/timeot_s", {"timeout_s"}));
 }
 
 // Fault of 60396cd: the unit was guessed from the ending of the key, so "_N_m" was taken for metres.

@@ -6,14 +6,16 @@
 
 #include "tests/core/primitives/environment.h"
 #include "tests/support/primitive_harness.h"
+#include "tests/support/reports.h"
 
 namespace takt::test {
 namespace {
 
+using takt::test::Reports;
+
 using device::GripperState;
 using net::Boolean;
 using net::Real;
-using testing::HasSubstr;
 
 class DevicePrimitives : public testing::Test {
  protected:
@@ -84,7 +86,7 @@ TEST_F(DevicePrimitives, U1_UnitOfTheDeviceIsThatOfThePorts) {
   net.link("stopwatch.elapsed", "sum.b");
   const auto mixed = net::CompiledNet::compile(net, devices);
   ASSERT_FALSE(mixed) << "a volt is not a second";
-  EXPECT_THAT(mixed.error().to_string(), HasSubstr("V"));
+  EXPECT_THAT(mixed.error(), Reports(Code::kUnitMismatch, "/links/3", {"V"}));
 }
 
 TEST_F(DevicePrimitives, GripperCommandProposesAndFailsOnNull) {
@@ -137,7 +139,7 @@ TEST_F(DevicePrimitives, OneNetHoldsEachOutput) {
   net.add("end", "Termination", {{"condition", true}});
   const auto compiled = net::CompiledNet::compile(net, devices);
   ASSERT_FALSE(compiled);
-  EXPECT_THAT(compiled.error().to_string(), HasSubstr("driven"));
+  EXPECT_THAT(compiled.error(), Reports(Code::kResourceConflict, "/primitives/1/parameters/device", {"driven"}));
 }
 
 }  // namespace

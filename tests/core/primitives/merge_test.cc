@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/primitive_harness.h"
+#include "tests/support/reports.h"
 
 namespace takt::test {
 namespace {
+
+using takt::test::Reports;
 
 using net::Boolean;
 using net::Real;
@@ -36,7 +39,7 @@ TEST(Merge, RowO4TwoAtATimeFailTheNetAndAreNamed) {
 TEST(Merge, TwoInputsMustBeFed) {
   PrimitiveHarness merge("MergeReal", nlohmann::ordered_json::object(), only({1}));
   EXPECT_FALSE(merge.ready());
-  EXPECT_NE(merge.diagnostics().to_string().find("'x.input_2' (Real) is not linked"), std::string::npos);
+  EXPECT_THAT(merge.diagnostics(), Reports(Code::kUnlinkedInput, "/primitives/2", {"x.input_2"}));
 }
 
 TEST(Merge, EveryPayloadKeepsTheContract) {

@@ -7,9 +7,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/primitive_harness.h"
+#include "tests/support/reports.h"
 
 namespace takt::test {
 namespace {
+
+using takt::test::Reports;
 
 using net::Boolean;
 using net::Integer;
@@ -96,7 +99,7 @@ TEST(Signal, SaturationLimitsAndSaysSo) {
   EXPECT_EQ(saturation.get<Boolean>("limited"), false);
   PrimitiveHarness crossed("Saturation", {{"lower", 1.0}, {"upper", -1.0}});
   EXPECT_FALSE(crossed.ready());
-  EXPECT_NE(crossed.diagnostics().to_string().find("/lower"), std::string::npos);
+  EXPECT_THAT(crossed.diagnostics(), Reports(Code::kOutOfRange, "/primitives/2/parameters/lower"));
 }
 
 TEST(Signal, RateLimiterBoundsEachStep) {

@@ -8,13 +8,15 @@
 #include <gtest/gtest.h>
 
 #include "tests/core/rcc/fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::test {
 namespace {
 
+using takt::test::Reports;
+
 using rcc::Event;
 using rcc::NetState;
-using testing::HasSubstr;
 
 NetDescription adders(int count) {
   NetDescription net;
@@ -49,14 +51,13 @@ TEST(Admission, T5_InRealTimeLoadRefusesWhatDoesNotFitBesideWhatRuns) {
   for (const Event& event : core.events()) {
     if (event.request != request) continue;
     refused = event.kind == Event::Kind::kRefused;
-    EXPECT_THAT(std::string(event.cause.text.view()), HasSubstr("us a cycle with it, but the budget is"));
+    EXPECT_THAT(std::string(event.cause.text.view()), takt::test::Names("us"));
   }
   EXPECT_TRUE(refused);
 
   const auto fourth = core.load(adders(1'000));
   ASSERT_FALSE(fourth);
-  EXPECT_THAT(fourth.error().to_string(), HasSubstr("the running ones"));
-  EXPECT_THAT(fourth.error().to_string(), HasSubstr("the budget is"));
+  EXPECT_THAT(fourth.error(), Reports(Code::kOverBudget, ""));
   const auto small = core.load(adders(10));
   EXPECT_TRUE(small) << small.error().to_string();
 
@@ -96,7 +97,7 @@ TEST_F(AdmissionOfTransactions, T5_NetsThatFitOnlyAloneAreNotStartedTogether) {
   const Event both = answer({.start = {nets[0], nets[1]}});
   EXPECT_EQ(both.kind, Event::Kind::kRefused);
   EXPECT_EQ(both.net, nets[1]) << "the one that is too much";
-  EXPECT_THAT(std::string(both.cause.text.view()), HasSubstr("us a cycle with it, but the budget is"));
+  EXPECT_THAT(std::string(both.cause.text.view()), takt::test::Names("us"));
   EXPECT_EQ(core->state(nets[0]), NetState::kReady) << "wholly or not at all";
   EXPECT_EQ(answer({.start = {nets[0], nets[0]}}).kind, Event::Kind::kDone) << "it is one net";
   EXPECT_EQ(answer({.start = {nets[0], nets[1]}}).kind, Event::Kind::kRefused) << "one of them runs already";

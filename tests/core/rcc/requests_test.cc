@@ -11,14 +11,17 @@
 #include "core/rcc/net_bits.h"
 #include "core/rcc/request_queue.h"
 #include "tests/core/rcc/fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::test {
 namespace {
 
+using takt::test::Notes;
+using takt::test::Reports;
+
 using net::Cause;
 using rcc::Event;
 using rcc::NetState;
-using testing::HasSubstr;
 
 TEST(RequestQueue, GivesBackInOrderAndRefusesWhatItHasNoRoomFor) {
   rcc::RequestQueue<int, 8> queue;
@@ -216,7 +219,7 @@ TEST_F(Requests, UnloadAndUnwatchNeedNoRoom) {
   fill_queue(ready);
   const auto refused = core->watch(net, "clock.time");
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().to_string(), HasSubstr("the queue of 512 requests is full"));
+  EXPECT_THAT(refused.error(), Reports(Code::kNotPossibleNow, "", {"512"}));
   core->unwatch(*watch);
   EXPECT_TRUE(core->unload(also_ready));
   guarded_step(*core);
@@ -284,15 +287,15 @@ TEST_F(Requests, AHandleKeepsANetThatWasUnloaded) {
 /// A cancel that nothing in the net hears only begins the time after which it is aborted.
 TEST_F(Requests, L6_LoadSaysThatANetWithoutCancelCanOnlyBeAborted) {
   auto net = ptp_net("with", "left", {JointVector::Zero(3), joints(0.6, 0, 0)});
-  const auto notes = [&] { return core->net(load(net))->report().notes.to_string(); };
-  EXPECT_THAT(notes(), testing::Not(HasSubstr("no Cancel")));
+  const auto notes = [&] { return core->net(load(net))->report().notes; };
+  EXPECT_THAT(notes(), testing::Not(Notes("/primitives", {"Cancel"})));
   std::erase_if(net.links, [](const auto& link) { return link.from == "cancel.requested"; });
   net.primitives.erase(net.primitives.begin());
   for (auto& primitive : net.primitives) {
     if (primitive.id == "target") primitive.parameters["condition"] = false;
     if (primitive.id == "stopped") primitive.parameters["a"] = false;
   }
-  EXPECT_THAT(notes(), HasSubstr("the net has no Cancel, so it can only be aborted: a cancel does not reach it"));
+  EXPECT_THAT(notes(), Notes("/primitives", {"Cancel"}));
   EXPECT_EQ(core->status(load(net)).cancel_bound_cycles, rcc::LoadOptions::kDefaultCancelBound);
 }
 

@@ -5,15 +5,17 @@
 #include "core/net/stop_bound.h"
 #include "tests/core/rcc/fixture.h"
 #include "tests/support/allocation_guard.h"
+#include "tests/support/reports.h"
 
 namespace takt::test {
 namespace {
+
+using takt::test::Reports;
 
 using device::Seam;
 using net::Cause;
 using rcc::Event;
 using rcc::NetState;
-using testing::HasSubstr;
 
 class SeamTest : public CoreTest {
  protected:
@@ -71,12 +73,11 @@ TEST_F(SeamTest, L3_AtAcceptanceADeclaredMisfitIsRefusedWithAxisAndNumber) {
   const rcc::NetId first = load_ptp(a, b), second = load_ptp(joints(0.2, 0.15, 0), c);
   const auto request = core->schedule_after(first, second);
   ASSERT_FALSE(request);
-  EXPECT_THAT(request.error().to_string(),
-              HasSubstr("net 2 cannot follow net 1: left: joint a2: begins at 0.15, not at 0.1 rad"));
-  EXPECT_THAT(core->schedule_after(first, 77).error().to_string(), HasSubstr("net 77 is not loaded"));
+  EXPECT_THAT(request.error(), Reports(Code::kNotPossibleNow, "", {"2", "1", "0.15", "0.1"}));
+  EXPECT_THAT(core->schedule_after(first, 77).error(), Reports(Code::kUnknownName, "", {"77"}));
   core->start(first);
   steps(2);
-  EXPECT_THAT(core->schedule_after(second, first).error().to_string(), HasSubstr("net 1 is not Ready, it is Running"));
+  EXPECT_THAT(core->schedule_after(second, first).error(), Reports(Code::kNotPossibleNow, "", {"1"}));
 }
 
 TEST_F(SeamTest, L3_AStartIsCheckedAgainstTheLastSetPoint) {
@@ -99,7 +100,7 @@ TEST_F(SeamTest, L3_InTheCycleOfTheSwitchWhatWasSentCountsAndTheArmStopsIfNothin
   const auto refused = answer(*request);
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->kind, Event::Kind::kRefused);
-  EXPECT_THAT(std::string(refused->cause.text.view()), HasSubstr("joint a1: begins at 0.2, not at "));
+  EXPECT_THAT(std::string(refused->cause.text.view()), takt::test::Names("a1", "0.2"));
   steps(1'000);
   EXPECT_TRUE(core->find_arm("left")->at_rest());
   EXPECT_LT(sent_q(0), 0.2);
@@ -123,7 +124,7 @@ TEST_F(SeamTest, L3_TheOtherNetTakesOverFromRest) {
   const auto done = answer(*request);
   ASSERT_TRUE(done);
   EXPECT_EQ(done->kind, Event::Kind::kDone);
-  EXPECT_THAT(std::string(done->cause.text.view()), HasSubstr("joint a1: begins at 0.2")) << "why it is the other one";
+  EXPECT_THAT(std::string(done->cause.text.view()), takt::test::Names("a1", "0.2")) << "why it is the other one";
   EXPECT_EQ(core->state(from_rest), NetState::kRunning);
   EXPECT_TRUE(core->find_arm("left")->at_rest());
   EXPECT_GT(core->status(from_rest).first_cycle, core->status(first).last_cycle + 1) << "it waited for rest";
@@ -164,10 +165,10 @@ TEST_F(SeamTest, SeamsOfDevicesThatTheNetDoesNotDriveAreRejected) {
       ptp_net("ptp", "left", {a, b}),
       {.begins = {{"right", rest_at(a)}, {"left", rest_at(JointVector::Zero(2))}}, .ends = {{"lfet", rest_at(b)}}});
   ASSERT_FALSE(id);
-  const std::string text = id.error().to_string();
-  EXPECT_THAT(text, HasSubstr("/begins/0/device: error: the net does not drive 'right'"));
-  EXPECT_THAT(text, HasSubstr("begins with 2 joints, not 3"));
-  EXPECT_THAT(text, HasSubstr("/ends/0/device: error: the net does not drive 'lfet'"));
+  const Diagnostics text = id.error();
+  EXPECT_THAT(text, Reports(Code::kUnknownName, "/begins/0/device", {"right"}));
+  EXPECT_THAT(text, Reports(Code::kNotPossibleNow, "/begins/1", {"2", "3"}));
+  EXPECT_THAT(text, Reports(Code::kUnknownName, "/ends/0/device", {"lfet"}));
 }
 
 TEST_F(SeamTest, NothingIsAllocatedInTheSwitch) {

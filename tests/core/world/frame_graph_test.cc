@@ -1,10 +1,13 @@
 #include "core/world/frame_graph.h"
+#include "tests/support/reports.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace takt::world {
 namespace {
+
+using takt::test::Reports;
 
 Eigen::Isometry3d at(double x, double y, double z, double yaw = 0) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
@@ -35,9 +38,9 @@ TEST(FrameGraph, RefusesUnknownDoubleAndCircularFrames) {
   FrameGraph graph;
   ASSERT_TRUE(graph.add("table", "world", at(0, 0, 0)).empty());
   ASSERT_TRUE(graph.add("block", "table", at(0, 0, 0)).empty());
-  EXPECT_THAT(graph.add("table", "world", at(0, 0, 0)).to_string(), testing::HasSubstr("exists already"));
-  EXPECT_THAT(graph.add("x", "tabel", at(0, 0, 0)).to_string(), testing::HasSubstr("did you mean 'table'"));
-  EXPECT_THAT(graph.set("table", "block", at(0, 0, 0)).to_string(), testing::HasSubstr("its own ancestor"));
+  EXPECT_THAT(graph.add("table", "world", at(0, 0, 0)), Reports(Code::kDuplicate, ""));
+  EXPECT_THAT(graph.add("x", "tabel", at(0, 0, 0)), Reports(Code::kUnknownName, "", {"table"}));
+  EXPECT_THAT(graph.set("table", "block", at(0, 0, 0)), Reports(Code::kInvalidValue, ""));
   EXPECT_TRUE(graph.set("table", "table", at(0, 0, 0)).has_errors());
   EXPECT_TRUE(graph.set("n", "world", at(NAN, 0, 0)).has_errors());
   EXPECT_FALSE(graph.pose("nothing").has_value());
@@ -49,10 +52,9 @@ TEST(FrameGraph, MovingFramesHaveNoConstantPoseButWhatHangsOnThemHas) {
   ASSERT_TRUE(graph.set("flange", {.kind = Relation::Kind::kFlange, .parent = "arm", .source = "arm"}).empty());
   ASSERT_TRUE(graph.add("tool", "flange", at(0, 0, 0.1)).empty());
   ASSERT_TRUE(graph.add("camera", "flange", at(0.05, 0, 0)).empty());
-  EXPECT_THAT(graph.pose("tool").error().to_string(), testing::HasSubstr("'flange' moves with 'arm'"));
+  EXPECT_THAT(graph.pose("tool").error(), Reports(Code::kInvalidValue, "", {"flange", "arm"}));
   EXPECT_TRUE(graph.pose("tool", "camera")->translation().isApprox(Eigen::Vector3d(-0.05, 0, 0.1), 1e-15));
-  EXPECT_THAT(graph.set("x", {.kind = Relation::Kind::kChannel, .parent = "arm"}).to_string(),
-              testing::HasSubstr("nothing says where it is"));
+  EXPECT_THAT(graph.set("x", {.kind = Relation::Kind::kChannel, .parent = "arm"}), Reports(Code::kMissing, ""));
 }
 
 }  // namespace

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/core/activity/fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
+using takt::test::Reports;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;

@@ -2,12 +2,13 @@
 #include "core/program/tree/program.h"
 
 #include "tests/core/activity/fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
+using takt::test::Reports;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 
 class ProgramTest : public test::ActivityTest {
@@ -42,7 +43,7 @@ TEST_F(ProgramTest, AllErrorsOfFormAreFoundAtOnce) {
       ElementsAre("/program/steps/0/do", "/program/steps/1/do", "/program/steps/2", "/program/steps/3/seconds",
                   "/program/steps/4", "/program/steps/5/arm", "/program/steps/5/spede", "/program/steps/6/sensor",
                   "/program/steps/7", "/program/steps/8/object", "/program/steps/8/free/1"));
-  EXPECT_THAT(parse(R"({"do": "wiat"})").error().to_string(), HasSubstr("did you mean 'wait'?"));
+  EXPECT_THAT(parse(R"({"do": "wiat"})").error(), Reports(Code::kUnknownName, "/program/do", {"wait"}));
 }
 
 TEST_F(ProgramTest, AnEstimateMayNotTakeTheNameOfSomethingElse) {
@@ -66,8 +67,8 @@ TEST_F(ProgramTest, RehearsalFindsWhatCannotBeReached) {
       {"do": "lin", "to": {"in": "nowhere", "position_m": [0, 0, 0]}})"));
   EXPECT_THAT(pointers(found),
               ElementsAre("/program/steps/0/to", "/program/steps/1/to", "/program/steps/2/to", "/program/steps/3/to"));
-  EXPECT_THAT(found.to_string(), HasSubstr("out of reach"));
-  EXPECT_THAT(found.to_string(), HasSubstr("no frame 'nowhere'"));
+  EXPECT_THAT(found, Reports(Code::kUnreachable, "/program/steps/0/to"));
+  EXPECT_THAT(found, Reports(Code::kUnknownName, "/program/steps/3/to", {"nowhere"}));
 }
 
 TEST_F(ProgramTest, RehearsalFollowsTheArmFromStepToStep) {
@@ -140,7 +141,7 @@ TEST_F(ProgramTest, D1_AProgramThatNeverWaitsIsStopped) {
             Progress::kFailed);
   EXPECT_EQ(cycles, 0) << "before a cycle";
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/0"));
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("10000 steps without a single cycle"));
+  EXPECT_THAT(diagnostics, Reports(Code::kTooLarge, "/program/steps/0", {"10000"}));
   EXPECT_EQ(steps_done, 10'000);
   EXPECT_EQ(run(sequence(R"({"do": "wait", "seconds": 0})", R"(, "times": 9999)")), Progress::kDone);
 }
@@ -158,7 +159,7 @@ TEST_F(ProgramTest, AFailingStepNamesItself) {
       {"do": "wait", "seconds": 1})"));
   EXPECT_EQ(run(program), Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/1/until"));
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("the condition never held"));
+  EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/steps/1/until"));
   EXPECT_EQ(log.back(), "program: failed nothing there") << "nothing follows";
 }
 
@@ -167,7 +168,7 @@ TEST_F(ProgramTest, AFaultOfTheArmIsTheFailureOfItsStep) {
   EXPECT_EQ(run(program, [this](int cycle, ProgramRunner&) { fake.backend->silent = cycle >= 200; }),
             Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/0"));
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("was stopped in cycle"));
+  EXPECT_THAT(diagnostics, Reports(Code::kStopped, "/program/steps/0"));
 }
 
 TEST_F(ProgramTest, N3_ASensorThatFallsSilentIsNoTouch) {
@@ -175,7 +176,7 @@ TEST_F(ProgramTest, N3_ASensorThatFallsSilentIsNoTouch) {
       R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "until": {"sensor": "wrist", "above_N": 9}, "on_end": "continue"})";
   EXPECT_EQ(run(good(touch), [this](int cycle, ProgramRunner&) { fake.sensor->silent = cycle >= 300; }),
             Progress::kFailed);
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/until: error: a sensor of the condition did not answer"));
+  EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/until"));
   EXPECT_THAT(variables.touches, IsEmpty());
   EXPECT_TRUE(fake.core_arm().at_rest());
 }

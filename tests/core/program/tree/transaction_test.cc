@@ -1,10 +1,11 @@
 // Steps that are trees of commands: who starts and ends whom, what is known afterwards, interruptions.
 #include "tests/core/activity/command_fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::activity {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Reports;
 
 /// The papers' screw: insert, cancel at 5 N, then hold the force and turn until the clutch answers.
 constexpr const char* kScrew = R"({"do": "sequence", "variables": {"down": "$-0.02[m]"}, "steps": [
@@ -212,9 +213,8 @@ TEST_F(TransactionTest, WhatAStepWouldFailOfFailsTheTransactionAtItsPlace) {
       "down": {"do": "lin", "start": true, "to": {"by_m": [0, 0, -0.01]}, "until": {"sensor": "wrist", "above_N": 5e3}},
       "w": {"do": "wait", "start": true, "until": {"input": "button"}, "timeout_s": 0.1}}})"),
             Progress::kFailed);
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/commands/down/until: error: the motion reached its end"));
-  EXPECT_THAT(diagnostics.to_string(),
-              HasSubstr("/program/commands/w/until: error: the condition did not hold within 0.1"));
+  EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/commands/down/until"));
+  EXPECT_THAT(diagnostics, Reports(Code::kTimeout, "/program/commands/w/until", {"0.1"}));
   expect_good_end();
 }
 
@@ -230,7 +230,7 @@ TEST_F(TransactionTest, TheSeamIsNotWeldedWithoutAnArc) {
             Progress::kFailed);
   EXPECT_LT((tool() - from).norm(), 1e-9) << "no arc, no seam";
   EXPECT_FALSE(driver()) << "the gas is off";
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/commands/arc/until: error: the condition did not hold"));
+  EXPECT_THAT(diagnostics, Reports(Code::kTimeout, "/program/commands/arc/until"));
   expect_good_end();
 }
 
@@ -240,8 +240,7 @@ TEST_F(TransactionTest, N3_ASilentSensorBrakesAGuardedMotionAndIsTold) {
                "until": {"sensor": "wrist", "above_N": 500}}}})"),
                 [&](int cycle, ProgramRunner&) { cell.sensor->silent = cycle > 300; }),
             Progress::kFailed);
-  EXPECT_THAT(diagnostics.to_string(),
-              HasSubstr("/program/commands/down/until: error: a sensor of the condition did not"));
+  EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/commands/down/until"));
   expect_good_end();
 }
 
@@ -263,7 +262,7 @@ TEST_F(TransactionTest, AGripIsJudgedByHowItEnded) {
   EXPECT_EQ(run(grip("0.01"), answer(device::GripperState::kHolding)), Progress::kDone) << diagnostics.to_string();
   EXPECT_TRUE(variables.carried["gripper"].X_TO.isApprox(X_TO, 1e-9)) << "where it was gripped, not where the arm is";
   EXPECT_EQ(run(grip("0.02"), answer(device::GripperState::kIdle)), Progress::kFailed);
-  EXPECT_THAT(diagnostics.to_string(), HasSubstr("/program/commands/grip: error: no part was found"));
+  EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/commands/grip"));
 }
 
 TEST_F(TransactionTest, TheRehearsalTakesArmsToTheirNaturalEnds) {
