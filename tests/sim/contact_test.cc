@@ -92,7 +92,10 @@ TEST(ContactLaw, SlidingKeepsContact) {
       }
       EXPECT_EQ(lost, 0) << mass << " kg, " << speed << " m/s";
       EXPECT_NEAR(sum / 1000.0, mass * kG, 0.02 * mass * kG) << mass << " kg, " << speed << " m/s";
-      if (speed > 0.01) EXPECT_NEAR(1000.0 * moved, speed, 0.02 * speed);  // below: docs/contacts.md, "Limits"
+      // Below: docs/contacts.md, "Limits".
+      if (speed > 0.01) {
+        EXPECT_NEAR(1000.0 * moved, speed, 0.02 * speed);
+      }
     }
   }
 }
