@@ -228,7 +228,9 @@ class PressingCommand final : public OperationCommand {
 
 }  // namespace
 
-PressOutcome press_outcome(const ActivityRun& run, const std::string& key) { return PressHistory(run, key).outcome(); }
+PressOutcome press_outcome(const ActivityRun& run, const std::string& key) {
+  return PressHistory(run, key.empty() ? pointer_segment(run.name()) : key).outcome();
+}
 
 std::string_view name_of(PressOutcome outcome) {
   switch (outcome) {
