@@ -15,7 +15,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <mujoco/mujoco.h>
 
 #include "scenario/session.h"
 
@@ -28,9 +27,10 @@ struct Arm {
   const char* name;
   const char* probe;
 };
-constexpr Arm kArms[] = {{"lwr4plus", "probe_ball"}, {"ur5", "probe_ball"}, {"tx90", "probe_ball"}};
+constexpr Arm kArms[] = {
+    {"lwr4plus", "probe_ball"}, {"ur5", "probe_ball"}, {"tx90", "probe_sprung"}, {"tx90", "probe_ball"}};
 
-/// What a step did to the surface: the force along its normal, N, in each cycle.
+/// What a step did to the surface: the force along the direction that is controlled, N, in each cycle.
 struct Trace {
   std::vector<double> force;
   std::string failure;
@@ -49,7 +49,8 @@ std::string objects(const Surface& surface) {
   if (surface.step != 0.0)
     parts +=
         fmt::format(R"(, {{"shape": "box", "size_m": [0.1, 0.1, 0.05], "position_m": [0, 0.05, {}]}})", surface.step);
-  return fmt::format(R"("objects": {{"block": {{"parts": [{}], "friction": 0.2, {}}}}})", parts, pose);
+  return fmt::format(R"("objects": {{"block": {{"parts": [{}], "stiffness_N_m": {}, "friction": 0.2, {}}}}})", parts,
+                     surface.stiffness, pose);
 }
 
 /// An arm with a probe 5 mm above the surface, tared; then the steps.
@@ -64,24 +65,8 @@ std::string scenario_of(const Arm& arm, const Surface& surface, double y_m, cons
                      arm.name, arm.probe, objects(surface), y_m, 180.0 - surface.slope_deg, steps);
 }
 
-/// Contacts of this stiffness, N/m.
-void set_stiffness(const mjModel* physics, double stiffness) {
-  auto* model = const_cast<mjModel*>(physics);
-  const int tip = mj_name2id(model, mjOBJ_BODY, "probe/mount");
-  const double mobility = model->body_invweight0[2 * tip];
-  const double d = 0.1;
-  for (int g = 0; g < model->ngeom; ++g) {
-    const char* body = mj_id2name(model, mjOBJ_BODY, model->geom_bodyid[g]);
-    if (body == nullptr || std::string(body) != "block") continue;
-    const double damping = 2.0 * 0.1 * std::sqrt(stiffness / mobility);
-    model->geom_priority[g] = 1;
-    model->geom_solref[2 * g] = -stiffness * mobility * (1 - d);
-    model->geom_solref[2 * g + 1] = -damping * mobility * (1 - d);
-    model->geom_solimp[5 * g] = model->geom_solimp[5 * g + 1] = d;
-  }
-}
-
-Trace run(const std::string& text, double stiffness, const Eigen::Vector3d& normal_W) {
+/// @param pushing_W  direction of the force that is controlled
+Trace run(const std::string& text, const Eigen::Vector3d& pushing_W = -Eigen::Vector3d::UnitZ()) {
   static const device::ModelLibrary models({"models"});
   Trace trace;
   auto description = scenario::parse_description(text);
@@ -98,11 +83,8 @@ Trace run(const std::string& text, double stiffness, const Eigen::Vector3d& norm
   scenario::RunOptions options;
   options.measure_times = false;
   options.after_cycle = [&](scenario::BuiltCell& built) {
-    if (!watch) {
-      watch = built.world->watch_contact("probe", "block").value();
-      set_stiffness(built.world->physics_model(), stiffness);
-    }
-    trace.force.push_back(-normal_W.dot(built.world->contact(*watch).force_W));
+    if (!watch) watch = built.world->watch_contact("probe", "block").value();
+    trace.force.push_back(pushing_W.dot(built.world->contact(*watch).force_W));
     return true;
   };
   const scenario::RunReport report = (*session)->run(options);
@@ -141,6 +123,11 @@ double settled_after(std::span<const double> force, double wanted, double share)
   return static_cast<double>(last_out) * kPeriod;
 }
 
+/// The arm, and its tip where that yields.
+std::string label(const Arm& arm) {
+  return arm.probe == std::string("probe_ball") ? arm.name : fmt::format("{}, sprung", arm.name);
+}
+
 std::string curves;  // folder
 
 void write_curve(const std::string& name, std::span<const double> force) {
@@ -152,59 +139,54 @@ void write_curve(const std::string& name, std::span<const double> force) {
 }
 
 void press(const Arm& arm, double stiffness, double wanted) {
-  constexpr double kSeconds = 3.0;
   const std::string step = fmt::format(
-      R"({{"do": "press", "direction": [0, 0, -1], "in": "world", "force_N": {}, "approach_m_s": 0.005, "travel_m": 0.1,
-          "until": {{"after_s": 8}}}})",
-      wanted);
-  (void)kSeconds;
-  const std::string hold = fmt::format(
       R"({{"do": "press", "direction": [0, 0, -1], "in": "world", "force_N": {}, "approach_m_s": 0.005, "travel_m": 0.1,
           "seconds": 4}})",
       wanted);
-  const Trace trace = run(scenario_of(arm, {.stiffness = stiffness}, 0.0, hold), stiffness, Eigen::Vector3d::UnitZ());
+  const Trace trace = run(scenario_of(arm, {.stiffness = stiffness}, 0.0, step));
   const std::span<const double> all(trace.force);
   const std::span<const double> force = all.subspan(first_contact(all));
   const std::span<const double> end = force.subspan(force.size() > 1000 ? force.size() - 1000 : 0);
   const Spread rest = spread(end);
   const double blow = largest(force.first(std::min<std::size_t>(50, force.size())));
   const double later = force.size() > 50 ? largest(force.subspan(50)) : 0.0;
-  std::printf("| %s | %.0e | %g | %.1f | %+.0f %% | %.2f | %.2f | %.2f | %s\n", arm.name, stiffness, wanted, blow,
-              100.0 * (later / wanted - 1.0), settled_after(force, wanted, 0.05), rest.mean, rest.deviation,
+  std::printf("| %s | %.0e | %g | %.1f | %+.0f %% | %.2f | %.2f | %.2f | %s\n", label(arm).c_str(), stiffness, wanted,
+              blow, 100.0 * (later / wanted - 1.0), settled_after(force, wanted, 0.05), rest.mean, rest.deviation,
               trace.failure.c_str());
   std::fflush(stdout);
-  write_curve(fmt::format("press-{}-{:.0e}-{}", arm.name, stiffness, wanted), force);
+  write_curve(fmt::format("press-{}-{:.0e}-{}", label(arm), stiffness, wanted), force);
 }
 
 void slide(const Arm& arm, const char* name, const Surface& surface, double wanted, double speed) {
   const double length = 0.08;
   const std::string steps = fmt::format(
-      R"({{"do": "press", "direction": [0, 0, -1], "in": "block", "force_N": {}, "approach_m_s": 0.005, "travel_m": 0.1,
+      R"({{"do": "press", "direction": [0, 0, -1], "in": "world", "force_N": {}, "approach_m_s": 0.005, "travel_m": 0.1,
           "seconds": 0.5}},
          {{"do": "lin", "name": "slide", "to": {{"by_m": [0, {}, 0]}}, "velocity_m_s": {}, "acceleration": 0.5,
           "force_offset": {{"force_N": {}, "reach_m": 0.03}}}})",
       wanted, length, speed, wanted);
-  const double tilt = surface.slope_deg * M_PI / 180.0;
-  const Eigen::Vector3d normal(0.0, -std::sin(tilt), std::cos(tilt));
-  const Trace trace = run(scenario_of(arm, surface, -0.04, steps), surface.stiffness, normal);
+  const Trace trace = run(scenario_of(arm, surface, -0.04, steps));
   const std::span<const double> all(trace.force);
   const auto cycles = static_cast<std::size_t>(length / speed / kPeriod);
   const std::span<const double> force = all.last(std::min(cycles, all.size()));
   const Spread held = spread(force);
+  constexpr std::size_t kStart = 500;  // cycles: the surface begins to come or go
+  const Spread later = spread(force.subspan(std::min(kStart, force.size())));
   const auto lost = std::ranges::count_if(force, [](double f) { return f <= 0.0; });
-  std::printf("| %s | %s | %g | %g | %.2f | %+.1f %% | %.2f | %.0f %% | %.1f | %ld | %s\n", arm.name, name, wanted,
-              1e3 * speed, held.mean, 100.0 * (held.mean / wanted - 1.0), held.deviation,
-              100.0 * held.deviation / wanted, largest(force), static_cast<long>(lost), trace.failure.c_str());
+  std::printf("| %s | %s | %g | %g | %+.1f %% | %.1f %% | %+.1f %% | %.1f %% | %.1f | %ld | %s\n", label(arm).c_str(),
+              name, wanted, 1e3 * speed, 100.0 * (held.mean / wanted - 1.0), 100.0 * held.deviation / wanted,
+              100.0 * (later.mean / wanted - 1.0), 100.0 * later.deviation / wanted, largest(force),
+              static_cast<long>(lost), trace.failure.c_str());
   std::fflush(stdout);
-  write_curve(fmt::format("slide-{}-{}-{}-{}", arm.name, name, wanted, speed), force);
+  write_curve(fmt::format("slide-{}-{}-{}-{}", label(arm), name, wanted, speed), force);
 }
 
 void touch(const Arm& arm, double stiffness) {
   const std::string step =
       R"({"do": "lin", "to": {"by_m": [0, 0, -0.025]}, "velocity_m_s": 0.005,
           "until": {"sensor": "wrist", "quantity": "force", "above_N": 5}}, {"do": "wait", "seconds": 0.3})";
-  const Trace trace = run(scenario_of(arm, {.stiffness = stiffness}, 0.0, step), stiffness, Eigen::Vector3d::UnitZ());
-  std::printf("| %s | %.0e | %.1f | %.1f | %s\n", arm.name, stiffness, largest(trace.force),
+  const Trace trace = run(scenario_of(arm, {.stiffness = stiffness}, 0.0, step));
+  std::printf("| %s | %.0e | %.1f | %.1f | %s\n", label(arm).c_str(), stiffness, largest(trace.force),
               trace.force.empty() ? 0.0 : trace.force.back(), trace.failure.c_str());
   std::fflush(stdout);
 }

@@ -102,9 +102,9 @@ void add_pressing_force(ParameterTable<P>& table) {
       .number("tolerance", "", &P::tolerance, {.low = 0.01, .high = 0.5},
               "Share of the force by which it may be off and still counts as reached.")
       .number("depth_max_m", "m", &P::depth, {.low = 0.0, .high = 2.0, .low_open = true},
-              "Largest distance beyond the touch, as measured; more is a failure, \"deeper-than-expected\".")
+              "Largest distance beyond the touch, as measured; more is a failure.")
       .number("lateral_max_N", "N", &P::lateral, {.low = 0.1, .high = 1000.0},
-              "Largest force across the direction; more is a failure, \"lateral-force\".")
+              "Largest force across the direction; more is a failure.")
       .condition("until", &P::until, "Ends the operation when it becomes true.")
       .rule([](P& p, const ReadContext& from) { check_pressing_sensor(p.arm, p.sensor, from); });
   add_common_parameters(table);

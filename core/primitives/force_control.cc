@@ -208,6 +208,7 @@ class ForceController final : public Primitive {
   /// Times the arm's own stiffness: no surface can make it harder than 1, so from here on the figures of the arm are
   /// wrong, and what is seen counts. Blows and noise stay below.
   static constexpr double kImpossible = 1.5;
+  static constexpr double kForget_s = 0.3;         ///< where nothing moves
   static constexpr double kRaise_s = 0.1;          ///< in which a gain goes up; it comes down at once
   static constexpr double kIntegralShare = 0.125;  ///< of the rate of the law
 
@@ -271,7 +272,8 @@ class ForceController final : public Primitive {
     pressed_.update(*force_, servo_.natural_frequency, servo_.damping_ratio, h);
     travel_.update(last_, servo_.natural_frequency, servo_.damping_ratio, h);
     slope_.update(travel_.value, pressed_.rate, h);
-    if (slope_.travel() > kLeastTravel) seen_ = slope_.slope();
+    // What was seen in a blow does not count for ever.
+    seen_ = slope_.travel() > kLeastTravel ? slope_.slope() : seen_ * std::exp(-h / kForget_s);
   }
   /// Gain that the lag of arm and filter allows on a surface of this slope.
   [[nodiscard]] double gain_on(double slope) const {
