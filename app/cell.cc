@@ -85,7 +85,10 @@ class Cell::Impl {
     if (!run_->open()) throw OpenError(run_->report().diagnostics);
     runtime_.emplace(
         *built_.core, built_.cell, [this] { cycle(); },
-        activity::Runtime::Options{.scheduler = {.latency_cycles = description_.program_latency_cycles}});
+        activity::Runtime::Options{
+            .scheduler = {.latency_cycles = description_.program_latency_cycles},
+            .variables = &run_->variables(),
+            .event = [this](auto source, auto name, auto text) { run_->note(source, name, text); }});
     operator_.emplace(description_.operator_script, *built_.core, built_.emergency_stop,
                       scenario::OperatedProgram{.hold = [this](bool held) { runtime_->hold(held); },
                                                 .cancel = [this] { runtime_->cancel(); }},
@@ -294,7 +297,6 @@ void Cell::tare(const std::string& sensor, std::int64_t cycles) {
   if (!bias)
     refuse(Code::kSensorSilent, fmt::format("'{}' did not answer, so it was not tared", name),
            "a sensor that is there");
-  impl_->biases()[name] = *bias;
   runtime().biases()[name] = *bias;
 }
 

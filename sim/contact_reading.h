@@ -1,12 +1,15 @@
 #pragma once
 
+#include <Eigen/Core>
+
 namespace takt::sim {
 
 /// What touches between two sides: see World::watch_contact. The truth of the simulation: expectations only (row D6).
 struct ContactReading {
-  double force = 0.0;      ///< N, length of the sum of all contact forces between the sides, last physics step
-  double max_force = 0.0;  ///< N, largest of all physics steps so far
-  int contacts = 0;        ///< contact points in the last physics step
+  double force = 0.0;  ///< N, length of the sum of all contact forces between the sides, last physics step
+  Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< N, that side A exerts on side B, last physics step
+  double max_force = 0.0;                             ///< N, largest of all physics steps so far
+  int contacts = 0;                                   ///< contact points in the last physics step
 };
 
 }  // namespace takt::sim

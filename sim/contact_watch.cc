@@ -55,6 +55,7 @@ void ContactWatch::update(const mjModel_& model, const mjData_& data) {
     sum += straight ? force_W : Eigen::Vector3d(-force_W);
     ++reading_.contacts;
   }
+  reading_.force_W = sum;
   reading_.force = sum.norm();
   reading_.max_force = std::max(reading_.max_force, reading_.force);
 }
@@ -63,12 +64,14 @@ void ContactWatch::save(std::vector<std::uint64_t>& words) const {
   words.push_back(std::bit_cast<std::uint64_t>(reading_.force));
   words.push_back(std::bit_cast<std::uint64_t>(reading_.max_force));
   words.push_back(static_cast<std::uint64_t>(reading_.contacts));
+  for (const double part : reading_.force_W) words.push_back(std::bit_cast<std::uint64_t>(part));
 }
 
 void ContactWatch::restore(std::span<const std::uint64_t> words) {
   reading_.force = std::bit_cast<double>(words[0]);
   reading_.max_force = std::bit_cast<double>(words[1]);
   reading_.contacts = static_cast<int>(words[2]);
+  for (int i = 0; i < 3; ++i) reading_.force_W[i] = std::bit_cast<double>(words[static_cast<std::size_t>(3 + i)]);
 }
 
 }  // namespace takt::sim

@@ -22,7 +22,7 @@ namespace takt::sim {
 /// and restore.
 class ContactWatch {
  public:
-  static constexpr std::size_t kWords = 3;  ///< of its state
+  static constexpr std::size_t kWords = 6;  ///< of its state
 
   ContactWatch(std::vector<bool> side_a, std::vector<bool> side_b) : a_(std::move(side_a)), b_(std::move(side_b)) {}
 

@@ -29,7 +29,7 @@ struct BlendSource {
   Eigen::Isometry3d partner_X_FM = Eigen::Isometry3d::Identity();  ///< the same frame in the flange of that one
   std::string arm = {};                                            ///< whose motion it is; of two the leader
   std::optional<command::State> abort_if = {};  ///< must not hold on what is left of it (DualEntryMotion::abort_if)
-  std::optional<command::ComplianceWish> compliance = {};  ///< how the arm gives way on it
+  std::optional<command::SpringParameters> compliance = {};  ///< how the arm gives way on it
 };
 
 /// What precedes on an actuator when an activity is prepared.
@@ -63,6 +63,8 @@ struct EndState {
     BlendSource motion;
   };
   std::vector<Last> last;
+  /// It does not drive it any more when one of `last` of another actuator moves: that one may be left without it.
+  bool released = false;
 };
 
 /// One of the ways in which an activity may end, of which exactly one comes: by which state that shows from the begin
@@ -96,8 +98,8 @@ struct PlannedActivity {
   ControlModes modes;
   bool returns = false;  ///< after the command they go back into the modes that they were in
   std::shared_ptr<const net::NetDescription> net = {};  ///< written by hand, in place of a command
-  /// What is wrong with the way in which it ended, asked once its net has ended in order: errors make the run fail
-  /// (RunFailure::kAborted). Empty: nothing can be.
+  /// What has come of it, asked once its net has ended in order and was not cancelled: errors make the run fail
+  /// (RunFailure::kAborted). Empty: nothing can be wrong.
   std::function<Diagnostics(const ActivityRun&)> verdict = {};
 };
 

@@ -6,6 +6,11 @@
 #include "core/command/command_tree.h"
 
 namespace takt::activity {
+namespace {
+
+constexpr const char *kAborted = " abort_if", *kAbortUnknown = " abort_if unknown";
+
+}  // namespace
 
 ActivityRun::~ActivityRun() { unload(); }
 
@@ -108,6 +113,20 @@ void ActivityRun::look_at_cycle() {
   const std::int64_t cycle = core_.cycle() - 1;
   reactions_.look(cycle);
   trace_.note(cycle);
+}
+
+void add_abort(command::Command& command, const command::State& state, const std::string& key) {
+  const command::BooleanSensor holds(state.node()), unknown(is_null(holds).node());
+  command.on_entered(state, cancel(command));
+  command.capture(key + kAborted, holds, state);
+  command.capture(key + kAbortUnknown, unknown, command::State(unknown.node()));
+}
+
+Diagnostics abort_diagnostics(const ActivityRun& run, const std::string& key) {
+  Diagnostics diagnostics;
+  const bool silent = run.was_true(key + kAbortUnknown);
+  if (silent || run.was_true(key + kAborted)) add_abort_diagnostic(silent, "/abort_if", diagnostics);
+  return diagnostics;
 }
 
 void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnostics) {

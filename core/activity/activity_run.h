@@ -145,4 +145,10 @@ using RunPtr = std::shared_ptr<ActivityRun>;
 /// What is wrong where a state that must not hold has ended a run. @param silent  nobody knew whether it holds
 void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnostics);
 
+/// The command is cancelled when a state holds, or is null (row N3), and shows that. @param key  with which the names
+/// of what it shows begin
+void add_abort(command::Command& command, const command::State& state, const std::string& key);
+/// The same as an error at "/abort_if" once it has ended; empty: the state never held.
+[[nodiscard]] Diagnostics abort_diagnostics(const ActivityRun& run, const std::string& key);
+
 }  // namespace takt::activity

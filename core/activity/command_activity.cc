@@ -18,24 +18,19 @@ class CommandActivity final : public ActivityModel {
   [[nodiscard]] std::vector<std::string> actuators() const override { return actuators_; }
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    PlannedActivity prepared;
-    prepared.command = make_(planning);
-    command::Places places;
-    for (const auto& [device, before] : planning.predecessors)
-      if (before.at_end.q) places[device] = *before.at_end.q;
-    command::Places ends;
-    const Diagnostics unplanned = command::plan(*prepared.command, places, &ends);
-    Diagnostics wrong = command::check(*prepared.command, false);
+    const command::Command command = make_(planning);
+    command::Places places = places_before(planning);
+    command::TreeEnd end;
+    const Diagnostics unplanned = command::plan(command, places, &end);
+    Diagnostics wrong = command::check(command, false);
     command::add_news(unplanned, wrong);
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
+    PlannedActivity prepared = planned_activity(command, actuators_, end);
     for (const std::string& actuator : actuators_) {
-      EndState& end_state = prepared.end_states[actuator];
-      if (const auto end = ends.find(actuator); end != ends.end())
-        end_state.after = ActuatorState::at_rest(end->second);
       const auto before = planning.predecessors.find(actuator);
       if (before == planning.predecessors.end() || !before->second.at_end.q) continue;
       const ActuatorState& state = before->second.at_end;
-      if (arms_ == ArmAfter::kStays) end_state.after = state;
+      if (arms_ == ArmAfter::kStays) prepared.end_states[actuator].after = state;
       device::Seam seam;
       seam.q = *state.q;
       seam.dq = seam.ddq = kinematics::JointVector::Zero(state.q->size());
@@ -51,6 +46,40 @@ class CommandActivity final : public ActivityModel {
 };
 
 }  // namespace
+
+PlannedActivity planned_activity(const command::Command& command, const std::vector<std::string>& actuators,
+                                 const command::TreeEnd& end) {
+  PlannedActivity prepared;
+  prepared.command = command;
+  for (const std::string& actuator : actuators) {
+    EndState& end_state = prepared.end_states[actuator];
+    if (const auto rest = end.rest.find(actuator); rest != end.rest.end())
+      end_state.after = ActuatorState::at_rest(rest->second);
+    end_state.released = end.left != nullptr;
+  }
+  if (end.left == nullptr) return prepared;
+  const command::PlannedMotion& motion = *end.left->model().left_in_motion().motion;
+  const std::string arm = end.left->actuator->model().devices().front();
+  EndState& left = prepared.end_states[arm];
+  left.released = false;
+  // It is looked at only while this motion runs.
+  left.after = ActuatorState::at_rest(motion.motion->q_goal);
+  left.last.push_back({end.left->subject,
+                       {.motion = motion.motion,
+                        .X_FM = motion.X_FM,
+                        .blend = motion.leaving->blend,
+                        .arm = arm,
+                        .abort_if = motion.leaving->abort_if}});
+  prepared.motions.push_back({end.left->subject, motion.handed_over, 0.0});
+  return prepared;
+}
+
+command::Places places_before(const PlanningContext& planning) {
+  command::Places places;
+  for (const auto& [device, before] : planning.predecessors)
+    if (before.at_end.q) places[device] = *before.at_end.q;
+  return places;
+}
 
 ActivityPtr command_activity(std::string name, std::vector<std::string> actuators, CommandMaker make, ArmAfter arms) {
   return std::make_shared<const CommandActivity>(std::move(name), std::move(actuators), std::move(make), arms);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/activity/activity_model.h"
+#include "core/command/actions/motion_action.h"
 
 namespace takt::activity {
 
@@ -16,6 +17,14 @@ enum class ArmAfter : std::uint8_t {
   kStays,   ///< it stands where it stood
   kUnknown  ///< nobody knows where it will be
 };
+
+/// What is known of a command that was planned: where its arms are after it, and, where its last motion may be left,
+/// for what goes on with that. @param actuators  that it drives. Realtime: setup.
+[[nodiscard]] PlannedActivity planned_activity(const command::Command& command,
+                                               const std::vector<std::string>& actuators, const command::TreeEnd& end);
+
+/// Where arms are when everything before has ended, as far as that is known.
+[[nodiscard]] command::Places places_before(const PlanningContext& planning);
 
 /// Any command as an activity that begins at rest: a gripper, an output, a hold, a transaction of one's own. Realtime:
 /// setup.

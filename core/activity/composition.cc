@@ -347,24 +347,18 @@ class AbortActivity final : public ActivityModel {
       return failure(Code::kUnsupported, "/abort_if",
                      fmt::format("'{}' is not a command, so nothing can end it", name()),
                      "an activity that moves something");
-    command::Command& command = *prepared->command;
-    const command::BooleanSensor unknown(is_null(command::BooleanSensor(state_.node())).node());
-    command.on_entered(state_, cancel(command));
-    command.capture(kHeld, command::BooleanSensor(state_.node()), state_);
-    command.capture(kSilent, unknown, State(unknown.node()));
+    add_abort(*prepared->command, state_, {});
     // Who goes on with it would not look at the state any more.
     for (auto& [name, end_state] : prepared->end_states) end_state.last.clear();
     prepared->verdict = [inner = std::move(prepared->verdict)](const ActivityRun& run) {
       Diagnostics wrong = inner ? inner(run) : Diagnostics();
-      const bool silent = run.was_true(kSilent);
-      if (silent || run.was_true(kHeld)) add_abort_diagnostic(silent, "/abort_if", wrong);
+      wrong.append(abort_diagnostics(run, std::string()));
       return wrong;
     };
     return prepared;
   }
 
  private:
-  static constexpr const char *kHeld = "abort_if", *kSilent = "abort_if silent";
   ActivityPtr inner_;
   State state_;
 };

@@ -19,7 +19,7 @@ State not_paused(const command::Cell& cell, const std::string& channel) {
 
 class FreedriveActivity final : public ActivityModel {
  public:
-  FreedriveActivity(std::string arm, command::FreedriveWish wish, FreedriveEnd end, command::Biases biases,
+  FreedriveActivity(std::string arm, command::GuidanceParameters wish, FreedriveEnd end, command::Biases biases,
                     ControlModes modes)
       : ActivityModel(arm + " freedrive"),
         arm_(std::move(arm)),
@@ -45,7 +45,7 @@ class FreedriveActivity final : public ActivityModel {
 
  private:
   std::string arm_;
-  command::FreedriveWish wish_;
+  command::GuidanceParameters wish_;
   FreedriveEnd end_;
   command::Biases biases_;
   ControlModes modes_;
@@ -54,9 +54,9 @@ class FreedriveActivity final : public ActivityModel {
 }  // namespace
 
 command::RuntimeCommand freedrive_command(const command::Cell& cell, const std::string& arm,
-                                          const command::FreedriveWish& wish, const FreedriveEnd& end,
+                                          const command::GuidanceParameters& wish, const FreedriveEnd& end,
                                           const command::Biases& biases) {
-  command::FreedriveWish own = wish;
+  command::GuidanceParameters own = wish;
   for (const std::string& channel : {cell.override_channel, speed_channel(arm)}) {
     if (!cell.channels.contains(channel)) continue;
     const State going = not_paused(cell, channel);
@@ -73,8 +73,9 @@ ControlModes freedrive_modes(const command::Cell& cell, const std::string& arm) 
   return {{arm, device::ControlMode::kJointImpedance}};
 }
 
-ActivityPtr freedrive_activity(const command::Cell& cell, const std::string& arm, const command::FreedriveWish& wish,
-                               const FreedriveEnd& end, const command::Biases& biases) {
+ActivityPtr freedrive_activity(const command::Cell& cell, const std::string& arm,
+                               const command::GuidanceParameters& wish, const FreedriveEnd& end,
+                               const command::Biases& biases) {
   return std::make_shared<const FreedriveActivity>(arm, wish, end, biases, freedrive_modes(cell, arm));
 }
 

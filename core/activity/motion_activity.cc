@@ -167,8 +167,6 @@ ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, Motion
       std::move(arm), std::vector{MotionActivity::Part{std::move(kind), std::move(leg), std::move(parameters)}});
 }
 
-std::string path_time_channel(const std::string& arm) { return arm + ".path_time"; }
-std::string path_rate_channel(const std::string& arm) { return arm + ".path_rate"; }
 std::string speed_channel(const std::string& arm) { return arm + ".speed"; }
 
 }  // namespace takt::activity

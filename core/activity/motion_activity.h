@@ -47,7 +47,7 @@ struct MotionOptions {
   std::optional<command::State> abort_if = {};
   std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves, in the flange; default: the arm's tool
   /// How the arm gives way meanwhile; it has to be in that control mode. Default: as the arm is.
-  std::optional<command::ComplianceWish> compliance = {};
+  std::optional<command::SpringParameters> compliance = {};
   /// Laid over the path, which has at most kShareWithOverlay of the accelerations then. Neighbours in one plan hand it
   /// on (command::plan_weaves); where the next motion takes over in the run it ends at rest before.
   std::optional<command::WeaveParameters> weave = {};
@@ -63,10 +63,9 @@ using LegOf = std::function<Result<motion::Leg>(const motion::ArmModel&, const k
 /// A motion of one arm. @param kind  for people: "LIN"
 [[nodiscard]] ActivityPtr motion_activity(std::string kind, std::string arm, LegOf leg, MotionOptions parameters);
 
-/// The channels in which the motions of an arm tell their successors where their clock is, and by which people set
-/// their speed.
-[[nodiscard]] std::string path_time_channel(const std::string& arm);  ///< s
-[[nodiscard]] std::string path_rate_channel(const std::string& arm);  ///< 1
-[[nodiscard]] std::string speed_channel(const std::string& arm);      ///< 1; the rate that is aimed at, [0, 1]
+using command::path_rate_channel;
+using command::path_time_channel;
+/// The channel by which people set the speed of an arm's motions.
+[[nodiscard]] std::string speed_channel(const std::string& arm);  ///< 1; the rate that is aimed at, [0, 1]
 
 }  // namespace takt::activity

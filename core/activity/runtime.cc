@@ -22,7 +22,13 @@ Runtime::Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void
       cell_(cell),
       run_cycle_(std::move(run_cycle)),
       options_(options),
-      scheduler_(core, cell, options.scheduler) {}
+      scheduler_(core, cell, options.scheduler),
+      context_{.cell = cell,
+               .core = core,
+               .variables = options.variables != nullptr ? *options.variables : own_variables_,
+               .program_latency_cycles = options.scheduler.latency_cycles,
+               .event = options.event ? options.event : EventSink([](auto, auto, auto) {}),
+               .scheduler = &scheduler_} {}
 
 ProgramCancelled::ProgramCancelled()
     : ActivityError([] {

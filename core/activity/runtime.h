@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/activity/context.h"
 #include "core/activity/scheduler.h"
 #include "core/activity/task.h"
 
@@ -38,6 +39,8 @@ class Runtime {
   struct Options {
     Scheduler::Options scheduler = {};
     std::int64_t most_cycles = 100'000'000;  ///< that a blocking call waits; then it throws
+    Variables* variables = nullptr;          ///< what the program measures; null: the runtime has its own
+    EventSink event = {};                    ///< hears what happened; empty: nobody does
   };
   /// @param cell       devices and frames; see declare_channels()
   /// @param run_cycle  runs one cycle of the core, and of the simulation around it
@@ -100,8 +103,11 @@ class Runtime {
   [[nodiscard]] When cycles(std::int64_t count);
 
   /// Of force/torque sensors, as they were tared: activities that are made later take them out.
-  [[nodiscard]] command::Biases& biases() { return biases_; }
-  [[nodiscard]] const command::Biases& biases() const { return biases_; }
+  [[nodiscard]] command::Biases& biases() { return context_.variables.biases; }
+  [[nodiscard]] const command::Biases& biases() const { return context_.variables.biases; }
+
+  /// What operations of the program use when they have ended, as steps of a file do: touches, parts that are carried.
+  [[nodiscard]] Context& context() { return context_; }
 
   /// What an arm had on it when it was asked for first.
   const device::ToolSetting& empty_tool(const std::string& arm, const device::ToolSetting& now) {
@@ -132,7 +138,8 @@ class Runtime {
   std::function<void()> run_cycle_;
   Options options_;
   Scheduler scheduler_;
-  command::Biases biases_;
+  Variables own_variables_;
+  Context context_;
   std::map<std::string, double> speeds_;
   std::map<std::string, device::ToolSetting> tools_;
   std::vector<Waiting> waiting_;

@@ -73,6 +73,8 @@ std::optional<PlanningContext> StartConditions::planning_context(const ActivityR
   }
   for (const ActivityRun* other : before.running) {
     for (const std::string& actuator : other->model_->actuators()) {
+      const auto end_state = other->planned_.end_states.find(actuator);
+      if (end_state != other->planned_.end_states.end() && end_state->second.released) continue;
       const auto found = planning.predecessors.find(actuator);
       all_leave = all_leave && found != planning.predecessors.end() && found->second.leaving.has_value();
     }
@@ -139,6 +141,7 @@ std::optional<rcc::Rule> StartConditions::rule_for(const ActivityRun& run, const
     }
     fits = rule.action.end.add(other->net_) && fits;
     for (const auto& [actuator, end_state] : other->planned_.end_states) {
+      if (end_state.released) continue;
       const auto& leaving = planning.predecessors.find(actuator)->second.leaving;
       for (const auto& [command, motion] : end_state.last) {
         const ActivityRun::Clock* clock = other->clock_of(command);

@@ -16,6 +16,8 @@ struct Motion;
 
 namespace takt::command {
 
+struct PlannedMotion;
+
 /// What an action has put into its fragment.
 struct Contribution {
   SetPoint set_point;
@@ -75,6 +77,13 @@ class ActionModel {
     bool laid_over = false;                ///< its set points are not those of the plan: a weave
   };
   [[nodiscard]] virtual PlannedPath planned_path() const { return {}; }
+
+  /// Of a planned motion with which another one may go on before its goal (PlannedMotion::leaving).
+  struct Left {
+    const PlannedMotion* motion = nullptr;  ///< null: it comes to rest first
+    int abort_handlers = 0;  ///< the first event handlers of its command, which cancel it where it must not go on
+  };
+  [[nodiscard]] virtual Left left_in_motion() const { return {}; }
 
   /// Whether it must be planned before it can be mapped.
   [[nodiscard]] virtual bool needs_plan() const { return false; }

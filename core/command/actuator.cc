@@ -122,6 +122,64 @@ class ArmActuator final : public ActuatorModel {
   std::map<std::string, State> states_;
 };
 
+/// One of the joints of an arm. Which joints move is up to the action.
+class JointActuator final : public ActuatorModel {
+ public:
+  JointActuator(Actuator arm, int joint)
+      : ActuatorModel(fmt::format("{} joint {}", arm.name(), joint)), arm_(std::move(arm)), joint_(joint) {}
+
+  [[nodiscard]] std::vector<std::string> devices() const override { return arm_.model().devices(); }
+  [[nodiscard]] std::vector<SetPointKind> takes() const override {
+    return {SetPointKind::kJoints, SetPointKind::kPath};
+  }
+  [[nodiscard]] std::vector<device::ControlMode> modes() const override { return arm_.model().modes(); }
+  [[nodiscard]] std::map<std::string, State> states() const override { return arm_.model().states(); }
+  [[nodiscard]] const MountedArm* arm() const override { return arm_.model().arm(); }
+  [[nodiscard]] std::optional<int> joint() const override { return joint_; }
+  [[nodiscard]] std::optional<Diagnostic> fault() const override {
+    if (auto missing_arm = arm_.model().fault()) return missing_arm;
+    const Eigen::Index count = arm()->device->description().limits.velocity.size();
+    if (joint_ >= 0 && joint_ < count) return std::nullopt;
+    return fault_of(Code::kOutOfRange, fmt::format("'{}' has no joint {}", arm_.name(), joint_),
+                    fmt::format("0 to {}", count - 1));
+  }
+  void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
+    arm_.model().add_consumer(fragment, set_point);
+  }
+  [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
+    return arm_.model().add_invalid(fragment);
+  }
+
+ private:
+  Actuator arm_;
+  int joint_;
+};
+
+/// Stands for its parts until a command says which of them its action is for (RuntimeCommand).
+class ComposedActuator final : public ActuatorModel {
+ public:
+  ComposedActuator(std::string name, std::vector<Actuator> parts)
+      : ActuatorModel(std::move(name)), parts_(std::move(parts)) {}
+
+  [[nodiscard]] std::vector<Actuator> parts() const override { return parts_; }
+  [[nodiscard]] std::vector<std::string> devices() const override { return {}; }
+  [[nodiscard]] std::vector<SetPointKind> takes() const override { return {}; }
+  /// Completed: all of them are; in an emergency stop: one of them is.
+  [[nodiscard]] std::map<std::string, State> states() const override {
+    std::map<std::string, State> states = parts_.front().model().states();
+    for (std::size_t i = 1; i < parts_.size(); ++i) {
+      states.at("completed") = states.at("completed") && parts_[i].completed();
+      states.at("emergency_stop") = states.at("emergency_stop") || parts_[i].emergency_stop();
+    }
+    return states;
+  }
+  void add_consumer(FragmentWriter&, const SetPoint&) const override {}
+  [[nodiscard]] std::string add_invalid(FragmentWriter&) const override { return {}; }
+
+ private:
+  std::vector<Actuator> parts_;
+};
+
 /// Two arms that are fed each with its part of the set point. Both are compliant alike; of a base and its arm the arm.
 class PairActuator final : public ActuatorModel {
  public:
@@ -293,6 +351,8 @@ Actuator make(const Cell& cell, const std::string& name, const char* what, const
 
 }  // namespace
 
+std::vector<Actuator> ActuatorModel::parts() const { return {}; }
+
 std::vector<const MountedArm*> ActuatorModel::arms() const {
   return arm() == nullptr ? std::vector<const MountedArm*>() : std::vector<const MountedArm*>{arm()};
 }
@@ -323,6 +383,18 @@ Actuator arm(const Cell& cell, const std::string& name) {
   std::vector<std::string> names;
   add_names(cell.arms, names);
   return make<ArmActuator>(cell, name, "arm", names);
+}
+
+Actuator joint(const Cell& cell, const std::string& name, int index) {
+  return Actuator(std::make_shared<const JointActuator>(arm(cell, name), index));
+}
+
+Actuator composed(std::string name, const std::vector<Actuator>& parts) {
+  if (parts.empty()) {
+    Diagnostic nothing = fault_of(Code::kMissing, fmt::format("'{}' has no parts", name), "at least one actuator");
+    return missing(std::move(name), std::move(nothing));
+  }
+  return Actuator(std::make_shared<const ComposedActuator>(std::move(name), parts));
 }
 
 Actuator arm_pair(const Cell& cell, const std::string& leader, const std::string& follower) {

@@ -51,6 +51,8 @@ struct SetPoint {
   void feed(FragmentWriter& fragment, std::string_view name, const std::string& to) const;
 };
 
+class Actuator;
+
 /// What is known of something that can be told what to do; knows no action. Immutable; any thread.
 class ActuatorModel {
  public:
@@ -77,6 +79,10 @@ class ActuatorModel {
   [[nodiscard]] virtual std::vector<const MountedArm*> arms() const;
   /// Those of them that take a compliance: of an arm on a base the arm alone.
   [[nodiscard]] virtual std::vector<const MountedArm*> compliant_arms() const { return arms(); }
+  /// The joint of arm() that it is; nothing: it is more than that.
+  [[nodiscard]] virtual std::optional<int> joint() const { return std::nullopt; }
+  /// The actuators that it is made of, for who asks which of them an action is for; empty: it is one itself.
+  [[nodiscard]] virtual std::vector<Actuator> parts() const;
   /// What is known of the gripper, or the analog output, that it is; null for others.
   [[nodiscard]] virtual const device::GripperDescription* gripper() const { return nullptr; }
   [[nodiscard]] virtual const device::SignalOutputDescription<double>* analog_output() const { return nullptr; }
@@ -110,6 +116,11 @@ class Actuator {
 // Realtime: setup; the devices outlive them.
 [[nodiscard]] Actuator arm(const Cell& cell, const std::string& name);
 [[nodiscard]] Actuator gripper(const Cell& cell, const std::string& name);
+/// One joint of an arm, while the others stand: takes PTP with a goal of one number, rad or m. @param index  from 0
+[[nodiscard]] Actuator joint(const Cell& cell, const std::string& arm, int index);
+/// Several actuators as one thing with a name: a robot with its torch. A command on it is one on the only part that
+/// takes what its action gives; where there are none, or several, checks refuse it.
+[[nodiscard]] Actuator composed(std::string name, const std::vector<Actuator>& parts);
 /// Two arms as one: "leader+follower". A set point that is none for one of them is none for both.
 [[nodiscard]] Actuator arm_pair(const Cell& cell, const std::string& leader, const std::string& follower);
 /// The same of an arm and what carries it, "base+arm": only the arm takes a compliance, its base stays stiff.

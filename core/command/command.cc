@@ -1,5 +1,10 @@
 #include "core/command/command.h"
 
+#include <algorithm>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 namespace takt::command {
@@ -36,8 +41,35 @@ Command& Command::observe_node(std::string name, ExpressionPtr value, Expression
   return *this;
 }
 
+namespace {
+
+/// Of several actuators as one the only part that takes what the action gives.
+Actuator part_for(const Actuator& actuator, const ActionModel& action) {
+  const std::vector<Actuator> parts = actuator.model().parts();
+  if (parts.empty()) return actuator;
+  std::vector<std::string> takers;
+  std::optional<Actuator> taker;
+  for (const Actuator& part : parts) {
+    const auto takes = part.model().takes();
+    if (std::ranges::find(takes, action.gives(part.model())) == takes.end()) continue;
+    takers.push_back(part.name());
+    taker = part;
+  }
+  if (takers.size() == 1) return *taker;
+  return missing(
+      actuator.name(),
+      takers.empty()
+          ? fault_of(Code::kUnsupported, fmt::format("no part of '{}' takes {}", actuator.name(), action.name()),
+                     "an action for one of its parts")
+          : fault_of(Code::kConflict,
+                     fmt::format("{} parts of '{}' take {}", takers.size(), actuator.name(), action.name()),
+                     fmt::format("one of {}", fmt::join(takers, ", "))));
+}
+
+}  // namespace
+
 RuntimeCommand::RuntimeCommand(std::string name, Actuator actuator, Action action) : Command(std::move(name)) {
-  node()->actuator = std::move(actuator);
+  node()->actuator = part_for(actuator, action.model());
   node()->action = std::move(action);
 }
 

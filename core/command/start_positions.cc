@@ -38,17 +38,41 @@ Result<Places> StartPositions::begin_of(int i) const {
 
 Result<Places> StartPositions::all_at_begin_of(int i) const {
   auto places = begin_of(i);
-  if (!places) return places;
+  if (places) add_others(i, *places);
+  return places;
+}
+
+/// Arms of the tree that are not among the places; of size 0 where that depends on the run.
+void StartPositions::add_others(int i, Places& places) const {
   for (int other = 0; other < tree_.size(); ++other) {
     if (!node(other).is_runtime()) continue;
     const ActuatorModel& actuator = node(other).actuator->model();
     const auto devices = actuator.devices();
     const auto arms = actuator.arms();
     for (std::size_t k = 0; k < arms.size(); ++k) {
-      if (places->contains(devices[k])) continue;
-      (*places)[devices[k]] = begin_of(i, devices[k], *arms[k]).value_or(JointVector());
+      if (places.contains(devices[k])) continue;
+      places[devices[k]] = begin_of(i, devices[k], *arms[k]).value_or(JointVector());
     }
   }
+}
+
+Result<Places> StartPositions::all_at_given_begin(int i, const JointVector& q) const {
+  const ActuatorModel& actuator = node(i).actuator->model();
+  const std::string device = actuator.devices().front();
+  const device::ArmDescription& arm = actuator.arms().front()->device->description();
+  if (q.size() != arm.limits.velocity.size())
+    return failure(Code::kWrongSize, "/from", fmt::format("{} joints for '{}'", q.size(), device),
+                   fmt::format("{} joints", arm.limits.velocity.size()));
+  // Of an arm of which nobody has said where it will be, START knows.
+  const bool said = begins_.contains(device) || !rivals_before(i, device).empty();
+  const auto there = said ? begin_of(i, device, *actuator.arms().front()) : std::nullopt;
+  if (there && (*there - q).cwiseAbs().maxCoeff() > arm.start_tolerance)
+    return failure(Code::kConflict, "/from",
+                   fmt::format("'{}' begins elsewhere than where '{}' will be: a joint is off by {:.3g}", node(i).name,
+                               device, (*there - q).cwiseAbs().maxCoeff()),
+                   "where the motion before it ends");
+  Places places{{device, q}};
+  add_others(i, places);
   return places;
 }
 
@@ -75,7 +99,9 @@ void StartPositions::note(int i) {
     if (seams[k].q.size() > 0) ends[devices.at(k)] = seams[k].q;
   }
   for (const auto& [device, q] : ends) nominal_[device] = q;
-  if (!ends.empty() && begin_of(i)) ends_[i] = std::move(ends);
+  const ActionModel& action = node(i).action->model();
+  const bool says_begin = action.needs_plan() && !action.begins().empty();
+  if (!ends.empty() && (says_begin || begin_of(i))) ends_[i] = std::move(ends);
 }
 
 bool StartPositions::follows_unplanned(int i) const {
@@ -214,6 +240,36 @@ std::optional<JointVector> StartPositions::end_of(const std::string& device) con
   return std::nullopt;
 }
 
+const CommandNode* StartPositions::left_in_motion() const {
+  for (int i = 0; i < tree_.size(); ++i)
+    if (node(i).is_runtime() && node(i).model().left_in_motion().motion != nullptr && is_last_of_all(i))
+      return tree_.at(i).node;
+  return nullptr;
+}
+
+/// All else is over before it begins, only its own abort condition ends it sooner, and nobody waits for its end.
+bool StartPositions::is_last_of_all(int i) const {
+  for (int other = 0; other < tree_.size(); ++other) {
+    const bool acts = node(other).is_runtime() || node(other).is_wait();
+    if (acts && other != i && !begins_at_end_of(i, other)) return false;
+  }
+  const int aborts = node(i).model().left_in_motion().abort_handlers;
+  return std::ranges::none_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
+    if (h.owner == i && h.handler - node(i).handlers.data() < aborts) return false;
+    return cuts_short(*h.handler, i) || speaks_of_end(h.handler->state.node(), i);
+  });
+}
+
+/// A formula over states of a command, or of what is around it, that come later than its start.
+bool StartPositions::speaks_of_end(const ExpressionPtr& state, int i) const {
+  if (state->subject) {
+    const int of = tree_.find(state->subject);
+    return of >= 0 && tree_.is_inside(i, of) && state->output != "started";
+  }
+  return std::ranges::any_of(state->inputs,
+                             [&](const auto& input) { return input.second && speaks_of_end(input.second, i); });
+}
+
 /// It starts with the tree, or by natural ends of what runs for certain. The order of starts bounds the recursion.
 bool StartPositions::runs_for_certain(int i) const {
   for (int at = i; at >= 0; at = tree_.at(at).parent) {
@@ -244,11 +300,14 @@ bool StartPositions::follows_for_certain(const ExpressionPtr& state) const {
 
 /// Some handler may cancel or stop it, or something around it.
 bool StartPositions::is_cut_short(int i) const {
-  return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
-    const Kind kind = h.handler->effect.kind;
-    const int target = tree_.find(h.handler->effect.target);
-    return (kind == Kind::kCancel || kind == Kind::kStop) && target >= 0 && tree_.is_inside(i, target);
-  });
+  return std::ranges::any_of(tree_.handlers(),
+                             [&](const CommandTree::Handler& h) { return cuts_short(*h.handler, i); });
+}
+
+bool StartPositions::cuts_short(const EventHandler& handler, int i) const {
+  const Kind kind = handler.effect.kind;
+  const int target = tree_.find(handler.effect.target);
+  return (kind == Kind::kCancel || kind == Kind::kStop) && target >= 0 && tree_.is_inside(i, target);
 }
 
 void StartPositions::tell_unknown(int i, const std::string& device, Diagnostics& diagnostics) const {

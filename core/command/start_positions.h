@@ -26,6 +26,9 @@ class StartPositions {
   [[nodiscard]] Result<Places> begin_of(int i) const;
   /// The same, and where the other arms of the tree are then: of size 0 where that depends on the run.
   [[nodiscard]] Result<Places> all_at_begin_of(int i) const;
+  /// The same for a command that says itself where its arm is when it begins. @return diagnostics if it will be
+  /// elsewhere, as far as that is known. @param q  rad or m
+  [[nodiscard]] Result<Places> all_at_given_begin(int i, const kinematics::JointVector& q) const;
   /// Takes note of where command `i`, which is planned by now or needs no plan, comes to its natural end.
   void note(int i);
   /// Command `i` could not be planned: where its arms are after it is not known.
@@ -35,10 +38,16 @@ class StartPositions {
   /// Where an arm is when the tree has ended; nothing if that depends on the run, or nothing drives it. A cancel from
   /// outside does not count: what follows a tree that was cancelled is given up.
   [[nodiscard]] std::optional<kinematics::JointVector> end_of(const std::string& device) const;
+  /// TreeEnd::left.
+  [[nodiscard]] const CommandNode* left_in_motion() const;
   /// Where every arm is once all have come to their natural ends; one that does not tell is where it was.
   [[nodiscard]] const Places& nominal_ends() const { return nominal_; }
 
  private:
+  void add_others(int i, Places& places) const;
+  [[nodiscard]] bool is_last_of_all(int i) const;
+  [[nodiscard]] bool cuts_short(const EventHandler& handler, int i) const;
+  [[nodiscard]] bool speaks_of_end(const ExpressionPtr& state, int i) const;
   [[nodiscard]] const CommandNode& node(int i) const { return *tree_.at(i).node; }
   [[nodiscard]] kinematics::JointVector before_all(const std::string& device, const MountedArm& arm) const;
   [[nodiscard]] std::optional<kinematics::JointVector> begin_of(int i, const std::string& device,

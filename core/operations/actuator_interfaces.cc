@@ -154,8 +154,7 @@ Activity ActuatorInterface::make(std::string_view type, const ParameterTable<P>&
                                  std::string P::*device, std::unique_ptr<OperationCommand> (*make_command)(const P&),
                                  ArmAfter arms) const {
   parameters.*device = actuator_;
-  return make(
-      operation_activity(type, table, parameters, make_command, actuator_, runtime_->cell(), runtime_->biases(), arms));
+  return make(operation_activity(type, table, parameters, make_command, actuator_, runtime_->context(), arms));
 }
 
 Activity ForceInterface::press(const PressParameters& parameters) const {

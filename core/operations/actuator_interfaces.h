@@ -172,8 +172,8 @@ class GrippingInterface : public ActuatorInterface {
   [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
-  /// What has to be between the fingers (`expect`), and what the arm carries then, are of files: a program looks at the
-  /// gripper's states and tells the arm (Actuator::carry).
+  /// The run fails where what was expected is not between the fingers. With `part` its frame goes with the arm until
+  /// the gripper opens, with `part_mass` the arm is told to carry it.
   [[nodiscard]] Activity close(const GripParameters& parameters = {}) const;
   [[nodiscard]] Activity open(const ReleaseParameters& parameters = {}) const;
 };
@@ -246,8 +246,7 @@ class Actuator {
   [[nodiscard]] Activity perform(P parameters) const {
     const OperationForm<P> form = form_of(parameters);
     parameters.*form.device = name_;
-    return {*runtime_, operation_activity(form.type, form.table(), parameters, form.make, name_, runtime_->cell(),
-                                          runtime_->biases())};
+    return {*runtime_, operation_activity(form.type, form.table(), parameters, form.make, name_, runtime_->context())};
   }
   /// Names of the interfaces that it offers.
   [[nodiscard]] std::vector<std::string> interfaces() const;

@@ -94,7 +94,7 @@ void CommandBuilder::add(const OperationCommand& request, int parent) {
 void CommandBuilder::make(Part& part, BuildContext making) {
   const OperationCommand& request = *part.request;
   if (!request.follows().empty()) making.progress = progress_of(named(part, request.follows()));
-  part.made = request.make(making, part.key);
+  part.made = request.made(making, part.key);
   places_.emplace_back(part.key, request.pointer);
   for (const auto& [theirs, ours] : part.made.places) places_.emplace_back(part.key + theirs, request.pointer + ours);
   for (std::size_t i = 0; i < part.made.handler_places.size(); ++i) {

@@ -1,10 +1,13 @@
 #include "core/operations/command_step.h"
 
 #include <algorithm>
+#include <functional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/command_activity.h"
 #include "core/activity/mode_change.h"
 #include "core/command/actions/motion_action.h"
 #include "core/command/check.h"
@@ -20,22 +23,39 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Who asks for a blend is the last that its transaction does.
+void check_left(const CommandBuilder& tree, const command::TreeEnd& end, Diagnostics& found) {
+  for (const CommandBuilder::Part& part : tree.parts()) {
+    const bool left = part.made.command.node().get() == end.left;
+    if (part.request->left_arm().empty() || left) continue;
+    found.error(
+        Code::kConflict, part.request->pointer,
+        fmt::format("'{}' cannot be left for the motion after the transaction: something else may still happen, "
+                    "or it is more than a plain motion of one arm",
+                    part.request->name),
+        "a plain motion that begins when all others have completed and whose end starts nothing, or no blend");
+  }
+}
+
 /// Checks and plans a tree. @return diagnostics with locations of the file
 /// @param[in,out] places  as command::plan() has them
-Diagnostics plan(const CommandBuilder& tree, const command::Cell& cell, command::Places& places) {
+Diagnostics plan(const CommandBuilder& tree, const command::Cell& cell, command::Places& places,
+                 command::TreeEnd& end) {
   Diagnostics found;
   for (const CommandBuilder::Part& part : tree.parts()) part.request->check(cell, found);
   // What is planned is checked as a plan.
-  const Diagnostics planned = command::plan(tree.command(), places);
+  const Diagnostics planned = command::plan(tree.command(), places, &end);
   command::add_news(tree.in_file(command::check(tree.command(), false)), found);
   command::add_news(tree.in_file(planned), found);
+  if (!found.has_errors()) check_left(tree, end, found);
   return found;
 }
 
 /// A tree of commands that was made for one execution. Its locations are those below the step.
 struct MadeStep {
-  MadeStep(const OperationCommand& root, Context& context, const command::ExternalHandler& tell)
-      : tree(root, {.cell = context.cell, .biases = context.variables.biases, .notes = notes, .tell = tell}) {}
+  MadeStep(const OperationCommand& root, const command::Cell& cell, const command::Biases& biases,
+           const command::ExternalHandler& tell)
+      : tree(root, {.cell = cell, .biases = biases, .notes = notes, .tell = tell}) {}
   Diagnostics notes;  ///< of planners; what there is to say was said in the rehearsal
   CommandBuilder tree;
 };
@@ -61,35 +81,59 @@ std::vector<std::string> driven_by(const CommandBuilder& tree) {
   return devices;
 }
 
-/// The tree as an activity that begins at rest; where it leaves its arms depends on the run.
+/// Those of its devices that are compliant with it: of an arm on a base the arm alone.
+std::vector<std::string> compliant_devices(const command::ActuatorModel& actuator) {
+  const auto arms = actuator.arms(), compliant = actuator.compliant_arms();
+  std::vector<std::string> devices = actuator.devices();
+  std::vector<std::string> result;
+  for (std::size_t i = 0; i < arms.size(); ++i)
+    if (std::ranges::find(compliant, arms[i]) != compliant.end()) result.push_back(std::move(devices[i]));
+  return result;
+}
+
+/// The tree as an activity that begins at rest; where it leaves its arms depends on the run. It is made anew each time
+/// that it is planned, with the cell of whoever plans: that may be another thread.
 class TreeActivity final : public ActivityModel {
  public:
-  TreeActivity(const OperationCommand& root, std::shared_ptr<MadeStep> made)
-      : ActivityModel(root.name), root_(root), made_(std::move(made)), actuators_(driven_by(made_->tree)) {}
+  using Keys = std::vector<std::pair<const OperationCommand*, std::string>>;
+
+  TreeActivity(const OperationCommand& root, const Context& context, command::ExternalHandler tell)
+      : ActivityModel(root.name), root_(root), biases_(context.variables.biases), tell_(std::move(tell)) {
+    const MadeStep made(root_, context.cell, biases_, tell_);
+    actuators_ = driven_by(made.tree);
+    for (const CommandBuilder::Part& part : made.tree.parts()) keys_.emplace_back(part.request, part.key);
+  }
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return actuators_; }
+  /// Its commands, each with the key of what it observes.
+  [[nodiscard]] const Keys& keys() const { return keys_; }
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    command::Places places;
-    for (const auto& [device, before] : planning.predecessors)
-      if (before.at_end.q) places[device] = *before.at_end.q;
-    if (const Diagnostics wrong = plan(made_->tree, planning.cell, places); wrong.has_errors())
+    const MadeStep made(root_, planning.cell, biases_, tell_);
+    command::Places places = places_before(planning);
+    command::TreeEnd end;
+    if (const Diagnostics wrong = plan(made.tree, planning.cell, places, end); wrong.has_errors())
       return std::unexpected(below(root_, wrong));
-    PlannedActivity prepared;
-    prepared.command = made_->tree.command();
-    for (const std::string& device : actuators_) prepared.end_states[device] = {};
-    return prepared;
+    return planned_activity(made.tree.command(), actuators_, end);
   }
 
  private:
   const OperationCommand& root_;
-  std::shared_ptr<MadeStep> made_;
+  command::Biases biases_;
+  command::ExternalHandler tell_;
   std::vector<std::string> actuators_;
+  Keys keys_;
 };
 
 class CommandRun final : public ScheduledRun {
  public:
-  explicit CommandRun(const OperationCommand& root) : root_(root) {}
+  /// @param left  the motion that may be left for the next step; null: none
+  CommandRun(const OperationCommand& root, const OperationCommand* left)
+      : root_(root), left_(left), left_parts_(left != nullptr ? left->left_steps().size() : 0) {}
+
+  [[nodiscard]] bool may_be_left() const override {
+    return left_ != nullptr && run() && run()->part() == left_parts_ - 1;
+  }
 
  private:
   [[nodiscard]] ActivityPtr activity(Context& context) override {
@@ -99,17 +143,30 @@ class CommandRun final : public ScheduledRun {
                     event.cycle ? fmt::format("{} (cycle {})", event.name, *event.cycle)
                                 : fmt::format("{} (cycle not known)", event.name));
     };
-    const auto made = std::make_shared<MadeStep>(root_, context, tell);
-    keys_.clear();
-    for (const CommandBuilder::Part& part : made->tree.parts()) keys_.emplace_back(part.request, part.key);
-    return std::make_shared<const TreeActivity>(root_, made);
+    auto tree = std::make_shared<const TreeActivity>(root_, context, tell);
+    keys_ = tree->keys();
+    return tree;
+  }
+
+  /// When the motion that may be left moves, everything else is over.
+  Progress watch(Context& context, Diagnostics& diagnostics) override {
+    if (run()->started()) show_captures(context);
+    if (!may_be_left() || std::exchange(reported_, true)) return Progress::kRunning;
+    const Progress progress = report(context, diagnostics, [this](const auto& one) { return &one != left_; });
+    return progress == Progress::kDone ? Progress::kRunning : progress;
   }
 
   Progress finish(Context& context, Diagnostics& diagnostics) override {
     if (run()->first_cycle() < 0) return Progress::kDone;  // it was called off before its start
+    return report(context, diagnostics, [this](const auto& one) { return !reported_ || &one == left_; });
+  }
+
+  /// What has come of those commands that count.
+  Progress report(Context& context, Diagnostics& diagnostics,
+                  const std::function<bool(const OperationCommand&)>& counts) const {
     Diagnostics own;
     for (const auto& [request, key] : keys_) {
-      request->finish(*run(), key, cancelled(), context, own);
+      if (counts(*request)) request->report(*run(), key, cancelled(), context, own);
       if (request->transaction() != nullptr) keep_captures(*request, key, context);
     }
     diagnostics.append(below(root_, own));
@@ -118,19 +175,31 @@ class CommandRun final : public ScheduledRun {
 
   /// What was captured, for `monitor(step, name)` in expressions.
   void keep_captures(const OperationCommand& transaction, const std::string& key, Context& context) const {
-    for (const CaptureParameters& capture : transaction.transaction()->captures) {
-      const std::string name = CommandBuilder::capture_name(key, capture.name);
-      if (!run()->observes(name)) continue;
-      const auto number = run()->value<net::Real>(name);
-      const auto level = run()->value<net::Boolean>(name);
-      const std::string text = number ? Json(*number).dump() : level ? Json(*level).dump() : "null";
-      context.variables.monitors[root_.name][capture.name] = text;
-      context.event(root_.name, capture.name, text);
+    for (const CaptureParameters& capture : transaction.transaction()->captures) keep(capture, key, context);
+  }
+  /// The same of those that are due in this cycle.
+  void show_captures(Context& context) const {
+    for (const auto& [request, key] : keys_) {
+      if (request->transaction() == nullptr) continue;
+      for (const CaptureParameters& capture : request->transaction()->captures)
+        if (capture.rate && is_due(*capture.rate, context)) keep(capture, key, context);
     }
+  }
+  void keep(const CaptureParameters& capture, const std::string& key, Context& context) const {
+    const std::string name = CommandBuilder::capture_name(key, capture.name);
+    if (!run()->observes(name)) return;
+    const auto number = run()->value<net::Real>(name);
+    const auto level = run()->value<net::Boolean>(name);
+    const std::string text = number ? Json(*number).dump() : level ? Json(*level).dump() : "null";
+    context.variables.monitors[root_.name][capture.name] = text;
+    context.event(root_.name, capture.name, text);
   }
 
   const OperationCommand& root_;
-  std::vector<std::pair<const OperationCommand*, std::string>> keys_;
+  const OperationCommand* left_;
+  std::size_t left_parts_;
+  bool reported_ = false;
+  TreeActivity::Keys keys_;
 };
 
 // -- Names ------------------------------------------------------------------------------------------------------------
@@ -210,7 +279,7 @@ std::unique_ptr<OperationCommand> read_root(const OperationSource& source) {
   if (!json.is_object()) return root;
   Diagnostics unheard;
   ObjectReader reader(json, pointer, unheard);
-  root->name = read_name(reader, root->name);
+  if (!root->is_called_by_type()) root->name = read_name(reader, root->name);
   if (json.contains("start")) {
     diagnostics.error(Code::kConflict, pointer + "/start", "a step of its own has no 'start'",
                       "a command inside of a transaction");
@@ -221,16 +290,24 @@ std::unique_ptr<OperationCommand> read_root(const OperationSource& source) {
 
 class CommandStep final : public Step {
  public:
-  explicit CommandStep(std::unique_ptr<OperationCommand> root) : root_(std::move(root)) {}
+  explicit CommandStep(std::unique_ptr<OperationCommand> root) : root_(std::move(root)) {
+    for (const OperationCommand* one : root_->all())
+      if (!one->left_arm().empty()) left_ = one;
+  }
+
+  [[nodiscard]] std::string moved_arm() const override { return left_ != nullptr ? left_->left_arm() : std::string(); }
+  [[nodiscard]] Json left_steps() const override { return left_ != nullptr ? left_->left_steps() : Json(); }
 
   /// Arms go to the natural end of what moves them; where that is not known before they stay.
   void rehearse(Rehearsal& rehearsal, const std::string&, Diagnostics& diagnostics) const override {
+    settle_rehearsal(rehearsal, diagnostics);
     const command::Biases untared;
     Diagnostics notes;
     const BuildContext making{.cell = rehearsal.cell, .biases = untared, .notes = notes};
     const CommandBuilder tree(*root_, making);
     command::Places places = rehearsal.q;
-    const Diagnostics wrong = plan(tree, rehearsal.cell, places);
+    command::TreeEnd end;
+    const Diagnostics wrong = plan(tree, rehearsal.cell, places, end);
     diagnostics.append(notes);
     if (wrong.has_errors()) return diagnostics.append(wrong);
     const auto mapped = command::map(tree.command());
@@ -238,7 +315,7 @@ class CommandStep final : public Step {
     for (const CommandBuilder::Part& part : tree.parts()) {
       const auto mode = part.made.action ? part.made.action->model().mode() : std::nullopt;
       if (!mode) continue;
-      for (const std::string& arm : part.made.actuator->model().devices())
+      for (const std::string& arm : compliant_devices(part.made.actuator->model()))
         rehearse_mode(rehearsal, arm, *mode, part.request->pointer, diagnostics);
     }
     rehearse_net(mapped->net, rehearsal, root_->pointer, diagnostics);
@@ -247,12 +324,14 @@ class CommandStep final : public Step {
     }
     rehearsal.q = std::move(places);
     for (const CommandBuilder::Part& part : tree.parts()) part.request->rehearse(rehearsal, diagnostics);
+    if (left_ != nullptr) rehearsal.open = {left_->left_arm(), left_->pointer};
   }
 
-  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<CommandRun>(*root_); }
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<CommandRun>(*root_, left_); }
 
  private:
   std::unique_ptr<OperationCommand> root_;
+  const OperationCommand* left_ = nullptr;  ///< the motion that asks for a blend into the next step
 };
 
 }  // namespace

@@ -169,7 +169,7 @@ std::optional<ComplianceParameters> read_compliance(ObjectReader& step) {
   return request;
 }
 
-command::ComplianceWish wish_of(const ComplianceParameters& request, int joint_count) {
+command::SpringParameters compliance_of(const ComplianceParameters& request, int joint_count) {
   if (request.of_program) return *request.of_program;
   const Values values(request);
   if (request.mode == ControlMode::kJointImpedance) return joint_wish(values, joint_count);
@@ -194,7 +194,7 @@ void collect_numbers(const nlohmann::ordered_json& constant, std::vector<double>
 }
 
 /// The constants among what a program has given, by the keys of files. What is a formula is not known before.
-std::map<std::string, std::vector<double>, std::less<>> constants_of(const command::ComplianceWish& springs) {
+std::map<std::string, std::vector<double>, std::less<>> constants_of(const command::SpringParameters& springs) {
   std::map<std::string, std::vector<double>, std::less<>> values;
   const auto put = [&values](const char* key, const auto& term) {
     if (term && !term->operand().node) collect_numbers(term->operand().constant, values[key]);
@@ -266,7 +266,8 @@ Diagnostics check_compliance(const ComplianceParameters& request, const command:
       found.error(Code::kConflict, "/compliance/mode",
                   fmt::format("joint stiffness of '{}' and '{}'", arms.front(), name),
                   "arms with as many joints each, or tool stiffness");
-    found.append(in_file(command::check_compliance(wish_of(request, joint_count), arm->description(), name), request));
+    found.append(
+        in_file(command::check_compliance(compliance_of(request, joint_count), arm->description(), name), request));
   }
   return found;
 }

@@ -17,21 +17,21 @@ struct Rehearsal;
 /// program, which may be formulas.
 struct ComplianceParameters {
   ComplianceParameters() = default;
-  ComplianceParameters(const command::ComplianceWish& springs)  // NOLINT: {.compliance = springs}
+  ComplianceParameters(const command::SpringParameters& springs)  // NOLINT: {.compliance = springs}
       : mode(command::mode_of(springs)), of_program(springs) {}
   ComplianceParameters(const command::Stiff& springs)  // NOLINT: likewise
-      : ComplianceParameters(command::ComplianceWish(springs)) {}
+      : ComplianceParameters(command::SpringParameters(springs)) {}
   ComplianceParameters(const command::JointCompliance& springs)  // NOLINT: likewise
-      : ComplianceParameters(command::ComplianceWish(springs)) {}
+      : ComplianceParameters(command::SpringParameters(springs)) {}
   ComplianceParameters(const command::CartesianCompliance& springs)  // NOLINT: likewise
-      : ComplianceParameters(command::ComplianceWish(springs)) {}
+      : ComplianceParameters(command::SpringParameters(springs)) {}
 
   device::ControlMode mode = device::ControlMode::kPosition;
   /// As they stand in the file, by key: one number for all joints or axes, or one for each.
   std::map<std::string, std::vector<double>, std::less<>> values;
   bool in_tool_axes = false;
 
-  std::optional<command::ComplianceWish> of_program = {};  ///< in place of `values` and `in_tool_axes`
+  std::optional<command::SpringParameters> of_program = {};  ///< in place of `values` and `in_tool_axes`
 
   [[nodiscard]] bool operator==(const ComplianceParameters& other) const {
     return mode == other.mode && values == other.values && in_tool_axes == other.in_tool_axes &&
@@ -46,7 +46,7 @@ struct ComplianceParameters {
 [[nodiscard]] std::optional<ComplianceParameters> read_compliance(ObjectReader& step);
 
 /// @param joint_count  of the arm
-[[nodiscard]] command::ComplianceWish wish_of(const ComplianceParameters& request, int joint_count);
+[[nodiscard]] command::SpringParameters compliance_of(const ComplianceParameters& request, int joint_count);
 
 /// Two arms as one exert nothing beside their springs: diagnostics at its keys below the pointer of the step.
 void check_springs_of_two(const ComplianceParameters& request, const std::string& pointer, Diagnostics& diagnostics);

@@ -22,7 +22,7 @@ struct Guiding {
     if (parameters.enabled) wish.enabled = command::state_of(*parameters.enabled, cell, biases);
     if (parameters.until) end.until = command::state_of(*parameters.until, cell, biases);
   }
-  command::FreedriveWish wish;
+  command::GuidanceParameters wish;
   FreedriveEnd end;
 };
 

@@ -2,13 +2,11 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/command_activity.h"
 #include "core/command/actions/device_action.h"
 #include "core/expression/device_sensors.h"
+#include "core/operations/command_step.h"
 #include "core/operations/goal.h"
 #include "core/operations/operation_command.h"
-#include "core/operations/rehearsed_net.h"
-#include "core/operations/scheduled_run.h"
 
 namespace takt::activity {
 namespace {
@@ -76,62 +74,33 @@ void take(const FingerMotion& parameters, const kinematics::JointVector& q, Cont
   context.variables.carried[parameters.gripper] = part;
 }
 
-command::GripCommand grip_command_of(const FingerMotion& parameters, const device::GripperDescription& gripper) {
-  return {.gripper = parameters.gripper,
-          .width = parameters.width.value_or(parameters.opens ? gripper.stroke : 0.0),
-          .speed = parameters.speed.value_or(0.25 * gripper.speed_max),
-          .force = parameters.force.value_or(0.5 * gripper.force_max)};
-}
-
-/// @return false with diagnostics below `pointer`: figures that the gripper does not have.
-bool check_figures(const FingerMotion& parameters, const device::GripperDescription& gripper,
-                   const std::string& pointer, Diagnostics& diagnostics) {
-  const command::GripCommand command = grip_command_of(parameters, gripper);
-  bool right = true;
-  const auto check = [&](const char* key, double value, double low, double high) {
-    if (value >= low && value <= high) return;
-    diagnostics.error(Code::kOutOfRange, pointer + key, fmt::format("{:g} is not for '{}'", value, command.gripper),
-                      fmt::format("{:g} to {:g}", low, high));
-    right = false;
-  };
-  check("/width_m", command.width, 0.0, gripper.stroke);
-  check("/speed_m_s", command.speed, gripper.speed_min, gripper.speed_max);
-  check("/force_N", command.force, gripper.force_min, gripper.force_max);
-  return right;
-}
-
 /// What has come of it: whether that is what was expected, and what the arm carries now.
-Progress note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Context& context,
-                   Diagnostics& diagnostics) {
+void note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Context& context, Diagnostics& diagnostics) {
   const auto& [holding, width, q] = outcome;
   if (!holding || !width) {
-    diagnostics.error(Code::kSensorSilent, {}, fmt::format("'{}' did not answer", parameters.gripper),
-                      "check its power and its wiring");
-    return Progress::kFailed;
+    return diagnostics.error(Code::kSensorSilent, {}, fmt::format("'{}' did not answer", parameters.gripper),
+                             "check its power and its wiring");
   }
   context.event(parameters.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));
   if (parameters.expect == GripParameters::Expect::kPart && !*holding) {
-    diagnostics.error(Code::kConditionNotMet, {},
-                      fmt::format("no part was found; the fingers stand {:.1f} mm apart", 1e3 * *width),
-                      "\"expect\": \"any\", where that is no fault");
-    return Progress::kFailed;
+    return diagnostics.error(Code::kConditionNotMet, {},
+                             fmt::format("no part was found; the fingers stand {:.1f} mm apart", 1e3 * *width),
+                             "\"expect\": \"any\", where that is no fault");
   }
   if (parameters.expect == GripParameters::Expect::kNothing && *holding) {
-    diagnostics.error(Code::kConditionNotMet, {},
-                      fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width),
-                      "\"expect\": \"any\", where that is no fault");
-    return Progress::kFailed;
+    return diagnostics.error(Code::kConditionNotMet, {},
+                             fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width),
+                             "\"expect\": \"any\", where that is no fault");
   }
   leave_former(parameters, q, context, diagnostics);
   if (*holding && !parameters.opens) take(parameters, q, context);
-  return Progress::kDone;
 }
 
 /// The same for a rehearsal, in which every grip finds its part.
 void rehearse_grip(const FingerMotion& parameters, Rehearsal& rehearsal, Diagnostics& diagnostics) {
   const command::MountedGripper& mounted = rehearsal.cell.grippers.find(parameters.gripper)->second;
   const device::GripperDescription& gripper = mounted.device->description();
-  rehearsal.duration += gripper.stroke / grip_command_of(parameters, gripper).speed;
+  rehearsal.duration += gripper.stroke / parameters.speed.value_or(0.25 * gripper.speed_max);
   const kinematics::JointVector& q = rehearsal.q[mounted.arm];
   if (const auto carried = rehearsal.carried.find(parameters.gripper); carried != rehearsal.carried.end()) {
     leave_part(rehearsal.cell, mounted.arm, q, carried->second, diagnostics);
@@ -142,54 +111,6 @@ void rehearse_grip(const FingerMotion& parameters, Rehearsal& rehearsal, Diagnos
                                            .X_TO = part_in_tool(rehearsal.cell, mounted.arm, q, *parameters.part)};
 }
 
-// -- As a step --------------------------------------------------------------------------------------------------------
-
-command::RuntimeCommand gripping(const FingerMotion& parameters, const command::Cell& cell) {
-  const auto& gripper = cell.grippers.find(parameters.gripper)->second.device->description();
-  return command::grip_command(grip_command_of(parameters, gripper), cell);
-}
-
-class GripRun final : public ScheduledRun {
- public:
-  explicit GripRun(const FingerMotion& parameters) : parameters_(parameters) {}
-
- private:
-  [[nodiscard]] ActivityPtr activity(Context&) override {
-    return command_activity(
-        "grip " + parameters_.gripper, {parameters_.gripper},
-        [parameters = parameters_](const PlanningContext& planning) { return gripping(parameters, planning.cell); });
-  }
-
-  Progress finish(Context& context, Diagnostics& diagnostics) override {
-    if (cancelled()) return Progress::kDone;
-    const std::string& arm = context.cell.grippers.find(parameters_.gripper)->second.arm;
-    const GripOutcome outcome{.holding = run()->value<net::Boolean>(command::observed::kHolding),
-                              .width = run()->value<net::Real>(command::observed::kWidth),
-                              .q = context.cell.arms.find(arm)->second.device->set_point().q};
-    return note_grip(parameters_, outcome, context, diagnostics);
-  }
-
-  const FingerMotion& parameters_;
-};
-
-class GripStep final : public Step {
- public:
-  explicit GripStep(FingerMotion parameters) : parameters_(std::move(parameters)) {}
-
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
-    const auto& gripper = rehearsal.cell.grippers.find(parameters_.gripper)->second.device->description();
-    if (!check_figures(parameters_, gripper, pointer, diagnostics)) return;
-    rehearse_command(gripping(parameters_, rehearsal.cell), "grip " + parameters_.gripper, rehearsal, pointer,
-                     diagnostics);
-    rehearse_grip(parameters_, rehearsal, diagnostics);
-  }
-
-  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<GripRun>(parameters_); }
-
- private:
-  FingerMotion parameters_;
-};
-
 // -- As a command -----------------------------------------------------------------------------------------------------
 
 class GripperCommand final : public OperationCommand {
@@ -197,44 +118,51 @@ class GripperCommand final : public OperationCommand {
   explicit GripperCommand(FingerMotion parameters) : parameters_(std::move(parameters)) {}
 
   [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
-    const command::MountedGripper& mounted = making.cell.grippers.find(parameters_.gripper)->second;
-    const command::GripCommand figures = grip_command_of(parameters_, mounted.device->description());
-    const command::GripWish wish{.width = figures.width, .speed = figures.speed, .force = figures.force};
-    const command::Actuator actuator = command::gripper(making.cell, parameters_.gripper);
-    const command::Action action = parameters_.opens ? command::release(wish) : command::grip(wish);
-    command::RuntimeCommand gripped(name, actuator, action);
+    const command::FingerParameters fingers{
+        .width = parameters_.width, .speed = parameters_.speed, .force = parameters_.force};
+    MadeCommand made = on_actuator(command::gripper(making.cell, parameters_.gripper),
+                                   parameters_.opens ? command::release(fingers) : command::grip(fingers));
+    made.places = {{"/width", "/width_m"}, {"/speed", "/speed_m_s"}, {"/force", "/force_N"}};
+    command::Command& gripped = made.command;
+    if (is_alone()) {
+      // Nothing comes after it: what it shows when it has ended is what counts.
+      gripped.observe(key + " holding", BooleanSensor(made.action->state("holding").node()));
+      gripped.observe(key + " width", made.action->value("width"));
+      return made;
+    }
     // Later commands may move on before anybody looks.
     const command::State stands = gripped.completed() && !gripped.cancelled();
     gripped.observe(key + " stands", BooleanSensor(stands.node()));
     gripped.capture(key + " holding",
                     BooleanSensor(command::gripper_state(making.cell, parameters_.gripper, "holding").node()), stands);
     gripped.capture(key + " width", command::gripper_width(making.cell, parameters_.gripper), stands);
-    gripped.capture(key + " q", command::commanded_joints(making.cell, mounted.arm), stands);
-    return {.command = gripped, .action = action, .actuator = actuator};
+    gripped.capture(key + " q", command::commanded_joints(making.cell, arm(making.cell)), stands);
+    return made;
   }
 
-  void check(const command::Cell& cell, Diagnostics& diagnostics) const override {
-    (void)check_figures(parameters_, cell.grippers.find(parameters_.gripper)->second.device->description(), pointer,
-                        diagnostics);
-  }
+  [[nodiscard]] bool is_called_by_type() const override { return true; }
   void rehearse(Rehearsal& rehearsal, Diagnostics& diagnostics) const override {
     rehearse_grip(parameters_, rehearsal, diagnostics);
   }
 
-  void finish(const ActivityRun& ended, const std::string& key, bool, Context& context,
+  void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
               Diagnostics& diagnostics) const override {
-    if (!ended.was_true(key + " stands")) return;
-    const auto q = ended.value<net::JointArray>(key + " q");
+    if (is_alone() ? cancelled : !ended.was_true(key + " stands")) return;
     GripOutcome outcome{.holding = ended.value<net::Boolean>(key + " holding"),
                         .width = ended.value<net::Real>(key + " width"),
                         .q = {}};
-    if (q) outcome.q = q->map();
+    if (is_alone()) outcome.q = context.cell.arms.find(arm(context.cell))->second.device->set_point().q;
+    if (const auto q = ended.value<net::JointArray>(key + " q")) outcome.q = q->map();
     Diagnostics own;
-    (void)note_grip(parameters_, outcome, context, own);
+    note_grip(parameters_, outcome, context, own);
     diagnostics.append(own, pointer);
   }
 
  private:
+  [[nodiscard]] const std::string& arm(const command::Cell& cell) const {
+    return cell.grippers.find(parameters_.gripper)->second.arm;
+  }
+
   FingerMotion parameters_;
 };
 
@@ -260,16 +188,6 @@ FingerMotion opening(const ReleaseParameters& parameters) {
            .name = parameters.name,
            .pointer = parameters.pointer},
           true};
-}
-
-template <auto table, auto motion>
-std::unique_ptr<Step> read_grip_step(const OperationSource& source) {
-  return std::make_unique<GripStep>(motion(read_parameters<table>(source)));
-}
-
-template <auto table, auto motion>
-std::unique_ptr<OperationCommand> read_grip_command(const OperationSource& source) {
-  return std::make_unique<GripperCommand>(motion(read_parameters<table>(source)));
 }
 
 }  // namespace
@@ -304,16 +222,16 @@ Operation grip_operation() {
   return {.name = "grip",
           .doc = "Closes a gripper until a part stops its fingers.",
           .parameters = rows_of<grip_parameters>,
-          .read_step = read_grip_step<grip_parameters, closing>,
-          .read_command = read_grip_command<grip_parameters, closing>};
+          .read_step = step_of_command,
+          .read_command = make_command<grip_parameters, close_command>};
 }
 
 Operation release_operation() {
   return {.name = "release",
           .doc = "Opens a gripper.",
           .parameters = rows_of<release_parameters>,
-          .read_step = read_grip_step<release_parameters, opening>,
-          .read_command = read_grip_command<release_parameters, opening>};
+          .read_step = step_of_command,
+          .read_command = make_command<release_parameters, open_command>};
 }
 
 }  // namespace takt::activity

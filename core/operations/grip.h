@@ -27,7 +27,6 @@ struct ReleaseParameters {
 [[nodiscard]] const ParameterTable<GripParameters>& grip_parameters();
 [[nodiscard]] const ParameterTable<ReleaseParameters>& release_parameters();
 
-/// The fingers alone: what has to be between them, and what the arm carries then, is up to the program.
 [[nodiscard]] std::unique_ptr<OperationCommand> close_command(const GripParameters& parameters);
 [[nodiscard]] std::unique_ptr<OperationCommand> open_command(const ReleaseParameters& parameters);
 [[nodiscard]] Operation grip_operation();

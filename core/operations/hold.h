@@ -13,6 +13,7 @@ struct HoldParameters {
   std::string arm = {};                ///< empty: the only one
   std::optional<double> seconds = {};  ///< s; nothing: until it is cancelled
   std::optional<command::StateSource> until = {};
+  std::optional<command::StateSource> abort_if = {};    ///< must not hold: it comes to rest and fails
   std::optional<ComplianceParameters> compliance = {};  ///< nothing: as the arm is
   std::string name = {}, pointer = {};                  ///< for people; in its file
 };

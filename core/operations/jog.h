@@ -18,6 +18,7 @@ struct JogParameters {
   double linear_max = 0.1, angular_max = 0.5;                ///< of the tool, m/s and rad/s
   std::optional<double> seconds = {};                        ///< s; nothing: until it is cancelled
   std::optional<command::StateSource> until = {};
+  std::optional<command::StateSource> abort_if = {};    ///< must not hold: it comes to rest and fails
   std::optional<ComplianceParameters> compliance = {};  ///< nothing: as the arm is
   std::string name = {}, pointer = {};                  ///< for people; in its file
 };

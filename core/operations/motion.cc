@@ -12,7 +12,6 @@
 #include "core/motion/blend_limits.h"
 #include "core/operations/command_step.h"
 #include "core/operations/motion_command.h"
-#include "core/operations/motion_on_base.h"
 #include "core/operations/motion_step.h"
 
 namespace takt::activity {
@@ -127,6 +126,29 @@ void add_through(Table& table) {
   info.fields = goal_fields();
   info.required = true;
   table.object(std::move(info), read_through);
+}
+
+void add_base_goal(Table& table) {
+  ParameterInfo info = row("base_to", Type::kObject, "goal", "Where the base that carries the arm drives meanwhile.");
+  info.fields = goal_fields();
+  table.object(std::move(info), [](const ParameterInfo& row, const ReadContext& from, MotionTask& request) {
+    if (from.reader.has(row.key)) request.base_goal = read_goal(from.reader, nullptr, row.key);
+  });
+}
+
+/// Two devices on one clock.
+void check_base_goal(MotionTask& request, const ReadContext& from) {
+  if (!request.base_goal) return;
+  const bool distance = request.blend.way.kind == motion::Blend::Kind::kDistance;
+  const std::pair<const char*, bool> cannot[] = {{distance ? "blend_m" : "blend_fraction", request.blends()},
+                                                 {"follower", !request.follower.empty()},
+                                                 {"weave", request.weave.has_value()},
+                                                 {"force_offset", request.force_offset.has_value()}};
+  for (const auto& [key, given] : cannot) {
+    if (given)
+      from.reader.diagnostics().error(Code::kConflict, from.reader.at(key),
+                                      fmt::format("a motion with a base has no '{}'", key), "two motions");
+  }
 }
 
 // -- How it goes ---------------------------------------------------------------------------------------------------
@@ -254,12 +276,7 @@ Table make_table(PathKind kind) {
   } else {
     add_goal(table, "to", "Goal of the motion.", [](MotionTask& request) -> Goal& { return request.goal; });
   }
-  if (kind == PathKind::kLin) {
-    // Read before these parameters are: such a motion is one of two devices (carried_command.cc).
-    ParameterInfo base = row("base_to", Type::kObject, "goal", "Where the base that carries the arm drives meanwhile.");
-    base.fields = goal_fields();
-    table.object(std::move(base), [](const ParameterInfo&, const ReadContext&, MotionTask&) {});
-  }
+  if (kind == PathKind::kLin) add_base_goal(table);
   table.number("speed", "", &MotionTask::velocity, share, "Share of the velocity limits.")
       .number("acceleration", "", &MotionTask::acceleration, share, "Share of the acceleration and jerk limits.");
   if (kind != PathKind::kPtp)
@@ -288,7 +305,8 @@ Table make_table(PathKind kind) {
       .rule(check_follower)
       .rule(check_overlay)
       .rule(check_ends)
-      .rule(check_blend);
+      .rule(check_blend)
+      .rule(check_base_goal);
   return table;
 }
 
@@ -328,7 +346,6 @@ std::unique_ptr<Step> read_motion_step(const OperationSource& source) {
 
 template <PathKind kind>
 std::unique_ptr<OperationCommand> read_motion_command(const OperationSource& source) {
-  if (kind == PathKind::kLin && source.json.contains("base_to")) return read_motion_on_base(source);
   return motion_command(read_motion(kind, source), source);
 }
 

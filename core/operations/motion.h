@@ -58,6 +58,7 @@ struct MotionTask : MotionParameters {
   std::optional<About> about = {};
   motion::ArcOrientation orientation = motion::ArcOrientation::kToGoal;
   std::vector<Goal> through = {};
+  std::optional<Goal> base_goal = {};   ///< LIN: where the base that carries the arm drives meanwhile
   std::string name = {}, pointer = {};  ///< for people; in its file
 };
 

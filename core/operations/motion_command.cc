@@ -6,12 +6,16 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/motion_activity.h"
 #include "core/activity/pair_motion.h"
 #include "core/base/object_reader.h"
+#include "core/command/actions/carried_motion.h"
 #include "core/command/actions/motion_action.h"
 #include "core/expression/condition_state.h"
 #include "core/expression/device_sensors.h"
+#include "core/expression/frame_sensors.h"
 #include "core/expression/moving_frames.h"
+#include "core/operations/motion_on_base.h"
 #include "core/operations/motion_plan.h"
 #include "core/operations/overlay.h"
 #include "core/operations/touch.h"
@@ -37,28 +41,29 @@ const char* name_of(PathKind kind) {
   }
 }
 
+/// How its motions are carried out; none of them says it for itself.
+struct WithCompliance {
+  std::optional<ComplianceParameters> compliance;
+};
+
 /// One motion, or several that are blended into one.
 class MotionCommand final : public OperationCommand {
  public:
+  explicit MotionCommand(const std::optional<ComplianceParameters>& compliance)
+      : OperationCommand(WithCompliance{compliance}) {}
+
   std::vector<MotionTask> requests;
   std::vector<std::string> places;  ///< of each motion, below the pointer of this
-  std::optional<ComplianceParameters> compliance;
+  Json steps = Json::array();       ///< each motion as the file has it
 
+  using OperationCommand::compliance;
   [[nodiscard]] const std::string& arm() const { return requests.front().arm; }
   [[nodiscard]] const std::string& follower() const { return requests.front().follower; }
 
   [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
-    const bool alone = follower().empty();
-    const command::Actuator actuator =
-        alone ? command::arm(making.cell, arm()) : command::arm_pair(making.cell, arm(), follower());
-    command::Action action = with_overlay(making, alone ? motion(making) : pair_motion(making));
-    if (compliance) {
-      const auto& chain = *making.cell.arms.find(arm())->second.device->description().chain;
-      action = with_compliance(action, wish_of(*compliance, chain.joint_count()));
-    }
-    command::RuntimeCommand moved(name, actuator, action);
-    MadeCommand made{.command = moved, .action = action, .actuator = actuator};
-    if (compliance) made.places = places_of(*compliance);
+    MadeCommand made = on_actuator(actuator(making.cell), with_overlay(making, motion(making)));
+    const command::Action& action = *made.action;
+    command::Command& moved = made.command;
     for (std::size_t i = 0; i < requests.size(); ++i) {
       const std::string theirs = requests.size() == 1 ? "" : pointer_segment(i);
       made.places.emplace_back(theirs + "/ramp", places[i] + "/weave/ramp_s");
@@ -72,21 +77,26 @@ class MotionCommand final : public OperationCommand {
       moved.capture(key + " no force", command::tool_pose(making.cell, arm()), silent);
       made.handler_places.push_back(offset_place() + "/sensor");
     }
-    add_abort(making, key, action, moved, made);
+    add_aborts(making, key, action, made);
     const auto& condition = requests.back().until;
     if (!condition) return made;
+    const command::FrameSensor touch = tool_in_room(making.cell);
     State until = command::state_of(*condition, making.cell, making.biases);
     if (requests.size() > 1) until = until && action.via_passed(static_cast<int>(requests.size()) - 2);
     moved.on_entered(until, cancel(moved));
     made.handler_places.push_back(places.back() + "/until");
-    moved.capture(key + " touch", command::tool_pose(making.cell, arm()), until);
-    moved.capture(key + " silent", command::tool_pose(making.cell, arm()),
-                  is_null(command::BooleanSensor(until.node())));
+    moved.capture(key + " touch", touch, until);
+    moved.capture(key + " silent", touch, is_null(command::BooleanSensor(until.node())));
     return made;
   }
 
+  [[nodiscard]] std::string left_arm() const override {
+    return requests.back().blends() && !carried() ? moved_by(requests.front()) : std::string();
+  }
+  [[nodiscard]] Json left_steps() const override { return steps; }
+
   void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
-    if (!follower().empty()) rehearsal.touched[follower()] = false;
+    for (const std::string& device : actuator(rehearsal.cell).model().devices()) rehearsal.touched[device] = false;
     rehearsal.touched[arm()] = requests.back().until.has_value();
   }
 
@@ -100,10 +110,11 @@ class MotionCommand final : public OperationCommand {
     tell_broken(ended, key, diagnostics);
     const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
     if (!completed && !was_cancelled) return;  // it was never started
-    for (const std::string& moved : {arm(), follower()}) context.variables.touches.erase(moved);
+    for (const std::string& device : actuator(context.cell).model().devices()) context.variables.touches.erase(device);
     if (!requests.back().until) return;
-    if (const auto X_BT = ended.value<net::Frame>(key + " touch"))
-      return diagnostics.append(note_touch(context, arm(), *X_BT), pointer);
+    if (const auto X = ended.value<net::Frame>(key + " touch"))
+      return diagnostics.append(carried() ? note_touch_in_room(context, arm(), *X) : note_touch(context, arm(), *X),
+                                pointer);
     const std::string place = pointer + places.back() + "/until";
     if (ended.value<net::Frame>(key + " silent")) {
       diagnostics.error(Code::kSensorSilent, place,
@@ -120,17 +131,18 @@ class MotionCommand final : public OperationCommand {
     return fmt::format("{} unless {}", key, part);
   }
   /// What must not hold cancels it, each while its motion is being done.
-  void add_abort(const BuildContext& making, const std::string& key, const command::Action& action,
-                 command::RuntimeCommand& moved, MadeCommand& made) const {
+  void add_aborts(const BuildContext& making, const std::string& key, const command::Action& action,
+                  MadeCommand& made) const {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       if (!requests[i].abort_if) continue;
       State holds = command::state_of(*requests[i].abort_if, making.cell, making.biases);
       if (i > 0) holds = holds && action.via_passed(static_cast<int>(i) - 1);
       if (i + 1 < requests.size()) holds = holds && !action.via_passed(static_cast<int>(i));
-      moved.on_entered(holds, cancel(moved));
+      made.command.on_entered(holds, cancel(made.command));
       made.handler_places.push_back(places[i] + "/abort_if");
-      moved.capture(abort_name(key, i), action.progress(), holds);
-      moved.capture(abort_name(key, i) + " silent", action.progress(), is_null(command::BooleanSensor(holds.node())));
+      made.command.capture(abort_name(key, i), action.progress(), holds);
+      made.command.capture(abort_name(key, i) + " silent", action.progress(),
+                           is_null(command::BooleanSensor(holds.node())));
     }
   }
   void tell_broken(const ActivityRun& ended, const std::string& key, Diagnostics& diagnostics) const {
@@ -146,19 +158,52 @@ class MotionCommand final : public OperationCommand {
       }
     }
   }
-  /// Planned when everything before it is, with machines where they are then.
+  /// The arm is on a base that drives with it.
+  [[nodiscard]] bool carried() const { return requests.front().base_goal.has_value(); }
+  [[nodiscard]] command::Actuator actuator(const command::Cell& cell) const {
+    if (carried()) return command::arm_on_base(cell, arm());
+    return follower().empty() ? command::arm(cell, arm()) : command::arm_pair(cell, arm(), follower());
+  }
+  /// Where the tool is, in the arm's base; of an arm whose base drives, in the world.
+  [[nodiscard]] command::FrameSensor tool_in_room(const command::Cell& cell) const {
+    const command::FrameSensor X_BT = command::tool_pose(cell, arm());
+    return carried() ? command::pose_between(cell, arm(), std::string(world::FrameGraph::kWorld)) * X_BT : X_BT;
+  }
   [[nodiscard]] command::Action motion(const BuildContext& making) const {
+    if (carried()) return motion_on_base(making);
+    return follower().empty() ? motion_alone(making) : pair_motion(making);
+  }
+  [[nodiscard]] command::Action motion_on_base(const BuildContext& making) const {
+    return command::planned_by(kind(), command::SetPointKind::kPair,
+                               [this, &cell = making.cell](const command::Places& q_start) {
+                                 return plan_on_base(requests.front(), cell, q_start);
+                               });
+  }
+  /// Planned when everything before it is, with machines where they are then.
+  [[nodiscard]] command::Action motion_alone(const BuildContext& making) const {
     return command::planned_by(kind(), command::SetPointKind::kPath, [this, making](const command::Places& q_start) {
       const command::Cell cell = cell_at(making.cell, q_start);
       auto plan = plan_motions(requests, cell, q_start.at(arm()));
       if (!plan) return Planned(placed(plan.error()));
       making.notes.append(plan->notes);
-      return Planned({.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
-                      .X_FM = cell.arms.find(arm())->second.X_FT,
-                      .handed_over = std::move(plan->handed_over),
-                      .clock = command::override_of(cell),
-                      .name = kind()});
+      command::PlannedMotion motion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
+                                    .X_FM = cell.arms.find(arm())->second.X_FT,
+                                    .handed_over = std::move(plan->handed_over),
+                                    .clock = command::override_of(cell),
+                                    .name = kind()};
+      leave_in_motion(making, motion);
+      return Planned(std::move(motion));
     });
+  }
+  /// The motion after the transaction may go on with it.
+  void leave_in_motion(const BuildContext& making, command::PlannedMotion& motion) const {
+    const MotionTask& last = requests.back();
+    if (left_arm().empty() || !making.cell.channels.contains(path_time_channel(arm()))) return;
+    motion.tells = {.time = path_time_channel(arm()), .rate = path_rate_channel(arm())};
+    motion.leaving = {.blend = last.blend.way};
+    if (last.abort_if) motion.leaving->abort_if = command::state_of(*last.abort_if, making.cell, making.biases);
+    motion.leaving->abort_handlers =
+        static_cast<int>(std::ranges::count_if(requests, [](const auto& one) { return one.abort_if.has_value(); }));
   }
   /// Of two arms as one, which hold what they move as they stand where it begins.
   [[nodiscard]] command::Action pair_motion(const BuildContext& making) const {
@@ -215,21 +260,17 @@ void check_movers(const MotionCommand& command, const std::string& pointer, Diag
                         "the same 'follower' at all of them");
     }
   }
-  if (command.compliance && !first.follower.empty()) check_springs_of_two(*command.compliance, pointer, diagnostics);
+  if (command.compliance() && !first.follower.empty())
+    check_springs_of_two(*command.compliance(), pointer, diagnostics);
 }
 
 }  // namespace
 
 std::unique_ptr<OperationCommand> motion_command(MotionTask motion, const OperationSource& source) {
-  auto command = std::make_unique<MotionCommand>();
-  command->compliance = motion.compliance;
+  auto command = std::make_unique<MotionCommand>(motion.compliance);
   command->requests.push_back(std::move(motion));
   command->places.emplace_back();
-  if (command->requests.back().blends()) {
-    source.diagnostics.error(Code::kConflict,
-                             source.pointer + (source.json.contains("blend_m") ? "/blend_m" : "/blend_fraction"),
-                             "a command of its own has nothing to blend into", "\"do\": \"motions\" with several");
-  }
+  command->steps.push_back(source.json);
   return command;
 }
 
@@ -249,11 +290,10 @@ std::unique_ptr<OperationCommand> read_motions(const OperationSource& source) {
   const auto& [json, pointer, cell, diagnostics] = source;
   static constexpr std::pair<const char*, PathKind> kKinds[] = {
       {"ptp", PathKind::kPtp}, {"lin", PathKind::kLin}, {"circ", PathKind::kCirc}, {"spline", PathKind::kSpline}};
-  auto command = std::make_unique<MotionCommand>();
   ObjectReader reader(json, pointer, diagnostics);
   (void)reader.text("do");
   (void)read_name(reader, "");
-  command->compliance = read_compliance(reader);
+  auto command = std::make_unique<MotionCommand>(read_compliance(reader));
   const Json* steps = reader.array("steps");
   for (std::size_t i = 0; steps != nullptr && i < steps->size(); ++i) {
     const Json& step = (*steps)[i];
@@ -267,10 +307,10 @@ std::unique_ptr<OperationCommand> read_motions(const OperationSource& source) {
     }
     Json alone = step;
     if (alone.erase("base_to") > 0)
-      diagnostics.error(Code::kConflict, pointer + place + "/base_to", "a motion with a base is not blended",
-                        "a 'lin' of its own");
+      diagnostics.error(Code::kConflict, at + "/base_to", "a motion with a base is not blended", "a 'lin' of its own");
     command->requests.push_back(read_motion(kind->second, {alone, at, cell, diagnostics}));
     command->places.push_back(place);
+    command->steps.push_back(step);
   }
   reader.finish();
   if (command->requests.empty()) {
@@ -293,11 +333,9 @@ std::unique_ptr<OperationCommand> read_motions(const OperationSource& source) {
     if (!last && request.until)
       diagnostics.error(Code::kConflict, pointer + command->places[i] + "/until",
                         "only the last of them may be guarded", "on the last");
-    if (last == blends && steps != nullptr && !steps->empty())
-      diagnostics.error(
-          Code::kConflict, pointer + command->places[i],
-          last ? "the last motion has nothing to blend into" : "a motion that is not blended into the next",
-          "'blend_m' or 'blend_fraction' on all but the last");
+    if (!last && !blends && steps != nullptr && !steps->empty())
+      diagnostics.error(Code::kConflict, pointer + command->places[i], "a motion that is not blended into the next",
+                        "'blend_m' or 'blend_fraction' on all but the last");
   }
   return command;
 }

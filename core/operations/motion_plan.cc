@@ -217,7 +217,7 @@ Result<JointVector> goal_joints(const Goal& goal, const command::Cell& cell, con
   return nearest_configuration(arm, std::get<Eigen::Isometry3d>(*resolved), q, notes);
 }
 
-Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionTask>& requests) {
+Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionTask>& requests, bool named) {
   Diagnostics result;
   for (std::size_t i = 0; i < requests.size(); ++i) {
     Diagnostics own;
@@ -226,7 +226,6 @@ Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionT
       const bool mine = diagnostic.pointer == prefix || diagnostic.pointer.starts_with(prefix + "/");
       if (!mine && (i != 0 || diagnostic.pointer.starts_with("/start") == false)) continue;
       if (mine) diagnostic.pointer.erase(0, prefix.size());
-      const bool named = diagnostic.message.contains(fmt::format("'{}'", requests[i].name));
       if (i > 0 && !named)
         diagnostic.message = fmt::format("in '{}', which is blended into: {}", requests[i].name, diagnostic.message);
       own.add(std::move(diagnostic));

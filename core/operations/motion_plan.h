@@ -29,7 +29,9 @@ namespace takt::activity {
 [[nodiscard]] Diagnostics check_offsets(const std::vector<MotionTask>& requests);
 /// Diagnostics of motions by number, "/1/ramp", as a program has them: below the step of the first; those of a later
 /// one are named in the text.
-[[nodiscard]] Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionTask>& requests);
+/// @param named  they name their motions themselves
+[[nodiscard]] Diagnostics of_motions(const Diagnostics& diagnostics, const std::vector<MotionTask>& requests,
+                                     bool named = false);
 /// Notes of a planner, "/1/blend", at the key of that motion in the file. One without a number is of the first motion,
 /// one with a number that no motion has of the last.
 [[nodiscard]] Diagnostics notes_of_motions(const Diagnostics& notes, const std::vector<MotionTask>& requests);

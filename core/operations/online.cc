@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "core/expression/device_sensors.h"
-#include "core/kinematics/chain.h"
 
 namespace takt::activity {
 
@@ -27,15 +26,8 @@ void check_channel(const std::string& name, net::ValueType type, const ReadConte
 }
 
 MadeCommand OnlineCommand::make(const BuildContext& context, const std::string&) const {
-  const command::Actuator actuator = command::arm(context.cell, end_.arm);
-  command::Action action = action_of(context);
-  if (end_.compliance) {
-    const auto& chain = *context.cell.arms.find(end_.arm)->second.device->description().chain;
-    action = with_compliance(action, wish_of(*end_.compliance, chain.joint_count()));
-  }
-  command::RuntimeCommand moved(name, actuator, action);
-  MadeCommand made{.command = moved, .action = action, .actuator = actuator};
-  if (end_.compliance) made.places = places_of(*end_.compliance);
+  MadeCommand made = on_actuator(command::arm(context.cell, end_.arm), action_of(context));
+  command::Command& moved = made.command;
   if (end_.seconds) {
     moved.on_entered(moved.started(), cancel(moved), {.delay = *end_.seconds});
     made.handler_places.emplace_back("/seconds");

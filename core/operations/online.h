@@ -16,12 +16,11 @@
 /// condition or a cancel. Realtime: setup.
 namespace takt::activity {
 
-/// What ends them, and how the arm yields meanwhile.
+/// What ends them in order.
 struct OnlineEnd {
   std::string arm;
   std::optional<double> seconds;  ///< s; nothing: until it is cancelled
   std::optional<command::StateSource> until;
-  std::optional<ComplianceParameters> compliance;  ///< nothing: as the arm is
 };
 
 /// @param P  has the members of an OnlineEnd
@@ -30,8 +29,8 @@ ParameterTable<P> online_parameters() {
   ParameterTable<P> table;
   table.name("arm", NameOf::kArm, &P::arm, "Arm that moves.")
       .number("seconds", "s", &P::seconds, {.low = 0.0, .high = 3600.0}, "Ends after this time.")
-      .condition("until", &P::until, "Ends when this becomes true.")
-      .compliance(&P::compliance);
+      .condition("until", &P::until, "Ends when this becomes true.");
+  add_common_parameters(table);
   return table;
 }
 template <class P>
@@ -44,7 +43,7 @@ void add_tool_limits(ParameterTable<P>& table) {
 }
 /// The limits of the tool and the operator's override.
 template <class P>
-command::FollowWish tool_limits(const P& p, const command::Cell& cell) {
+command::TrackingParameters tool_limits(const P& p, const command::Cell& cell) {
   return {.linear_max = p.linear_max, .angular_max = p.angular_max, .speed = command::override_of(cell).speed};
 }
 
@@ -60,7 +59,7 @@ class OnlineCommand : public OperationCommand {
 
  protected:
   template <class P>
-  explicit OnlineCommand(const P& p) : end_{p.arm, p.seconds, p.until, p.compliance} {}
+  explicit OnlineCommand(const P& p) : OperationCommand(p), end_{p.arm, p.seconds, p.until} {}
   [[nodiscard]] virtual command::Action action_of(const BuildContext& context) const = 0;
 
  private:

@@ -60,6 +60,7 @@ const Json* element(const Json& json, std::string_view segment) {
 std::optional<FileUnit> unit_in_handler(std::string_view pointer) {
   const std::string_view key = pointer.substr(pointer.rfind('/') + 1);
   if (key == "after_s" || key == "held_for_s") return file_unit("s");
+  if (key == "rate_Hz") return file_unit("Hz");
   return command::unit_in_condition(pointer);
 }
 

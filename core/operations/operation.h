@@ -89,6 +89,12 @@ std::unique_ptr<OperationCommand> read_command(const OperationSource& source) {
   return std::make_unique<OwnCommand>(read_parameters<table>(source));
 }
 
+/// The same, made by the function that programs in C++ use.
+template <auto table, auto make>
+std::unique_ptr<OperationCommand> make_command(const OperationSource& source) {
+  return make(read_parameters<table>(source));
+}
+
 // -- Plug-ins --------------------------------------------------------------------------------------------------------
 
 /// An operation of a plug-in, waiting for the loader.

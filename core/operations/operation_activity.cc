@@ -5,32 +5,43 @@
 namespace takt::activity {
 namespace {
 
-/// It refers to nothing but the cell, so it may be carried out as often as the program likes.
+/// It refers to nothing but the cell and what the program has measured, so it may be carried out as often as the
+/// program likes.
 class OperationActivity final : public ActivityModel {
  public:
   OperationActivity(std::string name, std::shared_ptr<const OperationCommand> command, std::string actuator,
-                    command::Biases biases, ArmAfter arms)
-      : ActivityModel(std::move(name)), command_(std::move(command)), biases_(std::move(biases)) {
-    const auto make = [this](const PlanningContext& planning) {
-      Diagnostics notes;  // planners of motions have some; these operations have none
-      const CommandBuilder tree(*command_, {.cell = planning.cell, .biases = biases_, .notes = notes});
-      return tree.command();
-    };
-    inner_ = command_activity(this->name(), {std::move(actuator)}, make, arms);
-  }
+                    Context& context, ArmAfter arms)
+      : ActivityModel(std::move(name)),
+        command_(std::move(command)),
+        actuator_(std::move(actuator)),
+        context_(context),
+        biases_(context.variables.biases),
+        arms_(arms) {}
 
-  [[nodiscard]] std::vector<std::string> actuators() const override { return inner_->actuators(); }
+  [[nodiscard]] std::vector<std::string> actuators() const override { return {actuator_}; }
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     Diagnostics wrong;
     command_->check(planning.cell, wrong);
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
-    return inner_->prepare(planning);
+    Diagnostics notes;  // planners of motions have some; these operations have none
+    const CommandBuilder tree(*command_, {.cell = planning.cell, .biases = biases_, .notes = notes});
+    const auto made = [&tree](const PlanningContext&) { return tree.command(); };
+    auto prepared = command_activity(name(), actuators(), made, arms_)->prepare(planning);
+    if (!prepared) return std::unexpected(tree.in_file(prepared.error()));
+    prepared->verdict = [command = command_, key = tree.parts().front().key, &context = context_](const auto& run) {
+      Diagnostics found;
+      command->report(run, key, /*cancelled=*/false, context, found);
+      return found;
+    };
+    return prepared;
   }
 
  private:
   std::shared_ptr<const OperationCommand> command_;
+  std::string actuator_;
+  Context& context_;  ///< of the program's thread; who plans may be another one
   command::Biases biases_;
-  ActivityPtr inner_;
+  ArmAfter arms_;
 };
 
 class RefusedActivity final : public ActivityModel {
@@ -49,9 +60,9 @@ class RefusedActivity final : public ActivityModel {
 }  // namespace
 
 ActivityPtr operation_activity(std::string name, std::unique_ptr<const OperationCommand> command, std::string actuator,
-                               command::Biases biases, ArmAfter arms) {
-  return std::make_shared<const OperationActivity>(std::move(name), std::move(command), std::move(actuator),
-                                                   std::move(biases), arms);
+                               Context& context, ArmAfter arms) {
+  return std::make_shared<const OperationActivity>(std::move(name), std::move(command), std::move(actuator), context,
+                                                   arms);
 }
 
 ActivityPtr refused_activity(std::string name, std::string actuator, Diagnostics why) {

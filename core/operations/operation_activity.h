@@ -10,9 +10,11 @@
 /// Operations as activities of programs in C++. Realtime: setup.
 namespace takt::activity {
 
-/// An operation that is a command, made anew each time it is carried out. @param biases  of force/torque sensors
+/// An operation that is a command, made anew each time it is carried out. What its step of a file would do at the end
+/// it does too: what was expected and did not happen makes the run fail (RunFailure::kAborted).
+/// @param context  of the program; it must outlive the activity
 [[nodiscard]] ActivityPtr operation_activity(std::string name, std::unique_ptr<const OperationCommand> command,
-                                             std::string actuator, command::Biases biases,
+                                             std::string actuator, Context& context,
                                              ArmAfter arms = ArmAfter::kUnknown);
 
 /// One whose parameters were refused: it is never carried out.
@@ -22,14 +24,13 @@ namespace takt::activity {
 template <class P>
 ActivityPtr operation_activity(std::string_view type, const ParameterTable<P>& table, const P& parameters,
                                std::unique_ptr<OperationCommand> (*make)(const P&), const std::string& actuator,
-                               const command::Cell& cell, const command::Biases& biases,
-                               ArmAfter arms = ArmAfter::kUnknown) {
+                               Context& context, ArmAfter arms = ArmAfter::kUnknown) {
   const std::string name = parameters.name.empty() ? std::string(type) + " " + actuator : parameters.name;
-  auto accepted = table.accept(parameters, cell);
+  auto accepted = table.accept(parameters, context.cell);
   if (!accepted) return refused_activity(name, actuator, std::move(accepted.error()));
   std::unique_ptr<OperationCommand> command = make(*accepted);
   command->name = type;
-  return operation_activity(name, std::move(command), actuator, biases, arms);
+  return operation_activity(name, std::move(command), actuator, context, arms);
 }
 
 /// What Actuator::perform() needs to know of an operation: its header has a function form_of(const Parameters&).

@@ -7,6 +7,7 @@
 
 #include "core/base/object_reader.h"
 #include "core/base/read_parts.h"
+#include "core/kinematics/chain.h"
 
 namespace takt::activity {
 namespace {
@@ -107,6 +108,34 @@ std::unique_ptr<OperationCommand> read_any_command(const OperationSource& source
   command->name = type;
   if (json.contains("on")) command->handlers = read_handlers(json.at("on"), pointer + "/on", cell, diagnostics);
   return command;
+}
+
+nlohmann::ordered_json OperationCommand::left_steps() const { return Json::array(); }
+
+MadeCommand OperationCommand::made(const BuildContext& making, const std::string& key) const {
+  MadeCommand made = make(making, key);
+  if (!abort_if_) return made;
+  add_abort(made.command, command::state_of(*abort_if_, making.cell, making.biases), key);
+  made.handler_places.emplace_back("/abort_if");
+  return made;
+}
+
+MadeCommand OperationCommand::on_actuator(const command::Actuator& actuator, const command::Action& action) const {
+  if (!compliance_)
+    return {.command = command::RuntimeCommand(name, actuator, action), .action = action, .actuator = actuator};
+  const auto arms = actuator.model().compliant_arms();
+  const int joints = arms.empty() ? 0 : arms.front()->device->description().chain->joint_count();
+  const command::Action compliant = with_compliance(action, compliance_of(*compliance_, joints));
+  return {.command = command::RuntimeCommand(name, actuator, compliant),
+          .action = compliant,
+          .actuator = actuator,
+          .places = places_of(*compliance_)};
+}
+
+void OperationCommand::report(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
+                              Diagnostics& diagnostics) const {
+  diagnostics.append(abort_diagnostics(ended, key), pointer);
+  finish(ended, key, cancelled, context, diagnostics);
 }
 
 const OperationCommand* OperationCommand::find(std::string_view wanted) const {

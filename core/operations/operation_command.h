@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,6 +13,8 @@
 
 #include "core/activity/activity_run.h"
 #include "core/command/command.h"
+#include "core/expression/condition_state.h"
+#include "core/operations/compliance.h"
 #include "core/operations/operation.h"
 #include "core/operations/step.h"
 #include "core/operations/transaction.h"
@@ -41,6 +44,9 @@ struct MadeCommand {
 };
 
 /// An operation as a command. Immutable once its tree is read.
+///
+/// What operations that move an arm have in common is done here: `compliance` by on_actuator(), `abort_if` for any
+/// command, without a line of its own in the operation (docs/operations.md).
 class OperationCommand {
  public:
   OperationCommand() = default;
@@ -48,9 +54,22 @@ class OperationCommand {
   OperationCommand(const OperationCommand&) = delete;
   OperationCommand& operator=(const OperationCommand&) = delete;
 
+  /// What make() gives, cancelled as soon as `abort_if` holds or is unknown.
+  /// @param key  with which the names of what it observes begin
+  [[nodiscard]] MadeCommand made(const BuildContext& making, const std::string& key) const;
+  /// What has come of it once the tree has ended in order: `abort_if`, and what finish() says.
+  /// @param cancelled  somebody has cancelled the whole
+  void report(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
+              Diagnostics& diagnostics) const;
+
   /// The command, named as this, without what `on` says. Not of transactions.
   /// @param key  with which the names of what it observes begin
   [[nodiscard]] virtual MadeCommand make(const BuildContext& making, const std::string& key) const = 0;
+  /// Its command is called by its type, whatever its step is called: what it drives says which one it is.
+  [[nodiscard]] virtual bool is_called_by_type() const { return false; }
+  /// Of a planned motion that asks for a blend: the arm, and its motions as steps of a file; empty: it comes to rest.
+  [[nodiscard]] virtual std::string left_arm() const { return {}; }
+  [[nodiscard]] virtual nlohmann::ordered_json left_steps() const;
   /// The name of the command whose progress it follows; empty: none. That one is made before.
   [[nodiscard]] virtual std::string follows() const { return {}; }
   /// Figures that its device does not have; with whole pointers.
@@ -68,6 +87,8 @@ class OperationCommand {
   [[nodiscard]] const TransactionParameters* transaction() const { return transaction_.get(); }
   [[nodiscard]] const std::vector<std::unique_ptr<OperationCommand>>& parts() const { return parts_; }
   [[nodiscard]] const OperationCommand* parent() const { return parent_; }
+  /// It is a step, or an activity, of its own, and no part of a transaction.
+  [[nodiscard]] bool is_alone() const { return parent_ == nullptr; }
   /// The command that a name means here: one directly inside, itself, or one around; "a/b" is b inside of a.
   [[nodiscard]] const OperationCommand* find(std::string_view name) const;
   /// The transaction that declares a raised state: this or around, else any of the tree (rule C10 tells).
@@ -80,6 +101,16 @@ class OperationCommand {
   std::vector<HandlerParameters> handlers;
 
  protected:
+  /// @param parameters  of which `compliance` and `abort_if` are kept, where they have them
+  template <class Parameters>
+  requires(!std::derived_from<Parameters, OperationCommand>) explicit OperationCommand(const Parameters& parameters) {
+    if constexpr (requires { parameters.compliance; }) compliance_ = parameters.compliance;
+    if constexpr (requires { parameters.abort_if; }) abort_if_ = parameters.abort_if;
+  }
+  /// The action on an actuator, with the compliance of the parameters.
+  [[nodiscard]] MadeCommand on_actuator(const command::Actuator& actuator, const command::Action& action) const;
+  [[nodiscard]] const std::optional<ComplianceParameters>& compliance() const { return compliance_; }
+
   void adopt(std::unique_ptr<OperationCommand> part) {
     part->parent_ = this;
     parts_.push_back(std::move(part));
@@ -88,6 +119,8 @@ class OperationCommand {
   std::unique_ptr<TransactionParameters> transaction_;
 
  private:
+  std::optional<ComplianceParameters> compliance_;
+  std::optional<command::StateSource> abort_if_;
   std::vector<std::unique_ptr<OperationCommand>> parts_;
   const OperationCommand* parent_ = nullptr;
 };

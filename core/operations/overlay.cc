@@ -1,5 +1,7 @@
 #include "core/operations/overlay.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -14,7 +16,7 @@ command::ForceOffsetWish ForceOffsetParameters::wish() const {
   wish.force.acceleration_max = acceleration_max;
   wish.force.gain = gain;
   // As with "press": contact from a third of the wanted force on, and lost below a third of that.
-  wish.force.contact_force = 0.3 * force;
+  wish.force.contact_force = std::min(0.3 * force, 2.0);
   wish.force.release_share = 1.0 / 3.0;
   return wish;
 }
@@ -65,7 +67,8 @@ const ParameterTable<ForceOffsetParameters>& force_offset_parameters() {
         .number("jerk_max_m_s3", "m/s^3", &P::jerk_max, {.low = 0.0, .high = 1000.0, .low_open = true},
                 "Largest jerk of the offset.")
         .number("gain_m_s_per_N", "m/s/N", &P::gain, {.low = 0.0, .high = 1.0, .low_open = true},
-                "Speed for each newton that is missing.")
+                "Speed for each newton that is missing, at most twice what the arm allows.")
+        .fallback("from the arm's stiffness and delay")
         .rule([](P& p, const ReadContext&) { p.direction.normalize(); });
     return offset;
   }();

@@ -437,4 +437,11 @@ class ParameterTable {
   std::vector<std::function<void(P&, const ReadContext&)>> rules_;
 };
 
+/// What every operation that moves an arm has beside its own parameters (OperationCommand does it).
+template <class P>
+void add_common_parameters(ParameterTable<P>& table) {
+  table.compliance(&P::compliance)
+      .condition("abort_if", &P::abort_if, "Comes to rest and fails when this becomes true.");
+}
+
 }  // namespace takt::activity

@@ -5,12 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/dual_entry_motion.h"
-#include "core/command/single_net.h"
 #include "core/expression/device_sensors.h"
 #include "core/expression/moving_frames.h"
-#include "core/operations/rehearsed_net.h"
-#include "core/operations/scheduled_run.h"
 #include "core/operations/touch.h"
 
 namespace takt::activity {
@@ -20,16 +16,13 @@ using command::State;
 
 // -- The action -------------------------------------------------------------------------------------------------------
 
-command::Action stiff_or_not(const Pressing& pressing, const command::Cell& cell, const command::Action& action) {
-  if (!pressing.compliance) return action;
-  const auto& chain = *cell.arms.find(pressing.arm)->second.device->description().chain;
-  return with_compliance(action, wish_of(*pressing.compliance, chain.joint_count()));
-}
-
-command::Action alone(const Pressing& pressing, const PlannedPressing& planned, const command::Cell& cell,
-                      const command::Biases& biases) {
+command::Action press_action(const Pressing& pressing, const PlannedPressing& planned, const command::Cell& cell,
+                             const command::Biases& biases) {
   const auto force = command::pressing_force(cell, pressing.sensor, planned.direction_B, biases);
-  return command::press(force, planned.direction_B, planned.wish);
+  command::PressWish wish = planned.wish;
+  if (pressing.lateral)
+    wish.lateral = {command::lateral_force(cell, pressing.sensor, planned.direction_B, biases), *pressing.lateral};
+  return command::press(force, planned.direction_B, wish);
 }
 
 /// A press whose way depends on where the arm is: planned when that is known.
@@ -43,7 +36,7 @@ class PlacedPress final : public command::ActionModel {
     return command::SetPointKind::kTwist;
   }
   [[nodiscard]] std::vector<std::string> states() const override {
-    return {"in_contact", "touched", "at_force", "too_far", "error", "sunk", "path_ended"};
+    return {"in_contact", "touched", "at_force", "too_far", "error", "sunk", "too_deep", "sideways", "path_ended"};
   }
   [[nodiscard]] bool needs_plan() const override { return true; }
   [[nodiscard]] command::Contribution add_to(command::FragmentWriter&, const command::ActuatorModel&) const override {
@@ -53,7 +46,7 @@ class PlacedPress final : public command::ActionModel {
                                                                 const command::Places& q_start) const override {
     const auto planned = plan_pressing(pressing_, cell_at(cell_, q_start), q_start.at(pressing_.arm));
     if (!planned) return std::unexpected(planned.error());
-    return alone(pressing_, *planned, cell_, biases_).shared_model();
+    return press_action(pressing_, *planned, cell_, biases_).shared_model();
   }
 
  private:
@@ -62,25 +55,26 @@ class PlacedPress final : public command::ActionModel {
   command::Biases biases_;
 };
 
-command::Action press_action(const Pressing& pressing, const PlannedPressing& planned, const command::Cell& cell,
-                             const command::Biases& biases) {
-  return stiff_or_not(pressing, cell, alone(pressing, planned, cell, biases));
-}
-
-command::Action press_from_anywhere(const Pressing& pressing, const command::Cell& cell,
-                                    const command::Biases& biases) {
-  return stiff_or_not(pressing, cell, command::Action(std::make_shared<const PlacedPress>(pressing, cell, biases)));
-}
-
 // -- What ends it ----------------------------------------------------------------------------------------------------
 
 /// What may happen to a press; where the tool stood then is kept.
-enum class PressEvent : std::uint8_t { kTooFar, kSilent, kHeld, kFound, kPathEnded, kUntil, kTouched, kCancelled };
+enum class PressEvent : std::uint8_t {
+  kTooFar,
+  kSilent,
+  kHeld,
+  kFound,
+  kPathEnded,
+  kUntil,
+  kTouched,
+  kCancelled,
+  kTooDeep,
+  kSideways
+};
 
 /// @param key  with which the names of what the command keeps begin
 std::string observation_of(PressEvent event, const std::string& key) {
-  static constexpr std::array<std::string_view, 8> kNames = {"too far",    "silent", "held",    "found",
-                                                             "path ended", "until",  "touched", "end"};
+  static constexpr std::array<std::string_view, 10> kNames = {"too far", "silent",  "held", "found",    "path ended",
+                                                              "until",   "touched", "end",  "too deep", "sideways"};
   return fmt::format("{} {}", key, kNames.at(static_cast<std::size_t>(event)));
 }
 
@@ -93,45 +87,65 @@ class PressHistory {
     return run_.value<net::Frame>(observation_of(event, key_));
   }
   [[nodiscard]] bool has(PressEvent event) const { return place(event).has_value(); }
+  /// What was wanted counts before what happened in the same cycle.
+  [[nodiscard]] PressOutcome outcome() const {
+    static constexpr std::array<std::pair<PressEvent, PressOutcome>, 8> kOrder{
+        {{PressEvent::kHeld, PressOutcome::kHeld},
+         {PressEvent::kFound, PressOutcome::kFound},
+         {PressEvent::kUntil, PressOutcome::kConditionMet},
+         {PressEvent::kSilent, PressOutcome::kSensorSilent},
+         {PressEvent::kSideways, PressOutcome::kPushedSideways},
+         {PressEvent::kTooDeep, PressOutcome::kDeeper},
+         {PressEvent::kTooFar, PressOutcome::kTravelUsedUp},
+         {PressEvent::kPathEnded, PressOutcome::kPathEnded}}};
+    for (const auto& [event, outcome] : kOrder) {
+      if (!has(event)) continue;
+      const bool touched = outcome != PressOutcome::kTravelUsedUp || has(PressEvent::kTouched);
+      return touched ? outcome : PressOutcome::kNotTouched;
+    }
+    return has(PressEvent::kCancelled) ? PressOutcome::kInterrupted : PressOutcome::kRunning;
+  }
 
  private:
   const ActivityRun& run_;
   std::string key_;
 };
 
-// -- The command, with all that ends it -------------------------------------------------------------------------------
-
-/// A command and where each of its handlers comes from, below the operation.
-struct MadePress {
-  command::RuntimeCommand command;
-  std::vector<std::string> handler_places;
-};
-
-/// @param key  with which the names of what it keeps begin
-MadePress make_press(const Pressing& pressing, const std::string& name, const command::Action& action,
-                     const command::Cell& cell, const command::Biases& biases, const std::string& key) {
-  MadePress made{.command = command::RuntimeCommand(name, command::arm(cell, pressing.arm), action),
-                 .handler_places = {}};
-  command::RuntimeCommand& pressed = made.command;
-  const command::FrameSensor tool = command::tool_pose(cell, pressing.arm);
-  const auto keep = [&](PressEvent event, const State& state) {
-    pressed.capture(observation_of(event, key), tool, state);
-  };
-  const auto ends = [&](PressEvent event, const State& state, const std::string& place) {
-    pressed.on_entered(state, cancel(pressed));
-    keep(event, state);
-    made.handler_places.emplace_back(place);
-  };
-  using enum PressEvent;
-  ends(kTooFar, action.state("too_far"), "/travel_m");
-  ends(kSilent, action.state("error"), "/sensor");
-  if (pressing.seconds) ends(kHeld, action.state("at_force").held_for(*pressing.seconds), "/seconds");
-  if (pressing.drop) ends(kFound, action.state("sunk"), "/drop_m");
-  if (pressing.path) ends(kPathEnded, action.state("path_ended"), pressing.path_key);
-  if (pressing.until) ends(kUntil, command::state_of(*pressing.until, cell, biases), "/until");
-  keep(kTouched, action.state("touched"));
-  keep(kCancelled, pressed.cancelled());
-  return made;
+/// Why an outcome is a failure, with pointers below the operation; empty: it is none.
+Diagnostics failure_of(const Pressing& pressing, PressOutcome outcome) {
+  Diagnostics diagnostics;
+  switch (outcome) {
+    case PressOutcome::kSensorSilent:
+      diagnostics.error(Code::kSensorSilent, "/sensor",
+                        fmt::format("'{}' did not answer, so the arm stopped", pressing.sensor),
+                        "check its power and its wiring");
+      break;
+    case PressOutcome::kPushedSideways:
+      diagnostics.error(Code::kConditionNotMet, "/lateral_max_N",
+                        fmt::format("the force across the direction was more than {:g} N", *pressing.lateral),
+                        "another pose or direction, or a larger bound");
+      break;
+    case PressOutcome::kDeeper:
+      diagnostics.error(Code::kConditionNotMet, "/depth_max_m",
+                        fmt::format("the tool went more than {:g} m beyond the touch", *pressing.depth),
+                        "check what was touched, or a larger depth");
+      break;
+    case PressOutcome::kNotTouched:
+    case PressOutcome::kTravelUsedUp:
+      diagnostics.error(
+          Code::kConditionNotMet, "/travel_m",
+          outcome == PressOutcome::kNotTouched ? "nothing was touched" : "the travel was used up after the touch",
+          "a longer travel, another beginning or direction");
+      break;
+    case PressOutcome::kPathEnded:
+      if (pressing.path_end_fails)
+        diagnostics.error(Code::kConditionNotMet, "", "the pattern has come to its end and nothing was found",
+                          "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
+      break;
+    default:
+      break;
+  }
+  return diagnostics;
 }
 
 /// What has come of it once it has ended in order: the touch of its arm; diagnostics, with pointers below the
@@ -142,128 +156,47 @@ Diagnostics end_press(const Pressing& pressing, const PressHistory& history, boo
   const auto touched = history.place(kTouched), end = history.place(kCancelled);
   // Where the tool stood when it was to press no more, else where it touched, is the touch of this arm.
   if (touched) diagnostics.append(note_touch(context, pressing.arm, end ? *end : *touched));
-  if (cancelled || history.has(kHeld) || history.has(kFound) || history.has(kUntil)) return diagnostics;
-  if (history.has(kSilent)) {
-    diagnostics.error(Code::kSensorSilent, "/sensor",
-                      fmt::format("'{}' did not answer, so the arm stopped", pressing.sensor),
-                      "check its power and its wiring");
-  } else if (history.has(kTooFar)) {
-    diagnostics.error(Code::kConditionNotMet, "/travel_m",
-                      touched ? "the travel was used up after the touch" : "nothing was touched",
-                      "a longer travel, another beginning or direction");
-  } else if (history.has(kPathEnded) && pressing.path_end_fails) {
-    diagnostics.error(Code::kConditionNotMet, "", "the pattern has come to its end and nothing was found",
-                      "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
-  }
+  if (!cancelled) diagnostics.append(failure_of(pressing, history.outcome()));
   return diagnostics;
 }
 
-// -- As an activity ---------------------------------------------------------------------------------------------------
-
-/// From rest, to nobody knows where.
-class PressingActivity final : public ActivityModel {
- public:
-  PressingActivity(const Pressing& pressing, command::Biases biases)
-      : ActivityModel(pressing.name), pressing_(pressing), biases_(std::move(biases)) {}
-
-  [[nodiscard]] std::vector<std::string> actuators() const override { return {pressing_.arm}; }
-
-  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    const command::Cell& cell = planning.cell;
-    const kinematics::JointVector& q = *planning.predecessors.find(pressing_.arm)->second.at_end.q;
-    if (pressing_.compliance) {
-      Diagnostics wrong = check_compliance(*pressing_.compliance, cell, actuators());
-      if (wrong.has_errors()) return std::unexpected(std::move(wrong));
-    }
-    const auto planned = plan_pressing(pressing_, cell, q);
-    if (!planned) return std::unexpected(planned.error());
-    PlannedActivity prepared;
-    prepared.command = command_of(pressing_, *planned, cell, biases_);
-    prepared.end_states[pressing_.arm] = {};
-    prepared.begins[pressing_.arm].push_back(seam_at_rest(q));
-    return prepared;
-  }
-
-  [[nodiscard]] static command::RuntimeCommand command_of(const Pressing& pressing, const PlannedPressing& planned,
-                                                          const command::Cell& cell, const command::Biases& biases) {
-    const command::Action action = press_action(pressing, planned, cell, biases);
-    return make_press(pressing, pressing.name, action, cell, biases, {}).command;
-  }
-
- private:
-  Pressing pressing_;
-  command::Biases biases_;
-};
-
-// -- As a step --------------------------------------------------------------------------------------------------------
-
-class PressingRun final : public ScheduledRun {
- public:
-  explicit PressingRun(const Pressing& pressing) : pressing_(pressing) {}
-
- private:
-  [[nodiscard]] ActivityPtr activity(Context& context) override {
-    return std::make_shared<const PressingActivity>(pressing_, context.variables.biases);
-  }
-
-  Progress finish(Context& context, Diagnostics& diagnostics) override {
-    const Diagnostics failed = end_press(pressing_, {*run(), {}}, cancelled(), context);
-    diagnostics.append(failed);
-    return failed.has_errors() ? Progress::kFailed : Progress::kDone;
-  }
-
-  const Pressing& pressing_;
-};
-
-class PressingStep final : public Step {
- public:
-  explicit PressingStep(Pressing pressing) : pressing_(std::move(pressing)) {}
-
-  /// Where the surface is shows only in the run: the arm is taken to stay where it begins.
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
-    rehearsal.touched[pressing_.arm] = true;
-    if (pressing_.compliance &&
-        !rehearse_compliance(*pressing_.compliance, rehearsal, {pressing_.arm}, pointer, diagnostics))
-      return;
-    const auto planned = plan_pressing(pressing_, rehearsal.cell, rehearsal.q[pressing_.arm]);
-    if (!planned) {
-      diagnostics.append(planned.error(), pointer);
-      return;
-    }
-    rehearsal.duration += pressing_.seconds.value_or(0.0);
-    if (planned->wish.path) rehearsal.duration += planned->wish.path->duration();
-    const auto command = PressingActivity::command_of(pressing_, *planned, rehearsal.cell, {});
-    const auto mapped = command::single_net(command, pressing_.name);
-    if (!mapped) return diagnostics.append(mapped.error(), pointer);
-    rehearse_net(mapped->net, rehearsal, pointer, diagnostics);
-  }
-
-  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<PressingRun>(pressing_); }
-
- private:
-  Pressing pressing_;
-};
-
-// -- As a command -----------------------------------------------------------------------------------------------------
+// -- The command, with all that ends it -------------------------------------------------------------------------------
 
 class PressingCommand final : public OperationCommand {
  public:
-  explicit PressingCommand(Pressing pressing) : pressing_(std::move(pressing)) {}
+  explicit PressingCommand(Pressing pressing) : OperationCommand(pressing), pressing_(std::move(pressing)) {}
 
   [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
     const command::Action action = action_of(making);
-    MadePress press = make_press(pressing_, name, action, making.cell, making.biases, key);
-    MadeCommand made{.command = press.command,
-                     .action = action,
-                     .actuator = command::arm(making.cell, pressing_.arm),
-                     .handler_places = std::move(press.handler_places)};
-    if (pressing_.compliance) made.places = places_of(*pressing_.compliance);
+    MadeCommand made = on_actuator(command::arm(making.cell, pressing_.arm), action);
+    const command::FrameSensor tool = command::tool_pose(making.cell, pressing_.arm);
+    const auto keep = [&](PressEvent event, const State& state) {
+      made.command.capture(observation_of(event, key), tool, state);
+    };
+    const auto ends = [&](PressEvent event, const State& state, const std::string& place) {
+      made.command.on_entered(state, cancel(made.command));
+      keep(event, state);
+      made.handler_places.emplace_back(place);
+    };
+    const command::Action& press = *made.action;
+    using enum PressEvent;
+    ends(kTooFar, press.state("too_far"), "/travel_m");
+    ends(kSilent, press.state("error"), "/sensor");
+    if (const auto held = seconds()) ends(kHeld, press.state("at_force").held_for(*held), "/seconds");
+    if (pressing_.drop) ends(kFound, press.state("sunk"), "/drop_m");
+    if (pressing_.path) ends(kPathEnded, press.state("path_ended"), pressing_.path_key);
+    if (pressing_.depth) ends(kTooDeep, press.state("too_deep"), "/depth_max_m");
+    if (pressing_.lateral) ends(kSideways, press.state("sideways"), "/lateral_max_N");
+    if (pressing_.until) ends(kUntil, command::state_of(*pressing_.until, making.cell, making.biases), "/until");
+    keep(kTouched, press.state("touched"));
+    keep(kCancelled, made.command.cancelled());
     return made;
   }
 
+  /// Where the surface is shows only in the run: the arm is taken to stay where it begins.
   void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     rehearsal.touched[pressing_.arm] = true;
-    rehearsal.duration += pressing_.seconds.value_or(0.0);
+    rehearsal.duration += seconds().value_or(0.0);
   }
 
   void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
@@ -272,12 +205,16 @@ class PressingCommand final : public OperationCommand {
   }
 
  private:
+  /// For how long the force is held: in a transaction somebody else may end it.
+  [[nodiscard]] std::optional<double> seconds() const {
+    return pressing_.seconds || !is_alone() ? pressing_.seconds : pressing_.seconds_alone;
+  }
   [[nodiscard]] command::Action action_of(const BuildContext& making) const {
     if (!pressing_.needs_place() && !moves(making.cell.frames, pressing_.in, pressing_.arm)) {
       const auto planned = plan_pressing(pressing_, making.cell, place_now(making.cell));
       if (planned) return press_action(pressing_, *planned, making.cell, making.biases);
     }
-    return press_from_anywhere(pressing_, making.cell, making.biases);
+    return command::Action(std::make_shared<const PlacedPress>(pressing_, making.cell, making.biases));
   }
   /// Only springs that it does not bring along make a difference: how fast its law is.
   [[nodiscard]] kinematics::JointVector place_now(const command::Cell& cell) const {
@@ -291,14 +228,42 @@ class PressingCommand final : public OperationCommand {
 
 }  // namespace
 
+PressOutcome press_outcome(const ActivityRun& run, const std::string& key) { return PressHistory(run, key).outcome(); }
+
+std::string_view name_of(PressOutcome outcome) {
+  switch (outcome) {
+    case PressOutcome::kRunning:
+      return "running";
+    case PressOutcome::kHeld:
+      return "held";
+    case PressOutcome::kFound:
+      return "found";
+    case PressOutcome::kConditionMet:
+      return "condition met";
+    case PressOutcome::kPathEnded:
+      return "path ended";
+    case PressOutcome::kNotTouched:
+      return "not touched";
+    case PressOutcome::kTravelUsedUp:
+      return "travel used up";
+    case PressOutcome::kDeeper:
+      return "deeper than expected";
+    case PressOutcome::kPushedSideways:
+      return "pushed sideways";
+    case PressOutcome::kSensorSilent:
+      return "sensor silent";
+    case PressOutcome::kInterrupted:
+      return "interrupted";
+  }
+  return "unknown";
+}
+
 void check_pressing_sensor(const std::string& arm, const std::string& sensor, const ReadContext& from) {
   const auto found = from.cell.sensors.find(sensor);
   if (found == from.cell.sensors.end() || found->second.arm == arm) return;
   from.reader.diagnostics().error(Code::kConflict, from.reader.at("sensor"),
                                   fmt::format("'{}' is not on '{}'", sensor, arm), "a sensor on this arm");
 }
-
-std::unique_ptr<Step> pressing_step(Pressing pressing) { return std::make_unique<PressingStep>(std::move(pressing)); }
 
 std::unique_ptr<OperationCommand> pressing_command(Pressing pressing) {
   return std::make_unique<PressingCommand>(std::move(pressing));

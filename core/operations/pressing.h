@@ -36,9 +36,14 @@ struct Pressing {
   std::string in = "tcp";                      ///< whose axes the direction is along
   double force = 0, approach = 0, travel = 0;  ///< N, m/s, m
   std::optional<double> seconds = {};          ///< for which the force is held once it is there
+  std::optional<double> seconds_alone = {};    ///< the same where it is no part of a transaction
+  double tolerance = 0.1;                      ///< share of the force: so far off counts as at force
   std::optional<double> drop = {};             ///< m
+  std::optional<double> depth = {};            ///< m beyond the touch: more is not what was expected
+  std::optional<double> lateral = {};          ///< N across the direction at most
   std::optional<command::StateSource> until = {};
   std::optional<ComplianceParameters> compliance = {};
+  std::optional<command::StateSource> abort_if = {};
   PathPlanner path = {};        ///< of what is followed across the direction; null: nothing
   std::string path_key = {};    ///< where below the operation the path is described
   bool path_end_fails = false;  ///< the path was to find something: its end is a failure
@@ -57,9 +62,26 @@ struct PlannedPressing {
 [[nodiscard]] Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::Cell& cell,
                                                     const kinematics::JointVector& q);
 
+/// How an operation that presses has ended.
+enum class PressOutcome : std::uint8_t {
+  kRunning,         ///< it has not
+  kHeld,            ///< the force was there for as long as was asked
+  kFound,           ///< `drop` deeper than at the touch
+  kConditionMet,    ///< `until` became true
+  kPathEnded,       ///< the path or the pattern was gone through
+  kNotTouched,      ///< the travel is used up and nothing was touched
+  kTravelUsedUp,    ///< likewise, after the touch
+  kDeeper,          ///< the tool went deeper than `depth_max_m` beyond the touch
+  kPushedSideways,  ///< the force across the direction was more than `lateral_max_N`
+  kSensorSilent,    ///< the force is not known
+  kInterrupted,     ///< somebody cancelled it
+};
+/// Of a run of press, search or wipe; of a command in a transaction with the key under which it keeps its values.
+[[nodiscard]] PressOutcome press_outcome(const ActivityRun& run, const std::string& key = {});
+[[nodiscard]] std::string_view name_of(PressOutcome outcome);
+
 // -- The forms of an operation that presses --------------------------------------------------------------------------
 
-[[nodiscard]] std::unique_ptr<Step> pressing_step(Pressing pressing);
 [[nodiscard]] std::unique_ptr<OperationCommand> pressing_command(Pressing pressing);
 
 // -- What their parameters have in common ----------------------------------------------------------------------------
@@ -76,9 +98,15 @@ void add_pressing_force(ParameterTable<P>& table) {
       .number("approach_m_s", "m/s", &P::approach, {.low = 0.0, .high = 0.1, .low_open = true}, "Speed until contact.")
       .number("travel_m", "m", &P::travel, {.low = 0.0, .high = 2.0, .low_open = true},
               "Largest distance along the direction, from the start.")
+      .number("tolerance", "", &P::tolerance, {.low = 0.01, .high = 0.5},
+              "Share of the force by which it may be off and still counts as reached.")
+      .number("depth_max_m", "m", &P::depth, {.low = 0.0, .high = 2.0, .low_open = true},
+              "Largest distance beyond the touch, as measured; more is a failure, \"deeper-than-expected\".")
+      .number("lateral_max_N", "N", &P::lateral, {.low = 0.1, .high = 1000.0},
+              "Largest force across the direction; more is a failure, \"lateral-force\".")
       .condition("until", &P::until, "Ends the operation when it becomes true.")
-      .compliance(&P::compliance)
       .rule([](P& p, const ReadContext& from) { check_pressing_sensor(p.arm, p.sensor, from); });
+  add_common_parameters(table);
 }
 /// All of them, with a direction of one's own.
 template <class P>
@@ -105,8 +133,12 @@ Pressing pressing_of(const P& p, std::string_view type) {
   pressing.force = p.force;
   pressing.approach = p.approach;
   pressing.travel = p.travel;
+  pressing.tolerance = p.tolerance;
+  pressing.depth = p.depth;
+  pressing.lateral = p.lateral;
   pressing.until = p.until;
   pressing.compliance = p.compliance;
+  pressing.abort_if = p.abort_if;
   if constexpr (requires { p.direction; }) pressing.direction = p.direction;
   if constexpr (requires { p.direction; }) pressing.in = p.in;
   return pressing;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -11,13 +12,12 @@ namespace {
 using device::ControlMode;
 using kinematics::JointVector;
 
-/// From this share of the wanted force on there is contact; below a third of that there is none any more.
-constexpr double kContactShare = 0.3, kReleaseShare = 1.0 / 3.0;
-/// The integral acts slowly: it only takes away what the law leaves.
-constexpr double kIntegralTime_s = 1.0;
+/// From this share of the wanted force on there is contact, or from this force; below a third of that there is none any
+/// more.
+constexpr double kContactShare = 0.3, kContact_N = 2.0, kReleaseShare = 1.0 / 3.0;
 /// Of the approach velocity: how fast the tool may follow a surface that gives way.
 constexpr double kMostVelocity = 5.0;
-constexpr double kMostAcceleration = 0.5;  ///< m/s^2
+constexpr double kMostAcceleration = 1.0;  ///< m/s^2
 
 Result<Eigen::Vector3d> direction_in_base(const Pressing& pressing, const command::Cell& cell,
                                           const Eigen::Isometry3d& X_BT) {
@@ -64,21 +64,44 @@ Softness softness_along(const device::Compliance& springs, const JointVector& fe
   return softness;
 }
 
-/// Springs that are bent by more than the tool may be sent never press with the force.
-Result<std::optional<double>> softness_of(const Pressing& pressing, const command::MountedArm& arm,
-                                          const Eigen::Vector3d& direction_B, const JointVector& q) {
+/// The largest of any direction across; nothing: the arm is stiff.
+std::optional<double> softness_across(const Pressing& pressing, const command::MountedArm& arm,
+                                      const Eigen::Vector3d& direction_B, const JointVector& q) {
   const device::Compliance springs = springs_of(pressing, *arm.device);
   if (springs.mode == ControlMode::kPosition) return std::nullopt;
+  const Eigen::Vector3d x = direction_B.unitOrthogonal();
+  double most = 0.0;
+  for (const Eigen::Vector3d& across : {x, Eigen::Vector3d(direction_B.cross(x))})
+    most = std::max(most, softness_along(springs, as_springs_feel(springs, arm, across, q)).by);
+  return std::isfinite(most) ? most : 0.0;
+}
+
+/// From a force to when a net knows it, s.
+double delay_of(const command::Cell& cell, const std::string& sensor) {
+  const auto found = cell.sensors.find(sensor);
+  const bool known = found != cell.sensors.end() && found->second.device != nullptr;
+  return known ? to_seconds(found->second.device->timing().sample_age) : 0.0;
+}
+
+/// Springs that are bent by more than the tool may be sent never press with the force.
+Diagnostics check_bend(const Pressing& pressing, const command::MountedArm& arm, const Eigen::Vector3d& direction_B,
+                       const JointVector& q) {
+  Diagnostics diagnostics;
+  const device::Compliance springs = springs_of(pressing, *arm.device);
+  if (springs.mode == ControlMode::kPosition) return diagnostics;
   const Softness softness = softness_along(springs, as_springs_feel(springs, arm, direction_B, q));
-  if (!std::isfinite(softness.by))
-    return failure(Code::kRequires, "/force_N", "the tool has no stiffness along the direction",
-                   "a stiffness above 0 there");
+  if (!std::isfinite(softness.by)) {
+    diagnostics.error(Code::kRequires, "/force_N", "the tool has no stiffness along the direction",
+                      "a stiffness above 0 there");
+    return diagnostics;
+  }
   const double bent = softness.by * pressing.force - softness.beside;
-  if (bent <= pressing.travel) return std::optional(softness.by);
-  return failure(Code::kLimitExceeded, "/travel_m",
-                 fmt::format("{:g} N bend the springs by {:.4g} m, and the tool is sent by {:g} m at most",
-                             pressing.force, bent, pressing.travel),
-                 "a longer travel, stiffer springs along the direction, or a part of the force beside them");
+  if (!(bent <= pressing.travel))
+    diagnostics.error(Code::kLimitExceeded, "/travel_m",
+                      fmt::format("{:g} N bend the springs by {:.4g} m, and the tool is sent by {:g} m at most",
+                                  pressing.force, bent, pressing.travel),
+                      "a longer travel, stiffer springs along the direction, or a part of the force beside them");
+  return diagnostics;
 }
 
 }  // namespace
@@ -94,22 +117,25 @@ Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::C
   const Eigen::Isometry3d X_BT = tool_pose(arm, q);
   const auto direction = direction_in_base(pressing, cell, X_BT);
   if (!direction) return std::unexpected(direction.error());
-  const auto softness = softness_of(pressing, arm, *direction, q);
-  if (!softness) return std::unexpected(softness.error());
+  if (Diagnostics wrong = check_bend(pressing, arm, *direction, q); wrong.has_errors())
+    return std::unexpected(std::move(wrong));
   command::PressWish wish{.force = {.force = pressing.force,
                                     .approach_velocity = pressing.approach,
-                                    .contact_force = kContactShare * pressing.force,
+                                    .contact_force = std::min(kContactShare * pressing.force, kContact_N),
                                     .release_share = kReleaseShare,
-                                    // Takes the approach velocity away while the force builds up, whatever the surface
-                                    // is like.
-                                    .gain = pressing.approach / pressing.force,
-                                    .integral_time = kIntegralTime_s,
+                                    .band = pressing.tolerance,
+                                    // A surface that the tool slides along comes and goes; one that it stands on shows
+                                    // how hard it is.
+                                    .surface_moves = pressing.path != nullptr,
+                                    .measures_stiffness = pressing.path == nullptr,
+                                    .sensor_delay = delay_of(cell, pressing.sensor),
                                     .velocity_max = kMostVelocity * pressing.approach,
                                     .acceleration_max = kMostAcceleration},
                           .travel = pressing.travel,
                           .sink = pressing.drop,
+                          .deepest = pressing.depth,
                           .clock = command::override_of(cell),
-                          .softness = *softness};
+                          .softness_across = softness_across(pressing, arm, *direction, q)};
   if (pressing.path) {
     auto path = pressing.path({.cell = cell, .direction_B = *direction, .X_BT = X_BT, .q = q});
     if (!path) return std::unexpected(path.error());

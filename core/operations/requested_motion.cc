@@ -62,7 +62,7 @@ class OfOneArm final : public Requested {
     const Predecessor& before = planning.predecessors.find(last().arm)->second;
     if (!before.at_end.rests()) return nowhere();
     if (const Diagnostics mixed = check_offsets(requests()); mixed.has_errors())
-      return std::unexpected(of_motions(mixed, requests()));
+      return std::unexpected(of_motions(mixed, requests(), /*named=*/true));
     if (Diagnostics wrong = wrong_springs(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
     auto plan = plan_motions(requests(), planning.cell, *before.at_end.q);
     if (!plan) return std::unexpected(std::move(plan.error()));
@@ -73,7 +73,7 @@ class OfOneArm final : public Requested {
 
   [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q) const override {
     if (const Diagnostics mixed = check_offsets(requests()); mixed.has_errors())
-      return std::unexpected(of_motions(mixed, requests()));
+      return std::unexpected(of_motions(mixed, requests(), /*named=*/true));
     auto plan = plan_motions(requests(), cell, q.find(last().arm)->second);
     if (!plan) return std::unexpected(std::move(plan.error()));
     Alone alone{.prepared = {},
@@ -185,7 +185,7 @@ MotionOptions options_of(const MotionTask& motion, const command::Cell& cell, co
   if (motion.until) options.until = command::state_of(*motion.until, cell, biases);
   if (motion.abort_if) options.abort_if = command::state_of(*motion.abort_if, cell, biases);
   const int joint_count = cell.arms.find(motion.arm)->second.device->description().chain->joint_count();
-  if (motion.compliance) options.compliance = wish_of(*motion.compliance, joint_count);
+  if (motion.compliance) options.compliance = compliance_of(*motion.compliance, joint_count);
   if (motion.force_offset)
     options.force_offset = HeldForce{.sensor = motion.force_offset->sensor,
                                      .pressing = motion.force_offset->pressing(motion.arm, cell, biases),

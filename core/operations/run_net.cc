@@ -20,7 +20,7 @@ std::int64_t cycles_in(double seconds, const Context& context) {
   return static_cast<std::int64_t>(std::llround(seconds / to_seconds(context.core.period())));
 }
 
-/// Cancels the net when it is due, and keeps the last values of its monitors.
+/// Cancels the net when it is due, and shows the values of its monitors.
 class NetStepRun final : public ScheduledRun {
  public:
   explicit NetStepRun(const NetParameters& parameters) : parameters_(parameters) {}
@@ -36,6 +36,8 @@ class NetStepRun final : public ScheduledRun {
   Progress watch(Context& context, Diagnostics& diagnostics) override {
     const std::int64_t cycle = context.core.cycle();
     if (cycle >= cancel_cycle_) run()->cancel();
+    if (parameters_.monitor_rate && run()->started() && is_due(*parameters_.monitor_rate, context))
+      show_monitors(context);
     if (cycle < last_cycle_) return Progress::kRunning;
     run()->abort();
     diagnostics.error(Code::kTimeout, "/within_s",
@@ -44,7 +46,9 @@ class NetStepRun final : public ScheduledRun {
     return Progress::kFailed;
   }
 
-  void ended(Context& context) override {
+  void ended(Context& context) override { show_monitors(context); }
+
+  void show_monitors(Context& context) const {
     const rcc::NetHandle net = run()->compiled_net();
     if (net == nullptr) return;
     for (const auto& monitor : net->monitors()) {
@@ -89,6 +93,8 @@ const ParameterTable<NetParameters>& net_parameters() {
     net.name("net", NameOf::kNet, &NetParameters::net, "Net of the cell that runs.")
         .required()
         .number("cancel_after_s", "s", &NetParameters::cancel_after, kTime, "The net is cancelled after this time.")
+        .number("monitor_rate_Hz", "Hz", &NetParameters::monitor_rate, {.low = 0.0, .high = 1000.0, .low_open = true},
+                "How often its monitors are shown while it runs; they are at its end in any case.")
         .number("within_s", "s", &NetParameters::within, kTime, "The step fails if the net has not ended by then.");
     return net;
   }();

@@ -1,6 +1,8 @@
 #include "core/operations/scheduled_run.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <utility>
 
 namespace takt::activity {
@@ -12,6 +14,11 @@ bool is_of_the_run(RunFailure failure) {
 }
 
 }  // namespace
+
+bool is_due(double rate, const Context& context) {
+  const double cycles = 1.0 / (rate * to_seconds(context.core.period()));
+  return context.core.cycle() % std::max<std::int64_t>(1, std::llround(cycles)) == 0;
+}
 
 Progress ScheduledRun::advance(Context& context, Diagnostics& diagnostics) {
   if (!run_) {

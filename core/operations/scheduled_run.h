@@ -7,6 +7,10 @@
 
 namespace takt::activity {
 
+/// Values that are shown so many times a second are due after this cycle: in cycles whose number is a multiple of the
+/// period, so that two of one rate show the same cycles. @param rate  Hz, above 0
+[[nodiscard]] bool is_due(double rate, const Context& context);
+
 /// The execution of a step that is one activity: asked for when the step begins, followed to its end. Realtime: setup.
 class ScheduledRun : public StepRun {
  public:

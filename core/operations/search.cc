@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/operations/command_step.h"
 #include "core/operations/motion_plan.h"
 
 namespace takt::activity {
@@ -40,7 +41,9 @@ void check_pattern(const SearchParameters& search, const ReadContext& from) {
   }
 }
 
-Pressing to_pressing(const SearchParameters& parameters) {
+}  // namespace
+
+std::unique_ptr<OperationCommand> search_command(const SearchParameters& parameters) {
   Pressing pressing = pressing_of(parameters, "search");
   SearchParameters named = parameters;
   named.name = pressing.name;
@@ -48,21 +51,7 @@ Pressing to_pressing(const SearchParameters& parameters) {
   pressing.path = [named](const Pressing::Start& start) { return plan_pattern(named, start); };
   pressing.path_key = "/pattern";
   pressing.path_end_fails = parameters.must_find;
-  return pressing;
-}
-
-std::unique_ptr<Step> read_search_step(const OperationSource& source) {
-  return pressing_step(to_pressing(read_parameters<search_parameters>(source)));
-}
-
-std::unique_ptr<OperationCommand> read_search_command(const OperationSource& source) {
-  return pressing_command(to_pressing(read_parameters<search_parameters>(source)));
-}
-
-}  // namespace
-
-std::unique_ptr<OperationCommand> search_command(const SearchParameters& parameters) {
-  return pressing_command(to_pressing(parameters));
+  return pressing_command(std::move(pressing));
 }
 
 const ParameterTable<SearchParameters>& search_parameters() {
@@ -91,8 +80,8 @@ Operation search_operation() {
   return {.name = "search",
           .doc = "Presses and follows a pattern until something is found.",
           .parameters = rows_of<search_parameters>,
-          .read_step = read_search_step,
-          .read_command = read_search_command};
+          .read_step = step_of_command,
+          .read_command = make_command<search_parameters, search_command>};
 }
 
 }  // namespace takt::activity

@@ -3,13 +3,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/command_activity.h"
 #include "core/command/actions/device_action.h"
 #include "core/expression/device_sensors.h"
 #include "core/operations/command_step.h"
 #include "core/operations/operation_command.h"
-#include "core/operations/rehearsed_net.h"
-#include "core/operations/scheduled_run.h"
 
 namespace takt::activity {
 namespace {
@@ -78,40 +75,6 @@ bool check_range(const SetParameters& parameters, const command::Cell& cell, con
   return false;
 }
 
-// -- As a step ----
-
-class SetRun final : public ScheduledRun {
- public:
-  explicit SetRun(const SetParameters& parameters) : parameters_(parameters) {}
-
- private:
-  [[nodiscard]] ActivityPtr activity(Context&) override {
-    return command_activity("set " + parameters_.output, {parameters_.output},
-                            [parameters = parameters_](const PlanningContext& planning) {
-                              return command::set_command(parameters.output, parameters.value, planning.cell);
-                            });
-  }
-
-  const SetParameters& parameters_;
-};
-
-class SetStep final : public Step {
- public:
-  explicit SetStep(SetParameters parameters) : parameters_(std::move(parameters)) {}
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
-    if (!check_range(parameters_, rehearsal.cell, pointer, diagnostics)) return;
-    // The form of the net does not depend on the period.
-    const auto command = command::set_command(parameters_.output, parameters_.value, rehearsal.cell);
-    rehearse_command(command, "set " + parameters_.output, rehearsal, pointer, diagnostics);
-  }
-  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<SetRun>(parameters_); }
-
- private:
-  SetParameters parameters_;
-};
-
-// -- As a command ----
-
 class OutputCommand final : public OperationCommand {
  public:
   explicit OutputCommand(SetParameters parameters) : parameters_(std::move(parameters)) {}
@@ -124,6 +87,7 @@ class OutputCommand final : public OperationCommand {
     const command::Actuator actuator = command::output(making.cell, parameters_.output);
     return {.command = command::RuntimeCommand(name, actuator, action), .action = action, .actuator = actuator};
   }
+  [[nodiscard]] bool is_called_by_type() const override { return !parameters_.source; }
   void check(const command::Cell& cell, Diagnostics& diagnostics) const override {
     (void)check_range(parameters_, cell, pointer, diagnostics);
   }
@@ -175,11 +139,6 @@ class OutputCommand final : public OperationCommand {
   SetParameters parameters_;
 };
 
-std::unique_ptr<Step> read_set_step(const OperationSource& source) {
-  if (sets_by_following(source.json)) return step_of_command(source);
-  return read_step<SetStep, set_parameters>(source);
-}
-
 }  // namespace
 
 const ParameterTable<SetParameters>& set_parameters() {
@@ -209,7 +168,7 @@ Operation set_operation() {
   return {.name = "set",
           .doc = "Sets a digital or analog output, which keeps its value; or lets an analog output follow a value.",
           .parameters = rows_of<set_parameters>,
-          .read_step = read_set_step,
+          .read_step = step_of_command,
           .read_command = read_command<OutputCommand, set_parameters>};
 }
 

@@ -1,7 +1,11 @@
 // What steps and nodes of a rehearsal have in common.
 #include "core/operations/step.h"
 
+#include <nlohmann/json.hpp>
+
 namespace takt::activity {
+
+nlohmann::ordered_json Step::left_steps() const { return {}; }
 
 void keep_agreed_modes(const Rehearsal& other, Rehearsal& rehearsal) {
   std::erase_if(rehearsal.modes, [&](const auto& known) {

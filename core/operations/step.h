@@ -95,6 +95,8 @@ class Step {
   /// Of a planned motion: the arm that it moves, or both as one name (moved_by()). Empty: everything before it has to
   /// be over when it begins.
   [[nodiscard]] virtual std::string moved_arm() const { return {}; }
+  /// What moved_arm() was left with, as steps of a file; null: the step as it is.
+  [[nodiscard]] virtual nlohmann::ordered_json left_steps() const;
   /// A planned motion can be planned before the one that it goes on with has ended.
   [[nodiscard]] virtual bool may_go_on(const command::Cell& cell) const {
     (void)cell;

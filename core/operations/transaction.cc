@@ -50,11 +50,15 @@ void read_captures(ObjectReader& reader, const command::Cell& cell, TransactionP
     const std::string pointer = reader.at("capture") + pointer_segment(name);
     ObjectReader one(capture, pointer, reader.diagnostics());
     if (!capture.is_object()) continue;
-    CaptureParameters captured{.name = name, .pointer = pointer, .value = {}, .when = {}};
+    CaptureParameters captured{.name = name, .pointer = pointer, .value = {}, .when = {}, .rate = {}};
     if (const Json* value = one.object("value"))
       captured.value = read_value(*value, one.at("value"), cell, reader.diagnostics());
     if (const Json* when = one.object("when", false))
       captured.when = read_state(*when, one.at("when"), cell, reader.diagnostics());
+    if (one.has("rate_Hz")) captured.rate = one.number("rate_Hz", {}, {.low = 0.0, .high = 1000.0, .low_open = true});
+    if (captured.rate && captured.when)
+      reader.diagnostics().error(Code::kConflict, one.at("rate_Hz"), "a rate for a value that is captured once",
+                                 "'rate_Hz', or 'when'");
     one.finish();
     transaction.captures.push_back(std::move(captured));
   }

@@ -30,6 +30,7 @@ struct CaptureParameters {
   std::string name, pointer;
   ValueParameters value;
   std::optional<StateParameters> when;  ///< nothing: the last one
+  std::optional<double> rate = {};      ///< Hz, at which it is shown while the transaction runs; nothing: at its end
 };
 
 /// What a transaction is beside its commands.

@@ -4,11 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/command_activity.h"
-#include "core/command/actions/device_commands.h"
+#include "core/operations/command_step.h"
 #include "core/operations/operation_command.h"
-#include "core/operations/rehearsed_net.h"
-#include "core/operations/scheduled_run.h"
 
 namespace takt::activity {
 namespace {
@@ -64,50 +61,20 @@ class PauseStep final : public Step {
   double seconds_;
 };
 
-class WaitRun final : public ScheduledRun {
- public:
-  explicit WaitRun(const WaitParameters& parameters) : parameters_(parameters) {}
-
- private:
-  [[nodiscard]] ActivityPtr activity(Context& context) override {
-    const auto make = [parameters = parameters_, biases = context.variables.biases](const PlanningContext& planning) {
-      return command::wait_command(*parameters.until, parameters.timeout, planning.cell, biases);
-    };
-    return command_activity("wait", {}, make);
-  }
-
-  Progress finish(Context&, Diagnostics& diagnostics) override {
-    if (cancelled()) return Progress::kDone;
-    const auto held = run()->value<net::Boolean>(command::observed::kCondition);
-    if (held && *held) return Progress::kDone;
-    if (!held) {
-      diagnostics.error(Code::kSensorSilent, "/until", "a sensor of the condition did not answer",
-                        "check its power and its wiring");
-    } else {
-      diagnostics.error(Code::kTimeout, "/until",
-                        fmt::format("the condition did not hold within {:g} s", parameters_.timeout.value_or(0.0)),
-                        "a longer \"timeout_s\", or \"try\" around it");
-    }
-    return Progress::kFailed;
-  }
-
-  const WaitParameters& parameters_;
-};
-
-class WaitStep final : public Step {
- public:
-  explicit WaitStep(WaitParameters parameters) : parameters_(std::move(parameters)) {}
-  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
-    const auto command = command::wait_command(*parameters_.until, parameters_.timeout, rehearsal.cell, {});
-    rehearse_command(command, "wait", rehearsal, pointer, diagnostics);
-  }
-  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<WaitRun>(parameters_); }
-
- private:
-  WaitParameters parameters_;
-};
-
 // -- As a command ----
+
+/// How a condition with a timeout ended, at "/until"; empty: it held.
+Diagnostics failure_of_wait(const std::optional<net::Boolean>& held, double timeout) {
+  Diagnostics diagnostics;
+  if (!held) {
+    diagnostics.error(Code::kSensorSilent, "/until", "a sensor of the condition did not answer",
+                      "check its power and its wiring");
+  } else if (!*held) {
+    diagnostics.error(Code::kTimeout, "/until", fmt::format("the condition did not hold within {:g} s", timeout),
+                      "a longer \"timeout_s\", or \"try\" around it");
+  }
+  return diagnostics;
+}
 
 class TimeCommand final : public OperationCommand {
  public:
@@ -117,27 +84,27 @@ class TimeCommand final : public OperationCommand {
     if (!parameters_.until) return {.command = command::WaitCommand(name, parameters_.seconds.value_or(0.0))};
     const command::State until = command::state_of(*parameters_.until, making.cell, making.biases);
     command::WaitCommand wait(name, until, parameters_.timeout);
-    if (!parameters_.timeout) return {.command = wait};
-    wait.observe(key + " timed out", BooleanSensor(wait.timed_out().node()));
-    wait.capture(key + " held", BooleanSensor(until.node()), wait.timed_out());
+    if (is_alone()) {
+      // Nothing comes after it: what the condition is when it has ended is what counts.
+      wait.observe(key + " held", BooleanSensor(until.node()));
+    } else if (parameters_.timeout) {
+      wait.observe(key + " timed out", BooleanSensor(wait.timed_out().node()));
+      wait.capture(key + " held", BooleanSensor(until.node()), wait.timed_out());
+    }
     return {.command = wait};
   }
 
+  [[nodiscard]] bool is_called_by_type() const override { return true; }
   void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     rehearsal.duration += parameters_.seconds.value_or(0.0);
   }
 
-  void finish(const ActivityRun& ended, const std::string& key, bool, Context&,
+  void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context&,
               Diagnostics& diagnostics) const override {
-    if (!ended.was_true(key + " timed out")) return;
-    if (ended.value<net::Boolean>(key + " held")) {
-      diagnostics.error(Code::kTimeout, pointer + "/until",
-                        fmt::format("the condition did not hold within {:g} s", parameters_.timeout.value_or(0.0)),
-                        "a longer \"timeout_s\"");
-    } else {
-      diagnostics.error(Code::kSensorSilent, pointer + "/until", "a sensor of the condition did not answer",
-                        "check its power and its wiring");
-    }
+    const bool has_ended = is_alone() ? !cancelled : ended.was_true(key + " timed out");
+    if (!parameters_.until || !has_ended) return;
+    diagnostics.append(failure_of_wait(ended.value<net::Boolean>(key + " held"), parameters_.timeout.value_or(0.0)),
+                       pointer);
   }
 
  private:
@@ -145,9 +112,8 @@ class TimeCommand final : public OperationCommand {
 };
 
 std::unique_ptr<Step> read_wait_step(const OperationSource& source) {
-  WaitParameters parameters = read_parameters<wait_parameters>(source);
-  if (parameters.until) return std::make_unique<WaitStep>(std::move(parameters));
-  return std::make_unique<PauseStep>(parameters.seconds.value_or(0.0));
+  if (source.json.contains("until")) return step_of_command(source);
+  return std::make_unique<PauseStep>(read_parameters<wait_parameters>(source).seconds.value_or(0.0));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/motion/blend_limits.h"
+#include "core/operations/command_step.h"
 #include "core/operations/motion_plan.h"
 
 namespace takt::activity {
@@ -67,7 +68,9 @@ void check_lanes(const WipeParameters& wipe, const ReadContext& from) {
                                   fmt::format("a wider pitch: at most {} lanes", kMostLanes));
 }
 
-Pressing to_pressing(const WipeParameters& parameters) {
+}  // namespace
+
+std::unique_ptr<OperationCommand> wipe_command(const WipeParameters& parameters) {
   Pressing pressing = pressing_of(parameters, "wipe");
   WipeParameters named = parameters;
   named.name = pressing.name;
@@ -75,21 +78,7 @@ Pressing to_pressing(const WipeParameters& parameters) {
   pressing.in = parameters.in;
   pressing.path = [named](const Pressing::Start& start) { return plan_lanes(named, start); };
   pressing.path_key = "/length_m";
-  return pressing;
-}
-
-std::unique_ptr<Step> read_wipe_step(const OperationSource& source) {
-  return pressing_step(to_pressing(read_parameters<wipe_parameters>(source)));
-}
-
-std::unique_ptr<OperationCommand> read_wipe_command(const OperationSource& source) {
-  return wipe_command(read_parameters<wipe_parameters>(source));
-}
-
-}  // namespace
-
-std::unique_ptr<OperationCommand> wipe_command(const WipeParameters& parameters) {
-  return pressing_command(to_pressing(parameters));
+  return pressing_command(std::move(pressing));
 }
 
 const ParameterTable<WipeParameters>& wipe_parameters() {
@@ -116,8 +105,8 @@ Operation wipe_operation() {
   return {.name = "wipe",
           .doc = "Follows a surface in lanes with a constant force.",
           .parameters = rows_of<wipe_parameters>,
-          .read_step = read_wipe_step,
-          .read_command = read_wipe_command};
+          .read_step = step_of_command,
+          .read_command = make_command<wipe_parameters, wipe_command>};
 }
 
 }  // namespace takt::activity

@@ -1,5 +1,4 @@
-// Family "force": laws that make an arm give way, or press with a force.
-#include <algorithm>
+// Family "force": laws that make an arm give way. What presses is in force_control.cc.
 #include <cmath>
 
 #include "core/net/registry.h"
@@ -114,85 +113,6 @@ class AdmittanceLaw final : public Primitive {
   State linear_, angular_;
 };
 
-/// Two modes, free and in contact, and no jump of the velocity from one to the other.
-class ForceController final : public Primitive {
- public:
-  explicit ForceController(Setup& setup)
-      : wanted_(setup.in<Real>("wanted", {.unit = "N", .doc = "force that the tool is to exert, >= 0"})),
-        force_(setup.in<Real>("force", {.unit = "N", .doc = "with which it presses, along the approach"})),
-        velocity_(setup.out<Real>("velocity", {.unit = "m/s", .doc = "along the approach"})),
-        contact_(setup.out<Boolean>("contact", {.doc = "the force is controlled"})),
-        approach_(number(setup, "approach_velocity", "m/s", "while nothing is touched", "0.01", "[0,1]")),
-        touch_(number(setup, "contact_force", "N", "from here on there is contact", "2.0", "(0,inf)")),
-        release_(
-            number(setup, "release_force", "N", "below it for release_time there is none any more", "0.5", "[0,inf)")),
-        release_time_(number(setup, "release_time", "s", "how long", "0.05", "[0,1e6]")),
-        gain_(number(setup, "gain", "m/s/N", "velocity for a lack of force", "0.002", "(0,inf)")),
-        integral_time_(number(setup, "integral_time", "s", "of the PI law", "0.5", "(0,inf)")),
-        velocity_max_(number(setup, "velocity_max", "m/s", "largest speed in both directions", "0.02", "(0,inf)")),
-        acceleration_max_(number(setup, "acceleration_max", "m/s^2", "bounds every change", "1.0", "(0,inf)")) {}
-
-  Diagnostics prepare() override {
-    Diagnostics diagnostics;
-    if (release_ >= touch_)
-      diagnostics.error(Code::kOutOfRange, "/release_force", "not below contact_force",
-                        "release_force < contact_force");
-    if (approach_ > velocity_max_)
-      diagnostics.error(Code::kOutOfRange, "/approach_velocity", "above velocity_max", "at most velocity_max");
-    return diagnostics;
-  }
-
-  void update(const Cycle& cycle) override {
-    const bool complete = !wanted_.null() && !force_.null();
-    if (cycle.first || !complete) begin();
-    if (!complete) {
-      velocity_.set_null();
-      return contact_.set_null();
-    }
-    look_for_contact(cycle.dt);
-    const double error = *wanted_ - *force_;
-    const double law = in_contact_ ? gain_ * error + integral_ : approach_;
-    const double step = acceleration_max_ * cycle.dt;
-    const double bounded = std::clamp(law, -velocity_max_, velocity_max_);
-    last_ = std::clamp(bounded, last_ - step, last_ + step);
-    if (in_contact_) {
-      // What the bounds took away does not wind up: the integral is what makes the law give the bounded velocity.
-      integral_ += gain_ * cycle.dt / integral_time_ * error + std::min(1.0, cycle.dt / integral_time_) * (last_ - law);
-      if (!std::isfinite(integral_)) integral_ = 0.0;
-    }
-    velocity_.set(last_);
-    contact_.set(in_contact_);
-  }
-
- private:
-  static double number(Setup& setup, const char* name, const char* unit, const char* doc, const char* example,
-                       const char* range) {
-    return setup.parameter<Real>(name, {.unit = unit, .doc = doc, .range = range, .example = example});
-  }
-  void begin() {
-    in_contact_ = false;
-    lost_for_ = 0;
-    last_ = integral_ = 0.0;
-  }
-  void look_for_contact(double dt) {
-    if (!in_contact_ && *force_ >= touch_) {
-      in_contact_ = true;
-      lost_for_ = 0;
-      integral_ = last_ - gain_ * (*wanted_ - *force_);
-    }
-    lost_for_ = *force_ < release_ ? lost_for_ + 1 : 0;
-    if (lost_for_ > cycles_of(release_time_, dt)) in_contact_ = false;
-  }
-
-  In<Real> wanted_, force_;
-  Out<Real> velocity_;
-  Out<Boolean> contact_;
-  double approach_, touch_, release_, release_time_, gain_, integral_time_, velocity_max_, acceleration_max_;
-  bool in_contact_ = false;
-  std::int64_t lost_for_ = 0;
-  double last_ = 0.0, integral_ = 0.0;
-};
-
 TAKT_PRIMITIVE(ImpedanceLaw, "force",
                "A spring and a damper in six directions: stiffness * error + damping * twist_error + feed_forward. The "
                "first cycle is like any other.");
@@ -200,11 +120,6 @@ TAKT_PRIMITIVE(AdmittanceLaw, "force",
                "Motion of a body with mass, damper and spring in each of six directions under a wrench. It begins at "
                "rest without offset, in the first cycle, at a reset and after null; the first cycle has run for one "
                "period.");
-TAKT_PRIMITIVE(
-    ForceController, "force",
-    "Velocity along one direction that brings a contact force to its desired value: approaches, switches to force "
-    "control without a jump at contact (PI law with anti-windup), and approaches again when contact is lost. It "
-    "begins free and at rest, in the first cycle and after null.");
 
 }  // namespace
 }  // namespace takt::primitives

@@ -13,7 +13,8 @@ int main(int argc, char** argv) {
     const Eigen::Isometry3d goal2 = Eigen::Translation3d(0.0, 0.2, 0.1) * X_BT;
 
     const RunPtr first = motion.lin(goal, {.velocity = 0.5, .blend = 0.7}).begin_execute();
-    const RunPtr grip = gripper.use<GrippingInterface>().close().begin_execute();
+    const RunPtr grip =
+        gripper.use<GrippingInterface>().close({.expect = GripParameters::Expect::kNothing}).begin_execute();
     const RunPtr second = motion.lin(goal2, {.velocity = 0.5}).execute();
     wait(cell.runtime(), grip);
 

@@ -133,6 +133,15 @@ TEST(PressOnSprings, ASearchOnSpringsFindsTheEdge) {
   EXPECT_GT(found.most(), 8.0) << "it pressed before";
 }
 
+TEST(PressOnSprings, ASearchOnSoftSpringsFollowsItsPattern) {
+  // The edge is 8 mm away, and 10 N of force with friction bend 1000 N/m by 6 mm.
+  const Pressed found = run("cartesian_impedance", R"({"do": "lin", "to": {"by_m": [0.072, 0, 0]}}, {"do": "search",
+      "direction": [0, 0, -1], "in": "world", "force_N": 10, "radius_m": 0.015, "pitch_m": 0.005, "velocity_m_s": 0.01,
+      "drop_m": 0.003, "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": [1000, 1000, 2000]}})");
+  EXPECT_EQ(found.report.verdict, Verdict::kPassed) << found.report.diagnostics.to_string();
+  EXPECT_TRUE(found.rests);
+}
+
 TEST(PressOnSprings, InATransactionAndAfterACancelNothingIsLeftBehind) {
   const std::string press_once = press(springs_of_tool(500));
   const std::string inside = R"({"do": "transaction", "commands": {"p": )" +

@@ -28,7 +28,7 @@ Actuator arm_on_base(const Cell& cell, const std::string& arm) {
 }
 
 Result<PlannedMotion> carried_lin(const Cell& cell, const std::string& arm, const CarriedGoal& goal,
-                                  const MotionWish& wish) {
+                                  const PlanParameters& wish) {
   const auto base = carrier_of(cell, arm);
   if (!base) return std::unexpected(base.error());
   const MountedArm& rider = cell.arms.find(arm)->second;

@@ -24,6 +24,6 @@ struct CarriedGoal {
 /// LIN of the tool in the room while the base drives (motion::plan_carried_lin), for arm_on_base().
 /// @return the motion of the base with that of the arm as its partner; or diagnostics.
 [[nodiscard]] Result<PlannedMotion> carried_lin(const Cell& cell, const std::string& arm, const CarriedGoal& goal,
-                                                const MotionWish& wish = {});
+                                                const PlanParameters& wish = {});
 
 }  // namespace takt::command

@@ -54,10 +54,10 @@ SpringValues values_of(const CartesianCompliance& wish) {
   return values;
 }
 
-SpringValues values_of(const ComplianceWish& wish) {
+SpringValues values_of(const SpringParameters& wish) {
   return std::visit([](const auto& kind) { return values_of(kind); }, wish);
 }
-bool takes_tool_axes(const ComplianceWish& wish) {
+bool takes_tool_axes(const SpringParameters& wish) {
   const auto* cartesian = std::get_if<CartesianCompliance>(&wish);
   return cartesian != nullptr && cartesian->in_tool_axes;
 }
@@ -96,7 +96,7 @@ void check_constants(const SpringValues& values, ControlMode mode, const device:
 
 class Compliant final : public ActionModel {
  public:
-  Compliant(std::shared_ptr<const ActionModel> action, const ComplianceWish& wish)
+  Compliant(std::shared_ptr<const ActionModel> action, const SpringParameters& wish)
       : action_(std::move(action)),
         mode_(mode_of(wish)),
         values_(values_of(wish)),
@@ -199,13 +199,13 @@ class Compliant final : public ActionModel {
 
 }  // namespace
 
-ControlMode mode_of(const ComplianceWish& wish) {
+ControlMode mode_of(const SpringParameters& wish) {
   if (std::holds_alternative<JointCompliance>(wish)) return ControlMode::kJointImpedance;
   if (std::holds_alternative<CartesianCompliance>(wish)) return ControlMode::kCartesianImpedance;
   return ControlMode::kPosition;
 }
 
-bool same(const std::optional<ComplianceWish>& a, const std::optional<ComplianceWish>& b) {
+bool same(const std::optional<SpringParameters>& a, const std::optional<SpringParameters>& b) {
   if (!a || !b) return a.has_value() == b.has_value();
   if (a->index() != b->index() || takes_tool_axes(*a) != takes_tool_axes(*b)) return false;
   return std::ranges::equal(values_of(*a), values_of(*b), [](const SpringValue& x, const SpringValue& y) {
@@ -214,14 +214,14 @@ bool same(const std::optional<ComplianceWish>& a, const std::optional<Compliance
   });
 }
 
-Diagnostics check_compliance(const ComplianceWish& wish, const device::ArmDescription& description,
+Diagnostics check_compliance(const SpringParameters& wish, const device::ArmDescription& description,
                              const std::string& arm) {
   Diagnostics diagnostics;
   check_constants(values_of(wish), mode_of(wish), description, arm, diagnostics);
   return diagnostics;
 }
 
-Action with_compliance(const Action& action, const ComplianceWish& wish) {
+Action with_compliance(const Action& action, const SpringParameters& wish) {
   return Action(std::make_shared<const Compliant>(action.shared_model(), wish));
 }
 

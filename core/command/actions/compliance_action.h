@@ -29,14 +29,14 @@ struct CartesianCompliance {
   bool in_tool_axes = false;                            ///< stiffness and wrench, else in the axes of the base
 };
 
-using ComplianceWish = std::variant<Stiff, JointCompliance, CartesianCompliance>;
+using SpringParameters = std::variant<Stiff, JointCompliance, CartesianCompliance>;
 /// The control mode that it needs.
-[[nodiscard]] device::ControlMode mode_of(const ComplianceWish& wish);
+[[nodiscard]] device::ControlMode mode_of(const SpringParameters& wish);
 /// Both ask for the same, equal constants and the same formulas, or neither asks for anything.
-[[nodiscard]] bool same(const std::optional<ComplianceWish>& a, const std::optional<ComplianceWish>& b);
+[[nodiscard]] bool same(const std::optional<SpringParameters>& a, const std::optional<SpringParameters>& b);
 
 /// Constants that the device does not allow, at "/compliance/PORT" and below. @param arm  for people
-[[nodiscard]] Diagnostics check_compliance(const ComplianceWish& wish, const device::ArmDescription& description,
+[[nodiscard]] Diagnostics check_compliance(const SpringParameters& wish, const device::ArmDescription& description,
                                            const std::string& arm);
 
 /// The action on an arm that gives way like this, whatever it is: a motion, a hold, a jog. What is wanted of the
@@ -45,6 +45,6 @@ using ComplianceWish = std::variant<Stiff, JointCompliance, CartesianCompliance>
 /// offers, and `settled`: the springs are as they are wanted. An arm that has no such mode is refused (rule C8). In
 /// which mode the arm is, START looks at. Two arms as one have the same springs, each in its own axes, and exert
 /// nothing beside them.
-[[nodiscard]] Action with_compliance(const Action& action, const ComplianceWish& wish);
+[[nodiscard]] Action with_compliance(const Action& action, const SpringParameters& wish);
 
 }  // namespace takt::command

@@ -144,7 +144,7 @@ class FollowValue final : public ActionModel {
 
 class GripModel final : public ActionModel {
  public:
-  GripModel(bool opens, const GripWish& wish) : opens_(opens), wish_(wish) {}
+  GripModel(bool opens, const FingerParameters& wish) : opens_(opens), wish_(wish) {}
   [[nodiscard]] std::string_view name() const override { return opens_ ? "release" : "grip"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kGrip; }
 
@@ -187,7 +187,7 @@ class GripModel final : public ActionModel {
   double force(const device::GripperDescription& g) const { return wish_.force.value_or(0.5 * g.force_max); }
 
   bool opens_;
-  GripWish wish_;
+  FingerParameters wish_;
 };
 
 /// The set point of the cycle before the first one, again and again.
@@ -216,8 +216,8 @@ Action set_value(bool value) { return Action(std::make_shared<const SetDigital>(
 Action set_value(double value) { return Action(std::make_shared<const SetAnalog>(value)); }
 Action track_value(const RealSensor& sensor) { return Action(std::make_shared<const TrackValue>(sensor.node())); }
 Action follow_value(const RealSensor& sensor) { return Action(std::make_shared<const FollowValue>(sensor.node())); }
-Action grip(const GripWish& wish) { return Action(std::make_shared<const GripModel>(false, wish)); }
-Action release(const GripWish& wish) { return Action(std::make_shared<const GripModel>(true, wish)); }
+Action grip(const FingerParameters& wish) { return Action(std::make_shared<const GripModel>(false, wish)); }
+Action release(const FingerParameters& wish) { return Action(std::make_shared<const GripModel>(true, wish)); }
 Action hold() { return Action(std::make_shared<const Hold>()); }
 
 }  // namespace takt::command

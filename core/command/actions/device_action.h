@@ -18,14 +18,14 @@ namespace takt::command {
 [[nodiscard]] Action follow_value(const RealSensor& sensor);
 
 /// How a gripper closes or opens; what is not given: closed or open, a quarter of its speed, half of its force.
-struct GripWish {
+struct FingerParameters {
   std::optional<double> width = {};  ///< m
   std::optional<double> speed = {};  ///< m/s
   std::optional<double> force = {};  ///< N
 };
 /// Done when the fingers stand: at the width, or at a part. Offers `holding`, and `error`: the part was lost.
-[[nodiscard]] Action grip(const GripWish& wish = {});
-[[nodiscard]] Action release(const GripWish& wish = {});
+[[nodiscard]] Action grip(const FingerParameters& wish = {});
+[[nodiscard]] Action release(const FingerParameters& wish = {});
 
 /// Holds an arm that stands where it is, until it is cancelled.
 [[nodiscard]] Action hold();

@@ -34,7 +34,7 @@ void check_from_zero(Diagnostics& diagnostics, const char* key, double value, co
   diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit), fmt::format("from 0 {}", unit));
 }
 
-void check_bounds(Diagnostics& diagnostics, const FreedriveWish& wish) {
+void check_bounds(Diagnostics& diagnostics, const GuidanceParameters& wish) {
   check_positive(diagnostics, "/linear_max", wish.linear_max, "m/s");
   check_positive(diagnostics, "/angular_max", wish.angular_max, "rad/s");
 }
@@ -57,7 +57,7 @@ void add_guided(FragmentWriter& fragment, const std::optional<State>& enabled) {
 /// The springs' rest goes after the measured joints: velocity = gain * (what they are bent by, less a band).
 class BySprings final : public ActionModel {
  public:
-  explicit BySprings(const FreedriveWish& wish) : wish_(wish) {}
+  explicit BySprings(const GuidanceParameters& wish) : wish_(wish) {}
 
   [[nodiscard]] std::string_view name() const override { return "freedrive"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
@@ -148,14 +148,14 @@ class BySprings final : public ActionModel {
     return fragment.gate_with_cancel("done", "And", "firm.value");
   }
 
-  FreedriveWish wish_;
+  GuidanceParameters wish_;
 };
 
 /// Mass and damper at the tool centre point, in its own axes; the tool goes with their velocity.
 class ByBody final : public VelocityModel {
  public:
   /// @param felt  weight taken out, in the sensor's measuring frame; without bias if `tared`
-  ByBody(const FreedriveWish& wish, const WrenchSensor& felt, bool tared, const Eigen::Isometry3d& X_TS)
+  ByBody(const GuidanceParameters& wish, const WrenchSensor& felt, bool tared, const Eigen::Isometry3d& X_TS)
       : wish_(wish), felt_(felt.node()), tared_(tared), X_TS_(X_TS) {}
 
   [[nodiscard]] std::string_view name() const override { return "freedrive"; }
@@ -168,7 +168,7 @@ class ByBody final : public VelocityModel {
 
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     Diagnostics diagnostics;
-    const FreedriveWish::Body& body = wish_.body;
+    const GuidanceParameters::Body& body = wish_.body;
     check_bounds(diagnostics, wish_);
     check_positive(diagnostics, "/body/mass", body.mass, "kg");
     check_positive(diagnostics, "/body/damping", body.damping, "Ns/m");
@@ -193,7 +193,7 @@ class ByBody final : public VelocityModel {
     return ToolSpeed{.linear = wish_.linear_max, .angular = wish_.angular_max};
   }
   void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
-    const FreedriveWish::Body& body = wish_.body;
+    const GuidanceParameters::Body& body = wish_.body;
     add_guided(fragment, wish_.enabled);
     fragment.add("at_tool", "TransformWrench", {{"frame", net::value_to_json(net::Frame(X_TS_))}});
     add_contact(fragment, "at_tool.wrench");
@@ -250,7 +250,7 @@ class ByBody final : public VelocityModel {
     fragment.link("tare.tared", to);
   }
 
-  FreedriveWish wish_;
+  GuidanceParameters wish_;
   ExpressionPtr felt_;
   bool tared_;
   Eigen::Isometry3d X_TS_;
@@ -290,7 +290,7 @@ FreedriveKind freedrive_kind(const Cell& cell, const std::string& arm) {
   return feels ? FreedriveKind::kBody : FreedriveKind::kNone;
 }
 
-Action freedrive(const Cell& cell, const std::string& arm, const FreedriveWish& wish, const Biases& biases) {
+Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& wish, const Biases& biases) {
   switch (freedrive_kind(cell, arm)) {
     case FreedriveKind::kSprings:
       return Action(std::make_shared<const BySprings>(wish));

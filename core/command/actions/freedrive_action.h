@@ -8,7 +8,7 @@
 /// A person guides an arm by hand (docs/control-modes.md). Realtime: setup.
 namespace takt::command {
 
-struct FreedriveWish {
+struct GuidanceParameters {
   /// While it holds, somebody has the arm in hand (dead-man). When it falls or nobody knows, the arm comes to rest and
   /// is stiff again. Default: always.
   std::optional<State> enabled = {};
@@ -52,7 +52,7 @@ enum class FreedriveKind : std::uint8_t {
 /// @param biases  of the cell's sensors; one that is not there is tared at the beginning: then nobody may touch the arm
 /// An arm with neither kind is refused with the reason. Offers `enabled`, and `error`: the arm, or the sensor, does not
 /// answer, so it rests.
-[[nodiscard]] Action freedrive(const Cell& cell, const std::string& arm, const FreedriveWish& wish = {},
+[[nodiscard]] Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& wish = {},
                                const Biases& biases = {});
 
 }  // namespace takt::command

@@ -9,12 +9,18 @@
 #include "core/command/actions/planned_path.h"
 #include "core/command/command_tree.h"
 #include "core/device/description.h"
+#include "core/expression/device_sensors.h"
 
 namespace takt::command {
 namespace {
 
 using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
+
+device::Seam rest_at(const JointVector& q) {
+  const JointVector zero = JointVector::Zero(q.size());
+  return {.q = q, .dq = zero, .ddq = zero};
+}
 
 /// Path clock, time law, path: a request to cancel and a pause are target rates of the clock.
 class PlannedModel final : public ActionModel {
@@ -29,6 +35,7 @@ class PlannedModel final : public ActionModel {
     std::vector<ExpressionPtr> formulas = motion_.clock.formulas();
     for (const auto* begin : {&motion_.begins.time, &motion_.begins.rate})
       if (*begin) formulas.push_back((*begin)->node());
+    if (motion_.begins_there) formulas.push_back(motion_.begins_there->node());
     return formulas;
   }
 
@@ -36,6 +43,7 @@ class PlannedModel final : public ActionModel {
     const motion::Motion& motion = *motion_.motion;
     add_clock(fragment, motion, motion_.clock);
     add_hand_over(fragment);
+    if (motion_.begins_there) add_start_check(fragment);
     SetPoint set_point = add_path(fragment, "path", motion.path, motion_.X_FM);
     if (motion_.partner) {
       const PlannedPartner& partner = *motion_.partner;
@@ -77,6 +85,10 @@ class PlannedModel final : public ActionModel {
     return {.motion = motion_.motion.get(), .X_FM = motion_.X_FM, .handed_over = motion_.handed_over};
   }
   [[nodiscard]] double duration() const override { return motion_.motion->duration(); }
+  [[nodiscard]] Left left_in_motion() const override {
+    if (!motion_.leaving || motion_.tells.time.empty() || motion_.partner) return {};
+    return {.motion = &motion_, .abort_handlers = motion_.leaving->abort_handlers};
+  }
   [[nodiscard]] std::vector<device::Seam> begins() const override {
     // In motion it depends on when it takes over.
     if (motion_.motion->law.begins_in_motion()) return {};
@@ -85,15 +97,21 @@ class PlannedModel final : public ActionModel {
   [[nodiscard]] std::vector<device::Seam> ends() const override { return at_rest(&motion::Motion::q_goal); }
 
  private:
-  static device::Seam at_rest(const JointVector& q) {
-    const JointVector zero = JointVector::Zero(q.size());
-    return {.q = q, .dq = zero, .ddq = zero};
-  }
   /// Of each arm.
   [[nodiscard]] std::vector<device::Seam> at_rest(JointVector motion::Motion::*q) const {
-    std::vector<device::Seam> seams{at_rest(*motion_.motion.*q)};
-    if (motion_.partner) seams.push_back(at_rest(*motion_.partner->motion.*q));
+    std::vector<device::Seam> seams{rest_at(*motion_.motion.*q)};
+    if (motion_.partner) seams.push_back(rest_at(*motion_.partner->motion.*q));
     return seams;
+  }
+
+  /// The net fails where the arm is not at the start that the motion was planned from.
+  void add_start_check(FragmentWriter& fragment) const {
+    fragment.add("at_start", "SnapshotBoolean", {{"trigger", true}});
+    fragment.feed(motion_.begins_there->node(), "at_start.input");
+    fragment.add("elsewhere", "Not");
+    fragment.link("at_start.value", "elsewhere.input");
+    fragment.add("wrong_start", "Error", {{"text", "the arm is not where its motion begins"}});
+    fragment.link("elsewhere.value", "wrong_start.condition");
   }
 
   /// Goes on with another clock, and tells the next one.
@@ -157,30 +175,102 @@ class MotionModel : public ActionModel {
   SetPointKind gives_;
 };
 
+motion::MotionOptions options_of(const motion::ArmModel& arm, const PlanParameters& wish) {
+  return {.velocity = wish.velocity,
+          .acceleration = wish.acceleration,
+          .linear_velocity = wish.linear_velocity,
+          .X_FM = arm.X_FM,
+          .load = arm.load};
+}
+
+Result<motion::SequencePlan> alone(Result<motion::Motion> motion) {
+  if (!motion) return std::unexpected(std::move(motion.error()));
+  motion::SequencePlan plan;
+  plan.motion = std::move(*motion);
+  return plan;
+}
+
 /// Of one arm, with goals in its base.
-class ArmMotion final : public MotionModel {
+class ArmMotion : public MotionModel {
  public:
   using Planner =
       std::function<Result<motion::SequencePlan>(const MountedArm& arm, const kinematics::JointVector& q_start)>;
-  /// @param wish  frame that moves and inputs of the clock; the rest is the planner's
-  ArmMotion(const char* name, MotionWish wish, Planner planner)
+  /// @param wish  frame that moves, start, blend and inputs of the clock; the rest is the planner's
+  ArmMotion(const char* name, PlanParameters wish, Planner planner)
       : MotionModel(name, SetPointKind::kPath), wish_(std::move(wish)), planner_(std::move(planner)) {}
 
+  [[nodiscard]] std::vector<device::Seam> begins() const override {
+    return wish_.from ? std::vector{rest_at(*wish_.from)} : std::vector<device::Seam>();
+  }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
                                                                 const Places& q_start) const override {
-    auto plan = planner_(*actuator.arm(), q_start.at(actuator.name()));
+    if (actuator.joint())
+      return failure(Code::kInvalidValue, {}, fmt::format("C8: {} is not for '{}'", name(), actuator.name()),
+                     "ptp() with a goal of one number");
+    return planned_from(*actuator.arm(), actuator.devices().front(), q_start, planner_);
+  }
+
+ protected:
+  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> planned_from(const MountedArm& arm,
+                                                                        const std::string& device,
+                                                                        const Places& q_start,
+                                                                        const Planner& planner) const {
+    auto plan = planner(arm, q_start.at(device));
     if (!plan) return std::unexpected(std::move(plan.error()));
-    return std::make_shared<const PlannedModel>(
-        PlannedMotion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
-                      .X_FM = wish_.X_FM.value_or(actuator.arm()->X_FT),
-                      .handed_over = std::move(plan->handed_over),
-                      .clock = wish_.clock,
-                      .name = std::string(name())});
+    PlannedMotion motion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
+                         .X_FM = wish_.X_FM.value_or(arm.X_FT),
+                         .handed_over = std::move(plan->handed_over),
+                         .clock = wish_.clock,
+                         .name = std::string(name())};
+    if (wish_.from) motion.begins_there = stands_at(arm, device, *wish_.from);
+    if (wish_.blend.kind != motion::Blend::Kind::kNone) {
+      motion.leaving = {.blend = wish_.blend};
+      motion.tells = {.time = path_time_channel(device), .rate = path_rate_channel(device)};
+    }
+    return std::make_shared<const PlannedModel>(std::move(motion));
   }
 
  private:
-  MotionWish wish_;
+  /// What was sent to the arm last is this.
+  static State stands_at(const MountedArm& arm, const std::string& device, const JointVector& q) {
+    const JointsSensor sent(read_resource(net::ValueType::kJoints, "ArmState", "device", device, arm.device,
+                                          "set_point_q", id_of("state", device)));
+    return near(sent, net::JointArray(q), arm.device->description().start_tolerance);
+  }
+
+  PlanParameters wish_;
   Planner planner_;
+};
+
+/// A PTP; also of a single joint.
+class PtpMotion final : public ArmMotion {
+ public:
+  PtpMotion(JointVector q_goal, const PlanParameters& wish)
+      : ArmMotion("PTP", wish, {}), q_goal_(std::move(q_goal)), wish_(wish) {}
+
+  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
+                                                                const Places& q_start) const override {
+    if (actuator.joint() && q_goal_.size() != 1)
+      return failure(Code::kWrongSize, {}, fmt::format("a goal of {} joints for '{}'", q_goal_.size(), actuator.name()),
+                     "one number");
+    const auto planner = [&](const MountedArm& arm, const JointVector& q) {
+      const motion::ArmModel model = planning_model(arm, wish_.X_FM);
+      return alone(motion::plan_ptp(model.chain, model.limits, q, goal(actuator, q), options_of(model, wish_)));
+    };
+    return planned_from(*actuator.arm(), actuator.devices().front(), q_start, planner);
+  }
+
+ private:
+  /// Of a single joint the others stand.
+  [[nodiscard]] JointVector goal(const ActuatorModel& actuator, const JointVector& q) const {
+    if (!actuator.joint()) return q_goal_;
+    JointVector goal = q;
+    goal[*actuator.joint()] = q_goal_[0];
+    return goal;
+  }
+
+  JointVector q_goal_;
+  PlanParameters wish_;
 };
 
 /// Planned by somebody else.
@@ -200,14 +290,6 @@ class ForeignMotion final : public MotionModel {
   MotionPlanner planner_;
 };
 
-motion::MotionOptions options_of(const motion::ArmModel& arm, const MotionWish& wish) {
-  return {.velocity = wish.velocity,
-          .acceleration = wish.acceleration,
-          .linear_velocity = wish.linear_velocity,
-          .X_FM = arm.X_FM,
-          .load = arm.load};
-}
-
 /// The leg with what is wished for it.
 motion::LegMaker with_wish(const SequencePart& part) {
   return [part](const JointVector& q) -> Result<motion::Leg> {
@@ -221,20 +303,13 @@ motion::LegMaker with_wish(const SequencePart& part) {
   };
 }
 
-Result<motion::SequencePlan> alone(Result<motion::Motion> motion) {
-  if (!motion) return std::unexpected(std::move(motion.error()));
-  motion::SequencePlan plan;
-  plan.motion = std::move(*motion);
-  return plan;
-}
-
-Action motion_action(const char* name, const MotionWish& wish, ArmMotion::Planner planner) {
+Action motion_action(const char* name, const PlanParameters& wish, ArmMotion::Planner planner) {
   return Action(std::make_shared<const ArmMotion>(name, wish, std::move(planner)));
 }
 
 /// A motion of one leg; `make_leg(model, q, goal)` is one of the functions of core/motion/leg.h.
 template <class Goal, class MakeLeg>
-Action one_leg(const char* name, const MotionWish& wish, const Goal& goal, MakeLeg make_leg) {
+Action one_leg(const char* name, const PlanParameters& wish, const Goal& goal, MakeLeg make_leg) {
   return motion_action(name, wish, [wish, goal, make_leg](const MountedArm& arm, const JointVector& q_start) {
     const motion::ArmModel model = planning_model(arm, wish.X_FM);
     const auto geometry = [&](const JointVector& q) { return make_leg(model, q, goal); };
@@ -249,14 +324,11 @@ Action planned_by(std::string name, SetPointKind gives, MotionPlanner planner) {
 }
 Action planned(PlannedMotion motion) { return Action(std::make_shared<const PlannedModel>(std::move(motion))); }
 
-Action ptp(const JointVector& q_goal, const MotionWish& wish) {
-  return motion_action("PTP", wish, [wish, q_goal](const MountedArm& arm, const JointVector& q) {
-    const motion::ArmModel model = planning_model(arm, wish.X_FM);
-    return alone(motion::plan_ptp(model.chain, model.limits, q, q_goal, options_of(model, wish)));
-  });
+Action ptp(const JointVector& q_goal, const PlanParameters& wish) {
+  return Action(std::make_shared<const PtpMotion>(q_goal, wish));
 }
 
-Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish) {
+Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& wish) {
   return motion_action("LIN", wish, [wish, X_BM_goal](const MountedArm& arm, const JointVector& q) {
     const motion::ArmModel model = planning_model(arm, wish.X_FM);
     if (!model.inverse)
@@ -266,25 +338,26 @@ Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish) {
   });
 }
 
-Action circ(const motion::ArcThrough& arc, const MotionWish& wish) {
+Action circ(const motion::ArcThrough& arc, const PlanParameters& wish) {
   return one_leg("CIRC", wish, arc,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::circ_leg(arm, q, goal); });
 }
-Action circ(const motion::ArcAbout& arc, const MotionWish& wish) {
+Action circ(const motion::ArcAbout& arc, const PlanParameters& wish) {
   return one_leg("CIRC", wish, arc,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::circ_leg(arm, q, goal); });
 }
-Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const MotionWish& wish) {
+Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const PlanParameters& wish) {
   return one_leg("spline", wish, poses_BM,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::spline_leg(arm, q, goal); });
 }
-Action spline(const std::vector<JointVector>& points, const MotionWish& wish) {
+Action spline(const std::vector<JointVector>& points, const PlanParameters& wish) {
   return one_leg("spline", wish, points,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::spline_leg(arm, q, goal); });
 }
 
 Action sequence(std::vector<SequencePart> parts) {
-  const MotionWish first = parts.empty() ? MotionWish{} : parts.front().wish;
+  PlanParameters first = parts.empty() ? PlanParameters{} : parts.front().wish;
+  first.blend = parts.empty() ? motion::Blend{} : parts.back().wish.blend;
   return motion_action("sequence", first,
                        [parts = std::move(parts), first](const MountedArm& arm, const JointVector& q) {
                          if (parts.empty())
@@ -302,7 +375,7 @@ namespace {
 Diagnostics plan(CommandNode& node, const Result<Places>& begin) {
   Diagnostics diagnostics;
   const ActionModel& action = node.action->model();
-  if (!action.needs_plan()) return diagnostics;
+  if (!action.needs_plan() || node.actuator->model().fault()) return diagnostics;  // of a fault check() tells
   if (!begin) return begin.error();
   const auto takes = node.actuator->model().takes();
   if (std::ranges::find(takes, action.gives(node.actuator->model())) == takes.end())
@@ -319,6 +392,12 @@ Diagnostics plan(CommandNode& node, const Result<Places>& begin) {
   return diagnostics;
 }
 
+/// Where the arms are when a command begins: where its motion says that it begins, else where they were left.
+Result<Places> begin_of(const StartPositions& positions, const CommandNode& node, int i) {
+  const auto begins = node.action->model().needs_plan() ? node.action->model().begins() : std::vector<device::Seam>();
+  return begins.empty() ? positions.all_at_begin_of(i) : positions.all_at_given_begin(i, begins.front().q);
+}
+
 }  // namespace
 
 Diagnostics plan(const Command& command) {
@@ -326,7 +405,7 @@ Diagnostics plan(const Command& command) {
   return plan(command, set_points);
 }
 
-Diagnostics plan(const Command& command, Places& places, Places* ends) {
+Diagnostics plan(const Command& command, Places& places, TreeEnd* end) {
   Diagnostics diagnostics;
   const CommandTree tree(command);
   if (!tree.cycle_of_starts().empty()) return diagnostics;  // check() tells
@@ -341,7 +420,7 @@ Diagnostics plan(const Command& command, Places& places, Places* ends) {
       start_positions.note_unplanned(i);
       continue;
     }
-    const auto begin = start_positions.all_at_begin_of(i);
+    const auto begin = begin_of(start_positions, node, i);
     if (Diagnostics faults = plan(node, begin); faults.has_errors()) {
       diagnostics.append(faults, tree.at(i).path);
       if (begin) start_positions.note_unplanned(i);
@@ -350,8 +429,10 @@ Diagnostics plan(const Command& command, Places& places, Places* ends) {
     }
   }
   places = start_positions.nominal_ends();
+  if (end == nullptr) return diagnostics;
   for (const auto& [device, q] : places)
-    if (auto end = ends != nullptr ? start_positions.end_of(device) : std::nullopt) (*ends)[device] = std::move(*end);
+    if (auto rest = start_positions.end_of(device)) end->rest[device] = std::move(*rest);
+  end->left = start_positions.left_in_motion();
   return diagnostics;
 }
 

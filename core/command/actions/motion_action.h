@@ -39,35 +39,51 @@ struct PlannedMotion {
     std::string time = {}, rate = {};
   } tells = {};
   std::optional<PlannedPartner> partner = {};
+  /// How far before its goal another motion may go on with it. It tells its clock then.
+  struct Leaving {
+    motion::Blend blend = {};
+    std::optional<State> abort_if = {};  ///< must not hold on what is left of it
+    int abort_handlers = 0;              ///< its first event handlers, which cancel it where that holds
+  };
+  std::optional<Leaving> leaving = {};
+  std::optional<State> begins_there = {};  ///< must hold in its first cycle, or its net fails
 };
 [[nodiscard]] Action planned(PlannedMotion motion);
 
 /// What motions may be asked for. Shares are of the limits of the arm.
-struct MotionWish {
+struct PlanParameters {
   double velocity = 1.0;                       ///< (0, 1]
   double acceleration = 1.0;                   ///< (0, 1]
   std::optional<double> linear_velocity = {};  ///< of the tool centre point, m/s
   std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves; default: the arm's tool centre point
   ClockInputs clock = {};
+  /// Where it begins, rad or m of each joint, so that it can be planned and loaded before the arm is there
+  /// (scheduleAfter of the papers). START looks whether the arm is there; inside of a transaction the net fails if it
+  /// is not. Default: where the arm is then, as far as that is known.
+  std::optional<kinematics::JointVector> from = {};
+  /// How far before its goal the motion that follows the whole command may go on with it, where all else is over by
+  /// then (TreeEnd). The cell declares the channels of its arms (activity::declare_channels()).
+  motion::Blend blend = {};
 };
 
 // Motions from where the arm is when its command is planned. Goals of frames are in the arm's base, m. They offer
-// `at_path`, `via_passed`, `progress`, `error` (no joints for a pose).
-[[nodiscard]] Action ptp(const kinematics::JointVector& q_goal, const MotionWish& wish = {});
-[[nodiscard]] Action lin(const Eigen::Isometry3d& X_BM_goal, const MotionWish& wish = {});
-[[nodiscard]] Action circ(const motion::ArcThrough& arc, const MotionWish& wish = {});
-[[nodiscard]] Action circ(const motion::ArcAbout& arc, const MotionWish& wish = {});
-[[nodiscard]] Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const MotionWish& wish = {});
-[[nodiscard]] Action spline(const std::vector<kinematics::JointVector>& points, const MotionWish& wish = {});
+// `at_path`, `via_passed`, `progress`, `error` (no joints for a pose). A single joint() takes a PTP with a goal of its
+// own.
+[[nodiscard]] Action ptp(const kinematics::JointVector& q_goal, const PlanParameters& wish = {});
+[[nodiscard]] Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& wish = {});
+[[nodiscard]] Action circ(const motion::ArcThrough& arc, const PlanParameters& wish = {});
+[[nodiscard]] Action circ(const motion::ArcAbout& arc, const PlanParameters& wish = {});
+[[nodiscard]] Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const PlanParameters& wish = {});
+[[nodiscard]] Action spline(const std::vector<kinematics::JointVector>& points, const PlanParameters& wish = {});
 
 /// A motion of a sequence, and how it is blended into the next one.
 struct SequencePart {
   motion::LegMaker geometry;
-  MotionWish wish = {};
+  PlanParameters wish = {};
   motion::Blend blend = {};
 };
-/// Several motions as one (docs/motion.md); via_passed(i) holds from the middle of blend i on. The frame that moves and
-/// the inputs of the clock are those of the first.
+/// Several motions as one (docs/motion.md); via_passed(i) holds from the middle of blend i on. The frame that moves,
+/// the inputs of the clock and the start are those of the first; PlanParameters::blend counts at the last.
 [[nodiscard]] Action sequence(std::vector<SequencePart> parts);
 
 /// Plans a motion from where its arm, or its two arms, will be (Places as ActionModel::plan() has them).
@@ -77,6 +93,14 @@ using MotionPlanner = std::function<Result<PlannedMotion>(const Places& q_start)
 /// @param gives  kPath of one arm, kPair of two as one
 [[nodiscard]] Action planned_by(std::string name, SetPointKind gives, MotionPlanner planner);
 
+/// How a tree of commands leaves the arms that it drives.
+struct TreeEnd {
+  Places rest = {};  ///< arms of which it is certain before the run where they are when all has ended
+  /// The command of a motion that may be left for the one that follows the tree (PlannedMotion::leaving): all other
+  /// commands are over before it begins, and nothing waits for its end. Null: there is none. Of the command.
+  const CommandNode* left = nullptr;
+};
+
 /// Plans every action of the tree that needs it: from where its arm will be when what starts before it on that arm has
 /// come to its natural end; the first one from the arm's set point. An action that is cancelled ends elsewhere: a
 /// planned motion that could follow it then is refused.
@@ -84,7 +108,7 @@ using MotionPlanner = std::function<Result<PlannedMotion>(const Places& q_start)
 [[nodiscard]] Diagnostics plan(const Command& command);
 /// The same from other places than the set points of now.
 /// @param[in,out] places  where arms are; then where they are when all has come to its natural end
-/// @param[out] ends       arms of which it is certain before where they are when the command has ended; may be null
-[[nodiscard]] Diagnostics plan(const Command& command, Places& places, Places* ends = nullptr);
+/// @param[out] end        how the command leaves its arms; may be null
+[[nodiscard]] Diagnostics plan(const Command& command, Places& places, TreeEnd* end = nullptr);
 
 }  // namespace takt::command

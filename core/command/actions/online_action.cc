@@ -43,7 +43,7 @@ void check_share(const char* name, double value, Diagnostics& diagnostics) {
                     "above 0, at most 1");
 }
 
-void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWish& wish) {
+void add_limit(FragmentWriter& fragment, const std::string& from, const TrackingParameters& wish) {
   const std::string limited = wish.speed ? "limited" : "wanted";
   fragment.add(limited, "LimitTwist", {{"linear_max", wish.linear_max}, {"angular_max", wish.angular_max}});
   fragment.link(from, limited + ".input");
@@ -53,10 +53,10 @@ void add_limit(FragmentWriter& fragment, const std::string& from, const FollowWi
   fragment.feed(wish.speed->node(), "wanted.factor");
 }
 
-ToolSpeed speed_of(const FollowWish& wish) { return {.linear = wish.linear_max, .angular = wish.angular_max}; }
+ToolSpeed speed_of(const TrackingParameters& wish) { return {.linear = wish.linear_max, .angular = wish.angular_max}; }
 
 /// What it follows, and its speed.
-std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const FollowWish& wish) {
+std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const TrackingParameters& wish) {
   if (wish.speed) formulas.push_back(wish.speed->node());
   return formulas;
 }
@@ -69,7 +69,7 @@ ExpressionPtr no_direction(net::ValueType type) {
 
 class Jog final : public VelocityModel {
  public:
-  Jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds)
+  Jog(const TwistSensor& velocity, const State& enabled, const TrackingParameters& bounds)
       : velocity_(velocity.node()), enabled_(enabled.node()), bounds_(bounds) {}
   [[nodiscard]] std::string_view name() const override { return "jog"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
@@ -89,12 +89,12 @@ class Jog final : public VelocityModel {
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(bounds_); }
 
   ExpressionPtr velocity_, enabled_;
-  FollowWish bounds_;
+  TrackingParameters bounds_;
 };
 
 class FollowPose final : public VelocityModel {
  public:
-  FollowPose(const FrameSensor& target, const FollowWish& wish) : target_(target.node()), wish_(wish) {}
+  FollowPose(const FrameSensor& target, const TrackingParameters& wish) : target_(target.node()), wish_(wish) {}
   [[nodiscard]] std::string_view name() const override { return "follow"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return with_speed({target_}, wish_); }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
@@ -134,7 +134,7 @@ class FollowPose final : public VelocityModel {
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(wish_); }
 
   ExpressionPtr target_;
-  FollowWish wish_;
+  TrackingParameters wish_;
 };
 
 class HoldForce final : public VelocityModel {
@@ -152,25 +152,27 @@ class HoldForce final : public VelocityModel {
                                               {"approach_velocity", wish_.approach_velocity, "m/s"},
                                               {"contact_force", wish_.contact_force, "N"},
                                               {"release_time", wish_.release_time, "s"},
-                                              {"gain", wish_.gain, "m/s/N"},
-                                              {"integral_time", wish_.integral_time, "s"},
+                                              {"gain", wish_.gain.value_or(1.0), "m/s/N"},
                                               {"velocity_max", wish_.velocity_max, "m/s"},
                                               {"acceleration_max", wish_.acceleration_max, "m/s^2"}});
     check_share("release_share", wish_.release_share, diagnostics);
+    check_share("band", wish_.band, diagnostics);
     return diagnostics;
   }
-  [[nodiscard]] std::vector<std::string> states() const override { return {"in_contact", "error"}; }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"in_contact", "at_force", "error"}; }
 
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
     if (name == "in_contact") return "force_law.contact";
+    if (name == "at_force") return "force_law.at_force";
     fragment.add("no_force", "IsNullReal");
     fragment.feed(pressing_, "no_force.input");
     return "no_force.value";
   }
 
  private:
-  void add_velocity(FragmentWriter& fragment, const ActuatorModel&) const override {
-    add_force_law(fragment, pressing_, wish_);
+  void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+    add_force_law(fragment, actuator, pressing_, wish_);
+    fragment.feed(direction_, "servo.direction");
     fragment.add("along", "ScaleVector");
     fragment.feed(direction_, "along.vector");
     fragment.link("force_law.velocity", "along.factor");
@@ -252,10 +254,10 @@ class FollowJoints final : public ActionModel {
 
 }  // namespace
 
-Action jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds) {
+Action jog(const TwistSensor& velocity, const State& enabled, const TrackingParameters& bounds) {
   return Action(std::make_shared<const Jog>(velocity, enabled, bounds));
 }
-Action follow(const FrameSensor& target, const FollowWish& wish) {
+Action follow(const FrameSensor& target, const TrackingParameters& wish) {
   return Action(std::make_shared<const FollowPose>(target, wish));
 }
 Action follow(const JointsSensor& target, double velocity, double acceleration) {
@@ -266,14 +268,32 @@ Action hold_force(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen
   return Action(std::make_shared<const HoldForce>(pressing, X_BT, direction_T, wish));
 }
 
+namespace {
+
+/// What a sensor on an arm feels, in the axes of the arm's base.
+VectorSensor felt_in_base(const Cell& cell, const std::string& sensor, const Biases& biases) {
+  const VectorSensor felt = force(contact_wrench(cell, sensor, biases));
+  const auto mounted = cell.sensors.find(sensor);
+  if (mounted == cell.sensors.end()) return felt;  // refused by every check: the sensor is not there
+  return rotate(flange_fixed_pose(cell, mounted->second.arm, mounted->second.X_FS), felt);
+}
+
+}  // namespace
+
 RealSensor pressing_force(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_B,
                           const Biases& biases) {
-  const WrenchSensor felt = contact_wrench(cell, sensor, biases);
-  const auto mounted = cell.sensors.find(sensor);
-  if (mounted == cell.sensors.end()) return norm(force(felt));  // refused by every check: the sensor is not there
   if (!(direction_B.norm() > kShortest)) return RealSensor(no_direction(net::ValueType::kReal));
-  const FrameSensor X_BS = flange_fixed_pose(cell, mounted->second.arm, mounted->second.X_FS);
-  return dot(rotate(X_BS, force(felt)), Eigen::Vector3d(-direction_B.normalized()));
+  return dot(felt_in_base(cell, sensor, biases), Eigen::Vector3d(-direction_B.normalized()));
+}
+
+RealSensor lateral_force(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_B,
+                         const Biases& biases) {
+  if (!(direction_B.norm() > kShortest)) return RealSensor(no_direction(net::ValueType::kReal));
+  constexpr double kCutoff_Hz = 30.0;
+  const VectorSensor felt = low_pass(felt_in_base(cell, sensor, biases), kCutoff_Hz);
+  const Eigen::Vector3d x = direction_B.unitOrthogonal(), y = direction_B.normalized().cross(x);
+  const RealSensor along_x = dot(felt, x), along_y = dot(felt, y);
+  return sqrt(along_x * along_x + along_y * along_y);
 }
 
 }  // namespace takt::command

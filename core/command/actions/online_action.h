@@ -9,7 +9,7 @@
 namespace takt::command {
 
 /// Bounds of a velocity, and how hard a difference is followed.
-struct FollowWish {
+struct TrackingParameters {
   double linear_max = 0.1;   ///< m/s
   double angular_max = 0.5;  ///< rad/s
   double gain = 4.0;         ///< velocity for a difference, 1/s
@@ -21,25 +21,29 @@ struct FollowWish {
 
 /// Manual control: the tool centre point moves with a velocity in the axes of the base while a dead-man switch is held.
 /// When the switch falls, does not answer, or the velocity is not there, the arm comes to rest within its limits.
-[[nodiscard]] Action jog(const TwistSensor& velocity, const State& enabled, const FollowWish& bounds = {});
+[[nodiscard]] Action jog(const TwistSensor& velocity, const State& enabled, const TrackingParameters& bounds = {});
 
 /// The tool centre point follows a pose in the arm's base; without a target it comes to rest. Offers `arrived`,
 /// `error`: there is no target.
-[[nodiscard]] Action follow(const FrameSensor& target, const FollowWish& wish = {});
+[[nodiscard]] Action follow(const FrameSensor& target, const TrackingParameters& wish = {});
 
 /// The joints go to a target that may change in every cycle, as fast as shares of their limits allow; without a target
 /// to the last one. Offers `arrived`, `error`: there is no target.
 [[nodiscard]] Action follow(const JointsSensor& target, double velocity = 1.0, double acceleration = 1.0);
 
-/// How a force is brought up and held (primitive ForceController).
+/// How a force is brought up and held (primitives ForceController, ServoStiffness; docs/force-control.md).
 struct ForceWish {
   double force = 10.0;              ///< with which the tool shall press, N
   double approach_velocity = 0.01;  ///< while nothing is touched, m/s
   double contact_force = 1.0;       ///< from here on there is contact, N
   double release_share = 0.5;       ///< of contact_force: below it there is none any more
   double release_time = 0.05;       ///< for so long at least, s
-  double gain = 5e-4;               ///< velocity for a lack of force, m/s/N
-  double integral_time = 1.0;       ///< s
+  double band = 0.1;                ///< share of the force: so far off still counts as at force
+  /// Velocity for a lack of force, m/s/N; nothing: from the arm's stiffness and delay. At most twice that counts.
+  std::optional<double> gain = {};
+  bool surface_moves = true;        ///< an integral part follows a surface that comes or goes under the tool
+  bool measures_stiffness = false;  ///< a soft surface raises the gain while the force is brought up
+  double sensor_delay = 1e-3;       ///< from a force to when it is known, s
   double velocity_max = 0.02;       ///< m/s
   double acceleration_max = 1.0;    ///< m/s^2
 
@@ -47,12 +51,16 @@ struct ForceWish {
 };
 /// Presses along a direction, in the axes of a task frame that is given in the arm's base.
 /// @param pressing  with which the tool presses along that direction, N (pressing_force)
-/// Offers `in_contact`, `error`: the force is not known; then the arm comes to rest.
+/// Offers `in_contact`, `at_force`, `error`: the force is not known; then the arm comes to rest.
 [[nodiscard]] Action hold_force(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
                                 const ForceWish& wish = {});
 
 /// With how much force a tool presses along a direction of the base: a sensor on the arm's flange feels the opposite.
 [[nodiscard]] RealSensor pressing_force(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_B,
                                         const Biases& biases = {});
+
+/// The part of the same force that is across the direction, N, above 30 Hz smoothed.
+[[nodiscard]] RealSensor lateral_force(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_B,
+                                       const Biases& biases = {});
 
 }  // namespace takt::command

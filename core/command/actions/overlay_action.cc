@@ -275,12 +275,13 @@ class ForceOffset final : public ActionModel {
   }
   [[nodiscard]] std::vector<std::string> states() const override {
     std::vector<std::string> states = motion_->states();
-    states.insert(states.end(), {"in_contact", "no_force"});
+    states.insert(states.end(), {"in_contact", "at_force", "no_force"});
     return states;
   }
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
                                       const Json& parameters) const override {
     if (name == "in_contact") return "force_law.contact";
+    if (name == "at_force") return "force_law.at_force";
     return name == "no_force" ? "no_force.value" : motion_->add_state(fragment, name, parameters);
   }
   [[nodiscard]] std::vector<device::Seam> begins() const override { return motion_->begins(); }
@@ -323,7 +324,10 @@ class ForceOffset final : public ActionModel {
     Contribution contribution = motion_->add_to(fragment, actuator);
     // The offset counts on what the motion leaves of the limits, and stops by the table leave nothing.
     fragment.set_parameter(contribution.path_clock, "law", nullptr);
-    add_force_law(fragment, pressing_, wish_.force);
+    add_force_law(fragment, actuator, pressing_, wish_.force);
+    fragment.add("pressed_direction", "RotateVector", {{"vector", net::value_to_json(net::Vector(wish_.direction_M))}});
+    contribution.set_point.feed(fragment, "frame", "pressed_direction.frame");
+    fragment.link("pressed_direction.value", "servo.direction");
     add_begin(fragment, contribution.path_clock);
     add_stand(fragment, contribution.path_clock);
     add_offset(fragment, contribution);

@@ -41,6 +41,9 @@ std::vector<ExpressionPtr> ClockInputs::formulas() const {
   return formulas;
 }
 
+std::string path_time_channel(const std::string& arm) { return arm + ".path_time"; }
+std::string path_rate_channel(const std::string& arm) { return arm + ".path_rate"; }
+
 ClockInputs override_of(const Cell& cell) {
   if (cell.override_channel.empty()) return {};
   return {.speed = min(max(channel<net::Real>(cell, cell.override_channel), 0.0), 1.0)};

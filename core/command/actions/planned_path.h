@@ -19,6 +19,10 @@ struct ClockInputs {
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const;
 };
 
+/// The channels in which the motions of an arm tell their successors where their clock is.
+[[nodiscard]] std::string path_time_channel(const std::string& arm);  ///< s
+[[nodiscard]] std::string path_rate_channel(const std::string& arm);  ///< 1
+
 /// The cell's override, as the speed of a motion; where its channel says nothing the motion stands.
 [[nodiscard]] ClockInputs override_of(const Cell& cell);
 

@@ -14,31 +14,29 @@ using Json = nlohmann::ordered_json;
 
 /// How fast a deviation from where the tool should be is taken back, 1/s.
 constexpr double kHoldGain = 5.0;
-/// From this share of the wanted force on it has been brought up.
-constexpr double kReachedShare = 0.9;
-/// How fast a lack of force is taken away by an arm on springs that presses on something hard, 1/s: slower than the
-/// arm swings on its springs. On something soft it is slower still.
-constexpr double kSpringRate = 3.0;
+/// How fast the lead over a path follows the lag of springs: slower than the lead is gone through.
+constexpr double kLeadCutoff_Hz = 0.5;
 
 Json vector_json(const Eigen::Vector3d& v) { return net::value_to_json(net::Vector(v)); }
 
 class Press final : public VelocityModel {
  public:
   Press(const RealSensor& pressing, const Eigen::Vector3d& direction_B, PressWish wish)
-      : pressing_(pressing.node()), direction_B_(direction_B.normalized()), wish_(std::move(wish)) {
-    if (wish_.softness) wish_.force.gain = std::max(wish_.force.gain, kSpringRate * *wish_.softness);
-  }
+      : pressing_(pressing.node()), direction_B_(direction_B.normalized()), wish_(std::move(wish)) {}
 
   [[nodiscard]] std::string_view name() const override { return "press"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
     std::vector<ExpressionPtr> formulas = wish_.clock.formulas();
     formulas.push_back(pressing_);
+    if (wish_.lateral) formulas.push_back(wish_.lateral->force.node());
     return formulas;
   }
   [[nodiscard]] double duration() const override { return wish_.path ? wish_.path->duration() : 0.0; }
   [[nodiscard]] std::vector<std::string> states() const override {
     std::vector<std::string> states{"in_contact", "touched", "at_force", "too_far", "error"};
     if (wish_.sink) states.emplace_back("sunk");
+    if (wish_.deepest) states.emplace_back("too_deep");
+    if (wish_.lateral) states.emplace_back("sideways");
     if (wish_.path) states.emplace_back("path_ended");
     return states;
   }
@@ -53,7 +51,9 @@ class Press final : public VelocityModel {
       return "too_far.value";
     }
     if (name == "at_force") return add_at_force(fragment);
-    if (name == "sunk") return add_sunk(fragment);
+    if (name == "sunk") return add_deeper(fragment, "sunk", *wish_.sink);
+    if (name == "sideways") return add_sideways(fragment);
+    if (name == "too_deep") return add_deeper(fragment, "too_deep", *wish_.deepest);
     fragment.add("no_force", "IsNullReal");
     fragment.feed(pressing_, "no_force.input");
     return "no_force.value";
@@ -62,11 +62,13 @@ class Press final : public VelocityModel {
  private:
   void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     add_tool(fragment, actuator, "sent", "set_point_q");
-    if (wish_.sink || holds_measured_place()) add_tool(fragment, actuator, "felt", "q");
+    if (wish_.sink || wish_.deepest || holds_measured_place() || leads()) add_tool(fragment, actuator, "felt", "q");
     fragment.add("begin", "SnapshotFrame", {{"trigger", true}});
     fragment.link("sent.frame", "begin.input");
     add_depth(fragment);
-    add_force_law(fragment, pressing_, wish_.force);
+    add_force_law(fragment, actuator, pressing_, wish_.force);
+    fragment.add("push_direction", "ConstantVector", {{"value", vector_json(direction_B_)}});
+    fragment.link("push_direction.value", "servo.direction");
     // A silent sensor has not felt anything.
     fragment.add("contact_known", "DefaultToBoolean", {{"fallback", false}});
     fragment.link("force_law.contact", "contact_known.input");
@@ -103,16 +105,45 @@ class Press final : public VelocityModel {
     }
     add_clock(fragment, *wish_.path, wish_.clock, "touched.value");
     const SetPoint path = add_path(fragment, "path", wish_.path->path, Eigen::Isometry3d::Identity());
-    path.feed(fragment, "frame", "off.to");
+    if (leads()) {
+      add_lead(fragment, path);
+    } else {
+      path.feed(fragment, "frame", "off.to");
+    }
     fragment.add("follow", "AddTwists");
     fragment.link("back.value", "follow.a");
     path.feed(fragment, "twist", "follow.b");
     fragment.link("follow.value", "follow_parts.input");
   }
 
+  /// Springs lag behind a path by what friction bends them.
+  [[nodiscard]] bool leads() const { return wish_.path && wish_.softness_across; }
+  /// The set point aims as far beyond the path as the tool lags behind it, across the direction and within what a
+  /// friction as large as the force bends the springs: so the tool is where the path is, and a tool that is caught is
+  /// not pressed harder than that.
+  void add_lead(FragmentWriter& fragment, const SetPoint& path) const {
+    fragment.add("lag", "FrameDifference");
+    fragment.link("felt.frame", "lag.from");
+    fragment.link("sent.frame", "lag.to");
+    fragment.add("lag_parts", "TwistComponents");
+    fragment.link("lag.value", "lag_parts.input");
+    fragment.add("lag_split", "SplitVector", {{"direction", vector_json(direction_B_)}});
+    fragment.link("lag_parts.linear", "lag_split.input");
+    fragment.add("lag_slow", "LowPassVector", {{"cutoff", kLeadCutoff_Hz}});
+    fragment.link("lag_split.across", "lag_slow.input");
+    fragment.add("lead", "LimitVector", {{"length_max", *wish_.softness_across * wish_.force.force}});
+    fragment.link("lag_slow.value", "lead.input");
+    fragment.add("lead_by", "AssembleTwist", {{"angular", vector_json(Eigen::Vector3d::Zero())}});
+    fragment.link("lead.value", "lead_by.linear");
+    fragment.add("ahead", "DisplaceFrame");
+    path.feed(fragment, "frame", "ahead.frame");
+    fragment.link("lead_by.value", "ahead.displacement");
+    fragment.link("ahead.value", "off.to");
+  }
+
   /// A stiff tool that was pressed to a side is not pressed there any more. Springs stay bent as they are: to follow
   /// the tool would let it sink by its weight a little more each time.
-  [[nodiscard]] bool holds_measured_place() const { return !wish_.path && !wish_.softness; }
+  [[nodiscard]] bool holds_measured_place() const { return !wish_.path && !wish_.softness_across; }
   /// Where the tool is held without a path. @return the port.
   std::string add_place(FragmentWriter& fragment) const {
     if (!holds_measured_place()) return "begin.value";
@@ -151,37 +182,41 @@ class Press final : public VelocityModel {
     fragment.link("may_move.value", "wanted.open");
   }
 
-  std::string add_at_force(FragmentWriter& fragment) const {
-    fragment.add("brought_up", "AtLeast", {{"b", kReachedShare * wish_.force.force}});
-    fragment.feed(pressing_, "brought_up.a");
-    fragment.add("brought_up_known", "DefaultToBoolean", {{"fallback", false}});
-    fragment.link("brought_up.value", "brought_up_known.input");
-    fragment.add("no_contact", "Not");
-    fragment.link("contact_known.value", "no_contact.input");
-    fragment.add("at_force", "SetResetLatch");
-    fragment.link("brought_up_known.value", "at_force.set");
-    fragment.link("no_contact.value", "at_force.reset");
+  static std::string add_at_force(FragmentWriter& fragment) {
+    fragment.add("at_force", "DefaultToBoolean", {{"fallback", false}});
+    fragment.link("force_law.at_force", "at_force.input");
     return "at_force.value";
   }
 
+  [[nodiscard]] std::string add_sideways(FragmentWriter& fragment) const {
+    fragment.add("sideways", "AtLeast", {{"b", wish_.lateral->most}});
+    fragment.feed(wish_.lateral->force.node(), "sideways.a");
+    fragment.add("sideways_known", "DefaultToBoolean", {{"fallback", false}});
+    fragment.link("sideways.value", "sideways_known.input");
+    return "sideways_known.value";
+  }
+
   /// The tool as measured: springs are bent further after the touch, and the set point goes on meanwhile.
-  std::string add_sunk(FragmentWriter& fragment) const {
-    fragment.add("felt_here", "FrameComponents");
-    fragment.link("felt.frame", "felt_here.input");
-    fragment.add("felt_depth", "DotProduct", {{"b", vector_json(direction_B_)}});
-    fragment.link("felt_here.position", "felt_depth.a");
-    fragment.add("depth_at_touch", "SnapshotReal");
-    fragment.link("felt_depth.value", "depth_at_touch.input");
-    fragment.link("touched.value", "depth_at_touch.trigger");
-    fragment.add("sunk_by", "Subtract");
-    fragment.link("felt_depth.value", "sunk_by.a");
-    fragment.link("depth_at_touch.value", "sunk_by.b");
-    fragment.add("sunk", "AtLeast", {{"b", *wish_.sink}});
-    fragment.link("sunk_by.value", "sunk.a");
+  static std::string add_deeper(FragmentWriter& fragment, const std::string& name, double depth) {
+    if (!fragment.has("felt_depth")) {
+      fragment.add("felt_here", "FrameComponents");
+      fragment.link("felt.frame", "felt_here.input");
+      fragment.add("felt_depth", "DotProduct");
+      fragment.link("felt_here.position", "felt_depth.a");
+      fragment.link("push_direction.value", "felt_depth.b");
+      fragment.add("depth_at_touch", "SnapshotReal");
+      fragment.link("felt_depth.value", "depth_at_touch.input");
+      fragment.link("touched.value", "depth_at_touch.trigger");
+      fragment.add("sunk_by", "Subtract");
+      fragment.link("felt_depth.value", "sunk_by.a");
+      fragment.link("depth_at_touch.value", "sunk_by.b");
+    }
+    fragment.add(name, "AtLeast", {{"b", depth}});
+    fragment.link("sunk_by.value", name + ".a");
     // Before the touch nobody knows a depth to compare with.
-    fragment.add("sunk_known", "DefaultToBoolean", {{"fallback", false}});
-    fragment.link("sunk.value", "sunk_known.input");
-    return "sunk_known.value";
+    fragment.add(name + "_known", "DefaultToBoolean", {{"fallback", false}});
+    fragment.link(name + ".value", name + "_known.input");
+    return name + "_known.value";
   }
 
   ExpressionPtr pressing_;

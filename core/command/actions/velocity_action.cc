@@ -64,17 +64,26 @@ void VelocityModel::add_tool(FragmentWriter& fragment, const ActuatorModel& actu
   fragment.link("state." + joints, id + ".q");
 }
 
-void add_force_law(FragmentWriter& fragment, const ExpressionPtr& pressing, const ForceWish& wish) {
+void add_force_law(FragmentWriter& fragment, const ActuatorModel& actuator, const ExpressionPtr& pressing,
+                   const ForceWish& wish) {
+  if (!fragment.has("state")) fragment.add("state", "ArmState", {{"device", actuator.name()}});
+  fragment.add("servo", "ServoStiffness",
+               {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
+  fragment.link("state.q", "servo.q");
   fragment.add("force_law", "ForceController",
                {{"wanted", wish.force},
                 {"approach_velocity", wish.approach_velocity},
                 {"contact_force", wish.contact_force},
                 {"release_force", wish.release_share * wish.contact_force},
                 {"release_time", wish.release_time},
-                {"gain", wish.gain},
-                {"integral_time", wish.integral_time},
+                {"band", wish.band},
+                {"gain", wish.gain.value_or(0.0)},
+                {"surface_moves", wish.surface_moves},
+                {"measures_stiffness", wish.measures_stiffness},
+                {"sensor_delay", wish.sensor_delay},
                 {"velocity_max", wish.velocity_max},
                 {"acceleration_max", wish.acceleration_max}});
+  fragment.link_all("servo", "force_law", {"stiffness", "natural_frequency", "damping_ratio", "delay"});
   fragment.feed(pressing, "force_law.force");
 }
 

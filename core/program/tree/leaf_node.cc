@@ -192,7 +192,8 @@ class LeafRun final : public NodeRun {
   /// Where the next step may go on with this one, the program looks for that. @return kRunning: not yet
   Outcome leave_open(Execution& execution, Instance& instance) {
     if (!entered_ || !run_->may_be_left()) return Outcome::kRunning;
-    auto steps = std::make_shared<Json>(std::move(instance.steps));
+    Json left = instance.step->left_steps();
+    auto steps = std::make_shared<Json>(left.is_null() ? std::move(instance.steps) : std::move(left));
     auto frames = std::make_shared<Json>(keep_frames(*steps, execution.context.cell.frames));
     execution.strand->leave_open({.step = std::move(instance.made),
                                   .run = std::move(run_),

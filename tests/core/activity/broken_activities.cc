@@ -122,7 +122,7 @@ std::vector<BrokenActivity> motions() {
        "'arm' has no joint 9", "0 to 6"},
       {"a value of the wrong kind",
        [](auto& cell) { Actuator(cell.program, "lamp").template use<OutputInterface>().set(3.0).execute(); },
-       "/set lamp/set", "gives analog value, which 'lamp' does not take", "it takes digital value"},
+       "/set lamp", "gives analog value, which 'lamp' does not take", "it takes digital value"},
   };
 }
 

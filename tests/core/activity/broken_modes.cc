@@ -17,7 +17,7 @@ JointCompliance springs(double stiffness, int joints = 7) {
   return {.stiffness = net::JointArray(device::JointVector(device::JointVector::Constant(joints, stiffness)))};
 }
 ControlModeInterface modes(ActivityCell& cell) { return cell.robot.use<ControlModeInterface>(); }
-Activity held(ActivityCell& cell, const command::ComplianceWish& wish) {
+Activity held(ActivityCell& cell, const command::SpringParameters& wish) {
   return cell.robot.use<HoldInterface>().hold({.seconds = 0.1, .compliance = wish});
 }
 
@@ -43,7 +43,7 @@ std::vector<BrokenActivity> broken_modes() {
          modes(cell).switch_to(ControlMode::kJointImpedance).execute();
          held(cell, springs(2500)).execute();
        },
-       "/hold arm/hold/compliance/stiffness/0", "2500 Nm/rad for 'arm'", "0 to 2000 Nm/rad"},
+       "/hold arm/compliance/stiffness_Nm_rad/0", "2500 Nm/rad for 'arm'", "0 to 2000 Nm/rad"},
       {"a change in a sequence",
        [](auto& cell) {
          activity::sequence({modes(cell).switch_to(ControlMode::kJointImpedance), cell.motion.ptp(cell.joints(0.1))})

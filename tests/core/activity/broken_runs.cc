@@ -62,8 +62,8 @@ std::vector<BrokenRun> devices() {
        [](int cycle, ActivityCell& cell) {
          if (cycle >= 10) cell.fingers->answer(device::GripperState::kHolding, 0.04);
        }},
-      {R"({"do": "set", "output": "lamp", "value": true})", "", "'set lamp' was not started: ",
-       "\"try\" around the step", [](int, ActivityCell& cell) { cell.lamp_terminal->is_ready = false; }},
+      {R"({"do": "set", "output": "lamp", "value": true})", "", "'set' was not started: ", "\"try\" around the step",
+       [](int, ActivityCell& cell) { cell.lamp_terminal->is_ready = false; }},
       {R"({"do": "control_mode", "mode": "joint_impedance"})", "/mode", "the mode was not changed: ",
        "an arm that stands", [](int, ActivityCell& cell) { cell.backend->state().ready = false; }},
       {steps(R"({"do": "branch", "cases": [{"when": "$time() > 1000[s]", "steps": [)" + std::string(kSlowlyUp) +
@@ -83,6 +83,7 @@ std::vector<BrokenRun> motions() {
   };
   const auto silent = [](int cycle, ActivityCell& cell) { cell.sensor->silent = cycle >= 300; };
   const auto pushed = [](int cycle, ActivityCell& cell) { cell.extra.force.x() = cycle >= 300 ? 1000.0 : 0.0; };
+  const auto aside = [](int cycle, ActivityCell& cell) { cell.extra.force.x() = cycle >= 4000 ? 50.0 : 0.0; };
   return {
       {up + R"({"sensor": "wrist", "above_N": 900}})",
        "/until",
@@ -125,6 +126,13 @@ std::vector<BrokenRun> motions() {
       {steps(above_the_block + R"({"do": "press", "sensor": "wrist", "direction": [0, 0, -1], "in": "block",
           "approach_m_s": 0.005, "travel_m": 0.02, "seconds": 60})"),
        "/steps/2/travel_m", "the travel was used up after the touch", "a longer travel", sinking, true},
+      {steps(above_the_block + R"({"do": "press", "sensor": "wrist", "direction": [0, 0, -1], "in": "block",
+          "approach_m_s": 0.005, "depth_max_m": 0.001, "seconds": 60})"),
+       "/steps/2/depth_max_m", "the tool went more than 0.001 m beyond the touch", "check what was touched", sinking,
+       true},
+      {steps(above_the_block + R"({"do": "press", "sensor": "wrist", "direction": [0, 0, -1], "in": "block",
+          "approach_m_s": 0.005, "lateral_max_N": 20, "seconds": 60})"),
+       "/steps/2/lateral_max_N", "the force across the direction was more than 20 N", "another pose", aside, true},
   };
 }
 

@@ -53,8 +53,8 @@ std::vector<BrokenRule> motions() {
        "'to' and 'about'", "one of them"},
       {motion("lin", R"("to": "home", "on_end": "continue")"), "/on_end", "'on_end' without 'until'",
        "a guarded motion"},
-      {motion("lin", R"("to": "home", "base_to": "home", )" + guarded), "/until", "a motion with a base has no 'until'",
-       "two motions"},
+      {motion("lin", R"("to": "home", "base_to": "home", "force_offset": {"force_N": 5})"), "/force_offset",
+       "a motion with a base has no 'force_offset'", "two motions"},
       {R"({"do": "control_mode", "mode": "postion"})", "/mode", "unknown value 'postion'", "did you mean 'position'?"},
   };
 }

@@ -35,6 +35,9 @@ std::vector<BrokenRule> commands() {
        "inside of a transaction"},
       {tree(first("a", kDriver), R"(, "capture": {"x": {}})"), "/capture/x", "key 'value' is missing",
        "an object {...}"},
+      {tree(first("a", kDriver), R"(, "capture": {"x": {"value": {"speed": "arm"}, "when": {"started": "a"},
+                                                        "rate_Hz": 10}})"),
+       "/capture/x/rate_Hz", "a rate for a value that is captured once", "'rate_Hz', or 'when'"},
       {tree(first("a", kDriver), R"(, "capture": {"x": {"value": {"progress": "b"}}})"), "/capture/x/value/progress",
        "C6: there is no command 'b' in 'transaction'", "allowed: transaction, a"},
       {tree(first("a", kDriver), R"(, "on_cancel": "never")"), "/on_cancel", "unknown value 'never'",
@@ -81,8 +84,6 @@ std::vector<BrokenRule> motions() {
   };
   const std::string blended = "{" + kUp + R"(, "blend_m": 0.01})";
   return {
-      {tree(first("m", kUp + R"(, "blend_m": 0.01)")), "/commands/m/blend_m",
-       "a command of its own has nothing to blend into", "\"do\": \"motions\""},
       {several(""), "/commands/m/steps", "no motion is given", "one at least"},
       {several(blended + R"(, {"do": "hold", "seconds": 1})"), "/commands/m/steps/1/do",
        "\"hold\" is not a planned motion", "ptp, lin, circ or spline"},
@@ -90,12 +91,10 @@ std::vector<BrokenRule> motions() {
        "/commands/m/steps/0/until", "only the last of them may be guarded", "on the last"},
       {several("{" + kUp + "}, {" + to_home + "}"), "/commands/m/steps/0", "a motion that is not blended into the next",
        "on all but the last"},
-      {several(blended + ", " + blended), "/commands/m/steps/1", "the last motion has nothing to blend into",
-       "on all but the last"},
       {several("{" + kUp + R"(, "blend_m": 0.01, "base_to": "home"}, {)" + to_home + "}"),
        "/commands/m/steps/0/base_to", "a motion with a base is not blended", "a 'lin' of its own"},
-      {tree(first("m", kUp + R"(, "base_to": "home", "until": )" + kHard)), "/commands/m/until",
-       "a motion with a base has no 'until'", "two motions"},
+      {tree(first("m", kUp + R"(, "base_to": "home", "force_offset": {"force_N": 5})")), "/commands/m/force_offset",
+       "a motion with a base has no 'force_offset'", "two motions"},
       {tree(first("m", kUp + R"(, "base_to": "home", "weave": {"amplitude_m": 0.002, "frequency_Hz": 2})")),
        "/commands/m/weave", "a motion with a base has no 'weave'", "two motions"},
       {"{" + kUp + R"(, "base_to": {"by_m": 1}})", "/base_to/by_m", "unexpected value 1", "3 numbers"},
@@ -202,8 +201,6 @@ std::vector<BrokenRule> compliances() {
       {tree(first(
            "m", R"("do": "motions", "steps": [{)" + kUp + R"(, "blend_m": 0.01}, {)" + kUp + ", " + kSprings + "}}]")),
        "/commands/m/steps/1/compliance", "one motion of several has another compliance", "beside 'steps'"},
-      {R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "base_to": "home", )" + kSprings + "}}", "/compliance",
-       "a motion with a base has no 'compliance'", "two motions"},
   };
 }
 
@@ -240,6 +237,8 @@ std::vector<BrokenRule> broken_transaction_plans() {
       {tree(first("press", kUp + R"(, "until": )" + kHard) + ", " + later("on", kUp),
             R"(, "on": [{"entered": {"completed": "press"}, "start": "on"}])"),
        "/commands/on", "the position of 'arm' when 'on' begins is unknown before the run", "not cancelled"},
+      {tree(first("m", kUp + R"(, "blend_m": 0.01)") + ", " + first("w", wait)), "/commands/m",
+       "'m' cannot be left for the motion after the transaction", "or no blend"},
       {tree(first("g", R"("do": "grip", "width_m": 0.3)")), "/commands/g/width_m", "0.3 is not for 'gripper'",
        "0 to 0.11"},
       {tree(first("v", R"("do": "set", "output": "valve", "value": 11)")), "/commands/v/value",

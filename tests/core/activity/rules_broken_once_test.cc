@@ -338,8 +338,8 @@ void break_pair_steps() {
   };
   const std::string blend = R"(, "blend_m": 0.01)", alone = R"("velocity_m_s": 0.1)";
   told(tree(both(follows + weave + R"(, "start": true)")), "/commands/m/follower", laid_over, "one arm");
-  told(tree(both(follows + blend + R"(, "start": true)")), "/commands/m/blend_m",
-       "a command of its own has nothing to blend into", "\"do\": \"motions\"");
+  told(tree(both(follows + blend + R"(, "start": true)")), "/commands/m",
+       "'m' cannot be left for the motion after the transaction", "a plain motion");
   told(several(both(alone + blend) + "," + both(follows)), "/commands/m/steps/1/follower",
        "'left' and 'right' as one after 'left' alone", "the same 'follower' at all of them");
   told(several(both(follows + blend) + "," + both(alone)), "/commands/m/steps/1",
@@ -350,8 +350,8 @@ void break_pair_steps() {
        "/commands/m/compliance/force_N", "two arms that move as one have stiffness only, no force",
        "a motion of one arm");
   told(both(follows + R"(, "base_to": "home")"), "/follower", "a motion with a base has no 'follower'", "two motions");
-  told(both(R"("abort_if": {"sensor": "left wrist", "above_N": 5}, "base_to": "home")"), "/abort_if",
-       "a motion with a base has no 'abort_if'", "two motions");
+  told(both(R"("blend_m": 0.01, "base_to": "home")"), "/blend_m", "a motion with a base has no 'blend_m'",
+       "two motions");
   told(R"({"do": "lin", "arm": "left", "to": {"by_m": [0, 0, 3]}, )" + follows + "}", "/to", "the goal is out of reach",
        "a goal nearer to the base");
   told(R"({"do": "lin", "arm": "left", "to": {"by_m": [-0.1, 0.55, 0]}, )" + follows + "}", "/follower",

@@ -30,7 +30,7 @@ class ForceOffsetTest : public testing::Test {
     wish.force.approach_velocity = 0.01;
     wish.force.gain = 1e-3;
     wish.force.acceleration_max = 0.3;
-    MotionWish motion{.acceleration = acceleration, .linear_velocity = 0.03};
+    PlanParameters motion{.acceleration = acceleration, .linear_velocity = 0.03};
     motion.clock = override_of(cell.cell);
     RuntimeCommand command("polish", cell.arm_actuator(),
                            force_offset(lin(cell.moved(0, 0.12, 0), motion), pressing(wish.direction_M), wish));
@@ -46,7 +46,7 @@ class ForceOffsetTest : public testing::Test {
     wish.direction_M = X_BT.linear().transpose() * -Eigen::Vector3d::UnitZ();
     wish.force = {.force = 8.0, .approach_velocity = 0.01, .gain = 1e-3, .acceleration_max = 0.3};
     const auto line = [this, &corner](const Eigen::Vector3d& way, double blend) {
-      MotionWish motion{.acceleration = 0.8, .linear_velocity = corner.speed};
+      PlanParameters motion{.acceleration = 0.8, .linear_velocity = corner.speed};
       motion.clock = override_of(cell.cell);
       const auto leg = [this, way](const device::JointVector& q) {
         const motion::ArmModel model = planning_model(cell.cell.arms.at("arm"));

@@ -253,7 +253,7 @@ std::vector<BrokenCommand> actions() {
        "/a/force", "200 is not for 'gripper'", "5 to 80"},
       {"",
        [](World& world) -> Command {
-         return move(world, follow(channel<net::Frame>(world.cell, "target"), FollowWish{.linear_max = -0.1}));
+         return move(world, follow(channel<net::Frame>(world.cell, "target"), TrackingParameters{.linear_max = -0.1}));
        },
        "/move/linear_max", "-0.1 m/s", "above 0"},
       {"",
@@ -280,10 +280,10 @@ std::vector<BrokenCommand> compliances() {
   const auto joints = [](double value, int count = 7) {
     return net::JointArray(device::JointVector(device::JointVector::Constant(count, value)));
   };
-  const auto soft = [](World& world, const ComplianceWish& wish) -> Command {
+  const auto soft = [](World& world, const SpringParameters& wish) -> Command {
     return move(world, with_compliance(hold(), wish));
   };
-  const auto guided = [](World& world, const FreedriveWish& wish) -> Command {
+  const auto guided = [](World& world, const GuidanceParameters& wish) -> Command {
     return move(world, freedrive(world.cell, "arm", wish));
   };
   return {
@@ -425,6 +425,37 @@ void break_carriers() {
   expect_told(carrier_of(world.cell, "arm").error(), "/arm", "'arm' stands on no base", "mounted \"on\" a base");
 }
 
+/// Single joints, composed devices, motions that say where they begin.
+void break_actuators() {
+  World world;
+  const auto told = [](const Command& command, const std::string& place, const std::string& message,
+                       const std::string& way_out) {
+    Diagnostics found = plan(command);
+    found.append(check(command, false));
+    expect_told(found, place, message, way_out);
+  };
+  const auto on = [](const Actuator& actuator, const Action& action) { return RuntimeCommand("m", actuator, action); };
+  const device::JointVector one = device::JointVector::Constant(1, 0.1);
+  told(on(joint(world.cell, "arm", 9), ptp(one)), "/m", "'arm' has no joint 9", "0 to 6");
+  told(on(joint(world.cell, "arm", 1), ptp(world.joints(0.1))), "/m", "a goal of 7 joints for 'arm joint 1'",
+       "one number");
+  told(on(joint(world.cell, "arm", 1), lin(world.moved(0, 0, 0.05))), "/m", "C8: LIN is not for 'arm joint 1'",
+       "ptp()");
+  told(on(composed("nothing", {}), ptp(one)), "/m", "'nothing' has no parts", "at least one actuator");
+  const Actuator lamps = composed("lamps", {world.lamp(), world.driver()});
+  told(on(lamps, ptp(one)), "/m", "no part of 'lamps' takes PTP", "an action for one of its parts");
+  told(on(lamps, set_value(true)), "/m", "2 parts of 'lamps' take", "one of lamp, driver");
+  world.step(5);
+  told(on(world.arm_actuator(), ptp(world.joints(0.1), {.from = device::JointVector::Zero(2)})), "/m/from",
+       "2 joints for 'arm'", "7 joints");
+  TransactionCommand both("both");
+  const RuntimeCommand first("first", world.arm_actuator(), ptp(world.joints(0.1)));
+  const RuntimeCommand second("second", world.arm_actuator(), ptp(world.joints(0.3), {.from = world.joints(0.2)}));
+  both.add_started(first).add(second);
+  both.on_entered(first.completed(), start(second));
+  told(both, "/both/second/from", "'second' begins elsewhere than where 'arm' will be", "where the motion before it");
+}
+
 /// Before the first cycle nobody knows where an arm is.
 void break_beginnings() {
   rcc::ControlCore core{{}};
@@ -472,6 +503,7 @@ TEST(CommandRulesBrokenOnce, OfCommands) { once(break_commands); }
 TEST(CommandRulesBrokenOnce, OfConditions) { once(break_conditions); }
 TEST(CommandRulesBrokenOnce, OfHandles) { once(break_carriers); }
 TEST(CommandRulesBrokenOnce, OfBeginnings) { once(break_beginnings); }
+TEST(CommandRulesBrokenOnce, OfActuators) { once(break_actuators); }
 TEST(CommandRulesBrokenOnce, OfModes) { once(break_modes); }
 TEST(CommandRulesBrokenOnce, OfMaps) { once(break_maps); }
 
@@ -510,7 +542,8 @@ const std::vector<std::pair<std::string, std::string>> kElsewhere = {
 
 // A place of the source that says what is wrong has a case above. Whoever adds one adds a case.
 TEST(CommandRulesBrokenOnce, EveryPlaceInTheSourceHasACase) {
-  for (const auto table : {break_commands, break_conditions, break_carriers, break_beginnings, break_modes, break_maps})
+  for (const auto table :
+       {break_commands, break_conditions, break_carriers, break_beginnings, break_actuators, break_modes, break_maps})
     once(table);
   std::vector<test::ErrorSite> sites;
   for (const char* folder : {"core/expression", "core/command", "core/command/actions"})

@@ -29,7 +29,7 @@ class WeaveTest : public testing::Test {
       X_BT.translation() += way;
       return motion::lin_leg(model, q, X_BT);
     };
-    MotionWish wish{.acceleration = kShareWithOverlay, .linear_velocity = velocity};
+    PlanParameters wish{.acceleration = kShareWithOverlay, .linear_velocity = velocity};
     wish.clock = override_of(cell.cell);
     return {
         .geometry = leg, .wish = wish, .blend = {blend_m > 0 ? Blend::Kind::kDistance : Blend::Kind::kNone, blend_m}};
@@ -40,7 +40,7 @@ class WeaveTest : public testing::Test {
       goal[0] += a1;
       return motion::ptp_leg(planning_model(cell.cell.arms.at("arm")), q, goal);
     };
-    MotionWish wish{.velocity = 0.3};
+    PlanParameters wish{.velocity = 0.3};
     wish.clock = override_of(cell.cell);
     const auto kind = blend_fraction > 0 ? Blend::Kind::kFraction : Blend::Kind::kNone;
     return {.geometry = leg, .wish = wish, .blend = {kind, blend_fraction}};

@@ -178,6 +178,71 @@ TEST_F(CarriedCommandTest, L6_ACancelAtAnyCycleStopsBothOnTheLine) {
   expect_both_free();
 }
 
+TEST_F(CarriedCommandTest, AGuardedLineStopsBothAndTellsWhereItTouched) {
+  const Eigen::Vector3d from = tool_in_room();
+  std::string guarded = kStraight;
+  guarded.replace(guarded.find("\"to\""), 0, R"("until": {"input": "button"}, )");
+  double off = 0.0;
+  const Program program = good(tree(guarded));
+  ASSERT_EQ(run(program,
+                [&](int cycle, ProgramRunner&) {
+                  off = std::max(off, off_line(tool_in_room(), from, from + kWay));
+                  cell.button->sample.value = cycle >= 600;
+                }),
+            Progress::kDone)
+      << diagnostics.to_string();
+  EXPECT_LT(off, 1e-9);
+  ASSERT_TRUE(variables.touches.contains("arm"));
+  const Eigen::Vector3d touch = variables.touches.at("arm").p_W;
+  EXPECT_LT(off_line(touch, from, from + kWay), 1e-4) << "in the world, although the base went on";
+  EXPECT_LT((touch - from).norm(), (tool_in_room() - from).norm());
+  EXPECT_LT((tool_in_room() - from).norm(), 0.95 * kWay.norm());
+  cell.button->sample.value = false;
+  expect_both_free();
+}
+
+TEST_F(CarriedCommandTest, WhatMustNotHoldStopsBothOnTheLine) {
+  const Eigen::Vector3d from = tool_in_room();
+  double off = 0.0;
+  const Program program = good(R"({"do": "lin", "arm": "arm", "to": {"in": "world", "by_m": [0.5, 0.3, 0.1]},
+      "base_to": {"by_m": [0.4, 0.5, 0], "by_rpy_deg": [0, 0, 20]}, "abort_if": {"input": "button"}})");
+  EXPECT_EQ(run(program,
+                [&](int cycle, ProgramRunner&) {
+                  off = std::max(off, off_line(tool_in_room(), from, from + kWay));
+                  cell.button->sample.value = cycle >= 600;
+                }),
+            Progress::kFailed);
+  ASSERT_EQ(diagnostics.list().size(), 1U) << diagnostics.to_string();
+  EXPECT_EQ(diagnostics.list().front().code, Code::kAbortCondition);
+  EXPECT_EQ(diagnostics.list().front().pointer, "/program/abort_if");
+  EXPECT_LT(off, 1e-9);
+  cell.button->sample.value = false;
+  expect_both_free();
+}
+
+TEST_F(CarriedCommandTest, AFileMakesTheArmOnABaseCompliant) {
+  const Program program = good(R"({"do": "sequence", "steps": [
+      {"do": "control_mode", "arm": "arm", "mode": "cartesian_impedance"},
+      {"do": "lin", "arm": "arm", "to": {"in": "world", "by_m": [0.1, 0, 0]}, "base_to": {"by_m": [0.1, 0, 0]},
+       "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": 600}}]})");
+  std::vector<RehearsedNet> nets;
+  (void)program.rehearse(cell.cell, &cell.core.environment(), &nets);
+  ASSERT_EQ(nets.size(), 1U);
+  std::map<std::string, std::string> drivers;
+  for (const auto& primitive : nets.front().net.fragments.at(0).net.primitives)
+    if (primitive.type.ends_with("Command")) drivers[primitive.type] = primitive.parameters.at("device");
+  EXPECT_EQ(drivers,
+            (std::map<std::string, std::string>{{"ArmCommand", "base"}, {"CartesianImpedanceCommand", "arm"}}));
+}
+
+TEST_F(CarriedCommandTest, WhatAMotionWithABaseCannotHaveIsRefused) {
+  const Diagnostics found = wrong(R"({"do": "lin", "arm": "arm", "to": {"by_m": [0.1, 0, 0]},
+      "base_to": {"by_m": [0.1, 0, 0]}, "blend_m": 0.02, "weave": {"amplitude_m": 0.01, "frequency_Hz": 1}})");
+  std::vector<std::string> places;
+  for (const Diagnostic& one : found.list()) places.push_back(one.pointer);
+  EXPECT_THAT(places, testing::IsSupersetOf({"/program/blend_m", "/program/weave"}));
+}
+
 // The base stays stiff: it has no springs.
 TEST_F(CarriedCommandTest, OnlyTheArmOnABaseIsCompliant) {
   Eigen::Isometry3d X_goal = in_room();

@@ -1,5 +1,7 @@
 // The step "net": a net written by hand, from the first cycle to what its monitors showed last.
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "core/net/description.h"
 #include "tests/core/activity/fixture.h"
@@ -45,6 +47,25 @@ TEST_F(NetStepTest, ANetRunsToItsEndAndItsMonitorsAreKept) {
   EXPECT_NEAR(counted, 20, 1);
   EXPECT_THAT(log, Contains("counting: counted " + std::to_string(counted)));
   EXPECT_LE(cycles, counted + latency + 3);
+}
+
+TEST_F(NetStepTest, MonitorsAreShownAtTheirRateWhileTheNetRuns) {
+  add_counting();
+  const Program program = good(R"({"do": "net", "net": "counting", "monitor_rate_Hz": 200})");
+  std::vector<std::int64_t> shown;
+  ASSERT_EQ(run(program,
+                [&](int, ProgramRunner&) {
+                  const auto of_net = variables.monitors.find("counting");
+                  if (of_net == variables.monitors.end() || of_net->second.at("counted") == "null") return;
+                  const std::int64_t now = std::stoll(of_net->second.at("counted"));
+                  if (shown.empty() || shown.back() != now) shown.push_back(now);
+                }),
+            Progress::kDone)
+      << diagnostics.to_string();
+  ASSERT_GE(shown.size(), 3U) << "while it runs";
+  for (std::size_t i = 1; i < shown.size(); ++i) EXPECT_EQ(shown[i] - shown[i - 1], 5) << "200 Hz of 1 kHz";
+  EXPECT_THAT(wrong(R"({"do": "net", "net": "counting", "monitor_rate_Hz": 0})").list().front().pointer,
+              "/program/monitor_rate_Hz");
 }
 
 TEST_F(NetStepTest, ACancelReachesTheNetWhenItIsDue) {

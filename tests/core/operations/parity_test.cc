@@ -69,8 +69,8 @@ std::vector<Pair> good_pairs(const Eigen::Vector3d& p_B) {
                    p_B.x(), p_B.y(), p_B.z()),
        program(wipe_parameters, wipe_command,
                {.in = "arm", .centre = p_B, .length = 0.04, .width = 0.02, .pitch = 0.01})},
-      {"hold", R"({"seconds": 0.25, "until": {"input": "button", "is": true}})",
-       program(hold_parameters, hold_command, {.seconds = 0.25, .until = button})},
+      {"hold", R"({"seconds": 0.25, "until": {"input": "button", "is": true}, "abort_if": {"input": "button"}})",
+       program(hold_parameters, hold_command, {.seconds = 0.25, .until = button, .abort_if = button})},
       {"jog", R"({"while": {"input": "button", "is": true}, "linear_m_s": [0.1, 0, 0], "linear_max_m_s": 0.05})",
        program(jog_parameters, jog_command,
                {.enabled = button, .linear = Eigen::Vector3d(0.1, 0, 0), .linear_max = 0.05})},
@@ -210,6 +210,65 @@ TEST_F(Parity, AnActuatorPerformsAnyOperation) {
   for (int i = 0; i < 5 && !run->over(); ++i) program.step();
   ASSERT_EQ(run->state(), RunState::kFailed);
   EXPECT_THAT(run->diagnostics().to_string(), ::testing::HasSubstr("/press arm/force_N"));
+}
+
+/// A program that closes the gripper, whose fingers then report this.
+class GripInCpp : public Parity {
+ protected:
+  RunPtr close(const GripParameters& parameters, device::GripperState state, double width) {
+    const RunPtr run = Actuator(program, "gripper").use<GrippingInterface>().close(parameters).schedule();
+    follow(run, state, width);
+    return run;
+  }
+  void follow(const RunPtr& run, device::GripperState state, double width) {
+    for (int i = 0; i < 2000 && !run->over(); ++i) {
+      if (!cell.fingers->written.empty()) cell.fingers->answer(state, width);
+      program.step();
+    }
+  }
+  activity::Runtime program{cell.core, cell.cell, [this] {
+                              cell.fingers->sample.stamp = cell.core.time();  // it answers in every cycle
+                              cell.step();
+                            }};
+};
+
+TEST_F(GripInCpp, WhatIsExpectedAndNotThereIsAFailureAsInAFile) {
+  const RunPtr empty = close({}, device::GripperState::kIdle, 0.0);
+  ASSERT_EQ(empty->state(), RunState::kFailed);
+  EXPECT_EQ(empty->failure(), RunFailure::kAborted);
+  EXPECT_EQ(empty->diagnostics().list().front().code, Code::kConditionNotMet) << empty->diagnostics().to_string();
+  const RunPtr any = close({.expect = GripParameters::Expect::kAny}, device::GripperState::kIdle, 0.0);
+  EXPECT_EQ(any->state(), RunState::kCompleted) << any->diagnostics().to_string();
+  const RunPtr held = close({.expect = GripParameters::Expect::kNothing}, device::GripperState::kHolding, 0.05);
+  EXPECT_EQ(held->state(), RunState::kFailed);
+}
+
+TEST_F(GripInCpp, ThePartGoesWithTheArmUntilTheGripperOpens) {
+  program.step();
+  cell.cell.objects.try_emplace("block");
+  const double before = cell.core_arm().tool().payload.mass;
+  const RunPtr grip = close({.part = "block", .part_mass = 0.7}, device::GripperState::kHolding, 0.05);
+  ASSERT_EQ(grip->state(), RunState::kCompleted) << grip->diagnostics().to_string();
+  EXPECT_NEAR(cell.core_arm().tool().payload.mass, before + 0.7, 1e-12);
+  ASSERT_TRUE(program.context().variables.carried.contains("gripper"));
+  const Actuator robot(program, "arm");
+  robot.use<LinInterface>().lin_by({0, 0, 0.05}).execute();
+  const RunPtr open = Actuator(program, "gripper").use<GrippingInterface>().open().schedule();
+  follow(open, device::GripperState::kIdle, 0.11);
+  ASSERT_EQ(open->state(), RunState::kCompleted) << open->diagnostics().to_string();
+  EXPECT_NEAR(cell.core_arm().tool().payload.mass, before, 1e-12);
+  EXPECT_FALSE(program.context().variables.carried.contains("gripper"));
+}
+
+TEST_F(GripInCpp, APressThatTouchesNothingIsAFailureAsInAFile) {
+  program.step();
+  const RunPtr run = Actuator(program, "arm")
+                         .use<ForceInterface>()
+                         .press({.direction = {0, 0, 1}, .in = "arm", .travel = 0.002})
+                         .schedule();
+  for (int i = 0; i < 20'000 && !run->over(); ++i) program.step();
+  ASSERT_EQ(run->state(), RunState::kFailed);
+  EXPECT_EQ(run->diagnostics().list().front().code, Code::kConditionNotMet) << run->diagnostics().to_string();
 }
 
 // Whoever adds an operation adds a pair above, or says here how C++ does it.

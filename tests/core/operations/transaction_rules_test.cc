@@ -154,7 +154,7 @@ TEST_F(TransactionRulesTest, AllFindingsComeAtOnceWithTheirPlaces) {
 TEST_F(TransactionRulesTest, TheFormIsTold) {
   const std::string text = wrong(R"({"do": "transaction", "name": "t", "cmmands": {}, "commands": {
       "a": {"do": "fly"}, "b": {"do": "set", "output": "driver", "value": true, "name": "c", "start": 1},
-      "d": {"do": "lin", "to": "home", "blend_m": 0.1}, "e": 3, "f/g": {"do": "wait", "seconds": 1}},
+      "d": {"do": "lin", "to": "home", "blend_m": -1}, "e": 3, "f/g": {"do": "wait", "seconds": 1}},
       "on": [{"entered": {"completed": "b"}, "left": {"completed": "b"}}, {"start": "b"},
              {"entered": {}, "tell": ""}, {"entered": {"channel": "speed"}, "cancel": "b", "after_s": -1}, 7],
       "capture": {"x": {"when": {"completed": "b"}}}, "on_cancel": "never"})")

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/collision/scene.h"
+
+namespace takt::collision {
+
+/// How joints move over time.
+struct Trajectory {
+  double duration = 0.0;         ///< s
+  std::vector<int> joints = {};  ///< numbers of those that move
+  /// Largest acceleration of each of them, rad/s^2 or m/s^2: how far a joint can leave the chord between two samples.
+  std::vector<double> acceleration = {};
+  /// Writes the values of these joints at a time (s, in [0, duration]) into q, which is indexed by number of the joint.
+  std::function<void(double time, std::vector<double>& q)> at;
+};
+
+/// What two bodies may do during a motion.
+struct PairRule {
+  enum class Kind {
+    kApart,    ///< keep the margin
+    kTouch,    ///< may touch, and overlap by `overlap`: a held part that is set down
+    kLeave,    ///< as kApart, once they have parted; if they do not, the motion must not end deeper than it began
+    kIgnored,  ///< not looked at
+  };
+  Kind kind = Kind::kApart;
+  double overlap = 0.0;  ///< m; kTouch
+};
+
+/// Two bodies that come too near.
+struct Hit {
+  int a = -1, b = -1;
+  double time = 0.0;      ///< s, when they first are too near
+  double distance = 0.0;  ///< m: the least signed distance from then on until they part again; negative: overlap
+  std::vector<double> q;  ///< of all joints at `time`
+};
+
+struct CheckOptions {
+  double margin = 1e-3;                             ///< m, > 0: nearer than this is a hit
+  std::function<PairRule(int a, int b)> rule = {};  ///< of pairs that can meet; empty: kApart for all
+  std::vector<bool> bodies = {};                    ///< only pairs with one of these; empty: any that the motion moves
+};
+
+/// Checks a motion against all bodies of the scene, without gaps between samples: from one look at a pair to the next
+/// no point of them travels further than they were apart (docs/world.md, "Without gaps"). What is reported is nearer
+/// than the margin at some time; what is not reported never touches.
+/// @return the hits, one at most for each pair, in the order of their times. Realtime: setup, deterministic.
+[[nodiscard]] std::vector<Hit> check_motion(const Scene& scene, const State& state, const Trajectory& motion,
+                                            const CheckOptions& options);
+
+/// Checks a state at rest. @param moved  pairs with one of these only. `time` of the hits is 0.
+[[nodiscard]] std::vector<Hit> check_state(const Scene& scene, const State& state, const std::vector<bool>& moved,
+                                           const CheckOptions& options);
+
+}  // namespace takt::collision

@@ -1,0 +1,114 @@
+// What every operation that moves an arm has in common: "abort_if" (row N3); and values that are shown at a rate.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "core/operations/actuator_interfaces.h"
+#include "tests/core/activity/command_fixture.h"
+
+namespace takt::activity {
+namespace {
+
+class AbortStepTest : public test::CommandStepTest {
+ protected:
+  /// The operation, with the button as what must not hold; it is pressed after some cycles.
+  void expect_aborted(const std::string& operation, const std::string& pointer = "/program/abort_if") {
+    SCOPED_TRACE(operation);
+    cell.button->sample.value = false;
+    constexpr int kPressed = 300;
+    EXPECT_EQ(run(good(operation),
+                  [this](int cycle, ProgramRunner&) {
+                    (void)cell.cell.channels.at("stick")->write(net::Twist{.linear = {0.02, 0, 0}});
+                    (void)cell.cell.channels.at("enable")->write(true);
+                    cell.button->sample.value = cycle >= kPressed;
+                  }),
+              Progress::kFailed);
+    ASSERT_EQ(diagnostics.list().size(), 1U) << diagnostics.to_string();
+    EXPECT_EQ(diagnostics.list().front().code, Code::kAbortCondition);
+    EXPECT_EQ(diagnostics.list().front().pointer, pointer);
+    EXPECT_LT(cycles, kPressed + 400) << "it does not go on to its end";
+    expect_good_end();
+  }
+  long count_of(const std::string& begin) const {
+    return std::ranges::count_if(log, [&](const std::string& line) { return line.starts_with(begin); });
+  }
+  static std::string with_abort(const std::string& keys) {
+    return "{" + keys + R"(, "abort_if": {"input": "button"}})";
+  }
+};
+
+TEST_F(AbortStepTest, EveryOperationThatMovesAnArmEndsWhenItsAbortConditionHolds) {
+  expect_aborted(with_abort(R"("do": "hold", "seconds": 5)"));
+  expect_aborted(
+      with_abort(R"("do": "jog", "channel": "stick", "in": "arm", "while": {"channel": "enable"}, "seconds": 5)"));
+  expect_aborted(with_abort(R"("do": "follow", "in": "block", "linear_max_m_s": 0.001, "seconds": 5)"));
+  expect_aborted(with_abort(R"("do": "press", "direction": [0, 0, -1], "in": "block", "approach_m_s": 0.001)"));
+  expect_aborted(with_abort(R"("do": "search", "direction": [0, 0, -1], "in": "block", "approach_m_s": 0.001,
+                               "radius_m": 0.01, "pitch_m": 0.004, "drop_m": 0.001)"));
+  expect_aborted(with_abort(R"("do": "wipe", "in": "block", "approach_m_s": 0.001, "length_m": 0.02, "width_m": 0)"));
+}
+
+TEST_F(AbortStepTest, AnOperationOfATransactionSaysWhereItsAbortConditionStands) {
+  expect_aborted(R"({"do": "transaction", "name": "t", "commands": {"stand": {"do": "hold", "start": true, "seconds": 5,
+                     "abort_if": {"input": "button"}}}})",
+                 "/program/commands/stand/abort_if");
+}
+
+TEST_F(AbortStepTest, N3_ASilentSensorInAnAbortConditionEndsIt) {
+  EXPECT_EQ(run(good(R"({"do": "hold", "seconds": 5, "abort_if": {"sensor": "wrist", "above_N": 50}})"),
+                [this](int cycle, ProgramRunner&) { cell.sensor->silent = cycle >= 300; }),
+            Progress::kFailed);
+  ASSERT_EQ(diagnostics.list().size(), 1U) << diagnostics.to_string();
+  EXPECT_EQ(diagnostics.list().front().code, Code::kSensorSilent);
+  EXPECT_EQ(diagnostics.list().front().pointer, "/program/abort_if");
+}
+
+TEST_F(AbortStepTest, WhereItNeverHoldsTheOperationEndsInOrder) {
+  EXPECT_EQ(run(with_abort(R"("do": "hold", "seconds": 0.2)")), Progress::kDone) << diagnostics.to_string();
+}
+
+TEST_F(AbortStepTest, ACaptureWithARateIsShownWhileItsTransactionRuns) {
+  const auto with_rate = [](const char* more) {
+    return fmt::format(R"({{"do": "transaction", "name": "t", "commands": {{
+        "up": {{"do": "lin", "start": true, "to": {{"by_m": [0, 0, 0.1]}}}}}},
+        "capture": {{"way": {{"value": {{"progress": "up"}}, "rate_Hz": 100{}}}}}}})",
+                       more);
+  };
+  const Program program = good(with_rate(""));
+  std::vector<double> seen;
+  ASSERT_EQ(run(program,
+                [&](int, ProgramRunner&) {
+                  const std::string& text = variables.monitors["t"]["way"];
+                  if (text.empty() || text == "null") return;
+                  if (seen.empty() || seen.back() != std::stod(text)) seen.push_back(std::stod(text));
+                }),
+            Progress::kDone)
+      << diagnostics.to_string();
+  EXPECT_GT(seen.size(), 20U);
+  EXPECT_TRUE(std::ranges::is_sorted(seen));
+  EXPECT_NEAR(static_cast<double>(count_of("t: way")), cycles / 10.0, 3.0) << "a hundred times a second";
+  EXPECT_EQ(wrong(with_rate(R"(, "when": {"completed": "up"})")).list().front().pointer,
+            "/program/capture/way/rate_Hz");
+}
+
+TEST_F(AbortStepTest, AProgramInCppGivesTheSameParameter) {
+  activity::Runtime program(cell.core, cell.cell, [this] { cell.step(); });
+  const Actuator robot(program, "arm");
+  command::Condition button;
+  button.kind = command::Condition::Kind::kDigital;
+  button.device = "button";
+  const RunPtr run = robot.use<HoldInterface>().hold({.seconds = 5.0, .abort_if = button}).schedule();
+  for (int i = 0; i < 2000 && !run->over(); ++i) {
+    cell.button->sample.value = i > 300;
+    program.step();
+  }
+  ASSERT_EQ(run->state(), RunState::kFailed);
+  EXPECT_EQ(run->failure(), RunFailure::kAborted);
+  ASSERT_FALSE(run->diagnostics().empty());
+  EXPECT_EQ(run->diagnostics().list().front().code, Code::kAbortCondition);
+}
+
+}  // namespace
+}  // namespace takt::activity
