@@ -208,6 +208,7 @@ class ForceController final : public Primitive {
   /// Times the arm's own stiffness: no surface can make it harder than 1, so from here on the figures of the arm are
   /// wrong, and what is seen counts. Blows and noise stay below.
   static constexpr double kImpossible = 1.5;
+  static constexpr double kBringUp = 1.5;          ///< of the gain, while the filter does not delay what brakes
   static constexpr double kForget_s = 0.3;         ///< where nothing moves
   static constexpr double kRaise_s = 0.1;          ///< in which a gain goes up; it comes down at once
   static constexpr double kIntegralShare = 0.125;  ///< of the rate of the law
@@ -248,7 +249,7 @@ class ForceController final : public Primitive {
   void look_for_contact(double error, double h) {
     if (!in_contact_ && *force_ >= touch_) {
       // From here on as if the law had always moved it like this: nothing of a fast approach is kept.
-      if (!touched_) filter_.begin(std::min(error, last_ / base_));
+      if (!touched_) filter_.begin(std::min(error, last_ / (kBringUp * base_)));
       if (!touched_) mean_ = *force_;
       in_contact_ = touched_ = true;
       lost_for_ = 0;
@@ -296,7 +297,7 @@ class ForceController final : public Primitive {
   void move(double h) {
     double wanted = approach_;
     if (touched_) {
-      const double per_newton = gain();
+      const double per_newton = (brought_up_ ? 1.0 : kBringUp) * gain();
       const double law = per_newton * filter_.value + drift_;
       // Where it has lost the surface it does not come back faster than it came.
       const double fastest = in_contact_ ? velocity_max_ : approach_;
