@@ -28,7 +28,8 @@ class ServoStiffness final : public Primitive {
         frequency_(
             setup.out<Real>("natural_frequency", {.unit = "rad/s", .doc = "of the tool on it", .may_be_null = true})),
         damping_(setup.out<Real>("damping_ratio", {.unit = "1", .doc = "of the same", .may_be_null = true})),
-        delay_(setup.out<Real>("delay", {.unit = "s", .doc = "from a set point to when the arm follows it"})),
+        delay_(setup.out<Real>(
+            "delay", {.unit = "s", .doc = "from a set point to when the arm follows it", .may_be_null = true})),
         kinematics_(setup) {
     setup.costs(3000.0);
   }
@@ -37,14 +38,15 @@ class ServoStiffness final : public Primitive {
 
   void update(const Cycle& cycle) override {
     if (cycle.first) wait_ = 0;
-    delay_.set(delay(cycle.dt));
     const device::Compliance& compliance = kinematics_.arm->compliance();
     if (compliance.mode != mode_) wait_ = 0;
     mode_ = compliance.mode;
     if (q_.null() || direction_.null() || !(direction_->norm() > kShortest)) {
       wait_ = 0;
+      delay_.set_null();
       return give(nullptr);
     }
+    delay_.set(delay(cycle.dt));
     if (wait_-- <= 0) {
       wait_ = kCycles - 1;
       response_ = kinematics_.look(q_) ? respond(compliance) : device::ServoResponse{};
@@ -208,8 +210,6 @@ class ForceController final : public Primitive {
   /// Times the arm's own stiffness: no surface can make it harder than 1, so from here on the figures of the arm are
   /// wrong, and what is seen counts. Blows and noise stay below.
   static constexpr double kImpossible = 1.5;
-  static constexpr double kBringUp = 1.5;          ///< of the gain, while the filter does not delay what brakes
-  static constexpr double kForget_s = 0.3;         ///< where nothing moves
   static constexpr double kRaise_s = 0.1;          ///< in which a gain goes up; it comes down at once
   static constexpr double kIntegralShare = 0.125;  ///< of the rate of the law
 
@@ -249,7 +249,7 @@ class ForceController final : public Primitive {
   void look_for_contact(double error, double h) {
     if (!in_contact_ && *force_ >= touch_) {
       // From here on as if the law had always moved it like this: nothing of a fast approach is kept.
-      if (!touched_) filter_.begin(std::min(error, last_ / (kBringUp * base_)));
+      if (!touched_) filter_.begin(std::min(error, last_ / base_));
       if (!touched_) mean_ = *force_;
       in_contact_ = touched_ = true;
       lost_for_ = 0;
@@ -273,8 +273,7 @@ class ForceController final : public Primitive {
     pressed_.update(*force_, servo_.natural_frequency, servo_.damping_ratio, h);
     travel_.update(last_, servo_.natural_frequency, servo_.damping_ratio, h);
     slope_.update(travel_.value, pressed_.rate, h);
-    // What was seen in a blow does not count for ever.
-    seen_ = slope_.travel() > kLeastTravel ? slope_.slope() : seen_ * std::exp(-h / kForget_s);
+    if (slope_.travel() > kLeastTravel) seen_ = slope_.slope();
   }
   /// Gain that the lag of arm and filter allows on a surface of this slope.
   [[nodiscard]] double gain_on(double slope) const {
@@ -297,7 +296,7 @@ class ForceController final : public Primitive {
   void move(double h) {
     double wanted = approach_;
     if (touched_) {
-      const double per_newton = (brought_up_ ? 1.0 : kBringUp) * gain();
+      const double per_newton = gain();
       const double law = per_newton * filter_.value + drift_;
       // Where it has lost the surface it does not come back faster than it came.
       const double fastest = in_contact_ ? velocity_max_ : approach_;
