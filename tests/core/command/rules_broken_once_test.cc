@@ -320,32 +320,30 @@ void break_carriers() {
 /// Single joints, composed devices, motions that say where they begin.
 void break_actuators() {
   World world;
-  const auto told = [](const Command& command, const std::string& place, const std::string& message,
-                       const std::string& way_out) {
+  const auto told = [](const Command& command, const std::string& place, Code code,
+                       const std::vector<std::string>& names = {}) {
     Diagnostics found = plan(command);
     found.append(check(command, false));
-    expect_told(found, place, message, way_out);
+    expect_told(found, place, code, names);
   };
   const auto on = [](const Actuator& actuator, const Action& action) { return RuntimeCommand("m", actuator, action); };
   const device::JointVector one = device::JointVector::Constant(1, 0.1);
-  told(on(joint(world.cell, "arm", 9), ptp(one)), "/m", "'arm' has no joint 9", "0 to 6");
-  told(on(joint(world.cell, "arm", 1), ptp(world.joints(0.1))), "/m", "a goal of 7 joints for 'arm joint 1'",
-       "one number");
-  told(on(joint(world.cell, "arm", 1), lin(world.moved(0, 0, 0.05))), "/m", "C8: LIN is not for 'arm joint 1'",
-       "ptp()");
-  told(on(composed("nothing", {}), ptp(one)), "/m", "'nothing' has no parts", "at least one actuator");
+  told(on(joint(world.cell, "arm", 9), ptp(one)), "/m", Code::kOutOfRange, {"arm", "9", "6"});
+  told(on(joint(world.cell, "arm", 1), ptp(world.joints(0.1))), "/m", Code::kWrongSize, {"7", "arm joint 1"});
+  told(on(joint(world.cell, "arm", 1), lin(world.moved(0, 0, 0.05))), "/m", Code::kInvalidValue, {"C8", "arm joint 1"});
+  told(on(composed("nothing", {}), ptp(one)), "/m", Code::kMissing, {"nothing"});
   const Actuator lamps = composed("lamps", {world.lamp(), world.driver()});
-  told(on(lamps, ptp(one)), "/m", "no part of 'lamps' takes PTP", "an action for one of its parts");
-  told(on(lamps, set_value(true)), "/m", "2 parts of 'lamps' take", "one of lamp, driver");
+  told(on(lamps, ptp(one)), "/m", Code::kUnsupported, {"lamps", "PTP"});
+  told(on(lamps, set_value(true)), "/m", Code::kConflict, {"2", "lamp", "driver"});
   world.step(5);
   told(on(world.arm_actuator(), ptp(world.joints(0.1), {.from = device::JointVector::Zero(2)})), "/m/from",
-       "2 joints for 'arm'", "7 joints");
+       Code::kWrongSize, {"2", "arm", "7"});
   TransactionCommand both("both");
   const RuntimeCommand first("first", world.arm_actuator(), ptp(world.joints(0.1)));
   const RuntimeCommand second("second", world.arm_actuator(), ptp(world.joints(0.3), {.from = world.joints(0.2)}));
   both.add_started(first).add(second);
   both.on_entered(first.completed(), start(second));
-  told(both, "/both/second/from", "'second' begins elsewhere than where 'arm' will be", "where the motion before it");
+  told(both, "/both/second/from", Code::kConflict, {"second", "arm"});
 }
 
 /// Before the first cycle nobody knows where an arm is.
