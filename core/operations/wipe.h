@@ -21,9 +21,9 @@ struct WipeParameters {
   double velocity = 0.05;                                ///< along the lanes, m/s
   std::optional<command::StateSource> until = {};        ///< ends it before its lanes do
   std::optional<ComplianceParameters> compliance = {};
-  double tolerance = 0.1;               ///< share of the force: so far off counts as at force
-  std::optional<double> depth = {};     ///< m beyond the touch at most
-  std::optional<double> lateral = {};   ///< N across the direction at most
+  double tolerance = 0.1;                             ///< share of the force: so far off counts as at force
+  std::optional<double> depth = {};                   ///< m beyond the touch at most
+  std::optional<double> lateral = {};                 ///< N across the direction at most
   std::optional<command::StateSource> abort_if = {};  ///< must not hold: it comes to rest and fails
   std::string name = {}, pointer = {};                ///< for people; in its file
 };
