@@ -229,7 +229,10 @@ class PressingCommand final : public OperationCommand {
 }  // namespace
 
 PressOutcome press_outcome(const ActivityRun& run, const std::string& key) {
-  return PressHistory(run, key.empty() ? pointer_segment(run.name()) : key).outcome();
+  if (!key.empty()) return PressHistory(run, key).outcome();
+  for (const char* type : {"/press", "/search", "/wipe"})
+    if (run.observes(observation_of(PressEvent::kTouched, type))) return PressHistory(run, type).outcome();
+  return PressHistory(run, pointer_segment(run.name())).outcome();
 }
 
 std::string_view name_of(PressOutcome outcome) {

@@ -76,8 +76,9 @@ enum class PressOutcome : std::uint8_t {
   kSensorSilent,    ///< the force is not known
   kInterrupted,     ///< somebody cancelled it
 };
-/// Of a run of press, search or wipe, until the cycle after its end.
-/// @param key  under which a command of a transaction keeps its values; empty: the run is the operation itself
+/// Of a run of press, search or wipe that has ended in order. One that has failed says why in its diagnostics, which
+/// point to the parameter. @param key  under which a command of a transaction keeps its values; empty: the run is the
+/// operation itself
 [[nodiscard]] PressOutcome press_outcome(const ActivityRun& run, const std::string& key = {});
 [[nodiscard]] std::string_view name_of(PressOutcome outcome);
 

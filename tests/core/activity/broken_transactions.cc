@@ -171,7 +171,7 @@ std::vector<BrokenRule> overlays() {
   return {
       {over(R"("weave": 5)"), "/weave", Code::kWrongType, {"5"}},
       {over(R"("weave": {"frequency_Hz": 2})"), "/weave", Code::kMissing, {"amplitude_m", "0"}},
-      {over(weave + R"(, "direction": [0, 0, 0]})"), "/weave/direction", Code::kInvalidValue},
+      {over(weave + R"(, "direction": [0, 0, 0]})"), "/weave/direction", Code::kOutOfRange},
       {over(weave + "}, " + offset + "}"), "/force_offset", Code::kConflict},
       {R"({"do": "ptp", "to": "home", "weave": {"amplitude_m": 0.002, "frequency_Hz": 2}})",
        "/weave",

@@ -321,20 +321,20 @@ void break_carriers() {
 void break_actuators() {
   World world;
   const auto told = [](const Command& command, const std::string& place, Code code,
-                       const std::vector<std::string>& names) {
+                       const std::vector<std::string>& names = {}) {
     Diagnostics found = plan(command);
     found.append(check(command, false));
     expect_told(found, place, code, names);
   };
   const auto on = [](const Actuator& actuator, const Action& action) { return RuntimeCommand("m", actuator, action); };
   const device::JointVector one = device::JointVector::Constant(1, 0.1);
-  told(on(joint(world.cell, "arm", 9), ptp(one)), "/m", Code::kOutOfRange, {"arm", "9"});
+  told(on(joint(world.cell, "arm", 9), ptp(one)), "/m", Code::kOutOfRange, {"arm", "9", "6"});
   told(on(joint(world.cell, "arm", 1), ptp(world.joints(0.1))), "/m", Code::kWrongSize, {"7", "arm joint 1"});
   told(on(joint(world.cell, "arm", 1), lin(world.moved(0, 0, 0.05))), "/m", Code::kInvalidValue, {"C8", "arm joint 1"});
   told(on(composed("nothing", {}), ptp(one)), "/m", Code::kMissing, {"nothing"});
   const Actuator lamps = composed("lamps", {world.lamp(), world.driver()});
-  told(on(lamps, ptp(one)), "/m", Code::kUnsupported, {"lamps"});
-  told(on(lamps, set_value(true)), "/m", Code::kConflict, {"lamps", "lamp", "driver"});
+  told(on(lamps, ptp(one)), "/m", Code::kUnsupported, {"lamps", "PTP"});
+  told(on(lamps, set_value(true)), "/m", Code::kConflict, {"2", "lamp", "driver"});
   world.step(5);
   told(on(world.arm_actuator(), ptp(world.joints(0.1), {.from = device::JointVector::Zero(2)})), "/m/from",
        Code::kWrongSize, {"2", "arm", "7"});

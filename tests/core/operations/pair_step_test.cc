@@ -281,8 +281,9 @@ TEST_F(PairStepTest, TheArmThatIsNotInTheModeIsNamed) {
   EXPECT_THAT(pointers(one), ElementsAre("/program/steps/1/compliance")) << one.to_string();
   EXPECT_THAT(one, Reports(Code::kNotPossibleNow, "/program/steps/1/compliance", {"right", "cartesian_impedance"}));
   const Diagnostics too_stiff = wrong(on_springs(both("up", "0, 0, 0.02", pair_springs(6000))));
-  for (const char* side : {"left", "right"})
-    EXPECT_THAT(too_stiff, Reports(Code::kOutOfRange, "/program/steps/2/compliance/stiffness_N_m/0", {"6000", side}));
+  for (const char* one_of_them : {"left", "right"})
+    EXPECT_THAT(too_stiff,
+                Reports(Code::kOutOfRange, "/program/steps/2/compliance/stiffness_N_m/0", {"6000", one_of_them}));
 }
 
 TEST_F(PairStepTest, WhatTheFollowerCannotDoIsSeenBeforeAnythingMoves) {

@@ -156,7 +156,7 @@ TEST_F(TransactionRulesTest, TheFormIsTold) {
                                       {Code::kUnknownName, "/program/commands/a/do", {"fly"}},
                                       {Code::kDuplicate, "/program/commands/b/name"},
                                       {Code::kWrongType, "/program/commands/b/start"},
-                                      {Code::kConflict, "/program/commands/d/blend_m"},
+                                      {Code::kOutOfRange, "/program/commands/d/blend_m"},
                                       {Code::kWrongType, "/program/commands/e"},
                                       {Code::kInvalidName, "/program/commands/f~1g", {"f/g"}},
                                       {Code::kMissing, "/program/on/0"},
