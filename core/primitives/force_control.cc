@@ -19,8 +19,10 @@ using kinematics::JointVector;
 class ServoStiffness final : public Primitive {
  public:
   explicit ServoStiffness(Setup& setup)
-      : q_(setup.in<JointArray>("q", {.unit = "rad", .doc = "joint positions"})),
-        direction_(setup.in<Vector>("direction", {.unit = "1", .doc = "in the axes of the base; any length but 0"})),
+      : q_(setup.in<JointArray>("q", {.unit = "rad", .doc = "joint positions", .on_null = OnNull::kMayPass})),
+        direction_(setup.in<Vector>(
+            "direction",
+            {.unit = "1", .doc = "in the axes of the base; any length but 0", .on_null = OnNull::kMayPass})),
         stiffness_(setup.out<Real>("stiffness", {.unit = "N/m",
                                                  .doc = "with which the arm holds its tool along the direction; null "
                                                         "where nothing holds it",
@@ -28,8 +30,7 @@ class ServoStiffness final : public Primitive {
         frequency_(
             setup.out<Real>("natural_frequency", {.unit = "rad/s", .doc = "of the tool on it", .may_be_null = true})),
         damping_(setup.out<Real>("damping_ratio", {.unit = "1", .doc = "of the same", .may_be_null = true})),
-        delay_(setup.out<Real>(
-            "delay", {.unit = "s", .doc = "from a set point to when the arm follows it", .may_be_null = true})),
+        delay_(setup.out<Real>("delay", {.unit = "s", .doc = "from a set point to when the arm follows it"})),
         kinematics_(setup) {
     setup.costs(3000.0);
   }
@@ -38,15 +39,14 @@ class ServoStiffness final : public Primitive {
 
   void update(const Cycle& cycle) override {
     if (cycle.first) wait_ = 0;
+    delay_.set(delay(cycle.dt));
     const device::Compliance& compliance = kinematics_.arm->compliance();
     if (compliance.mode != mode_) wait_ = 0;
     mode_ = compliance.mode;
     if (q_.null() || direction_.null() || !(direction_->norm() > kShortest)) {
       wait_ = 0;
-      delay_.set_null();
       return give(nullptr);
     }
-    delay_.set(delay(cycle.dt));
     if (wait_-- <= 0) {
       wait_ = kCycles - 1;
       response_ = kinematics_.look(q_) ? respond(compliance) : device::ServoResponse{};
@@ -205,13 +205,15 @@ class ForceController final : public Primitive {
   static constexpr double kMeanRate = 125.0;    ///< 1/s: 20 Hz
   static constexpr double kLeastTravel = 1e-6;  ///< m: nothing is known of a surface before
   static constexpr double kSoftTravel = 2e-5;   ///< m: nothing is known of a soft one before
-  static constexpr double kCaution = 1.5;       ///< times the slope that was seen
+  static constexpr double kCaution = 1.25;      ///< times the slope that was seen
   static constexpr double kSoftest = 0.02;      ///< of the arm's own stiffness: no surface counts as softer
   /// Times the arm's own stiffness: no surface can make it harder than 1, so from here on the figures of the arm are
   /// wrong, and what is seen counts. Blows and noise stay below.
   static constexpr double kImpossible = 1.5;
-  static constexpr double kRaise_s = 0.1;          ///< in which a gain goes up; it comes down at once
-  static constexpr double kIntegralShare = 0.125;  ///< of the rate of the law
+  static constexpr double kMostGain = 2.0;        ///< times the arm's own: where the law is half as far from swinging
+  static constexpr double kBringUp = 1.5;         ///< of the gain, while the filter does not delay what brakes
+  static constexpr double kRaise_s = 0.1;         ///< in which a gain goes up; it comes down at once
+  static constexpr double kIntegralShare = 0.25;  ///< of the rate of the law
 
   static double number(Setup& setup, const char* name, const char* unit, const char* doc, const char* example,
                        const char* range) {
@@ -243,13 +245,13 @@ class ForceController final : public Primitive {
     dead_time_ = sensor_delay_ + delay_.value_or(h);
     rate_ = 0.25 / (dead_time_ + servo_.damping_time());
     base_ = servo_.stiffness > 0.0 ? rate_ / servo_.stiffness : gain_;
-    if (gain_ > 0.0) base_ = servo_.stiffness > 0.0 ? std::min(gain_, 2.0 * base_) : gain_;
+    if (gain_ > 0.0) base_ = servo_.stiffness > 0.0 ? std::min(gain_, kMostGain * base_) : gain_;
   }
 
   void look_for_contact(double error, double h) {
     if (!in_contact_ && *force_ >= touch_) {
       // From here on as if the law had always moved it like this: nothing of a fast approach is kept.
-      if (!touched_) filter_.begin(std::min(error, last_ / base_));
+      if (!touched_) filter_.begin(std::min(error, last_ / (kBringUp * base_)));
       if (!touched_) mean_ = *force_;
       in_contact_ = touched_ = true;
       lost_for_ = 0;
@@ -264,7 +266,8 @@ class ForceController final : public Primitive {
   /// Until the force has been there once the filter does not hold back what brakes: so it does not go beyond.
   void filter_error(double error, double h) {
     filter_.update(error, servo_.natural_frequency, servo_.damping_ratio, h);
-    if (in_contact_ && !brought_up_ && error < filter_.value) filter_.begin(error);
+    const bool brakes = error < filter_.value && filter_.value > 0.0;
+    if (in_contact_ && !brought_up_ && brakes) filter_.begin(std::max(error, 0.0));
   }
 
   /// Force over travel, of both since the touch and through the same filter.
@@ -293,13 +296,19 @@ class ForceController final : public Primitive {
     return impossible ? std::min(base_, gain_on(kCaution * seen_)) : std::max(base_, learned_);
   }
 
+  /// A gain by hand stays below what the arm allows here too.
+  [[nodiscard]] double gain_on_the_way() const {
+    if (!(gain_ > 0.0 && servo_.stiffness > 0.0)) return kBringUp * gain();
+    return std::max(gain(), std::min(kBringUp * gain(), kMostGain * rate_ / servo_.stiffness));
+  }
+
   void move(double h) {
     double wanted = approach_;
     if (touched_) {
-      const double per_newton = gain();
+      const double per_newton = brought_up_ ? gain() : gain_on_the_way();
       const double law = per_newton * filter_.value + drift_;
       // Where it has lost the surface it does not come back faster than it came.
-      const double fastest = in_contact_ ? velocity_max_ : approach_;
+      const double fastest = in_contact_ && lost_for_ == 0 ? velocity_max_ : approach_;
       wanted = std::clamp(law, -velocity_max_, fastest);
       if (integral_ && brought_up_ && wanted == law) drift_ += kIntegralShare * rate_ * per_newton * filter_.value * h;
       drift_ = std::clamp(drift_, -velocity_max_, velocity_max_);

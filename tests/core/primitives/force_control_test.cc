@@ -102,13 +102,10 @@ TEST(ForceControl, TheForceComesQuicklyAndStaysOnAnySurfaceWithAnyArm) {
         SCOPED_TRACE(testing::Message() << mass << " kg, " << frequency << " rad/s, " << surface << " N/m, " << wanted
                                         << " N");
         const Pressed pressed = press({.mass = mass, .frequency = frequency, .surface = surface}, wanted);
-        // A blow is what the mass does at this speed; no law can take it away.
-        const double blow = 1.3 * 0.005 * std::sqrt(surface * mass);
-        // Where the blow is larger than the force the tool is thrown back and comes again; slow loops on steel miss the
-        // aim of 10 % and 0.5 s, too (docs/status.md).
-        const bool thrown_back = blow > wanted, slow = frequency < 50.0 && surface > 5e5;
-        EXPECT_LT(pressed.over, thrown_back ? 1.5 * blow : std::max((slow ? 1.2 : 1.1) * wanted, blow));
-        EXPECT_LT(pressed.settled, thrown_back ? 2.0 : surface < 5e4 || slow ? 1.0 : 0.5);
+        // A blow is what the mass does at this speed, and again after it was thrown back; no law can take it away.
+        const double blow = 1.6 * 0.005 * std::sqrt(surface * mass);
+        EXPECT_LT(pressed.over, std::max(1.1 * wanted, blow));
+        EXPECT_LT(pressed.settled, (surface < 5e4 ? 1.0 : 0.5) * std::max(1.0, 60.0 / frequency));
         EXPECT_LT(pressed.swing, 0.02 * wanted);
       }
 }
@@ -189,19 +186,22 @@ TEST(ForceControl, AtForceMeansInsideTheBandAndInContact) {
 
 /// A surface that comes towards a tool that slides on a slope: 3 mm/s.
 TEST(ForceControl, ASurfaceThatComesIsFollowedWithoutAnError) {
-  Json parameters = law(10.0, 0.005, false);
+  Json parameters = law(20.0, 0.005, false);
   for (const bool integral : {false, true}) {
     parameters["surface_moves"] = integral;
     PrimitiveHarness control("ForceController", parameters);
     PressedTool tool{.mass = 6.0, .frequency = 60.0, .surface = 1e5};
-    set_arm(control, 10.0);
+    set_arm(control, 20.0);
     for (int i = 0; i < 6000; ++i) {
       if (i > 3000) tool.x += 0.003 * kCycle, tool.sent += 0.003 * kCycle;  // seen from the surface
       control.set("force", tool.force).step();
       tool.step(*control.get<Real>("velocity"));
     }
-    EXPECT_TRUE(integral ? std::abs(tool.force - 10.0) < 0.2 : tool.force > 11.5)
-        << tool.force << ": without an integral part the surface that moves leaves an error";
+    if (integral) {
+      EXPECT_NEAR(tool.force, 20.0, 0.2);
+    } else {
+      EXPECT_GT(tool.force, 22.0) << "so the case is one";
+    }
   }
 }
 
