@@ -220,7 +220,7 @@ int main(int argc, char** argv) {
   }
   if (what == "all" || what == "slide") {
     std::printf(
-        "| arm | surface | N | mm/s | mean, N | off | sd, N | sd | most, N | lost "
+        "| arm | surface | N | mm/s | mean | sd | mean after 0.5 s | sd | most, N | lost "
         "|\n|---|---|---|---|---|---|---|---|---|---|\n");
     each_arm([](const Arm& arm) {
       for (const auto& [name, surface] :
