@@ -211,7 +211,6 @@ class ForceController final : public Primitive {
   /// wrong, and what is seen counts. Blows and noise stay below.
   static constexpr double kImpossible = 1.5;
   static constexpr double kMostGain = 2.0;        ///< times the arm's own: where the law is half as far from swinging
-  static constexpr double kBringUp = 1.5;         ///< of the gain, while the filter does not delay what brakes
   static constexpr double kRaise_s = 0.1;         ///< in which a gain goes up; it comes down at once
   static constexpr double kIntegralShare = 0.25;  ///< of the rate of the law
 
@@ -251,7 +250,7 @@ class ForceController final : public Primitive {
   void look_for_contact(double error, double h) {
     if (!in_contact_ && *force_ >= touch_) {
       // From here on as if the law had always moved it like this: nothing of a fast approach is kept.
-      if (!touched_) filter_.begin(std::min(error, last_ / (kBringUp * base_)));
+      if (!touched_) filter_.begin(std::min(error, last_ / base_));
       if (!touched_) mean_ = *force_;
       in_contact_ = touched_ = true;
       lost_for_ = 0;
@@ -296,16 +295,10 @@ class ForceController final : public Primitive {
     return impossible ? std::min(base_, gain_on(kCaution * seen_)) : std::max(base_, learned_);
   }
 
-  /// A gain by hand stays below what the arm allows here too.
-  [[nodiscard]] double gain_on_the_way() const {
-    if (!(gain_ > 0.0 && servo_.stiffness > 0.0)) return kBringUp * gain();
-    return std::max(gain(), std::min(kBringUp * gain(), kMostGain * rate_ / servo_.stiffness));
-  }
-
   void move(double h) {
     double wanted = approach_;
     if (touched_) {
-      const double per_newton = brought_up_ ? gain() : gain_on_the_way();
+      const double per_newton = gain();
       const double law = per_newton * filter_.value + drift_;
       // Where it has lost the surface it does not come back faster than it came.
       const double fastest = in_contact_ && lost_for_ == 0 ? velocity_max_ : approach_;

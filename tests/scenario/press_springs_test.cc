@@ -93,7 +93,7 @@ std::vector<Springs> all_springs() {
           {"tool 100 N/m", "cartesian_impedance", springs_of_tool(100), 13.0},
           {"hardly damped", "cartesian_impedance", hardly_damped, 16.0},
           {"joints 2000 Nm/rad", "joint_impedance", springs_of_joints(2000), 15.0},
-          {"joints 100 Nm/rad", "joint_impedance", springs_of_joints(100), 20.0}};
+          {"joints 100 Nm/rad", "joint_impedance", springs_of_joints(100), 30.0}};
 }
 
 TEST(PressOnSprings, TheForceComesOnAnySprings) {
