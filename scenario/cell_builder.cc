@@ -90,8 +90,7 @@ sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) 
   return {device.on->entry->name + "/" + place.link, place.X_LP * device.entry->mount};
 }
 
-// -- Surfaces
-// -----------------------------------------------------------------------------------------------
+// -- Surfaces ---------------------------------------------------------------------------------------------------------
 
 /// The materials of the models folder and those of the scenario.
 device::MaterialTable materials_of(const Description& description, const device::ModelLibrary& models,

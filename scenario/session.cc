@@ -148,6 +148,7 @@ class Session::Run {
 
   void loop() {
     if (realtime_) {
+      run_.before_cycle();  // of the first one
       run_.in_realtime(
           realtime_->run({.after_cycle = [this] { return after_realtime_cycle(); },
                           .program = [this] { return look_between_cycles(); },

@@ -62,7 +62,7 @@ class PauseStep final : public Step {
   double seconds_;
 };
 
-// -- As a command ----
+// -- As a command -----------------------------------------------------------------------------------------------------
 
 /// How a condition with a timeout ended, at "/until"; empty: it held.
 Diagnostics failure_of_wait(const std::optional<net::Boolean>& held, double timeout) {

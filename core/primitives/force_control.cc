@@ -332,22 +332,17 @@ class ForceController final : public Primitive {
   double mean_ = 0.0;     ///< force
 };
 
-TAKT_PRIMITIVE(
-    ServoStiffness, "force",
-    "How stiffly an arm holds its tool along a direction, and how fast it moves there by itself: from the position "
-    "loops "
-    "of its device file and its inertia, or from its springs where it is compliant. What a ForceController needs to "
-    "know of an arm. Computed in the first cycle, after null, after a change of the control mode, and every 50 "
-    "cycles.");
-TAKT_PRIMITIVE(
-    ForceController, "force",
-    "Velocity along one direction that brings a contact force to its desired value: approaches, then moves in "
-    "proportion "
-    "to the filtered lack of force, with a gain that follows from the stiffness and the delay of the arm; nothing of "
-    "the "
-    "approach speed is kept. After a loss of contact it approaches again, no faster than before. It begins free and at "
-    "rest, in the first cycle and after null. Either `stiffness` or `gain` has to be there, else the outputs are "
-    "null.");
+TAKT_PRIMITIVE(ServoStiffness, "force",
+               "How stiffly an arm holds its tool along a direction, and how fast it moves there by itself: from the "
+               "position loops of its device file and its inertia, or from its springs where it is compliant. What a "
+               "ForceController needs to know of an arm. Computed in the first cycle, after null, after a change of "
+               "the control mode, and every 50 cycles.");
+TAKT_PRIMITIVE(ForceController, "force",
+               "Velocity along one direction that brings a contact force to its desired value: approaches, then moves "
+               "in proportion to the filtered lack of force, with a gain that follows from the stiffness and the delay "
+               "of the arm; nothing of the approach speed is kept. After a loss of contact it approaches again, no "
+               "faster than before. It begins free and at rest, in the first cycle and after null. Either `stiffness` "
+               "or `gain` has to be there, else the outputs are null.");
 
 }  // namespace
 }  // namespace takt::primitives
