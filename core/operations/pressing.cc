@@ -265,7 +265,8 @@ std::string_view name_of(PressOutcome outcome) {
 
 void check_pressing_sensor(const std::string& arm, const std::string& sensor, const ReadContext& from) {
   const auto found = from.cell.sensors.find(sensor);
-  if (found == from.cell.sensors.end() || found->second.arm == arm) return;
+  // Of a cell that could not be built only names are known.
+  if (found == from.cell.sensors.end() || found->second.arm.empty() || found->second.arm == arm) return;
   from.reader.diagnostics().error(Code::kConflict, from.reader.at("sensor"),
                                   fmt::format("'{}' is not on '{}'", sensor, arm), "a sensor on this arm");
 }
