@@ -13,7 +13,7 @@ namespace takt::activity {
 /// A force offset over one motion and those after it.
 struct OffsetPlan {
   command::RealSensor pressing;
-  command::ForceOffsetWish wish;
+  command::ForceOffsetControlParameters parameters;
   std::size_t first = 0;  ///< of the motions that it is made of
 };
 
@@ -54,13 +54,13 @@ struct ArmPlans {
 /// One command with both entries, of which the first cycle takes one by where the clock's arm is told to be (docs/
 /// activity-layer.md), and what is known of its arms. Realtime: setup.
 [[nodiscard]] PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMotion motion,
-                                                 const MotionOptions& wish);
+                                                 const MotionOptions& options);
 
 /// The same for one arm. What is laid over its first or its last motion begins and ends at rest: that one is not joined
 /// or left in motion. @return diagnostics of plan_weaves() from rest, "/1/ramp" (index of the motion), and of the
 /// offset
 [[nodiscard]] Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmPlans plans,
-                                                         const MotionOptions& wish);
+                                                         const MotionOptions& options);
 /// What may be left, as planners have it; nothing where the arm has to come to rest first. It refers to `before`.
 /// @param X_FM  the frame that is to move on
 [[nodiscard]] std::optional<motion::Departure> departure_of(const Predecessor& before, const Eigen::Isometry3d& X_FM);

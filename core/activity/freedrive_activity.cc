@@ -19,11 +19,11 @@ State not_paused(const command::Cell& cell, const std::string& channel) {
 
 class FreedriveActivity final : public ActivityModel {
  public:
-  FreedriveActivity(std::string arm, command::GuidanceParameters wish, FreedriveEnd end, command::Biases biases,
+  FreedriveActivity(std::string arm, command::GuidanceParameters guidance, FreedriveEnd end, command::Biases biases,
                     ControlModes modes)
       : ActivityModel(arm + " freedrive"),
         arm_(std::move(arm)),
-        wish_(std::move(wish)),
+        guidance_(std::move(guidance)),
         end_(std::move(end)),
         biases_(std::move(biases)),
         modes_(std::move(modes)) {}
@@ -33,7 +33,7 @@ class FreedriveActivity final : public ActivityModel {
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     PlannedActivity prepared;
-    prepared.command = freedrive_command(planning.cell, arm_, wish_, end_, biases_);
+    prepared.command = freedrive_command(planning.cell, arm_, guidance_, end_, biases_);
     prepared.modes = modes_;
     prepared.returns = !modes_.empty();
     prepared.end_states[arm_] = {};  // nobody knows where the hand leads it
@@ -45,7 +45,7 @@ class FreedriveActivity final : public ActivityModel {
 
  private:
   std::string arm_;
-  command::GuidanceParameters wish_;
+  command::GuidanceParameters guidance_;
   FreedriveEnd end_;
   command::Biases biases_;
   ControlModes modes_;
@@ -54,9 +54,9 @@ class FreedriveActivity final : public ActivityModel {
 }  // namespace
 
 command::RuntimeCommand freedrive_command(const command::Cell& cell, const std::string& arm,
-                                          const command::GuidanceParameters& wish, const FreedriveEnd& end,
+                                          const command::GuidanceParameters& guidance, const FreedriveEnd& end,
                                           const command::Biases& biases) {
-  command::GuidanceParameters own = wish;
+  command::GuidanceParameters own = guidance;
   for (const std::string& channel : {cell.override_channel, speed_channel(arm)}) {
     if (!cell.channels.contains(channel)) continue;
     const State going = not_paused(cell, channel);
@@ -74,9 +74,9 @@ ControlModes freedrive_modes(const command::Cell& cell, const std::string& arm) 
 }
 
 ActivityPtr freedrive_activity(const command::Cell& cell, const std::string& arm,
-                               const command::GuidanceParameters& wish, const FreedriveEnd& end,
+                               const command::GuidanceParameters& guidance, const FreedriveEnd& end,
                                const command::Biases& biases) {
-  return std::make_shared<const FreedriveActivity>(arm, wish, end, biases, freedrive_modes(cell, arm));
+  return std::make_shared<const FreedriveActivity>(arm, guidance, end, biases, freedrive_modes(cell, arm));
 }
 
 }  // namespace takt::activity

@@ -16,7 +16,7 @@ struct FreedriveEnd {
 
 /// The command of a freedrive. While the motions of the arm are paused, by the program or by the operator, it stands.
 [[nodiscard]] command::RuntimeCommand freedrive_command(const command::Cell& cell, const std::string& arm,
-                                                        const command::GuidanceParameters& wish,
+                                                        const command::GuidanceParameters& guidance,
                                                         const FreedriveEnd& end, const command::Biases& biases);
 
 /// The control modes into which an arm has to be brought before, and from which it goes back after it; empty: none.
@@ -25,7 +25,7 @@ struct FreedriveEnd {
 /// A person guides an arm by hand, from the control mode that it is in back into that. Nobody knows where it is then.
 /// Realtime: setup.
 [[nodiscard]] ActivityPtr freedrive_activity(const command::Cell& cell, const std::string& arm,
-                                             const command::GuidanceParameters& wish, const FreedriveEnd& end,
+                                             const command::GuidanceParameters& guidance, const FreedriveEnd& end,
                                              const command::Biases& biases);
 
 }  // namespace takt::activity

@@ -17,20 +17,20 @@ namespace takt::activity {
 /// Where a motion may be left for the next one: at a share of its time, or by the way that is left.
 struct BlendingCondition {
   std::optional<double> time_share = {};  ///< 0.7: when 70 % of its time have passed; [0.5, 1)
-  motion::Blend way = {};                 ///< a distance from its goal, or a share of its way
+  motion::Blend along_path = {};          ///< a distance from its goal, or a share of its path
 
   BlendingCondition() = default;
   BlendingCondition(double share) : time_share(share) {}  // NOLINT: reads as in the paper: {.blend = 0.7}
-  explicit BlendingCondition(const motion::Blend& by_way) : way(by_way) {}
+  explicit BlendingCondition(const motion::Blend& blend) : along_path(blend) {}
   [[nodiscard]] static BlendingCondition at_distance(double metres);
-  [[nodiscard]] bool wanted() const { return time_share || way.kind != motion::Blend::Kind::kNone; }
+  [[nodiscard]] bool wanted() const { return time_share || along_path.kind != motion::Blend::Kind::kNone; }
 };
 
 /// A force that is held along a direction of the tool while a path is followed.
 struct HeldForce {
   std::string sensor;            ///< that feels it
   command::RealSensor pressing;  ///< with how much the tool presses along the direction, N
-  command::ForceOffsetWish wish;
+  command::ForceOffsetControlParameters parameters;
 };
 
 /// What planning needs to know of how a motion is to be carried out; programs and files have MotionParameters
@@ -55,7 +55,7 @@ struct MotionOptions {
 };
 
 /// Is the blend one that can be? Diagnostics at "/blend".
-void check_blend(const MotionOptions& wish, Diagnostics& diagnostics);
+void check_blend(const MotionOptions& options, Diagnostics& diagnostics);
 
 /// Geometry from where the arm will be.
 using LegOf = std::function<Result<motion::Leg>(const motion::ArmModel&, const kinematics::JointVector& q)>;

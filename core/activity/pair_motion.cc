@@ -73,7 +73,7 @@ command::PlannedMotion planned(const Grasp& grasp, std::string name, motion::Pai
       .partner = command::PlannedPartner{std::make_shared<const motion::Motion>(std::move(plan.follower)), grasp.X_HF}};
 }
 
-PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans, const MotionOptions& wish) {
+PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans, const MotionOptions& options) {
   DualEntryMotion ways{.name = plans.name,
                        .actuator = command::arm_pair(planning.cell, plans.grasp.leader, plans.grasp.follower),
                        .clock = plans.grasp.leader,
@@ -82,7 +82,7 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans pl
   ways.begins[plans.grasp.leader].rest = seam_at_rest(ways.from_rest.motion->q_start);
   ways.begins[plans.grasp.follower].rest = seam_at_rest(ways.from_rest.partner->motion->q_start);
   if (plans.from_blend) add_blend(planning, plans, std::move(*plans.from_blend), ways);
-  return prepare_dual_entry(planning, std::move(ways), wish);
+  return prepare_dual_entry(planning, std::move(ways), options);
 }
 
 const Predecessor::Leaving* leaving_pair(const PlanningContext& planning, const std::string& leader,

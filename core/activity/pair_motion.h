@@ -39,7 +39,7 @@ struct PairPlans {
   std::vector<std::optional<command::State>> abort_if = {};
 };
 [[nodiscard]] PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans,
-                                                 const MotionOptions& wish);
+                                                 const MotionOptions& options);
 
 /// The motion of the same two arms that may be left, and how they hold C in it; nothing: there is none.
 [[nodiscard]] const Predecessor::Leaving* leaving_pair(const PlanningContext& planning, const std::string& leader,

@@ -42,9 +42,9 @@ class NetWriter {
 
   [[nodiscard]] Nanoseconds period() const { return period_; }
 
-  /// The wish as an id that no other part of the net has: what ids may not hold becomes '_', and the second of a name
-  /// gets a number.
-  [[nodiscard]] std::string unique(std::string_view wish);
+  /// An id like the preferred one that no other part of the net has: what ids may not hold becomes '_', and the second
+  /// of a name gets a number.
+  [[nodiscard]] std::string unique(std::string_view preferred);
   /// Adds a primitive. The id is from unique().
   void add(const std::string& id, std::string type,
            nlohmann::ordered_json parameters = nlohmann::ordered_json::object(),

@@ -17,12 +17,12 @@ namespace {
 /// What the parameters say, with the sensors of a cell.
 struct Guiding {
   Guiding(const FreedriveParameters& parameters, const command::Cell& cell, const command::Biases& biases)
-      : wish{.linear_max = parameters.velocity, .angular_max = parameters.turn},
+      : guidance{.linear_max = parameters.velocity, .angular_max = parameters.turn},
         end{.until = {}, .seconds = parameters.seconds} {
-    if (parameters.enabled) wish.enabled = command::state_of(*parameters.enabled, cell, biases);
+    if (parameters.enabled) guidance.enabled = command::state_of(*parameters.enabled, cell, biases);
     if (parameters.until) end.until = command::state_of(*parameters.until, cell, biases);
   }
-  command::GuidanceParameters wish;
+  command::GuidanceParameters guidance;
   FreedriveEnd end;
 };
 
@@ -50,7 +50,8 @@ class FreedriveStep final : public Step {
     rehearsal.duration += parameters_.seconds.value_or(0.0);
     if (rehearsal.cell.arms.at(parameters_.arm).device == nullptr) return;  // only names are known
     const Guiding guiding(parameters_, rehearsal.cell, {});
-    const auto mapped = command::map(freedrive_command(rehearsal.cell, parameters_.arm, guiding.wish, guiding.end, {}));
+    const auto mapped =
+        command::map(freedrive_command(rehearsal.cell, parameters_.arm, guiding.guidance, guiding.end, {}));
     if (!mapped) {
       for (const Diagnostic& one : mapped.error().list()) diagnostics.error(one.code, pointer, one.message, one.hint);
       return;
@@ -94,7 +95,7 @@ const ParameterTable<FreedriveParameters>& freedrive_parameters() {
 ActivityPtr freedrive_activity(const FreedriveParameters& parameters, const command::Cell& cell,
                                const command::Biases& biases) {
   const Guiding guiding(parameters, cell, biases);
-  return freedrive_activity(cell, parameters.arm, guiding.wish, guiding.end, biases);
+  return freedrive_activity(cell, parameters.arm, guiding.guidance, guiding.end, biases);
 }
 
 Operation freedrive_operation() {

@@ -199,8 +199,8 @@ class MotionCommand final : public OperationCommand {
   void leave_in_motion(const BuildContext& making, command::PlannedMotion& motion) const {
     const MotionTask& last = requests.back();
     if (left_arm().empty() || !making.cell.channels.contains(path_time_channel(arm()))) return;
-    motion.tells = {.time = path_time_channel(arm()), .rate = path_rate_channel(arm())};
-    motion.leaving = {.blend = last.blend.way};
+    motion.clock_outputs = {.time = path_time_channel(arm()), .rate = path_rate_channel(arm())};
+    motion.leaving = {.blend = last.blend.along_path};
     if (last.abort_if) motion.leaving->abort_if = command::state_of(*last.abort_if, making.cell, making.biases);
     motion.leaving->abort_handlers =
         static_cast<int>(std::ranges::count_if(requests, [](const auto& one) { return one.abort_if.has_value(); }));
@@ -232,8 +232,8 @@ class MotionCommand final : public OperationCommand {
     if (std::ranges::any_of(requests, [](const auto& request) { return request.weave.has_value(); }))
       motion = command::weave_each(motion, weaves_of(requests));
     if (const auto first = first_offset(requests))
-      motion =
-          command::force_offset(motion, force().pressing(arm(), making.cell, making.biases), force().wish(), *first);
+      motion = command::force_offset(motion, force().pressing(arm(), making.cell, making.biases),
+                                     force().control_parameters(), *first);
     return motion;
   }
   /// Of a motion that has one.

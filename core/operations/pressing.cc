@@ -19,10 +19,10 @@ using command::State;
 command::Action press_action(const Pressing& pressing, const PlannedPressing& planned, const command::Cell& cell,
                              const command::Biases& biases) {
   const auto force = command::pressing_force(cell, pressing.sensor, planned.direction_B, biases);
-  command::PressWish wish = planned.wish;
+  command::PressControlParameters control = planned.control;
   if (pressing.lateral)
-    wish.lateral = {command::lateral_force(cell, pressing.sensor, planned.direction_B, biases), *pressing.lateral};
-  return command::press(force, planned.direction_B, wish);
+    control.lateral = {command::lateral_force(cell, pressing.sensor, planned.direction_B, biases), *pressing.lateral};
+  return command::press(force, planned.direction_B, control);
 }
 
 /// A press whose way depends on where the arm is: planned when that is known.

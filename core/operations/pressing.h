@@ -55,7 +55,7 @@ struct Pressing {
 /// How it presses.
 struct PlannedPressing {
   Eigen::Vector3d direction_B;  ///< of the force that the tool exerts, in the arm's base; of length 1
-  command::PressWish wish;
+  command::PressControlParameters control;
 };
 /// What it comes to with the arm at q (rad or m). Without a compliance of its own the springs are those that the arm
 /// has now. @return diagnostics: an unknown frame, a path that the arm cannot follow, springs that take up the travel.

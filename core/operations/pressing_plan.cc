@@ -120,29 +120,30 @@ Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::C
   if (!direction) return std::unexpected(direction.error());
   if (Diagnostics wrong = check_bend(pressing, arm, *direction, q); wrong.has_errors())
     return std::unexpected(std::move(wrong));
-  command::PressWish wish{.force = {.force = pressing.force,
-                                    .approach_velocity = pressing.approach,
-                                    .contact_force = std::min(kContactShare * pressing.force, kContact_N),
-                                    .release_share = kReleaseShare,
-                                    .band = pressing.tolerance,
-                                    // A surface that the tool slides along comes and goes; one that it stands on shows
-                                    // how hard it is.
-                                    .surface_moves = pressing.path != nullptr,
-                                    .measures_stiffness = pressing.path == nullptr,
-                                    .sensor_delay = delay_of(cell, pressing.sensor),
-                                    .velocity_max = kMostVelocity * pressing.approach,
-                                    .acceleration_max = kMostAcceleration},
-                          .travel = pressing.travel,
-                          .sink = pressing.drop,
-                          .deepest = pressing.depth,
-                          .clock = command::override_of(cell),
-                          .softness_across = softness_across(pressing, arm, *direction, q)};
+  command::PressControlParameters control{
+      .force = {.force = pressing.force,
+                .approach_velocity = pressing.approach,
+                .contact_force = std::min(kContactShare * pressing.force, kContact_N),
+                .release_share = kReleaseShare,
+                .band = pressing.tolerance,
+                // A surface that the tool slides along comes and goes; one that it stands on shows
+                // how hard it is.
+                .surface_moves = pressing.path != nullptr,
+                .measures_stiffness = pressing.path == nullptr,
+                .sensor_delay = delay_of(cell, pressing.sensor),
+                .velocity_max = kMostVelocity * pressing.approach,
+                .acceleration_max = kMostAcceleration},
+      .travel = pressing.travel,
+      .sink = pressing.drop,
+      .deepest = pressing.depth,
+      .clock = command::override_of(cell),
+      .softness_across = softness_across(pressing, arm, *direction, q)};
   if (pressing.path) {
     auto path = pressing.path({.cell = cell, .direction_B = *direction, .X_BT = X_BT, .q = q});
     if (!path) return std::unexpected(path.error());
-    wish.path = std::make_shared<const motion::Motion>(std::move(path->motion));
+    control.path = std::make_shared<const motion::Motion>(std::move(path->motion));
   }
-  return PlannedPressing{*direction, std::move(wish)};
+  return PlannedPressing{*direction, std::move(control)};
 }
 
 }  // namespace takt::activity

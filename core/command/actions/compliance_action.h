@@ -31,13 +31,13 @@ struct CartesianCompliance {
 
 using SpringParameters = std::variant<Stiff, JointCompliance, CartesianCompliance>;
 /// The control mode that it needs.
-[[nodiscard]] device::ControlMode mode_of(const SpringParameters& wish);
+[[nodiscard]] device::ControlMode mode_of(const SpringParameters& parameters);
 /// Both ask for the same, equal constants and the same formulas, or neither asks for anything.
 [[nodiscard]] bool same(const std::optional<SpringParameters>& a, const std::optional<SpringParameters>& b);
 
 /// Constants that the device does not allow, at "/compliance/PORT" and below. @param arm  for people
-[[nodiscard]] Diagnostics check_compliance(const SpringParameters& wish, const device::ArmDescription& description,
-                                           const std::string& arm);
+[[nodiscard]] Diagnostics check_compliance(const SpringParameters& parameters,
+                                           const device::ArmDescription& description, const std::string& arm);
 
 /// The action on an arm that gives way like this, whatever it is: a motion, a hold, a jog. What is wanted of the
 /// springs may be a formula; it is approached with the rates of the device, and null there ends the net (row N4).
@@ -45,6 +45,6 @@ using SpringParameters = std::variant<Stiff, JointCompliance, CartesianComplianc
 /// offers, and `settled`: the springs are as they are wanted. An arm that has no such mode is refused (rule C8). In
 /// which mode the arm is, START looks at. Two arms as one have the same springs, each in its own axes, and exert
 /// nothing beside them.
-[[nodiscard]] Action with_compliance(const Action& action, const SpringParameters& wish);
+[[nodiscard]] Action with_compliance(const Action& action, const SpringParameters& parameters);
 
 }  // namespace takt::command

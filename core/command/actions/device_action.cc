@@ -144,7 +144,7 @@ class FollowValue final : public ActionModel {
 
 class GripModel final : public ActionModel {
  public:
-  GripModel(bool opens, const FingerParameters& wish) : opens_(opens), wish_(wish) {}
+  GripModel(bool opens, const FingerParameters& parameters) : opens_(opens), parameters_(parameters) {}
   [[nodiscard]] std::string_view name() const override { return opens_ ? "release" : "grip"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kGrip; }
 
@@ -182,12 +182,14 @@ class GripModel final : public ActionModel {
   }
 
  private:
-  double width(const device::GripperDescription& g) const { return wish_.width.value_or(opens_ ? g.stroke : 0.0); }
-  double speed(const device::GripperDescription& g) const { return wish_.speed.value_or(0.25 * g.speed_max); }
-  double force(const device::GripperDescription& g) const { return wish_.force.value_or(0.5 * g.force_max); }
+  double width(const device::GripperDescription& g) const {
+    return parameters_.width.value_or(opens_ ? g.stroke : 0.0);
+  }
+  double speed(const device::GripperDescription& g) const { return parameters_.speed.value_or(0.25 * g.speed_max); }
+  double force(const device::GripperDescription& g) const { return parameters_.force.value_or(0.5 * g.force_max); }
 
   bool opens_;
-  FingerParameters wish_;
+  FingerParameters parameters_;
 };
 
 /// The set point of the cycle before the first one, again and again.
@@ -216,8 +218,10 @@ Action set_value(bool value) { return Action(std::make_shared<const SetDigital>(
 Action set_value(double value) { return Action(std::make_shared<const SetAnalog>(value)); }
 Action track_value(const RealSensor& sensor) { return Action(std::make_shared<const TrackValue>(sensor.node())); }
 Action follow_value(const RealSensor& sensor) { return Action(std::make_shared<const FollowValue>(sensor.node())); }
-Action grip(const FingerParameters& wish) { return Action(std::make_shared<const GripModel>(false, wish)); }
-Action release(const FingerParameters& wish) { return Action(std::make_shared<const GripModel>(true, wish)); }
+Action grip(const FingerParameters& parameters) { return Action(std::make_shared<const GripModel>(false, parameters)); }
+Action release(const FingerParameters& parameters) {
+  return Action(std::make_shared<const GripModel>(true, parameters));
+}
 Action hold() { return Action(std::make_shared<const Hold>()); }
 
 }  // namespace takt::command

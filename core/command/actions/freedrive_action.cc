@@ -34,9 +34,9 @@ void check_from_zero(Diagnostics& diagnostics, const char* key, double value, co
   diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit), fmt::format("from 0 {}", unit));
 }
 
-void check_bounds(Diagnostics& diagnostics, const GuidanceParameters& wish) {
-  check_positive(diagnostics, "/linear_max", wish.linear_max, "m/s");
-  check_positive(diagnostics, "/angular_max", wish.angular_max, "rad/s");
+void check_bounds(Diagnostics& diagnostics, const GuidanceParameters& parameters) {
+  check_positive(diagnostics, "/linear_max", parameters.linear_max, "m/s");
+  check_positive(diagnostics, "/angular_max", parameters.angular_max, "rad/s");
 }
 
 /// "guided.value": somebody has the arm in hand, and nobody has asked for the end. Never null.
@@ -57,7 +57,7 @@ void add_guided(FragmentWriter& fragment, const std::optional<State>& enabled) {
 /// The springs' rest goes after the measured joints: velocity = gain * (what they are bent by, less a band).
 class BySprings final : public ActionModel {
  public:
-  explicit BySprings(const GuidanceParameters& wish) : wish_(wish) {}
+  explicit BySprings(const GuidanceParameters& parameters) : parameters_(parameters) {}
 
   [[nodiscard]] std::string_view name() const override { return "freedrive"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
@@ -68,32 +68,32 @@ class BySprings final : public ActionModel {
     return time_to_rest(actuator, 1.0) + to_seconds(actuator.arm()->device->description().impedance.ramp);
   }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
-    return wish_.enabled ? std::vector{wish_.enabled->node()} : std::vector<ExpressionPtr>();
+    return parameters_.enabled ? std::vector{parameters_.enabled->node()} : std::vector<ExpressionPtr>();
   }
 
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     Diagnostics diagnostics;
-    check_bounds(diagnostics, wish_);
-    check_positive(diagnostics, "/springs/stiffness", wish_.springs.stiffness, "Nm/rad");
-    check_from_zero(diagnostics, "/springs/torque", wish_.springs.torque, "Nm");
-    check_positive(diagnostics, "/springs/gain", wish_.springs.gain, "1/s");
-    check_from_zero(diagnostics, "/springs/margin", wish_.springs.margin, "rad");
+    check_bounds(diagnostics, parameters_);
+    check_positive(diagnostics, "/springs/stiffness", parameters_.springs.stiffness, "Nm/rad");
+    check_from_zero(diagnostics, "/springs/torque", parameters_.springs.torque, "Nm");
+    check_positive(diagnostics, "/springs/gain", parameters_.springs.gain, "1/s");
+    check_from_zero(diagnostics, "/springs/margin", parameters_.springs.margin, "rad");
     return diagnostics;
   }
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     const auto& range = actuator.arm()->device->description().impedance.joint;
-    const JointVector soft = JointVector::Constant(range.upper.stiffness.size(), wish_.springs.stiffness)
+    const JointVector soft = JointVector::Constant(range.upper.stiffness.size(), parameters_.springs.stiffness)
                                  .cwiseMax(range.lower.stiffness)
                                  .cwiseMin(range.upper.stiffness);
-    add_guided(fragment, wish_.enabled);
+    add_guided(fragment, parameters_.enabled);
     add_rates(fragment, actuator, soft);
     fragment.add("motion", "JointJog",
                  {{"device", actuator.name()},
                   {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))},
-                  {"linear_max", wish_.linear_max},
-                  {"angular_max", wish_.angular_max},
-                  {"margin", wish_.springs.margin}});
+                  {"linear_max", parameters_.linear_max},
+                  {"angular_max", parameters_.angular_max},
+                  {"margin", parameters_.springs.margin}});
     fragment.link("led.value", "motion.rates");
     fragment.add("springs", "SelectJoints",
                  {{"if_true", joints_json(soft)}, {"if_false", joints_json(range.upper.stiffness)}});
@@ -119,9 +119,10 @@ class BySprings final : public ActionModel {
     fragment.add("bend", "SubtractJoints");
     fragment.link("state.q", "bend.a");
     fragment.link("state.set_point_q", "bend.b");
-    fragment.add("beyond", "DeadBandJoints", {{"width", joints_json(wish_.springs.torque * soft.cwiseInverse())}});
+    fragment.add("beyond", "DeadBandJoints",
+                 {{"width", joints_json(parameters_.springs.torque * soft.cwiseInverse())}});
     fragment.link("bend.value", "beyond.input");
-    fragment.add("gain", "ConstantReal", {{"value", wish_.springs.gain}});
+    fragment.add("gain", "ConstantReal", {{"value", parameters_.springs.gain}});
     fragment.add("rates", "ScaleJoints");
     fragment.link("beyond.value", "rates.joints");
     fragment.link("gain.value", "rates.factor");
@@ -148,28 +149,28 @@ class BySprings final : public ActionModel {
     return fragment.gate_with_cancel("done", "And", "firm.value");
   }
 
-  GuidanceParameters wish_;
+  GuidanceParameters parameters_;
 };
 
 /// Mass and damper at the tool centre point, in its own axes; the tool goes with their velocity.
 class ByBody final : public VelocityModel {
  public:
   /// @param felt  weight taken out, in the sensor's measuring frame; without bias if `tared`
-  ByBody(const GuidanceParameters& wish, const WrenchSensor& felt, bool tared, const Eigen::Isometry3d& X_TS)
-      : wish_(wish), felt_(felt.node()), tared_(tared), X_TS_(X_TS) {}
+  ByBody(const GuidanceParameters& parameters, const WrenchSensor& felt, bool tared, const Eigen::Isometry3d& X_TS)
+      : parameters_(parameters), felt_(felt.node()), tared_(tared), X_TS_(X_TS) {}
 
   [[nodiscard]] std::string_view name() const override { return "freedrive"; }
   [[nodiscard]] std::vector<std::string> states() const override { return {"enabled", "error"}; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
     std::vector<ExpressionPtr> formulas{felt_};
-    if (wish_.enabled) formulas.push_back(wish_.enabled->node());
+    if (parameters_.enabled) formulas.push_back(parameters_.enabled->node());
     return formulas;
   }
 
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     Diagnostics diagnostics;
-    const GuidanceParameters::Body& body = wish_.body;
-    check_bounds(diagnostics, wish_);
+    const GuidanceParameters::Body& body = parameters_.body;
+    check_bounds(diagnostics, parameters_);
     check_positive(diagnostics, "/body/mass", body.mass, "kg");
     check_positive(diagnostics, "/body/damping", body.damping, "Ns/m");
     check_positive(diagnostics, "/body/inertia", body.inertia, "kg m^2");
@@ -190,11 +191,11 @@ class ByBody final : public VelocityModel {
 
  private:
   [[nodiscard]] std::optional<ToolSpeed> speed() const override {
-    return ToolSpeed{.linear = wish_.linear_max, .angular = wish_.angular_max};
+    return ToolSpeed{.linear = parameters_.linear_max, .angular = parameters_.angular_max};
   }
   void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
-    const GuidanceParameters::Body& body = wish_.body;
-    add_guided(fragment, wish_.enabled);
+    const GuidanceParameters::Body& body = parameters_.body;
+    add_guided(fragment, parameters_.enabled);
     fragment.add("at_tool", "TransformWrench", {{"frame", net::value_to_json(net::Frame(X_TS_))}});
     add_contact(fragment, "at_tool.wrench");
     fragment.add("smooth", "LowPassWrench", {{"cutoff", body.cutoff}});
@@ -220,7 +221,8 @@ class ByBody final : public VelocityModel {
     fragment.add("led", "GateTwist");
     fragment.link("in_base.value", "led.input");
     fragment.link("guided.value", "led.open");
-    fragment.add("bounded", "LimitTwist", {{"linear_max", wish_.linear_max}, {"angular_max", wish_.angular_max}});
+    fragment.add("bounded", "LimitTwist",
+                 {{"linear_max", parameters_.linear_max}, {"angular_max", parameters_.angular_max}});
     fragment.link("led.value", "bounded.input");
     add_caution(fragment, actuator);
     fragment.add("wanted", "ScaleTwist");
@@ -244,13 +246,13 @@ class ByBody final : public VelocityModel {
   /// What the hand exerts; nothing is known until an untared sensor has been tared.
   void add_contact(FragmentWriter& fragment, const std::string& to) const {
     if (tared_) return fragment.feed(felt_, to);
-    const double cycles = std::ceil(wish_.body.tare_time / to_seconds(fragment.period()));
+    const double cycles = std::ceil(parameters_.body.tare_time / to_seconds(fragment.period()));
     fragment.add("tare", "Tare", {{"trigger", true}, {"cycles", static_cast<std::int64_t>(cycles)}});
     fragment.feed(felt_, "tare.wrench");
     fragment.link("tare.tared", to);
   }
 
-  GuidanceParameters wish_;
+  GuidanceParameters parameters_;
   ExpressionPtr felt_;
   bool tared_;
   Eigen::Isometry3d X_TS_;
@@ -290,15 +292,15 @@ FreedriveKind freedrive_kind(const Cell& cell, const std::string& arm) {
   return feels ? FreedriveKind::kBody : FreedriveKind::kNone;
 }
 
-Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& wish, const Biases& biases) {
+Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& parameters, const Biases& biases) {
   switch (freedrive_kind(cell, arm)) {
     case FreedriveKind::kSprings:
-      return Action(std::make_shared<const BySprings>(wish));
+      return Action(std::make_shared<const BySprings>(parameters));
     case FreedriveKind::kBody: {
       const auto& [name, sensor] = *sensor_on(cell, arm);
       const Eigen::Isometry3d X_TS = cell.arms.find(arm)->second.X_FT.inverse() * sensor.X_FS;
       return Action(
-          std::make_shared<const ByBody>(wish, contact_wrench(cell, name, biases), biases.contains(name), X_TS));
+          std::make_shared<const ByBody>(parameters, contact_wrench(cell, name, biases), biases.contains(name), X_TS));
     }
     case FreedriveKind::kNone:
       break;

@@ -52,7 +52,7 @@ enum class FreedriveKind : std::uint8_t {
 /// @param biases  of the cell's sensors; one that is not there is tared at the beginning: then nobody may touch the arm
 /// An arm with neither kind is refused with the reason. Offers `enabled`, and `error`: the arm, or the sensor, does not
 /// answer, so it rests.
-[[nodiscard]] Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& wish = {},
+[[nodiscard]] Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& parameters = {},
                                const Biases& biases = {});
 
 }  // namespace takt::command

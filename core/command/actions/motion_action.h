@@ -33,11 +33,11 @@ struct PlannedMotion {
   /// not given: 0 and 1.
   struct ClockBegin {
     std::optional<RealSensor> time = {}, rate = {};
-  } begins = {};
+  } clock_initial = {};
   /// Channels in which it tells where its clock is, for who goes on with it; empty: it does not.
   struct ClockChannels {
     std::string time = {}, rate = {};
-  } tells = {};
+  } clock_outputs = {};
   std::optional<PlannedPartner> partner = {};
   /// How far before its goal another motion may go on with it. It tells its clock then.
   struct Leaving {
@@ -69,17 +69,17 @@ struct PlanParameters {
 // Motions from where the arm is when its command is planned. Goals of frames are in the arm's base, m. They offer
 // `at_path`, `via_passed`, `progress`, `error` (no joints for a pose). A single joint() takes a PTP with a goal of its
 // own.
-[[nodiscard]] Action ptp(const kinematics::JointVector& q_goal, const PlanParameters& wish = {});
-[[nodiscard]] Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& wish = {});
-[[nodiscard]] Action circ(const motion::ArcThrough& arc, const PlanParameters& wish = {});
-[[nodiscard]] Action circ(const motion::ArcAbout& arc, const PlanParameters& wish = {});
-[[nodiscard]] Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const PlanParameters& wish = {});
-[[nodiscard]] Action spline(const std::vector<kinematics::JointVector>& points, const PlanParameters& wish = {});
+[[nodiscard]] Action ptp(const kinematics::JointVector& q_goal, const PlanParameters& parameters = {});
+[[nodiscard]] Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& parameters = {});
+[[nodiscard]] Action circ(const motion::ArcThrough& arc, const PlanParameters& parameters = {});
+[[nodiscard]] Action circ(const motion::ArcAbout& arc, const PlanParameters& parameters = {});
+[[nodiscard]] Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const PlanParameters& parameters = {});
+[[nodiscard]] Action spline(const std::vector<kinematics::JointVector>& points, const PlanParameters& parameters = {});
 
 /// A motion of a sequence, and how it is blended into the next one.
 struct SequencePart {
   motion::LegMaker geometry;
-  PlanParameters wish = {};
+  PlanParameters parameters = {};
   motion::Blend blend = {};
 };
 /// Several motions as one (docs/motion.md); via_passed(i) holds from the middle of blend i on. The frame that moves,

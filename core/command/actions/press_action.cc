@@ -21,23 +21,23 @@ Json vector_json(const Eigen::Vector3d& v) { return net::value_to_json(net::Vect
 
 class Press final : public VelocityModel {
  public:
-  Press(const RealSensor& pressing, const Eigen::Vector3d& direction_B, PressWish wish)
-      : pressing_(pressing.node()), direction_B_(direction_B.normalized()), wish_(std::move(wish)) {}
+  Press(const RealSensor& pressing, const Eigen::Vector3d& direction_B, PressControlParameters parameters)
+      : pressing_(pressing.node()), direction_B_(direction_B.normalized()), parameters_(std::move(parameters)) {}
 
   [[nodiscard]] std::string_view name() const override { return "press"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
-    std::vector<ExpressionPtr> formulas = wish_.clock.formulas();
+    std::vector<ExpressionPtr> formulas = parameters_.clock.formulas();
     formulas.push_back(pressing_);
-    if (wish_.lateral) formulas.push_back(wish_.lateral->force.node());
+    if (parameters_.lateral) formulas.push_back(parameters_.lateral->force.node());
     return formulas;
   }
-  [[nodiscard]] double duration() const override { return wish_.path ? wish_.path->duration() : 0.0; }
+  [[nodiscard]] double duration() const override { return parameters_.path ? parameters_.path->duration() : 0.0; }
   [[nodiscard]] std::vector<std::string> states() const override {
     std::vector<std::string> states{"in_contact", "touched", "at_force", "too_far", "error"};
-    if (wish_.sink) states.emplace_back("sunk");
-    if (wish_.deepest) states.emplace_back("too_deep");
-    if (wish_.lateral) states.emplace_back("sideways");
-    if (wish_.path) states.emplace_back("path_ended");
+    if (parameters_.sink) states.emplace_back("sunk");
+    if (parameters_.deepest) states.emplace_back("too_deep");
+    if (parameters_.lateral) states.emplace_back("sideways");
+    if (parameters_.path) states.emplace_back("path_ended");
     return states;
   }
 
@@ -46,14 +46,14 @@ class Press final : public VelocityModel {
     if (name == "touched") return "touched.value";
     if (name == "path_ended") return "clock.at_end";
     if (name == "too_far") {
-      fragment.add("too_far", "AtLeast", {{"b", wish_.travel}});
+      fragment.add("too_far", "AtLeast", {{"b", parameters_.travel}});
       fragment.link("depth.value", "too_far.a");
       return "too_far.value";
     }
     if (name == "at_force") return add_at_force(fragment);
-    if (name == "sunk") return add_deeper(fragment, "sunk", *wish_.sink);
+    if (name == "sunk") return add_deeper(fragment, "sunk", *parameters_.sink);
     if (name == "sideways") return add_sideways(fragment);
-    if (name == "too_deep") return add_deeper(fragment, "too_deep", *wish_.deepest);
+    if (name == "too_deep") return add_deeper(fragment, "too_deep", *parameters_.deepest);
     fragment.add("no_force", "IsNullReal");
     fragment.feed(pressing_, "no_force.input");
     return "no_force.value";
@@ -62,11 +62,12 @@ class Press final : public VelocityModel {
  private:
   void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     add_tool(fragment, actuator, "sent", "set_point_q");
-    if (wish_.sink || wish_.deepest || holds_measured_place() || leads()) add_tool(fragment, actuator, "felt", "q");
+    if (parameters_.sink || parameters_.deepest || holds_measured_place() || leads())
+      add_tool(fragment, actuator, "felt", "q");
     fragment.add("begin", "SnapshotFrame", {{"trigger", true}});
     fragment.link("sent.frame", "begin.input");
     add_depth(fragment);
-    add_force_law(fragment, actuator, pressing_, wish_.force);
+    add_force_law(fragment, actuator, pressing_, parameters_.force);
     fragment.add("push_direction", "ConstantVector", {{"value", vector_json(direction_B_)}});
     fragment.link("push_direction.value", "servo.direction");
     // A silent sensor has not felt anything.
@@ -99,12 +100,12 @@ class Press final : public VelocityModel {
     fragment.add("back", "ScaleTwist", {{"factor", kHoldGain}});
     fragment.link("off.value", "back.twist");
     fragment.add("follow_parts", "TwistComponents");
-    if (!wish_.path) {
+    if (!parameters_.path) {
       fragment.link(add_place(fragment), "off.to");
       return fragment.link("back.value", "follow_parts.input");
     }
-    add_clock(fragment, *wish_.path, wish_.clock, "touched.value");
-    const SetPoint path = add_path(fragment, "path", wish_.path->path, Eigen::Isometry3d::Identity());
+    add_clock(fragment, *parameters_.path, parameters_.clock, "touched.value");
+    const SetPoint path = add_path(fragment, "path", parameters_.path->path, Eigen::Isometry3d::Identity());
     if (leads()) {
       add_lead(fragment, path);
     } else {
@@ -117,7 +118,7 @@ class Press final : public VelocityModel {
   }
 
   /// Springs lag behind a path by what friction bends them.
-  [[nodiscard]] bool leads() const { return wish_.path && wish_.softness_across; }
+  [[nodiscard]] bool leads() const { return parameters_.path && parameters_.softness_across; }
   /// The set point aims as far beyond the path as the tool lags behind it, across the direction and within what a
   /// friction as large as the force bends the springs: so the tool is where the path is, and a tool that is caught is
   /// not pressed harder than that.
@@ -131,7 +132,7 @@ class Press final : public VelocityModel {
     fragment.link("lag_parts.linear", "lag_split.input");
     fragment.add("lag_slow", "LowPassVector", {{"cutoff", kLeadCutoff_Hz}});
     fragment.link("lag_split.across", "lag_slow.input");
-    fragment.add("lead", "LimitVector", {{"length_max", *wish_.softness_across * wish_.force.force}});
+    fragment.add("lead", "LimitVector", {{"length_max", *parameters_.softness_across * parameters_.force.force}});
     fragment.link("lag_slow.value", "lead.input");
     fragment.add("lead_by", "AssembleTwist", {{"angular", vector_json(Eigen::Vector3d::Zero())}});
     fragment.link("lead.value", "lead_by.linear");
@@ -143,7 +144,7 @@ class Press final : public VelocityModel {
 
   /// A stiff tool that was pressed to a side is not pressed there any more. Springs stay bent as they are: to follow
   /// the tool would let it sink by its weight a little more each time.
-  [[nodiscard]] bool holds_measured_place() const { return !wish_.path && !wish_.softness_across; }
+  [[nodiscard]] bool holds_measured_place() const { return !parameters_.path && !parameters_.softness_across; }
   /// Where the tool is held without a path. @return the port.
   std::string add_place(FragmentWriter& fragment) const {
     if (!holds_measured_place()) return "begin.value";
@@ -161,17 +162,17 @@ class Press final : public VelocityModel {
     fragment.add("linear", "AddVectors");
     fragment.link("split.across", "linear.a");
     fragment.link("push.value", "linear.b");
-    const std::string twist = wish_.clock.speed ? "moves" : "wanted";
+    const std::string twist = parameters_.clock.speed ? "moves" : "wanted";
     fragment.add(twist, "AssembleTwist");
     fragment.link("linear.value", twist + ".linear");
     fragment.link("follow_parts.angular", twist + ".angular");
-    if (wish_.clock.speed) add_stand(fragment);
+    if (parameters_.clock.speed) add_stand(fragment);
   }
 
   /// While the clock is to stand there is no approach; a force that has been brought up is held.
   void add_stand(FragmentWriter& fragment) const {
     fragment.add("speed_known", "DefaultToReal", {{"fallback", 0.0}});
-    fragment.feed(wish_.clock.speed->node(), "speed_known.input");
+    fragment.feed(parameters_.clock.speed->node(), "speed_known.input");
     fragment.add("goes_on", "GreaterThan", {{"b", 0.0}});
     fragment.link("speed_known.value", "goes_on.a");
     fragment.add("may_move", "Or");
@@ -189,8 +190,8 @@ class Press final : public VelocityModel {
   }
 
   [[nodiscard]] std::string add_sideways(FragmentWriter& fragment) const {
-    fragment.add("sideways", "AtLeast", {{"b", wish_.lateral->most}});
-    fragment.feed(wish_.lateral->force.node(), "sideways.a");
+    fragment.add("sideways", "AtLeast", {{"b", parameters_.lateral->most}});
+    fragment.feed(parameters_.lateral->force.node(), "sideways.a");
     fragment.add("sideways_known", "DefaultToBoolean", {{"fallback", false}});
     fragment.link("sideways.value", "sideways_known.input");
     return "sideways_known.value";
@@ -221,13 +222,13 @@ class Press final : public VelocityModel {
 
   ExpressionPtr pressing_;
   Eigen::Vector3d direction_B_;
-  PressWish wish_;
+  PressControlParameters parameters_;
 };
 
 }  // namespace
 
-Action press(const RealSensor& pressing, const Eigen::Vector3d& direction_B, const PressWish& wish) {
-  return Action(std::make_shared<const Press>(pressing, direction_B, wish));
+Action press(const RealSensor& pressing, const Eigen::Vector3d& direction_B, const PressControlParameters& parameters) {
+  return Action(std::make_shared<const Press>(pressing, direction_B, parameters));
 }
 
 }  // namespace takt::command

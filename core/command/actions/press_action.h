@@ -8,8 +8,8 @@
 
 namespace takt::command {
 
-struct PressWish {
-  ForceWish force;
+struct PressControlParameters {
+  ForceControlParameters force;
   double travel = 0.05;                ///< m along the direction that it is sent at most, from where it begins
   std::optional<double> sink = {};     ///< m deeper than where it touched, as measured
   std::optional<double> deepest = {};  ///< m likewise: more than was expected
@@ -37,6 +37,7 @@ struct PressWish {
 /// Offers `in_contact`; `touched`: there was contact; `at_force`: the force is within its band; `too_far`: `travel` is
 /// used up; `sunk`, `too_deep`: so deep; `sideways`: the lateral force is too large; `path_ended`; `error`: the force
 /// is not known, so it comes to rest. Realtime: setup.
-[[nodiscard]] Action press(const RealSensor& pressing, const Eigen::Vector3d& direction_B, const PressWish& wish);
+[[nodiscard]] Action press(const RealSensor& pressing, const Eigen::Vector3d& direction_B,
+                           const PressControlParameters& parameters);
 
 }  // namespace takt::command

@@ -65,24 +65,24 @@ void VelocityModel::add_tool(FragmentWriter& fragment, const ActuatorModel& actu
 }
 
 void add_force_law(FragmentWriter& fragment, const ActuatorModel& actuator, const ExpressionPtr& pressing,
-                   const ForceWish& wish) {
+                   const ForceControlParameters& parameters) {
   if (!fragment.has("state")) fragment.add("state", "ArmState", {{"device", actuator.name()}});
   fragment.add("servo", "ServoStiffness",
                {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
   fragment.link("state.q", "servo.q");
   fragment.add("force_law", "ForceController",
-               {{"wanted", wish.force},
-                {"approach_velocity", wish.approach_velocity},
-                {"contact_force", wish.contact_force},
-                {"release_force", wish.release_share * wish.contact_force},
-                {"release_time", wish.release_time},
-                {"band", wish.band},
-                {"gain", wish.gain.value_or(0.0)},
-                {"surface_moves", wish.surface_moves},
-                {"measures_stiffness", wish.measures_stiffness},
-                {"sensor_delay", wish.sensor_delay},
-                {"velocity_max", wish.velocity_max},
-                {"acceleration_max", wish.acceleration_max}});
+               {{"wanted", parameters.force},
+                {"approach_velocity", parameters.approach_velocity},
+                {"contact_force", parameters.contact_force},
+                {"release_force", parameters.release_share * parameters.contact_force},
+                {"release_time", parameters.release_time},
+                {"band", parameters.band},
+                {"gain", parameters.gain.value_or(0.0)},
+                {"surface_moves", parameters.surface_moves},
+                {"measures_stiffness", parameters.measures_stiffness},
+                {"sensor_delay", parameters.sensor_delay},
+                {"velocity_max", parameters.velocity_max},
+                {"acceleration_max", parameters.acceleration_max}});
   fragment.link_all("servo", "force_law", {"stiffness", "natural_frequency", "damping_ratio", "delay"});
   fragment.feed(pressing, "force_law.force");
 }

@@ -63,7 +63,7 @@ std::vector<BrokenCommand> actions() {
            const auto leg = [&world, goal = world.joints(a1)](const device::JointVector& q) {
              return motion::ptp_leg(planning_model(world.cell.arms.at("arm")), q, goal);
            };
-           return SequencePart{.geometry = leg, .wish = {}, .blend = {motion::Blend::Kind::kFraction, 0.3}};
+           return SequencePart{.geometry = leg, .parameters = {}, .blend = {motion::Blend::Kind::kFraction, 0.3}};
          };
          auto moving = move(world, sequence({to(0.1), to(0.2), to(0.0)}));
          moving.on_entered(moving.action().via_passed(2), external("passed"));
