@@ -16,12 +16,15 @@ ActivityRun::~ActivityRun() { unload(); }
 
 void ActivityRun::unload() {
   externals_.detach();
-  if (net_ != 0) (void)core_.unload(net_);
+  if (net_ == 0) return;
+  unloaded_ = compiled_net();
+  (void)core_.unload(net_);
 }
 
 void ActivityRun::forget_net() {
   unload();
   net_ = 0;
+  unloaded_ = nullptr;
   observed_.clear();
   clocks_.clear();
   reactions_ = {};

@@ -103,7 +103,9 @@ class PressHistory {
       const bool touched = outcome != PressOutcome::kTravelUsedUp || has(PressEvent::kTouched);
       return touched ? outcome : PressOutcome::kNotTouched;
     }
-    return has(PressEvent::kCancelled) ? PressOutcome::kInterrupted : PressOutcome::kRunning;
+    if (abort_diagnostics(run_, key_).has_errors()) return PressOutcome::kAborted;
+    if (has(PressEvent::kCancelled) || run_.state() == RunState::kCancelled) return PressOutcome::kInterrupted;
+    return run_.failure() == RunFailure::kNone ? PressOutcome::kRunning : PressOutcome::kStopped;
   }
 
  private:
@@ -257,6 +259,10 @@ std::string_view name_of(PressOutcome outcome) {
       return "pushed sideways";
     case PressOutcome::kSensorSilent:
       return "sensor silent";
+    case PressOutcome::kAborted:
+      return "aborted";
+    case PressOutcome::kStopped:
+      return "stopped";
     case PressOutcome::kInterrupted:
       return "interrupted";
   }

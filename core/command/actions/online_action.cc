@@ -66,7 +66,7 @@ std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const
 constexpr double kShortest = 1e-9;  ///< of a direction that is none
 
 ExpressionPtr no_direction(net::ValueType type) {
-  return broken(Code::kInvalidValue, type, "a direction of no length", "a vector that is not zero");
+  return broken(Code::kOutOfRange, type, "a direction of no length", "a vector that is not zero");
 }
 
 class Jog final : public VelocityModel {

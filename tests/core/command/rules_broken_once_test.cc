@@ -121,7 +121,7 @@ std::vector<BrokenCommand> actions() {
          const auto pressing = pressing_force(world.cell, "wrist", Eigen::Vector3d::UnitZ());
          return move(world, hold_force(pressing, net::Frame(there), Eigen::Vector3d::Zero()));
        },
-       "/move", Code::kInvalidValue},
+       "/move", Code::kOutOfRange},
   };
 }
 
@@ -229,7 +229,7 @@ std::vector<BrokenCommand> names() {
        {"0", "2"}},
       {"",
        [](World& world) -> Command { return see(world, pressing_force(world.cell, "wrist", Eigen::Vector3d::Zero())); },
-       "/wait", Code::kInvalidValue},
+       "/wait", Code::kOutOfRange},
       {"",
        [](World& world) -> Command { return wait_for(world.hard().held_for(-1.0)); },
        "/wait",
