@@ -115,7 +115,7 @@ class Mapper {
     if (node(i).is_runtime()) fragments_.trace_set_point(i);
   }
 
-  /// Where the net cannot tell how long a cancel takes: all the times one after the other, and some cycles for each.
+  /// Where the net does not know how long a cancel takes: all the times one after the other, and some cycles for each.
   void bound_cancel() {
     bool unknown = false;
     double time = 0.0;
@@ -160,7 +160,7 @@ class Mapper {
     context_.latches.add_event(effect.kind, effect.target.get(), signal);
   }
 
-  /// What the handler looks at, and the clock that it brakes; nothing for events that come from no sensor, or later.
+  /// The state of the handler, and the clock that it brakes; nothing for events that come from no sensor, or later.
   void note_brake(const CommandTree::Handler& h) {
     const int target = tree_.find(h.handler->effect.target);
     const Signal event = writer_.signal_of(h.handler->state.node());
@@ -184,7 +184,7 @@ class Mapper {
       if (input) add_sources(input, seen, sources);
   }
 
-  /// Counts in the net; the program's side looks at the count.
+  /// Counts in the net; the program reads the count.
   void write_external(const CommandTree::Handler& h) {
     const Trigger& trigger = h.handler->trigger;
     Signal signal = handlers_.occurrence(h);

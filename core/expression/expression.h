@@ -17,7 +17,7 @@ class Resource;
 
 namespace takt::command {
 
-/// Something of a command tree that formulas may speak of: whose states and values stand in the net, but not at a
+/// Something of a command tree that formulas may speak of: whose states and values are in the net, but not at a
 /// device. Identity counts; of an actuator its name.
 struct Subject {
   enum class Kind : std::uint8_t { kAction, kCommand, kRaised, kActuator };
@@ -33,7 +33,7 @@ using ExpressionPtr = std::shared_ptr<const Expression>;
 /// subject. It is what sensors and states are made of (sensor.h, state.h); immutable, shared, any thread.
 struct Expression {
   net::ValueType type = net::ValueType::kReal;
-  /// What stands in the net: type, parameters, what null means; `id` is the preferred one. A leaf has no type, and its
+  /// What it is in the net: type, parameters, what null means; `id` is the preferred one. A leaf has no type, and its
   /// parameters are those of the state.
   net::PrimitiveDescription primitive;
   std::vector<std::pair<std::string, ExpressionPtr>> inputs;  ///< input port, what feeds it
@@ -70,9 +70,9 @@ struct Operand {
 [[nodiscard]] ExpressionPtr leaf(net::ValueType type, SubjectPtr subject, std::string name,
                                  nlohmann::ordered_json parameters = nlohmann::ordered_json::object());
 
-/// An error without a place.
+/// An error without a location.
 [[nodiscard]] Diagnostic fault_of(Code code, std::string message, std::string hint);
-/// A formula that cannot be; checks tell why and where it is used.
+/// A formula that is invalid; checks report why and where it is used.
 [[nodiscard]] ExpressionPtr broken(Code code, net::ValueType type, std::string message, std::string hint);
 
 /// The same node with another preferred id.

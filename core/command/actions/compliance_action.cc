@@ -15,7 +15,7 @@ using device::ControlMode;
 using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
 
-/// A value that is wanted of the springs, and what the device says of it.
+/// A requested value of the compliance, and its limits in the device.
 struct SpringValue {
   const char* port;  ///< of the set point
   Operand wanted;
@@ -180,7 +180,7 @@ class Compliant final : public ActionModel {
   }
 
  private:
-  /// A force of both would press on what they hold from two sides, and nobody would bound it.
+  /// A force of both would press on what they hold from two sides, without a bound.
   void check_of_two(Diagnostics& diagnostics) const {
     for (const SpringValue& value : values_) {
       if (std::string_view(value.port) != "wrench" && std::string_view(value.port) != "torque") continue;

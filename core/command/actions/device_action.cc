@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Fingers that stand for so long, in s, have answered: a command that is new shows as not answered after one cycle.
+/// Fingers that are at rest for so long, in s, have answered: a new command shows as not answered after one cycle.
 constexpr double kStanding_s = 0.002;
 
 class SetDigital final : public ActionModel {

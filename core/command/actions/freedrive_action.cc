@@ -21,7 +21,7 @@ using kinematics::JointVector;
 Json joints_json(const JointVector& q) { return net::value_to_json(net::JointArray(q)); }
 Json three(double value) { return net::value_to_json(net::Vector(net::Vector::Constant(value))); }
 
-/// Joints that are slower and change their velocity less than this stand, rad/s and rad/s^2.
+/// Joints that are slower and change their velocity less than this are at rest, rad/s and rad/s^2.
 constexpr double kStanding = 1e-9;
 
 void check_positive(Diagnostics& diagnostics, const char* key, double value, const char* unit) {
@@ -39,7 +39,7 @@ void check_bounds(Diagnostics& diagnostics, const GuidanceParameters& parameters
   check_positive(diagnostics, "/angular_max", parameters.angular_max, "rad/s");
 }
 
-/// "guided.value": somebody has the arm in hand, and nobody has asked for the end. Never null.
+/// "guided.value": a person holds the arm, and no end was requested. Never null.
 void add_guided(FragmentWriter& fragment, const std::optional<State>& enabled) {
   fragment.add("held", "DefaultToBoolean", {{"fallback", false}});
   if (enabled) {
@@ -54,7 +54,7 @@ void add_guided(FragmentWriter& fragment, const std::optional<State>& enabled) {
   fragment.link("goes_on.value", "guided.b");
 }
 
-/// The springs' rest goes after the measured joints: velocity = gain * (what they are bent by, less a band).
+/// The springs' rest position follows the measured joints: velocity = gain * (what they are bent by, less a band).
 class BySprings final : public ActionModel {
  public:
   explicit BySprings(const GuidanceParameters& parameters) : parameters_(parameters) {}
@@ -131,7 +131,7 @@ class BySprings final : public ActionModel {
     fragment.link("guided.value", "led.open");
   }
 
-  /// Cancelled, the springs stand and are stiff. @return the port.
+  /// Cancelled, the springs are at rest and stiff. @return the port.
   static std::string add_rest(FragmentWriter& fragment) {
     for (const char* port : {"dq", "ddq"}) {
       const std::string id = std::string("largest_") + port;
@@ -155,7 +155,7 @@ class BySprings final : public ActionModel {
 /// Mass and damper at the tool centre point, in its own axes; the tool goes with their velocity.
 class ByBody final : public VelocityModel {
  public:
-  /// @param felt  weight taken out, in the sensor's measuring frame; without bias if `tared`
+  /// @param felt  weight removed, in the sensor's measuring frame; without bias if `tared`
   ByBody(const GuidanceParameters& parameters, const WrenchSensor& felt, bool tared, const Eigen::Isometry3d& X_TS)
       : parameters_(parameters), felt_(felt.node()), tared_(tared), X_TS_(X_TS) {}
 
@@ -258,7 +258,7 @@ class ByBody final : public VelocityModel {
   Eigen::Isometry3d X_TS_;
 };
 
-/// For arms that nobody can guide.
+/// For arms that cannot be guided.
 class NoFreedrive final : public ActionModel {
  public:
   [[nodiscard]] std::string_view name() const override { return "freedrive"; }

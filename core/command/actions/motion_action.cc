@@ -114,7 +114,7 @@ class PlannedModel final : public ActionModel {
     fragment.link("elsewhere.value", "wrong_start.condition");
   }
 
-  /// Goes on with another clock, and tells the next one.
+  /// Goes on with another clock, and shows its own to the next motion.
   void add_hand_over(FragmentWriter& fragment) const {
     if (motion_.motion->law.begins_in_motion()) fragment.set_parameter("clock", "in_motion", true);
     if (motion_.clock_initial.time) fragment.feed(motion_.clock_initial.time->node(), "clock.begin_time");
@@ -262,7 +262,7 @@ class PtpMotion final : public ArmMotion {
   }
 
  private:
-  /// Of a single joint the others stand.
+  /// Of a single joint the others are at rest.
   [[nodiscard]] JointVector goal(const ActuatorModel& actuator, const JointVector& q) const {
     if (!actuator.joint()) return q_goal_;
     JointVector goal = q;
@@ -274,7 +274,7 @@ class PtpMotion final : public ArmMotion {
   PlanParameters parameters_;
 };
 
-/// Planned by somebody else.
+/// With a planner of its own.
 class ForeignMotion final : public MotionModel {
  public:
   ForeignMotion(std::string name, SetPointKind gives, MotionPlanner planner)
@@ -378,11 +378,11 @@ namespace {
 Diagnostics plan(CommandNode& node, const Result<Places>& begin) {
   Diagnostics diagnostics;
   const ActionModel& action = node.action->model();
-  if (!action.needs_plan() || node.actuator->model().fault()) return diagnostics;  // of a fault check() tells
+  if (!action.needs_plan() || node.actuator->model().fault()) return diagnostics;  // check() reports the fault
   if (!begin) return begin.error();
   const auto takes = node.actuator->model().takes();
   if (std::ranges::find(takes, action.gives(node.actuator->model())) == takes.end())
-    return diagnostics;  // check() tells
+    return diagnostics;  // check() reports it
   for (const std::string& device : node.actuator->model().devices()) {
     if (begin->at(device).size() == 0)
       diagnostics.error(Code::kNotPossibleNow, {}, fmt::format("the position of '{}' is not known yet", device),
@@ -411,7 +411,7 @@ Diagnostics plan(const Command& command) {
 Diagnostics plan(const Command& command, Places& places, TreeEnd* end) {
   Diagnostics diagnostics;
   const CommandTree tree(command);
-  if (!tree.cycle_of_starts().empty()) return diagnostics;  // check() tells
+  if (!tree.cycle_of_starts().empty()) return diagnostics;  // check() reports it
   const std::vector<int> ranks = tree.ranks();
   std::vector<int> order(ranks.size());
   for (std::size_t i = 0; i < ranks.size(); ++i) order[static_cast<std::size_t>(ranks[i])] = static_cast<int>(i);

@@ -69,7 +69,7 @@ class Woven final : public ActionModel {
     }
     std::optional<WeavePlan> plan;
     const PlannedPath path = motion->planned_path();
-    // What is wrong with the figures check() tells.
+    // check() reports what is wrong with the figures.
     if (path.motion != nullptr && !own_faults(*motion, actuator).has_errors()) {
       auto made = plan_weaves(*actuator.arm(), path, weaves_);
       if (!made) return std::unexpected(in_place(made.error(), path));
@@ -208,7 +208,7 @@ class OffsetRoom {
   using JointVector = kinematics::JointVector;
   static constexpr double kLeastStep_s = 1e-3;
   static constexpr int kPlaces = 100;  ///< on each motion
-  /// What differs between places, and at the offset from on the path.
+  /// What differs between samples, and at the offset from on the path.
   static constexpr double kMargin = 1.1;
   static constexpr double kRounding = 1e-9;
 
@@ -351,7 +351,7 @@ class ForceOffset final : public ActionModel {
   }
   [[nodiscard]] double begin() const { return begin_of(motion_->planned_path()).value_or(0.0); }
 
-  /// Before it begins nobody asks for the force.
+  /// Before it begins the force is not needed.
   void add_begin(FragmentWriter& fragment, const std::string& clock) const {
     const std::string unknown = begin() > 0.0 ? "force_unknown" : "no_force";
     fragment.add(unknown, "IsNullReal");
@@ -360,11 +360,11 @@ class ForceOffset final : public ActionModel {
     fragment.add("force_begun", "AtLeast", {{"b", begin()}});
     fragment.link(clock + ".time", "force_begun.a");
     fragment.add("no_force", "And");
-    fragment.link_delayed("force_begun.value", "no_force.a", false);  // it acts on the clock that tells it
+    fragment.link_delayed("force_begun.value", "no_force.a", false);  // it acts on the clock that it depends on
     fragment.link("force_unknown.value", "no_force.b");
   }
 
-  /// While the force is not known the path stands.
+  /// While the force is not known the path clock stops.
   void add_stand(FragmentWriter& fragment, const std::string& clock) const {
     const std::string rate = fragment.take_link(clock + ".target_rate");
     fragment.add("rate_with_force", "SelectReal", {{"if_true", 0.0}});

@@ -28,10 +28,10 @@ struct ForceOffsetControlParameters {
 
 /// The motion with a force offset. Only motions of a frame (LIN, CIRC, splines of poses), which leave the offset what
 /// it may need of the limits: what velocity, acceleration (PlanParameters::acceleration below 1) and jerk of the path
-/// and of the offset come to together is looked at joint by joint all along the path, and refused where it is too much.
+/// and of the offset come to together is checked joint by joint all along the path, and refused where it is too much.
 ///
 /// A motion that is paused goes on holding the force. While the force is not known the offset comes to rest and stays,
-/// and the motion stands on its path (row N3). At the end, and after a cancel, both come to rest: where that is shows
+/// and the motion stops on its path (row N3). At the end, and after a cancel, both come to rest: where that is shows
 /// in the run.
 /// @param pressing  with which the tool presses along the direction, N (pressing_along)
 /// Offers what the motion offers, `in_contact`, `at_force`, and `no_force`: the force is not known.

@@ -12,9 +12,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// How fast a deviation from where the tool should be is taken back, 1/s.
+/// How fast a deviation from where the tool should be is corrected, 1/s.
 constexpr double kHoldGain = 5.0;
-/// How fast the lead over a path follows the lag of springs: slower than the lead is gone through.
+/// How fast the lead over a path follows the lag of springs: slower than the lead itself.
 constexpr double kLeadCutoff_Hz = 0.5;
 
 Json vector_json(const Eigen::Vector3d& v) { return net::value_to_json(net::Vector(v)); }
@@ -169,7 +169,7 @@ class Press final : public VelocityModel {
     if (parameters_.clock.speed) add_stand(fragment);
   }
 
-  /// While the clock is to stand there is no approach; a force that has been brought up is held.
+  /// While the clock is stopped there is no approach; a force that has been brought up is held.
   void add_stand(FragmentWriter& fragment) const {
     fragment.add("speed_known", "DefaultToReal", {{"fallback", 0.0}});
     fragment.feed(parameters_.clock.speed->node(), "speed_known.input");
@@ -214,7 +214,7 @@ class Press final : public VelocityModel {
     }
     fragment.add(name, "AtLeast", {{"b", depth}});
     fragment.link("sunk_by.value", name + ".a");
-    // Before the touch nobody knows a depth to compare with.
+    // Before the touch there is no depth to compare with.
     fragment.add(name + "_known", "DefaultToBoolean", {{"fallback", false}});
     fragment.link(name + ".value", name + "_known.input");
     return name + "_known.value";

@@ -10,10 +10,10 @@
 namespace takt::command {
 namespace {
 
-/// Joints that are slower and change their velocity less than this stand, rad/s and rad/s^2.
+/// Joints that are slower and change their velocity less than this are at rest, rad/s and rad/s^2.
 constexpr double kStanding = 1e-9;
 
-/// It was cancelled, and the joints stand. @return the port.
+/// It was cancelled, and the joints are at rest. @return the port.
 std::string add_rest(FragmentWriter& fragment) {
   for (const char* port : {"dq", "ddq"}) {
     const std::string id = std::string("largest_") + port;

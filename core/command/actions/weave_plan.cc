@@ -48,7 +48,7 @@ std::array<double, 4> smooth_step(double u) {
           60.0 * u * (1.0 - u) * (1.0 - 2.0 * u), 60.0 * (1.0 - 6.0 * u + 6.0 * u * u)};
 }
 
-/// A weave in its ramps: A sin(w t) s(u), u = t / T at its start and (D - t) / T at its end, looked at densely. Where
+/// A weave in its ramps: A sin(w t) s(u), u = t / T at its start and (D - t) / T at its end, sampled densely. Where
 /// the ramp has many periods every phase comes by, and the envelope of each derivative is its peak.
 /// @param duration  D of the path, s
 Peaks peaks_in_ramps(const WeaveParameters& weave, double duration) {
@@ -194,7 +194,7 @@ class WovenPath {
   WovenPath(const MountedArm& arm, const ActionModel::PlannedPath& path)
       : arm_(planning_model(arm, path.X_FM)), X_MF_(path.X_FM.inverse()), motion_(*path.motion) {}
 
-  /// Goes along a weave. Diagnostics without a place.
+  /// Checks a weave all along. Diagnostics without a location.
   Diagnostics look(const WeaveWindow& window) {
     worst_ = {};
     const auto begin = motion::joints_at(arm_, motion_, window.begin);
@@ -225,7 +225,7 @@ class WovenPath {
     return diagnostics.has_errors() ? diagnostics : too_much(window.weave);
   }
 
-  /// Of all that was looked at and of the plan itself.
+  /// Of all that was checked and of the plan itself.
   [[nodiscard]] motion::ClockBounds clock() const { return motion::common(search_.bounds(), motion_.clock); }
 
  private:

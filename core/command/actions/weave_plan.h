@@ -14,7 +14,7 @@ namespace takt::command {
 /// Of the limits of acceleration and jerk, for a path that something is laid over: the rest is for that.
 inline constexpr double kShareWithOverlay = 0.8;
 
-/// A sine beside the path, over path time: it stands while the motion is paused, and slows down with it.
+/// A sine beside the path, over path time: it stops while the motion is paused, and slows down with it.
 struct WeaveParameters {
   double amplitude = 0.002;                                ///< m
   double frequency = 2.0;                                  ///< Hz
@@ -48,7 +48,7 @@ struct WeavePlan {
 /// it has faded in the middle of the blend, from where the next one grows; where a blend turns into joints, at its end
 /// on the side of the frame.
 ///
-/// The set points of path and weaves together are looked at joint by joint, and of the tool, in steps of 1 ms or less:
+/// The set points of path and weaves together are checked joint by joint, and of the tool, in steps of 1 ms or less:
 /// what they need at full rate has to leave the path clock room, and the clock gets what room there is.
 /// @param weaves  one for each of its motions, or a single one for the whole; figures that check_figures() lets pass
 /// @return diagnostics "/1/ramp", "/1" (index of the motion): moves joints, grows too fast, leaves a range, is too
