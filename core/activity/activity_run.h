@@ -145,7 +145,7 @@ class ActivityRun {
 };
 using RunPtr = std::shared_ptr<ActivityRun>;
 
-/// What is wrong where a state that must not hold has ended a run. @param silent  nobody knew whether it holds
+/// What is wrong where a state that must not hold has ended a run. @param silent  it was unknown whether it holds
 void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnostics);
 
 /// The command is cancelled when a state holds, or is null (row N3), and shows that. @param key  with which the names

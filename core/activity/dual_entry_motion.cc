@@ -22,15 +22,15 @@ State at_first(const State& state) {
                               {{"input", {.node = state.node()}}, {"trigger", {.node = {}, .constant = true}}}));
 }
 
-/// The set point stands at q.
+/// The set point rests at q.
 State stands_at(const Cell& cell, const std::string& arm, const JointVector& q) {
   constexpr double kHere = 1e-6, kStanding = 1e-6;  // rad, rad/s: a motion in its blend is further away, and fast
   return near(command::commanded_joints(cell, arm), net::JointArray(q), kHere) &&
          is_less(largest(command::commanded_velocities(cell, arm)), kStanding);
 }
 
-/// Speed from outside, that of the program and that of the operator; and where the clock is, told to successors and
-/// heard from the predecessor.
+/// Speed from outside, that of the program and that of the operator; and where the clock is, shown to
+/// successors and read from the predecessor.
 void connect(const Cell& cell, const std::string& arm, std::optional<double> tau, command::PlannedMotion& motion) {
   const auto has = [&cell](const std::string& channel) { return cell.channels.contains(channel); };
   const std::string time = path_time_channel(arm), rate = path_rate_channel(arm);
@@ -54,8 +54,8 @@ motion::Blend blend_of(const BlendingCondition& blending, const motion::Motion& 
   return {motion::Blend::Kind::kFraction, std::clamp(share, 1e-3, 0.5)};
 }
 
-/// One of the two entries: under which names it shows how it ended, and how many motions of somebody else it does
-/// first.
+/// One of the two entries: under which names it shows how it ended, and how many motions of its
+/// predecessor it does first.
 struct Entry {
   const char *touch, *force, *progress, *no_force, *suffix;
   int before = 0;
@@ -68,7 +68,7 @@ constexpr Entry kFromBlend{"touch after a blend",    "force after a blend", "pro
                            "no force after a blend", " after a blend",      1};
 
 /// What must not hold stops it, each while its motion is being done.
-/// @param abort_if  of each motion, those of somebody else, with numbers below 0, first
+/// @param abort_if  of each motion, those of the predecessor, with numbers below 0, first
 void add_abort(const std::vector<std::optional<State>>& abort_if, const command::PlannedMotion& motion,
                const Entry& entry, command::RuntimeCommand& command) {
   const command::Action action = command.action();
@@ -91,13 +91,13 @@ std::vector<std::optional<State>> with_before(const PlanningContext& planning, c
   return all;
 }
 
-/// @param before  how many motions of somebody else come first
+/// @param before  how many motions of the predecessor come first
 command::Action offset_over(const command::Action& motion, const OffsetPlan& offset, int before) {
   return command::force_offset(motion, offset.pressing, offset.parameters,
                                offset.first + static_cast<std::size_t>(before));
 }
 
-/// The wrench that a formula looks at first; null: none.
+/// The first wrench in a formula; null: none.
 command::ExpressionPtr wrench_in(const command::ExpressionPtr& formula) {
   if (formula == nullptr || formula->type == net::ValueType::kWrench) return formula;
   for (const auto& [port, input] : formula->inputs)
@@ -105,7 +105,7 @@ command::ExpressionPtr wrench_in(const command::ExpressionPtr& formula) {
   return nullptr;
 }
 
-/// A condition counts from where the motion that it stands at begins: others may be blended into it.
+/// A condition counts from where its motion begins: others may be blended into it.
 command::RuntimeCommand command_of(const Cell& cell, const DualEntryMotion& dual, const std::string& name,
                                    const command::PlannedMotion& motion, const MotionOptions& options,
                                    const std::optional<command::WeavePlan>& weaves, const Entry& entry) {
@@ -233,7 +233,7 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
   PlannedActivity prepared;
   connect(cell, dual.clock, std::nullopt, dual.from_rest);
   add_end_states(dual, options, prepared);
-  // Without channels nobody could tell it where the clock of the one before is; other springs would come too soon.
+  // Without channels the clock of its predecessor is unknown; another compliance would come too soon.
   if (!cell.channels.contains(path_time_channel(dual.clock)) || !same_compliance(planning, dual.clock, options))
     dual.from_blend.reset();
   auto rest = command_of(cell, dual, dual.from_blend ? "from rest" : dual.name, dual.from_rest, options,

@@ -121,7 +121,7 @@ class MotionActivity final : public ActivityModel {
     });
   }
 
-  /// Inside of one plan there is no time yet: a share of the time is taken as one of the way.
+  /// Inside of one plan there is no time yet: a share of the time counts as one of the path.
   static motion::Blend inner_blend(const BlendingCondition& blend) {
     if (!blend.time_share) return blend.along_path;
     return {motion::Blend::Kind::kFraction, 1.0 - *blend.time_share};

@@ -21,7 +21,7 @@ struct Grasp {
 /// As planners have them. It refers to the arms of the cell.
 [[nodiscard]] motion::ArmPair pair_of(const command::Cell& cell, const Grasp& grasp);
 
-/// C is the leader's tool centre point, held as both stand at these joints (rad or m). @return diagnostics: the arms
+/// C is the leader's tool centre point, held as both are at these joints (rad or m). @return diagnostics: the arms
 /// can not be one, with "/follower".
 [[nodiscard]] Result<Grasp> grasp_at(const command::Cell& cell, const std::string& leader, const std::string& follower,
                                      const kinematics::JointVector& q_leader,

@@ -73,7 +73,7 @@ void Runtime::step() {
 void Runtime::resume_coroutines() {
   // Those that can go on, one after the other, until all wait: in the order in which they began to.
   for (;;) {
-    const bool ends = cancelled_ && scheduler_.idle();  // whatever they wait for: they hear that it is over
+    const bool ends = cancelled_ && scheduler_.idle();  // whatever they wait for: they learn that it is over
     const auto ready = std::ranges::find_if(waiting_, [ends](const Waiting& one) { return ends || one.holds(); });
     if (ready == waiting_.end()) break;
     spend();

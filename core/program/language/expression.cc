@@ -253,7 +253,7 @@ class Evaluator {
     const double value = compute(sign, a.number(), b.number());
     if (!std::isfinite(value))
       return wrong(node, fmt::format("{:g} {} {:g} is not a number", a.number(), sign, b.number()),
-                   "select(condition, a, b) takes another way");
+                   "select(condition, a, b) has another form");
     return Value{type.kind == Kind::kNumber ? type : Type::number(*unit), value};
   }
 
@@ -324,7 +324,7 @@ class Evaluator {
 
 namespace {
 
-/// A frame that an argument names moves, or nobody knows before which one it will name.
+/// A frame that an argument names moves, or it is unknown before which one it will name.
 bool names_what_moves(const Node& argument, const command::Cell& cell) {
   const bool named = argument.kind == Node::Kind::kConstant && argument.value.type.kind == Kind::kText;
   return !named || moves(cell.frames, argument.value.text(), world::FrameGraph::kWorld);
