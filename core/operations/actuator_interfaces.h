@@ -97,14 +97,14 @@ class HoldInterface : public ActuatorInterface {
   [[nodiscard]] Activity hold(const HoldParameters& parameters) const;
 };
 
-/// How an arm follows its set points (docs/control-modes.md), of arms that can do so in more than one way.
+/// How an arm follows its set points (docs/control-modes.md), of arms with more than one control mode.
 class ControlModeInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "ControlModeInterface";
   [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
-  /// Waits until the arm stands and nothing holds it, and brings it into the mode; what follows is planned from there.
+  /// Waits until the arm rests and nothing holds it, and brings it into the mode; what follows is planned from there.
   /// Out of impedance, `position` begins where the arm is. A mode that it has not, or cannot go into from the one it is
   /// in, is refused with those that are allowed.
   [[nodiscard]] Activity switch_to(device::ControlMode mode) const;
@@ -173,7 +173,7 @@ class GrippingInterface : public ActuatorInterface {
   using ActuatorInterface::ActuatorInterface;
 
   /// The run fails where what was expected is not between the fingers. With `part` its frame goes with the arm until
-  /// the gripper opens, with `part_mass` the arm is told to carry it.
+  /// the gripper opens, with `part_mass` the arm is set to carry it.
   [[nodiscard]] Activity close(const GripParameters& parameters = {}) const;
   [[nodiscard]] Activity open(const ReleaseParameters& parameters = {}) const;
 };
@@ -191,7 +191,7 @@ class OutputInterface : public ActuatorInterface {
   [[nodiscard]] Activity set(const SetParameters& parameters) const;
 };
 
-/// One joint of an arm; the others stand.
+/// One joint of an arm; the others rest.
 class JointInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "JointInterface";
@@ -222,7 +222,7 @@ class RegisterInterface {
   RegisterInterface() { register_interface({Interface::kName, &Interface::offered_by}); }
 };
 
-/// Something of the cell that can be told what to do, as programs see it: arm.use<LinInterface>().lin(goal). A cheap
+/// Something of the cell that can be commanded, as programs see it: arm.use<LinInterface>().lin(goal). A cheap
 /// value.
 class Actuator {
  public:
@@ -267,7 +267,7 @@ class Actuator {
   [[nodiscard]] Eigen::Isometry3d frame(const std::string& name) const;
   /// A tool pose in the base that looks down the z axis of a frame, from this height (m) above it.
   [[nodiscard]] Eigen::Isometry3d above(const std::string& name, double height) const;
-  /// Tells an arm that stands that it carries a point mass (kg) at its tool centre point more; and that it does not.
+  /// Sets an arm at rest to carry a further point mass (kg) at its tool centre point; and not to.
   void carry(double mass) const;
   void put_down() const { carry(0.0); }
   /// Override, pause and resume (Runtime).

@@ -267,7 +267,7 @@ class NameCheck {
     }
     const std::string nearest = names.empty() ? "" : nearest_choice(name, names) + "; ";
     diagnostics_.error(Code::kUnknownName, pointer, fmt::format("C10: no transaction has the raised state '{}'", name),
-                       nearest + "'raised' of a transaction around this place");
+                       nearest + "'raised' of a transaction around it");
   }
 
   const OperationCommand& root_;

@@ -159,7 +159,7 @@ std::optional<ComplianceParameters> read_compliance(ObjectReader& step) {
   std::vector<std::string> modes;
   for (const ControlMode mode : device::all_control_modes()) modes.emplace_back(name_of(mode));
   const auto mode = device::control_mode_of(reader.choice("mode", modes));
-  if (!mode) return std::nullopt;  // which keys belong to it nobody knows
+  if (!mode) return std::nullopt;  // which keys belong to it is unknown
   ComplianceParameters request;
   request.mode = *mode;
   for (const Key& key : keys_of(request.mode))

@@ -6,7 +6,7 @@
 
 #include "core/operations/online.h"
 
-/// "hold": an arm stands where it is, with a living command. Realtime: setup.
+/// "hold": an arm stays where it is, with a living command. Realtime: setup.
 namespace takt::activity {
 
 struct HoldParameters {

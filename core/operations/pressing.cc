@@ -25,7 +25,7 @@ command::Action press_action(const Pressing& pressing, const PlannedPressing& pl
   return command::press(force, planned.direction_B, control);
 }
 
-/// A press whose way depends on where the arm is: planned when that is known.
+/// A press that depends on where the arm is: planned when that is known.
 class PlacedPress final : public command::ActionModel {
  public:
   PlacedPress(const Pressing& pressing, const command::Cell& cell, command::Biases biases)
@@ -151,7 +151,7 @@ Diagnostics failure_of(const Pressing& pressing, PressOutcome outcome) {
 }
 
 /// What has come of it once it has ended in order: the touch of its arm; diagnostics, with pointers below the
-/// operation, if it has failed. @param cancelled  somebody has cancelled it, so that it may end anywhere
+/// operation, if it has failed. @param cancelled  it was cancelled, so it may end anywhere
 Diagnostics end_press(const Pressing& pressing, const PressHistory& history, bool cancelled, Context& context) {
   using enum PressEvent;
   Diagnostics diagnostics;
@@ -195,7 +195,7 @@ class PressingCommand final : public OperationCommand {
     return made;
   }
 
-  /// Where the surface is shows only in the run: the arm is taken to stay where it begins.
+  /// Where the surface is shows only in the run: the rehearsal goes on from where it begins.
   void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     rehearsal.touched[pressing_.arm] = true;
     rehearsal.duration += seconds().value_or(0.0);
@@ -207,7 +207,7 @@ class PressingCommand final : public OperationCommand {
   }
 
  private:
-  /// For how long the force is held: in a transaction somebody else may end it.
+  /// For how long the force is held: in a transaction something else may end it.
   [[nodiscard]] std::optional<double> seconds() const {
     return pressing_.seconds || !is_alone() ? pressing_.seconds : pressing_.seconds_alone;
   }

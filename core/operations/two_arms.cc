@@ -51,7 +51,7 @@ class TwoArmActivity final : public ActivityModel {
   }
 
  private:
-  /// The arms still hold C at one place.
+  /// The arms still hold C in one pose.
   [[nodiscard]] Diagnostics check_grasp(const motion::ArmPair& pair, const JointVector& q_leader,
                                         const JointVector& q_follower) const {
     const Eigen::Isometry3d by_leader = pair.X_FL * pair.leader.chain.forward(q_leader) * pair.leader.X_FM;
