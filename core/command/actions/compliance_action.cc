@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/device/description.h"
 
 namespace takt::command {
@@ -173,9 +174,7 @@ class Compliant final : public ActionModel {
     for (const char* id : {"arm", "arm_1", "arm_2"})
       if (fragment.type_of(id).ends_with("ImpedanceCommand")) settled.push_back(std::string(id) + ".settled");
     if (settled.size() == 1) return settled.front();
-    fragment.add("both_settled", "And");
-    fragment.link(settled.at(0), "both_settled.a");
-    fragment.link(settled.at(1), "both_settled.b");
+    add_linked(fragment, "both_settled", "And", {{"a", settled.at(0)}, {"b", settled.at(1)}});
     return "both_settled.value";
   }
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/command/actions/velocity_action.h"
 #include "core/device/description.h"
 #include "core/expression/device_sensors.h"
@@ -49,9 +50,7 @@ void add_guided(FragmentWriter& fragment, const std::optional<State>& enabled) {
   }
   fragment.add("goes_on", "Not");
   fragment.feed(fragment.cancel(), "goes_on.input");
-  fragment.add("guided", "And");
-  fragment.link("held.value", "guided.a");
-  fragment.link("goes_on.value", "guided.b");
+  add_linked(fragment, "guided", "And", {{"a", "held.value"}, {"b", "goes_on.value"}});
 }
 
 /// The springs' rest position follows the measured joints: velocity = gain * (what they are bent by, less a band).
@@ -88,16 +87,14 @@ class BySprings final : public ActionModel {
                                  .cwiseMin(range.upper.stiffness);
     add_guided(fragment, parameters_.enabled);
     add_rates(fragment, actuator, soft);
-    fragment.add("motion", "JointJog",
-                 {{"device", actuator.name()},
-                  {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))},
-                  {"linear_max", parameters_.linear_max},
-                  {"angular_max", parameters_.angular_max},
-                  {"margin", parameters_.springs.margin}});
-    fragment.link("led.value", "motion.rates");
-    fragment.add("springs", "SelectJoints",
-                 {{"if_true", joints_json(soft)}, {"if_false", joints_json(range.upper.stiffness)}});
-    fragment.link("guided.value", "springs.condition");
+    add_linked(fragment, "motion", "JointJog", {{"rates", "led.value"}},
+               {{"device", actuator.name()},
+                {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))},
+                {"linear_max", parameters_.linear_max},
+                {"angular_max", parameters_.angular_max},
+                {"margin", parameters_.springs.margin}});
+    add_linked(fragment, "springs", "SelectJoints", {{"condition", "guided.value"}},
+               {{"if_true", joints_json(soft)}, {"if_false", joints_json(range.upper.stiffness)}});
     SetPoint set_point{.kind = SetPointKind::kJoints, .ports = {}, .constants = {}};
     for (const char* port : {"q", "dq", "ddq"}) set_point.ports[port] = std::string("motion.") + port;
     set_point.ports["stiffness"] = "springs.value";
@@ -108,44 +105,30 @@ class BySprings final : public ActionModel {
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
     if (name == "enabled") return "guided.value";
     if (name == "settled") return "arm.settled";
-    fragment.add("silent", "IsNullJoints");
-    fragment.link("state.q", "silent.input");
+    add_linked(fragment, "silent", "IsNullJoints", {{"input", "state.q"}});
     return "silent.value";
   }
 
  private:
   void add_rates(FragmentWriter& fragment, const ActuatorModel& actuator, const JointVector& soft) const {
     fragment.add("state", "ArmState", {{"device", actuator.name()}});
-    fragment.add("bend", "SubtractJoints");
-    fragment.link("state.q", "bend.a");
-    fragment.link("state.set_point_q", "bend.b");
-    fragment.add("beyond", "DeadBandJoints",
-                 {{"width", joints_json(parameters_.springs.torque * soft.cwiseInverse())}});
-    fragment.link("bend.value", "beyond.input");
+    add_linked(fragment, "bend", "SubtractJoints", {{"a", "state.q"}, {"b", "state.set_point_q"}});
+    add_linked(fragment, "beyond", "DeadBandJoints", {{"input", "bend.value"}},
+               {{"width", joints_json(parameters_.springs.torque * soft.cwiseInverse())}});
     fragment.add("gain", "ConstantReal", {{"value", parameters_.springs.gain}});
-    fragment.add("rates", "ScaleJoints");
-    fragment.link("beyond.value", "rates.joints");
-    fragment.link("gain.value", "rates.factor");
-    fragment.add("led", "GateJoints");
-    fragment.link("rates.value", "led.input");
-    fragment.link("guided.value", "led.open");
+    add_linked(fragment, "rates", "ScaleJoints", {{"joints", "beyond.value"}, {"factor", "gain.value"}});
+    add_linked(fragment, "led", "GateJoints", {{"input", "rates.value"}, {"open", "guided.value"}});
   }
 
   /// Cancelled, the springs are at rest and stiff. @return the port.
   static std::string add_rest(FragmentWriter& fragment) {
     for (const char* port : {"dq", "ddq"}) {
       const std::string id = std::string("largest_") + port;
-      fragment.add(id, "LargestJoint");
-      fragment.link(std::string("motion.") + port, id + ".input");
-      fragment.add(id + "_none", "LessThan", {{"b", kStanding}});
-      fragment.link(id + ".value", id + "_none.a");
+      add_linked(fragment, id, "LargestJoint", {{"input", std::string("motion.") + port}});
+      add_linked(fragment, id + "_none", "LessThan", {{"a", id + ".value"}}, {{"b", kStanding}});
     }
-    fragment.add("standing", "And");
-    fragment.link("largest_dq_none.value", "standing.a");
-    fragment.link("largest_ddq_none.value", "standing.b");
-    fragment.add("firm", "And");
-    fragment.link("standing.value", "firm.a");
-    fragment.link("arm.settled", "firm.b");
+    add_linked(fragment, "standing", "And", {{"a", "largest_dq_none.value"}, {"b", "largest_ddq_none.value"}});
+    add_linked(fragment, "firm", "And", {{"a", "standing.value"}, {"b", "arm.settled"}});
     return fragment.gate_with_cancel("done", "And", "firm.value");
   }
 
@@ -198,49 +181,35 @@ class ByBody final : public VelocityModel {
     add_guided(fragment, parameters_.enabled);
     fragment.add("at_tool", "TransformWrench", {{"frame", net::value_to_json(net::Frame(X_TS_))}});
     add_contact(fragment, "at_tool.wrench");
-    fragment.add("smooth", "LowPassWrench", {{"cutoff", body.cutoff}});
-    fragment.link("at_tool.value", "smooth.input");
-    fragment.add("hand", "DeadBandWrench", {{"force", body.force}, {"torque", body.torque}});
-    fragment.link("smooth.value", "hand.input");
+    add_linked(fragment, "smooth", "LowPassWrench", {{"input", "at_tool.value"}}, {{"cutoff", body.cutoff}});
+    add_linked(fragment, "hand", "DeadBandWrench", {{"input", "smooth.value"}},
+               {{"force", body.force}, {"torque", body.torque}});
     // Let go, it begins anew: at rest.
-    fragment.add("let_go", "Not");
-    fragment.link("guided.value", "let_go.input");
-    fragment.add("law", "AdmittanceLaw",
-                 {{"mass", three(body.mass)},
-                  {"damping", three(body.damping)},
-                  {"stiffness", three(0.0)},
-                  {"inertia", three(body.inertia)},
-                  {"rotational_damping", three(body.rotational_damping)},
-                  {"rotational_stiffness", three(0.0)}});
-    fragment.link("hand.value", "law.wrench");
-    fragment.link("let_go.value", "law.reset");
+    add_linked(fragment, "let_go", "Not", {{"input", "guided.value"}});
+    add_linked(fragment, "law", "AdmittanceLaw", {{"wrench", "hand.value"}, {"reset", "let_go.value"}},
+               {{"mass", three(body.mass)},
+                {"damping", three(body.damping)},
+                {"stiffness", three(0.0)},
+                {"inertia", three(body.inertia)},
+                {"rotational_damping", three(body.rotational_damping)},
+                {"rotational_stiffness", three(0.0)}});
     add_tool(fragment, actuator, "tool", "set_point_q");
-    fragment.add("in_base", "RotateTwist");
-    fragment.link("tool.frame", "in_base.frame");
-    fragment.link("law.twist", "in_base.twist");
-    fragment.add("led", "GateTwist");
-    fragment.link("in_base.value", "led.input");
-    fragment.link("guided.value", "led.open");
-    fragment.add("bounded", "LimitTwist",
-                 {{"linear_max", parameters_.linear_max}, {"angular_max", parameters_.angular_max}});
-    fragment.link("led.value", "bounded.input");
+    add_linked(fragment, "in_base", "RotateTwist", {{"frame", "tool.frame"}, {"twist", "law.twist"}});
+    add_linked(fragment, "led", "GateTwist", {{"input", "in_base.value"}, {"open", "guided.value"}});
+    add_linked(fragment, "bounded", "LimitTwist", {{"input", "led.value"}},
+               {{"linear_max", parameters_.linear_max}, {"angular_max", parameters_.angular_max}});
     add_caution(fragment, actuator);
-    fragment.add("wanted", "ScaleTwist");
-    fragment.link("bounded.value", "wanted.twist");
-    fragment.link("caution.value", "wanted.factor");
+    add_linked(fragment, "wanted", "ScaleTwist", {{"twist", "bounded.value"}, {"factor", "caution.value"}});
   }
 
   /// Near singular postures joints would have to change their rates faster than they can, and the tool would go astray:
   /// there it goes slower, but still out again. "caution.value", in [kSlowest, 1].
   static void add_caution(FragmentWriter& fragment, const ActuatorModel& actuator) {
     constexpr double kNear = 0.25, kSlowest = 0.1;  // smallest singular value; share of the velocity
-    fragment.add("posture", "Manipulability",
-                 {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
-    fragment.link("state.set_point_q", "posture.q");
-    fragment.add("room", "Multiply", {{"b", 1.0 / kNear}});
-    fragment.link("posture.smallest", "room.a");
-    fragment.add("caution", "Saturation", {{"lower", kSlowest}, {"upper", 1.0}});
-    fragment.link("room.value", "caution.input");
+    add_linked(fragment, "posture", "Manipulability", {{"q", "state.set_point_q"}},
+               {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
+    add_linked(fragment, "room", "Multiply", {{"a", "posture.smallest"}}, {{"b", 1.0 / kNear}});
+    add_linked(fragment, "caution", "Saturation", {{"input", "room.value"}}, {{"lower", kSlowest}, {"upper", 1.0}});
   }
 
   /// What the hand exerts; nothing is known until an untared sensor has been tared.

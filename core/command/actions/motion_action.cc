@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/command/actions/planned_path.h"
 #include "core/command/command_tree.h"
 #include "core/device/description.h"
@@ -52,9 +53,7 @@ class PlannedModel final : public ActionModel {
       set_point = std::move(pair);
     }
     const std::string stopped = fragment.gate_with_cancel("stopped", "And", "clock.standstill");
-    fragment.add("done", "Or");
-    fragment.link("clock.at_end", "done.a");
-    fragment.link(stopped, "done.b");
+    add_linked(fragment, "done", "Or", {{"a", "clock.at_end"}, {"b", stopped}});
     return {.set_point = std::move(set_point),
             .done = Signal::at("done.value"),
             .path_clock = "clock",
@@ -108,10 +107,9 @@ class PlannedModel final : public ActionModel {
   void add_start_check(FragmentWriter& fragment) const {
     fragment.add("at_start", "SnapshotBoolean", {{"trigger", true}});
     fragment.feed(motion_.begins_there->node(), "at_start.input");
-    fragment.add("elsewhere", "Not");
-    fragment.link("at_start.value", "elsewhere.input");
-    fragment.add("wrong_start", "Error", {{"text", "the arm is not where its motion begins"}});
-    fragment.link("elsewhere.value", "wrong_start.condition");
+    add_linked(fragment, "elsewhere", "Not", {{"input", "at_start.value"}});
+    add_linked(fragment, "wrong_start", "Error", {{"condition", "elsewhere.value"}},
+               {{"text", "the arm is not where its motion begins"}});
   }
 
   /// Goes on with another clock, and shows its own to the next motion.
@@ -123,8 +121,7 @@ class PlannedModel final : public ActionModel {
          {std::pair(&motion_.clock_outputs.time, "time"), {&motion_.clock_outputs.rate, "rate"}}) {
       if (channel->empty()) continue;
       const std::string id = std::string("tell_") + port;
-      fragment.add(id, "OutputReal", {{"channel", *channel}});
-      fragment.link(std::string("clock.") + port, id + ".value");
+      add_linked(fragment, id, "OutputReal", {{"value", std::string("clock.") + port}}, {{"channel", *channel}});
     }
   }
 
@@ -133,8 +130,7 @@ class PlannedModel final : public ActionModel {
     std::string id = fmt::format("{}_{:g}", what, value);
     for (char& c : id) c = c == '.' ? '_' : c;
     while (fragment.has(id)) id += '_';
-    fragment.add(id, "AtLeast", {{"b", value}});
-    fragment.link(port, id + ".a");
+    add_linked(fragment, id, "AtLeast", {{"a", port}}, {{"b", value}});
     return id + ".value";
   }
 
@@ -147,11 +143,10 @@ class PlannedModel final : public ActionModel {
       return "no_joints.value";
     }
     const SetPointKind kind = kind_of(motion_.motion->path);
-    fragment.add("no_joints", "IsNullJoints");
-    fragment.link(kind == SetPointKind::kJoints ? "path.q"
-                  : kind == SetPointKind::kPose ? "inverse.q"
-                                                : "choose_q.value",
-                  "no_joints.input");
+    add_linked(fragment, "no_joints", "IsNullJoints",
+               {{"input", kind == SetPointKind::kJoints ? "path.q"
+                          : kind == SetPointKind::kPose ? "inverse.q"
+                                                        : "choose_q.value"}});
     return "no_joints.value";
   }
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/command/actions/velocity_action.h"
 #include "core/device/description.h"
 #include "core/expression/device_sensors.h"
@@ -45,11 +46,10 @@ void check_share(const char* name, double value, Diagnostics& diagnostics) {
 
 void add_limit(FragmentWriter& fragment, const std::string& from, const TrackingParameters& parameters) {
   const std::string limited = parameters.speed ? "limited" : "wanted";
-  fragment.add(limited, "LimitTwist", {{"linear_max", parameters.linear_max}, {"angular_max", parameters.angular_max}});
-  fragment.link(from, limited + ".input");
+  add_linked(fragment, limited, "LimitTwist", {{"input", from}},
+             {{"linear_max", parameters.linear_max}, {"angular_max", parameters.angular_max}});
   if (!parameters.speed) return;
-  fragment.add("wanted", "ScaleTwist");
-  fragment.link("limited.value", "wanted.twist");
+  add_linked(fragment, "wanted", "ScaleTwist", {{"twist", "limited.value"}});
   fragment.feed(parameters.speed->node(), "wanted.factor");
 }
 
@@ -115,8 +115,8 @@ class FollowPose final : public VelocityModel {
       fragment.feed(target_, "no_target.input");
       return "no_target.value";
     }
-    fragment.add("arrived", "FramesNear", {{"distance_max", parameters_.distance}, {"angle_max", parameters_.angle}});
-    fragment.link("now.frame", "arrived.a");
+    add_linked(fragment, "arrived", "FramesNear", {{"a", "now.frame"}},
+               {{"distance_max", parameters_.distance}, {"angle_max", parameters_.angle}});
     fragment.feed(target_, "arrived.b");
     return "arrived.value";
   }
@@ -125,13 +125,10 @@ class FollowPose final : public VelocityModel {
   /// From where the tool was sent last to the target, with a gain.
   void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     add_tool(fragment, actuator, "now", "set_point_q");
-    fragment.add("difference", "FrameDifference");
-    fragment.link("now.frame", "difference.from");
+    add_linked(fragment, "difference", "FrameDifference", {{"from", "now.frame"}});
     fragment.feed(target_, "difference.to");
     fragment.add("gain", "ConstantReal", {{"value", parameters_.gain}});
-    fragment.add("velocity", "ScaleTwist");
-    fragment.link("difference.value", "velocity.twist");
-    fragment.link("gain.value", "velocity.factor");
+    add_linked(fragment, "velocity", "ScaleTwist", {{"twist", "difference.value"}, {"factor", "gain.value"}});
     add_limit(fragment, "velocity.value", parameters_);
   }
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(parameters_); }
@@ -179,8 +176,8 @@ class HoldForce final : public VelocityModel {
     fragment.add("along", "ScaleVector");
     fragment.feed(direction_, "along.vector");
     fragment.link("force_law.velocity", "along.factor");
-    fragment.add("wanted", "AssembleTwist", {{"angular", net::value_to_json(net::Vector(net::Vector::Zero()))}});
-    fragment.link("along.value", "wanted.linear");
+    add_linked(fragment, "wanted", "AssembleTwist", {{"linear", "along.value"}},
+               {{"angular", net::value_to_json(net::Vector(net::Vector::Zero()))}});
   }
 
   ExpressionPtr pressing_, direction_;
@@ -211,13 +208,12 @@ class FollowJoints final : public ActionModel {
     const device::ArmDescription& arm = actuator.arm()->device->description();
     fragment.add("state", "ArmState", {{"device", actuator.name()}});
     add_target(fragment);
-    fragment.add("generator", "JerkLimitedJointPosition",
-                 {{"joints", arm.limits.velocity.size()},
-                  {"velocity_max", joints_json(velocity_ * arm.limits.velocity)},
-                  {"acceleration_max", joints_json(acceleration_ * arm.limits.acceleration)},
-                  {"jerk_max", joints_json(acceleration_ * arm.limits.jerk)}});
-    fragment.link("target.value", "generator.target");
-    fragment.link("begin.value", "generator.start");
+    add_linked(fragment, "generator", "JerkLimitedJointPosition",
+               {{"target", "target.value"}, {"start", "begin.value"}},
+               {{"joints", arm.limits.velocity.size()},
+                {"velocity_max", joints_json(velocity_ * arm.limits.velocity)},
+                {"acceleration_max", joints_json(acceleration_ * arm.limits.acceleration)},
+                {"jerk_max", joints_json(acceleration_ * arm.limits.jerk)}});
     SetPoint set_point{.kind = SetPointKind::kJoints, .ports = {}, .constants = {}};
     set_point.ports["q"] = "generator.position";
     set_point.ports["dq"] = "generator.velocity";
@@ -235,15 +231,11 @@ class FollowJoints final : public ActionModel {
  private:
   /// The newest target; before the first where the arm is; from a cancel on where it was then.
   void add_target(FragmentWriter& fragment) const {
-    fragment.add("begin", "SnapshotJoints", {{"trigger", true}});
-    fragment.link("state.set_point_q", "begin.input");
+    add_linked(fragment, "begin", "SnapshotJoints", {{"input", "state.set_point_q"}}, {{"trigger", true}});
     fragment.add("newest", "HoldLastJoints", {{"cycles", 1'000'000'000}});
     fragment.feed(target_, "newest.input");
-    fragment.add("known", "DefaultToJoints");
-    fragment.link("newest.value", "known.input");
-    fragment.link("begin.value", "known.fallback");
-    fragment.add("here", "SnapshotJoints");
-    fragment.link("state.set_point_q", "here.input");
+    add_linked(fragment, "known", "DefaultToJoints", {{"input", "newest.value"}, {"fallback", "begin.value"}});
+    add_linked(fragment, "here", "SnapshotJoints", {{"input", "state.set_point_q"}});
     fragment.feed(fragment.cancel(), "here.trigger");
     fragment.add("target", "SelectJoints");
     fragment.feed(fragment.cancel(), "target.condition");

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/command/actions/velocity_action.h"
 #include "core/device/description.h"
 #include "core/expression/device_sensors.h"
@@ -357,8 +358,7 @@ class ForceOffset final : public ActionModel {
     fragment.add(unknown, "IsNullReal");
     fragment.feed(pressing_, unknown + ".input");
     if (begin() == 0.0) return;
-    fragment.add("force_begun", "AtLeast", {{"b", begin()}});
-    fragment.link(clock + ".time", "force_begun.a");
+    add_linked(fragment, "force_begun", "AtLeast", {{"a", clock + ".time"}}, {{"b", begin()}});
     fragment.add("no_force", "And");
     fragment.link_delayed("force_begun.value", "no_force.a", false);  // it acts on the clock that it depends on
     fragment.link("force_unknown.value", "no_force.b");
@@ -367,33 +367,26 @@ class ForceOffset final : public ActionModel {
   /// While the force is not known the path clock stops.
   void add_stand(FragmentWriter& fragment, const std::string& clock) const {
     const std::string rate = fragment.take_link(clock + ".target_rate");
-    fragment.add("rate_with_force", "SelectReal", {{"if_true", 0.0}});
-    fragment.link("no_force.value", "rate_with_force.condition");
-    fragment.link(rate, "rate_with_force.if_false");
+    add_linked(fragment, "rate_with_force", "SelectReal", {{"condition", "no_force.value"}, {"if_false", rate}},
+               {{"if_true", 0.0}});
     fragment.link("rate_with_force.value", clock + ".target_rate");
   }
 
   void add_offset(FragmentWriter& fragment, Contribution& contribution) const {
-    fragment.add("ending", "Or");
-    fragment.link(contribution.path_clock + ".at_end", "ending.a");
+    add_linked(fragment, "ending", "Or", {{"a", contribution.path_clock + ".at_end"}});
     fragment.feed(fragment.cancel(), "ending.b");
     std::string rests = "ending.value";
     if (begin() > 0.0) {
-      fragment.add("not_yet", "Not");
-      fragment.link("force_begun.value", "not_yet.input");
-      fragment.add("rests", "Or");
-      fragment.link("not_yet.value", "rests.a");
-      fragment.link("ending.value", "rests.b");
+      add_linked(fragment, "not_yet", "Not", {{"input", "force_begun.value"}});
+      add_linked(fragment, "rests", "Or", {{"a", "not_yet.value"}, {"b", "ending.value"}});
       rests = "rests.value";
     }
-    fragment.add("force_offset", "BoundedOffset",
-                 {{"lower", -parameters_.retreat},
-                  {"upper", parameters_.reach},
-                  {"velocity_max", parameters_.force.velocity_max},
-                  {"acceleration_max", parameters_.force.acceleration_max},
-                  {"jerk_max", parameters_.jerk_max}});
-    fragment.link("force_law.velocity", "force_offset.velocity");
-    fragment.link(rests, "force_offset.rest");
+    add_linked(fragment, "force_offset", "BoundedOffset", {{"velocity", "force_law.velocity"}, {"rest", rests}},
+               {{"lower", -parameters_.retreat},
+                {"upper", parameters_.reach},
+                {"velocity_max", parameters_.force.velocity_max},
+                {"acceleration_max", parameters_.force.acceleration_max},
+                {"jerk_max", parameters_.jerk_max}});
     fragment.add("pressed", "OffsetFrame", {{"direction", net::value_to_json(net::Vector(parameters_.direction_M))}});
     for (const char* port : {"frame", "twist", "acceleration"}) {
       contribution.set_point.feed(fragment, port, std::string("pressed.") + port);
@@ -405,9 +398,7 @@ class ForceOffset final : public ActionModel {
   }
 
   static std::string add_done(FragmentWriter& fragment, const std::string& path_done) {
-    fragment.add("all_done", "And");
-    fragment.link(path_done, "all_done.a");
-    fragment.link("force_offset.standing", "all_done.b");
+    add_linked(fragment, "all_done", "And", {{"a", path_done}, {"b", "force_offset.standing"}});
     return "all_done.value";
   }
 

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/device/description.h"
 #include "core/net/value_json.h"
 
@@ -17,14 +18,10 @@ constexpr double kStanding = 1e-9;
 std::string add_rest(FragmentWriter& fragment) {
   for (const char* port : {"dq", "ddq"}) {
     const std::string id = std::string("largest_") + port;
-    fragment.add(id, "LargestJoint");
-    fragment.link(std::string("inverse.") + port, id + ".input");
-    fragment.add(id + "_none", "LessThan", {{"b", kStanding}});
-    fragment.link(id + ".value", id + "_none.a");
+    add_linked(fragment, id, "LargestJoint", {{"input", std::string("inverse.") + port}});
+    add_linked(fragment, id + "_none", "LessThan", {{"a", id + ".value"}}, {{"b", kStanding}});
   }
-  fragment.add("standing", "And");
-  fragment.link("largest_dq_none.value", "standing.a");
-  fragment.link("largest_ddq_none.value", "standing.b");
+  add_linked(fragment, "standing", "And", {{"a", "largest_dq_none.value"}, {"b", "largest_ddq_none.value"}});
   return fragment.gate_with_cancel("done", "And", "standing.value");
 }
 
@@ -44,9 +41,7 @@ Contribution VelocityModel::add_to(FragmentWriter& fragment, const ActuatorModel
   add_velocity(fragment, actuator);
   fragment.add("go", "Not");
   fragment.feed(fragment.cancel(), "go.input");
-  fragment.add("twist", "GateTwist");
-  fragment.link("wanted.value", "twist.input");
-  fragment.link("go.value", "twist.open");
+  add_linked(fragment, "twist", "GateTwist", {{"input", "wanted.value"}, {"open", "go.value"}});
   return {.set_point = {.kind = SetPointKind::kTwist,
                         .ports = {{"twist", "twist.value"}},
                         .constants = {},
@@ -59,17 +54,15 @@ Contribution VelocityModel::add_to(FragmentWriter& fragment, const ActuatorModel
 void VelocityModel::add_tool(FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& id,
                              const std::string& joints) {
   if (!fragment.has("state")) fragment.add("state", "ArmState", {{"device", actuator.name()}});
-  fragment.add(id, "ForwardKinematics",
-               {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
-  fragment.link("state." + joints, id + ".q");
+  add_linked(fragment, id, "ForwardKinematics", {{"q", "state." + joints}},
+             {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
 }
 
 void add_force_law(FragmentWriter& fragment, const ActuatorModel& actuator, const ExpressionPtr& pressing,
                    const ForceControlParameters& parameters) {
   if (!fragment.has("state")) fragment.add("state", "ArmState", {{"device", actuator.name()}});
-  fragment.add("servo", "ServoStiffness",
-               {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
-  fragment.link("state.q", "servo.q");
+  add_linked(fragment, "servo", "ServoStiffness", {{"q", "state.q"}},
+             {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
   fragment.add("force_law", "ForceController",
                {{"wanted", parameters.force},
                 {"approach_velocity", parameters.approach_velocity},
