@@ -86,13 +86,13 @@ Diagnostics describe(const Maker& maker, PrimitiveInfo& info) {
   impl.describing = &info;
   Setup setup(impl);
   const std::align_val_t alignment{maker.alignment};
-  void* place = ::operator new(maker.size, alignment);
+  const auto release = [&](void* place) { ::operator delete(place, maker.size, alignment); };
+  const std::unique_ptr<void, decltype(release)> place(::operator new(maker.size, alignment), release);
   try {
-    maker.construct(place, setup)->~Primitive();
+    maker.construct(place.get(), setup)->~Primitive();
   } catch (const std::exception& error) {
     diagnostics.error(Code::kInternal, {}, fmt::format("describing primitive {} threw: {}", info.type, error.what()));
   }
-  ::operator delete(place, maker.size, alignment);
   if (duplicate_name(info)) {
     diagnostics.error(Code::kDuplicate, {},
                       fmt::format("primitive {} uses one name for two ports or parameters", info.type));
