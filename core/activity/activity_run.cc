@@ -112,7 +112,7 @@ Diagnostics ActivityRun::attach(command::MappedCommand mapped) {
   return externals_.attach(core_, net_, mapped.externals);
 }
 
-void ActivityRun::look_at_cycle() {
+void ActivityRun::after_cycle() {
   const std::int64_t cycle = core_.cycle() - 1;
   reactions_.look(cycle);
   trace_.note(cycle);

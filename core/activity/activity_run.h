@@ -104,7 +104,7 @@ class ActivityRun {
   /// be watched.
   [[nodiscard]] Diagnostics attach(command::MappedCommand mapped);
   /// After a cycle in which its net was evaluated.
-  void look_at_cycle();
+  void after_cycle();
   /// Calls the handlers of external effects.
   void call_externals() { externals_.poll(); }
   void unload();

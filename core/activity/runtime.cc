@@ -83,7 +83,7 @@ void Runtime::resume_coroutines() {
     handle.resume();
     resuming_ = false;
   }
-  look_at_spawned();
+  poll_spawned();
 }
 
 void Runtime::spend() {
@@ -94,7 +94,7 @@ void Runtime::spend() {
                      "co_await cycles(1), or an activity, in what repeats");
 }
 
-void Runtime::look_at_spawned() {
+void Runtime::poll_spawned() {
   for (auto task = spawned_.begin(); task != spawned_.end();) {
     if (!task->done()) {
       ++task;

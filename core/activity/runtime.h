@@ -131,7 +131,7 @@ class Runtime {
   /// Throws when the program is to end.
   void require_going() const;
   void resume_coroutines();
-  void look_at_spawned();
+  void poll_spawned();
 
   rcc::ControlCore& core_;
   command::Cell& cell_;

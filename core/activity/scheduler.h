@@ -63,7 +63,7 @@ class Scheduler {
     return events_ != nullptr ? std::span<const rcc::Event>(*events_) : core_.events();
   }
   /// Whether the core has refused its start; then it has failed.
-  bool look_for_answer(ActivityRun& run);
+  bool poll_answer(ActivityRun& run);
 
   // Up to the start.
   void try_plan(ActivityRun& run);

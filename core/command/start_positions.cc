@@ -29,7 +29,7 @@ Result<Places> StartPositions::begin_of(int i) const {
     if (auto q = begin_of(i, devices[k], *arms[k])) {
       places[devices[k]] = std::move(*q);
     } else {
-      tell_unknown(i, devices[k], diagnostics);
+      report_unknown(i, devices[k], diagnostics);
     }
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
@@ -195,7 +195,7 @@ bool StartPositions::is_natural_end(const ExpressionPtr& state, int before, int 
 /// A cancel may end `before` early although `i` is started then.
 bool StartPositions::may_be_cancelled(int before, int i) const {
   const auto cut_by_cancel_of = [&](int target) {
-    return is_told(before, target, false) && !(tree_.is_inside(i, target) && is_told(i, target, true));
+    return is_forwarded_to(before, target, false) && !(tree_.is_inside(i, target) && is_forwarded_to(i, target, true));
   };
   if (cut_by_cancel_of(0)) return true;
   return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
@@ -216,7 +216,7 @@ bool StartPositions::may_be_stopped(int before, int i) const {
 
 /// A cancel of `around` is forwarded to command `i`. @param by_all  and to everything else between, so that nothing
 /// starts there any more (rule C4)
-bool StartPositions::is_told(int i, int around, bool by_all) const {
+bool StartPositions::is_forwarded_to(int i, int around, bool by_all) const {
   for (; i != around; i = tree_.at(i).parent) {
     const CancelPolicy& policy = node(tree_.at(i).parent).cancel_policy;
     if (policy.kind == CancelPolicy::Kind::kForward) continue;
@@ -310,7 +310,7 @@ bool StartPositions::cuts_short(const EventHandler& handler, int i) const {
   return (kind == Kind::kCancel || kind == Kind::kStop) && target >= 0 && tree_.is_inside(i, target);
 }
 
-void StartPositions::tell_unknown(int i, const std::string& device, Diagnostics& diagnostics) const {
+void StartPositions::report_unknown(int i, const std::string& device, Diagnostics& diagnostics) const {
   std::string names;
   for (const int rival : rivals_before(i, device))
     names += fmt::format("{}'{}'", names.empty() ? "" : ", ", node(rival).name);

@@ -59,11 +59,11 @@ class StartPositions {
   [[nodiscard]] bool is_natural_end(const ExpressionPtr& state, int before, int i) const;
   [[nodiscard]] bool may_be_cancelled(int before, int i) const;
   [[nodiscard]] bool may_be_stopped(int before, int i) const;
-  [[nodiscard]] bool is_told(int i, int around, bool by_all) const;
+  [[nodiscard]] bool is_forwarded_to(int i, int around, bool by_all) const;
   [[nodiscard]] bool runs_for_certain(int i) const;
   [[nodiscard]] bool follows_for_certain(const ExpressionPtr& state) const;
   [[nodiscard]] bool is_cut_short(int i) const;
-  void tell_unknown(int i, const std::string& device, Diagnostics& diagnostics) const;
+  void report_unknown(int i, const std::string& device, Diagnostics& diagnostics) const;
 
   const CommandTree& tree_;
   Places begins_, nominal_;

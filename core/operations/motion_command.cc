@@ -107,7 +107,7 @@ class MotionCommand final : public OperationCommand {
                         fmt::format("'{}' did not answer, so the arm stopped on its path", force().sensor),
                         "check its power and its wiring");
     }
-    tell_broken(ended, key, diagnostics);
+    report_broken(ended, key, diagnostics);
     const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
     if (!completed && !was_cancelled) return;  // it was never started
     for (const std::string& device : actuator(context.cell).model().devices()) context.variables.touches.erase(device);
@@ -145,7 +145,7 @@ class MotionCommand final : public OperationCommand {
                            is_null(command::BooleanSensor(holds.node())));
     }
   }
-  void tell_broken(const ActivityRun& ended, const std::string& key, Diagnostics& diagnostics) const {
+  void report_broken(const ActivityRun& ended, const std::string& key, Diagnostics& diagnostics) const {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       const std::string place = pointer + places[i] + "/abort_if";
       if (ended.value<net::Real>(abort_name(key, i))) {

@@ -142,8 +142,8 @@ Result<motion::Leg> geometry_of(const MotionTask& request, const command::Cell& 
   const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   switch (request.kind) {
     case PathKind::kPtp: {
-      Diagnostics unheard;  // of a sequence only the way is told
-      const auto q_goal = joints_of(request, cell, q, unheard);
+      Diagnostics ignored;  // of a sequence only the way is told
+      const auto q_goal = joints_of(request, cell, q, ignored);
       if (!q_goal) return std::unexpected(q_goal.error());
       return motion::ptp_leg(arm, q, *q_goal);
     }

@@ -38,12 +38,12 @@ class MotionRun final : public ScheduledRun {
   Progress finish(Context& context, Diagnostics& diagnostics) override {
     for (const std::string& arm : {request_.arm, request_.follower}) context.variables.touches.erase(arm);
     const GuardedEnd end = guarded_end(*run(), static_cast<int>(requests_.size()));
-    if (end.no_force) return tell_no_force(diagnostics);
-    if (end.broken) return tell_broken(*end.broken, diagnostics);
-    return request_.until ? tell_outcome(end.outcome, context, diagnostics) : Progress::kDone;
+    if (end.no_force) return report_no_force(diagnostics);
+    if (end.broken) return report_broken(*end.broken, diagnostics);
+    return request_.until ? report_outcome(end.outcome, context, diagnostics) : Progress::kDone;
   }
 
-  Progress tell_outcome(const GuardedOutcome& outcome, Context& context, Diagnostics& diagnostics) {
+  Progress report_outcome(const GuardedOutcome& outcome, Context& context, Diagnostics& diagnostics) {
     using enum GuardedOutcome::Kind;
     if (outcome.touched()) {
       const Diagnostics lost = note_touch(context, request_.arm, *outcome.X_BT);
@@ -63,7 +63,7 @@ class MotionRun final : public ScheduledRun {
     return Progress::kFailed;
   }
 
-  Progress tell_no_force(Diagnostics& diagnostics) const {
+  Progress report_no_force(Diagnostics& diagnostics) const {
     const std::size_t first = first_offset(requests_).value_or(0);
     const MotionTask& with_force = requests_[first];
     std::string message =
@@ -75,7 +75,7 @@ class MotionRun final : public ScheduledRun {
   }
 
   /// What must not hold did: this is where it stands, or which motion it stands at.
-  Progress tell_broken(const GuardedEnd::Broken& broken, Diagnostics& diagnostics) const {
+  Progress report_broken(const GuardedEnd::Broken& broken, Diagnostics& diagnostics) const {
     std::string message = broken.silent ? "a sensor of the condition did not answer, so the arm stopped on its path"
                                         : "'abort_if' became true, so the arm stopped on its path";
     if (broken.motion < 0) message = fmt::format("'abort_if' of the motion that it went on with: {}", message);

@@ -90,8 +90,8 @@ class Unread final : public OperationCommand {
 
 std::unique_ptr<OperationCommand> read_any_command(const OperationSource& source) {
   const auto& [json, pointer, cell, diagnostics] = source;
-  Diagnostics unheard;
-  ObjectReader reader(json, pointer, json.is_object() ? unheard : diagnostics);
+  Diagnostics ignored;
+  ObjectReader reader(json, pointer, json.is_object() ? ignored : diagnostics);
   if (!json.is_object()) return std::make_unique<Unread>();
   const std::string type = reader.text("do", "");
   const Operation* operation = Operations::global().find(type);

@@ -26,9 +26,9 @@ command::Action press_action(const Pressing& pressing, const PlannedPressing& pl
 }
 
 /// A press that depends on where the arm is: planned when that is known.
-class PlacedPress final : public command::ActionModel {
+class UnplannedPress final : public command::ActionModel {
  public:
-  PlacedPress(const Pressing& pressing, const command::Cell& cell, command::Biases biases)
+  UnplannedPress(const Pressing& pressing, const command::Cell& cell, command::Biases biases)
       : pressing_(pressing), cell_(cell), biases_(std::move(biases)) {}
 
   [[nodiscard]] std::string_view name() const override { return pressing_.type; }
@@ -216,7 +216,7 @@ class PressingCommand final : public OperationCommand {
       const auto planned = plan_pressing(pressing_, making.cell, place_now(making.cell));
       if (planned) return press_action(pressing_, *planned, making.cell, making.biases);
     }
-    return command::Action(std::make_shared<const PlacedPress>(pressing_, making.cell, making.biases));
+    return command::Action(std::make_shared<const UnplannedPress>(pressing_, making.cell, making.biases));
   }
   /// Only springs that it does not bring along make a difference: how fast its law is.
   [[nodiscard]] kinematics::JointVector place_now(const command::Cell& cell) const {

@@ -270,9 +270,9 @@ class PtpMotion final : public ArmMotion {
 };
 
 /// With a planner of its own.
-class ForeignMotion final : public MotionModel {
+class SelfPlannedMotion final : public MotionModel {
  public:
-  ForeignMotion(std::string name, SetPointKind gives, MotionPlanner planner)
+  SelfPlannedMotion(std::string name, SetPointKind gives, MotionPlanner planner)
       : MotionModel(std::move(name), gives), planner_(std::move(planner)) {}
 
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel&,
@@ -318,7 +318,7 @@ Action one_leg(const char* name, const PlanParameters& parameters, const Goal& g
 }  // namespace
 
 Action planned_by(std::string name, SetPointKind gives, MotionPlanner planner) {
-  return Action(std::make_shared<const ForeignMotion>(std::move(name), gives, std::move(planner)));
+  return Action(std::make_shared<const SelfPlannedMotion>(std::move(name), gives, std::move(planner)));
 }
 Action planned(PlannedMotion motion) { return Action(std::make_shared<const PlannedModel>(std::move(motion))); }
 

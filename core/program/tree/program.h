@@ -102,7 +102,7 @@ class ProgramRunner {
 
  private:
   [[nodiscard]] Diagnostics put_back(const nlohmann::ordered_json& state);
-  void tell_current();
+  void show_current();
 
   const Program& program_;
   Scheduler scheduler_;  ///< of the motions
@@ -111,7 +111,7 @@ class ProgramRunner {
   Scope scope_;
   std::unique_ptr<NodeRun> run_;
   Progress progress_ = Progress::kRunning;
-  std::vector<std::string> told_;
+  std::vector<std::string> shown_;
   std::string current_;
   Diagnostics diagnostics_;
 };
