@@ -98,9 +98,10 @@ class Checker {
     if (std::ranges::find(takes, gives) == takes.end()) {
       std::vector<std::string_view> names;
       for (const SetPointKind kind : takes) names.push_back(name_of(kind));
-      return error(Code::kInvalidValue, path(i), "C8",
-                   fmt::format("{} gives {}, which '{}' does not take", action.name(), name_of(gives), actuator.name()),
-                   fmt::format("it takes {}", fmt::join(names, ", ")));
+      return error(
+          Code::kInvalidValue, path(i), "C8",
+          fmt::format("{} gives {}, which '{}' does not accept", action.name(), name_of(gives), actuator.name()),
+          fmt::format("it accepts {}", fmt::join(names, ", ")));
     }
     const auto modes = actuator.modes();
     const auto mode = action.mode();
@@ -108,10 +109,10 @@ class Checker {
       std::vector<std::string_view> names;
       for (const device::ControlMode one : modes) names.push_back(device::name_of(one));
       return error(Code::kInvalidValue, path(i), "C8",
-                   fmt::format("{} gives {} for mode {}, which '{}' does not take", action.name(), name_of(gives),
+                   fmt::format("{} gives {} for mode {}, which '{}' does not accept", action.name(), name_of(gives),
                                device::name_of(*mode), without_mode(actuator, *mode)),
-                   names.empty() ? std::string("it takes them without a mode")
-                                 : fmt::format("it takes them for {}", fmt::join(names, ", ")));
+                   names.empty() ? std::string("it accepts them without a mode")
+                                 : fmt::format("it accepts them for {}", fmt::join(names, ", ")));
     }
     if (!action.needs_plan()) diagnostics_.append(action.check(actuator), path(i));
   }

@@ -91,7 +91,7 @@ class Mapper {
       const Signal conflict = writer_.both(id(i, "conflict"), commands_.wants(i), kept);
       if (conflict.is(false)) continue;
       const std::string error = writer_.unique(id(i, "against_") + node(other).name);
-      const std::string text = fmt::format("'{}' wants what '{}' has", node(i).name, node(other).name);
+      const std::string text = fmt::format("'{}' needs a device of '{}'", node(i).name, node(other).name);
       writer_.add(error, "Error", {{"text", text.substr(0, 63)}, {"cause", "conflict"}}, {{"condition", false}});
       writer_.feed(conflict, error + ".condition");
     }

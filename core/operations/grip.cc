@@ -84,7 +84,7 @@ void note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Conte
   context.event(parameters.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));
   if (parameters.expect == GripParameters::Expect::kPart && !*holding) {
     return diagnostics.error(Code::kConditionNotMet, {},
-                             fmt::format("no part was found; the fingers stand {:.1f} mm apart", 1e3 * *width),
+                             fmt::format("no part was found; the fingers are {:.1f} mm apart", 1e3 * *width),
                              "\"expect\": \"any\", where that is no fault");
   }
   if (parameters.expect == GripParameters::Expect::kNothing && *holding) {

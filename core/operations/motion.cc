@@ -78,7 +78,7 @@ void read_orientation(const ParameterInfo& row, const ReadContext& from, MotionT
 
 void add_arc(Table& table) {
   for (const auto& [key, doc] : {std::pair("to", "Goal at the end of the arc; not with 'about'."),
-                                 {"via", "Pose on the way; its position counts. Not with 'about'."}}) {
+                                 {"via", "Via pose; its position counts. Not with 'about'."}}) {
     ParameterInfo info = row(key, Type::kObject, "goal", doc);
     info.fields = goal_fields();
     table.object(std::move(info), read_arc_goal);

@@ -147,12 +147,11 @@ class MotionStep final : public Step {
     const MotionTask& first = requests_.front();
     const bool of_same_arm = rehearsal.open && rehearsal.open->arm == moved_arm();
     if (!of_same_arm || !first.has_overlay()) return settle_rehearsal(rehearsal, diagnostics);
-    diagnostics.note(
-        rehearsal.open->pointer,
-        fmt::format("'{}' ({}) does not stand directly behind it, and begins with a {}, at rest: it stops at "
-                    "the goal",
-                    first.name, first.pointer, laid_over(first)),
-        "the two right behind each other in the file, or no blend");
+    diagnostics.note(rehearsal.open->pointer,
+                     fmt::format("'{}' ({}) does not follow it directly, and begins with a {}, at rest: it stops at "
+                                 "the goal",
+                                 first.name, first.pointer, laid_over(first)),
+                     "the two right behind each other in the file, or no blend");
   }
   /// The next motion is decided in the run: whatever is laid over this one has to be gone, and so it stops.
   void note_open_end(Rehearsal& rehearsal, Diagnostics& diagnostics) const {
@@ -161,11 +160,10 @@ class MotionStep final : public Step {
       rehearsal.open = {moved_arm(), last.pointer};
       return;
     }
-    diagnostics.note(
-        last.pointer,
-        fmt::format("no motion of this arm stands directly behind it, and it has a {}: it stops at the goal",
-                    laid_over(last)),
-        "the next motion right behind it in the file, or no blend");
+    diagnostics.note(last.pointer,
+                     fmt::format("no motion of this arm follows it directly, and it has a {}: it stops at the goal",
+                                 laid_over(last)),
+                     "the next motion right behind it in the file, or no blend");
   }
   /// The mode and the values of its compliance. @return false: with diagnostics
   bool gives_way_as_it_can(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const {

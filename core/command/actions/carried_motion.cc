@@ -18,7 +18,7 @@ Result<std::string> carrier_of(const Cell& cell, const std::string& arm) {
         carrier != cell.arms.end() && kinematics::moves_in_plane(*carrier->second.device->description().chain);
     if (drives) return relation->source;
   }
-  return failure(Code::kRequires, "/arm", fmt::format("'{}' stands on no base", arm),
+  return failure(Code::kRequires, "/arm", fmt::format("'{}' is not mounted on a base", arm),
                  "an arm that is mounted \"on\" a base");
 }
 

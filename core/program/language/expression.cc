@@ -141,7 +141,7 @@ class Evaluator {
 
   Value boolean(const Node& node, Value value) {
     if (value.type.is(Kind::kBoolean)) return value.null() ? Value::unknown(Type::boolean()) : value;
-    wrong(node, fmt::format("'{}' takes true or false, here is a {}", node.name, to_string(value.type)),
+    wrong(node, fmt::format("'{}' accepts true or false, not a {}", node.name, to_string(value.type)),
           "a comparison, such as x > 0.1[m]");
     return Value::unknown(Type::boolean());
   }
@@ -297,7 +297,7 @@ class Evaluator {
     const std::size_t least = std::min(optional, most);
     if (arguments.size() < least || arguments.size() > most) {
       wrong(node,
-            fmt::format("'{}' takes {} arguments, here are {}", function.name,
+            fmt::format("'{}' accepts {} arguments, not {}", function.name,
                         least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most),
                         arguments.size()),
             std::string(function.doc));
@@ -308,7 +308,7 @@ class Evaluator {
       const char letter = function.arguments[i >= optional ? i + 1 : i];
       if (fits(letter, arguments[i].type)) continue;
       wrong(node.children[i],
-            fmt::format("'{}' takes {}, here is a {}", function.name, words_for(letter), to_string(arguments[i].type)),
+            fmt::format("'{}' accepts {}, not a {}", function.name, words_for(letter), to_string(arguments[i].type)),
             std::string(function.doc));
       fit = false;
     }
