@@ -226,7 +226,7 @@ Diagnostics check_clocks(const Site& site, bool realtime, const std::vector<Back
     const auto kind = std::ranges::find(kinds, binding.kind, &BackendKind::name);
     const bool own_clock = binding.own_clock() || (kind != kinds.end() && kind->own_clock);
     if (realtime || !own_clock) continue;
-    diagnostics.add({Severity::kError, Code::kUnknownName, binding.file, binding.pointer,
+    diagnostics.add({Severity::kError, Code::kIncompatible, binding.file, binding.pointer,
                      fmt::format("'{}' is reached as '{}', which has a clock of its own; lock-step has none for it",
                                  name, binding.kind),
                      "--realtime, or a simulated back end"});

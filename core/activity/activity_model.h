@@ -29,7 +29,7 @@ struct BlendSource {
   Eigen::Isometry3d partner_X_FM = Eigen::Isometry3d::Identity();  ///< the same frame in the flange of that one
   std::string arm = {};                                            ///< whose motion it is; of two the leader
   std::optional<command::State> abort_if = {};  ///< must not hold on what is left of it (DualEntryMotion::abort_if)
-  std::optional<command::SpringParameters> compliance = {};  ///< how the arm gives way on it
+  std::optional<command::SpringParameters> compliance = {};  ///< of the arm meanwhile
 };
 
 /// What precedes on an actuator when an activity is prepared.
@@ -56,7 +56,7 @@ struct PlanningContext {
 /// What an activity says of one of its actuators.
 struct EndState {
   ActuatorState after;
-  /// The motions of which one is its last on this actuator, each with the command whose clock tells where it is. Empty:
+  /// The motions of which one is its last on this actuator, each with the command whose clock shows where it is. Empty:
   /// it is not left before its end.
   struct Last {
     command::SubjectPtr command;
@@ -67,8 +67,8 @@ struct EndState {
   bool released = false;
 };
 
-/// One of the ways in which an activity may end, of which exactly one comes: by which state that shows from the begin
-/// of that way on, and what is known of its actuators then.
+/// One of the endings of an activity, of which exactly one comes: by which state that shows from the begin
+/// of that ending on, and what is known of its actuators then.
 struct Ending {
   command::State taken;
   std::map<std::string, ActuatorState, std::less<>> after;
@@ -76,7 +76,7 @@ struct Ending {
 
 /// A planned motion inside of an activity: how people see where it has come to.
 struct PlannedPart {
-  command::SubjectPtr command;      ///< whose clock tells where it is
+  command::SubjectPtr command;      ///< whose clock shows where it is
   std::vector<double> handed_over;  ///< path time at which each of its motions but the last hands over, s
   double begin = 0.0;               ///< path time at which it goes on with its predecessor's blend behind it, s
 };
@@ -88,11 +88,11 @@ using ControlModes = std::map<std::string, device::ControlMode, std::less<>>;
 struct PlannedActivity {
   std::optional<command::Command> command;
   std::map<std::string, EndState, std::less<>> end_states;  ///< of each of its actuators
-  std::vector<Ending> endings = {};  ///< where it may end in several ways; empty: end_states say all
-  std::map<std::string, std::vector<device::Seam>, std::less<>> begins;  ///< ways in which it may take an arm over
+  std::vector<Ending> endings = {};                         ///< where there is more than one; empty: end_states say all
+  std::map<std::string, std::vector<device::Seam>, std::less<>> begins;  ///< in which it may take an arm over
   std::set<std::string, std::less<>> taken_over;                         ///< actuators that it can go on with in motion
-  std::vector<PlannedPart> motions = {};                                 ///< of one motion: its ways; of others: none
-  std::function<command::State(double)> at_share;  ///< of one motion: at or past this share of its way; else empty
+  std::vector<PlannedPart> motions = {};                                 ///< of one motion: its parts; of others: none
+  std::function<command::State(double)> at_share;  ///< of one motion: at or past this share of its path; else empty
   /// Control modes that arms are brought into before the command begins; without a command that is all. Only of
   /// activities that begin alone.
   ControlModes modes;

@@ -16,12 +16,15 @@ ActivityRun::~ActivityRun() { unload(); }
 
 void ActivityRun::unload() {
   externals_.detach();
-  if (net_ != 0) (void)core_.unload(net_);
+  if (net_ == 0) return;
+  unloaded_ = compiled_net();
+  (void)core_.unload(net_);
 }
 
 void ActivityRun::forget_net() {
   unload();
   net_ = 0;
+  unloaded_ = nullptr;
   observed_.clear();
   clocks_.clear();
   reactions_ = {};
@@ -109,7 +112,7 @@ Diagnostics ActivityRun::attach(command::MappedCommand mapped) {
   return externals_.attach(core_, net_, mapped.externals);
 }
 
-void ActivityRun::look_at_cycle() {
+void ActivityRun::after_cycle() {
   const std::int64_t cycle = core_.cycle() - 1;
   reactions_.look(cycle);
   trace_.note(cycle);

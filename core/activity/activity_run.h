@@ -64,8 +64,10 @@ class ActivityRun {
   [[nodiscard]] std::optional<std::size_t> part() const;
   /// The net; 0: none was loaded.
   [[nodiscard]] rcc::NetId net() const { return net_; }
-  /// The same, to read its monitors; null: none was loaded, or the run has failed a cycle ago or longer.
-  [[nodiscard]] rcc::NetHandle compiled_net() const { return net_ != 0 ? core_.net(net_) : nullptr; }
+  /// The same, to read its monitors; of a run that is over as they were in its last cycle. Null: none was loaded.
+  [[nodiscard]] rcc::NetHandle compiled_net() const {
+    return unloaded_ != nullptr || net_ == 0 ? unloaded_ : core_.net(net_);
+  }
   /// There is an observation of this name.
   [[nodiscard]] bool observes(const std::string& observation) const { return observed_.contains(observation); }
   /// The newest value of an observation of the command (Command::observe, capture). T: any value type.
@@ -102,7 +104,7 @@ class ActivityRun {
   /// be watched.
   [[nodiscard]] Diagnostics attach(command::MappedCommand mapped);
   /// After a cycle in which its net was evaluated.
-  void look_at_cycle();
+  void after_cycle();
   /// Calls the handlers of external effects.
   void call_externals() { externals_.poll(); }
   void unload();
@@ -126,6 +128,7 @@ class ActivityRun {
   std::int64_t due_cycle_ = 0;  ///< its start takes effect from here on (row D2)
 
   rcc::NetId net_ = 0;
+  rcc::NetHandle unloaded_;  ///< the net once the core has been asked to forget it: its values can still be read
   rcc::RequestId request_ = 0;
   std::optional<rcc::Rule> rule_;                    ///< to be posted
   std::int64_t queue_full_since_ = -1;               ///< cycle in which it could not be posted for the first time
@@ -142,7 +145,7 @@ class ActivityRun {
 };
 using RunPtr = std::shared_ptr<ActivityRun>;
 
-/// What is wrong where a state that must not hold has ended a run. @param silent  nobody knew whether it holds
+/// What is wrong where a state that must not hold has ended a run. @param silent  it was unknown whether it holds
 void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnostics);
 
 /// The command is cancelled when a state holds, or is null (row N3), and shows that. @param key  with which the names

@@ -17,7 +17,7 @@ struct ActuatorState {
   std::optional<device::ToolSetting> tool;            ///< what it carries
   std::optional<net::Wrench> force;                   ///< that it is made to exert, N and Nm in its tool frame
 
-  /// It stands at q and exerts nothing.
+  /// It is at rest at q and exerts nothing.
   [[nodiscard]] static ActuatorState at_rest(const kinematics::JointVector& q) {
     const kinematics::JointVector zero = kinematics::JointVector::Zero(q.size());
     return {.q = q, .dq = zero, .ddq = zero, .mode = std::nullopt, .tool = std::nullopt, .force = net::Wrench{}};

@@ -62,7 +62,7 @@ PlannedActivity planned_activity(const command::Command& command, const std::vec
   const std::string arm = end.left->actuator->model().devices().front();
   EndState& left = prepared.end_states[arm];
   left.released = false;
-  // It is looked at only while this motion runs.
+  // It counts only while this motion runs.
   left.after = ActuatorState::at_rest(motion.motion->q_goal);
   left.last.push_back({end.left->subject,
                        {.motion = motion.motion,

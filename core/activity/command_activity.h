@@ -14,8 +14,8 @@ using CommandMaker = std::function<command::Command(const PlanningContext&)>;
 
 /// What a command does to an arm that it drives.
 enum class ArmAfter : std::uint8_t {
-  kStays,   ///< it stands where it stood
-  kUnknown  ///< nobody knows where it will be
+  kStays,   ///< it is where it was
+  kUnknown  ///< it is not known where it will be
 };
 
 /// What is known of a command that was planned: where its arms are after it, and, where its last motion may be left,
@@ -32,7 +32,7 @@ enum class ArmAfter : std::uint8_t {
                                            ArmAfter arms = ArmAfter::kUnknown);
 
 /// A command that the program has built: planned and mapped anew each time it is carried out, never twice at one time.
-/// It drives what the command drives, and nobody knows where its arms are after it. Realtime: setup.
+/// It drives what the command drives, and it is not known where its arms are after it. Realtime: setup.
 [[nodiscard]] ActivityPtr command_activity(const command::Command& command);
 
 }  // namespace takt::activity

@@ -97,7 +97,7 @@ class SequenceActivity final : public CompositeActivity {
  public:
   explicit SequenceActivity(const std::vector<ActivityPtr>& parts) : CompositeActivity(joined(parts, ", "), parts) {}
 
-  /// A part after one that may end in several ways is planned for each of them, where that makes a difference.
+  /// A part after one with several endings is planned for each of them, where that makes a difference.
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     PlannedActivity whole;
     TransactionCommand all(name());
@@ -128,7 +128,7 @@ class SequenceActivity final : public CompositeActivity {
 
  private:
   static constexpr std::size_t kMostEndings = 8;
-  /// A way that was taken until now; without a state: the only one.
+  /// The endings until now; without a state: the only one.
   struct Branch {
     std::optional<State> taken;
     EndStates end_states;
@@ -255,7 +255,7 @@ class ConditionalActivity final : public CompositeActivity {
       if (!in_both && given != planning.predecessors.end())
         end_state.after = common(end_state.after, given->second.at_end);
     }
-    // What a way does not move stays where it is.
+    // What an ending does not move stays where it is.
     for (Ending& ending : whole.endings) {
       for (const auto& [name, end_state] : whole.end_states) {
         const auto given = planning.predecessors.find(name);
@@ -348,7 +348,7 @@ class AbortActivity final : public ActivityModel {
                      fmt::format("'{}' is not a command, so nothing can end it", name()),
                      "an activity that moves something");
     add_abort(*prepared->command, state_, {});
-    // Who goes on with it would not look at the state any more.
+    // What goes on with it would not watch the state any more.
     for (auto& [name, end_state] : prepared->end_states) end_state.last.clear();
     prepared->verdict = [inner = std::move(prepared->verdict)](const ActivityRun& run) {
       Diagnostics wrong = inner ? inner(run) : Diagnostics();

@@ -19,14 +19,14 @@ namespace takt::activity {
 [[nodiscard]] Activity conditional(const command::State& condition, const Activity& then, const Activity& otherwise);
 
 /// What must not hold while it runs, whatever it is: it is cancelled then, so its arms come to rest, and the run fails
-/// (RunFailure::kAborted); the same when nobody knows (row N3). What follows begins at its end: of motions that are to
+/// (RunFailure::kAborted); the same when it is unknown (row N3). What follows begins at its end: of motions that are to
 /// be blended MotionParameters::abort_if is the one.
 [[nodiscard]] Activity abort_if(const Activity& activity, const command::State& state);
 
 /// Something that begins at a condition while the main task runs.
 struct Subtask {
   Activity activity;
-  /// Share of the way of the main task, which is one motion; or
+  /// Share of the path of the main task, which is one motion; or
   std::optional<double> at_share = {};
   /// a state of the cell.
   std::optional<command::State> when = {};

@@ -24,7 +24,7 @@ struct CarriedPart {
   std::string object;                                      ///< of the cell; empty: something without a name
   Eigen::Isometry3d X_TO = Eigen::Isometry3d::Identity();  ///< in the tool centre point when it was gripped, m
   device::ToolSetting before = {};                         ///< of the arm, without the part
-  bool told = false;                                       ///< the arm was told of its mass
+  bool told = false;                                       ///< the arm knows its mass
 };
 
 /// What a program has measured so far.

@@ -22,15 +22,15 @@ State at_first(const State& state) {
                               {{"input", {.node = state.node()}}, {"trigger", {.node = {}, .constant = true}}}));
 }
 
-/// The set point stands at q.
+/// The set point rests at q.
 State stands_at(const Cell& cell, const std::string& arm, const JointVector& q) {
   constexpr double kHere = 1e-6, kStanding = 1e-6;  // rad, rad/s: a motion in its blend is further away, and fast
   return near(command::commanded_joints(cell, arm), net::JointArray(q), kHere) &&
          is_less(largest(command::commanded_velocities(cell, arm)), kStanding);
 }
 
-/// Speed from outside, that of the program and that of the operator; and where the clock is, told to successors and
-/// heard from the predecessor.
+/// Speed from outside, that of the program and that of the operator; and where the clock is, shown to
+/// successors and read from the predecessor.
 void connect(const Cell& cell, const std::string& arm, std::optional<double> tau, command::PlannedMotion& motion) {
   const auto has = [&cell](const std::string& channel) { return cell.channels.contains(channel); };
   const std::string time = path_time_channel(arm), rate = path_rate_channel(arm);
@@ -40,22 +40,22 @@ void connect(const Cell& cell, const std::string& arm, std::optional<double> tau
     motion.clock.speed = motion.clock.speed ? *motion.clock.speed * by_operator : by_operator;
   }
   if (!has(time) || !has(rate)) return;
-  motion.tells = {.time = time, .rate = rate};
+  motion.clock_outputs = {.time = time, .rate = rate};
   if (tau)
-    motion.begins = {.time = command::channel<net::Real>(cell, time) - *tau,
-                     .rate = command::channel<net::Real>(cell, rate)};
+    motion.clock_initial = {.time = command::channel<net::Real>(cell, time) - *tau,
+                            .rate = command::channel<net::Real>(cell, rate)};
 }
 
 /// @param duration  of the motion from rest: shares of time are its
-motion::Blend blend_of(const BlendingCondition& wish, const motion::Motion& motion, double duration) {
-  if (!wish.time_share) return wish.way;
-  const double left = (1.0 - *wish.time_share) * duration;
+motion::Blend blend_of(const BlendingCondition& blending, const motion::Motion& motion, double duration) {
+  if (!blending.time_share) return blending.along_path;
+  const double left = (1.0 - *blending.time_share) * duration;
   const double share = 1.0 - motion.law.at(motion.duration() - left).s;
   return {motion::Blend::Kind::kFraction, std::clamp(share, 1e-3, 0.5)};
 }
 
-/// One of the two entries: under which names it shows how it ended, and how many motions of somebody else it does
-/// first.
+/// One of the two entries: under which names it shows how it ended, and how many motions of its
+/// predecessor it does first.
 struct Entry {
   const char *touch, *force, *progress, *no_force, *suffix;
   int before = 0;
@@ -68,7 +68,7 @@ constexpr Entry kFromBlend{"touch after a blend",    "force after a blend", "pro
                            "no force after a blend", " after a blend",      1};
 
 /// What must not hold stops it, each while its motion is being done.
-/// @param abort_if  of each motion, those of somebody else, with numbers below 0, first
+/// @param abort_if  of each motion, those of the predecessor, with numbers below 0, first
 void add_abort(const std::vector<std::optional<State>>& abort_if, const command::PlannedMotion& motion,
                const Entry& entry, command::RuntimeCommand& command) {
   const command::Action action = command.action();
@@ -91,12 +91,13 @@ std::vector<std::optional<State>> with_before(const PlanningContext& planning, c
   return all;
 }
 
-/// @param before  how many motions of somebody else come first
+/// @param before  how many motions of the predecessor come first
 command::Action offset_over(const command::Action& motion, const OffsetPlan& offset, int before) {
-  return command::force_offset(motion, offset.pressing, offset.wish, offset.first + static_cast<std::size_t>(before));
+  return command::force_offset(motion, offset.pressing, offset.parameters,
+                               offset.first + static_cast<std::size_t>(before));
 }
 
-/// The wrench that a formula looks at first; null: none.
+/// The first wrench in a formula; null: none.
 command::ExpressionPtr wrench_in(const command::ExpressionPtr& formula) {
   if (formula == nullptr || formula->type == net::ValueType::kWrench) return formula;
   for (const auto& [port, input] : formula->inputs)
@@ -104,75 +105,75 @@ command::ExpressionPtr wrench_in(const command::ExpressionPtr& formula) {
   return nullptr;
 }
 
-/// A condition counts from where the motion that it stands at begins: others may be blended into it.
+/// A condition counts from where its motion begins: others may be blended into it.
 command::RuntimeCommand command_of(const Cell& cell, const DualEntryMotion& dual, const std::string& name,
-                                   const command::PlannedMotion& motion, const MotionOptions& wish,
+                                   const command::PlannedMotion& motion, const MotionOptions& options,
                                    const std::optional<command::WeavePlan>& weaves, const Entry& entry) {
   command::Action action = command::planned(motion);
   if (weaves) action = command::woven(action, *weaves);
   if (dual.offset) action = offset_over(action, *dual.offset, entry.before);
-  if (wish.compliance) action = with_compliance(action, *wish.compliance);
+  if (options.compliance) action = with_compliance(action, *options.compliance);
   command::RuntimeCommand command(name, dual.actuator, action);
   if (dual.offset) {
     const State silent = action.state("no_force");
     command.on_entered(silent, cancel(command));
     command.capture(entry.no_force, command::tool_pose(cell, dual.clock), silent);
   }
-  if (!wish.until) return command;
-  State until = *wish.until;
+  if (!options.until) return command;
+  State until = *options.until;
   if (!motion.handed_over.empty()) until = until && action.via_passed(static_cast<int>(motion.handed_over.size()) - 1);
   command.on_entered(until, cancel(command));
   // A sensor that is silent stops the arm, but it has not felt anything.
   command.capture(entry.touch, command::tool_pose(cell, dual.clock), until);
-  if (const auto wrench = wrench_in(wish.until->node()); wrench != nullptr)
+  if (const auto wrench = wrench_in(options.until->node()); wrench != nullptr)
     command.capture(entry.force, force(command::WrenchSensor(wrench)), until);
   command.observe(entry.progress, action.progress());
   return command;
 }
 
-BlendSource blend_source(const DualEntryMotion& dual, const command::PlannedMotion& planned, const MotionOptions& wish,
-                         double duration) {
+BlendSource blend_source(const DualEntryMotion& dual, const command::PlannedMotion& planned,
+                         const MotionOptions& options, double duration) {
   return {.motion = planned.motion,
           .X_FM = planned.X_FM,
-          .blend = blend_of(wish.blend, *planned.motion, duration),
+          .blend = blend_of(options.blend, *planned.motion, duration),
           .partner = planned.partner ? planned.partner->motion : nullptr,
           .partner_X_FM = planned.partner ? planned.partner->X_FM : Eigen::Isometry3d::Identity(),
           .arm = dual.clock,
           .abort_if = dual.abort_if.empty() ? std::nullopt : dual.abort_if.back(),
-          .compliance = wish.compliance};
+          .compliance = options.compliance};
 }
 
 /// Where the arms are after it, and from what they may be taken over.
-void add_end_states(const DualEntryMotion& dual, const MotionOptions& wish, PlannedActivity& prepared) {
+void add_end_states(const DualEntryMotion& dual, const MotionOptions& options, PlannedActivity& prepared) {
   for (const auto& [arm, begin] : dual.begins) {
     const bool leads = arm == dual.clock;
     const motion::Motion& motion = leads ? *dual.from_rest.motion : *dual.from_rest.partner->motion;
     EndState& end_state = prepared.end_states[arm];
-    if (!wish.until && !dual.offset) end_state.after = ActuatorState::at_rest(motion.q_goal);
+    if (!options.until && !dual.offset) end_state.after = ActuatorState::at_rest(motion.q_goal);
     prepared.begins[arm].push_back(begin.rest);
   }
 }
 
 /// What goes on with a motion does the rest of that one too, with its own springs.
-bool same_compliance(const PlanningContext& planning, const std::string& arm, const MotionOptions& wish) {
+bool same_compliance(const PlanningContext& planning, const std::string& arm, const MotionOptions& options) {
   const auto before = planning.predecessors.find(arm);
   if (before == planning.predecessors.end() || !before->second.leaving) return true;
-  return command::same(before->second.leaving->motion.compliance, wish.compliance);
+  return command::same(before->second.leaving->motion.compliance, options.compliance);
 }
 
 /// Where a weave is the first or the last thing the motion is not joined or left in motion.
-Diagnostics add_weaves(const Cell& cell, const ArmPlans& plans, DualEntryMotion& dual, MotionOptions& wish) {
+Diagnostics add_weaves(const Cell& cell, const ArmPlans& plans, DualEntryMotion& dual, MotionOptions& options) {
   const auto woven = [](const auto& weave) { return weave.has_value(); };
   if (std::ranges::none_of(plans.weaves, woven)) return {};
   const command::MountedArm& arm = cell.arms.find(plans.arm)->second;
-  const auto plan = [&](const command::PlannedMotion& motion, const command::Weaves& wishes) {
+  const auto plan = [&](const command::PlannedMotion& motion, const command::Weaves& weaves) {
     return command::plan_weaves(
-        arm, {.motion = motion.motion.get(), .X_FM = motion.X_FM, .handed_over = motion.handed_over}, wishes);
+        arm, {.motion = motion.motion.get(), .X_FM = motion.X_FM, .handed_over = motion.handed_over}, weaves);
   };
   auto from_rest = plan(dual.from_rest, plans.weaves);
   if (!from_rest) return std::move(from_rest.error());
   dual.weaves_from_rest = std::move(*from_rest);
-  if (plans.weaves.back()) wish.blend = {};
+  if (plans.weaves.back()) options.blend = {};
   if (plans.weaves.front()) dual.from_blend.reset();
   if (!dual.from_blend) return {};
   command::Weaves with_before{std::nullopt};
@@ -186,7 +187,7 @@ Diagnostics add_weaves(const Cell& cell, const ArmPlans& plans, DualEntryMotion&
 }
 
 /// The same for a force offset.
-Diagnostics add_offset(const ArmPlans& plans, DualEntryMotion& dual, MotionOptions& wish) {
+Diagnostics add_offset(const ArmPlans& plans, DualEntryMotion& dual, MotionOptions& options) {
   if (!plans.offset) return {};
   dual.offset = plans.offset;
   const auto check = [&](const command::PlannedMotion& motion, const Entry& entry) {
@@ -196,7 +197,7 @@ Diagnostics add_offset(const ArmPlans& plans, DualEntryMotion& dual, MotionOptio
     return placed;
   };
   if (Diagnostics wrong = check(dual.from_rest, kFromRest); wrong.has_errors()) return wrong;
-  wish.blend = {};
+  options.blend = {};
   if (plans.offset->first == 0 || (dual.from_blend && check(*dual.from_blend, kFromBlend).has_errors()))
     dual.from_blend.reset();
   return {};
@@ -224,33 +225,34 @@ device::Seam seam_in_motion(const Predecessor::Leaving& leaving, const motion::J
   return leaving.exact ? seam_of(begin) : device::Seam{};
 }
 
-PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMotion dual, const MotionOptions& wish) {
+PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMotion dual,
+                                   const MotionOptions& options) {
   const Cell& cell = planning.cell;
   const double duration = dual.from_rest.motion->duration();
-  const bool may_be_left = wish.blend.wanted() && duration > 0.0;
+  const bool may_be_left = options.blend.wanted() && duration > 0.0;
   PlannedActivity prepared;
   connect(cell, dual.clock, std::nullopt, dual.from_rest);
-  add_end_states(dual, wish, prepared);
-  // Without channels nobody could tell it where the clock of the one before is; other springs would come too soon.
-  if (!cell.channels.contains(path_time_channel(dual.clock)) || !same_compliance(planning, dual.clock, wish))
+  add_end_states(dual, options, prepared);
+  // Without channels the clock of its predecessor is unknown; another compliance would come too soon.
+  if (!cell.channels.contains(path_time_channel(dual.clock)) || !same_compliance(planning, dual.clock, options))
     dual.from_blend.reset();
-  auto rest = command_of(cell, dual, dual.from_blend ? "from rest" : dual.name, dual.from_rest, wish,
+  auto rest = command_of(cell, dual, dual.from_blend ? "from rest" : dual.name, dual.from_rest, options,
                          dual.weaves_from_rest, kFromRest);
   add_abort(dual.abort_if, dual.from_rest, kFromRest, rest);
   prepared.motions.push_back({rest.subject(), dual.from_rest.handed_over, 0.0});
-  if (may_be_left) add_last(rest.subject(), blend_source(dual, dual.from_rest, wish, duration), prepared);
+  if (may_be_left) add_last(rest.subject(), blend_source(dual, dual.from_rest, options, duration), prepared);
   prepared.command = rest;
   prepared.at_share = [action = rest.action()](double share) { return action.at_path(share); };
   if (!dual.from_blend) return prepared;
 
   connect(cell, dual.clock, dual.tau, *dual.from_blend);
-  auto going_on = command_of(cell, dual, "from a blend", *dual.from_blend, wish, dual.weaves_from_blend, kFromBlend);
+  auto going_on = command_of(cell, dual, "from a blend", *dual.from_blend, options, dual.weaves_from_blend, kFromBlend);
   add_abort(with_before(planning, dual), *dual.from_blend, kFromBlend, going_on);
   std::vector<double> handed_over = dual.from_blend->handed_over;
   const double own_begin = handed_over.empty() ? 0.0 : handed_over.front();
   if (!handed_over.empty()) handed_over.erase(handed_over.begin());
   prepared.motions.push_back({going_on.subject(), std::move(handed_over), own_begin});
-  if (may_be_left) add_last(going_on.subject(), blend_source(dual, *dual.from_blend, wish, duration), prepared);
+  if (may_be_left) add_last(going_on.subject(), blend_source(dual, *dual.from_blend, options, duration), prepared);
   for (const auto& [arm, begin] : dual.begins) {
     if (begin.blend) prepared.begins[arm].push_back(*begin.blend);
     prepared.taken_over.insert(arm);
@@ -267,7 +269,8 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
   return prepared;
 }
 
-Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmPlans plans, const MotionOptions& wish) {
+Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmPlans plans,
+                                           const MotionOptions& options) {
   const auto planned = [&](motion::SequencePlan plan) {
     return command::PlannedMotion{.motion = std::make_shared<const motion::Motion>(std::move(plan.motion)),
                                   .X_FM = plans.model.X_FM,
@@ -288,7 +291,7 @@ Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmP
     dual.tau = leaving.tau;
     dual.begins[plans.arm].blend = seam_in_motion(leaving, *begin);
   }
-  MotionOptions own = wish;
+  MotionOptions own = options;
   Diagnostics wrong = add_weaves(planning.cell, plans, dual, own);
   wrong.append(add_offset(plans, dual, own));
   if (wrong.has_errors()) return std::unexpected(std::move(wrong));

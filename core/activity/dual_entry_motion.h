@@ -13,7 +13,7 @@ namespace takt::activity {
 /// A force offset over one motion and those after it.
 struct OffsetPlan {
   command::RealSensor pressing;
-  command::ForceOffsetWish wish;
+  command::ForceOffsetControlParameters parameters;
   std::size_t first = 0;  ///< of the motions that it is made of
 };
 
@@ -22,7 +22,7 @@ struct OffsetPlan {
 struct DualEntryMotion {
   std::string name;
   command::Actuator actuator;
-  std::string clock;  ///< the arm in whose channels its clock is told
+  std::string clock;  ///< the arm in whose channels its clock is shown
   command::PlannedMotion from_rest;
   std::optional<command::PlannedMotion> from_blend = {};
   double tau = 0.0;  ///< path time of the predecessor at which that one begins, s
@@ -33,7 +33,7 @@ struct DualEntryMotion {
   };
   std::map<std::string, Begin> begins = {};
   /// What must not hold while one of the motions that it is made of is being done: it brakes on its path then, and
-  /// guarded_end() tells it. One for each motion, or none at all.
+  /// guarded_end() reports it. One for each motion, or none at all.
   std::vector<std::optional<command::State>> abort_if = {};
   /// What is laid over it for either entry; nothing: the set points are those of the plan.
   std::optional<command::WeavePlan> weaves_from_rest = {}, weaves_from_blend = {};
@@ -51,16 +51,16 @@ struct ArmPlans {
   std::optional<OffsetPlan> offset = {};
 };
 
-/// One command with both entries, of which the first cycle takes one by where the clock's arm is told to be (docs/
+/// One command with both entries, of which the first cycle takes one by where the clock's arm is sent to (docs/
 /// activity-layer.md), and what is known of its arms. Realtime: setup.
 [[nodiscard]] PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMotion motion,
-                                                 const MotionOptions& wish);
+                                                 const MotionOptions& options);
 
 /// The same for one arm. What is laid over its first or its last motion begins and ends at rest: that one is not joined
 /// or left in motion. @return diagnostics of plan_weaves() from rest, "/1/ramp" (index of the motion), and of the
 /// offset
 [[nodiscard]] Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmPlans plans,
-                                                         const MotionOptions& wish);
+                                                         const MotionOptions& options);
 /// What may be left, as planners have it; nothing where the arm has to come to rest first. It refers to `before`.
 /// @param X_FM  the frame that is to move on
 [[nodiscard]] std::optional<motion::Departure> departure_of(const Predecessor& before, const Eigen::Isometry3d& X_FM);
@@ -70,7 +70,7 @@ struct GuardedOutcome {
   enum class Kind : std::uint8_t {
     kTouched,       ///< its condition held, and it braked on its path
     kNotTouched,    ///< it came to its goal, and the condition never held
-    kSensorSilent,  ///< nobody knew whether the condition holds, and it braked on its path (row N3)
+    kSensorSilent,  ///< it was unknown whether the condition holds, and it braked on its path (row N3)
     kInterrupted    ///< it was cancelled before any of these, or is not over
   };
   Kind kind = Kind::kInterrupted;
@@ -89,7 +89,7 @@ struct GuardedOutcome {
 /// How a motion ended that shows it (DualEntryMotion::until, DualEntryMotion::abort_if).
 struct GuardedEnd {
   GuardedOutcome outcome;  ///< of a motion with a condition
-  /// What must not hold did, or nobody knew any more.
+  /// What must not hold did, or was unknown.
   struct Broken {
     int motion = 0;  ///< of those that it is made of; -1: of the one that it went on with
     bool silent = false;
@@ -106,7 +106,7 @@ struct GuardedEnd {
 /// The seam of a motion that runs at rate 1.
 [[nodiscard]] device::Seam seam_of(const motion::JointSample& state);
 [[nodiscard]] device::Seam seam_at_rest(const kinematics::JointVector& q);
-/// How an arm is taken over in motion; under an override only the guard can tell whether it fits.
+/// How an arm is taken over in motion; under an override only the guard knows whether it fits.
 [[nodiscard]] device::Seam seam_in_motion(const Predecessor::Leaving& leaving, const motion::JointSample& begin);
 
 }  // namespace takt::activity

@@ -35,7 +35,7 @@ std::map<std::string, Needs, std::less<>> needs_of(const command::Command& comma
     if (!node.is_runtime()) continue;
     const command::ActuatorModel& actuator = node.actuator->model();
     const auto mode = node.model().mode();
-    if (mode && !takes(actuator, *mode)) continue;  // rule C8 tells
+    if (mode && !takes(actuator, *mode)) continue;  // rule C8 reports it
     for (const std::string& device : actuator.devices()) {
       Needs& own = needs[device];
       const bool compliant = std::ranges::any_of(
@@ -50,7 +50,7 @@ std::map<std::string, Needs, std::less<>> needs_of(const command::Command& comma
   return needs;
 }
 
-/// START changes a mode seamlessly or waits for standstill; what only goes outside of nets somebody has to ask for.
+/// START changes a mode seamlessly or waits for standstill; what is possible only outside of nets has to be requested.
 void check_start(const device::Arm& arm, ControlMode is, ControlMode needed, Diagnostics& diagnostics) {
   const device::ControlModes& modes = arm.description().modes;
   const device::ModeChange* change = modes.find(is, needed);
@@ -127,7 +127,7 @@ bool ModeChange::poll(std::span<const rcc::Event> events) {
       diagnostics_.error(Code::kNotPossibleNow, "/mode",
                          fmt::format("the mode was not changed: {}; '{}' is in mode {}", event.cause.text.view(),
                                      answered->arm->name(), name_of(answered->arm->mode())),
-                         "an arm that stands, that nothing moves, and that has no fault");
+                         "an arm at rest that nothing moves, without a fault");
     open_.erase(answered);
   }
   return open_.empty();

@@ -46,7 +46,7 @@ class ModeChange {
 
 /// Looks at what the commands of an activity want of the control modes of their arms: whether START can give it, and in
 /// which mode each arm is after it, if the activity does not say so.
-/// @return for each arm that is in another mode then the way out
+/// @return for each arm that is in another mode then what to do
 [[nodiscard]] Diagnostics agree_on_modes(PlannedActivity& prepared, const PlanningContext& planning);
 
 }  // namespace takt::activity

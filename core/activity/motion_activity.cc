@@ -14,25 +14,28 @@ namespace {
 using command::Cell;
 using kinematics::JointVector;
 
-/// One or several motions, blended into each other. The last one's wish is that of the whole: what ends it, and how it
-/// may be left.
+/// One or several motions, blended into each other. The options of the last one are those of the whole: what ends it,
+/// and how it may be left.
 class MotionActivity final : public ActivityModel {
  public:
   struct Part {
     std::string kind;
     LegOf leg;
-    MotionOptions wish;
+    MotionOptions options;
   };
 
   MotionActivity(std::string arm, std::vector<Part> parts)
-      : ActivityModel(name_of(arm, parts)), arm_(std::move(arm)), parts_(std::move(parts)), wish_(parts_.back().wish) {}
+      : ActivityModel(name_of(arm, parts)),
+        arm_(std::move(arm)),
+        parts_(std::move(parts)),
+        options_(parts_.back().options) {}
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return {arm_}; }
 
   [[nodiscard]] ActivityPtr blended_into(const ActivityModel& next) const override {
     const auto* other = dynamic_cast<const MotionActivity*>(&next);
-    if (other == nullptr || other->arm_ != arm_ || !wish_.blend.wanted() || wish_.until) return nullptr;
-    if (!command::same(wish_.compliance, other->wish_.compliance)) return nullptr;
+    if (other == nullptr || other->arm_ != arm_ || !options_.blend.wanted() || options_.until) return nullptr;
+    if (!command::same(options_.compliance, other->options_.compliance)) return nullptr;
     if (!offsets_agree(parts_, other->parts_)) return nullptr;
     std::vector<Part> parts = parts_;
     parts.insert(parts.end(), other->parts_.begin(), other->parts_.end());
@@ -47,18 +50,19 @@ class MotionActivity final : public ActivityModel {
       return failure(Code::kUnknownPosition, "",
                      fmt::format("'{}': its end position is unknown before the run", name()),
                      "a motion after the end of what runs");
-    const motion::ArmModel model = command::planning_model(arm, wish_.X_FM, before.at_end.tool);
+    const motion::ArmModel model = command::planning_model(arm, options_.X_FM, before.at_end.tool);
     auto from_rest = motion::plan_sequence(model, *before.at_end.q, makers(model));
     if (!from_rest) return std::unexpected(std::move(from_rest.error()));
     ArmPlans plans{name(), arm_, model, std::move(*from_rest), blended_plan(model, before)};
-    MotionOptions own = wish_;
+    MotionOptions own = options_;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      const MotionOptions& one = parts_[i].wish;
+      const MotionOptions& one = parts_[i].options;
       plans.weaves.push_back(one.weave);
       plans.abort_if.push_back(one.abort_if);
       if (one.weave) own.blend = {};  // who takes it over would drive the rest of its path bare
       if (one.force_offset && !plans.offset)
-        plans.offset = OffsetPlan{.pressing = one.force_offset->pressing, .wish = one.force_offset->wish, .first = i};
+        plans.offset =
+            OffsetPlan{.pressing = one.force_offset->pressing, .parameters = one.force_offset->parameters, .first = i};
     }
     auto prepared = prepare_dual_entry(planning, std::move(plans), own);
     if (prepared)
@@ -78,8 +82,8 @@ class MotionActivity final : public ActivityModel {
                         nearest_choice(arm_, names));
     }
     for (const Part& part : parts_) {
-      check_blend(part.wish, diagnostics);
-      if (part.wish.weave) diagnostics.append(command::check_figures(*part.wish.weave), "/weave");
+      check_blend(part.options, diagnostics);
+      if (part.options.weave) diagnostics.append(command::check_figures(*part.options.weave), "/weave");
     }
     return diagnostics;
   }
@@ -91,12 +95,12 @@ class MotionActivity final : public ActivityModel {
       all.push_back([&part, &model, last](const JointVector& q) -> Result<motion::Leg> {
         auto leg = part.leg(model, q);
         if (!leg) return leg;
-        leg->velocity = part.wish.velocity;
-        leg->acceleration = part.wish.acceleration;
-        if (part.wish.weave || part.wish.force_offset)
+        leg->velocity = part.options.velocity;
+        leg->acceleration = part.options.acceleration;
+        if (part.options.weave || part.options.force_offset)
           leg->acceleration = std::min(leg->acceleration, command::kShareWithOverlay);
-        leg->linear_velocity = part.wish.linear_velocity;
-        if (!last) leg->blend = inner_blend(part.wish.blend);
+        leg->linear_velocity = part.options.linear_velocity;
+        if (!last) leg->blend = inner_blend(part.options.blend);
         return leg;
       });
     }
@@ -105,21 +109,21 @@ class MotionActivity final : public ActivityModel {
 
   /// A force offset may begin in a blend, but not change or end in one, and there is no weave in the same plan.
   static bool offsets_agree(const std::vector<Part>& before, const std::vector<Part>& after) {
-    const auto has_offset = [](const Part& part) { return part.wish.force_offset.has_value(); };
-    const auto has_weave = [](const Part& part) { return part.wish.weave.has_value(); };
+    const auto has_offset = [](const Part& part) { return part.options.force_offset.has_value(); };
+    const auto has_weave = [](const Part& part) { return part.options.weave.has_value(); };
     const bool offset = std::ranges::any_of(before, has_offset) || std::ranges::any_of(after, has_offset);
     const bool weave = std::ranges::any_of(before, has_weave) || std::ranges::any_of(after, has_weave);
     if (offset && weave) return false;
-    const std::optional<HeldForce>& held = before.back().wish.force_offset;
+    const std::optional<HeldForce>& held = before.back().options.force_offset;
     return !held || std::ranges::all_of(after, [&held](const Part& part) {
-      const std::optional<HeldForce>& now = part.wish.force_offset;
-      return now && now->sensor == held->sensor && now->wish == held->wish;
+      const std::optional<HeldForce>& now = part.options.force_offset;
+      return now && now->sensor == held->sensor && now->parameters == held->parameters;
     });
   }
 
-  /// Inside of one plan there is no time yet: a share of the time is taken as one of the way.
+  /// Inside of one plan there is no time yet: a share of the time counts as one of the path.
   static motion::Blend inner_blend(const BlendingCondition& blend) {
-    if (!blend.time_share) return blend.way;
+    if (!blend.time_share) return blend.along_path;
     return {motion::Blend::Kind::kFraction, 1.0 - *blend.time_share};
   }
 
@@ -135,14 +139,14 @@ class MotionActivity final : public ActivityModel {
   [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const motion::ArmModel& model,
                                                                  const Predecessor& before) const {
     const auto from = departure_of(before, model.X_FM);
-    if (!from || parts_.front().wish.force_offset) return std::nullopt;  // a force offset begins at rest
+    if (!from || parts_.front().options.force_offset) return std::nullopt;  // a force offset begins at rest
     auto plan = motion::plan_take_over(model, *from, makers(model));
     return plan ? std::optional(std::move(*plan)) : std::nullopt;
   }
 
   std::string arm_;
   std::vector<Part> parts_;
-  MotionOptions wish_;
+  MotionOptions options_;
 };
 
 }  // namespace
@@ -151,11 +155,11 @@ BlendingCondition BlendingCondition::at_distance(double metres) {
   return BlendingCondition(motion::Blend{motion::Blend::Kind::kDistance, metres});
 }
 
-void check_blend(const MotionOptions& wish, Diagnostics& diagnostics) {
-  const BlendingCondition& blend = wish.blend;
-  if (blend.wanted() && wish.until)
+void check_blend(const MotionOptions& options, Diagnostics& diagnostics) {
+  const BlendingCondition& blend = options.blend;
+  if (blend.wanted() && options.until)
     diagnostics.error(Code::kConflict, "/blend", "the end of a guarded motion is unknown", "no blend, or no condition");
-  if (blend.time_share && blend.way.kind != motion::Blend::Kind::kNone)
+  if (blend.time_share && blend.along_path.kind != motion::Blend::Kind::kNone)
     diagnostics.error(Code::kConflict, "/blend", "a blend by time and by distance", "one of them");
   if (blend.time_share && !(*blend.time_share >= 0.5 && *blend.time_share < 1.0))
     diagnostics.error(Code::kOutOfRange, "/blend", fmt::format("a blend at a share of {:g}", *blend.time_share),

@@ -22,16 +22,16 @@ ArmModel model_of(const Cell& cell, const std::string& arm, const Eigen::Isometr
   return command::planning_model(cell.arms.find(arm)->second, X_FM);
 }
 
-void add_blend(const PlanningContext& planning, const PairPlans& plans, motion::PairPlan plan, DualEntryMotion& ways) {
+void add_blend(const PlanningContext& planning, const PairPlans& plans, motion::PairPlan plan, DualEntryMotion& dual) {
   const motion::ArmPair pair = pair_of(planning.cell, plans.grasp);
   const auto first = motion::joints_at(pair.leader, plan.leader, 0.0);
   const auto second = motion::joints_at(pair.follower, plan.follower, 0.0);
   const Predecessor::Leaving* leaving = leaving_pair(planning, plans.grasp.leader, plans.grasp.follower);
   if (!first || !second || leaving == nullptr) return;
-  ways.begins[plans.grasp.leader].blend = seam_in_motion(*leaving, *first);
-  ways.begins[plans.grasp.follower].blend = seam_in_motion(*leaving, *second);
-  ways.tau = leaving->tau;
-  ways.from_blend = planned(plans.grasp, plans.name, std::move(plan));
+  dual.begins[plans.grasp.leader].blend = seam_in_motion(*leaving, *first);
+  dual.begins[plans.grasp.follower].blend = seam_in_motion(*leaving, *second);
+  dual.tau = leaving->tau;
+  dual.from_blend = planned(plans.grasp, plans.name, std::move(plan));
 }
 
 }  // namespace
@@ -73,16 +73,16 @@ command::PlannedMotion planned(const Grasp& grasp, std::string name, motion::Pai
       .partner = command::PlannedPartner{std::make_shared<const motion::Motion>(std::move(plan.follower)), grasp.X_HF}};
 }
 
-PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans, const MotionOptions& wish) {
-  DualEntryMotion ways{.name = plans.name,
+PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans, const MotionOptions& options) {
+  DualEntryMotion dual{.name = plans.name,
                        .actuator = command::arm_pair(planning.cell, plans.grasp.leader, plans.grasp.follower),
                        .clock = plans.grasp.leader,
                        .from_rest = planned(plans.grasp, plans.name, std::move(plans.from_rest)),
                        .abort_if = std::move(plans.abort_if)};
-  ways.begins[plans.grasp.leader].rest = seam_at_rest(ways.from_rest.motion->q_start);
-  ways.begins[plans.grasp.follower].rest = seam_at_rest(ways.from_rest.partner->motion->q_start);
-  if (plans.from_blend) add_blend(planning, plans, std::move(*plans.from_blend), ways);
-  return prepare_dual_entry(planning, std::move(ways), wish);
+  dual.begins[plans.grasp.leader].rest = seam_at_rest(dual.from_rest.motion->q_start);
+  dual.begins[plans.grasp.follower].rest = seam_at_rest(dual.from_rest.partner->motion->q_start);
+  if (plans.from_blend) add_blend(planning, plans, std::move(*plans.from_blend), dual);
+  return prepare_dual_entry(planning, std::move(dual), options);
 }
 
 const Predecessor::Leaving* leaving_pair(const PlanningContext& planning, const std::string& leader,

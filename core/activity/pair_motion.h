@@ -21,7 +21,7 @@ struct Grasp {
 /// As planners have them. It refers to the arms of the cell.
 [[nodiscard]] motion::ArmPair pair_of(const command::Cell& cell, const Grasp& grasp);
 
-/// C is the leader's tool centre point, held as both stand at these joints (rad or m). @return diagnostics: the arms
+/// C is the leader's tool centre point, held as both are at these joints (rad or m). @return diagnostics: the arms
 /// can not be one, with "/follower".
 [[nodiscard]] Result<Grasp> grasp_at(const command::Cell& cell, const std::string& leader, const std::string& follower,
                                      const kinematics::JointVector& q_leader,
@@ -39,7 +39,7 @@ struct PairPlans {
   std::vector<std::optional<command::State>> abort_if = {};
 };
 [[nodiscard]] PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans,
-                                                 const MotionOptions& wish);
+                                                 const MotionOptions& options);
 
 /// The motion of the same two arms that may be left, and how they hold C in it; nothing: there is none.
 [[nodiscard]] const Predecessor::Leaving* leaving_pair(const PlanningContext& planning, const std::string& leader,

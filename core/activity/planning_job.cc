@@ -82,7 +82,7 @@ Diagnostics PlanningJob::plan() {
   const auto leaves = [](const auto& one) { return one.second.leaving.has_value(); };
   const auto wanted = static_cast<std::size_t>(std::ranges::count_if(planning_.predecessors, leaves));
   if (planned && wanted > 0 && planned->taken_over.size() != wanted) {
-    // All or nothing: what cannot be taken over together is waited for.
+    // All or nothing: it waits for what cannot be taken over together.
     for (auto& [name, predecessor] : planning_.predecessors) predecessor.leaving.reset();
     planned = model_->prepare(planning_);
   }

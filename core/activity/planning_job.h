@@ -17,7 +17,7 @@ class PlanningJob {
   enum class Cell { kShared, kCopied };  ///< whose thread carries it out: the program's, or another one
 
   PlanningJob(rcc::ControlCore& core, ActivityPtr model, PlanningContext planning, Cell cell);
-  /// Unloads the net if nobody has taken it.
+  /// Unloads the net if no run has taken it.
   ~PlanningJob();
   PlanningJob(const PlanningJob&) = delete;
   PlanningJob& operator=(const PlanningJob&) = delete;

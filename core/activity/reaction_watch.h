@@ -12,7 +12,7 @@ namespace takt::activity {
 /// What an event did to a motion: as it was measured, beside what LOAD certified for the net (rows O6, O7).
 struct Reaction {
   std::string activity;           ///< its name
-  std::string event;              ///< where its handler stands in the command, for people
+  std::string event;              ///< location of its handler in the command, for people
   std::int64_t event_cycle = -1;  ///< of the core, in which the event was there first; -1: it never was
   std::int64_t braking_cycle =
       -1;  ///< of the first set point that brakes; -1: none, or the clock's rate was not steady
@@ -30,7 +30,7 @@ class ReactionWatch {
   [[nodiscard]] const std::vector<Reaction>& reactions() const { return reactions_; }
 
  private:
-  /// Where an event and the clock of the motion that it cancels stand in the net, and how the clock was a cycle ago.
+  /// The ports of an event and of the clock of the motion that it cancels, and how the clock was a cycle ago.
   struct Watched {
     const net::Slot<net::Boolean>* event = nullptr;
     const net::Slot<net::Real>*rate = nullptr, *derivative = nullptr;

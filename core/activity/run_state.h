@@ -8,7 +8,7 @@
 
 namespace takt::activity {
 
-/// Where one execution of an activity is on its way. The order is that of its life.
+/// How far one execution of an activity is. The order is that of its life.
 enum class RunState : std::uint8_t {
   kQueued,     ///< waits for others that have its actuators, or until it is known where they will be
   kLoaded,     ///< planned, its net is loaded; it starts when its predecessors end, or are left
@@ -16,7 +16,7 @@ enum class RunState : std::uint8_t {
   kRunning,    ///< its net is evaluated in each cycle; of an activity without a net: its arm changes its control mode
   kReturning,  ///< it has ended, and its arms go back into the control modes of before
   kCompleted,  ///< it came to its end, or another one went on with it
-  kCancelled,  ///< it came to rest because somebody asked for it
+  kCancelled,  ///< it came to rest because it was asked to
   kFailed      ///< diagnostics() says why
 };
 [[nodiscard]] std::string_view name_of(RunState state);
@@ -33,7 +33,7 @@ enum class RunEvent : std::uint8_t {
   kSwitchAsked,  ///< it is its turn, and its arms were asked to change their control modes
   kSwitched,     ///< they are in these modes
   kBegan,        ///< its net was evaluated; without a net: the change of modes was asked for
-  kReturnAsked,  ///< it has ended in whatever way, and its arms have to go back into their former modes
+  kReturnAsked,  ///< it has ended, however, and its arms have to go back into their former modes
   kEnded,        ///< the end in order
   kCancelled,    ///< the end that was asked for, before or after it began
   kFailed        ///< not planned, rejected, not started, stopped, given up with its predecessor, or a mode was refused
@@ -48,7 +48,7 @@ enum class RunFailure : std::uint8_t {
   kRefused,      ///< the core has refused to start it
   kModeRefused,  ///< the core, or a device, has refused to change a control mode
   kStopped,      ///< its net has ended by a failure
-  kAborted,      ///< what must not hold did (`abort_if`), or nobody knew any more: its arms are at rest
+  kAborted,      ///< what must not hold did (`abort_if`), or was unknown: its arms are at rest
   kGivenUp       ///< what it waited for was cancelled, or has failed
 };
 

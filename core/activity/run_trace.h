@@ -18,8 +18,8 @@ struct TracedCycle {
   std::vector<std::pair<std::string, std::string>> values;
 };
 
-/// The last cycles of one net: states of commands, set points, what events look at. Kept as bytes; text is made only
-/// when somebody asks. Thread: the program's, between cycles. Realtime: setup; note() allocates nothing.
+/// The last cycles of one net: states of commands, set points, states of events. Kept as bytes; text is made only
+/// on request. Thread: the program's, between cycles. Realtime: setup; note() allocates nothing.
 class RunTrace {
  public:
   static constexpr std::size_t kCycles = 16;

@@ -73,7 +73,7 @@ void Runtime::step() {
 void Runtime::resume_coroutines() {
   // Those that can go on, one after the other, until all wait: in the order in which they began to.
   for (;;) {
-    const bool ends = cancelled_ && scheduler_.idle();  // whatever they wait for: they hear that it is over
+    const bool ends = cancelled_ && scheduler_.idle();  // whatever they wait for: they learn that it is over
     const auto ready = std::ranges::find_if(waiting_, [ends](const Waiting& one) { return ends || one.holds(); });
     if (ready == waiting_.end()) break;
     spend();
@@ -83,7 +83,7 @@ void Runtime::resume_coroutines() {
     handle.resume();
     resuming_ = false;
   }
-  look_at_spawned();
+  poll_spawned();
 }
 
 void Runtime::spend() {
@@ -94,7 +94,7 @@ void Runtime::spend() {
                      "co_await cycles(1), or an activity, in what repeats");
 }
 
-void Runtime::look_at_spawned() {
+void Runtime::poll_spawned() {
   for (auto task = spawned_.begin(); task != spawned_.end();) {
     if (!task->done()) {
       ++task;

@@ -40,7 +40,7 @@ class Runtime {
     Scheduler::Options scheduler = {};
     std::int64_t most_cycles = 100'000'000;  ///< that a blocking call waits; then it throws
     Variables* variables = nullptr;          ///< what the program measures; null: the runtime has its own
-    EventSink event = {};                    ///< hears what happened; empty: nobody does
+    EventSink event = {};                    ///< is told what happened; may be empty
   };
   /// @param cell       devices and frames; see declare_channels()
   /// @param run_cycle  runs one cycle of the core, and of the simulation around it
@@ -131,7 +131,7 @@ class Runtime {
   /// Throws when the program is to end.
   void require_going() const;
   void resume_coroutines();
-  void look_at_spawned();
+  void poll_spawned();
 
   rcc::ControlCore& core_;
   command::Cell& cell_;

@@ -89,12 +89,12 @@ void Scheduler::follow_loaded(ActivityRun& run) {
   // Its start may have been carried out in the last cycle.
   const NetState net = run.net_ != 0 ? core_.state(run.net_) : NetState::kReady;
   if (run.wants_cancel_ && net <= NetState::kReady) return end(run, RunEvent::kCancelled);
-  if (look_for_answer(run) || net <= NetState::kReady) return;
+  if (poll_answer(run) || net <= NetState::kReady) return;
   apply(run, RunEvent::kBegan);
   follow_running(run);
 }
 
-bool Scheduler::look_for_answer(ActivityRun& run) {
+bool Scheduler::poll_answer(ActivityRun& run) {
   if (run.request_ == 0) return false;
   for (const rcc::Event& event : events()) {
     if (event.request != run.request_ || event.kind == rcc::Event::Kind::kState) continue;
@@ -122,7 +122,7 @@ void Scheduler::follow_switching(ActivityRun& run) {
 
 void Scheduler::follow_running(ActivityRun& run) {
   const NetState state = core_.state(run.net_);
-  run.look_at_cycle();
+  run.after_cycle();
   run.call_externals();
   if (run.wants_cancel_ && state == NetState::kRunning) (void)core_.cancel(run.net_);  // again, if the queue is full
   if (state == NetState::kTerminated) end_of_net(run);

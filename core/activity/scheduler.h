@@ -15,7 +15,7 @@ struct RealtimeSupport {
 };
 
 /// Decides for each actuator which activity follows which, and how, and moves each execution through the states of
-/// run_state.h (docs/activity-layer.md). It looks at its runs between cycles, never waits, and belongs to the thread of
+/// run_state.h (docs/activity-layer.md). It polls its runs between cycles, never waits, and belongs to the thread of
 /// the program. Realtime: setup.
 class Scheduler {
  public:
@@ -36,7 +36,7 @@ class Scheduler {
   }
   /// Between two cycles: what became of the runs in the last one, and what can begin.
   void poll();
-  /// No run is on its way.
+  /// No run waits or runs.
   [[nodiscard]] bool idle() const { return runs_.empty(); }
   /// All that run come to rest, all that wait are given up.
   void cancel();
@@ -63,9 +63,9 @@ class Scheduler {
     return events_ != nullptr ? std::span<const rcc::Event>(*events_) : core_.events();
   }
   /// Whether the core has refused its start; then it has failed.
-  bool look_for_answer(ActivityRun& run);
+  bool poll_answer(ActivityRun& run);
 
-  // Its way to the start.
+  // Up to the start.
   void try_plan(ActivityRun& run);
   void try_start(ActivityRun& run);
   void post(ActivityRun& run);

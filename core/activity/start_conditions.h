@@ -31,7 +31,7 @@ class StartConditions {
   /// @param runs  in the order in which they were asked for, `run` among them
   [[nodiscard]] static RunsBefore runs_before(const ActivityRun& run,
                                               std::span<const std::shared_ptr<ActivityRun>> runs);
-  /// Why an arm of the run cannot be driven before somebody acknowledges its fault; empty: none has one.
+  /// Why an arm of the run cannot be driven before its fault is acknowledged; empty: none has one.
   [[nodiscard]] std::string fault_of(const ActivityRun& run) const;
   /// What the run may be planned with. Nothing: not known yet.
   [[nodiscard]] std::optional<PlanningContext> planning_context(const ActivityRun& run, const RunsBefore& before) const;

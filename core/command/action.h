@@ -51,7 +51,7 @@ class ActionModel {
 
   /// Names of the states and values that it has beside "started", "completed": "error", "at_path", "progress".
   [[nodiscard]] virtual std::vector<std::string> states() const { return {}; }
-  /// How many points on its way it passes, for `via_passed`; known once it is planned.
+  /// How many via points it passes, for `via_passed`; known once it is planned.
   [[nodiscard]] virtual int via_count() const { return 0; }
   /// Adds one of states(). @return its port in the fragment.
   [[nodiscard]] virtual std::string add_state(FragmentWriter& fragment, const std::string& name,
@@ -59,7 +59,7 @@ class ActionModel {
 
   /// How long it takes from a cancel to rest, at most, s.
   [[nodiscard]] virtual double stop_time(const ActuatorModel&) const { return 0.0; }
-  /// Whether its net tells LOAD how long that is (Primitive::stop_time_bound), so that nobody has to.
+  /// Whether its net declares that time at LOAD (Primitive::stop_time_bound), so that the mapping need not.
   [[nodiscard]] virtual bool net_knows_stop_time() const { return true; }
 
   /// How it takes its actuator over and leaves it (row L3): a seam for each device, in the order of

@@ -31,7 +31,7 @@ Driver driver_in(std::optional<device::ControlMode> mode) {
   return {"ArmCommand"};
 }
 
-/// What drives an arm in the fragment, in the mode of the set point and with its springs.
+/// What drives an arm in the fragment, in the mode of the set point and with its compliance.
 void add_driver(FragmentWriter& fragment, const std::string& id, const std::string& arm, const SetPoint& set_point) {
   const Driver driver = driver_in(set_point.mode);
   Json parameters = {{"device", arm}};
@@ -277,7 +277,7 @@ class GripperActuator final : public ActuatorModel {
   std::map<std::string, State> states_;
 };
 
-/// A digital or an analog output. It has what it was told one cycle later.
+/// A digital or an analog output. It has a value one cycle after it was sent.
 class OutputActuator final : public ActuatorModel {
  public:
   OutputActuator(const Cell& cell, const std::string& name)

@@ -32,7 +32,7 @@ struct ToolSpeed {
   double linear = 0.0, angular = 0.0;
 };
 
-/// A set point as it stands in a fragment: each of its ports is an output in there, a constant, or a sensor.
+/// A set point in a fragment: each of its ports is an output in there, a constant, or a sensor.
 struct SetPoint {
   SetPointKind kind = SetPointKind::kJoints;
   std::map<std::string, std::string, std::less<>> ports;                 ///< name above, "id.port" in the fragment
@@ -53,7 +53,7 @@ struct SetPoint {
 
 class Actuator;
 
-/// What is known of something that can be told what to do; knows no action. Immutable; any thread.
+/// What is known of something that can be commanded; knows no action. Immutable; any thread.
 class ActuatorModel {
  public:
   explicit ActuatorModel(std::string name) : name_(std::move(name)) {}
@@ -69,7 +69,7 @@ class ActuatorModel {
   /// Adds what takes the set point: conversion and driver. `set_point.kind` is one of takes(), its mode one
   /// of modes().
   virtual void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const = 0;
-  /// States of its own: "completed" (it has reached what it was told last), "emergency_stop" (it takes nothing).
+  /// States of its own: "completed" (it has reached its last command), "emergency_stop" (it accepts nothing).
   [[nodiscard]] virtual std::map<std::string, State> states() const = 0;
   /// Adds what is true while the set point that its consumer is fed with in this fragment is none. @return its port.
   [[nodiscard]] virtual std::string add_invalid(FragmentWriter& fragment) const = 0;
@@ -86,24 +86,24 @@ class ActuatorModel {
   /// What is known of the gripper, or the analog output, that it is; null for others.
   [[nodiscard]] virtual const device::GripperDescription* gripper() const { return nullptr; }
   [[nodiscard]] virtual const device::SignalOutputDescription<double>* analog_output() const { return nullptr; }
-  /// Why it cannot be, with the place below its command: a device that the cell does not have.
+  /// Why it is invalid, with the location below its command: a device that the cell does not have.
   [[nodiscard]] virtual std::optional<Diagnostic> fault() const { return std::nullopt; }
 
  private:
   std::string name_;
 };
 
-/// Something that can be told what to do: an arm, a gripper, an output. A cheap value. Any thread.
+/// Something that can be commanded: an arm, a gripper, an output. A cheap value. Any thread.
 class Actuator {
  public:
   explicit Actuator(std::shared_ptr<const ActuatorModel> model) : model_(std::move(model)) {}
 
   [[nodiscard]] const std::string& name() const { return model_->name(); }
   [[nodiscard]] const ActuatorModel& model() const { return *model_; }
-  /// It has reached what it was told last.
+  /// It has reached its last command.
   [[nodiscard]] State completed() const;
   /// A command of the same tree gives it a set point that is none: no joints for a pose, a sensor that is silent. The
-  /// net fails in that cycle (row N4); what the state starts or tells outside still happens in it.
+  /// net fails in that cycle (row N4); what the state starts or reports outside still happens in it.
   [[nodiscard]] State invalid_set_point() const;
   /// It takes no set points: an emergency stop, no power, a fault.
   [[nodiscard]] State emergency_stop() const;
@@ -116,7 +116,7 @@ class Actuator {
 // Realtime: setup; the devices outlive them.
 [[nodiscard]] Actuator arm(const Cell& cell, const std::string& name);
 [[nodiscard]] Actuator gripper(const Cell& cell, const std::string& name);
-/// One joint of an arm, while the others stand: takes PTP with a goal of one number, rad or m. @param index  from 0
+/// One joint of an arm, while the others rest: takes PTP with a goal of one number, rad or m. @param index  from 0
 [[nodiscard]] Actuator joint(const Cell& cell, const std::string& arm, int index);
 /// Several actuators as one thing with a name: a robot with its torch. A command on it is one on the only part that
 /// takes what its action gives; where there are none, or several, checks refuse it.

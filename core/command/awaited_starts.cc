@@ -99,7 +99,7 @@ Signal AwaitedStarts::may_be_raised(const Expression& leaf, int transaction) {
 Signal AwaitedStarts::alive(int i, int transaction) {
   if (i < 0 || tree_.is_inside(transaction, i)) return Signal::always(false);  // its own end starts nothing in here
   const bool inside = tree_.is_inside(i, transaction);
-  int branch = i;  // below what both stand in
+  int branch = i;  // below what both are in
   while (tree_.at(branch).parent != transaction && !tree_.is_inside(transaction, tree_.at(branch).parent))
     branch = tree_.at(branch).parent;
   const Signal comes = awaited(branch);

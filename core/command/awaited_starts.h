@@ -11,7 +11,7 @@ namespace takt::command {
 
 /// Which commands of a tree that has begun can still be started: what keeps their transactions alive (row L9 of
 /// docs/semantics.md). Writes a signal that is true while a handler may still start a command, and the command has not
-/// started. What a handler looks at may still come to hold if it speaks of sensors; a state of a command or an action,
+/// started. The state of a handler may still come to hold if it depends on sensors; a state of a command or an action,
 /// as long as that command runs or may still be started. Used by the mapping. Realtime: setup.
 class AwaitedStarts {
  public:
@@ -27,7 +27,7 @@ class AwaitedStarts {
   /// Command `i` has not started, and one of its handlers may still start it.
   [[nodiscard]] Signal awaited(int i);
 
-  /// The end of command `i` is an event itself: a handler of a command around it hears when one of its states that end
+  /// The end of command `i` is an event itself: a handler of a command around it reacts when one of its states that end
   /// with it is left. So the transaction around has to last one cycle longer.
   [[nodiscard]] static bool end_is_heard(const CommandTree& tree, int i);
 

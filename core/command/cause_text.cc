@@ -7,7 +7,7 @@
 namespace takt::command {
 namespace {
 
-/// Where `mark` begins in `text`: at its beginning or behind another cause, so that 'left_arm' is not taken for 'arm'.
+/// Where `mark` begins in `text`: at its beginning or behind another cause, so that 'left_arm' does not count as 'arm'.
 std::size_t find_part(std::string_view text, std::string_view mark) {
   constexpr std::string_view kBehind = "; ";
   std::size_t at = text.find(mark);

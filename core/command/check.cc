@@ -1,15 +1,16 @@
 #include "core/command/check.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
+#include "core/command/broken_rule.h"
 #include "core/command/command_tree.h"
+#include "core/command/effect_check.h"
+#include "core/command/formula_check.h"
 #include "core/command/handler_check.h"
 
 namespace takt::command {
@@ -18,11 +19,6 @@ namespace {
 using Kind = Effect::Kind;
 
 constexpr double kLongestTime = 1e6;  ///< s: what timers take
-
-std::string_view word_for(Kind kind) {
-  static constexpr std::array<std::string_view, 5> kWords = {"start", "stop", "cancel", "raise", "external"};
-  return kWords.at(static_cast<std::size_t>(kind));
-}
 
 /// Of several arms the one that does not have the mode.
 std::string without_mode(const ActuatorModel& actuator, device::ControlMode mode) {
@@ -33,6 +29,7 @@ std::string without_mode(const ActuatorModel& actuator, device::ControlMode mode
   return actuator.name();
 }
 
+/// The rules about commands and about the tree as a whole; those about formulas and handlers are parts of their own.
 class Checker {
  public:
   Checker(const CommandTree& tree, bool planned) : tree_(tree), planned_(planned) {}
@@ -61,9 +58,9 @@ class Checker {
  private:
   const CommandNode& node(int i) const { return *tree_.at(i).node; }
   const std::string& path(int i) const { return tree_.at(i).path; }
-  void error(Code code, const std::string& place, const char* rule, const std::string& message,
+  void error(Code code, const std::string& location, const char* rule, const std::string& message,
              const std::string& hint) {
-    diagnostics_.error(code, place, fmt::format("{}: {}", rule, message), hint);
+    report_broken_rule(diagnostics_, code, location, rule, message, hint);
   }
 
   void check_name(int i) {
@@ -78,73 +75,14 @@ class Checker {
     }
   }
 
-  // -- Formulas ------------------------------------------------------------------------------------------------------
-
-  /// What a formula at a place speaks of belongs to the tree (rules C6, C8, C10) and exists.
-  void check_formula(const ExpressionPtr& formula, const std::string& place) {
-    diagnostics_.append(faults_of(formula), place);
-    if (!formula || formula->depth > kMostDepth) return;
-    check_leaves(formula, place);
-  }
-
-  void check_leaves(const ExpressionPtr& formula, const std::string& place) {
-    if (formula->subject) return check_leaf(*formula, place);
-    for (const auto& [port, input] : formula->inputs) check_leaves(input, place);
-  }
-
-  void check_leaf(const Expression& leaf, const std::string& place) {
-    const std::string& name = leaf.subject->name;
-    if (leaf.subject->kind == Subject::Kind::kRaised) {
-      if (tree_.find_raised(leaf.subject) >= 0) return;
-      return error(Code::kInvalidValue, place, "C10", fmt::format("state '{}' is raised in another tree", name),
-                   "TransactionCommand::raised() of a transaction around this place");
-    }
-    if (leaf.subject->kind == Subject::Kind::kActuator) return check_driven(name, place);
-    const int of = tree_.find(leaf.subject);
-    if (of < 0) {
-      return error(Code::kUnknownName, place, "C6",
-                   fmt::format("a state of '{}', which is not, or more than once, in the tree '{}'", name, path(0)),
-                   "states of commands and actions in this tree");
-    }
-    if (leaf.output == "timed_out" && !(node(of).until && node(of).seconds)) {
-      return error(Code::kRequires, place, "C8", fmt::format("'{}' has no timeout, so it never times out", name),
-                   "a wait for a state, with a timeout");
-    }
-    if (leaf.subject->kind != Subject::Kind::kAction) return;
-    check_via(node(of), leaf, place);
-    std::vector<std::string> offered = node(of).model().states();
-    offered.insert(offered.end(), {"started", "completed"});
-    if (std::ranges::find(offered, leaf.output) != offered.end()) return;
-    error(Code::kUnknownName, place, "C8", fmt::format("{} has no state '{}'", name, leaf.output),
-          fmt::format("it offers {}", fmt::join(offered, ", ")));
-  }
-
-  /// Which points a motion passes is known once it is planned.
-  void check_via(const CommandNode& command, const Expression& leaf, const std::string& place) {
-    if (leaf.output != "via_passed" || command.model().needs_plan()) return;
-    const auto index = leaf.primitive.parameters.value("index", 0);
-    const int count = command.model().via_count();
-    if (count == 0 || (index >= 0 && index < count)) return;  // none: it has no such state
-    error(Code::kUnknownName, place, "C8", fmt::format("{} passes no point {}", leaf.subject->name, index),
-          fmt::format("points 0 to {}", count - 1));
-  }
-
-  void check_driven(const std::string& actuator, const std::string& place) {
-    for (int i = 0; i < tree_.size(); ++i) {
-      if (node(i).is_runtime() && drives(*node(i).actuator, actuator)) return;
-    }
-    error(Code::kUnknownName, place, "C6", fmt::format("no command in this tree gives '{}' set points", actuator),
-          "an actuator of a command in this tree");
-  }
-
   void check_observation(int i, const Observation& observation) {
-    const std::string place = path(i) + "/observations" + pointer_segment(observation.name);
+    const std::string location = path(i) + "/observations" + pointer_segment(observation.name);
     if (!observed_.insert(observation.name).second) {
-      diagnostics_.error(Code::kDuplicate, place, fmt::format("'{}' is observed twice", observation.name),
+      diagnostics_.error(Code::kDuplicate, location, fmt::format("'{}' is observed twice", observation.name),
                          "each name once in a tree");
     }
-    check_formula(observation.value, place);
-    if (observation.when) check_formula(observation.when, place);
+    formulas_.check(observation.value, location);
+    if (observation.when) formulas_.check(observation.when, location);
   }
 
   // -- Commands ------------------------------------------------------------------------------------------------------
@@ -154,15 +92,16 @@ class Checker {
     if (const auto fault = actuator.fault())
       return diagnostics_.error(fault->code, path(i) + fault->pointer, fault->message, fault->hint);
     const ActionModel& action = node(i).model();
-    for (const ExpressionPtr& formula : action.formulas()) check_formula(formula, path(i));
+    for (const ExpressionPtr& formula : action.formulas()) formulas_.check(formula, path(i));
     const auto takes = actuator.takes();
     const SetPointKind gives = action.gives(actuator);
     if (std::ranges::find(takes, gives) == takes.end()) {
       std::vector<std::string_view> names;
       for (const SetPointKind kind : takes) names.push_back(name_of(kind));
-      return error(Code::kInvalidValue, path(i), "C8",
-                   fmt::format("{} gives {}, which '{}' does not take", action.name(), name_of(gives), actuator.name()),
-                   fmt::format("it takes {}", fmt::join(names, ", ")));
+      return error(
+          Code::kInvalidValue, path(i), "C8",
+          fmt::format("{} gives {}, which '{}' does not accept", action.name(), name_of(gives), actuator.name()),
+          fmt::format("it accepts {}", fmt::join(names, ", ")));
     }
     const auto modes = actuator.modes();
     const auto mode = action.mode();
@@ -170,10 +109,10 @@ class Checker {
       std::vector<std::string_view> names;
       for (const device::ControlMode one : modes) names.push_back(device::name_of(one));
       return error(Code::kInvalidValue, path(i), "C8",
-                   fmt::format("{} gives {} for mode {}, which '{}' does not take", action.name(), name_of(gives),
+                   fmt::format("{} gives {} for mode {}, which '{}' does not accept", action.name(), name_of(gives),
                                device::name_of(*mode), without_mode(actuator, *mode)),
-                   names.empty() ? std::string("it takes them without a mode")
-                                 : fmt::format("it takes them for {}", fmt::join(names, ", ")));
+                   names.empty() ? std::string("it accepts them without a mode")
+                                 : fmt::format("it accepts them for {}", fmt::join(names, ", ")));
     }
     if (!action.needs_plan()) diagnostics_.append(action.check(actuator), path(i));
   }
@@ -188,12 +127,12 @@ class Checker {
 
   void check_wait(int i) {
     check_time(path(i), node(i).seconds.value_or(0.0));
-    if (node(i).until) check_formula(node(i).until->node(), path(i));
+    if (node(i).until) formulas_.check(node(i).until->node(), path(i));
   }
 
-  void check_time(const std::string& place, double seconds) {
+  void check_time(const std::string& location, double seconds) {
     if (seconds >= 0.0 && seconds <= kLongestTime) return;
-    diagnostics_.error(Code::kOutOfRange, place, fmt::format("a time of {:g} s", seconds),
+    diagnostics_.error(Code::kOutOfRange, location, fmt::format("a time of {:g} s", seconds),
                        fmt::format("0 to {:g} s", kLongestTime));
   }
 
@@ -252,72 +191,9 @@ class Checker {
   // -- Handlers ------------------------------------------------------------------------------------------------------
 
   void check_handler(const CommandTree::Handler& h) {
-    check_formula(h.handler->state.node(), h.path);
+    formulas_.check(h.handler->state.node(), h.path);
     check_time(h.path, h.handler->trigger.delay);
-    switch (h.handler->effect.kind) {
-      case Kind::kStart:
-        return check_start(h);
-      case Kind::kStop:
-      case Kind::kCancel:
-        return check_end(h);
-      case Kind::kRaise:
-        return check_raise(h);
-      case Kind::kExternal:
-        if (h.handler->effect.name.empty())
-          diagnostics_.error(Code::kMissing, h.path, "an external effect without a name", "a name");
-    }
-  }
-
-  void check_start(const CommandTree::Handler& h) {
-    const SubjectPtr& subject = h.handler->effect.target;
-    const int target = tree_.find(subject);
-    if (!node(h.owner).is_transaction()) {
-      return error(
-          Code::kConflict, h.path, "C1",
-          fmt::format("'{}' is not a transaction, so there is nothing that it could start", node(h.owner).name),
-          "the handler on the transaction around it");
-    }
-    if (target < 0 || tree_.at(target).parent != h.owner) {
-      return error(
-          Code::kConflict, h.path, "C1",
-          fmt::format("start of '{}', which is not directly inside of '{}'", subject->name, node(h.owner).name),
-          "a command of the handler's own transaction");
-    }
-    if (tree_.at(target).with_parent) {
-      error(Code::kInvalidValue, h.path, "C5", fmt::format("'{}' starts with its transaction already", subject->name),
-            "add() in place of add_started(), or no handler");
-    }
-    for (const SubjectPtr& spoken : subjects_of(h.handler->state.node())) {
-      const bool end_of_all = tree_.find(spoken) == h.owner && mentions(h.handler->state.node(), spoken, "completed");
-      if (end_of_all) {
-        error(Code::kInvalidValue, h.path, "C5", fmt::format("'{}' has ended when it is completed", node(h.owner).name),
-              "the state `completed` of a command inside");
-      }
-    }
-  }
-
-  static bool mentions(const ExpressionPtr& formula, const SubjectPtr& subject, const char* state) {
-    if (formula->subject) return formula->subject == subject && formula->output == state;
-    return std::ranges::any_of(formula->inputs,
-                               [&](const auto& input) { return mentions(input.second, subject, state); });
-  }
-
-  void check_end(const CommandTree::Handler& h) {
-    const int target = tree_.find(h.handler->effect.target);
-    if (target >= 0 && tree_.is_inside(target, h.owner)) return;
-    error(Code::kConflict, h.path, "C2",
-          fmt::format("{} of '{}', which is neither '{}' nor inside of it", word_for(h.handler->effect.kind),
-                      h.handler->effect.target->name, node(h.owner).name),
-          "the handler on the target itself or on a transaction around it");
-  }
-
-  void check_raise(const CommandTree::Handler& h) {
-    const int owner = tree_.find_raised(h.handler->effect.target);
-    if (owner >= 0 && tree_.is_inside(h.owner, owner)) return;
-    error(Code::kInvalidValue, h.path, "C10",
-          fmt::format("'{}' does not belong to a transaction around '{}'", h.handler->effect.target->name,
-                      node(h.owner).name),
-          "TransactionCommand::raised() of a transaction around the handler");
+    effects_.check(h);
   }
 
   // -- The whole tree ------------------------------------------------------------------------------------------------
@@ -361,6 +237,8 @@ class Checker {
   const CommandTree& tree_;
   bool planned_;
   Diagnostics diagnostics_;
+  FormulaCheck formulas_{tree_, diagnostics_};
+  EffectCheck effects_{tree_, diagnostics_};
   std::set<std::string> observed_;
 };
 

@@ -6,7 +6,7 @@
 namespace takt::command {
 
 /// The rules C1 to C10 of docs/command-layer.md and what else makes a command impossible, all at once. Each diagnostic
-/// names the place in the tree ("/screwing/handlers/0"), the rule, the value and the way out.
+/// names the location in the tree ("/screwing/handlers/0"), the rule, the value and what to do.
 /// @param planned  false: actions that are not planned yet are no fault. Realtime: setup.
 [[nodiscard]] Diagnostics check(const Command& command, bool planned = true);
 

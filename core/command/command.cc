@@ -59,7 +59,7 @@ Actuator part_for(const Actuator& actuator, const ActionModel& action) {
   return missing(
       actuator.name(),
       takers.empty()
-          ? fault_of(Code::kUnsupported, fmt::format("no part of '{}' takes {}", actuator.name(), action.name()),
+          ? fault_of(Code::kUnsupported, fmt::format("no part of '{}' accepts {}", actuator.name(), action.name()),
                      "an action for one of its parts")
           : fault_of(Code::kConflict,
                      fmt::format("{} parts of '{}' take {}", takers.size(), actuator.name(), action.name()),

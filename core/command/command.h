@@ -109,7 +109,7 @@ struct CommandNode {
 };
 
 /// Something that is to happen in real time. A handle: copies are the same command. It runs once at most (rule C5) and
-/// has one place in one tree (rule C6). Built by one thread.
+/// is in one tree, once (rule C6). Built by one thread.
 class Command {
  public:
   [[nodiscard]] const std::string& name() const { return node_->name; }
@@ -166,7 +166,7 @@ class WaitCommand : public Command {
   WaitCommand(std::string name, double seconds);
   /// @param timeout  s; if the state has not held by then, the wait ends without being completed: timed_out()
   WaitCommand(std::string name, State until, std::optional<double> timeout = {});
-  /// Its time was over and the state had not held, or nobody knew. Only of a wait with a timeout.
+  /// Its time was over and the state had not held, or was unknown. Only of a wait with a timeout.
   [[nodiscard]] State timed_out() const { return state("timed_out"); }
 };
 

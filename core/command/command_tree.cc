@@ -84,7 +84,7 @@ void CommandTree::enter_starts() {
 }
 
 std::vector<int> CommandTree::cycle_of_starts() const {
-  std::vector<int> state(entries_.size(), 0), way;  // 0: new, 1: on the way, 2: done
+  std::vector<int> state(entries_.size(), 0), way;  // 0: new, 1: being visited, 2: done
   std::vector<int> cycle;
   const std::function<bool(int)> visit = [&](int i) {
     const auto place = static_cast<std::size_t>(i);

@@ -27,14 +27,14 @@ class CommandTree {
     std::string path;  ///< "/screwing/handlers/0"
   };
 
-  /// A command that stands in the tree twice is entered once; doubles() names the other places.
+  /// A command that is in the tree twice is entered once; doubles() has the other paths.
   explicit CommandTree(const Command& root);
 
   [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
   [[nodiscard]] const Entry& at(int i) const { return entries_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] int size() const { return static_cast<int>(entries_.size()); }
   [[nodiscard]] const std::vector<Handler>& handlers() const { return handlers_; }
-  /// Paths at which a command stands for another time.
+  /// Paths at which a command is in the tree once more.
   [[nodiscard]] const std::vector<std::string>& doubles() const { return doubles_; }
 
   /// The command that a subject belongs to: itself, or the one that carries the action out. -1: none, or several.

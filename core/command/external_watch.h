@@ -12,7 +12,7 @@
 namespace takt::command {
 
 /// Sees the external effects of a loaded net: each is counted in the net, and the count is compared with what has been
-/// told. So none is lost in silence: where nobody looked in time only the cycle is not known any more. Used by who
+/// told. So none is lost in silence: if the program looked too late, only the cycle is not known any more. Used by who
 /// loads commands; thread: that one's. Realtime: setup.
 class ExternalWatch {
  public:
@@ -25,9 +25,9 @@ class ExternalWatch {
   [[nodiscard]] Diagnostics attach(rcc::ControlCore& core, rcc::NetId net, const std::vector<ExternalPort>& ports);
   /// Looks no more. Before the net is unloaded.
   void detach();
-  /// Tells what has happened since the last call: to `tell` and to the handler of the effect.
+  /// Reports what has happened since the last call: to `tell` and to the handler of the effect.
   void poll(const std::function<void(const ExternalEvent&)>& tell = {});
-  /// Events whose cycle was lost because nobody looked in time.
+  /// Events whose cycle was lost because the program looked too late.
   [[nodiscard]] std::int64_t times_lost() const { return times_lost_; }
 
  private:

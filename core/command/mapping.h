@@ -36,7 +36,7 @@ struct ExternalPort {
   ExternalHandler handler;
 };
 
-/// A value of the net that says what went on: a state, a set point, what an event looks at.
+/// A value of the net that shows what went on: a state, a set point, the state of an event.
 struct TracedPort {
   std::string name;  ///< for people: "/screwing/insert active"
   std::string port;
@@ -45,7 +45,7 @@ struct TracedPort {
 /// An event of sensors that cancels a planned motion, and where to see when the motion begins to brake.
 struct BrakePorts {
   std::string name;                  ///< of the handler, for people: "/screwing/insert/handlers/0"
-  std::string event;                 ///< Boolean: what the handler looks at
+  std::string event;                 ///< Boolean: the state of the handler
   std::string fragment;              ///< of the command that is cancelled
   ClockPorts clock;                  ///< its path clock
   std::vector<std::string> sources;  ///< primitives that read what the event depends on
@@ -62,8 +62,8 @@ struct MappedCommand {
   std::vector<CommandPorts> commands;  ///< in the order of the tree
 };
 
-/// The one way from a command to a net (docs/command-layer.md): knows neither robots nor motions. Every action must be
-/// planned (plan() of actions/motion_action.h).
+/// The one mapping from a command to a net (docs/command-layer.md): knows neither robots nor motions. Every action must
+/// be planned (plan() of actions/motion_action.h).
 /// @return the net, or all that check() finds. Realtime: setup, deterministic.
 [[nodiscard]] Result<MappedCommand> map(const Command& command, Nanoseconds period = kMillisecond);
 

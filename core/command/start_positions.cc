@@ -29,7 +29,7 @@ Result<Places> StartPositions::begin_of(int i) const {
     if (auto q = begin_of(i, devices[k], *arms[k])) {
       places[devices[k]] = std::move(*q);
     } else {
-      tell_unknown(i, devices[k], diagnostics);
+      report_unknown(i, devices[k], diagnostics);
     }
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
@@ -42,7 +42,7 @@ Result<Places> StartPositions::all_at_begin_of(int i) const {
   return places;
 }
 
-/// Arms of the tree that are not among the places; of size 0 where that depends on the run.
+/// Arms of the tree that are not among the given positions; of size 0 where that depends on the run.
 void StartPositions::add_others(int i, Places& places) const {
   for (int other = 0; other < tree_.size(); ++other) {
     if (!node(other).is_runtime()) continue;
@@ -63,7 +63,7 @@ Result<Places> StartPositions::all_at_given_begin(int i, const JointVector& q) c
   if (q.size() != arm.limits.velocity.size())
     return failure(Code::kWrongSize, "/from", fmt::format("{} joints for '{}'", q.size(), device),
                    fmt::format("{} joints", arm.limits.velocity.size()));
-  // Of an arm of which nobody has said where it will be, START knows.
+  // START checks an arm whose position is not known here.
   const bool said = begins_.contains(device) || !rivals_before(i, device).empty();
   const auto there = said ? begin_of(i, device, *actuator.arms().front()) : std::nullopt;
   if (there && (*there - q).cwiseAbs().maxCoeff() > arm.start_tolerance)
@@ -192,10 +192,10 @@ bool StartPositions::is_natural_end(const ExpressionPtr& state, int before, int 
   return ended && not_cancelled && not_stopped;
 }
 
-/// A cancel may end `before` on its way although `i` is started then.
+/// A cancel may end `before` early although `i` is started then.
 bool StartPositions::may_be_cancelled(int before, int i) const {
   const auto cut_by_cancel_of = [&](int target) {
-    return is_told(before, target, false) && !(tree_.is_inside(i, target) && is_told(i, target, true));
+    return is_forwarded_to(before, target, false) && !(tree_.is_inside(i, target) && is_forwarded_to(i, target, true));
   };
   if (cut_by_cancel_of(0)) return true;
   return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
@@ -205,7 +205,7 @@ bool StartPositions::may_be_cancelled(int before, int i) const {
   });
 }
 
-/// A stop may end `before` on its way although `i` is started then.
+/// A stop may end `before` early although `i` is started then.
 bool StartPositions::may_be_stopped(int before, int i) const {
   return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
     const int target = tree_.find(h.handler->effect.target);
@@ -214,9 +214,9 @@ bool StartPositions::may_be_stopped(int before, int i) const {
   });
 }
 
-/// A cancel of `around` is forwarded to command `i`. @param by_all  and to everything else on the way, so that nothing
+/// A cancel of `around` is forwarded to command `i`. @param by_all  and to everything else between, so that nothing
 /// starts there any more (rule C4)
-bool StartPositions::is_told(int i, int around, bool by_all) const {
+bool StartPositions::is_forwarded_to(int i, int around, bool by_all) const {
   for (; i != around; i = tree_.at(i).parent) {
     const CancelPolicy& policy = node(tree_.at(i).parent).cancel_policy;
     if (policy.kind == CancelPolicy::Kind::kForward) continue;
@@ -247,7 +247,7 @@ const CommandNode* StartPositions::left_in_motion() const {
   return nullptr;
 }
 
-/// All else is over before it begins, only its own abort condition ends it sooner, and nobody waits for its end.
+/// All else is over before it begins, only its own abort condition ends it sooner, and nothing waits for its end.
 bool StartPositions::is_last_of_all(int i) const {
   for (int other = 0; other < tree_.size(); ++other) {
     const bool acts = node(other).is_runtime() || node(other).is_wait();
@@ -310,7 +310,7 @@ bool StartPositions::cuts_short(const EventHandler& handler, int i) const {
   return (kind == Kind::kCancel || kind == Kind::kStop) && target >= 0 && tree_.is_inside(i, target);
 }
 
-void StartPositions::tell_unknown(int i, const std::string& device, Diagnostics& diagnostics) const {
+void StartPositions::report_unknown(int i, const std::string& device, Diagnostics& diagnostics) const {
   std::string names;
   for (const int rival : rivals_before(i, device))
     names += fmt::format("{}'{}'", names.empty() ? "" : ", ", node(rival).name);

@@ -22,7 +22,7 @@ class StartPositions {
   /// @param places  where arms are before the first cycle; of others their set point counts
   StartPositions(const CommandTree& tree, Places places) : tree_(tree), begins_(places), nominal_(std::move(places)) {}
 
-  /// Where each arm of command `i` is when it begins. @return diagnostics, without places, if that depends on the run.
+  /// Where each arm of command `i` is when it begins. @return diagnostics without locations if that depends on the run.
   [[nodiscard]] Result<Places> begin_of(int i) const;
   /// The same, and where the other arms of the tree are then: of size 0 where that depends on the run.
   [[nodiscard]] Result<Places> all_at_begin_of(int i) const;
@@ -33,14 +33,14 @@ class StartPositions {
   void note(int i);
   /// Command `i` could not be planned: where its arms are after it is not known.
   void note_unplanned(int i) { unplanned_.insert(i); }
-  /// Where command `i` begins hangs on one that could not be planned: whatever is wrong with it may come from there.
+  /// Where command `i` begins depends on one that could not be planned: its errors may come from there.
   [[nodiscard]] bool follows_unplanned(int i) const;
   /// Where an arm is when the tree has ended; nothing if that depends on the run, or nothing drives it. A cancel from
   /// outside does not count: what follows a tree that was cancelled is given up.
   [[nodiscard]] std::optional<kinematics::JointVector> end_of(const std::string& device) const;
   /// TreeEnd::left.
   [[nodiscard]] const CommandNode* left_in_motion() const;
-  /// Where every arm is once all have come to their natural ends; one that does not tell is where it was.
+  /// Where every arm is once all have come to their natural ends; one that does not say is where it was.
   [[nodiscard]] const Places& nominal_ends() const { return nominal_; }
 
  private:
@@ -59,15 +59,15 @@ class StartPositions {
   [[nodiscard]] bool is_natural_end(const ExpressionPtr& state, int before, int i) const;
   [[nodiscard]] bool may_be_cancelled(int before, int i) const;
   [[nodiscard]] bool may_be_stopped(int before, int i) const;
-  [[nodiscard]] bool is_told(int i, int around, bool by_all) const;
+  [[nodiscard]] bool is_forwarded_to(int i, int around, bool by_all) const;
   [[nodiscard]] bool runs_for_certain(int i) const;
   [[nodiscard]] bool follows_for_certain(const ExpressionPtr& state) const;
   [[nodiscard]] bool is_cut_short(int i) const;
-  void tell_unknown(int i, const std::string& device, Diagnostics& diagnostics) const;
+  void report_unknown(int i, const std::string& device, Diagnostics& diagnostics) const;
 
   const CommandTree& tree_;
   Places begins_, nominal_;
-  std::map<int, Places> ends_;  ///< of commands that begin at a place that is known
+  std::map<int, Places> ends_;  ///< of commands that begin at a known position
   std::set<int> unplanned_;
 };
 

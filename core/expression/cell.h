@@ -23,21 +23,21 @@ struct NetDescription;
 
 namespace takt::command {
 
-/// An arm as it stands in the cell. Its base is the frame of its name in the frame graph.
+/// An arm as it is mounted in the cell. Its base is the frame of its name in the frame graph.
 struct MountedArm {
   device::Arm* device = nullptr;                           ///< owned by the control core
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< tool centre point in the flange, m
   double ball_radius = 0.0;                    ///< of a probing ball around the tool centre point, m; 0 = none
-  kinematics::JointVector start;               ///< where the arm stands before the program, rad or m
+  kinematics::JointVector start;               ///< where the arm is before the program, rad or m
   Eigen::Vector3d gravity_B{0.0, 0.0, -9.81};  ///< m/s^2 in its base
 
   /// What was last sent to the arm, rad or m; empty: nothing yet.
   [[nodiscard]] const kinematics::JointVector& set_point() const { return told ? told->q : device->set_point().q; }
-  /// What the arm was told that it carries.
+  /// The load that the arm is set to.
   [[nodiscard]] const device::ToolSetting& tool() const { return told ? told->tool : device->tool(); }
   [[nodiscard]] device::ControlMode mode() const { return told ? told->mode : device->mode(); }
 
-  /// Of a copy of the cell for another thread: what was told to the device when the copy was made. It does not change
+  /// Of a copy of the cell for another thread: the settings of the device when the copy was made. It does not change
   /// while the device goes on.
   struct Told {
     kinematics::JointVector q;
@@ -62,7 +62,7 @@ struct MountedSensor {
   device::ForceTorqueSensor* device = nullptr;             ///< owned by the control core
   std::string arm;                                         ///< name of the arm it is mounted on
   Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();  ///< measuring frame in the flange, m
-  double tool_mass = 0.0;                                  ///< of all that hangs on the measuring side, kg
+  double tool_mass = 0.0;                                  ///< of all that is mounted on the measuring side, kg
   Eigen::Vector3d p_SC = Eigen::Vector3d::Zero();          ///< its centre of mass in the measuring frame, m
 };
 
@@ -72,8 +72,8 @@ struct MountedGripper {
   std::string arm;                    ///< name of the arm it is mounted on
 };
 
-/// What the application knows of its cell: devices, frames, objects at their nominal places. Where things really are
-/// only sensors tell. Names are unique over all members. Thread: the program's.
+/// What the application knows of its cell: devices, frames, objects at their nominal poses. Where things really are
+/// only sensors report. Names are unique over all members. Thread: the program's.
 struct Cell {
   world::FrameGraph frames;
   std::map<std::string, world::Object, std::less<>> objects;

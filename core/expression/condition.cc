@@ -112,7 +112,7 @@ Condition read_internal_force(ObjectReader& reader, const Cell& cell) {
   return condition;
 }
 
-/// Thresholds of an input whose unit nobody knows, as its model could not be read: of the right form is enough.
+/// Thresholds of an input whose unit is unknown, as its model could not be read: only the form is checked.
 void skip_thresholds(ObjectReader& reader) {
   for (const auto& [key, value] : reader.json().items()) {
     if (key.starts_with("above_") || key.starts_with("below_")) (void)reader.number(key);
@@ -150,7 +150,7 @@ Condition read_gripper(ObjectReader& reader, const Cell& cell) {
   return condition;
 }
 
-/// Its keys say of which type it is to be; what a channel carries stands where it is declared.
+/// Its keys say of which type it is to be; what a channel carries is in its declaration.
 Condition read_channel(ObjectReader& reader, const Cell& cell) {
   Condition condition;
   condition.device = reader.text("channel");

@@ -46,7 +46,7 @@ struct Condition {
     kNot
   };
   Kind kind = Kind::kForce;
-  std::string device;                    ///< of all but the last three: what is looked at
+  std::string device;                    ///< of all but the last three: the device that it is about
   std::string other;                     ///< of kInternalForce: the second sensor
   Quantity quantity = Quantity::kForce;  ///< of kForce
   bool above = true;                     ///< of what is compared
@@ -56,7 +56,7 @@ struct Condition {
   std::vector<Condition> operands;       ///< of kAll and kAny at least one, of kNot exactly one
 };
 
-/// @param pointer  where `json` stands in its file
+/// @param pointer  of `json` in its file
 /// @return the condition, or all diagnostics: unknown device (nearest), unknown quantity, no or two thresholds, a unit
 /// that does not fit the quantity. Realtime: setup.
 [[nodiscard]] Result<Condition> parse_condition(const nlohmann::ordered_json& json, const std::string& pointer,

@@ -27,7 +27,7 @@ namespace takt::command {
 
 // Of a force/torque sensor, in its measuring frame: what the surroundings exert on the tool side.
 [[nodiscard]] WrenchSensor raw_wrench(const Cell& cell, const std::string& sensor);
-/// Without the weight of what hangs on it.
+/// Without the weight of what is mounted on it.
 [[nodiscard]] WrenchSensor compensated_wrench(const Cell& cell, const std::string& sensor);
 /// Without weight and tared bias; a sensor that was never tared has none.
 [[nodiscard]] WrenchSensor contact_wrench(const Cell& cell, const std::string& sensor, const Biases& biases = {});
@@ -37,7 +37,7 @@ namespace takt::command {
 [[nodiscard]] RealSensor gripper_force(const Cell& cell, const std::string& gripper);  ///< N
 [[nodiscard]] State gripper_state(const Cell& cell, const std::string& gripper, const std::string& state);
 
-// Of inputs and outputs; outputs tell what they were sent last.
+// Of inputs and outputs; outputs give what they were sent last.
 [[nodiscard]] State digital_input(const Cell& cell, const std::string& input);
 [[nodiscard]] RealSensor analog_input(const Cell& cell, const std::string& input);  ///< in its own unit
 [[nodiscard]] State digital_output(const Cell& cell, const std::string& output);
@@ -48,8 +48,8 @@ template <class T>
 [[nodiscard]] Sensor<T> channel(const Cell& cell, const std::string& name);
 
 /// The beginning of the ids of a device's primitives. Devices may have any name, ids have no '.', '/', blanks and
-/// control characters: these, and the escape itself, stand as % and two hexadecimal digits, so that no two names share
-/// an id.
+/// control characters: these, and the escape itself, become % and two hexadecimal digits, so that no two names
+/// share an id.
 [[nodiscard]] std::string id_of(std::string_view kind, std::string_view device);
 
 }  // namespace takt::command

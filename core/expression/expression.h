@@ -17,7 +17,7 @@ class Resource;
 
 namespace takt::command {
 
-/// Something of a command tree that formulas may speak of: whose states and values stand in the net, but not at a
+/// Something of a command tree that formulas may speak of: whose states and values are in the net, but not at a
 /// device. Identity counts; of an actuator its name.
 struct Subject {
   enum class Kind : std::uint8_t { kAction, kCommand, kRaised, kActuator };
@@ -33,8 +33,8 @@ using ExpressionPtr = std::shared_ptr<const Expression>;
 /// subject. It is what sensors and states are made of (sensor.h, state.h); immutable, shared, any thread.
 struct Expression {
   net::ValueType type = net::ValueType::kReal;
-  /// What stands in the net: type, parameters, what null means; `id` is a wish. A leaf has no type, and its parameters
-  /// are those of the state.
+  /// What it is in the net: type, parameters, what null means; `id` is the preferred one. A leaf has no type, and its
+  /// parameters are those of the state.
   net::PrimitiveDescription primitive;
   std::vector<std::pair<std::string, ExpressionPtr>> inputs;  ///< input port, what feeds it
   std::string output = "value";                               ///< port; of a leaf the name of the state
@@ -61,7 +61,7 @@ struct Operand {
                                   std::string output = "value");
 
 /// What a primitive gives that reads a device or a channel by name (parameter `key`).
-/// @param id  wish for the primitive's id
+/// @param id  preferred id of the primitive
 [[nodiscard]] ExpressionPtr read_resource(net::ValueType type, std::string primitive, const char* key,
                                           const std::string& name, net::Resource* resource, std::string output,
                                           std::string id);
@@ -70,12 +70,12 @@ struct Operand {
 [[nodiscard]] ExpressionPtr leaf(net::ValueType type, SubjectPtr subject, std::string name,
                                  nlohmann::ordered_json parameters = nlohmann::ordered_json::object());
 
-/// An error without a place.
+/// An error without a location.
 [[nodiscard]] Diagnostic fault_of(Code code, std::string message, std::string hint);
-/// A formula that cannot be; checks tell why and where it is used.
+/// A formula that is invalid; checks report why and where it is used.
 [[nodiscard]] ExpressionPtr broken(Code code, net::ValueType type, std::string message, std::string hint);
 
-/// The same node under another wish for its id.
+/// The same node with another preferred id.
 [[nodiscard]] ExpressionPtr named(const ExpressionPtr& node, std::string id);
 
 /// All subjects that a formula speaks of, each once, in order of first use.

@@ -70,7 +70,7 @@ TwistSensor flange_twist(const Cell& cell, const std::string& arm, const Isometr
   return TwistSensor(node);
 }
 
-/// How fast moves what a channel places; unknown while its values come more rarely than this, s.
+/// The twist of a frame that a channel moves; unknown while its values come more rarely than this, s.
 TwistSensor channel_twist(const Cell& cell, const std::string& name) {
   constexpr double kOldest = 0.5;
   auto node = std::make_shared<Expression>(*channel<net::Frame>(cell, name).node());
@@ -110,7 +110,7 @@ std::vector<const Relation*> way_to_world(const Cell& cell, const std::string& f
   return way;
 }
 
-/// The first frame of the way in the parent of the last of the first `count` ones.
+/// The first frame of the path in the parent of the last of the first `count` ones.
 Place along(const Cell& cell, const std::vector<const Relation*>& way, std::size_t count) {
   Place place;
   for (std::size_t i = 0; i < count; ++i) place = compose(in_parent(cell, *way[i]), place);

@@ -6,14 +6,14 @@
 #include "core/expression/sensor.h"
 
 /// Poses and twists between any two frames of a cell, now and in a net. What does not move is a constant; arms and
-/// channels on the way become the primitives that say where they are. Realtime: setup.
+/// channels on the path become the primitives that say where they are. Realtime: setup.
 namespace takt::command {
 
 /// Pose of frame `of` in frame `in`. Frames of the cell; "ARM" is an arm's base.
 [[nodiscard]] FrameSensor pose_between(const Cell& cell, const std::string& of, const std::string& in);
 
 /// Velocity of frame `of` seen from frame `in`: of its origin, in the axes of `in`; measured. That of a frame that a
-/// channel places comes from the last two values of the channel (primitive FrameChannelTwist): null until there are
+/// channel moves comes from the last two values of the channel (primitive FrameChannelTwist): null until there are
 /// two, and when they are older than the channel's timeout, or, without one, than 0.5 s.
 [[nodiscard]] TwistSensor twist_between(const Cell& cell, const std::string& of, const std::string& in);
 

@@ -11,7 +11,7 @@ using kinematics::JointVector;
 
 namespace {
 
-/// The frame and all that it hangs on.
+/// The frame and all its parents.
 std::vector<std::string_view> way_to_world(const world::FrameGraph& frames, std::string_view name) {
   std::vector<std::string_view> way;
   for (const world::Relation* at = frames.relation(name); at != nullptr; at = frames.relation(name)) {
@@ -54,14 +54,14 @@ command::Cell cell_at(const command::Cell& cell, const command::Places& places) 
     const auto place = places.find(relation.source);
     if (relation.kind != world::Relation::Kind::kFlange || place == places.end() || place->second.size() > 0) continue;
     relation.X_seen.reset();
-    (void)there.frames.set(name, relation);  // it hangs where it hung
+    (void)there.frames.set(name, relation);  // its parent stays the same
   }
   return there;
 }
 
 bool moves(const world::FrameGraph& frames, std::string_view of, std::string_view in) {
   auto from = way_to_world(frames, of), to = way_to_world(frames, in);
-  // What both hang on does not matter.
+  // Parents that both have do not matter.
   while (!from.empty() && !to.empty() && from.back() == to.back()) {
     from.pop_back();
     to.pop_back();

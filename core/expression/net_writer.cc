@@ -33,8 +33,8 @@ std::string lower_snake(std::string_view type) {
 
 std::string NetWriter::node_of(const std::string& port) { return port.substr(0, port.find_first_of("./")); }
 
-std::string NetWriter::unique(std::string_view wish) {
-  std::string id(wish.substr(0, kLongestId));
+std::string NetWriter::unique(std::string_view preferred) {
+  std::string id(preferred.substr(0, kLongestId));
   for (char& c : id) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte <= 0x20 || byte == 0x7f || c == '.' || c == '/') c = '_';
@@ -204,8 +204,8 @@ std::string NetWriter::write(const ExpressionPtr& node) {
   }
   auto [place, is_new] = primitives_.try_emplace(std::move(key));
   if (is_new) {
-    const std::string wish = node->primitive.id.empty() ? lower_snake(node->primitive.type) : node->primitive.id;
-    place->second = unique(wish);
+    const std::string preferred = node->primitive.id.empty() ? lower_snake(node->primitive.type) : node->primitive.id;
+    place->second = unique(preferred);
     add(place->second, node->primitive.type, node->primitive.parameters, node->primitive.on_null);
     for (const auto& [port, signal] : inputs) feed(signal, place->second + "." + port);
   }

@@ -30,7 +30,7 @@ struct Signal {
 /// knowledge of who depends on whom. Used by the mapping (mapping.h); knows no device. Realtime: setup.
 class NetWriter {
  public:
-  /// Where a leaf of a formula stands in the net; Booleans may be constant.
+  /// The port of a leaf of a formula in the net; Booleans may be constant.
   using LeafSource = std::function<Signal(const Expression&)>;
 
   explicit NetWriter(Nanoseconds period = kMillisecond, LeafSource leaves = {})
@@ -42,9 +42,9 @@ class NetWriter {
 
   [[nodiscard]] Nanoseconds period() const { return period_; }
 
-  /// The wish as an id that no other part of the net has: what ids may not hold becomes '_', and the second of a name
-  /// gets a number.
-  [[nodiscard]] std::string unique(std::string_view wish);
+  /// An id like the preferred one that no other part of the net has: what ids may not hold becomes '_', and the second
+  /// of a name gets a number.
+  [[nodiscard]] std::string unique(std::string_view preferred);
   /// Adds a primitive. The id is from unique().
   void add(const std::string& id, std::string type,
            nlohmann::ordered_json parameters = nlohmann::ordered_json::object(),
@@ -76,7 +76,7 @@ class NetWriter {
 
   /// Whether what happens at node `from` reaches node `to` in the same cycle. Nodes: primitives and fragments.
   [[nodiscard]] bool reaches(const std::string& from, const std::string& to) const;
-  /// The node that a port belongs to: what stands before '.' or '/'.
+  /// The node that a port belongs to: the text before '.' or '/'.
   [[nodiscard]] static std::string node_of(const std::string& port);
 
  private:

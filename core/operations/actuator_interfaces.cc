@@ -147,50 +147,6 @@ Activity LinInterface::spline(const std::vector<Eigen::Isometry3d>& poses_BT,
       parameters);
 }
 
-// -- Operations by their parameters -------------------------------------------------------------------------------
-
-template <class P>
-Activity ActuatorInterface::make(std::string_view type, const ParameterTable<P>& table, P parameters,
-                                 std::string P::*device, std::unique_ptr<OperationCommand> (*make_command)(const P&),
-                                 ArmAfter arms) const {
-  parameters.*device = actuator_;
-  return make(operation_activity(type, table, parameters, make_command, actuator_, runtime_->context(), arms));
-}
-
-Activity ForceInterface::press(const PressParameters& parameters) const {
-  return make("press", press_parameters(), parameters, &PressParameters::arm, press_command);
-}
-
-Activity ForceInterface::search(const SearchParameters& parameters) const {
-  return make("search", search_parameters(), parameters, &SearchParameters::arm, search_command);
-}
-
-Activity HoldInterface::hold(const HoldParameters& parameters) const {
-  return make("hold", hold_parameters(), parameters, &HoldParameters::arm, hold_command, ArmAfter::kStays);
-}
-
-Activity JogInterface::jog(const JogParameters& parameters) const {
-  return make("jog", jog_parameters(), parameters, &JogParameters::arm, jog_command);
-}
-
-Activity FollowInterface::follow(const FollowParameters& parameters) const {
-  return make("follow", follow_parameters(), parameters, &FollowParameters::arm, follow_command);
-}
-
-Activity GrippingInterface::close(const GripParameters& parameters) const {
-  return make("grip", grip_parameters(), parameters, &GripParameters::gripper, close_command);
-}
-
-Activity GrippingInterface::open(const ReleaseParameters& parameters) const {
-  return make("release", release_parameters(), parameters, &ReleaseParameters::gripper, open_command);
-}
-
-Activity OutputInterface::set(const SetParameters& parameters) const {
-  return make("set", set_parameters(), parameters, &SetParameters::output, set_command);
-}
-Activity OutputInterface::set(bool value) const { return set(SetParameters{.value = value}); }
-Activity OutputInterface::set(double value) const { return set(SetParameters{.value = value}); }
-
 Activity FreedriveInterface::freedrive(const FreedriveParameters& parameters) const {
   FreedriveParameters own = parameters;
   own.arm = actuator();

@@ -33,11 +33,11 @@ class ActuatorInterface {
  protected:
   [[nodiscard]] Runtime& runtime() const { return *runtime_; }
   [[nodiscard]] Activity make(ActivityPtr model) const { return {*runtime_, std::move(model)}; }
-  /// An operation of this actuator, checked by its table. @param device  the parameter that names the actuator
+  /// An operation of this actuator by its parameters.
   template <class P>
-  [[nodiscard]] Activity make(std::string_view type, const ParameterTable<P>& table, P parameters,
-                              std::string P::*device, std::unique_ptr<OperationCommand> (*make_command)(const P&),
-                              ArmAfter arms = ArmAfter::kUnknown) const;
+  [[nodiscard]] Activity perform(const P& parameters) const {
+    return make(operation_activity(parameters, actuator_, runtime_->context()));
+  }
 
  private:
   Runtime* runtime_;
@@ -94,17 +94,17 @@ class HoldInterface : public ActuatorInterface {
 
   /// Until it is cancelled, or for so long (s).
   [[nodiscard]] Activity hold(std::optional<double> seconds = {}) const { return hold({.seconds = seconds}); }
-  [[nodiscard]] Activity hold(const HoldParameters& parameters) const;
+  [[nodiscard]] Activity hold(const HoldParameters& parameters) const { return perform(parameters); }
 };
 
-/// How an arm follows its set points (docs/control-modes.md), of arms that can do so in more than one way.
+/// How an arm follows its set points (docs/control-modes.md), of arms with more than one control mode.
 class ControlModeInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "ControlModeInterface";
   [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
-  /// Waits until the arm stands and nothing holds it, and brings it into the mode; what follows is planned from there.
+  /// Waits until the arm rests and nothing holds it, and brings it into the mode; what follows is planned from there.
   /// Out of impedance, `position` begins where the arm is. A mode that it has not, or cannot go into from the one it is
   /// in, is refused with those that are allowed.
   [[nodiscard]] Activity switch_to(device::ControlMode mode) const;
@@ -126,9 +126,9 @@ class ForceInterface : public ActuatorInterface {
 
   /// Approaches along a direction until contact, then presses with a force: until a time or a state, or until it is
   /// cancelled; then the arm comes to rest.
-  [[nodiscard]] Activity press(const PressParameters& parameters = {}) const;
+  [[nodiscard]] Activity press(const PressParameters& parameters = {}) const { return perform(parameters); }
   /// The same, and follows a pattern across the direction until something is found.
-  [[nodiscard]] Activity search(const SearchParameters& parameters) const;
+  [[nodiscard]] Activity search(const SearchParameters& parameters) const { return perform(parameters); }
 };
 
 /// Velocities of the tool, of arms with inverse kinematics.
@@ -139,7 +139,7 @@ class JogInterface : public ActuatorInterface {
   using ActuatorInterface::ActuatorInterface;
 
   /// Manual control while a dead-man switch is held.
-  [[nodiscard]] Activity jog(const JogParameters& parameters) const;
+  [[nodiscard]] Activity jog(const JogParameters& parameters) const { return perform(parameters); }
 };
 
 /// Poses that move, of arms with inverse kinematics.
@@ -150,7 +150,7 @@ class FollowInterface : public ActuatorInterface {
   using ActuatorInterface::ActuatorInterface;
 
   /// The tool goes after a frame, or after the poses of a channel.
-  [[nodiscard]] Activity follow(const FollowParameters& parameters) const;
+  [[nodiscard]] Activity follow(const FollowParameters& parameters) const { return perform(parameters); }
 };
 
 /// Guiding by hand, of arms that have joint impedance, or a force/torque sensor and inverse kinematics.
@@ -173,9 +173,9 @@ class GrippingInterface : public ActuatorInterface {
   using ActuatorInterface::ActuatorInterface;
 
   /// The run fails where what was expected is not between the fingers. With `part` its frame goes with the arm until
-  /// the gripper opens, with `part_mass` the arm is told to carry it.
-  [[nodiscard]] Activity close(const GripParameters& parameters = {}) const;
-  [[nodiscard]] Activity open(const ReleaseParameters& parameters = {}) const;
+  /// the gripper opens, with `part_mass` the arm is set to carry it.
+  [[nodiscard]] Activity close(const GripParameters& parameters = {}) const { return perform(parameters); }
+  [[nodiscard]] Activity open(const ReleaseParameters& parameters = {}) const { return perform(parameters); }
 };
 
 /// Of digital and analog outputs.
@@ -185,13 +185,13 @@ class OutputInterface : public ActuatorInterface {
   [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
-  [[nodiscard]] Activity set(bool value) const;
-  [[nodiscard]] Activity set(double value) const;
+  [[nodiscard]] Activity set(bool value) const { return set(SetParameters{.value = value}); }
+  [[nodiscard]] Activity set(double value) const { return set(SetParameters{.value = value}); }
   /// As a file has it: a value, or what an analog output follows.
-  [[nodiscard]] Activity set(const SetParameters& parameters) const;
+  [[nodiscard]] Activity set(const SetParameters& parameters) const { return perform(parameters); }
 };
 
-/// One joint of an arm; the others stand.
+/// One joint of an arm; the others rest.
 class JointInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "JointInterface";
@@ -222,7 +222,7 @@ class RegisterInterface {
   RegisterInterface() { register_interface({Interface::kName, &Interface::offered_by}); }
 };
 
-/// Something of the cell that can be told what to do, as programs see it: arm.use<LinInterface>().lin(goal). A cheap
+/// Something of the cell that can be commanded, as programs see it: arm.use<LinInterface>().lin(goal). A cheap
 /// value.
 class Actuator {
  public:
@@ -244,9 +244,7 @@ class Actuator {
   /// Any operation that is a command, by its parameters; also of a plug-in: robot.perform(PressParameters{.force = 5}).
   template <class P>
   [[nodiscard]] Activity perform(P parameters) const {
-    const OperationForm<P> form = form_of(parameters);
-    parameters.*form.device = name_;
-    return {*runtime_, operation_activity(form.type, form.table(), parameters, form.make, name_, runtime_->context())};
+    return {*runtime_, operation_activity(std::move(parameters), name_, runtime_->context())};
   }
   /// Names of the interfaces that it offers.
   [[nodiscard]] std::vector<std::string> interfaces() const;
@@ -267,7 +265,7 @@ class Actuator {
   [[nodiscard]] Eigen::Isometry3d frame(const std::string& name) const;
   /// A tool pose in the base that looks down the z axis of a frame, from this height (m) above it.
   [[nodiscard]] Eigen::Isometry3d above(const std::string& name, double height) const;
-  /// Tells an arm that stands that it carries a point mass (kg) at its tool centre point more; and that it does not.
+  /// Sets an arm at rest to carry a further point mass (kg) at its tool centre point; and not to.
   void carry(double mass) const;
   void put_down() const { carry(0.0); }
   /// Override, pause and resume (Runtime).

@@ -79,7 +79,7 @@ CommandBuilder::CommandBuilder(const OperationCommand& root, const BuildContext&
   std::ranges::stable_sort(places_, [](const auto& a, const auto& b) { return a.first.size() > b.first.size(); });
 }
 
-/// A place for a command before what is inside of it.
+/// An entry for a command before what is inside of it.
 void CommandBuilder::add(const OperationCommand& request, int parent) {
   const int own = static_cast<int>(parts_.size());
   const std::string around = parent < 0 ? std::string() : parts_[static_cast<std::size_t>(parent)].key;
@@ -116,7 +116,7 @@ void CommandBuilder::set_up(Part& part) {
   }
 }
 
-/// Its targets may stand anywhere in the tree: whether they may is a rule (C4).
+/// Its targets may be anywhere in the tree: whether they may is a rule (C4).
 void CommandBuilder::set_cancel_policy(const Part& part) {
   const TransactionParameters& transaction = *part.request->transaction();
   command::CommandNode& node = *part.made.command.node();

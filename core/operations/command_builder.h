@@ -9,7 +9,7 @@
 
 namespace takt::activity {
 
-/// The commands of a file as a tree of the command layer, and where in the file each of them stands. Made when its step
+/// The commands of a file as a tree of the command layer, and where in the file each of them is. Made when its step
 /// is rehearsed or begins; the requests must outlive it. Realtime: setup.
 class CommandBuilder {
  public:

@@ -267,7 +267,7 @@ class NameCheck {
     }
     const std::string nearest = names.empty() ? "" : nearest_choice(name, names) + "; ";
     diagnostics_.error(Code::kUnknownName, pointer, fmt::format("C10: no transaction has the raised state '{}'", name),
-                       nearest + "'raised' of a transaction around this place");
+                       nearest + "'raised' of a transaction around it");
   }
 
   const OperationCommand& root_;
@@ -278,8 +278,8 @@ std::unique_ptr<OperationCommand> read_root(const OperationSource& source) {
   const auto& [json, pointer, cell, diagnostics] = source;
   auto root = read_any_command(source);
   if (!json.is_object()) return root;
-  Diagnostics unheard;
-  ObjectReader reader(json, pointer, unheard);
+  Diagnostics ignored;
+  ObjectReader reader(json, pointer, ignored);
   if (!root->is_called_by_type()) root->name = read_name(reader, root->name);
   if (json.contains("start")) {
     diagnostics.error(Code::kConflict, pointer + "/start",

@@ -87,22 +87,23 @@ void put(std::optional<T>& into, const std::optional<U>& value) {
   if (value) into.emplace(*value);
 }
 
-command::JointCompliance joint_wish(const Values& values, int joint_count) {
+command::JointCompliance joint_compliance(const Values& values, int joint_count) {
   return {.stiffness = values.joints("stiffness_Nm_rad", joint_count),
           .damping_ratio = values.joints("damping_ratio", joint_count),
           .torque = values.joints("torque_Nm", joint_count)};
 }
 
-command::CartesianCompliance cartesian_wish(const Values& values, bool in_tool_axes) {
-  command::CartesianCompliance wish{.in_tool_axes = in_tool_axes};
-  put(wish.stiffness, values.axes("stiffness_N_m"));
-  put(wish.rotational_stiffness, values.axes("rotational_stiffness_Nm_rad"));
-  put(wish.damping_ratio, values.number("damping_ratio"));
-  put(wish.nullspace_stiffness, values.number("nullspace_stiffness_Nm_rad"));
+command::CartesianCompliance cartesian_compliance(const Values& values, bool in_tool_axes) {
+  command::CartesianCompliance compliance{.in_tool_axes = in_tool_axes};
+  put(compliance.stiffness, values.axes("stiffness_N_m"));
+  put(compliance.rotational_stiffness, values.axes("rotational_stiffness_Nm_rad"));
+  put(compliance.damping_ratio, values.number("damping_ratio"));
+  put(compliance.nullspace_stiffness, values.number("nullspace_stiffness_Nm_rad"));
   const auto force = values.axes("force_N"), torque = values.axes("torque_Nm");
   const Eigen::Vector3d none = Eigen::Vector3d::Zero();
-  if (force || torque) wish.wrench.emplace(net::Wrench{.force = force.value_or(none), .torque = torque.value_or(none)});
-  return wish;
+  if (force || torque)
+    compliance.wrench.emplace(net::Wrench{.force = force.value_or(none), .torque = torque.value_or(none)});
+  return compliance;
 }
 
 /// What the command layer has found, at the keys of the file.
@@ -158,7 +159,7 @@ std::optional<ComplianceParameters> read_compliance(ObjectReader& step) {
   std::vector<std::string> modes;
   for (const ControlMode mode : device::all_control_modes()) modes.emplace_back(name_of(mode));
   const auto mode = device::control_mode_of(reader.choice("mode", modes));
-  if (!mode) return std::nullopt;  // which keys belong to it nobody knows
+  if (!mode) return std::nullopt;  // which keys belong to it is unknown
   ComplianceParameters request;
   request.mode = *mode;
   for (const Key& key : keys_of(request.mode))
@@ -172,8 +173,8 @@ std::optional<ComplianceParameters> read_compliance(ObjectReader& step) {
 command::SpringParameters compliance_of(const ComplianceParameters& request, int joint_count) {
   if (request.of_program) return *request.of_program;
   const Values values(request);
-  if (request.mode == ControlMode::kJointImpedance) return joint_wish(values, joint_count);
-  if (request.mode == ControlMode::kCartesianImpedance) return cartesian_wish(values, request.in_tool_axes);
+  if (request.mode == ControlMode::kJointImpedance) return joint_compliance(values, joint_count);
+  if (request.mode == ControlMode::kCartesianImpedance) return cartesian_compliance(values, request.in_tool_axes);
   return command::Stiff{};
 }
 

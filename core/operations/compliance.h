@@ -13,7 +13,7 @@ namespace takt::activity {
 
 struct Rehearsal;
 
-/// How an arm gives way while an operation does something else: key "compliance" (docs/scenarios.md), or springs of a
+/// Compliance of an arm while an operation does something else: key "compliance" (docs/scenarios.md), or springs of a
 /// program, which may be formulas.
 struct ComplianceParameters {
   ComplianceParameters() = default;
@@ -27,7 +27,7 @@ struct ComplianceParameters {
       : ComplianceParameters(command::SpringParameters(springs)) {}
 
   device::ControlMode mode = device::ControlMode::kPosition;
-  /// As they stand in the file, by key: one number for all joints or axes, or one for each.
+  /// As they are in the file, by key: one number for all joints or axes, or one for each.
   std::map<std::string, std::vector<double>, std::less<>> values;
   bool in_tool_axes = false;
 
@@ -55,7 +55,7 @@ void check_springs_of_two(const ComplianceParameters& request, const std::string
 /// it has none, or not that mode.
 [[nodiscard]] device::Compliance springs_of(const ComplianceParameters& request, const device::ArmDescription& arm);
 
-/// What the devices of the arms do not allow that give way like this together, at its key below the step. Nothing of
+/// What the devices of the arms do not allow that are compliant together, at its key below the step. Nothing of
 /// arms of which only the names are known.
 [[nodiscard]] Diagnostics check_compliance(const ComplianceParameters& request, const command::Cell& cell,
                                            const std::vector<std::string>& arms);
@@ -70,7 +70,7 @@ bool rehearse_compliance(const ComplianceParameters& request, Rehearsal& rehears
 void rehearse_mode(Rehearsal& rehearsal, const std::string& arm, device::ControlMode needed, const std::string& pointer,
                    Diagnostics& diagnostics);
 
-/// Where below the step stands what the command layer finds at a place below a command: theirs, ours.
+/// Locations below the step for those that the command layer reports below a command: theirs, ours.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> places_of(const ComplianceParameters& request);
 
 }  // namespace takt::activity

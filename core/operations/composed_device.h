@@ -8,7 +8,7 @@
 namespace takt::activity {
 
 /// Several actuators of a cell as one thing with a name: a robot with its torch, an arm with its gripper. Each part may
-/// be told what to do by itself as well. A class of a project derives from it, or holds one, and adds what the whole
+/// be commanded by itself as well. A class of a project derives from it, or holds one, and adds what the whole
 /// can do (weld()), made of activities of the parts (composition.h). A cheap value. Thread: the program's. Realtime:
 /// setup.
 class ComposedDevice {

@@ -41,7 +41,7 @@ const ParameterTable<FollowParameters>& follow_parameters() {
   static const auto table = [] {
     auto follow = online_parameters<FollowParameters>();
     add_tool_limits(follow);
-    follow.optional_text("channel", &FollowParameters::channel, "Channel of type Frame: the pose of the tool in 'in'.")
+    follow.text("channel", &FollowParameters::channel, "Channel of type Frame: the pose of the tool in 'in'.")
         .text("in", &FollowParameters::in, "Frame that the tool follows; with a channel the frame of its poses.")
         .rule(check_follow);
     return follow;

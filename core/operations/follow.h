@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/operations/online.h"
+#include "core/operations/operation_activity.h"
 
 /// "follow": the tool follows a moving frame, or the poses of a channel. Realtime: setup.
 namespace takt::activity {
@@ -22,6 +23,9 @@ struct FollowParameters {
 };
 [[nodiscard]] const ParameterTable<FollowParameters>& follow_parameters();
 [[nodiscard]] std::unique_ptr<OperationCommand> follow_command(const FollowParameters& parameters);
+[[nodiscard]] inline OperationForm<FollowParameters> form_of(const FollowParameters&) {
+  return {"follow", follow_parameters, &FollowParameters::arm, follow_command};
+}
 [[nodiscard]] Operation follow_operation();
 
 }  // namespace takt::activity

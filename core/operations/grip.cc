@@ -44,7 +44,7 @@ void leave_part(command::Cell& cell, const std::string& arm, const kinematics::J
 }
 
 /// The arm's payload with the part, a point mass at the origin of its frame.
-void tell_payload(device::Arm& arm, const CarriedPart& part, double mass) {
+void set_payload(device::Arm& arm, const CarriedPart& part, double mass) {
   device::ToolSetting tool = part.before;
   const device::PayloadSetting load{.mass = mass, .p_FC = (tool.X_FT * part.X_TO).translation()};
   tool.payload = device::combine(tool.payload, load);
@@ -70,7 +70,7 @@ void take(const FingerMotion& parameters, const kinematics::JointVector& q, Cont
   if (parameters.part) part.X_TO = part_in_tool(context.cell, arm, q, *parameters.part);
   // The payload of an arm changes between nets only; one that moves while it grips keeps what it believes.
   part.told = parameters.part_mass > 0.0 && !device.held();
-  if (part.told) tell_payload(device, part, parameters.part_mass);
+  if (part.told) set_payload(device, part, parameters.part_mass);
   context.variables.carried[parameters.gripper] = part;
 }
 
@@ -84,7 +84,7 @@ void note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Conte
   context.event(parameters.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));
   if (parameters.expect == GripParameters::Expect::kPart && !*holding) {
     return diagnostics.error(Code::kConditionNotMet, {},
-                             fmt::format("no part was found; the fingers stand {:.1f} mm apart", 1e3 * *width),
+                             fmt::format("no part was found; the fingers are {:.1f} mm apart", 1e3 * *width),
                              "\"expect\": \"any\", where that is no fault");
   }
   if (parameters.expect == GripParameters::Expect::kNothing && *holding) {

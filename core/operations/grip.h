@@ -5,6 +5,7 @@
 
 #include "core/command/actions/device_commands.h"
 #include "core/operations/operation.h"
+#include "core/operations/operation_activity.h"
 #include "core/operations/step.h"
 
 /// "grip": closes a gripper until a part stops its fingers. "release": opens it. Realtime: setup.
@@ -28,7 +29,13 @@ struct ReleaseParameters {
 [[nodiscard]] const ParameterTable<ReleaseParameters>& release_parameters();
 
 [[nodiscard]] std::unique_ptr<OperationCommand> close_command(const GripParameters& parameters);
+[[nodiscard]] inline OperationForm<GripParameters> form_of(const GripParameters&) {
+  return {"grip", grip_parameters, &GripParameters::gripper, close_command};
+}
 [[nodiscard]] std::unique_ptr<OperationCommand> open_command(const ReleaseParameters& parameters);
+[[nodiscard]] inline OperationForm<ReleaseParameters> form_of(const ReleaseParameters&) {
+  return {"release", release_parameters, &ReleaseParameters::gripper, open_command};
+}
 [[nodiscard]] Operation grip_operation();
 [[nodiscard]] Operation release_operation();
 

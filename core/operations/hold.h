@@ -5,8 +5,9 @@
 #include <string>
 
 #include "core/operations/online.h"
+#include "core/operations/operation_activity.h"
 
-/// "hold": an arm stands where it is, with a living command. Realtime: setup.
+/// "hold": an arm stays where it is, with a living command. Realtime: setup.
 namespace takt::activity {
 
 struct HoldParameters {
@@ -19,6 +20,9 @@ struct HoldParameters {
 };
 [[nodiscard]] const ParameterTable<HoldParameters>& hold_parameters();
 [[nodiscard]] std::unique_ptr<OperationCommand> hold_command(const HoldParameters& parameters);
+[[nodiscard]] inline OperationForm<HoldParameters> form_of(const HoldParameters&) {
+  return {"hold", hold_parameters, &HoldParameters::arm, hold_command, ArmAfter::kStays};
+}
 [[nodiscard]] Operation hold_operation();
 
 }  // namespace takt::activity

@@ -57,7 +57,7 @@ const ParameterTable<JogParameters>& jog_parameters() {
     auto jog = online_parameters<JogParameters>();
     add_tool_limits(jog);
     jog.text("in", &JogParameters::in, "Frame along whose axes the velocity is; \"tcp\": those of the tool.")
-        .optional_text("channel", &JogParameters::channel, "Channel of type Twist that gives the velocity.")
+        .text("channel", &JogParameters::channel, "Channel of type Twist that gives the velocity.")
         .vector("linear_m_s", "m/s", &JogParameters::linear, "Velocity of the tool centre point.")
         .vector("angular_deg_s", "deg/s", &JogParameters::angular, "Angular velocity of the tool.")
         .condition("while", &JogParameters::enabled, "Dead-man switch: the arm moves only while this is true.")

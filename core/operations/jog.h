@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/operations/online.h"
+#include "core/operations/operation_activity.h"
 
 /// "jog": manual control with a dead-man switch. Realtime: setup.
 namespace takt::activity {
@@ -24,6 +25,9 @@ struct JogParameters {
 };
 [[nodiscard]] const ParameterTable<JogParameters>& jog_parameters();
 [[nodiscard]] std::unique_ptr<OperationCommand> jog_command(const JogParameters& parameters);
+[[nodiscard]] inline OperationForm<JogParameters> form_of(const JogParameters&) {
+  return {"jog", jog_parameters, &JogParameters::arm, jog_command};
+}
 [[nodiscard]] Operation jog_operation();
 
 }  // namespace takt::activity

@@ -78,7 +78,7 @@ void read_orientation(const ParameterInfo& row, const ReadContext& from, MotionT
 
 void add_arc(Table& table) {
   for (const auto& [key, doc] : {std::pair("to", "Goal at the end of the arc; not with 'about'."),
-                                 {"via", "Pose on the way; its position counts. Not with 'about'."}}) {
+                                 {"via", "Via pose; its position counts. Not with 'about'."}}) {
     ParameterInfo info = row(key, Type::kObject, "goal", doc);
     info.fields = goal_fields();
     table.object(std::move(info), read_arc_goal);
@@ -139,7 +139,7 @@ void add_base_goal(Table& table) {
 /// Two devices on one clock.
 void check_base_goal(MotionTask& request, const ReadContext& from) {
   if (!request.base_goal) return;
-  const bool distance = request.blend.way.kind == motion::Blend::Kind::kDistance;
+  const bool distance = request.blend.along_path.kind == motion::Blend::Kind::kDistance;
   const std::pair<const char*, bool> cannot[] = {{distance ? "blend_m" : "blend_fraction", request.blends()},
                                                  {"follower", !request.follower.empty()},
                                                  {"weave", request.weave.has_value()},
@@ -239,10 +239,10 @@ void add_blend(Table& table, const char* key, motion::Blend::Kind kind, const Ra
   table.object(
       std::move(info),
       [kind](const ParameterInfo& row, const ReadContext& from, MotionTask& request) {
-        if (from.reader.has(row.key)) request.blend.way = {kind, from.reader.number(row.key, {}, row.range)};
+        if (from.reader.has(row.key)) request.blend.along_path = {kind, from.reader.number(row.key, {}, row.range)};
       },
       [kind](const ParameterInfo& row, const MotionTask& request, ParameterWriter& to) {
-        if (request.blend.way.kind == kind) to.number(row.key, request.blend.way.value);
+        if (request.blend.along_path.kind == kind) to.number(row.key, request.blend.along_path.value);
       });
 }
 

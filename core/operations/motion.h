@@ -37,7 +37,7 @@ struct MotionParameters {
   std::optional<ForceOffsetParameters> force_offset = {};
   bool must_touch = true;  ///< "on_end": a guarded step that reaches its goal is a failure
 
-  [[nodiscard]] bool blends() const { return blend.way.kind != motion::Blend::Kind::kNone; }
+  [[nodiscard]] bool blends() const { return blend.along_path.kind != motion::Blend::Kind::kNone; }
   [[nodiscard]] bool has_overlay() const { return weave || force_offset; }
 };
 

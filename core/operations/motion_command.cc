@@ -107,7 +107,7 @@ class MotionCommand final : public OperationCommand {
                         fmt::format("'{}' did not answer, so the arm stopped on its path", force().sensor),
                         "check its power and its wiring");
     }
-    tell_broken(ended, key, diagnostics);
+    report_broken(ended, key, diagnostics);
     const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
     if (!completed && !was_cancelled) return;  // it was never started
     for (const std::string& device : actuator(context.cell).model().devices()) context.variables.touches.erase(device);
@@ -145,7 +145,7 @@ class MotionCommand final : public OperationCommand {
                            is_null(command::BooleanSensor(holds.node())));
     }
   }
-  void tell_broken(const ActivityRun& ended, const std::string& key, Diagnostics& diagnostics) const {
+  void report_broken(const ActivityRun& ended, const std::string& key, Diagnostics& diagnostics) const {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       const std::string place = pointer + places[i] + "/abort_if";
       if (ended.value<net::Real>(abort_name(key, i))) {
@@ -199,8 +199,8 @@ class MotionCommand final : public OperationCommand {
   void leave_in_motion(const BuildContext& making, command::PlannedMotion& motion) const {
     const MotionTask& last = requests.back();
     if (left_arm().empty() || !making.cell.channels.contains(path_time_channel(arm()))) return;
-    motion.tells = {.time = path_time_channel(arm()), .rate = path_rate_channel(arm())};
-    motion.leaving = {.blend = last.blend.way};
+    motion.clock_outputs = {.time = path_time_channel(arm()), .rate = path_rate_channel(arm())};
+    motion.leaving = {.blend = last.blend.along_path};
     if (last.abort_if) motion.leaving->abort_if = command::state_of(*last.abort_if, making.cell, making.biases);
     motion.leaving->abort_handlers =
         static_cast<int>(std::ranges::count_if(requests, [](const auto& one) { return one.abort_if.has_value(); }));
@@ -232,8 +232,8 @@ class MotionCommand final : public OperationCommand {
     if (std::ranges::any_of(requests, [](const auto& request) { return request.weave.has_value(); }))
       motion = command::weave_each(motion, weaves_of(requests));
     if (const auto first = first_offset(requests))
-      motion =
-          command::force_offset(motion, force().pressing(arm(), making.cell, making.biases), force().wish(), *first);
+      motion = command::force_offset(motion, force().pressing(arm(), making.cell, making.biases),
+                                     force().control_parameters(), *first);
     return motion;
   }
   /// Of a motion that has one.

@@ -41,8 +41,8 @@ Result<command::PlannedMotion> plan_on_base(const MotionTask& motion, const comm
   const JointVector &q_base = places.at(*base), &q_arm = places.at(motion.arm);
   const auto X_goal = tool_goal(motion, cell, *base, q_base, q_arm);
   if (!X_goal) return below("/to", X_goal.error());
-  Diagnostics unheard;  // a base turns as it is told, or not at all
-  const auto q_goal = goal_joints(*motion.base_goal, cell, *base, q_base, unheard);
+  Diagnostics ignored;  // a base turns as it is told, or not at all
+  const auto q_goal = goal_joints(*motion.base_goal, cell, *base, q_base, ignored);
   if (!q_goal) return below("/base_to", q_goal.error());
   command::PlanParameters parameters{
       .velocity = motion.velocity, .acceleration = motion.acceleration, .linear_velocity = motion.linear_velocity};

@@ -142,8 +142,8 @@ Result<motion::Leg> geometry_of(const MotionTask& request, const command::Cell& 
   const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   switch (request.kind) {
     case PathKind::kPtp: {
-      Diagnostics unheard;  // of a sequence only the way is told
-      const auto q_goal = joints_of(request, cell, q, unheard);
+      Diagnostics ignored;  // of a sequence only the way is told
+      const auto q_goal = joints_of(request, cell, q, ignored);
       if (!q_goal) return std::unexpected(q_goal.error());
       return motion::ptp_leg(arm, q, *q_goal);
     }
@@ -165,7 +165,7 @@ Result<motion::Leg> leg_of(const MotionTask& request, const command::Cell& cell,
   leg->velocity = request.velocity;
   leg->acceleration = request.acceleration;
   leg->linear_velocity = request.linear_velocity;
-  leg->blend = request.blend.way;
+  leg->blend = request.blend.along_path;
   return leg;
 }
 
@@ -240,7 +240,8 @@ Diagnostics notes_of_motions(const Diagnostics& notes, const std::vector<MotionT
   for (Diagnostic diagnostic : notes.list()) {
     const MotionTask& request = requests[index_in(diagnostic.pointer, requests.size())];
     diagnostic.pointer =
-        request.pointer + (request.blend.way.kind == motion::Blend::Kind::kDistance ? "/blend_m" : "/blend_fraction");
+        request.pointer +
+        (request.blend.along_path.kind == motion::Blend::Kind::kDistance ? "/blend_m" : "/blend_fraction");
     result.add(std::move(diagnostic));
   }
   return result;

@@ -38,12 +38,12 @@ class MotionRun final : public ScheduledRun {
   Progress finish(Context& context, Diagnostics& diagnostics) override {
     for (const std::string& arm : {request_.arm, request_.follower}) context.variables.touches.erase(arm);
     const GuardedEnd end = guarded_end(*run(), static_cast<int>(requests_.size()));
-    if (end.no_force) return tell_no_force(diagnostics);
-    if (end.broken) return tell_broken(*end.broken, diagnostics);
-    return request_.until ? tell_outcome(end.outcome, context, diagnostics) : Progress::kDone;
+    if (end.no_force) return report_no_force(diagnostics);
+    if (end.broken) return report_broken(*end.broken, diagnostics);
+    return request_.until ? report_outcome(end.outcome, context, diagnostics) : Progress::kDone;
   }
 
-  Progress tell_outcome(const GuardedOutcome& outcome, Context& context, Diagnostics& diagnostics) {
+  Progress report_outcome(const GuardedOutcome& outcome, Context& context, Diagnostics& diagnostics) {
     using enum GuardedOutcome::Kind;
     if (outcome.touched()) {
       const Diagnostics lost = note_touch(context, request_.arm, *outcome.X_BT);
@@ -63,7 +63,7 @@ class MotionRun final : public ScheduledRun {
     return Progress::kFailed;
   }
 
-  Progress tell_no_force(Diagnostics& diagnostics) const {
+  Progress report_no_force(Diagnostics& diagnostics) const {
     const std::size_t first = first_offset(requests_).value_or(0);
     const MotionTask& with_force = requests_[first];
     std::string message =
@@ -75,7 +75,7 @@ class MotionRun final : public ScheduledRun {
   }
 
   /// What must not hold did: this is where it stands, or which motion it stands at.
-  Progress tell_broken(const GuardedEnd::Broken& broken, Diagnostics& diagnostics) const {
+  Progress report_broken(const GuardedEnd::Broken& broken, Diagnostics& diagnostics) const {
     std::string message = broken.silent ? "a sensor of the condition did not answer, so the arm stopped on its path"
                                         : "'abort_if' became true, so the arm stopped on its path";
     if (broken.motion < 0) message = fmt::format("'abort_if' of the motion that it went on with: {}", message);
@@ -147,12 +147,11 @@ class MotionStep final : public Step {
     const MotionTask& first = requests_.front();
     const bool of_same_arm = rehearsal.open && rehearsal.open->arm == moved_arm();
     if (!of_same_arm || !first.has_overlay()) return settle_rehearsal(rehearsal, diagnostics);
-    diagnostics.note(
-        rehearsal.open->pointer,
-        fmt::format("'{}' ({}) does not stand directly behind it, and begins with a {}, at rest: it stops at "
-                    "the goal",
-                    first.name, first.pointer, laid_over(first)),
-        "the two right behind each other in the file, or no blend");
+    diagnostics.note(rehearsal.open->pointer,
+                     fmt::format("'{}' ({}) does not follow it directly, and begins with a {}, at rest: it stops at "
+                                 "the goal",
+                                 first.name, first.pointer, laid_over(first)),
+                     "the two right behind each other in the file, or no blend");
   }
   /// The next motion is decided in the run: whatever is laid over this one has to be gone, and so it stops.
   void note_open_end(Rehearsal& rehearsal, Diagnostics& diagnostics) const {
@@ -161,11 +160,10 @@ class MotionStep final : public Step {
       rehearsal.open = {moved_arm(), last.pointer};
       return;
     }
-    diagnostics.note(
-        last.pointer,
-        fmt::format("no motion of this arm stands directly behind it, and it has a {}: it stops at the goal",
-                    laid_over(last)),
-        "the next motion right behind it in the file, or no blend");
+    diagnostics.note(last.pointer,
+                     fmt::format("no motion of this arm follows it directly, and it has a {}: it stops at the goal",
+                                 laid_over(last)),
+                     "the next motion right behind it in the file, or no blend");
   }
   /// The mode and the values of its compliance. @return false: with diagnostics
   bool gives_way_as_it_can(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const {

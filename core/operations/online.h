@@ -54,7 +54,7 @@ void check_channel(const std::string& name, net::ValueType type, const ReadConte
 class OnlineCommand : public OperationCommand {
  public:
   [[nodiscard]] MadeCommand make(const BuildContext& context, const std::string& key) const final;
-  /// Where it goes shows in the run: the arm is taken to stay where it is.
+  /// Where it goes shows in the run: the rehearsal goes on from where it is.
   void rehearse(Rehearsal& rehearsal, Diagnostics& diagnostics) const final;
 
  protected:

@@ -44,7 +44,7 @@ struct Operation {
 class Operations {
  public:
   static Operations& global();
-  /// A name that is taken is a programming error (abort); plug-ins ask first. Before other threads look.
+  /// A name that is in use is a programming error (abort); plug-ins ask first. Before other threads read it.
   void add(const Operation& operation);
   /// Null: there is none.
   [[nodiscard]] const Operation* find(std::string_view name) const;

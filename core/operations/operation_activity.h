@@ -20,26 +20,27 @@ namespace takt::activity {
 /// One whose parameters were refused: it is never carried out.
 [[nodiscard]] ActivityPtr refused_activity(std::string name, std::string actuator, Diagnostics why);
 
-/// The same from parameters: checked as those of a file. @param make  from parameters that are right
-template <class P>
-ActivityPtr operation_activity(std::string_view type, const ParameterTable<P>& table, const P& parameters,
-                               std::unique_ptr<OperationCommand> (*make)(const P&), const std::string& actuator,
-                               Context& context, ArmAfter arms = ArmAfter::kUnknown) {
-  const std::string name = parameters.name.empty() ? std::string(type) + " " + actuator : parameters.name;
-  auto accepted = table.accept(parameters, context.cell);
-  if (!accepted) return refused_activity(name, actuator, std::move(accepted.error()));
-  std::unique_ptr<OperationCommand> command = make(*accepted);
-  command->name = type;
-  return operation_activity(name, std::move(command), actuator, context, arms);
-}
-
-/// What Actuator::perform() needs to know of an operation: its header has a function form_of(const Parameters&).
+/// What a program in C++ needs to know of an operation: its header has a function form_of(const Parameters&).
 template <class P>
 struct OperationForm {
   std::string_view type;
   const ParameterTable<P>& (*table)();
-  std::string P::*device;  ///< the parameter that names the actuator
-  std::unique_ptr<OperationCommand> (*make)(const P&);
+  std::string P::*device;                                  ///< the parameter that names the actuator
+  std::unique_ptr<OperationCommand> (*command)(const P&);  ///< from parameters that were accepted
+  ArmAfter arms = ArmAfter::kUnknown;
 };
+
+/// An operation of an actuator: its parameters are checked as those of a file.
+template <class P>
+ActivityPtr operation_activity(P parameters, const std::string& actuator, Context& context) {
+  const OperationForm<P> form = form_of(parameters);
+  parameters.*form.device = actuator;
+  const std::string name = parameters.name.empty() ? std::string(form.type) + " " + actuator : parameters.name;
+  auto accepted = form.table().accept(std::move(parameters), context.cell);
+  if (!accepted) return refused_activity(name, actuator, std::move(accepted.error()));
+  std::unique_ptr<OperationCommand> command = form.command(*accepted);
+  command->name = form.type;
+  return operation_activity(name, std::move(command), actuator, context, form.arms);
+}
 
 }  // namespace takt::activity

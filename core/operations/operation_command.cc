@@ -78,7 +78,7 @@ std::vector<HandlerParameters> read_handlers(const Json& json, const std::string
   return handlers;
 }
 
-/// Only its form counts: it stands for a command that could not be read, and such a program is never run.
+/// Only its form counts: it replaces a command that could not be read, and such a program is never run.
 class Unread final : public OperationCommand {
  public:
   [[nodiscard]] MadeCommand make(const BuildContext&, const std::string&) const override {
@@ -90,8 +90,8 @@ class Unread final : public OperationCommand {
 
 std::unique_ptr<OperationCommand> read_any_command(const OperationSource& source) {
   const auto& [json, pointer, cell, diagnostics] = source;
-  Diagnostics unheard;
-  ObjectReader reader(json, pointer, json.is_object() ? unheard : diagnostics);
+  Diagnostics ignored;
+  ObjectReader reader(json, pointer, json.is_object() ? ignored : diagnostics);
   if (!json.is_object()) return std::make_unique<Unread>();
   const std::string type = reader.text("do", "");
   const Operation* operation = Operations::global().find(type);
@@ -101,7 +101,7 @@ std::unique_ptr<OperationCommand> read_any_command(const OperationSource& source
                       nearest_choice(type, Operations::global().command_types(), 20));
     return std::make_unique<Unread>();
   }
-  Json own = json;  // what every command has is taken out before its type reads it
+  Json own = json;  // what every command has is removed before its type reads it
   for (const char* key : {"start", "on"}) own.erase(key);
   auto command = operation->read_command({own, pointer, cell, diagnostics});
   command->pointer = pointer;

@@ -30,7 +30,7 @@ struct BuildContext {
   const command::Biases& biases;
   Diagnostics& notes;                                ///< gets what planners have to say, with pointers of the file
   std::optional<command::RealSensor> progress = {};  ///< of the command that this one follows()
-  command::ExternalHandler tell = {};                ///< hears of external effects
+  command::ExternalHandler tell = {};                ///< gets external effects
 };
 
 /// One command that was made. Nothing that it does itself is set: for a wait or a transaction.
@@ -39,7 +39,7 @@ struct MadeCommand {
   std::optional<command::Action> action = {};
   std::optional<command::Actuator> actuator = {};
   std::vector<std::string> handler_places = {};  ///< of each handler that it has already: below its pointer
-  /// Where below its pointer things stand in the file that the command layer calls otherwise: theirs, ours.
+  /// Locations below its pointer in the file that the command layer names otherwise: theirs, ours.
   std::vector<std::pair<std::string, std::string>> places = {};
 };
 
@@ -58,7 +58,7 @@ class OperationCommand {
   /// @param key  with which the names of what it observes begin
   [[nodiscard]] MadeCommand made(const BuildContext& making, const std::string& key) const;
   /// What has come of it once the tree has ended in order: `abort_if`, and what finish() says.
-  /// @param cancelled  somebody has cancelled the whole
+  /// @param cancelled  the whole was cancelled
   void report(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
               Diagnostics& diagnostics) const;
 
@@ -74,10 +74,10 @@ class OperationCommand {
   [[nodiscard]] virtual std::string follows() const { return {}; }
   /// Figures that its device does not have; with whole pointers.
   virtual void check(const command::Cell&, Diagnostics&) const {}
-  /// What it leaves in a rehearsal beside the places of the arms: time, what is touched or carried.
+  /// What it leaves in a rehearsal beside the positions of the arms: time, what is touched or carried.
   virtual void rehearse(Rehearsal&, Diagnostics&) const {}
   /// What has come of it once the tree has ended in order: results for the program; diagnostics, with whole pointers,
-  /// if it has failed. @param cancelled  somebody has cancelled the whole
+  /// if it has failed. @param cancelled  the whole was cancelled
   virtual void finish(const ActivityRun&, const std::string& key, bool cancelled, Context&, Diagnostics&) const {
     (void)key;
     (void)cancelled;
@@ -91,7 +91,7 @@ class OperationCommand {
   [[nodiscard]] bool is_alone() const { return parent_ == nullptr; }
   /// The command that a name means here: one directly inside, itself, or one around; "a/b" is b inside of a.
   [[nodiscard]] const OperationCommand* find(std::string_view name) const;
-  /// The transaction that declares a raised state: this or around, else any of the tree (rule C10 tells).
+  /// The transaction that declares a raised state: this or around, else any of the tree (rule C10 checks).
   [[nodiscard]] const OperationCommand* find_raised(const std::string& state) const;
   /// All commands of the tree below this one, itself first.
   [[nodiscard]] std::vector<const OperationCommand*> all() const;
@@ -126,7 +126,7 @@ class OperationCommand {
 };
 
 /// Reads a command with what it says of events; its "do" says of which type it is. Never null: with diagnostics it may
-/// be one that is never made. Names of commands and raised states are not looked at (step_of_command()). Realtime:
+/// be one that is never made. Names of commands and raised states are not checked (step_of_command()). Realtime:
 /// setup.
 [[nodiscard]] std::unique_ptr<OperationCommand> read_any_command(const OperationSource& source);
 

@@ -7,18 +7,18 @@
 
 namespace takt::activity {
 
-command::ForceOffsetWish ForceOffsetParameters::wish() const {
-  command::ForceOffsetWish wish{
+command::ForceOffsetControlParameters ForceOffsetParameters::control_parameters() const {
+  command::ForceOffsetControlParameters control{
       .jerk_max = jerk_max, .direction_M = direction, .reach = reach, .retreat = retreat.value_or(reach)};
-  wish.force.force = force;
-  wish.force.approach_velocity = approach;
-  wish.force.velocity_max = velocity_max;
-  wish.force.acceleration_max = acceleration_max;
-  wish.force.gain = gain;
+  control.force.force = force;
+  control.force.approach_velocity = approach;
+  control.force.velocity_max = velocity_max;
+  control.force.acceleration_max = acceleration_max;
+  control.force.gain = gain;
   // As with "press": contact from a third of the wanted force on, and lost below a third of that.
-  wish.force.contact_force = std::min(0.3 * force, 2.0);
-  wish.force.release_share = 1.0 / 3.0;
-  return wish;
+  control.force.contact_force = std::min(0.3 * force, 2.0);
+  control.force.release_share = 1.0 / 3.0;
+  return control;
 }
 
 command::RealSensor ForceOffsetParameters::pressing(const std::string& arm, const command::Cell& cell,

@@ -19,16 +19,16 @@ using command::State;
 command::Action press_action(const Pressing& pressing, const PlannedPressing& planned, const command::Cell& cell,
                              const command::Biases& biases) {
   const auto force = command::pressing_force(cell, pressing.sensor, planned.direction_B, biases);
-  command::PressWish wish = planned.wish;
+  command::PressControlParameters control = planned.control;
   if (pressing.lateral)
-    wish.lateral = {command::lateral_force(cell, pressing.sensor, planned.direction_B, biases), *pressing.lateral};
-  return command::press(force, planned.direction_B, wish);
+    control.lateral = {command::lateral_force(cell, pressing.sensor, planned.direction_B, biases), *pressing.lateral};
+  return command::press(force, planned.direction_B, control);
 }
 
-/// A press whose way depends on where the arm is: planned when that is known.
-class PlacedPress final : public command::ActionModel {
+/// A press that depends on where the arm is: planned when that is known.
+class UnplannedPress final : public command::ActionModel {
  public:
-  PlacedPress(const Pressing& pressing, const command::Cell& cell, command::Biases biases)
+  UnplannedPress(const Pressing& pressing, const command::Cell& cell, command::Biases biases)
       : pressing_(pressing), cell_(cell), biases_(std::move(biases)) {}
 
   [[nodiscard]] std::string_view name() const override { return pressing_.type; }
@@ -103,7 +103,9 @@ class PressHistory {
       const bool touched = outcome != PressOutcome::kTravelUsedUp || has(PressEvent::kTouched);
       return touched ? outcome : PressOutcome::kNotTouched;
     }
-    return has(PressEvent::kCancelled) ? PressOutcome::kInterrupted : PressOutcome::kRunning;
+    if (abort_diagnostics(run_, key_).has_errors()) return PressOutcome::kAborted;
+    if (has(PressEvent::kCancelled) || run_.state() == RunState::kCancelled) return PressOutcome::kInterrupted;
+    return run_.failure() == RunFailure::kNone ? PressOutcome::kRunning : PressOutcome::kStopped;
   }
 
  private:
@@ -149,7 +151,7 @@ Diagnostics failure_of(const Pressing& pressing, PressOutcome outcome) {
 }
 
 /// What has come of it once it has ended in order: the touch of its arm; diagnostics, with pointers below the
-/// operation, if it has failed. @param cancelled  somebody has cancelled it, so that it may end anywhere
+/// operation, if it has failed. @param cancelled  it was cancelled, so it may end anywhere
 Diagnostics end_press(const Pressing& pressing, const PressHistory& history, bool cancelled, Context& context) {
   using enum PressEvent;
   Diagnostics diagnostics;
@@ -193,7 +195,7 @@ class PressingCommand final : public OperationCommand {
     return made;
   }
 
-  /// Where the surface is shows only in the run: the arm is taken to stay where it begins.
+  /// Where the surface is shows only in the run: the rehearsal goes on from where it begins.
   void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     rehearsal.touched[pressing_.arm] = true;
     rehearsal.duration += seconds().value_or(0.0);
@@ -205,7 +207,7 @@ class PressingCommand final : public OperationCommand {
   }
 
  private:
-  /// For how long the force is held: in a transaction somebody else may end it.
+  /// For how long the force is held: in a transaction something else may end it.
   [[nodiscard]] std::optional<double> seconds() const {
     return pressing_.seconds || !is_alone() ? pressing_.seconds : pressing_.seconds_alone;
   }
@@ -214,7 +216,7 @@ class PressingCommand final : public OperationCommand {
       const auto planned = plan_pressing(pressing_, making.cell, place_now(making.cell));
       if (planned) return press_action(pressing_, *planned, making.cell, making.biases);
     }
-    return command::Action(std::make_shared<const PlacedPress>(pressing_, making.cell, making.biases));
+    return command::Action(std::make_shared<const UnplannedPress>(pressing_, making.cell, making.biases));
   }
   /// Only springs that it does not bring along make a difference: how fast its law is.
   [[nodiscard]] kinematics::JointVector place_now(const command::Cell& cell) const {
@@ -257,6 +259,10 @@ std::string_view name_of(PressOutcome outcome) {
       return "pushed sideways";
     case PressOutcome::kSensorSilent:
       return "sensor silent";
+    case PressOutcome::kAborted:
+      return "aborted";
+    case PressOutcome::kStopped:
+      return "stopped";
     case PressOutcome::kInterrupted:
       return "interrupted";
   }

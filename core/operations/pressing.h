@@ -55,7 +55,7 @@ struct Pressing {
 /// How it presses.
 struct PlannedPressing {
   Eigen::Vector3d direction_B;  ///< of the force that the tool exerts, in the arm's base; of length 1
-  command::PressWish wish;
+  command::PressControlParameters control;
 };
 /// What it comes to with the arm at q (rad or m). Without a compliance of its own the springs are those that the arm
 /// has now. @return diagnostics: an unknown frame, a path that the arm cannot follow, springs that take up the travel.
@@ -74,11 +74,12 @@ enum class PressOutcome : std::uint8_t {
   kDeeper,          ///< the tool went deeper than `depth_max_m` beyond the touch
   kPushedSideways,  ///< the force across the direction was more than `lateral_max_N`
   kSensorSilent,    ///< the force is not known
-  kInterrupted,     ///< somebody cancelled it
+  kAborted,         ///< `abort_if` became true, or was unknown
+  kStopped,         ///< by a fault or a stop, or it could not begin: ActivityRun::diagnostics() say why
+  kInterrupted,     ///< it was cancelled
 };
-/// Of a run of press, search or wipe that has ended in order. One that has failed says why in its diagnostics, which
-/// point to the parameter. @param key  under which a command of a transaction keeps its values; empty: the run is the
-/// operation itself
+/// Of a run of press, search or wipe; also of one that has failed. @param key  under which a command of a transaction
+/// keeps its values; empty: the run is the operation itself
 [[nodiscard]] PressOutcome press_outcome(const ActivityRun& run, const std::string& key = {});
 [[nodiscard]] std::string_view name_of(PressOutcome outcome);
 

@@ -15,7 +15,7 @@ using kinematics::JointVector;
 /// From this share of the wanted force on there is contact, or from this force; below a third of that there is none any
 /// more.
 constexpr double kContactShare = 0.3, kContact_N = 2.0, kReleaseShare = 1.0 / 3.0;
-/// Of the approach velocity: how fast the tool may follow a surface that gives way.
+/// Of the approach velocity: how fast the tool may follow a surface that yields.
 constexpr double kMostVelocity = 5.0;
 constexpr double kMostAcceleration = 1.0;  ///< m/s^2
 
@@ -29,7 +29,7 @@ Result<Eigen::Vector3d> direction_in_base(const Pressing& pressing, const comman
 
 // -- Springs ---------------------------------------------------------------------------------------------------------
 
-/// How the arm gives way while it presses.
+/// The compliance of the arm while it presses.
 device::Compliance springs_of(const Pressing& pressing, const device::Arm& arm) {
   return pressing.compliance ? springs_of(*pressing.compliance, arm.description()) : arm.compliance();
 }
@@ -50,7 +50,7 @@ JointVector as_springs_feel(const device::Compliance& springs, const command::Mo
 
 /// What springs do to a tool along a direction.
 struct Softness {
-  double by = 0.0;      ///< by how much the tool gives way to a force, m/N; infinite: nothing holds it
+  double by = 0.0;      ///< by how much a force deflects the tool, m/N; infinite: nothing holds it
   double beside = 0.0;  ///< how far what the arm exerts beside the springs pushes it, m
 };
 Softness softness_along(const device::Compliance& springs, const JointVector& felt) {
@@ -120,29 +120,30 @@ Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::C
   if (!direction) return std::unexpected(direction.error());
   if (Diagnostics wrong = check_bend(pressing, arm, *direction, q); wrong.has_errors())
     return std::unexpected(std::move(wrong));
-  command::PressWish wish{.force = {.force = pressing.force,
-                                    .approach_velocity = pressing.approach,
-                                    .contact_force = std::min(kContactShare * pressing.force, kContact_N),
-                                    .release_share = kReleaseShare,
-                                    .band = pressing.tolerance,
-                                    // A surface that the tool slides along comes and goes; one that it stands on shows
-                                    // how hard it is.
-                                    .surface_moves = pressing.path != nullptr,
-                                    .measures_stiffness = pressing.path == nullptr,
-                                    .sensor_delay = delay_of(cell, pressing.sensor),
-                                    .velocity_max = kMostVelocity * pressing.approach,
-                                    .acceleration_max = kMostAcceleration},
-                          .travel = pressing.travel,
-                          .sink = pressing.drop,
-                          .deepest = pressing.depth,
-                          .clock = command::override_of(cell),
-                          .softness_across = softness_across(pressing, arm, *direction, q)};
+  command::PressControlParameters control{
+      .force = {.force = pressing.force,
+                .approach_velocity = pressing.approach,
+                .contact_force = std::min(kContactShare * pressing.force, kContact_N),
+                .release_share = kReleaseShare,
+                .band = pressing.tolerance,
+                // A surface that the tool slides along comes and goes; one that it rests on shows
+                // how hard it is.
+                .surface_moves = pressing.path != nullptr,
+                .measures_stiffness = pressing.path == nullptr,
+                .sensor_delay = delay_of(cell, pressing.sensor),
+                .velocity_max = kMostVelocity * pressing.approach,
+                .acceleration_max = kMostAcceleration},
+      .travel = pressing.travel,
+      .sink = pressing.drop,
+      .deepest = pressing.depth,
+      .clock = command::override_of(cell),
+      .softness_across = softness_across(pressing, arm, *direction, q)};
   if (pressing.path) {
     auto path = pressing.path({.cell = cell, .direction_B = *direction, .X_BT = X_BT, .q = q});
     if (!path) return std::unexpected(path.error());
-    wish.path = std::make_shared<const motion::Motion>(std::move(path->motion));
+    control.path = std::make_shared<const motion::Motion>(std::move(path->motion));
   }
-  return PlannedPressing{*direction, std::move(wish)};
+  return PlannedPressing{*direction, std::move(control)};
 }
 
 }  // namespace takt::activity

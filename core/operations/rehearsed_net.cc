@@ -12,7 +12,7 @@ namespace takt::activity {
 
 namespace {
 
-/// An arm's own channels, in which its motions tell where they are: they go with the arm.
+/// An arm's own channels, in which its motions show their clocks: they go with the arm.
 bool goes_with_an_arm(const std::string& name, const command::Cell& cell) {
   return std::ranges::any_of(cell.arms, [&](const auto& arm) {
     return name == path_time_channel(arm.first) || name == path_rate_channel(arm.first);

@@ -25,7 +25,7 @@ class Requested : public RequestedMotion {
   [[nodiscard]] const MotionTask& last() const { return requests_.back(); }
   [[nodiscard]] const command::Biases& biases() const { return biases_; }
 
-  [[nodiscard]] MotionOptions wish(const command::Cell& cell) const { return options_of(last(), cell, biases_); }
+  [[nodiscard]] MotionOptions options(const command::Cell& cell) const { return options_of(last(), cell, biases_); }
   [[nodiscard]] std::vector<std::optional<command::State>> abort_if(const command::Cell& cell) const {
     std::vector<std::optional<command::State>> states;
     for (const MotionTask& request : requests_) {
@@ -98,7 +98,7 @@ class OfOneArm final : public Requested {
                    .abort_if = abort_if(planning.cell),
                    .weaves = weaves_of(requests()),
                    .offset = offset(planning.cell)};
-    auto prepared = prepare_dual_entry(planning, std::move(plans), wish(planning.cell));
+    auto prepared = prepare_dual_entry(planning, std::move(plans), options(planning.cell));
     if (!prepared) return std::unexpected(of_motions(prepared.error(), requests()));
     return prepared;
   }
@@ -107,7 +107,9 @@ class OfOneArm final : public Requested {
     const auto first = first_offset(requests());
     if (!first) return std::nullopt;
     const ForceOffsetParameters& force = *requests()[*first].force_offset;
-    return OffsetPlan{.pressing = force.pressing(last().arm, cell, biases()), .wish = force.wish(), .first = *first};
+    return OffsetPlan{.pressing = force.pressing(last().arm, cell, biases()),
+                      .parameters = force.control_parameters(),
+                      .first = *first};
   }
 
   [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const PlanningContext& planning,
@@ -169,7 +171,7 @@ class OfTwoArms final : public Requested {
                     .from_rest = std::move(from_rest),
                     .from_blend = std::move(from_blend),
                     .abort_if = abort_if(planning.cell)};
-    return prepare_dual_entry(planning, std::move(plans), wish(planning.cell));
+    return prepare_dual_entry(planning, std::move(plans), options(planning.cell));
   }
 };
 
@@ -189,7 +191,7 @@ MotionOptions options_of(const MotionTask& motion, const command::Cell& cell, co
   if (motion.force_offset)
     options.force_offset = HeldForce{.sensor = motion.force_offset->sensor,
                                      .pressing = motion.force_offset->pressing(motion.arm, cell, biases),
-                                     .wish = motion.force_offset->wish()};
+                                     .parameters = motion.force_offset->control_parameters()};
   return options;
 }
 

@@ -24,7 +24,7 @@ class RequestedMotion : public ActivityModel {
     std::map<std::string, kinematics::JointVector, std::less<>> q_goal;  ///< of each arm, rad or m
     double duration = 0.0;                                               ///< s
   };
-  /// @param q  where each of its arms stands, rad or m
+  /// @param q  where each of its arms is, rad or m
   [[nodiscard]] virtual Result<Alone> alone(
       const command::Cell& cell, const std::map<std::string, kinematics::JointVector, std::less<>>& q) const = 0;
 };

@@ -67,7 +67,7 @@ class NetStep final : public Step {
  public:
   explicit NetStep(NetParameters parameters) : parameters_(std::move(parameters)) {}
 
-  /// Where a net leaves its devices is not known before it runs: arms are taken to stay where they were.
+  /// Where a net leaves its devices is not known before it runs: the rehearsal goes on from where arms were.
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     rehearse_net(*rehearsal.cell.nets.find(parameters_.net)->second, rehearsal, pointer + "/net", diagnostics);
     // It may have changed control modes where START can do that.

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "core/operations/operation_activity.h"
 #include "core/operations/pressing.h"
 #include "core/operations/search_pattern.h"
 
@@ -29,6 +30,9 @@ struct SearchParameters {
 
 [[nodiscard]] const ParameterTable<SearchParameters>& search_parameters();
 [[nodiscard]] std::unique_ptr<OperationCommand> search_command(const SearchParameters& parameters);
+[[nodiscard]] inline OperationForm<SearchParameters> form_of(const SearchParameters&) {
+  return {"search", search_parameters, &SearchParameters::arm, search_command};
+}
 [[nodiscard]] Operation search_operation();
 
 }  // namespace takt::activity

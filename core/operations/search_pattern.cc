@@ -25,14 +25,14 @@ std::vector<Eigen::Vector2d> spiral(double radius, double pitch) {
   return points;
 }
 
-/// Rows of a square, each the other way than the one before.
+/// Rows of a square, each opposite to the one before.
 std::vector<Eigen::Vector2d> zigzag(double radius, double pitch) {
   std::vector<Eigen::Vector2d> points;
   for (std::size_t row = 0; row < rows(radius, pitch); ++row) {
     const double y = static_cast<double>(row) * pitch - radius;
-    const double way = row % 2 == 0 ? 1.0 : -1.0;
+    const double sign = row % 2 == 0 ? 1.0 : -1.0;
     for (int i = 0; i < kPointsPerRow; ++i) {
-      const double x = way * radius * (2.0 * i / (kPointsPerRow - 1) - 1.0);
+      const double x = sign * radius * (2.0 * i / (kPointsPerRow - 1) - 1.0);
       points.emplace_back(x, y);
     }
   }

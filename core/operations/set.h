@@ -6,6 +6,7 @@
 #include "core/command/actions/device_commands.h"
 #include "core/expression/condition_state.h"
 #include "core/operations/operation.h"
+#include "core/operations/operation_activity.h"
 #include "core/operations/state_parameters.h"
 
 /// "set": brings a digital or an analog output to a value, which then stays; or lets an analog one follow a value.
@@ -26,6 +27,9 @@ struct SetParameters {
 };
 [[nodiscard]] const ParameterTable<SetParameters>& set_parameters();
 [[nodiscard]] std::unique_ptr<OperationCommand> set_command(const SetParameters& parameters);
+[[nodiscard]] inline OperationForm<SetParameters> form_of(const SetParameters&) {
+  return {"set", set_parameters, &SetParameters::output, set_command};
+}
 [[nodiscard]] Operation set_operation();
 
 }  // namespace takt::activity

@@ -182,7 +182,7 @@ bool check_number(const ValueParameters& value, const command::Cell& cell, const
     return refuse("/input", "true or false", "an analog input");
   if (value.kind != ValueParameters::Kind::kChannel) return true;
   const auto found = cell.channels.find(value.of);
-  if (found == cell.channels.end() || found->second == nullptr) return true;  // told elsewhere, or later
+  if (found == cell.channels.end() || found->second == nullptr) return true;  // reported elsewhere, or later
   const net::ValueType type = found->second->description().type;
   return type == net::ValueType::kReal ||
          refuse("/channel", fmt::format("a channel of {}", net::name_of(type)), "a channel of Real");

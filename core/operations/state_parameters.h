@@ -13,7 +13,7 @@
 
 namespace takt::activity {
 
-/// What an event of a transaction looks at, as a file has it:
+/// The state of an event of a transaction, as a file has it:
 ///   a condition over sensors (core/expression/condition.h)
 ///   {"completed": COMMAND}                     also started, active, stopped, cancelled
 ///   {"action": COMMAND, "is": "error"}         a state of what the command does

@@ -27,7 +27,7 @@ struct RehearsedNet {
   net::NetDescription net;
 };
 
-/// The state that checking a program carries along: where arms would stand, what would be known.
+/// The state that checking a program carries along: where arms would be, what would be known.
 struct Rehearsal {
   command::Cell cell;                                             ///< copy; fitted frames enter at their nominal pose
   std::map<std::string, kinematics::JointVector, std::less<>> q;  ///< planned position per arm
@@ -39,21 +39,21 @@ struct Rehearsal {
   double duration = 0.0;                                          ///< s, of all planned motions and waits
   std::int64_t most_rounds = 2;                                   ///< of sequences that do the same each time
   std::int64_t effort = 0;                                        ///< nodes that were played
-  std::set<std::string, std::less<>>* claimed = nullptr;          ///< gets the devices that nets drive; null: nobody
+  std::set<std::string, std::less<>>* claimed = nullptr;          ///< gets the devices that nets drive; may be null
   net::Environment* devices = nullptr;                            ///< nets are verified with them; null: they are not
   std::string step;                                               ///< name of the step that is played
-  /// The last motion may be left for another one of its arm. Nobody has gone on with it so far.
+  /// The last motion may be left for another one of its arm. Nothing has gone on with it so far.
   struct Open {
     std::string arm, pointer;  ///< arm: as Step::moved_arm() has it
   };
   std::optional<Open> open = {};
-  std::vector<RehearsedNet>* nets = nullptr;  ///< who wants to see the nets; null: nobody
+  std::vector<RehearsedNet>* nets = nullptr;  ///< gets the nets; may be null
 };
 
 /// What comes next does not go on with the motion that may be left: a note says that the arm stops.
 void settle_rehearsal(Rehearsal& rehearsal, Diagnostics& diagnostics);
 
-/// A way that was not the only one: only modes in which arms are after either are known.
+/// Of alternatives only those modes are known in which arms are after each of them.
 void keep_agreed_modes(const Rehearsal& other, Rehearsal& rehearsal);
 
 enum class Progress { kRunning, kDone, kFailed };

@@ -70,7 +70,7 @@ const ParameterTable<TareParameters>& tare_parameters() {
 
 Operation tare_operation() {
   return {.name = "tare",
-          .doc = "Averages a force/torque sensor at rest and takes that offset out of its later readings.",
+          .doc = "Averages a force/torque sensor at rest and removes that offset from its later readings.",
           .parameters = rows_of<tare_parameters>,
           .read_step = read_step<TareStep, tare_parameters>};
 }

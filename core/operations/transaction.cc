@@ -26,8 +26,8 @@ std::unique_ptr<OperationCommand> read_part(const std::string& name, const Opera
                              fmt::format("a second name: {}", short_dump(source.json.at("name"))),
                              fmt::format("'{}' is its name", name));
   }
-  Diagnostics unheard;
-  ObjectReader reader(source.json, source.pointer, source.json.contains("start") ? source.diagnostics : unheard);
+  Diagnostics ignored;
+  ObjectReader reader(source.json, source.pointer, source.json.contains("start") ? source.diagnostics : ignored);
   part->starts = reader.boolean("start", false);
   return part;
 }

@@ -15,8 +15,8 @@ namespace takt::activity {
 struct HandlerParameters {
   struct Effect {
     command::Effect::Kind kind = command::Effect::Kind::kCancel;
-    std::string name;     ///< of a command or raised state; of kExternal what is told
-    std::string pointer;  ///< where the name stands
+    std::string name;     ///< of a command or raised state; of kExternal what is reported
+    std::string pointer;  ///< of the name
   };
   std::string pointer;
   StateParameters state;

@@ -15,17 +15,17 @@ using motion::ArmModel;
 
 class TwoArmActivity final : public ActivityModel {
  public:
-  TwoArmActivity(const std::string& kind, Grasp grasp, LegOf leg, MotionOptions wish)
+  TwoArmActivity(const std::string& kind, Grasp grasp, LegOf leg, MotionOptions options)
       : ActivityModel(fmt::format("{}+{} {}", grasp.leader, grasp.follower, kind)),
         grasp_(std::move(grasp)),
         leg_(std::move(leg)),
-        wish_(std::move(wish)) {}
+        options_(std::move(options)) {}
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return {grasp_.leader, grasp_.follower}; }
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     Diagnostics wrong;
-    check_blend(wish_, wrong);
+    check_blend(options_, wrong);
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     const Predecessor& leads = planning.predecessors.find(grasp_.leader)->second;
     const Predecessor& follows = planning.predecessors.find(grasp_.follower)->second;
@@ -44,14 +44,14 @@ class TwoArmActivity final : public ActivityModel {
                                         .grasp = grasp_,
                                         .from_rest = std::move(*from_rest),
                                         .from_blend = plan_pair_on(planning, grasp_, makers),
-                                        .abort_if = {wish_.abort_if}},
-                                       wish_);
+                                        .abort_if = {options_.abort_if}},
+                                       options_);
     prepared.verdict = [](const ActivityRun& run) { return abort_diagnostics(run); };
     return prepared;
   }
 
  private:
-  /// The arms still hold C at one place.
+  /// The arms still hold C in one pose.
   [[nodiscard]] Diagnostics check_grasp(const motion::ArmPair& pair, const JointVector& q_leader,
                                         const JointVector& q_follower) const {
     const Eigen::Isometry3d by_leader = pair.X_FL * pair.leader.chain.forward(q_leader) * pair.leader.X_FM;
@@ -72,16 +72,16 @@ class TwoArmActivity final : public ActivityModel {
     return [this, &leader](const JointVector& q) -> Result<motion::Leg> {
       auto leg = leg_(leader, q);
       if (!leg) return leg;
-      leg->velocity = wish_.velocity;
-      leg->acceleration = wish_.acceleration;
-      leg->linear_velocity = wish_.linear_velocity;
+      leg->velocity = options_.velocity;
+      leg->acceleration = options_.acceleration;
+      leg->linear_velocity = options_.linear_velocity;
       return leg;
     };
   }
 
   Grasp grasp_;
   LegOf leg_;
-  MotionOptions wish_;
+  MotionOptions options_;
 };
 
 /// The pose of an arm's base in the world.

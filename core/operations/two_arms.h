@@ -13,14 +13,14 @@ namespace takt::activity {
 /// was when this was made. Poses are in the world, m. Thread: the program's. Realtime: setup.
 class TwoArms {
  public:
-  /// @param X_WC  where C is now; both arms stand. Throws ActivityError if one of them cannot be told so, and if
+  /// @param X_WC  where C is now; both arms rest. Throws ActivityError if one of them cannot, and if
   /// they are not two of one runtime.
   TwoArms(const Actuator& leader, const Actuator& follower, const Eigen::Isometry3d& X_WC);
 
   [[nodiscard]] Activity lin(const Eigen::Isometry3d& X_WC, const MotionParameters& parameters = {}) const;
   /// From wherever C will be, by this much in the axes of the world.
   [[nodiscard]] Activity lin_by(const Eigen::Vector3d& way_W, const MotionParameters& parameters = {}) const;
-  /// Through a point on the way; orientations as in motion::ArcThrough.
+  /// Through a via point; orientations as in motion::ArcThrough.
   [[nodiscard]] Activity circ(const motion::ArcThrough& arc_W, const MotionParameters& parameters = {}) const;
   /// C by the set points of now, as the leader and as the follower have it.
   [[nodiscard]] Eigen::Isometry3d centre() const;

@@ -16,7 +16,7 @@ constexpr int kMostLanes = 100;
 
 int lanes_of(const WipeParameters& wipe) { return 1 + static_cast<int>(std::ceil(wipe.width / wipe.pitch - 1e-9)); }
 
-/// The ends of the lanes in the frame, each lane the other way than the one before; of a rectangle without a width one
+/// The ends of the lanes in the frame, each lane opposite to the one before; of a rectangle without a width one
 /// lane.
 std::vector<Eigen::Vector3d> ends_of_lanes(const WipeParameters& wipe) {
   std::vector<Eigen::Vector3d> ends;

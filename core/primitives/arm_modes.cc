@@ -74,7 +74,7 @@ class ImpedanceCommand : public Primitive {
     values = in->map();
     return true;
   }
-  static PortSpec wish(const char* unit, const char* doc) {
+  static PortSpec optional_value(const char* unit, const char* doc) {
     return {.unit = unit, .doc = doc, .on_null = OnNull::kStop, .optional = true};
   }
 
@@ -98,9 +98,12 @@ class JointImpedanceCommand final : public ImpedanceCommand {
  public:
   explicit JointImpedanceCommand(Setup& setup)
       : ImpedanceCommand(setup, ControlMode::kJointImpedance),
-        stiffness_(setup.in<JointArray>("stiffness", wish("N*m/rad", "of each joint; unlinked: the device's"))),
-        damping_ratio_(setup.in<JointArray>("damping_ratio", wish("1", "of each joint; unlinked: the device's"))),
-        torque_(setup.in<JointArray>("torque", wish("N*m", "added to the torque of the stiffness; unlinked: 0"))) {}
+        stiffness_(
+            setup.in<JointArray>("stiffness", optional_value("N*m/rad", "of each joint; unlinked: the device's"))),
+        damping_ratio_(
+            setup.in<JointArray>("damping_ratio", optional_value("1", "of each joint; unlinked: the device's"))),
+        torque_(setup.in<JointArray>("torque",
+                                     optional_value("N*m", "added to the torque of the stiffness; unlinked: 0"))) {}
 
  private:
   [[nodiscard]] bool wants_null() const override { return null(stiffness_) || null(damping_ratio_) || null(torque_); }
@@ -116,15 +119,15 @@ class CartesianImpedanceCommand final : public ImpedanceCommand {
  public:
   explicit CartesianImpedanceCommand(Setup& setup)
       : ImpedanceCommand(setup, ControlMode::kCartesianImpedance),
-        stiffness_(setup.in<Vector>("stiffness", wish("N/m", "along x, y, z; unlinked: the device's"))),
-        rotational_stiffness_(
-            setup.in<Vector>("rotational_stiffness", wish("N*m/rad", "about x, y, z; unlinked: the device's"))),
-        damping_ratio_(setup.in<Real>("damping_ratio", wish("1", "of all axes; unlinked: the device's"))),
-        wrench_(setup.in<Wrench>("wrench",
-                                 wish("N,N*m", "that the tool exerts in addition to the stiffness; unlinked: 0"))),
-        nullspace_stiffness_(
-            setup.in<Real>("nullspace_stiffness",
-                           wish("N*m/rad", "towards q in what the tool does not feel; unlinked: the device's"))),
+        stiffness_(setup.in<Vector>("stiffness", optional_value("N/m", "along x, y, z; unlinked: the device's"))),
+        rotational_stiffness_(setup.in<Vector>("rotational_stiffness",
+                                               optional_value("N*m/rad", "about x, y, z; unlinked: the device's"))),
+        damping_ratio_(setup.in<Real>("damping_ratio", optional_value("1", "of all axes; unlinked: the device's"))),
+        wrench_(setup.in<Wrench>(
+            "wrench", optional_value("N,N*m", "that the tool exerts in addition to the stiffness; unlinked: 0"))),
+        nullspace_stiffness_(setup.in<Real>(
+            "nullspace_stiffness",
+            optional_value("N*m/rad", "towards q in what the tool does not feel; unlinked: the device's"))),
         in_tool_axes_(setup
                           .parameter<Text>("axes", Text("base"),
                                            {.doc = "of stiffness and wrench; they act at the tool centre point",

@@ -17,7 +17,7 @@ struct ToolBounds {
   double linear = std::numeric_limits<double>::infinity();
   double angular = std::numeric_limits<double>::infinity();
 
-  /// Share from which joints are held back: wishes may go up to 1, and what follows them is never exact.
+  /// Share from which joints are held back: targets may go up to 1, and what follows them is never exact.
   static constexpr double kTooFast = 1.002;
 
   [[nodiscard]] bool bounded() const { return std::isfinite(linear) || std::isfinite(angular); }

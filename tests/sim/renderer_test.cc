@@ -6,10 +6,12 @@
 #include <thread>
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
 #include "tests/sim/render_fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::sim {
 namespace {
@@ -183,7 +185,7 @@ TEST(Renderer, SaysWhatIsWrongWithItsInput) {
   const Result<Renderer> bad = Renderer::create(model.get(), options);
   ASSERT_FALSE(bad);
   EXPECT_EQ(bad.error().list().size(), 3u);
-  EXPECT_TRUE(bad.error().to_string().find("/height: error: 100000 is out of range (16 to 4096)") != std::string::npos);
+  EXPECT_THAT(bad.error(), takt::test::Reports(Code::kOutOfRange, "/height", {"100000", "16", "4096"}));
 
   const DataPtr data = posed_data(model.get());
   Result<Renderer> renderer = Renderer::create(model.get(), small_picture());

@@ -1,10 +1,12 @@
 // Joints that a spring holds: a sprung probe gives way by force over stiffness, and comes back.
 #include <algorithm>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
 #include "tests/sim/cell.h"
+#include "tests/support/reports.h"
 
 namespace takt::sim::test {
 namespace {
@@ -60,7 +62,7 @@ TEST(Springs, RefuseNonsense) {
   description.robots[0].joints[0].spring->stiffness = 0.0;
   const auto world = World::create(description);
   ASSERT_FALSE(world);
-  EXPECT_NE(world.error().to_string().find("stiffness of 'plunge'"), std::string::npos);
+  EXPECT_THAT(world.error(), takt::test::Reports(Code::kOutOfRange, "/robots/probe", {"plunge", "0"}));
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ Result<std::string> carrier_of(const Cell& cell, const std::string& arm) {
         carrier != cell.arms.end() && kinematics::moves_in_plane(*carrier->second.device->description().chain);
     if (drives) return relation->source;
   }
-  return failure(Code::kRequires, "/arm", fmt::format("'{}' stands on no base", arm),
+  return failure(Code::kRequires, "/arm", fmt::format("'{}' is not mounted on a base", arm),
                  "an arm that is mounted \"on\" a base");
 }
 
@@ -28,25 +28,25 @@ Actuator arm_on_base(const Cell& cell, const std::string& arm) {
 }
 
 Result<PlannedMotion> carried_lin(const Cell& cell, const std::string& arm, const CarriedGoal& goal,
-                                  const PlanParameters& wish) {
+                                  const PlanParameters& parameters) {
   const auto base = carrier_of(cell, arm);
   if (!base) return std::unexpected(base.error());
   const MountedArm& rider = cell.arms.find(arm)->second;
-  const Eigen::Isometry3d X_FM = wish.X_FM.value_or(rider.X_FT);
+  const Eigen::Isometry3d X_FM = parameters.X_FM.value_or(rider.X_FT);
   const motion::CarriedArm both{.carrier = planning_model(cell.arms.find(*base)->second, Eigen::Isometry3d::Identity()),
                                 .rider = planning_model(rider, X_FM),
                                 .X_FA = cell.frames.relation(arm)->X_PF};
   const motion::PieceShares shares{
-      .velocity = wish.velocity,
-      .acceleration = wish.acceleration,
-      .linear_velocity = wish.linear_velocity.value_or(std::numeric_limits<double>::infinity())};
+      .velocity = parameters.velocity,
+      .acceleration = parameters.acceleration,
+      .linear_velocity = parameters.linear_velocity.value_or(std::numeric_limits<double>::infinity())};
   auto plan = motion::plan_carried_lin(both, goal.q_base, goal.q_arm, goal.q_base_goal, goal.X_BM_goal, shares);
   if (!plan) return std::unexpected(std::move(plan.error()));
   return PlannedMotion{
       .motion = std::make_shared<const motion::Motion>(std::move(plan->leader)),
       .X_FM = Eigen::Isometry3d::Identity(),
       .handed_over = {},
-      .clock = wish.clock,
+      .clock = parameters.clock,
       .name = *base + "+" + arm + " LIN",
       .partner = PlannedPartner{std::make_shared<const motion::Motion>(std::move(plan->follower)), X_FM}};
 }

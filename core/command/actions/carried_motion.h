@@ -19,11 +19,11 @@ namespace takt::command {
 struct CarriedGoal {
   kinematics::JointVector q_base, q_arm;  ///< set points at the start, rad or m
   kinematics::JointVector q_base_goal;    ///< x, y, yaw
-  Eigen::Isometry3d X_BM_goal;            ///< of the frame that moves (wish.X_FM, or the tool) in the base's frame, m
+  Eigen::Isometry3d X_BM_goal;  ///< of the frame that moves (parameters.X_FM, or the tool) in the base's frame, m
 };
 /// LIN of the tool in the room while the base drives (motion::plan_carried_lin), for arm_on_base().
 /// @return the motion of the base with that of the arm as its partner; or diagnostics.
 [[nodiscard]] Result<PlannedMotion> carried_lin(const Cell& cell, const std::string& arm, const CarriedGoal& goal,
-                                                const PlanParameters& wish = {});
+                                                const PlanParameters& parameters = {});
 
 }  // namespace takt::command

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/device/description.h"
 
 namespace takt::command {
@@ -15,7 +16,7 @@ using device::ControlMode;
 using Json = nlohmann::ordered_json;
 using kinematics::JointVector;
 
-/// A value that is wanted of the springs, and what the device says of it.
+/// A requested value of the compliance, and its limits in the device.
 struct SpringValue {
   const char* port;  ///< of the set point
   Operand wanted;
@@ -34,31 +35,31 @@ JointVector one(double value) { return JointVector::Constant(1, value); }
 
 SpringValues values_of(const Stiff&) { return {}; }
 
-SpringValues values_of(const JointCompliance& wish) {
+SpringValues values_of(const JointCompliance& parameters) {
   SpringValues values;
-  add(values, "stiffness", wish.stiffness, "Nm/rad", [](const auto& c) { return c.stiffness; });
-  add(values, "damping_ratio", wish.damping_ratio, "1", [](const auto& c) { return c.damping_ratio; });
-  add(values, "torque", wish.torque, "Nm", [](const auto& c) { return c.feed_forward; });
+  add(values, "stiffness", parameters.stiffness, "Nm/rad", [](const auto& c) { return c.stiffness; });
+  add(values, "damping_ratio", parameters.damping_ratio, "1", [](const auto& c) { return c.damping_ratio; });
+  add(values, "torque", parameters.torque, "Nm", [](const auto& c) { return c.feed_forward; });
   return values;
 }
 
-SpringValues values_of(const CartesianCompliance& wish) {
+SpringValues values_of(const CartesianCompliance& parameters) {
   SpringValues values;
-  add(values, "stiffness", wish.stiffness, "N/m", [](const auto& c) { return JointVector(c.stiffness.head(3)); });
-  add(values, "rotational_stiffness", wish.rotational_stiffness, "Nm/rad",
+  add(values, "stiffness", parameters.stiffness, "N/m", [](const auto& c) { return JointVector(c.stiffness.head(3)); });
+  add(values, "rotational_stiffness", parameters.rotational_stiffness, "Nm/rad",
       [](const auto& c) { return JointVector(c.stiffness.segment(3, 3)); });
-  add(values, "damping_ratio", wish.damping_ratio, "1", [](const auto& c) { return one(c.damping_ratio[0]); });
-  add(values, "wrench", wish.wrench, "N, Nm", [](const auto& c) { return c.feed_forward; });
-  add(values, "nullspace_stiffness", wish.nullspace_stiffness, "Nm/rad",
+  add(values, "damping_ratio", parameters.damping_ratio, "1", [](const auto& c) { return one(c.damping_ratio[0]); });
+  add(values, "wrench", parameters.wrench, "N, Nm", [](const auto& c) { return c.feed_forward; });
+  add(values, "nullspace_stiffness", parameters.nullspace_stiffness, "Nm/rad",
       [](const auto& c) { return one(c.nullspace_stiffness); });
   return values;
 }
 
-SpringValues values_of(const SpringParameters& wish) {
-  return std::visit([](const auto& kind) { return values_of(kind); }, wish);
+SpringValues values_of(const SpringParameters& parameters) {
+  return std::visit([](const auto& kind) { return values_of(kind); }, parameters);
 }
-bool takes_tool_axes(const SpringParameters& wish) {
-  const auto* cartesian = std::get_if<CartesianCompliance>(&wish);
+bool takes_tool_axes(const SpringParameters& parameters) {
+  const auto* cartesian = std::get_if<CartesianCompliance>(&parameters);
   return cartesian != nullptr && cartesian->in_tool_axes;
 }
 
@@ -96,11 +97,11 @@ void check_constants(const SpringValues& values, ControlMode mode, const device:
 
 class Compliant final : public ActionModel {
  public:
-  Compliant(std::shared_ptr<const ActionModel> action, const SpringParameters& wish)
+  Compliant(std::shared_ptr<const ActionModel> action, const SpringParameters& parameters)
       : action_(std::move(action)),
-        mode_(mode_of(wish)),
-        values_(values_of(wish)),
-        in_tool_axes_(takes_tool_axes(wish)) {}
+        mode_(mode_of(parameters)),
+        values_(values_of(parameters)),
+        in_tool_axes_(takes_tool_axes(parameters)) {}
 
   [[nodiscard]] std::string_view name() const override { return action_->name(); }
   [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return action_->gives(actuator); }
@@ -173,14 +174,12 @@ class Compliant final : public ActionModel {
     for (const char* id : {"arm", "arm_1", "arm_2"})
       if (fragment.type_of(id).ends_with("ImpedanceCommand")) settled.push_back(std::string(id) + ".settled");
     if (settled.size() == 1) return settled.front();
-    fragment.add("both_settled", "And");
-    fragment.link(settled.at(0), "both_settled.a");
-    fragment.link(settled.at(1), "both_settled.b");
+    add_linked(fragment, "both_settled", "And", {{"a", settled.at(0)}, {"b", settled.at(1)}});
     return "both_settled.value";
   }
 
  private:
-  /// A force of both would press on what they hold from two sides, and nobody would bound it.
+  /// A force of both would press on what they hold from two sides, without a bound.
   void check_of_two(Diagnostics& diagnostics) const {
     for (const SpringValue& value : values_) {
       if (std::string_view(value.port) != "wrench" && std::string_view(value.port) != "torque") continue;
@@ -199,9 +198,9 @@ class Compliant final : public ActionModel {
 
 }  // namespace
 
-ControlMode mode_of(const SpringParameters& wish) {
-  if (std::holds_alternative<JointCompliance>(wish)) return ControlMode::kJointImpedance;
-  if (std::holds_alternative<CartesianCompliance>(wish)) return ControlMode::kCartesianImpedance;
+ControlMode mode_of(const SpringParameters& parameters) {
+  if (std::holds_alternative<JointCompliance>(parameters)) return ControlMode::kJointImpedance;
+  if (std::holds_alternative<CartesianCompliance>(parameters)) return ControlMode::kCartesianImpedance;
   return ControlMode::kPosition;
 }
 
@@ -214,15 +213,15 @@ bool same(const std::optional<SpringParameters>& a, const std::optional<SpringPa
   });
 }
 
-Diagnostics check_compliance(const SpringParameters& wish, const device::ArmDescription& description,
+Diagnostics check_compliance(const SpringParameters& parameters, const device::ArmDescription& description,
                              const std::string& arm) {
   Diagnostics diagnostics;
-  check_constants(values_of(wish), mode_of(wish), description, arm, diagnostics);
+  check_constants(values_of(parameters), mode_of(parameters), description, arm, diagnostics);
   return diagnostics;
 }
 
-Action with_compliance(const Action& action, const SpringParameters& wish) {
-  return Action(std::make_shared<const Compliant>(action.shared_model(), wish));
+Action with_compliance(const Action& action, const SpringParameters& parameters) {
+  return Action(std::make_shared<const Compliant>(action.shared_model(), parameters));
 }
 
 }  // namespace takt::command

@@ -6,7 +6,7 @@
 
 #include "core/command/action.h"
 
-/// How an arm gives way while it does something else (docs/control-modes.md). Realtime: setup.
+/// Compliance of an arm while it does something else (docs/control-modes.md). Realtime: setup.
 namespace takt::command {
 
 /// As a stiff servo: control mode "position".
@@ -16,7 +16,7 @@ struct Stiff {};
 struct JointCompliance {
   std::optional<Term<net::JointArray>> stiffness = {};      ///< Nm/rad, of a sliding joint N/m
   std::optional<Term<net::JointArray>> damping_ratio = {};  ///< of critical damping
-  std::optional<Term<net::JointArray>> torque = {};         ///< added to the springs, Nm or N
+  std::optional<Term<net::JointArray>> torque = {};         ///< added to that of the springs, Nm or N
 };
 
 /// As a spring and a damper at the tool centre point. What is not given is the device's standard.
@@ -31,20 +31,20 @@ struct CartesianCompliance {
 
 using SpringParameters = std::variant<Stiff, JointCompliance, CartesianCompliance>;
 /// The control mode that it needs.
-[[nodiscard]] device::ControlMode mode_of(const SpringParameters& wish);
+[[nodiscard]] device::ControlMode mode_of(const SpringParameters& parameters);
 /// Both ask for the same, equal constants and the same formulas, or neither asks for anything.
 [[nodiscard]] bool same(const std::optional<SpringParameters>& a, const std::optional<SpringParameters>& b);
 
 /// Constants that the device does not allow, at "/compliance/PORT" and below. @param arm  for people
-[[nodiscard]] Diagnostics check_compliance(const SpringParameters& wish, const device::ArmDescription& description,
-                                           const std::string& arm);
+[[nodiscard]] Diagnostics check_compliance(const SpringParameters& parameters,
+                                           const device::ArmDescription& description, const std::string& arm);
 
-/// The action on an arm that gives way like this, whatever it is: a motion, a hold, a jog. What is wanted of the
-/// springs may be a formula; it is approached with the rates of the device, and null there ends the net (row N4).
+/// The action on an arm with this compliance, whatever it is: a motion, a hold, a jog. Stiffness, damping and
+/// wrench may be formulas; they are approached with the rates of the device, and null there ends the net (row N4).
 /// Constants that the device does not allow are refused, values of formulas are the guard's. Offers what the action
-/// offers, and `settled`: the springs are as they are wanted. An arm that has no such mode is refused (rule C8). In
-/// which mode the arm is, START looks at. Two arms as one have the same springs, each in its own axes, and exert
+/// offers, and `settled`: stiffness and damping are as requested. An arm without that mode is refused (rule C8).
+/// START checks in which mode the arm is. Two arms as one have the same springs, each in its own axes, and exert
 /// nothing beside them.
-[[nodiscard]] Action with_compliance(const Action& action, const SpringParameters& wish);
+[[nodiscard]] Action with_compliance(const Action& action, const SpringParameters& parameters);
 
 }  // namespace takt::command

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/expression/device_sensors.h"
 #include "core/net/value_json.h"
 
@@ -16,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Fingers that stand for so long, in s, have answered: a command that is new shows as not answered after one cycle.
+/// Fingers that are at rest for so long, in s, have answered: a new command shows as not answered after one cycle.
 constexpr double kStanding_s = 0.002;
 
 class SetDigital final : public ActionModel {
@@ -41,11 +42,8 @@ void add_step(FragmentWriter& fragment, const device::SignalOutputDescription<do
   fragment.add("to_go", "Subtract");
   link_goal("to_go.a");
   fragment.link("state.sent", "to_go.b");
-  fragment.add("step", "Saturation", {{"lower", -step}, {"upper", step}});
-  fragment.link("to_go.value", "step.input");
-  fragment.add("next", "Add");
-  fragment.link("state.sent", "next.a");
-  fragment.link("step.value", "next.b");
+  add_linked(fragment, "step", "Saturation", {{"input", "to_go.value"}}, {{"lower", -step}, {"upper", step}});
+  add_linked(fragment, "next", "Add", {{"a", "state.sent"}, {"b", "step.value"}});
 }
 
 /// Until sent is the goal.
@@ -75,10 +73,8 @@ class SetAnalog final : public ActionModel {
     fragment.add("state", "AnalogOutputState", {{"device", actuator.name()}});
     add_step(fragment, output, [&](const std::string&) { fragment.set_parameter("to_go", "a", value_); });
     // Sums of steps round: what is left then is far below any resolution, and the output stays within its rate.
-    fragment.add("rest", "Abs");
-    fragment.link("to_go.value", "rest.input");
-    fragment.add("there", "LessThan", {{"b", 1e-9 * std::max(1.0, std::abs(value_))}});
-    fragment.link("rest.value", "there.a");
+    add_linked(fragment, "rest", "Abs", {{"input", "to_go.value"}});
+    add_linked(fragment, "there", "LessThan", {{"a", "rest.value"}}, {{"b", 1e-9 * std::max(1.0, std::abs(value_))}});
     set_point.ports["value"] = "next.value";
     return {.set_point = set_point, .done = Signal::at(fragment.gate_with_cancel("done", "Or", "there.value"))};
   }
@@ -103,9 +99,8 @@ class TrackValue final : public ActionModel {
     fragment.add("wanted", "DefaultToReal");
     fragment.feed(value_, "wanted.input");
     fragment.link("state.sent", "wanted.fallback");
-    fragment.add("in_range", "Saturation",
-                 {{"lower", std::max(output.lower, -kLargest)}, {"upper", std::min(output.upper, kLargest)}});
-    fragment.link("wanted.value", "in_range.input");
+    add_linked(fragment, "in_range", "Saturation", {{"input", "wanted.value"}},
+               {{"lower", std::max(output.lower, -kLargest)}, {"upper", std::min(output.upper, kLargest)}});
     fragment.add("done", "Or", {{"a", false}});
     fragment.feed(fragment.cancel(), "done.b");
     std::string port = "in_range.value";
@@ -144,7 +139,7 @@ class FollowValue final : public ActionModel {
 
 class GripModel final : public ActionModel {
  public:
-  GripModel(bool opens, const FingerParameters& wish) : opens_(opens), wish_(wish) {}
+  GripModel(bool opens, const FingerParameters& parameters) : opens_(opens), parameters_(parameters) {}
   [[nodiscard]] std::string_view name() const override { return opens_ ? "release" : "grip"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kGrip; }
 
@@ -165,10 +160,8 @@ class GripModel final : public ActionModel {
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     const device::GripperDescription& gripper = *actuator.gripper();
     fragment.add("state", "GripperState", {{"device", actuator.name()}});
-    fragment.add("standing", "Not");
-    fragment.link("state.moving", "standing.input");
-    fragment.add("stood", "OnDelay", {{"delay", kStanding_s}});
-    fragment.link("standing.value", "stood.input");
+    add_linked(fragment, "standing", "Not", {{"input", "state.moving"}});
+    add_linked(fragment, "stood", "OnDelay", {{"input", "standing.value"}}, {{"delay", kStanding_s}});
     return {
         .set_point = {.kind = SetPointKind::kGrip,
                       .ports = {},
@@ -182,12 +175,14 @@ class GripModel final : public ActionModel {
   }
 
  private:
-  double width(const device::GripperDescription& g) const { return wish_.width.value_or(opens_ ? g.stroke : 0.0); }
-  double speed(const device::GripperDescription& g) const { return wish_.speed.value_or(0.25 * g.speed_max); }
-  double force(const device::GripperDescription& g) const { return wish_.force.value_or(0.5 * g.force_max); }
+  double width(const device::GripperDescription& g) const {
+    return parameters_.width.value_or(opens_ ? g.stroke : 0.0);
+  }
+  double speed(const device::GripperDescription& g) const { return parameters_.speed.value_or(0.25 * g.speed_max); }
+  double force(const device::GripperDescription& g) const { return parameters_.force.value_or(0.5 * g.force_max); }
 
   bool opens_;
-  FingerParameters wish_;
+  FingerParameters parameters_;
 };
 
 /// The set point of the cycle before the first one, again and again.
@@ -197,8 +192,7 @@ class Hold final : public ActionModel {
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     fragment.add("state", "ArmState", {{"device", actuator.name()}});
-    fragment.add("there", "SnapshotJoints", {{"trigger", true}});
-    fragment.link("state.set_point_q", "there.input");
+    add_linked(fragment, "there", "SnapshotJoints", {{"input", "state.set_point_q"}}, {{"trigger", true}});
     const auto zero = net::value_to_json(
         net::JointArray(kinematics::JointVector(kinematics::JointVector::Zero(actuator.arm()->device->joint_count()))));
     SetPoint set_point{.kind = SetPointKind::kJoints, .ports = {{"q", "there.value"}}, .constants = {}};
@@ -216,8 +210,10 @@ Action set_value(bool value) { return Action(std::make_shared<const SetDigital>(
 Action set_value(double value) { return Action(std::make_shared<const SetAnalog>(value)); }
 Action track_value(const RealSensor& sensor) { return Action(std::make_shared<const TrackValue>(sensor.node())); }
 Action follow_value(const RealSensor& sensor) { return Action(std::make_shared<const FollowValue>(sensor.node())); }
-Action grip(const FingerParameters& wish) { return Action(std::make_shared<const GripModel>(false, wish)); }
-Action release(const FingerParameters& wish) { return Action(std::make_shared<const GripModel>(true, wish)); }
+Action grip(const FingerParameters& parameters) { return Action(std::make_shared<const GripModel>(false, parameters)); }
+Action release(const FingerParameters& parameters) {
+  return Action(std::make_shared<const GripModel>(true, parameters));
+}
 Action hold() { return Action(std::make_shared<const Hold>()); }
 
 }  // namespace takt::command

@@ -23,11 +23,11 @@ struct FingerParameters {
   std::optional<double> speed = {};  ///< m/s
   std::optional<double> force = {};  ///< N
 };
-/// Done when the fingers stand: at the width, or at a part. Offers `holding`, and `error`: the part was lost.
-[[nodiscard]] Action grip(const FingerParameters& wish = {});
-[[nodiscard]] Action release(const FingerParameters& wish = {});
+/// Done when the fingers are at rest: at the width, or at a part. Offers `holding`, and `error`: the part was lost.
+[[nodiscard]] Action grip(const FingerParameters& parameters = {});
+[[nodiscard]] Action release(const FingerParameters& parameters = {});
 
-/// Holds an arm that stands where it is, until it is cancelled.
+/// Holds an arm at rest where it is, until it is cancelled.
 [[nodiscard]] Action hold();
 
 }  // namespace takt::command

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/command/actions/velocity_action.h"
 #include "core/device/description.h"
 #include "core/expression/device_sensors.h"
@@ -21,7 +22,7 @@ using kinematics::JointVector;
 Json joints_json(const JointVector& q) { return net::value_to_json(net::JointArray(q)); }
 Json three(double value) { return net::value_to_json(net::Vector(net::Vector::Constant(value))); }
 
-/// Joints that are slower and change their velocity less than this stand, rad/s and rad/s^2.
+/// Joints that are slower and change their velocity less than this are at rest, rad/s and rad/s^2.
 constexpr double kStanding = 1e-9;
 
 void check_positive(Diagnostics& diagnostics, const char* key, double value, const char* unit) {
@@ -34,12 +35,12 @@ void check_from_zero(Diagnostics& diagnostics, const char* key, double value, co
   diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit), fmt::format("from 0 {}", unit));
 }
 
-void check_bounds(Diagnostics& diagnostics, const GuidanceParameters& wish) {
-  check_positive(diagnostics, "/linear_max", wish.linear_max, "m/s");
-  check_positive(diagnostics, "/angular_max", wish.angular_max, "rad/s");
+void check_bounds(Diagnostics& diagnostics, const GuidanceParameters& parameters) {
+  check_positive(diagnostics, "/linear_max", parameters.linear_max, "m/s");
+  check_positive(diagnostics, "/angular_max", parameters.angular_max, "rad/s");
 }
 
-/// "guided.value": somebody has the arm in hand, and nobody has asked for the end. Never null.
+/// "guided.value": a person holds the arm, and no end was requested. Never null.
 void add_guided(FragmentWriter& fragment, const std::optional<State>& enabled) {
   fragment.add("held", "DefaultToBoolean", {{"fallback", false}});
   if (enabled) {
@@ -49,15 +50,13 @@ void add_guided(FragmentWriter& fragment, const std::optional<State>& enabled) {
   }
   fragment.add("goes_on", "Not");
   fragment.feed(fragment.cancel(), "goes_on.input");
-  fragment.add("guided", "And");
-  fragment.link("held.value", "guided.a");
-  fragment.link("goes_on.value", "guided.b");
+  add_linked(fragment, "guided", "And", {{"a", "held.value"}, {"b", "goes_on.value"}});
 }
 
-/// The springs' rest goes after the measured joints: velocity = gain * (what they are bent by, less a band).
+/// The springs' rest position follows the measured joints: velocity = gain * (what they are bent by, less a band).
 class BySprings final : public ActionModel {
  public:
-  explicit BySprings(const GuidanceParameters& wish) : wish_(wish) {}
+  explicit BySprings(const GuidanceParameters& parameters) : parameters_(parameters) {}
 
   [[nodiscard]] std::string_view name() const override { return "freedrive"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
@@ -68,36 +67,34 @@ class BySprings final : public ActionModel {
     return time_to_rest(actuator, 1.0) + to_seconds(actuator.arm()->device->description().impedance.ramp);
   }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
-    return wish_.enabled ? std::vector{wish_.enabled->node()} : std::vector<ExpressionPtr>();
+    return parameters_.enabled ? std::vector{parameters_.enabled->node()} : std::vector<ExpressionPtr>();
   }
 
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     Diagnostics diagnostics;
-    check_bounds(diagnostics, wish_);
-    check_positive(diagnostics, "/springs/stiffness", wish_.springs.stiffness, "Nm/rad");
-    check_from_zero(diagnostics, "/springs/torque", wish_.springs.torque, "Nm");
-    check_positive(diagnostics, "/springs/gain", wish_.springs.gain, "1/s");
-    check_from_zero(diagnostics, "/springs/margin", wish_.springs.margin, "rad");
+    check_bounds(diagnostics, parameters_);
+    check_positive(diagnostics, "/springs/stiffness", parameters_.springs.stiffness, "Nm/rad");
+    check_from_zero(diagnostics, "/springs/torque", parameters_.springs.torque, "Nm");
+    check_positive(diagnostics, "/springs/gain", parameters_.springs.gain, "1/s");
+    check_from_zero(diagnostics, "/springs/margin", parameters_.springs.margin, "rad");
     return diagnostics;
   }
 
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     const auto& range = actuator.arm()->device->description().impedance.joint;
-    const JointVector soft = JointVector::Constant(range.upper.stiffness.size(), wish_.springs.stiffness)
+    const JointVector soft = JointVector::Constant(range.upper.stiffness.size(), parameters_.springs.stiffness)
                                  .cwiseMax(range.lower.stiffness)
                                  .cwiseMin(range.upper.stiffness);
-    add_guided(fragment, wish_.enabled);
+    add_guided(fragment, parameters_.enabled);
     add_rates(fragment, actuator, soft);
-    fragment.add("motion", "JointJog",
-                 {{"device", actuator.name()},
-                  {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))},
-                  {"linear_max", wish_.linear_max},
-                  {"angular_max", wish_.angular_max},
-                  {"margin", wish_.springs.margin}});
-    fragment.link("led.value", "motion.rates");
-    fragment.add("springs", "SelectJoints",
-                 {{"if_true", joints_json(soft)}, {"if_false", joints_json(range.upper.stiffness)}});
-    fragment.link("guided.value", "springs.condition");
+    add_linked(fragment, "motion", "JointJog", {{"rates", "led.value"}},
+               {{"device", actuator.name()},
+                {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))},
+                {"linear_max", parameters_.linear_max},
+                {"angular_max", parameters_.angular_max},
+                {"margin", parameters_.springs.margin}});
+    add_linked(fragment, "springs", "SelectJoints", {{"condition", "guided.value"}},
+               {{"if_true", joints_json(soft)}, {"if_false", joints_json(range.upper.stiffness)}});
     SetPoint set_point{.kind = SetPointKind::kJoints, .ports = {}, .constants = {}};
     for (const char* port : {"q", "dq", "ddq"}) set_point.ports[port] = std::string("motion.") + port;
     set_point.ports["stiffness"] = "springs.value";
@@ -108,68 +105,55 @@ class BySprings final : public ActionModel {
   [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
     if (name == "enabled") return "guided.value";
     if (name == "settled") return "arm.settled";
-    fragment.add("silent", "IsNullJoints");
-    fragment.link("state.q", "silent.input");
+    add_linked(fragment, "silent", "IsNullJoints", {{"input", "state.q"}});
     return "silent.value";
   }
 
  private:
   void add_rates(FragmentWriter& fragment, const ActuatorModel& actuator, const JointVector& soft) const {
     fragment.add("state", "ArmState", {{"device", actuator.name()}});
-    fragment.add("bend", "SubtractJoints");
-    fragment.link("state.q", "bend.a");
-    fragment.link("state.set_point_q", "bend.b");
-    fragment.add("beyond", "DeadBandJoints", {{"width", joints_json(wish_.springs.torque * soft.cwiseInverse())}});
-    fragment.link("bend.value", "beyond.input");
-    fragment.add("gain", "ConstantReal", {{"value", wish_.springs.gain}});
-    fragment.add("rates", "ScaleJoints");
-    fragment.link("beyond.value", "rates.joints");
-    fragment.link("gain.value", "rates.factor");
-    fragment.add("led", "GateJoints");
-    fragment.link("rates.value", "led.input");
-    fragment.link("guided.value", "led.open");
+    add_linked(fragment, "bend", "SubtractJoints", {{"a", "state.q"}, {"b", "state.set_point_q"}});
+    add_linked(fragment, "beyond", "DeadBandJoints", {{"input", "bend.value"}},
+               {{"width", joints_json(parameters_.springs.torque * soft.cwiseInverse())}});
+    fragment.add("gain", "ConstantReal", {{"value", parameters_.springs.gain}});
+    add_linked(fragment, "rates", "ScaleJoints", {{"joints", "beyond.value"}, {"factor", "gain.value"}});
+    add_linked(fragment, "led", "GateJoints", {{"input", "rates.value"}, {"open", "guided.value"}});
   }
 
-  /// Cancelled, the springs stand and are stiff. @return the port.
+  /// Cancelled, the springs are at rest and stiff. @return the port.
   static std::string add_rest(FragmentWriter& fragment) {
     for (const char* port : {"dq", "ddq"}) {
       const std::string id = std::string("largest_") + port;
-      fragment.add(id, "LargestJoint");
-      fragment.link(std::string("motion.") + port, id + ".input");
-      fragment.add(id + "_none", "LessThan", {{"b", kStanding}});
-      fragment.link(id + ".value", id + "_none.a");
+      add_linked(fragment, id, "LargestJoint", {{"input", std::string("motion.") + port}});
+      add_linked(fragment, id + "_none", "LessThan", {{"a", id + ".value"}}, {{"b", kStanding}});
     }
-    fragment.add("standing", "And");
-    fragment.link("largest_dq_none.value", "standing.a");
-    fragment.link("largest_ddq_none.value", "standing.b");
-    fragment.add("firm", "And");
-    fragment.link("standing.value", "firm.a");
-    fragment.link("arm.settled", "firm.b");
+    add_linked(fragment, "standing", "And", {{"a", "largest_dq_none.value"}, {"b", "largest_ddq_none.value"}});
+    add_linked(fragment, "firm", "And", {{"a", "standing.value"}, {"b", "arm.settled"}});
     return fragment.gate_with_cancel("done", "And", "firm.value");
   }
 
-  GuidanceParameters wish_;
+  GuidanceParameters parameters_;
 };
 
 /// Mass and damper at the tool centre point, in its own axes; the tool goes with their velocity.
 class ByBody final : public VelocityModel {
  public:
-  /// @param felt  weight taken out, in the sensor's measuring frame; without bias if `tared`
-  ByBody(const GuidanceParameters& wish, const WrenchSensor& felt, bool tared, const Eigen::Isometry3d& X_TS)
-      : wish_(wish), felt_(felt.node()), tared_(tared), X_TS_(X_TS) {}
+  /// @param felt  weight removed, in the sensor's measuring frame; without bias if `tared`
+  ByBody(const GuidanceParameters& parameters, const WrenchSensor& felt, bool tared, const Eigen::Isometry3d& X_TS)
+      : parameters_(parameters), felt_(felt.node()), tared_(tared), X_TS_(X_TS) {}
 
   [[nodiscard]] std::string_view name() const override { return "freedrive"; }
   [[nodiscard]] std::vector<std::string> states() const override { return {"enabled", "error"}; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
     std::vector<ExpressionPtr> formulas{felt_};
-    if (wish_.enabled) formulas.push_back(wish_.enabled->node());
+    if (parameters_.enabled) formulas.push_back(parameters_.enabled->node());
     return formulas;
   }
 
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     Diagnostics diagnostics;
-    const GuidanceParameters::Body& body = wish_.body;
-    check_bounds(diagnostics, wish_);
+    const GuidanceParameters::Body& body = parameters_.body;
+    check_bounds(diagnostics, parameters_);
     check_positive(diagnostics, "/body/mass", body.mass, "kg");
     check_positive(diagnostics, "/body/damping", body.damping, "Ns/m");
     check_positive(diagnostics, "/body/inertia", body.inertia, "kg m^2");
@@ -190,73 +174,60 @@ class ByBody final : public VelocityModel {
 
  private:
   [[nodiscard]] std::optional<ToolSpeed> speed() const override {
-    return ToolSpeed{.linear = wish_.linear_max, .angular = wish_.angular_max};
+    return ToolSpeed{.linear = parameters_.linear_max, .angular = parameters_.angular_max};
   }
   void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
-    const GuidanceParameters::Body& body = wish_.body;
-    add_guided(fragment, wish_.enabled);
+    const GuidanceParameters::Body& body = parameters_.body;
+    add_guided(fragment, parameters_.enabled);
     fragment.add("at_tool", "TransformWrench", {{"frame", net::value_to_json(net::Frame(X_TS_))}});
     add_contact(fragment, "at_tool.wrench");
-    fragment.add("smooth", "LowPassWrench", {{"cutoff", body.cutoff}});
-    fragment.link("at_tool.value", "smooth.input");
-    fragment.add("hand", "DeadBandWrench", {{"force", body.force}, {"torque", body.torque}});
-    fragment.link("smooth.value", "hand.input");
+    add_linked(fragment, "smooth", "LowPassWrench", {{"input", "at_tool.value"}}, {{"cutoff", body.cutoff}});
+    add_linked(fragment, "hand", "DeadBandWrench", {{"input", "smooth.value"}},
+               {{"force", body.force}, {"torque", body.torque}});
     // Let go, it begins anew: at rest.
-    fragment.add("let_go", "Not");
-    fragment.link("guided.value", "let_go.input");
-    fragment.add("law", "AdmittanceLaw",
-                 {{"mass", three(body.mass)},
-                  {"damping", three(body.damping)},
-                  {"stiffness", three(0.0)},
-                  {"inertia", three(body.inertia)},
-                  {"rotational_damping", three(body.rotational_damping)},
-                  {"rotational_stiffness", three(0.0)}});
-    fragment.link("hand.value", "law.wrench");
-    fragment.link("let_go.value", "law.reset");
+    add_linked(fragment, "let_go", "Not", {{"input", "guided.value"}});
+    add_linked(fragment, "law", "AdmittanceLaw", {{"wrench", "hand.value"}, {"reset", "let_go.value"}},
+               {{"mass", three(body.mass)},
+                {"damping", three(body.damping)},
+                {"stiffness", three(0.0)},
+                {"inertia", three(body.inertia)},
+                {"rotational_damping", three(body.rotational_damping)},
+                {"rotational_stiffness", three(0.0)}});
     add_tool(fragment, actuator, "tool", "set_point_q");
-    fragment.add("in_base", "RotateTwist");
-    fragment.link("tool.frame", "in_base.frame");
-    fragment.link("law.twist", "in_base.twist");
-    fragment.add("led", "GateTwist");
-    fragment.link("in_base.value", "led.input");
-    fragment.link("guided.value", "led.open");
-    fragment.add("bounded", "LimitTwist", {{"linear_max", wish_.linear_max}, {"angular_max", wish_.angular_max}});
-    fragment.link("led.value", "bounded.input");
+    add_linked(fragment, "in_base", "RotateTwist", {{"frame", "tool.frame"}, {"twist", "law.twist"}});
+    add_linked(fragment, "led", "GateTwist", {{"input", "in_base.value"}, {"open", "guided.value"}});
+    add_linked(fragment, "bounded", "LimitTwist", {{"input", "led.value"}},
+               {{"linear_max", parameters_.linear_max}, {"angular_max", parameters_.angular_max}});
     add_caution(fragment, actuator);
-    fragment.add("wanted", "ScaleTwist");
-    fragment.link("bounded.value", "wanted.twist");
-    fragment.link("caution.value", "wanted.factor");
+    add_linked(fragment, "wanted", "ScaleTwist", {{"twist", "bounded.value"}, {"factor", "caution.value"}});
   }
 
   /// Near singular postures joints would have to change their rates faster than they can, and the tool would go astray:
   /// there it goes slower, but still out again. "caution.value", in [kSlowest, 1].
   static void add_caution(FragmentWriter& fragment, const ActuatorModel& actuator) {
     constexpr double kNear = 0.25, kSlowest = 0.1;  // smallest singular value; share of the velocity
-    fragment.add("posture", "Manipulability",
-                 {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
-    fragment.link("state.set_point_q", "posture.q");
-    fragment.add("room", "Multiply", {{"b", 1.0 / kNear}});
-    fragment.link("posture.smallest", "room.a");
-    fragment.add("caution", "Saturation", {{"lower", kSlowest}, {"upper", 1.0}});
-    fragment.link("room.value", "caution.input");
+    add_linked(fragment, "posture", "Manipulability", {{"q", "state.set_point_q"}},
+               {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
+    add_linked(fragment, "room", "Multiply", {{"a", "posture.smallest"}}, {{"b", 1.0 / kNear}});
+    add_linked(fragment, "caution", "Saturation", {{"input", "room.value"}}, {{"lower", kSlowest}, {"upper", 1.0}});
   }
 
   /// What the hand exerts; nothing is known until an untared sensor has been tared.
   void add_contact(FragmentWriter& fragment, const std::string& to) const {
     if (tared_) return fragment.feed(felt_, to);
-    const double cycles = std::ceil(wish_.body.tare_time / to_seconds(fragment.period()));
+    const double cycles = std::ceil(parameters_.body.tare_time / to_seconds(fragment.period()));
     fragment.add("tare", "Tare", {{"trigger", true}, {"cycles", static_cast<std::int64_t>(cycles)}});
     fragment.feed(felt_, "tare.wrench");
     fragment.link("tare.tared", to);
   }
 
-  GuidanceParameters wish_;
+  GuidanceParameters parameters_;
   ExpressionPtr felt_;
   bool tared_;
   Eigen::Isometry3d X_TS_;
 };
 
-/// For arms that nobody can guide.
+/// For arms that cannot be guided.
 class NoFreedrive final : public ActionModel {
  public:
   [[nodiscard]] std::string_view name() const override { return "freedrive"; }
@@ -290,15 +261,15 @@ FreedriveKind freedrive_kind(const Cell& cell, const std::string& arm) {
   return feels ? FreedriveKind::kBody : FreedriveKind::kNone;
 }
 
-Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& wish, const Biases& biases) {
+Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& parameters, const Biases& biases) {
   switch (freedrive_kind(cell, arm)) {
     case FreedriveKind::kSprings:
-      return Action(std::make_shared<const BySprings>(wish));
+      return Action(std::make_shared<const BySprings>(parameters));
     case FreedriveKind::kBody: {
       const auto& [name, sensor] = *sensor_on(cell, arm);
       const Eigen::Isometry3d X_TS = cell.arms.find(arm)->second.X_FT.inverse() * sensor.X_FS;
       return Action(
-          std::make_shared<const ByBody>(wish, contact_wrench(cell, name, biases), biases.contains(name), X_TS));
+          std::make_shared<const ByBody>(parameters, contact_wrench(cell, name, biases), biases.contains(name), X_TS));
     }
     case FreedriveKind::kNone:
       break;

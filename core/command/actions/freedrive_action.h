@@ -9,23 +9,23 @@
 namespace takt::command {
 
 struct GuidanceParameters {
-  /// While it holds, somebody has the arm in hand (dead-man). When it falls or nobody knows, the arm comes to rest and
+  /// While it holds, a person has the arm in hand (dead-man). When it falls or is unknown, the arm comes to rest and
   /// is stiff again. Default: always.
   std::optional<State> enabled = {};
   double linear_max = 0.25;  ///< of the tool centre point, m/s
   double angular_max = 1.0;  ///< rad/s
 
-  /// Arms with joint impedance: soft springs whose rest follows the measured joints, so that they never wind up.
+  /// Arms with joint impedance: soft springs whose rest position follows the measured joints: they never wind up.
   struct Springs {
     double stiffness = 100.0;  ///< of each joint, Nm/rad (sliding joints: N/m); brought into what the device allows
     double torque = 1.5;  ///< a joint that is bent by less stays where it is, Nm or N: what weights are not exact by
     double gain = 8.0;    ///< velocity for the rest of the bend, 1/s
-    /// The springs' rest stays so far inside of each joint's range (rad, m), so that an arm that is bent at its end is
-    /// inside when it becomes stiff.
+    /// The springs' rest position stays so far inside of each joint's range (rad, m), so that an arm that is bent at
+    /// its end is inside when it becomes stiff.
     double margin = 0.02;
   } springs = {};
 
-  /// Stiff arms with a force/torque sensor: the tool gives way as a body in oil does.
+  /// Stiff arms with a force/torque sensor: the tool yields as a body in oil does.
   struct Body {
     double mass = 10.0;               ///< kg
     double damping = 150.0;           ///< N for 1 m/s
@@ -49,10 +49,10 @@ enum class FreedriveKind : std::uint8_t {
 /// The arm goes where a hand leads it, never out of its joint ranges (at their ends it resists) nor faster than
 /// allowed, until it is cancelled; then it comes to rest where it is, stiff. The device carries the weights of arm and
 /// tool.
-/// @param biases  of the cell's sensors; one that is not there is tared at the beginning: then nobody may touch the arm
+/// @param biases  of the cell's sensors; one that is not there is tared at the beginning: do not touch the arm then
 /// An arm with neither kind is refused with the reason. Offers `enabled`, and `error`: the arm, or the sensor, does not
 /// answer, so it rests.
-[[nodiscard]] Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& wish = {},
+[[nodiscard]] Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& parameters = {},
                                const Biases& biases = {});
 
 }  // namespace takt::command

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/command/actions/planned_path.h"
 #include "core/command/command_tree.h"
 #include "core/device/description.h"
@@ -33,7 +34,7 @@ class PlannedModel final : public ActionModel {
   }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
     std::vector<ExpressionPtr> formulas = motion_.clock.formulas();
-    for (const auto* begin : {&motion_.begins.time, &motion_.begins.rate})
+    for (const auto* begin : {&motion_.clock_initial.time, &motion_.clock_initial.rate})
       if (*begin) formulas.push_back((*begin)->node());
     if (motion_.begins_there) formulas.push_back(motion_.begins_there->node());
     return formulas;
@@ -52,9 +53,7 @@ class PlannedModel final : public ActionModel {
       set_point = std::move(pair);
     }
     const std::string stopped = fragment.gate_with_cancel("stopped", "And", "clock.standstill");
-    fragment.add("done", "Or");
-    fragment.link("clock.at_end", "done.a");
-    fragment.link(stopped, "done.b");
+    add_linked(fragment, "done", "Or", {{"a", "clock.at_end"}, {"b", stopped}});
     return {.set_point = std::move(set_point),
             .done = Signal::at("done.value"),
             .path_clock = "clock",
@@ -86,7 +85,7 @@ class PlannedModel final : public ActionModel {
   }
   [[nodiscard]] double duration() const override { return motion_.motion->duration(); }
   [[nodiscard]] Left left_in_motion() const override {
-    if (!motion_.leaving || motion_.tells.time.empty() || motion_.partner) return {};
+    if (!motion_.leaving || motion_.clock_outputs.time.empty() || motion_.partner) return {};
     return {.motion = &motion_, .abort_handlers = motion_.leaving->abort_handlers};
   }
   [[nodiscard]] std::vector<device::Seam> begins() const override {
@@ -108,22 +107,21 @@ class PlannedModel final : public ActionModel {
   void add_start_check(FragmentWriter& fragment) const {
     fragment.add("at_start", "SnapshotBoolean", {{"trigger", true}});
     fragment.feed(motion_.begins_there->node(), "at_start.input");
-    fragment.add("elsewhere", "Not");
-    fragment.link("at_start.value", "elsewhere.input");
-    fragment.add("wrong_start", "Error", {{"text", "the arm is not where its motion begins"}});
-    fragment.link("elsewhere.value", "wrong_start.condition");
+    add_linked(fragment, "elsewhere", "Not", {{"input", "at_start.value"}});
+    add_linked(fragment, "wrong_start", "Error", {{"condition", "elsewhere.value"}},
+               {{"text", "the arm is not where its motion begins"}});
   }
 
-  /// Goes on with another clock, and tells the next one.
+  /// Goes on with another clock, and shows its own to the next motion.
   void add_hand_over(FragmentWriter& fragment) const {
     if (motion_.motion->law.begins_in_motion()) fragment.set_parameter("clock", "in_motion", true);
-    if (motion_.begins.time) fragment.feed(motion_.begins.time->node(), "clock.begin_time");
-    if (motion_.begins.rate) fragment.feed(motion_.begins.rate->node(), "clock.begin_rate");
-    for (const auto& [channel, port] : {std::pair(&motion_.tells.time, "time"), {&motion_.tells.rate, "rate"}}) {
+    if (motion_.clock_initial.time) fragment.feed(motion_.clock_initial.time->node(), "clock.begin_time");
+    if (motion_.clock_initial.rate) fragment.feed(motion_.clock_initial.rate->node(), "clock.begin_rate");
+    for (const auto& [channel, port] :
+         {std::pair(&motion_.clock_outputs.time, "time"), {&motion_.clock_outputs.rate, "rate"}}) {
       if (channel->empty()) continue;
       const std::string id = std::string("tell_") + port;
-      fragment.add(id, "OutputReal", {{"channel", *channel}});
-      fragment.link(std::string("clock.") + port, id + ".value");
+      add_linked(fragment, id, "OutputReal", {{"value", std::string("clock.") + port}}, {{"channel", *channel}});
     }
   }
 
@@ -132,8 +130,7 @@ class PlannedModel final : public ActionModel {
     std::string id = fmt::format("{}_{:g}", what, value);
     for (char& c : id) c = c == '.' ? '_' : c;
     while (fragment.has(id)) id += '_';
-    fragment.add(id, "AtLeast", {{"b", value}});
-    fragment.link(port, id + ".a");
+    add_linked(fragment, id, "AtLeast", {{"a", port}}, {{"b", value}});
     return id + ".value";
   }
 
@@ -146,11 +143,10 @@ class PlannedModel final : public ActionModel {
       return "no_joints.value";
     }
     const SetPointKind kind = kind_of(motion_.motion->path);
-    fragment.add("no_joints", "IsNullJoints");
-    fragment.link(kind == SetPointKind::kJoints ? "path.q"
-                  : kind == SetPointKind::kPose ? "inverse.q"
-                                                : "choose_q.value",
-                  "no_joints.input");
+    add_linked(fragment, "no_joints", "IsNullJoints",
+               {{"input", kind == SetPointKind::kJoints ? "path.q"
+                          : kind == SetPointKind::kPose ? "inverse.q"
+                                                        : "choose_q.value"}});
     return "no_joints.value";
   }
 
@@ -175,10 +171,10 @@ class MotionModel : public ActionModel {
   SetPointKind gives_;
 };
 
-motion::MotionOptions options_of(const motion::ArmModel& arm, const PlanParameters& wish) {
-  return {.velocity = wish.velocity,
-          .acceleration = wish.acceleration,
-          .linear_velocity = wish.linear_velocity,
+motion::MotionOptions options_of(const motion::ArmModel& arm, const PlanParameters& parameters) {
+  return {.velocity = parameters.velocity,
+          .acceleration = parameters.acceleration,
+          .linear_velocity = parameters.linear_velocity,
           .X_FM = arm.X_FM,
           .load = arm.load};
 }
@@ -195,12 +191,12 @@ class ArmMotion : public MotionModel {
  public:
   using Planner =
       std::function<Result<motion::SequencePlan>(const MountedArm& arm, const kinematics::JointVector& q_start)>;
-  /// @param wish  frame that moves, start, blend and inputs of the clock; the rest is the planner's
-  ArmMotion(const char* name, PlanParameters wish, Planner planner)
-      : MotionModel(name, SetPointKind::kPath), wish_(std::move(wish)), planner_(std::move(planner)) {}
+  /// @param parameters  frame that moves, start, blend and inputs of the clock; the rest is the planner's
+  ArmMotion(const char* name, PlanParameters parameters, Planner planner)
+      : MotionModel(name, SetPointKind::kPath), parameters_(std::move(parameters)), planner_(std::move(planner)) {}
 
   [[nodiscard]] std::vector<device::Seam> begins() const override {
-    return wish_.from ? std::vector{rest_at(*wish_.from)} : std::vector<device::Seam>();
+    return parameters_.from ? std::vector{rest_at(*parameters_.from)} : std::vector<device::Seam>();
   }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
                                                                 const Places& q_start) const override {
@@ -218,14 +214,14 @@ class ArmMotion : public MotionModel {
     auto plan = planner(arm, q_start.at(device));
     if (!plan) return std::unexpected(std::move(plan.error()));
     PlannedMotion motion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
-                         .X_FM = wish_.X_FM.value_or(arm.X_FT),
+                         .X_FM = parameters_.X_FM.value_or(arm.X_FT),
                          .handed_over = std::move(plan->handed_over),
-                         .clock = wish_.clock,
+                         .clock = parameters_.clock,
                          .name = std::string(name())};
-    if (wish_.from) motion.begins_there = stands_at(arm, device, *wish_.from);
-    if (wish_.blend.kind != motion::Blend::Kind::kNone) {
-      motion.leaving = {.blend = wish_.blend};
-      motion.tells = {.time = path_time_channel(device), .rate = path_rate_channel(device)};
+    if (parameters_.from) motion.begins_there = stands_at(arm, device, *parameters_.from);
+    if (parameters_.blend.kind != motion::Blend::Kind::kNone) {
+      motion.leaving = {.blend = parameters_.blend};
+      motion.clock_outputs = {.time = path_time_channel(device), .rate = path_rate_channel(device)};
     }
     return std::make_shared<const PlannedModel>(std::move(motion));
   }
@@ -238,15 +234,15 @@ class ArmMotion : public MotionModel {
     return near(sent, net::JointArray(q), arm.device->description().start_tolerance);
   }
 
-  PlanParameters wish_;
+  PlanParameters parameters_;
   Planner planner_;
 };
 
 /// A PTP; also of a single joint.
 class PtpMotion final : public ArmMotion {
  public:
-  PtpMotion(JointVector q_goal, const PlanParameters& wish)
-      : ArmMotion("PTP", wish, {}), q_goal_(std::move(q_goal)), wish_(wish) {}
+  PtpMotion(JointVector q_goal, const PlanParameters& parameters)
+      : ArmMotion("PTP", parameters, {}), q_goal_(std::move(q_goal)), parameters_(parameters) {}
 
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
                                                                 const Places& q_start) const override {
@@ -254,14 +250,14 @@ class PtpMotion final : public ArmMotion {
       return failure(Code::kWrongSize, {}, fmt::format("a goal of {} joints for '{}'", q_goal_.size(), actuator.name()),
                      "one number");
     const auto planner = [&](const MountedArm& arm, const JointVector& q) {
-      const motion::ArmModel model = planning_model(arm, wish_.X_FM);
-      return alone(motion::plan_ptp(model.chain, model.limits, q, goal(actuator, q), options_of(model, wish_)));
+      const motion::ArmModel model = planning_model(arm, parameters_.X_FM);
+      return alone(motion::plan_ptp(model.chain, model.limits, q, goal(actuator, q), options_of(model, parameters_)));
     };
     return planned_from(*actuator.arm(), actuator.devices().front(), q_start, planner);
   }
 
  private:
-  /// Of a single joint the others stand.
+  /// Of a single joint the others are at rest.
   [[nodiscard]] JointVector goal(const ActuatorModel& actuator, const JointVector& q) const {
     if (!actuator.joint()) return q_goal_;
     JointVector goal = q;
@@ -270,13 +266,13 @@ class PtpMotion final : public ArmMotion {
   }
 
   JointVector q_goal_;
-  PlanParameters wish_;
+  PlanParameters parameters_;
 };
 
-/// Planned by somebody else.
-class ForeignMotion final : public MotionModel {
+/// With a planner of its own.
+class SelfPlannedMotion final : public MotionModel {
  public:
-  ForeignMotion(std::string name, SetPointKind gives, MotionPlanner planner)
+  SelfPlannedMotion(std::string name, SetPointKind gives, MotionPlanner planner)
       : MotionModel(std::move(name), gives), planner_(std::move(planner)) {}
 
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel&,
@@ -290,81 +286,83 @@ class ForeignMotion final : public MotionModel {
   MotionPlanner planner_;
 };
 
-/// The leg with what is wished for it.
-motion::LegMaker with_wish(const SequencePart& part) {
+/// The leg with the parameters of its motion.
+motion::LegMaker with_parameters(const SequencePart& part) {
   return [part](const JointVector& q) -> Result<motion::Leg> {
     auto leg = part.geometry(q);
     if (!leg) return leg;
-    leg->velocity = part.wish.velocity;
-    leg->acceleration = part.wish.acceleration;
-    leg->linear_velocity = part.wish.linear_velocity;
+    leg->velocity = part.parameters.velocity;
+    leg->acceleration = part.parameters.acceleration;
+    leg->linear_velocity = part.parameters.linear_velocity;
     leg->blend = part.blend;
     return leg;
   };
 }
 
-Action motion_action(const char* name, const PlanParameters& wish, ArmMotion::Planner planner) {
-  return Action(std::make_shared<const ArmMotion>(name, wish, std::move(planner)));
+Action motion_action(const char* name, const PlanParameters& parameters, ArmMotion::Planner planner) {
+  return Action(std::make_shared<const ArmMotion>(name, parameters, std::move(planner)));
 }
 
 /// A motion of one leg; `make_leg(model, q, goal)` is one of the functions of core/motion/leg.h.
 template <class Goal, class MakeLeg>
-Action one_leg(const char* name, const PlanParameters& wish, const Goal& goal, MakeLeg make_leg) {
-  return motion_action(name, wish, [wish, goal, make_leg](const MountedArm& arm, const JointVector& q_start) {
-    const motion::ArmModel model = planning_model(arm, wish.X_FM);
-    const auto geometry = [&](const JointVector& q) { return make_leg(model, q, goal); };
-    return motion::plan_sequence(model, q_start, {with_wish({.geometry = geometry, .wish = wish})});
-  });
+Action one_leg(const char* name, const PlanParameters& parameters, const Goal& goal, MakeLeg make_leg) {
+  return motion_action(name, parameters,
+                       [parameters, goal, make_leg](const MountedArm& arm, const JointVector& q_start) {
+                         const motion::ArmModel model = planning_model(arm, parameters.X_FM);
+                         const auto geometry = [&](const JointVector& q) { return make_leg(model, q, goal); };
+                         return motion::plan_sequence(
+                             model, q_start, {with_parameters({.geometry = geometry, .parameters = parameters})});
+                       });
 }
 
 }  // namespace
 
 Action planned_by(std::string name, SetPointKind gives, MotionPlanner planner) {
-  return Action(std::make_shared<const ForeignMotion>(std::move(name), gives, std::move(planner)));
+  return Action(std::make_shared<const SelfPlannedMotion>(std::move(name), gives, std::move(planner)));
 }
 Action planned(PlannedMotion motion) { return Action(std::make_shared<const PlannedModel>(std::move(motion))); }
 
-Action ptp(const JointVector& q_goal, const PlanParameters& wish) {
-  return Action(std::make_shared<const PtpMotion>(q_goal, wish));
+Action ptp(const JointVector& q_goal, const PlanParameters& parameters) {
+  return Action(std::make_shared<const PtpMotion>(q_goal, parameters));
 }
 
-Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& wish) {
-  return motion_action("LIN", wish, [wish, X_BM_goal](const MountedArm& arm, const JointVector& q) {
-    const motion::ArmModel model = planning_model(arm, wish.X_FM);
+Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& parameters) {
+  return motion_action("LIN", parameters, [parameters, X_BM_goal](const MountedArm& arm, const JointVector& q) {
+    const motion::ArmModel model = planning_model(arm, parameters.X_FM);
     if (!model.inverse)
       return Result<motion::SequencePlan>(failure(Code::kRequires, {}, "the arm has no inverse kinematics", "a PTP"));
     return alone(motion::plan_lin(model.chain, *model.inverse, model.limits, model.cartesian, q, X_BM_goal, {},
-                                  options_of(model, wish)));
+                                  options_of(model, parameters)));
   });
 }
 
-Action circ(const motion::ArcThrough& arc, const PlanParameters& wish) {
-  return one_leg("CIRC", wish, arc,
+Action circ(const motion::ArcThrough& arc, const PlanParameters& parameters) {
+  return one_leg("CIRC", parameters, arc,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::circ_leg(arm, q, goal); });
 }
-Action circ(const motion::ArcAbout& arc, const PlanParameters& wish) {
-  return one_leg("CIRC", wish, arc,
+Action circ(const motion::ArcAbout& arc, const PlanParameters& parameters) {
+  return one_leg("CIRC", parameters, arc,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::circ_leg(arm, q, goal); });
 }
-Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const PlanParameters& wish) {
-  return one_leg("spline", wish, poses_BM,
+Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const PlanParameters& parameters) {
+  return one_leg("spline", parameters, poses_BM,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::spline_leg(arm, q, goal); });
 }
-Action spline(const std::vector<JointVector>& points, const PlanParameters& wish) {
-  return one_leg("spline", wish, points,
+Action spline(const std::vector<JointVector>& points, const PlanParameters& parameters) {
+  return one_leg("spline", parameters, points,
                  [](const auto& arm, const auto& q, const auto& goal) { return motion::spline_leg(arm, q, goal); });
 }
 
 Action sequence(std::vector<SequencePart> parts) {
-  PlanParameters first = parts.empty() ? PlanParameters{} : parts.front().wish;
-  first.blend = parts.empty() ? motion::Blend{} : parts.back().wish.blend;
+  PlanParameters first = parts.empty() ? PlanParameters{} : parts.front().parameters;
+  first.blend = parts.empty() ? motion::Blend{} : parts.back().parameters.blend;
   return motion_action("sequence", first,
                        [parts = std::move(parts), first](const MountedArm& arm, const JointVector& q) {
                          if (parts.empty())
                            return Result<motion::SequencePlan>(
                                failure(Code::kMissing, {}, "a sequence without motions", "one at least"));
                          std::vector<motion::LegMaker> makers;
-                         for (const SequencePart& part : parts) makers.push_back(with_wish(part));
+                         for (const SequencePart& part : parts) makers.push_back(with_parameters(part));
                          return motion::plan_sequence(planning_model(arm, first.X_FM), q, makers);
                        });
 }
@@ -375,11 +373,11 @@ namespace {
 Diagnostics plan(CommandNode& node, const Result<Places>& begin) {
   Diagnostics diagnostics;
   const ActionModel& action = node.action->model();
-  if (!action.needs_plan() || node.actuator->model().fault()) return diagnostics;  // of a fault check() tells
+  if (!action.needs_plan() || node.actuator->model().fault()) return diagnostics;  // check() reports the fault
   if (!begin) return begin.error();
   const auto takes = node.actuator->model().takes();
   if (std::ranges::find(takes, action.gives(node.actuator->model())) == takes.end())
-    return diagnostics;  // check() tells
+    return diagnostics;  // check() reports it
   for (const std::string& device : node.actuator->model().devices()) {
     if (begin->at(device).size() == 0)
       diagnostics.error(Code::kNotPossibleNow, {}, fmt::format("the position of '{}' is not known yet", device),
@@ -408,7 +406,7 @@ Diagnostics plan(const Command& command) {
 Diagnostics plan(const Command& command, Places& places, TreeEnd* end) {
   Diagnostics diagnostics;
   const CommandTree tree(command);
-  if (!tree.cycle_of_starts().empty()) return diagnostics;  // check() tells
+  if (!tree.cycle_of_starts().empty()) return diagnostics;  // check() reports it
   const std::vector<int> ranks = tree.ranks();
   std::vector<int> order(ranks.size());
   for (std::size_t i = 0; i < ranks.size(); ++i) order[static_cast<std::size_t>(ranks[i])] = static_cast<int>(i);

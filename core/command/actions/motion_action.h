@@ -18,7 +18,7 @@ namespace takt::command {
 
 /// A second arm on the same law and clock.
 struct PlannedPartner {
-  std::shared_ptr<const motion::Motion> motion;  ///< its law is not looked at
+  std::shared_ptr<const motion::Motion> motion;  ///< its law does not count
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();
 };
 
@@ -26,20 +26,20 @@ struct PlannedPartner {
 struct PlannedMotion {
   std::shared_ptr<const motion::Motion> motion;
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();  ///< the frame that Cartesian pieces move, in the flange
-  std::vector<double> handed_over = {};                    ///< path time at which each point on the way is passed, s
+  std::vector<double> handed_over = {};                    ///< path time at which each via point is passed, s
   ClockInputs clock = {};
   std::string name = "motion";  ///< for people
   /// Of a motion that goes on with another one: path time (s, of its own) and rate with which its clock begins; null or
   /// not given: 0 and 1.
   struct ClockBegin {
     std::optional<RealSensor> time = {}, rate = {};
-  } begins = {};
-  /// Channels in which it tells where its clock is, for who goes on with it; empty: it does not.
+  } clock_initial = {};
+  /// Channels in which it shows where its clock is, for its successor; empty: it does not.
   struct ClockChannels {
     std::string time = {}, rate = {};
-  } tells = {};
+  } clock_outputs = {};
   std::optional<PlannedPartner> partner = {};
-  /// How far before its goal another motion may go on with it. It tells its clock then.
+  /// How far before its goal another motion may go on with it. It shows its clock then.
   struct Leaving {
     motion::Blend blend = {};
     std::optional<State> abort_if = {};  ///< must not hold on what is left of it
@@ -58,7 +58,7 @@ struct PlanParameters {
   std::optional<Eigen::Isometry3d> X_FM = {};  ///< the frame that moves; default: the arm's tool centre point
   ClockInputs clock = {};
   /// Where it begins, rad or m of each joint, so that it can be planned and loaded before the arm is there
-  /// (scheduleAfter of the papers). START looks whether the arm is there; inside of a transaction the net fails if it
+  /// (scheduleAfter of the papers). START checks whether the arm is there; inside of a transaction the net fails if it
   /// is not. Default: where the arm is then, as far as that is known.
   std::optional<kinematics::JointVector> from = {};
   /// How far before its goal the motion that follows the whole command may go on with it, where all else is over by
@@ -69,17 +69,17 @@ struct PlanParameters {
 // Motions from where the arm is when its command is planned. Goals of frames are in the arm's base, m. They offer
 // `at_path`, `via_passed`, `progress`, `error` (no joints for a pose). A single joint() takes a PTP with a goal of its
 // own.
-[[nodiscard]] Action ptp(const kinematics::JointVector& q_goal, const PlanParameters& wish = {});
-[[nodiscard]] Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& wish = {});
-[[nodiscard]] Action circ(const motion::ArcThrough& arc, const PlanParameters& wish = {});
-[[nodiscard]] Action circ(const motion::ArcAbout& arc, const PlanParameters& wish = {});
-[[nodiscard]] Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const PlanParameters& wish = {});
-[[nodiscard]] Action spline(const std::vector<kinematics::JointVector>& points, const PlanParameters& wish = {});
+[[nodiscard]] Action ptp(const kinematics::JointVector& q_goal, const PlanParameters& parameters = {});
+[[nodiscard]] Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& parameters = {});
+[[nodiscard]] Action circ(const motion::ArcThrough& arc, const PlanParameters& parameters = {});
+[[nodiscard]] Action circ(const motion::ArcAbout& arc, const PlanParameters& parameters = {});
+[[nodiscard]] Action spline(const std::vector<Eigen::Isometry3d>& poses_BM, const PlanParameters& parameters = {});
+[[nodiscard]] Action spline(const std::vector<kinematics::JointVector>& points, const PlanParameters& parameters = {});
 
 /// A motion of a sequence, and how it is blended into the next one.
 struct SequencePart {
   motion::LegMaker geometry;
-  PlanParameters wish = {};
+  PlanParameters parameters = {};
   motion::Blend blend = {};
 };
 /// Several motions as one (docs/motion.md); via_passed(i) holds from the middle of blend i on. The frame that moves,
@@ -88,7 +88,7 @@ struct SequencePart {
 
 /// Plans a motion from where its arm, or its two arms, will be (Places as ActionModel::plan() has them).
 using MotionPlanner = std::function<Result<PlannedMotion>(const Places& q_start)>;
-/// A motion that somebody else plans.
+/// A motion with a planner of its own.
 /// @param name   for people
 /// @param gives  kPath of one arm, kPair of two as one
 [[nodiscard]] Action planned_by(std::string name, SetPointKind gives, MotionPlanner planner);
@@ -106,7 +106,7 @@ struct TreeEnd {
 /// planned motion that could follow it then is refused.
 /// @return diagnostics with paths in the tree. Realtime: setup, deterministic.
 [[nodiscard]] Diagnostics plan(const Command& command);
-/// The same from other places than the set points of now.
+/// The same from other positions than the set points of now.
 /// @param[in,out] places  where arms are; then where they are when all has come to its natural end
 /// @param[out] end        how the command leaves its arms; may be null
 [[nodiscard]] Diagnostics plan(const Command& command, Places& places, TreeEnd* end = nullptr);

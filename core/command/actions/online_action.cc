@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/command/actions/velocity_action.h"
 #include "core/device/description.h"
 #include "core/expression/device_sensors.h"
@@ -19,7 +20,7 @@ using kinematics::JointVector;
 
 Json joints_json(const JointVector& q) { return net::value_to_json(net::JointArray(q)); }
 
-/// A figure of a wish.
+/// A figure of a parameters.
 struct Figure {
   const char* name;
   double value;
@@ -43,28 +44,29 @@ void check_share(const char* name, double value, Diagnostics& diagnostics) {
                     "above 0, at most 1");
 }
 
-void add_limit(FragmentWriter& fragment, const std::string& from, const TrackingParameters& wish) {
-  const std::string limited = wish.speed ? "limited" : "wanted";
-  fragment.add(limited, "LimitTwist", {{"linear_max", wish.linear_max}, {"angular_max", wish.angular_max}});
-  fragment.link(from, limited + ".input");
-  if (!wish.speed) return;
-  fragment.add("wanted", "ScaleTwist");
-  fragment.link("limited.value", "wanted.twist");
-  fragment.feed(wish.speed->node(), "wanted.factor");
+void add_limit(FragmentWriter& fragment, const std::string& from, const TrackingParameters& parameters) {
+  const std::string limited = parameters.speed ? "limited" : "wanted";
+  add_linked(fragment, limited, "LimitTwist", {{"input", from}},
+             {{"linear_max", parameters.linear_max}, {"angular_max", parameters.angular_max}});
+  if (!parameters.speed) return;
+  add_linked(fragment, "wanted", "ScaleTwist", {{"twist", "limited.value"}});
+  fragment.feed(parameters.speed->node(), "wanted.factor");
 }
 
-ToolSpeed speed_of(const TrackingParameters& wish) { return {.linear = wish.linear_max, .angular = wish.angular_max}; }
+ToolSpeed speed_of(const TrackingParameters& parameters) {
+  return {.linear = parameters.linear_max, .angular = parameters.angular_max};
+}
 
 /// What it follows, and its speed.
-std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const TrackingParameters& wish) {
-  if (wish.speed) formulas.push_back(wish.speed->node());
+std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const TrackingParameters& parameters) {
+  if (parameters.speed) formulas.push_back(parameters.speed->node());
   return formulas;
 }
 
 constexpr double kShortest = 1e-9;  ///< of a direction that is none
 
 ExpressionPtr no_direction(net::ValueType type) {
-  return broken(Code::kInvalidValue, type, "a direction of no length", "a vector that is not zero");
+  return broken(Code::kOutOfRange, type, "a direction of no length", "a vector that is not zero");
 }
 
 class Jog final : public VelocityModel {
@@ -94,15 +96,16 @@ class Jog final : public VelocityModel {
 
 class FollowPose final : public VelocityModel {
  public:
-  FollowPose(const FrameSensor& target, const TrackingParameters& wish) : target_(target.node()), wish_(wish) {}
+  FollowPose(const FrameSensor& target, const TrackingParameters& parameters)
+      : target_(target.node()), parameters_(parameters) {}
   [[nodiscard]] std::string_view name() const override { return "follow"; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return with_speed({target_}, wish_); }
+  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return with_speed({target_}, parameters_); }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
-    return check_positive({{"linear_max", wish_.linear_max, "m/s"},
-                           {"angular_max", wish_.angular_max, "rad/s"},
-                           {"gain", wish_.gain, "1/s"},
-                           {"distance", wish_.distance, "m"},
-                           {"angle", wish_.angle, "rad"}});
+    return check_positive({{"linear_max", parameters_.linear_max, "m/s"},
+                           {"angular_max", parameters_.angular_max, "rad/s"},
+                           {"gain", parameters_.gain, "1/s"},
+                           {"distance", parameters_.distance, "m"},
+                           {"angle", parameters_.angle, "rad"}});
   }
   [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
 
@@ -112,8 +115,8 @@ class FollowPose final : public VelocityModel {
       fragment.feed(target_, "no_target.input");
       return "no_target.value";
     }
-    fragment.add("arrived", "FramesNear", {{"distance_max", wish_.distance}, {"angle_max", wish_.angle}});
-    fragment.link("now.frame", "arrived.a");
+    add_linked(fragment, "arrived", "FramesNear", {{"a", "now.frame"}},
+               {{"distance_max", parameters_.distance}, {"angle_max", parameters_.angle}});
     fragment.feed(target_, "arrived.b");
     return "arrived.value";
   }
@@ -122,41 +125,38 @@ class FollowPose final : public VelocityModel {
   /// From where the tool was sent last to the target, with a gain.
   void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     add_tool(fragment, actuator, "now", "set_point_q");
-    fragment.add("difference", "FrameDifference");
-    fragment.link("now.frame", "difference.from");
+    add_linked(fragment, "difference", "FrameDifference", {{"from", "now.frame"}});
     fragment.feed(target_, "difference.to");
-    fragment.add("gain", "ConstantReal", {{"value", wish_.gain}});
-    fragment.add("velocity", "ScaleTwist");
-    fragment.link("difference.value", "velocity.twist");
-    fragment.link("gain.value", "velocity.factor");
-    add_limit(fragment, "velocity.value", wish_);
+    fragment.add("gain", "ConstantReal", {{"value", parameters_.gain}});
+    add_linked(fragment, "velocity", "ScaleTwist", {{"twist", "difference.value"}, {"factor", "gain.value"}});
+    add_limit(fragment, "velocity.value", parameters_);
   }
-  [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(wish_); }
+  [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(parameters_); }
 
   ExpressionPtr target_;
-  TrackingParameters wish_;
+  TrackingParameters parameters_;
 };
 
 class HoldForce final : public VelocityModel {
  public:
   HoldForce(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
-            const ForceWish& wish)
+            const ForceControlParameters& parameters)
       : pressing_(pressing.node()),
         direction_(direction_T.norm() > kShortest ? rotate(X_BT, Eigen::Vector3d(direction_T.normalized())).node()
                                                   : no_direction(net::ValueType::kVector)),
-        wish_(wish) {}
+        parameters_(parameters) {}
   [[nodiscard]] std::string_view name() const override { return "hold force"; }
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {pressing_, direction_}; }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
-    Diagnostics diagnostics = check_positive({{"force", wish_.force, "N"},
-                                              {"approach_velocity", wish_.approach_velocity, "m/s"},
-                                              {"contact_force", wish_.contact_force, "N"},
-                                              {"release_time", wish_.release_time, "s"},
-                                              {"gain", wish_.gain.value_or(1.0), "m/s/N"},
-                                              {"velocity_max", wish_.velocity_max, "m/s"},
-                                              {"acceleration_max", wish_.acceleration_max, "m/s^2"}});
-    check_share("release_share", wish_.release_share, diagnostics);
-    check_share("band", wish_.band, diagnostics);
+    Diagnostics diagnostics = check_positive({{"force", parameters_.force, "N"},
+                                              {"approach_velocity", parameters_.approach_velocity, "m/s"},
+                                              {"contact_force", parameters_.contact_force, "N"},
+                                              {"release_time", parameters_.release_time, "s"},
+                                              {"gain", parameters_.gain.value_or(1.0), "m/s/N"},
+                                              {"velocity_max", parameters_.velocity_max, "m/s"},
+                                              {"acceleration_max", parameters_.acceleration_max, "m/s^2"}});
+    check_share("release_share", parameters_.release_share, diagnostics);
+    check_share("band", parameters_.band, diagnostics);
     return diagnostics;
   }
   [[nodiscard]] std::vector<std::string> states() const override { return {"in_contact", "at_force", "error"}; }
@@ -171,17 +171,17 @@ class HoldForce final : public VelocityModel {
 
  private:
   void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
-    add_force_law(fragment, actuator, pressing_, wish_);
+    add_force_law(fragment, actuator, pressing_, parameters_);
     fragment.feed(direction_, "servo.direction");
     fragment.add("along", "ScaleVector");
     fragment.feed(direction_, "along.vector");
     fragment.link("force_law.velocity", "along.factor");
-    fragment.add("wanted", "AssembleTwist", {{"angular", net::value_to_json(net::Vector(net::Vector::Zero()))}});
-    fragment.link("along.value", "wanted.linear");
+    add_linked(fragment, "wanted", "AssembleTwist", {{"linear", "along.value"}},
+               {{"angular", net::value_to_json(net::Vector(net::Vector::Zero()))}});
   }
 
   ExpressionPtr pressing_, direction_;
-  ForceWish wish_;
+  ForceControlParameters parameters_;
 };
 
 /// When it is cancelled, where the arm then is becomes the target.
@@ -208,13 +208,12 @@ class FollowJoints final : public ActionModel {
     const device::ArmDescription& arm = actuator.arm()->device->description();
     fragment.add("state", "ArmState", {{"device", actuator.name()}});
     add_target(fragment);
-    fragment.add("generator", "JerkLimitedJointPosition",
-                 {{"joints", arm.limits.velocity.size()},
-                  {"velocity_max", joints_json(velocity_ * arm.limits.velocity)},
-                  {"acceleration_max", joints_json(acceleration_ * arm.limits.acceleration)},
-                  {"jerk_max", joints_json(acceleration_ * arm.limits.jerk)}});
-    fragment.link("target.value", "generator.target");
-    fragment.link("begin.value", "generator.start");
+    add_linked(fragment, "generator", "JerkLimitedJointPosition",
+               {{"target", "target.value"}, {"start", "begin.value"}},
+               {{"joints", arm.limits.velocity.size()},
+                {"velocity_max", joints_json(velocity_ * arm.limits.velocity)},
+                {"acceleration_max", joints_json(acceleration_ * arm.limits.acceleration)},
+                {"jerk_max", joints_json(acceleration_ * arm.limits.jerk)}});
     SetPoint set_point{.kind = SetPointKind::kJoints, .ports = {}, .constants = {}};
     set_point.ports["q"] = "generator.position";
     set_point.ports["dq"] = "generator.velocity";
@@ -232,15 +231,11 @@ class FollowJoints final : public ActionModel {
  private:
   /// The newest target; before the first where the arm is; from a cancel on where it was then.
   void add_target(FragmentWriter& fragment) const {
-    fragment.add("begin", "SnapshotJoints", {{"trigger", true}});
-    fragment.link("state.set_point_q", "begin.input");
+    add_linked(fragment, "begin", "SnapshotJoints", {{"input", "state.set_point_q"}}, {{"trigger", true}});
     fragment.add("newest", "HoldLastJoints", {{"cycles", 1'000'000'000}});
     fragment.feed(target_, "newest.input");
-    fragment.add("known", "DefaultToJoints");
-    fragment.link("newest.value", "known.input");
-    fragment.link("begin.value", "known.fallback");
-    fragment.add("here", "SnapshotJoints");
-    fragment.link("state.set_point_q", "here.input");
+    add_linked(fragment, "known", "DefaultToJoints", {{"input", "newest.value"}, {"fallback", "begin.value"}});
+    add_linked(fragment, "here", "SnapshotJoints", {{"input", "state.set_point_q"}});
     fragment.feed(fragment.cancel(), "here.trigger");
     fragment.add("target", "SelectJoints");
     fragment.feed(fragment.cancel(), "target.condition");
@@ -257,15 +252,15 @@ class FollowJoints final : public ActionModel {
 Action jog(const TwistSensor& velocity, const State& enabled, const TrackingParameters& bounds) {
   return Action(std::make_shared<const Jog>(velocity, enabled, bounds));
 }
-Action follow(const FrameSensor& target, const TrackingParameters& wish) {
-  return Action(std::make_shared<const FollowPose>(target, wish));
+Action follow(const FrameSensor& target, const TrackingParameters& parameters) {
+  return Action(std::make_shared<const FollowPose>(target, parameters));
 }
 Action follow(const JointsSensor& target, double velocity, double acceleration) {
   return Action(std::make_shared<const FollowJoints>(target, velocity, acceleration));
 }
 Action hold_force(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
-                  const ForceWish& wish) {
-  return Action(std::make_shared<const HoldForce>(pressing, X_BT, direction_T, wish));
+                  const ForceControlParameters& parameters) {
+  return Action(std::make_shared<const HoldForce>(pressing, X_BT, direction_T, parameters));
 }
 
 namespace {

@@ -15,7 +15,7 @@ struct TrackingParameters {
   double gain = 4.0;         ///< velocity for a difference, 1/s
   double distance = 1e-4;    ///< of `arrived`, m
   double angle = 1e-3;       ///< of `arrived`, rad
-  /// Share of the wanted velocity, 0 to 1, such as an operator's override; 0 or null: the arm stands.
+  /// Share of the wanted velocity, 0 to 1, such as an operator's override; 0 or null: the arm rests.
   std::optional<RealSensor> speed = {};
 };
 
@@ -25,14 +25,14 @@ struct TrackingParameters {
 
 /// The tool centre point follows a pose in the arm's base; without a target it comes to rest. Offers `arrived`,
 /// `error`: there is no target.
-[[nodiscard]] Action follow(const FrameSensor& target, const TrackingParameters& wish = {});
+[[nodiscard]] Action follow(const FrameSensor& target, const TrackingParameters& parameters = {});
 
 /// The joints go to a target that may change in every cycle, as fast as shares of their limits allow; without a target
 /// to the last one. Offers `arrived`, `error`: there is no target.
 [[nodiscard]] Action follow(const JointsSensor& target, double velocity = 1.0, double acceleration = 1.0);
 
 /// How a force is brought up and held (primitives ForceController, ServoStiffness; docs/force-control.md).
-struct ForceWish {
+struct ForceControlParameters {
   double force = 10.0;              ///< with which the tool shall press, N
   double approach_velocity = 0.01;  ///< while nothing is touched, m/s
   double contact_force = 1.0;       ///< from here on there is contact, N
@@ -47,13 +47,13 @@ struct ForceWish {
   double velocity_max = 0.02;       ///< m/s
   double acceleration_max = 1.0;    ///< m/s^2
 
-  bool operator==(const ForceWish&) const = default;
+  bool operator==(const ForceControlParameters&) const = default;
 };
 /// Presses along a direction, in the axes of a task frame that is given in the arm's base.
 /// @param pressing  with which the tool presses along that direction, N (pressing_force)
 /// Offers `in_contact`, `at_force`, `error`: the force is not known; then the arm comes to rest.
 [[nodiscard]] Action hold_force(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
-                                const ForceWish& wish = {});
+                                const ForceControlParameters& parameters = {});
 
 /// With how much force a tool presses along a direction of the base: a sensor on the arm's flange feels the opposite.
 [[nodiscard]] RealSensor pressing_force(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_B,

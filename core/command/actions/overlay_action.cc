@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/command/actions/velocity_action.h"
 #include "core/device/description.h"
 #include "core/expression/device_sensors.h"
@@ -32,8 +33,8 @@ void check_is_bare(const ActionModel& motion, Diagnostics& diagnostics) {
 class Woven final : public ActionModel {
  public:
   /// @param plan  nothing: it is made when it is known how the motion goes
-  Woven(std::shared_ptr<const ActionModel> motion, Weaves wishes, std::optional<WeavePlan> plan)
-      : motion_(std::move(motion)), wishes_(std::move(wishes)), plan_(std::move(plan)) {}
+  Woven(std::shared_ptr<const ActionModel> motion, Weaves weaves, std::optional<WeavePlan> plan)
+      : motion_(std::move(motion)), weaves_(std::move(weaves)), plan_(std::move(plan)) {}
 
   [[nodiscard]] std::string_view name() const override { return motion_->name(); }
   [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return motion_->gives(actuator); }
@@ -69,13 +70,13 @@ class Woven final : public ActionModel {
     }
     std::optional<WeavePlan> plan;
     const PlannedPath path = motion->planned_path();
-    // What is wrong with the figures check() tells.
+    // check() reports what is wrong with the figures.
     if (path.motion != nullptr && !own_faults(*motion, actuator).has_errors()) {
-      auto made = plan_weaves(*actuator.arm(), path, wishes_);
+      auto made = plan_weaves(*actuator.arm(), path, weaves_);
       if (!made) return std::unexpected(in_place(made.error(), path));
       plan = std::move(*made);
     }
-    return std::make_shared<const Woven>(std::move(motion), wishes_, plan.value_or(WeavePlan{}));
+    return std::make_shared<const Woven>(std::move(motion), weaves_, plan.value_or(WeavePlan{}));
   }
 
   [[nodiscard]] Diagnostics check(const ActuatorModel& actuator) const override {
@@ -98,13 +99,13 @@ class Woven final : public ActionModel {
                         Contribution& contribution) {
     const std::string weave = "weave" + number, offset = "offset" + number;
     fragment.add(weave, "Weave",
-                 {{"amplitude", window.wish.amplitude},
-                  {"frequency", window.wish.frequency},
+                 {{"amplitude", window.weave.amplitude},
+                  {"frequency", window.weave.frequency},
                   {"begin", window.begin},
                   {"duration", window.end - window.begin},
-                  {"ramp", window.wish.ramp}});
+                  {"ramp", window.weave.ramp}});
     fragment.link_all(contribution.path_clock, weave, {"time", "rate", "rate_derivative"});
-    fragment.add(offset, "OffsetFrame", {{"direction", net::value_to_json(net::Vector(window.wish.direction_M))}});
+    fragment.add(offset, "OffsetFrame", {{"direction", net::value_to_json(net::Vector(window.weave.direction_M))}});
     for (const char* port : {"frame", "twist", "acceleration"}) {
       contribution.set_point.feed(fragment, port, offset + "." + port);
       contribution.set_point.ports[port] = offset + ".moved_" + port;
@@ -127,15 +128,15 @@ class Woven final : public ActionModel {
     }
     check_is_bare(motion, diagnostics);
     const std::size_t motions = motion.planned_path().handed_over.size() + 1;
-    if (wishes_.size() > 1 && wishes_.size() != motions) {
-      diagnostics.error(Code::kWrongSize, {}, fmt::format("{} weaves for {} motions", wishes_.size(), motions),
+    if (weaves_.size() > 1 && weaves_.size() != motions) {
+      diagnostics.error(Code::kWrongSize, {}, fmt::format("{} weaves for {} motions", weaves_.size(), motions),
                         "one for each, or one");
     }
-    for (std::size_t i = 0; i < wishes_.size(); ++i) {
-      if (!wishes_[i] || (i > 0 && wishes_[i] == wishes_[i - 1])) continue;
-      Diagnostics own = check_figures(*wishes_[i]);
-      if (!own.has_errors()) own = check_alone(*wishes_[i], actuator.arm()->device->description().cartesian);
-      diagnostics.append(own, wishes_.size() == 1 ? "" : pointer_segment(i));
+    for (std::size_t i = 0; i < weaves_.size(); ++i) {
+      if (!weaves_[i] || (i > 0 && weaves_[i] == weaves_[i - 1])) continue;
+      Diagnostics own = check_figures(*weaves_[i]);
+      if (!own.has_errors()) own = check_alone(*weaves_[i], actuator.arm()->device->description().cartesian);
+      diagnostics.append(own, weaves_.size() == 1 ? "" : pointer_segment(i));
     }
     return diagnostics;
   }
@@ -152,7 +153,7 @@ class Woven final : public ActionModel {
   }
 
   std::shared_ptr<const ActionModel> motion_;
-  Weaves wishes_;
+  Weaves weaves_;
   std::optional<WeavePlan> plan_;
 };
 
@@ -161,10 +162,11 @@ class Woven final : public ActionModel {
 class OffsetRoom {
  public:
   /// @param begin  path time from which the offset is there, s
-  OffsetRoom(const MountedArm& arm, const ActionModel::PlannedPath& path, const ForceOffsetWish& wish, double begin)
+  OffsetRoom(const MountedArm& arm, const ActionModel::PlannedPath& path,
+             const ForceOffsetControlParameters& parameters, double begin)
       : arm_(planning_model(arm, path.X_FM)),
         motion_(*path.motion),
-        wish_(wish),
+        parameters_(parameters),
         begin_(begin),
         places_(kPlaces * static_cast<int>(path.handed_over.size() + 1)) {
     const auto pieces = motion::pieces_of(motion_.path);
@@ -176,10 +178,10 @@ class OffsetRoom {
 
   [[nodiscard]] Diagnostics check() {
     Diagnostics diagnostics;
-    const ForceWish& force = wish_.force;
+    const ForceControlParameters& force = parameters_.force;
     check_use(diagnostics, "acceleration", -1, 0.0, force.acceleration_max,
               (1.0 - share_) * arm_.cartesian.linear_acceleration);
-    check_use(diagnostics, "jerk", -1, 0.0, wish_.jerk_max, (1.0 - share_) * arm_.cartesian.linear_jerk);
+    check_use(diagnostics, "jerk", -1, 0.0, parameters_.jerk_max, (1.0 - share_) * arm_.cartesian.linear_jerk);
     const double step = std::max((motion_.duration() - begin_) / places_, kLeastStep_s);
     for (double at = begin_; at <= motion_.duration() && diagnostics.empty(); at += step) {
       const auto sample = motion::joints_at(arm_, motion_, at);
@@ -188,8 +190,8 @@ class OffsetRoom {
       for (Eigen::Index i = 0; i < offset->per_metre.size(); ++i) {
         const double s = std::abs(offset->per_metre[i]), ds = std::abs(offset->rate[i]),
                      dds = std::abs(offset->bend[i]);
-        const double v = force.velocity_max, a = force.acceleration_max, j = wish_.jerk_max;
-        const double x = std::max(wish_.reach, wish_.retreat);
+        const double v = force.velocity_max, a = force.acceleration_max, j = parameters_.jerk_max;
+        const double x = std::max(parameters_.reach, parameters_.retreat);
         const int joint = static_cast<int>(i);
         const double share = at / std::max(motion_.duration(), kLeastStep_s);
         check_use(diagnostics, "velocity", joint, share, kMargin * (s * v + ds * x),
@@ -207,7 +209,7 @@ class OffsetRoom {
   using JointVector = kinematics::JointVector;
   static constexpr double kLeastStep_s = 1e-3;
   static constexpr int kPlaces = 100;  ///< on each motion
-  /// What differs between places, and at the offset from on the path.
+  /// What differs between samples, and at the offset from on the path.
   static constexpr double kMargin = 1.1;
   static constexpr double kRounding = 1e-9;
 
@@ -230,7 +232,7 @@ class OffsetRoom {
   [[nodiscard]] std::optional<JointVector> joints_per_metre(const JointVector& q) const {
     if (arm_.inverse == nullptr) return std::nullopt;
     kinematics::Vector6 V = kinematics::Vector6::Zero();
-    V.head<3>() = (arm_.chain.forward(q) * arm_.X_FM).linear() * wish_.direction_M;
+    V.head<3>() = (arm_.chain.forward(q) * arm_.X_FM).linear() * parameters_.direction_M;
     const JointVector held = JointVector::Zero(static_cast<Eigen::Index>(arm_.inverse->held_joints().size()));
     JointVector rates = q;
     if (arm_.inverse->rates(q, V, held, rates) != kinematics::IkStatus::kOk) return std::nullopt;
@@ -252,7 +254,7 @@ class OffsetRoom {
 
   motion::ArmModel arm_;
   const motion::Motion& motion_;
-  const ForceOffsetWish& wish_;
+  const ForceOffsetControlParameters& parameters_;
   double begin_;
   int places_;
   double share_ = 0.0;  ///< of the limits of acceleration and jerk that the motion may use
@@ -260,9 +262,9 @@ class OffsetRoom {
 
 class ForceOffset final : public ActionModel {
  public:
-  ForceOffset(std::shared_ptr<const ActionModel> motion, ExpressionPtr pressing, const ForceOffsetWish& wish,
-              std::size_t first)
-      : motion_(std::move(motion)), pressing_(std::move(pressing)), wish_(wish), first_(first) {}
+  ForceOffset(std::shared_ptr<const ActionModel> motion, ExpressionPtr pressing,
+              const ForceOffsetControlParameters& parameters, std::size_t first)
+      : motion_(std::move(motion)), pressing_(std::move(pressing)), parameters_(parameters), first_(first) {}
 
   [[nodiscard]] std::string_view name() const override { return motion_->name(); }
   [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return motion_->gives(actuator); }
@@ -297,7 +299,7 @@ class ForceOffset final : public ActionModel {
                                                                 const Places& q) const override {
     auto planned = motion_->plan(actuator, q);
     if (!planned) return planned;
-    return std::make_shared<const ForceOffset>(std::move(*planned), pressing_, wish_, first_);
+    return std::make_shared<const ForceOffset>(std::move(*planned), pressing_, parameters_, first_);
   }
 
   [[nodiscard]] Diagnostics check(const ActuatorModel& actuator) const override {
@@ -309,14 +311,14 @@ class ForceOffset final : public ActionModel {
                         "a Cartesian motion");
       return diagnostics;
     }
-    if (!(wish_.reach >= 0.0 && wish_.retreat >= 0.0 && wish_.reach + wish_.retreat > 0.0)) {
+    if (!(parameters_.reach >= 0.0 && parameters_.retreat >= 0.0 && parameters_.reach + parameters_.retreat > 0.0)) {
       diagnostics.error(Code::kOutOfRange, {},
-                        fmt::format("a force offset from {:g} to {:g} m", 0.0 - wish_.retreat, wish_.reach),
+                        fmt::format("a force offset from {:g} to {:g} m", 0.0 - parameters_.retreat, parameters_.reach),
                         "a reach and a retreat from 0, not both 0");
     }
     check_is_bare(*motion_, diagnostics);
     if (!path.laid_over && actuator.arm() != nullptr)
-      diagnostics.append(OffsetRoom(*actuator.arm(), path, wish_, *begin_of(path)).check());
+      diagnostics.append(OffsetRoom(*actuator.arm(), path, parameters_, *begin_of(path)).check());
     return diagnostics;
   }
 
@@ -324,8 +326,9 @@ class ForceOffset final : public ActionModel {
     Contribution contribution = motion_->add_to(fragment, actuator);
     // The offset counts on what the motion leaves of the limits, and stops by the table leave nothing.
     fragment.set_parameter(contribution.path_clock, "law", nullptr);
-    add_force_law(fragment, actuator, pressing_, wish_.force);
-    fragment.add("pressed_direction", "RotateVector", {{"vector", net::value_to_json(net::Vector(wish_.direction_M))}});
+    add_force_law(fragment, actuator, pressing_, parameters_.force);
+    fragment.add("pressed_direction", "RotateVector",
+                 {{"vector", net::value_to_json(net::Vector(parameters_.direction_M))}});
     contribution.set_point.feed(fragment, "frame", "pressed_direction.frame");
     fragment.link("pressed_direction.value", "servo.direction");
     add_begin(fragment, contribution.path_clock);
@@ -349,50 +352,42 @@ class ForceOffset final : public ActionModel {
   }
   [[nodiscard]] double begin() const { return begin_of(motion_->planned_path()).value_or(0.0); }
 
-  /// Before it begins nobody asks for the force.
+  /// Before it begins the force is not needed.
   void add_begin(FragmentWriter& fragment, const std::string& clock) const {
     const std::string unknown = begin() > 0.0 ? "force_unknown" : "no_force";
     fragment.add(unknown, "IsNullReal");
     fragment.feed(pressing_, unknown + ".input");
     if (begin() == 0.0) return;
-    fragment.add("force_begun", "AtLeast", {{"b", begin()}});
-    fragment.link(clock + ".time", "force_begun.a");
+    add_linked(fragment, "force_begun", "AtLeast", {{"a", clock + ".time"}}, {{"b", begin()}});
     fragment.add("no_force", "And");
-    fragment.link_delayed("force_begun.value", "no_force.a", false);  // it acts on the clock that tells it
+    fragment.link_delayed("force_begun.value", "no_force.a", false);  // it acts on the clock that it depends on
     fragment.link("force_unknown.value", "no_force.b");
   }
 
-  /// While the force is not known the path stands.
+  /// While the force is not known the path clock stops.
   void add_stand(FragmentWriter& fragment, const std::string& clock) const {
     const std::string rate = fragment.take_link(clock + ".target_rate");
-    fragment.add("rate_with_force", "SelectReal", {{"if_true", 0.0}});
-    fragment.link("no_force.value", "rate_with_force.condition");
-    fragment.link(rate, "rate_with_force.if_false");
+    add_linked(fragment, "rate_with_force", "SelectReal", {{"condition", "no_force.value"}, {"if_false", rate}},
+               {{"if_true", 0.0}});
     fragment.link("rate_with_force.value", clock + ".target_rate");
   }
 
   void add_offset(FragmentWriter& fragment, Contribution& contribution) const {
-    fragment.add("ending", "Or");
-    fragment.link(contribution.path_clock + ".at_end", "ending.a");
+    add_linked(fragment, "ending", "Or", {{"a", contribution.path_clock + ".at_end"}});
     fragment.feed(fragment.cancel(), "ending.b");
     std::string rests = "ending.value";
     if (begin() > 0.0) {
-      fragment.add("not_yet", "Not");
-      fragment.link("force_begun.value", "not_yet.input");
-      fragment.add("rests", "Or");
-      fragment.link("not_yet.value", "rests.a");
-      fragment.link("ending.value", "rests.b");
+      add_linked(fragment, "not_yet", "Not", {{"input", "force_begun.value"}});
+      add_linked(fragment, "rests", "Or", {{"a", "not_yet.value"}, {"b", "ending.value"}});
       rests = "rests.value";
     }
-    fragment.add("force_offset", "BoundedOffset",
-                 {{"lower", -wish_.retreat},
-                  {"upper", wish_.reach},
-                  {"velocity_max", wish_.force.velocity_max},
-                  {"acceleration_max", wish_.force.acceleration_max},
-                  {"jerk_max", wish_.jerk_max}});
-    fragment.link("force_law.velocity", "force_offset.velocity");
-    fragment.link(rests, "force_offset.rest");
-    fragment.add("pressed", "OffsetFrame", {{"direction", net::value_to_json(net::Vector(wish_.direction_M))}});
+    add_linked(fragment, "force_offset", "BoundedOffset", {{"velocity", "force_law.velocity"}, {"rest", rests}},
+               {{"lower", -parameters_.retreat},
+                {"upper", parameters_.reach},
+                {"velocity_max", parameters_.force.velocity_max},
+                {"acceleration_max", parameters_.force.acceleration_max},
+                {"jerk_max", parameters_.jerk_max}});
+    fragment.add("pressed", "OffsetFrame", {{"direction", net::value_to_json(net::Vector(parameters_.direction_M))}});
     for (const char* port : {"frame", "twist", "acceleration"}) {
       contribution.set_point.feed(fragment, port, std::string("pressed.") + port);
       contribution.set_point.ports[port] = std::string("pressed.moved_") + port;
@@ -403,22 +398,21 @@ class ForceOffset final : public ActionModel {
   }
 
   static std::string add_done(FragmentWriter& fragment, const std::string& path_done) {
-    fragment.add("all_done", "And");
-    fragment.link(path_done, "all_done.a");
-    fragment.link("force_offset.standing", "all_done.b");
+    add_linked(fragment, "all_done", "And", {{"a", path_done}, {"b", "force_offset.standing"}});
     return "all_done.value";
   }
 
   std::shared_ptr<const ActionModel> motion_;
   ExpressionPtr pressing_;
-  ForceOffsetWish wish_;
+  ForceOffsetControlParameters parameters_;
   std::size_t first_;
 };
 
 }  // namespace
 
-Action force_offset(const Action& motion, const RealSensor& pressing, const ForceOffsetWish& wish, std::size_t first) {
-  return Action(std::make_shared<const ForceOffset>(motion.shared_model(), pressing.node(), wish, first));
+Action force_offset(const Action& motion, const RealSensor& pressing, const ForceOffsetControlParameters& parameters,
+                    std::size_t first) {
+  return Action(std::make_shared<const ForceOffset>(motion.shared_model(), pressing.node(), parameters, first));
 }
 
 RealSensor pressing_along(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_M,
@@ -430,10 +424,10 @@ RealSensor pressing_along(const Cell& cell, const std::string& sensor, const Eig
   return dot(felt, Eigen::Vector3d(-(R_SM * direction_M.normalized())));
 }
 
-Action weave(const Action& motion, const WeaveParameters& wish) { return weave_each(motion, {wish}); }
+Action weave(const Action& motion, const WeaveParameters& parameters) { return weave_each(motion, {parameters}); }
 
-Action weave_each(const Action& motion, const Weaves& wishes) {
-  return Action(std::make_shared<const Woven>(motion.shared_model(), wishes, std::nullopt));
+Action weave_each(const Action& motion, const Weaves& weaves) {
+  return Action(std::make_shared<const Woven>(motion.shared_model(), weaves, std::nullopt));
 }
 
 Action woven(const Action& motion, const WeavePlan& plan) {

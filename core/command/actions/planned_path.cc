@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/expression/device_sensors.h"
 #include "core/motion/path.h"
 
@@ -26,9 +27,7 @@ PathKind primitive_of(const motion::Path& path) {
 /// The rate of "target_rate" while a Boolean in here does not hold, else 0.
 std::string add_stand(FragmentWriter& fragment, const std::string& id, const std::string& stands,
                       const std::string& rate) {
-  fragment.add(id, "SelectReal", {{"if_true", 0.0}});
-  fragment.link(stands, id + ".condition");
-  fragment.link(rate, id + ".if_false");
+  add_linked(fragment, id, "SelectReal", {{"condition", stands}, {"if_false", rate}}, {{"if_true", 0.0}});
   return id + ".value";
 }
 
@@ -65,14 +64,12 @@ void add_clock(FragmentWriter& fragment, const motion::Motion& motion, const Clo
     rate = add_stand(fragment, "rate", "paused.value", rate);
   }
   if (!waits_for.empty()) {
-    fragment.add("waits", "Not");
-    fragment.link(waits_for, "waits.input");
+    add_linked(fragment, "waits", "Not", {{"input", waits_for}});
     rate = add_stand(fragment, "rate_after", "waits.value", rate);
   }
   const nlohmann::ordered_json law = motion::to_json(motion.law);
-  fragment.add("clock", "PathClock",
-               {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}, {"law", law}});
-  fragment.link(rate, "clock.target_rate");
+  add_linked(fragment, "clock", "PathClock", {{"target_rate", rate}},
+             {{"duration", motion.duration()}, {"bounds", motion::to_json(motion.clock)}, {"law", law}});
   fragment.add("law", "TimeLaw", {{"law", law}});
   fragment.link_all("clock", "law", {"time", "rate", "rate_derivative"});
 }

@@ -13,22 +13,22 @@ namespace takt::command {
 
 /// What acts on a planned motion while it runs, through its path clock (rows P1, P2).
 struct ClockInputs {
-  std::optional<RealSensor> speed = {};  ///< rate of path time, 0 to 1; null: it stands
-  std::optional<State> pause = {};       ///< while it holds the motion stands on its path; null counts as true
+  std::optional<RealSensor> speed = {};  ///< rate of path time, 0 to 1; null: it stops
+  std::optional<State> pause = {};       ///< while it holds the motion stops on its path; null counts as true
 
   [[nodiscard]] std::vector<ExpressionPtr> formulas() const;
 };
 
-/// The channels in which the motions of an arm tell their successors where their clock is.
+/// The channels in which the motions of an arm show their clock to their successors.
 [[nodiscard]] std::string path_time_channel(const std::string& arm);  ///< s
 [[nodiscard]] std::string path_rate_channel(const std::string& arm);  ///< 1
 
-/// The cell's override, as the speed of a motion; where its channel says nothing the motion stands.
+/// The cell's override, as the speed of a motion; where its channel is null the motion stops.
 [[nodiscard]] ClockInputs override_of(const Cell& cell);
 
 /// Adds "clock" (PathClock) and "law" (TimeLaw) of a motion. A cancel of the fragment and the inputs are target rates
 /// of the clock.
-/// @param waits_for  a Boolean in the fragment until which, and without which, the motion stands; empty: nothing
+/// @param waits_for  a Boolean in the fragment until which, and without which, the motion rests; empty: nothing
 void add_clock(FragmentWriter& fragment, const motion::Motion& motion, const ClockInputs& inputs,
                const std::string& waits_for = {});
 

@@ -8,7 +8,7 @@
 
 namespace takt::command {
 
-/// Averages a sensor's reading, tool weight taken out, over `cycles` cycles while the arms stand still. Observes
+/// Averages a sensor's reading, tool weight removed, over `cycles` cycles while the arms are at rest. Observes
 /// observed::kBias, a wrench in the measuring frame; null if the sensor was silent for half a second, or the command
 /// was cancelled.
 [[nodiscard]] WaitCommand tare_command(const std::string& sensor, std::int64_t cycles, const Cell& cell);

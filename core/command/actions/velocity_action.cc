@@ -4,27 +4,24 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/command/actions/linked_primitive.h"
 #include "core/device/description.h"
 #include "core/net/value_json.h"
 
 namespace takt::command {
 namespace {
 
-/// Joints that are slower and change their velocity less than this stand, rad/s and rad/s^2.
+/// Joints that are slower and change their velocity less than this are at rest, rad/s and rad/s^2.
 constexpr double kStanding = 1e-9;
 
-/// It was cancelled, and the joints stand. @return the port.
+/// It was cancelled, and the joints are at rest. @return the port.
 std::string add_rest(FragmentWriter& fragment) {
   for (const char* port : {"dq", "ddq"}) {
     const std::string id = std::string("largest_") + port;
-    fragment.add(id, "LargestJoint");
-    fragment.link(std::string("inverse.") + port, id + ".input");
-    fragment.add(id + "_none", "LessThan", {{"b", kStanding}});
-    fragment.link(id + ".value", id + "_none.a");
+    add_linked(fragment, id, "LargestJoint", {{"input", std::string("inverse.") + port}});
+    add_linked(fragment, id + "_none", "LessThan", {{"a", id + ".value"}}, {{"b", kStanding}});
   }
-  fragment.add("standing", "And");
-  fragment.link("largest_dq_none.value", "standing.a");
-  fragment.link("largest_ddq_none.value", "standing.b");
+  add_linked(fragment, "standing", "And", {{"a", "largest_dq_none.value"}, {"b", "largest_ddq_none.value"}});
   return fragment.gate_with_cancel("done", "And", "standing.value");
 }
 
@@ -44,9 +41,7 @@ Contribution VelocityModel::add_to(FragmentWriter& fragment, const ActuatorModel
   add_velocity(fragment, actuator);
   fragment.add("go", "Not");
   fragment.feed(fragment.cancel(), "go.input");
-  fragment.add("twist", "GateTwist");
-  fragment.link("wanted.value", "twist.input");
-  fragment.link("go.value", "twist.open");
+  add_linked(fragment, "twist", "GateTwist", {{"input", "wanted.value"}, {"open", "go.value"}});
   return {.set_point = {.kind = SetPointKind::kTwist,
                         .ports = {{"twist", "twist.value"}},
                         .constants = {},
@@ -59,30 +54,28 @@ Contribution VelocityModel::add_to(FragmentWriter& fragment, const ActuatorModel
 void VelocityModel::add_tool(FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& id,
                              const std::string& joints) {
   if (!fragment.has("state")) fragment.add("state", "ArmState", {{"device", actuator.name()}});
-  fragment.add(id, "ForwardKinematics",
-               {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
-  fragment.link("state." + joints, id + ".q");
+  add_linked(fragment, id, "ForwardKinematics", {{"q", "state." + joints}},
+             {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
 }
 
 void add_force_law(FragmentWriter& fragment, const ActuatorModel& actuator, const ExpressionPtr& pressing,
-                   const ForceWish& wish) {
+                   const ForceControlParameters& parameters) {
   if (!fragment.has("state")) fragment.add("state", "ArmState", {{"device", actuator.name()}});
-  fragment.add("servo", "ServoStiffness",
-               {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
-  fragment.link("state.q", "servo.q");
+  add_linked(fragment, "servo", "ServoStiffness", {{"q", "state.q"}},
+             {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
   fragment.add("force_law", "ForceController",
-               {{"wanted", wish.force},
-                {"approach_velocity", wish.approach_velocity},
-                {"contact_force", wish.contact_force},
-                {"release_force", wish.release_share * wish.contact_force},
-                {"release_time", wish.release_time},
-                {"band", wish.band},
-                {"gain", wish.gain.value_or(0.0)},
-                {"surface_moves", wish.surface_moves},
-                {"measures_stiffness", wish.measures_stiffness},
-                {"sensor_delay", wish.sensor_delay},
-                {"velocity_max", wish.velocity_max},
-                {"acceleration_max", wish.acceleration_max}});
+               {{"wanted", parameters.force},
+                {"approach_velocity", parameters.approach_velocity},
+                {"contact_force", parameters.contact_force},
+                {"release_force", parameters.release_share * parameters.contact_force},
+                {"release_time", parameters.release_time},
+                {"band", parameters.band},
+                {"gain", parameters.gain.value_or(0.0)},
+                {"surface_moves", parameters.surface_moves},
+                {"measures_stiffness", parameters.measures_stiffness},
+                {"sensor_delay", parameters.sensor_delay},
+                {"velocity_max", parameters.velocity_max},
+                {"acceleration_max", parameters.acceleration_max}});
   fragment.link_all("servo", "force_law", {"stiffness", "natural_frequency", "damping_ratio", "delay"});
   fragment.feed(pressing, "force_law.force");
 }

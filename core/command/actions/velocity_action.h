@@ -31,6 +31,6 @@ class VelocityModel : public ActionModel {
 /// Adds the velocity that brings a force up and holds it, as "force_law.velocity"; null while the force is. The caller
 /// feeds "servo.direction": that of the force, in the axes of the arm's base.
 void add_force_law(FragmentWriter& fragment, const ActuatorModel& actuator, const ExpressionPtr& pressing,
-                   const ForceWish& wish);
+                   const ForceControlParameters& parameters);
 
 }  // namespace takt::command

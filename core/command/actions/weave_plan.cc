@@ -37,9 +37,9 @@ Peaks larger_of(const Peaks& a, const Peaks& b) {
 }
 
 /// A weave while it is at its full amplitude.
-Peaks peaks_between_ramps(const WeaveParameters& wish) {
-  const double omega = 2.0 * std::numbers::pi * wish.frequency;
-  return {wish.amplitude * omega, wish.amplitude * omega * omega, wish.amplitude * omega * omega * omega};
+Peaks peaks_between_ramps(const WeaveParameters& weave) {
+  const double omega = 2.0 * std::numbers::pi * weave.frequency;
+  return {weave.amplitude * omega, weave.amplitude * omega * omega, weave.amplitude * omega * omega * omega};
 }
 
 /// The smooth step 10 u^3 - 15 u^4 + 6 u^5 of the primitive Weave, with its derivatives with respect to u in [0, 1].
@@ -48,15 +48,15 @@ std::array<double, 4> smooth_step(double u) {
           60.0 * u * (1.0 - u) * (1.0 - 2.0 * u), 60.0 * (1.0 - 6.0 * u + 6.0 * u * u)};
 }
 
-/// A weave in its ramps: A sin(w t) s(u), u = t / T at its start and (D - t) / T at its end, looked at densely. Where
+/// A weave in its ramps: A sin(w t) s(u), u = t / T at its start and (D - t) / T at its end, sampled densely. Where
 /// the ramp has many periods every phase comes by, and the envelope of each derivative is its peak.
 /// @param duration  D of the path, s
-Peaks peaks_in_ramps(const WeaveParameters& wish, double duration) {
+Peaks peaks_in_ramps(const WeaveParameters& weave, double duration) {
   constexpr int kPlaces = 400;           // of a period, or of a shorter ramp
   constexpr double kManyPeriods = 20.0;  // the envelope is less than 0.1 % above the peak then
-  const double omega = 2.0 * std::numbers::pi * wish.frequency, ramp = std::min(wish.ramp, 0.5 * duration);
-  const bool by_envelope = ramp * wish.frequency > kManyPeriods;
-  const int places = by_envelope ? kPlaces : static_cast<int>(kPlaces * std::max(1.0, ramp * wish.frequency));
+  const double omega = 2.0 * std::numbers::pi * weave.frequency, ramp = std::min(weave.ramp, 0.5 * duration);
+  const bool by_envelope = ramp * weave.frequency > kManyPeriods;
+  const int places = by_envelope ? kPlaces : static_cast<int>(kPlaces * std::max(1.0, ramp * weave.frequency));
   Peaks peaks{};
   for (int i = 0; i <= places; ++i) {
     const double u = static_cast<double>(i) / places;
@@ -73,17 +73,17 @@ Peaks peaks_in_ramps(const WeaveParameters& wish, double duration) {
       // To the end the same runs backwards in time, from the phase that the sine has there.
       const double most = by_envelope ? std::hypot(of_sine, of_cosine)
                                       : std::max(at(omega * u * ramp), at(omega * (u * ramp - duration)));
-      peaks[k] = std::max(peaks[k], wish.amplitude * most);
+      peaks[k] = std::max(peaks[k], weave.amplitude * most);
     }
   }
   return peaks;
 }
 
 /// The shortest ramp that is possible, s, as people read it.
-std::string longer_ramp(const WeaveParameters& wish, double duration, const Peaks& most) {
+std::string longer_ramp(const WeaveParameters& weave, double duration, const Peaks& most) {
   constexpr double kStep = 1.02;
-  WeaveParameters longer = wish;
-  longer.ramp = std::max(wish.ramp, 1e-3);
+  WeaveParameters longer = weave;
+  longer.ramp = std::max(weave.ramp, 1e-3);
   const auto fits = [&] { return larger_of(peaks_in_ramps(longer, duration), most) == most; };
   while (longer.ramp < 0.5 * duration) {
     longer.ramp = std::min(kStep * longer.ramp, 0.5 * duration);
@@ -93,17 +93,17 @@ std::string longer_ramp(const WeaveParameters& wish, double duration, const Peak
 }
 
 /// What is needed to grow from nothing, and to fade, shows once it is known how long the motion takes.
-Diagnostics check_ramps(const WeaveParameters& wish, double duration, const Peaks& most) {
+Diagnostics check_ramps(const WeaveParameters& weave, double duration, const Peaks& most) {
   Diagnostics diagnostics;
-  const Peaks ramps = peaks_in_ramps(wish, duration);
+  const Peaks ramps = peaks_in_ramps(weave, duration);
   std::string way_out;
   for (std::size_t k = 0; k < kWhat.size(); ++k) {
     if (ramps[k] <= most[k]) continue;
-    if (way_out.empty()) way_out = longer_ramp(wish, duration, most);
+    if (way_out.empty()) way_out = longer_ramp(weave, duration, most);
     const auto& [what, unit] = kWhat[k];
     diagnostics.error(Code::kLimitExceeded, "/ramp",
                       fmt::format("a weave that grows or fades in {:.3g} s, with {} of {:.3g} {} (at most {:.3g} {})",
-                                  std::min(wish.ramp, 0.5 * duration), what, ramps[k], unit, most[k], unit),
+                                  std::min(weave.ramp, 0.5 * duration), what, ramps[k], unit, most[k], unit),
                       way_out);
   }
   return diagnostics;
@@ -113,27 +113,27 @@ Diagnostics check_ramps(const WeaveParameters& wish, double duration, const Peak
 
 class Placing {
  public:
-  Placing(const ActionModel::PlannedPath& path, const Weaves& wishes)
+  Placing(const ActionModel::PlannedPath& path, const Weaves& weaves)
       : duration_(path.motion->duration()),
         handed_over_(path.handed_over),
         stretches_(stretches_of_frame(*path.motion)),
-        wishes_(wishes) {
-    if (wishes_.size() == 1) wishes_.resize(handed_over_.size() + 1, wishes_.front());
-    wishes_.resize(handed_over_.size() + 1);
+        weaves_(weaves) {
+    if (weaves_.size() == 1) weaves_.resize(handed_over_.size() + 1, weaves_.front());
+    weaves_.resize(handed_over_.size() + 1);
   }
 
   Result<std::vector<WeaveWindow>> windows() const {
     Diagnostics diagnostics;
     std::vector<WeaveWindow> windows;
-    for (std::size_t first = 0, next = 0; first < wishes_.size(); first = next) {
-      for (next = first + 1; next < wishes_.size() && wishes_[next] == wishes_[first];) ++next;
-      if (!wishes_[first]) continue;
+    for (std::size_t first = 0, next = 0; first < weaves_.size(); first = next) {
+      for (next = first + 1; next < weaves_.size() && weaves_[next] == weaves_[first];) ++next;
+      if (!weaves_[first]) continue;
       for (std::size_t i = first; i < next; ++i) check_moves_frame(i, diagnostics);
       const Interval whole{.begin = interval(first).begin, .end = interval(next - 1).end};
       for (const Interval& stretch : stretches_) {
         const Interval own = common(whole, stretch);
         if (is_some(own))
-          windows.push_back({.wish = *wishes_[first], .begin = own.begin, .end = own.end, .motion = first});
+          windows.push_back({.weave = *weaves_[first], .begin = own.begin, .end = own.end, .motion = first});
       }
     }
     if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
@@ -156,7 +156,7 @@ class Placing {
   double duration_;
   const std::vector<double>& handed_over_;
   std::vector<Interval> stretches_;
-  Weaves wishes_;
+  Weaves weaves_;
 };
 
 // -- What path and weave need together -----------------------------------------------------------------------------
@@ -194,14 +194,14 @@ class WovenPath {
   WovenPath(const MountedArm& arm, const ActionModel::PlannedPath& path)
       : arm_(planning_model(arm, path.X_FM)), X_MF_(path.X_FM.inverse()), motion_(*path.motion) {}
 
-  /// Goes along a weave. Diagnostics without a place.
+  /// Checks a weave all along. Diagnostics without a location.
   Diagnostics look(const WeaveWindow& window) {
     worst_ = {};
     const auto begin = motion::joints_at(arm_, motion_, window.begin);
     if (!begin || arm_.inverse == nullptr) return {};  // no plan lets that happen
     constexpr double kCycle = 1e-3, kPlacesPerPeriod = 100.0;
     const double length = window.end - window.begin;
-    const double wanted = std::min(kCycle, 1.0 / (kPlacesPerPeriod * window.wish.frequency));
+    const double wanted = std::min(kCycle, 1.0 / (kPlacesPerPeriod * window.weave.frequency));
     const int places = static_cast<int>(std::ceil(length / wanted));
     step_ = length / places;
     Diagnostics diagnostics;
@@ -222,10 +222,10 @@ class WovenPath {
       check_range(q, at, diagnostics);
       note(joints, tool, at);
     }
-    return diagnostics.has_errors() ? diagnostics : too_much(window.wish);
+    return diagnostics.has_errors() ? diagnostics : too_much(window.weave);
   }
 
-  /// Of all that was looked at and of the plan itself.
+  /// Of all that was checked and of the plan itself.
   [[nodiscard]] motion::ClockBounds clock() const { return motion::common(search_.bounds(), motion_.clock); }
 
  private:
@@ -241,10 +241,10 @@ class WovenPath {
 
   [[nodiscard]] static double offset_at(const WeaveWindow& window, double at) {
     const double t = at - window.begin, left = window.end - at;
-    const double ramp = std::min(window.wish.ramp, 0.5 * (window.end - window.begin));
+    const double ramp = std::min(window.weave.ramp, 0.5 * (window.end - window.begin));
     const double rise = smooth_step(std::clamp(t / ramp, 0.0, 1.0))[0];
     const double fall = smooth_step(std::clamp(left / ramp, 0.0, 1.0))[0];
-    return window.wish.amplitude * std::sin(2.0 * std::numbers::pi * window.wish.frequency * t) * rise * fall;
+    return window.weave.amplitude * std::sin(2.0 * std::numbers::pi * window.weave.frequency * t) * rise * fall;
   }
   [[nodiscard]] Place frame_at(const WeaveWindow& window, double at) const {
     const motion::LawPoint law = motion_.law.at(at);
@@ -253,7 +253,7 @@ class WovenPath {
     const double s = std::clamp(law.s, motion_.law.at(window.begin).s + kHair, motion_.law.at(window.end).s - kHair);
     const motion::PathSample on_path = motion::sample(motion_.path, {.s = s, .ds = 0.0, .dds = 0.0});
     Place place{on_path.frame.X_BM, on_path.held.q};
-    place.X_BM.translation() += place.X_BM.linear() * window.wish.direction_M * offset_at(window, at);
+    place.X_BM.translation() += place.X_BM.linear() * window.weave.direction_M * offset_at(window, at);
     return place;
   }
 
@@ -297,7 +297,7 @@ class WovenPath {
                  .third_by_jerk = values[2] / limits[2]});
   }
 
-  [[nodiscard]] Diagnostics too_much(const WeaveParameters& wish) const {
+  [[nodiscard]] Diagnostics too_much(const WeaveParameters& weave) const {
     static constexpr std::array<const char*, 3> kOrders = {"velocity", "acceleration", "jerk"};
     static constexpr std::array<const char*, 3> kWaysOut = {
         "a slower motion, a smaller amplitude or frequency",
@@ -309,7 +309,7 @@ class WovenPath {
       if (worst.share <= 1.0) continue;
       const std::string whose = worst.whose < 0 ? "the tool" : fmt::format("joint {}", worst.whose + 1);
       std::string way_out = kWaysOut[k];
-      const double left = std::pow(worst.limit, 2) - std::pow(peaks_between_ramps(wish)[0], 2);
+      const double left = std::pow(worst.limit, 2) - std::pow(peaks_between_ramps(weave)[0], 2);
       if (k == 0 && worst.whose < 0 && left > 0.0)
         way_out = fmt::format("a motion of at most {:.3g} m/s on its path, or a smaller amplitude or frequency",
                               std::floor(1e3 * std::sqrt(left)) / 1e3);
@@ -334,25 +334,25 @@ class WovenPath {
 
 }  // namespace
 
-Diagnostics check_figures(const WeaveParameters& wish) {
+Diagnostics check_figures(const WeaveParameters& weave) {
   Diagnostics diagnostics;
   const auto check = [&](const char* name, double value, const char* unit) {
     if (value > 0.0 && std::isfinite(value)) return;
     diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("{:g} {}", value, unit),
                       "above 0 and finite");
   };
-  check("amplitude", wish.amplitude, "m");
-  check("frequency", wish.frequency, "Hz");
-  check("ramp", wish.ramp, "s");
-  const double length = wish.direction_M.norm();
+  check("amplitude", weave.amplitude, "m");
+  check("frequency", weave.frequency, "Hz");
+  check("ramp", weave.ramp, "s");
+  const double length = weave.direction_M.norm();
   if (!(std::abs(length - 1.0) < 1e-6))
     diagnostics.error(Code::kOutOfRange, "/direction", fmt::format("a direction of length {:g}", length), "length 1");
   return diagnostics;
 }
 
-Diagnostics check_alone(const WeaveParameters& wish, const motion::CartesianLimits& limits) {
+Diagnostics check_alone(const WeaveParameters& weave, const motion::CartesianLimits& limits) {
   Diagnostics diagnostics;
-  const Peaks most = most_of(limits), steady = peaks_between_ramps(wish);
+  const Peaks most = most_of(limits), steady = peaks_between_ramps(weave);
   for (std::size_t k = 0; k < kWhat.size(); ++k) {
     if (steady[k] <= most[k]) continue;
     diagnostics.error(Code::kOutOfRange, {},
@@ -362,15 +362,15 @@ Diagnostics check_alone(const WeaveParameters& wish, const motion::CartesianLimi
   return diagnostics;
 }
 
-Result<WeavePlan> plan_weaves(const MountedArm& arm, const ActionModel::PlannedPath& path, const Weaves& wishes) {
-  auto windows = Placing(path, wishes).windows();
+Result<WeavePlan> plan_weaves(const MountedArm& arm, const ActionModel::PlannedPath& path, const Weaves& weaves) {
+  auto windows = Placing(path, weaves).windows();
   if (!windows) return std::unexpected(std::move(windows.error()));
   const motion::CartesianLimits& limits = arm.device->description().cartesian;
   Diagnostics diagnostics;
   WovenPath woven(arm, path);
   for (const WeaveWindow& window : *windows) {
-    Diagnostics own = check_alone(window.wish, limits);
-    if (!own.has_errors()) own.append(check_ramps(window.wish, window.end - window.begin, most_of(limits)));
+    Diagnostics own = check_alone(window.weave, limits);
+    if (!own.has_errors()) own.append(check_ramps(window.weave, window.end - window.begin, most_of(limits)));
     if (!own.has_errors()) own.append(woven.look(window));
     diagnostics.append(own, pointer_segment(window.motion));
   }

@@ -14,7 +14,7 @@ namespace takt::command {
 /// Of the limits of acceleration and jerk, for a path that something is laid over: the rest is for that.
 inline constexpr double kShareWithOverlay = 0.8;
 
-/// A sine beside the path, over path time: it stands while the motion is paused, and slows down with it.
+/// A sine beside the path, over path time: it stops while the motion is paused, and slows down with it.
 struct WeaveParameters {
   double amplitude = 0.002;                                ///< m
   double frequency = 2.0;                                  ///< Hz
@@ -29,7 +29,7 @@ using Weaves = std::vector<std::optional<WeaveParameters>>;
 
 /// One weave on the path clock of the whole: it grows from `begin` and has faded at `end`.
 struct WeaveWindow {
-  WeaveParameters wish;
+  WeaveParameters weave;
   double begin = 0.0, end = 0.0;  ///< s
   std::size_t motion = 0;         ///< the first of the motions that have it
 };
@@ -40,20 +40,20 @@ struct WeavePlan {
 };
 
 /// Figures that are none, at "/amplitude", "/frequency", "/ramp", "/direction".
-[[nodiscard]] Diagnostics check_figures(const WeaveParameters& wish);
+[[nodiscard]] Diagnostics check_figures(const WeaveParameters& weave);
 /// What a weave needs all the time, whatever it is laid over, against what plans leave of the limits of the tool.
-[[nodiscard]] Diagnostics check_alone(const WeaveParameters& wish, const motion::CartesianLimits& limits);
+[[nodiscard]] Diagnostics check_alone(const WeaveParameters& weave, const motion::CartesianLimits& limits);
 
 /// Places weaves on a planned motion. Neighbours with the same one share it: it goes on through their blend. Otherwise
 /// it has faded in the middle of the blend, from where the next one grows; where a blend turns into joints, at its end
 /// on the side of the frame.
 ///
-/// The set points of path and weaves together are looked at joint by joint, and of the tool, in steps of 1 ms or less:
+/// The set points of path and weaves together are checked joint by joint, and of the tool, in steps of 1 ms or less:
 /// what they need at full rate has to leave the path clock room, and the clock gets what room there is.
-/// @param wishes  one for each of its motions, or a single one for the whole; figures that check_figures() lets pass
+/// @param weaves  one for each of its motions, or a single one for the whole; figures that check_figures() lets pass
 /// @return diagnostics "/1/ramp", "/1" (index of the motion): moves joints, grows too fast, leaves a range, is too
 /// fast.
 [[nodiscard]] Result<WeavePlan> plan_weaves(const MountedArm& arm, const ActionModel::PlannedPath& path,
-                                            const Weaves& wishes);
+                                            const Weaves& weaves);
 
 }  // namespace takt::command

@@ -141,7 +141,7 @@ class Evaluator {
 
   Value boolean(const Node& node, Value value) {
     if (value.type.is(Kind::kBoolean)) return value.null() ? Value::unknown(Type::boolean()) : value;
-    wrong(node, fmt::format("'{}' takes true or false, here is a {}", node.name, to_string(value.type)),
+    wrong(node, fmt::format("'{}' accepts true or false, not a {}", node.name, to_string(value.type)),
           "a comparison, such as x > 0.1[m]");
     return Value::unknown(Type::boolean());
   }
@@ -253,7 +253,7 @@ class Evaluator {
     const double value = compute(sign, a.number(), b.number());
     if (!std::isfinite(value))
       return wrong(node, fmt::format("{:g} {} {:g} is not a number", a.number(), sign, b.number()),
-                   "select(condition, a, b) takes another way");
+                   "select(condition, a, b) has another form");
     return Value{type.kind == Kind::kNumber ? type : Type::number(*unit), value};
   }
 
@@ -297,7 +297,7 @@ class Evaluator {
     const std::size_t least = std::min(optional, most);
     if (arguments.size() < least || arguments.size() > most) {
       wrong(node,
-            fmt::format("'{}' takes {} arguments, here are {}", function.name,
+            fmt::format("'{}' accepts {} arguments, not {}", function.name,
                         least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most),
                         arguments.size()),
             std::string(function.doc));
@@ -308,7 +308,7 @@ class Evaluator {
       const char letter = function.arguments[i >= optional ? i + 1 : i];
       if (fits(letter, arguments[i].type)) continue;
       wrong(node.children[i],
-            fmt::format("'{}' takes {}, here is a {}", function.name, words_for(letter), to_string(arguments[i].type)),
+            fmt::format("'{}' accepts {}, not a {}", function.name, words_for(letter), to_string(arguments[i].type)),
             std::string(function.doc));
       fit = false;
     }
@@ -324,7 +324,7 @@ class Evaluator {
 
 namespace {
 
-/// A frame that an argument names moves, or nobody knows before which one it will name.
+/// A frame that an argument names moves, or it is unknown before which one it will name.
 bool names_what_moves(const Node& argument, const command::Cell& cell) {
   const bool named = argument.kind == Node::Kind::kConstant && argument.value.type.kind == Kind::kText;
   return !named || moves(cell.frames, argument.value.text(), world::FrameGraph::kWorld);

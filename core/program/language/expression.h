@@ -17,14 +17,14 @@ struct Variables;
 
 /// What an expression can see.
 struct EvalContext {
-  /// kCheck: types only, all is unknown that only a rehearsal or a run can tell. kRehearse: nominal values; devices are
+  /// kCheck: types only, all is unknown that only a rehearsal or a run can know. kRehearse: nominal values; devices are
   /// not asked. kRun: everything.
   enum class Mode { kCheck, kRehearse, kRun };
   Mode mode = Mode::kCheck;
   const Scope* scope = nullptr;
   const command::Cell* cell = nullptr;
   const Variables* measured = nullptr;  ///< in a run
-  /// In a rehearsal: where the arms would stand, rad or m.
+  /// In a rehearsal: where the arms would be, rad or m.
   const std::map<std::string, kinematics::JointVector, std::less<>>* q = nullptr;
   Nanoseconds time = 0;  ///< simulated, in a run
 
@@ -61,7 +61,7 @@ class Expression {
   std::shared_ptr<const ExpressionNode> root_;
 };
 
-/// A text in a file that is an expression: it begins with "$", and not with "$$", which stands for a "$".
+/// A text in a file that is an expression: it begins with "$", and not with "$$", which means a "$".
 [[nodiscard]] bool is_expression(std::string_view text);
 
 /// A function of the language.
@@ -74,7 +74,7 @@ struct Function {
   struct Call {
     const EvalContext& sight;
     const std::vector<Value>& arguments;
-    std::vector<std::string>& errors;  ///< what is wrong, without the place
+    std::vector<std::string>& errors;  ///< what is wrong, without the location
     bool all_known;                    ///< no argument is null
   };
   Value (*call)(Call& call);

@@ -332,7 +332,7 @@ Value monitor(Call& call) {
   return json->is_boolean() ? Value::of(json->get<bool>()) : Value{};
 }
 
-/// What conditions look at, now: the same formula, so weight and tared offset are taken out.
+/// What conditions compare, now: the same formula, so weight and tared offset are removed.
 template <Quantity quantity>
 Value contact(Call& call) {
   const net::Dimension unit = unit_dimension(command::is_torque(quantity) ? "Nm" : "N");
@@ -369,7 +369,7 @@ const std::vector<Function>& functions() {
       {"cos", "a", "cos(angle)", ratio<cosine>},
       {"distance", "pp", "distance(pose, pose): between their origins", distance},
       {"floor", "d", "floor(x): whole number below", ratio<rounded_down>},
-      {"force", "t", "force('sensor'): contact force now, its length; weight and tared offset are taken out",
+      {"force", "t", "force('sensor'): contact force now, its length; weight and tared offset are removed",
        contact<Quantity::kForce>, Changes::kAlways},
       {"force_x", "t", "force_x('sensor'): along x of its measuring frame", contact<Quantity::kForceX>,
        Changes::kAlways},
@@ -403,7 +403,7 @@ const std::vector<Function>& functions() {
       {"tan", "a", "tan(angle)", ratio<tangent>},
       {"text", "*", "text(x): for people", as_text},
       {"time", "", "time(): simulated time since the start", time, Changes::kAlways},
-      {"torque", "t", "torque('sensor'): contact torque now, its length; weight and tared offset are taken out",
+      {"torque", "t", "torque('sensor'): contact torque now, its length; weight and tared offset are removed",
        contact<Quantity::kTorque>, Changes::kAlways},
       {"torque_x", "t", "torque_x('sensor'): about x of its measuring frame", contact<Quantity::kTorqueX>,
        Changes::kAlways},

@@ -75,7 +75,7 @@ class Parser {
   [[nodiscard]] static bool letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
   [[nodiscard]] static bool digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
-  /// A word that stands alone: "or" in "or x", not in "order".
+  /// A word by itself: "or" in "or x", not in "order".
   bool take_word(std::string_view word) {
     const std::size_t before = at_;
     if (!take(word)) return false;
@@ -170,7 +170,7 @@ class Parser {
     if (c == '\'') return quoted();
     if (digit(c) || c == '.') return number();
     if (letter(c)) return word();
-    fail(c == '\0' ? "the text ends where a value should stand" : fmt::format("'{}' begins no value", c),
+    fail(c == '\0' ? "the text ends where a value is expected" : fmt::format("'{}' begins no value", c),
          "a number, a variable, a function, 'text', (...) or [...]");
   }
   Node in_brackets() {

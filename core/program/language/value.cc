@@ -44,7 +44,7 @@ Type type_of_json(const Json& json) {
   return {found == kKinds.end() ? Type::Kind::kUnknown : found->kind, {}, {}};
 }
 
-/// A bare number has the unit of its place.
+/// A bare number has the unit of its key.
 void adopt(const Type& place, Value& value) {
   if (place.kind == Type::Kind::kUnknown) return;
   value.type = place;

@@ -36,7 +36,7 @@ struct Type {
 /// "number in m", "list of pose", ... for people.
 [[nodiscard]] std::string to_string(const Type& type);
 /// True if a variable of type `wanted` may take a value of type `given`. A number without a unit takes that of its
-/// place, as numbers in files do.
+/// key, as numbers in files do.
 [[nodiscard]] bool accepts(const Type& wanted, const Type& given);
 /// The type that fits both; kUnknown where none does.
 [[nodiscard]] Type common(const Type& a, const Type& b);

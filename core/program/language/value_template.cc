@@ -120,7 +120,7 @@ class ValueTemplate::Resolver {
     return number_json(bare || !wanted ? value.number() : value.number() * wanted->units_per_si);
   }
 
-  /// At "in" a pose is a frame; elsewhere it stands as it would be written.
+  /// At "in" a pose is a frame; elsewhere it is as it would be written.
   Json pose(const Value& value, const std::string& pointer, std::string_view key) {
     if (key != "in") {
       Json place = pose_to_json(value.null() ? Eigen::Isometry3d::Identity() : value.pose());
@@ -199,7 +199,7 @@ ValueTemplate::Resolved ValueTemplate::resolve(const EvalContext& sight, command
 
 namespace {
 
-/// A place of a file as a pose in the world.
+/// A goal of a file as a pose in the world.
 Value place_value(const Json& json, const std::string& pointer, const EvalContext& sight, Diagnostics& diagnostics) {
   ObjectReader reader(json, pointer, diagnostics);
   const std::string in = reader.text("in", "world");
@@ -251,7 +251,7 @@ Value ValueTemplate::value(const EvalContext& sight, Diagnostics& diagnostics) c
       diagnostics.append(own, pointer);
       return value;
     }
-    /// A place with expressions in it is resolved first.
+    /// A goal with expressions in it is resolved first.
     Value place(const Json& json, const std::string& pointer) {
       command::Cell frames;
       if (sight.cell) frames.frames = sight.cell->frames;

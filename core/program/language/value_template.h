@@ -23,13 +23,13 @@ class ValueTemplate {
   [[nodiscard]] static ValueTemplate parse(const nlohmann::ordered_json& json, const std::string& pointer,
                                            Diagnostics& diagnostics);
 
-  /// No expression stands in it.
+  /// There is no expression in it.
   [[nodiscard]] bool constant() const { return expressions_.empty(); }
   [[nodiscard]] const std::string& pointer() const { return pointer_; }
-  /// It is worth something else while machines move: an expression looks at them (Expression::changes), or it is a
-  /// place, or a list of places, in a frame that moves.
+  /// It is worth something else while machines move: an expression reads them (Expression::changes), or it is a
+  /// pose, or a list of poses, in a frame that moves.
   [[nodiscard]] bool changes(const command::Cell& cell) const;
-  /// A place at or below an expression, or one that holds it: what is wrong there shows only with its value.
+  /// A location at or below an expression, or one that holds it: what is wrong there shows only with its value.
   [[nodiscard]] bool depends(std::string_view pointer) const;
   /// Is there an expression below this key?
   [[nodiscard]] bool depends_on_key(std::string_view key) const;
@@ -41,13 +41,13 @@ class ValueTemplate {
   /// unit must have that of its key, and is converted to it.
   struct Resolved {
     std::shared_ptr<const nlohmann::ordered_json> json;
-    std::vector<std::string> unknown;  ///< expressions that are not known yet; placeholders stand for them
+    std::vector<std::string> unknown;  ///< expressions that are not known yet; placeholders are in their place
   };
   /// @param cell  gets a frame for each pose at a key "in"
   [[nodiscard]] Resolved resolve(const EvalContext& sight, command::Cell& cell, const UnitOf& unit_of,
                                  Diagnostics& diagnostics) const;
 
-  /// The piece as one value: numbers, Booleans, texts, arrays as lists, places {"in", "position_m", ...} as poses.
+  /// The piece as one value: numbers, Booleans, texts, arrays as lists, goals {"in", "position_m", ...} as poses.
   [[nodiscard]] Value value(const EvalContext& sight, Diagnostics& diagnostics) const;
 
  private:

@@ -1,4 +1,4 @@
-// One of several ways, by conditions.
+// One of several cases, by conditions.
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
@@ -25,13 +25,13 @@ class BranchNode final : public Node {
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
-  /// All ways are played, each from the state before. What follows begins where the way ends that nominal values take;
-  /// if they do not tell, the first. A contact or an estimate of any way counts as known then.
+  /// All cases are played, each from the state before. What follows begins where the case of the nominal values ends;
+  /// if they are not known, the first. A contact or an estimate of any case counts as known then.
   void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
     const Rehearsal before = rehearsal;
     const Scope::Saved values = scope.save();
     std::optional<std::size_t> chosen;
-    bool open = false;  // a condition before did not tell
+    bool open = false;  // a condition before was unknown
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const auto holds = cases[i].when.rehearse(rehearsal, scope, diagnostics);
       open = open || !holds;
@@ -45,7 +45,7 @@ class BranchNode final : public Node {
       Rehearsal own = before;
       own.effort = rehearsal.effort;
       scope.restore(values);
-      // A way that nominal values do not take may not be possible with them.
+      // A case that nominal values do not select may not be possible with them.
       Diagnostics inside;
       way(i).rehearse(own, scope, inside);
       if (chosen && i != taken) inside = as_warnings(inside, "nominal values do not come here");

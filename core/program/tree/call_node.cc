@@ -26,7 +26,7 @@ class CallNode final : public Node {
     enter(sight_of(rehearsal, around), sight_of(rehearsal, inside), inside, own);
     if (!own.has_errors()) program->body->rehearse(rehearsal, inside, own);
     if (!own.has_errors()) leave(sight_of(rehearsal, inside), around, own);
-    // What is wrong inside stands inside; who called it is told too.
+    // What is wrong inside is reported there, with the call.
     for (Diagnostic diagnostic : own.list()) {
       if (!diagnostic.pointer.starts_with(pointer)) diagnostic.message += fmt::format(" (called by {})", pointer);
       diagnostics.add(std::move(diagnostic));

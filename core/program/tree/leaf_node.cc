@@ -57,7 +57,7 @@ class LeafNode final : public Node {
     std::vector<Instance> result;
     if (step) result.push_back({nullptr, step.get(), name, pointer, absorbed});
     for (const Part& part : parts) {
-      if (step && !part.operation->is_motion) break;  // nothing is to be put in, and nobody goes on with it
+      if (step && !part.operation->is_motion) break;  // nothing is to be put in, and nothing goes on with it
       const auto resolved = part.piece.resolve(sight, cell, part.unit_of, diagnostics);
       unknown.insert(unknown.end(), resolved.unknown.begin(), resolved.unknown.end());
       if (diagnostics.has_errors() || !unknown.empty()) return {};
@@ -189,7 +189,7 @@ class LeafRun final : public NodeRun {
     return true;
   }
 
-  /// Where the next step may go on with this one, the program looks for that. @return kRunning: not yet
+  /// Where the next step may go on with this one, the program looks for it. @return kRunning: not yet
   Outcome leave_open(Execution& execution, Instance& instance) {
     if (!entered_ || !run_->may_be_left()) return Outcome::kRunning;
     Json left = instance.step->left_steps();
@@ -207,7 +207,7 @@ class LeafRun final : public NodeRun {
     return Outcome::kDone;
   }
 
-  /// Tells where a step with absorbed ones has come to. Forwards only: a path may be run back.
+  /// Reports how far a step with absorbed ones is. Forwards only: a path may be run back.
   void follow_part(Execution& execution, const Instance& instance) {
     if (!entered_) return;
     for (const std::size_t part = std::min(run_->part(), instance.absorbed.size()); part_ < part; ++part_) {
@@ -255,7 +255,7 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnos
   }
 }
 
-/// Errors of form of a step with expressions: what hangs on their values shows in the rehearsal only.
+/// Errors of form of a step with expressions: what depends on their values shows in the rehearsal only.
 void check_form(const Part& part, NodeParser& parser) {
   Diagnostics own;
   command::Cell cell = parser.cell();

@@ -13,7 +13,7 @@ namespace {
 /// More steps than this without a cycle between them are a program that never waits.
 constexpr int kStepBudget = 10'000;
 
-/// A rehearsal looks at so many nodes: a few seconds of planning.
+/// A rehearsal plays so many nodes: a few seconds of planning.
 constexpr std::int64_t kMostEffort = 3'000;
 
 }  // namespace

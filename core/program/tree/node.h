@@ -94,7 +94,7 @@ class Node {
   [[nodiscard]] virtual std::unique_ptr<NodeRun> begin(Scope& scope) const = 0;
   /// Plays the node on nominal values: everything that can be found wrong before anything moves.
   virtual void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const = 0;
-  /// Steps that one run executes as far as that is known; kMostSteps stands for all that is more.
+  /// Steps that one run executes as far as that is known; kMostSteps means all that is more.
   [[nodiscard]] virtual std::int64_t count() const = 0;
   /// Adds the names of this node and of all in it, in the order of the file.
   virtual void collect_names(std::vector<std::string>& names) const;
@@ -150,7 +150,7 @@ class NodeParser {
   std::unique_ptr<Node> steps(ObjectReader& reader, std::string_view key, bool required = true) {
     return make_sequence(list(reader, key, required), reader.at(key));
   }
-  /// The programs of the file, also those that nobody calls.
+  /// The programs of the file, also those that are never called.
   void all_programs();
   /// A program by its name; null with a diagnostic at `pointer` if there is none, or if it calls itself.
   std::shared_ptr<const SubProgram> program(const std::string& name, const std::string& pointer);
@@ -211,7 +211,7 @@ struct NodeKind {
 
 /// A rehearsal's effort is bounded: @return false once it is used up; a note says so.
 bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Diagnostics& diagnostics);
-/// Errors that may not be any, because nobody knows whether or from where their step is begun.
+/// Errors that may not be any, because it is unknown whether or from where their step begins.
 [[nodiscard]] Diagnostics as_warnings(const Diagnostics& diagnostics, std::string_view why);
 /// What an expression sees in a rehearsal.
 [[nodiscard]] EvalContext sight_of(const Rehearsal& rehearsal, const Scope& scope);

@@ -33,7 +33,7 @@ bool waits_for_expression(const Json& json) {
 
 const std::vector<NodeKind>& node_kinds() {
   static const std::vector<NodeKind> kinds{
-      {"branch", "Takes one of several ways. Keys: cases (when, steps), else.", parse_branch},
+      {"branch", "Takes one of several branches. Keys: cases (when, steps), else.", parse_branch},
       {"call", "Runs a program of the file. Keys: program, with, as.", parse_call},
       {"fail", "Fails with a text. Keys: text.", parse_fail},
       {"for_each", "Runs its steps for each element of a list. Keys: as, in or grid, index, steps.", parse_for_each},

@@ -108,7 +108,7 @@ Progress ProgramRunner::advance() {
   scheduler_.poll();
   const Outcome outcome = run_->advance(execution_, diagnostics_);
   scheduler_.poll();  // what was asked for just now
-  tell_current();
+  show_current();
   if (outcome == Outcome::kRunning) return progress_;
   progress_ = outcome == Outcome::kFailed ? Progress::kFailed : Progress::kDone;
   // A step that failed is still shown.
@@ -116,10 +116,10 @@ Progress ProgramRunner::advance() {
   return progress_;
 }
 
-void ProgramRunner::tell_current() {
-  if (execution_.current == told_ || execution_.current.empty()) return;
-  told_ = execution_.current;
-  current_ = fmt::format("{}", fmt::join(told_, " + "));
+void ProgramRunner::show_current() {
+  if (execution_.current == shown_ || execution_.current.empty()) return;
+  shown_ = execution_.current;
+  current_ = fmt::format("{}", fmt::join(shown_, " + "));
 }
 
 void ProgramRunner::cancel() {

@@ -34,14 +34,14 @@ class Program {
                                              const nlohmann::ordered_json* programs = nullptr);
 
   /// Plays the whole tree on nominal values: unreachable goals, limits, names that nothing defines, devices that two
-  /// branches drive. A guarded motion is taken to its end; of a branch all ways are played.
+  /// branches drive. A guarded motion is taken to its end; of a branch all cases are played.
   /// @param devices  with them every net that the run will load is verified too; may be null. Realtime: setup.
   /// @param nets  gets the nets of all steps, in the order in which they were played; may be null
   [[nodiscard]] Rehearsed rehearse(const command::Cell& cell, net::Environment* devices = nullptr,
                                    std::vector<RehearsedNet>* nets = nullptr) const;
 
   [[nodiscard]] const Node& root() const { return *root_; }
-  /// Number of steps that one run executes, repetitions counted as far as they are known; 10^12 stands for all that is
+  /// Number of steps that one run executes, repetitions counted as far as they are known; 10^12 means all that is
   /// more.
   [[nodiscard]] std::int64_t step_count() const { return root_ ? root_->count() : 0; }
   /// Names of all nodes, in the order of the file; those of called programs after them.
@@ -85,11 +85,11 @@ class ProgramRunner {
     std::string name, value;
     bool operator==(const Known&) const = default;
   };
-  /// All variables that live now, each by a place of its own.
+  /// All variables that live now, each by a pointer of its own.
   [[nodiscard]] std::map<std::string, Known> variables() const;
   /// Puts a snapshot into a runner that has not begun. Diagnostics: it is none of this program.
   [[nodiscard]] Diagnostics restore(const nlohmann::ordered_json& snapshot);
-  /// Begins at the first node of this name, in the first round of what repeats it; what stands before is left out.
+  /// Begins at the first node of this name, in the first round of what repeats it; what is before it is left out.
   /// Diagnostics: there is none, or it lies where nothing can be entered (a parallel, a called program).
   [[nodiscard]] Diagnostics enter(std::string_view name);
 
@@ -102,7 +102,7 @@ class ProgramRunner {
 
  private:
   [[nodiscard]] Diagnostics put_back(const nlohmann::ordered_json& state);
-  void tell_current();
+  void show_current();
 
   const Program& program_;
   Scheduler scheduler_;  ///< of the motions
@@ -111,7 +111,7 @@ class ProgramRunner {
   Scope scope_;
   std::unique_ptr<NodeRun> run_;
   Progress progress_ = Progress::kRunning;
-  std::vector<std::string> told_;
+  std::vector<std::string> shown_;
   std::string current_;
   Diagnostics diagnostics_;
 };

@@ -35,7 +35,7 @@ class QuestionRun {
  public:
   QuestionRun(const Question& question, const Scope& scope) : question_(question), scope_(scope) {}
 
-  /// @return kDone when answer() is there; kFailed with diagnostics if nobody knows it.
+  /// @return kDone when answer() is there; kFailed with diagnostics if it cannot be known.
   Progress advance(Execution& execution, Diagnostics& diagnostics);
   void cancel() {
     if (run_) run_->cancel();

@@ -19,7 +19,7 @@ class ImmediateNode : public Node {
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
   [[nodiscard]] std::int64_t count() const override { return 1; }
   virtual Outcome act(Execution& execution, Scope& scope, Diagnostics& diagnostics) const = 0;
-  /// It looks at machines, or ends something: a motion that was left open has to be over.
+  /// It reads machines, or ends something: a motion that was left open has to be over.
   [[nodiscard]] virtual bool looks(const command::Cell& cell) const = 0;
 };
 

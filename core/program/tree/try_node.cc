@@ -22,11 +22,11 @@ class TryNode final : public Node {
   std::unique_ptr<Node> body, recover, handler, cleanup;  ///< the last three may be empty, never null
   std::int64_t retry = 0;
   bool handles = false;  ///< there is an "on_error"
-  std::string as;        ///< variable that tells the handler what was wrong; may be empty
+  std::string as;        ///< variable with what was wrong, for the handler; may be empty
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
-  /// The body, and each other part from where the body began: nobody knows where it fails.
+  /// The body, and each other part from where the body began: it is unknown where it fails.
   void rehearse(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
     Rehearsal before = rehearsal;
     before.open.reset();

@@ -10,7 +10,7 @@ namespace {
 Action line(const World& world, double acceleration = 1.0) {
   return lin(world.moved(0, 0.1, 0), {.acceleration = acceleration, .linear_velocity = 0.05});
 }
-Action offset(const World& world, const Action& motion, const ForceOffsetWish& wish) {
+Action offset(const World& world, const Action& motion, const ForceOffsetControlParameters& wish) {
   const Eigen::Isometry3d& X_FT = world.cell.arms.at("arm").X_FT;
   return force_offset(motion, pressing_along(world.cell, "wrist", wish.direction_M, X_FT), wish);
 }

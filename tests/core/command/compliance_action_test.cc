@@ -108,7 +108,7 @@ TEST_F(ComplianceTest, ACompliantSequenceTellsItsPointsAndItsPath) {
     const auto leg = [this, goal = cell.joints(a1)](const device::JointVector& q) {
       return motion::ptp_leg(planning_model(cell.cell.arms.at("arm")), q, goal);
     };
-    return SequencePart{.geometry = leg, .wish = {}, .blend = {motion::Blend::Kind::kFraction, blend}};
+    return SequencePart{.geometry = leg, .parameters = {}, .blend = {motion::Blend::Kind::kFraction, blend}};
   };
   SequencePart last = to(0.0, 0.0);
   last.blend = {};

@@ -24,7 +24,7 @@ struct Corner {
 class ForceOffsetTest : public testing::Test {
  protected:
   /// A line of 0.12 m along the base's y, with a force straight down.
-  RuntimeCommand polish(ForceOffsetWish wish = {}, double acceleration = 0.8) {
+  RuntimeCommand polish(ForceOffsetControlParameters wish = {}, double acceleration = 0.8) {
     const Eigen::Isometry3d X_BT = cell.arm->chain->forward(cell.q()) * cell.cell.arms.at("arm").X_FT;
     wish.direction_M = X_BT.linear().transpose() * -Eigen::Vector3d::UnitZ();
     wish.force.force = 8.0;
@@ -43,7 +43,7 @@ class ForceOffsetTest : public testing::Test {
   /// Two such lines with a corner, the force from motion `first` on.
   RuntimeCommand round_the_corner(std::size_t first, const Corner& corner = {}) {
     const Eigen::Isometry3d X_BT = cell.arm->chain->forward(cell.q()) * cell.cell.arms.at("arm").X_FT;
-    ForceOffsetWish wish{.reach = corner.reach, .retreat = corner.retreat};
+    ForceOffsetControlParameters wish{.reach = corner.reach, .retreat = corner.retreat};
     wish.direction_M = X_BT.linear().transpose() * -Eigen::Vector3d::UnitZ();
     wish.force = {.force = 8.0, .approach_velocity = 0.01, .gain = 1e-3, .acceleration_max = 0.3};
     const auto line = [this, &corner](const Eigen::Vector3d& way, double blend) {
@@ -56,7 +56,7 @@ class ForceOffsetTest : public testing::Test {
         return motion::lin_leg(model, q, X_goal);
       };
       const auto kind = blend > 0.0 ? motion::Blend::Kind::kDistance : motion::Blend::Kind::kNone;
-      return SequencePart{.geometry = leg, .wish = motion, .blend = {kind, blend}};
+      return SequencePart{.geometry = leg, .parameters = motion, .blend = {kind, blend}};
     };
     RuntimeCommand command("polish", cell.arm_actuator(),
                            force_offset(sequence({line({0, 0.08, 0}, 0.015), line({-0.08, 0, 0}, 0.0)}),
@@ -282,10 +282,10 @@ TEST_F(ForceOffsetTest, RoomForAnOffsetThatBeginsInMotionIsWhatTheJointsLeave) {
 
 TEST_F(ForceOffsetTest, WhatTheLimitsHaveNoRoomForIsRefused) {
   EXPECT_THAT(cell.runtime.load(polish({}, 1.0)).error(), Reports(Code::kLimitExceeded, "/polish"));
-  ForceOffsetWish wild{};
+  ForceOffsetControlParameters wild{};
   wild.jerk_max = 500.0;
   EXPECT_THAT(cell.runtime.load(polish(wild)).error(), Reports(Code::kLimitExceeded, "/polish"));
-  ForceOffsetWish fast{};
+  ForceOffsetControlParameters fast{};
   fast.force.velocity_max = 50.0;
   EXPECT_THAT(cell.runtime.load(polish(fast)).error(), Reports(Code::kLimitExceeded, "/polish"));
   EXPECT_THAT(cell.runtime.load(polish({.reach = 0.0, .retreat = 0.0})).error(),

@@ -63,7 +63,7 @@ std::vector<BrokenCommand> actions() {
            const auto leg = [&world, goal = world.joints(a1)](const device::JointVector& q) {
              return motion::ptp_leg(planning_model(world.cell.arms.at("arm")), q, goal);
            };
-           return SequencePart{.geometry = leg, .wish = {}, .blend = {motion::Blend::Kind::kFraction, 0.3}};
+           return SequencePart{.geometry = leg, .parameters = {}, .blend = {motion::Blend::Kind::kFraction, 0.3}};
          };
          auto moving = move(world, sequence({to(0.1), to(0.2), to(0.0)}));
          moving.on_entered(moving.action().via_passed(2), external("passed"));
@@ -121,7 +121,7 @@ std::vector<BrokenCommand> actions() {
          const auto pressing = pressing_force(world.cell, "wrist", Eigen::Vector3d::UnitZ());
          return move(world, hold_force(pressing, net::Frame(there), Eigen::Vector3d::Zero()));
        },
-       "/move", Code::kInvalidValue},
+       "/move", Code::kOutOfRange},
   };
 }
 
@@ -229,7 +229,7 @@ std::vector<BrokenCommand> names() {
        {"0", "2"}},
       {"",
        [](World& world) -> Command { return see(world, pressing_force(world.cell, "wrist", Eigen::Vector3d::Zero())); },
-       "/wait", Code::kInvalidValue},
+       "/wait", Code::kOutOfRange},
       {"",
        [](World& world) -> Command { return wait_for(world.hard().held_for(-1.0)); },
        "/wait",

@@ -32,8 +32,9 @@ class WeaveTest : public testing::Test {
     };
     PlanParameters wish{.acceleration = kShareWithOverlay, .linear_velocity = velocity};
     wish.clock = override_of(cell.cell);
-    return {
-        .geometry = leg, .wish = wish, .blend = {blend_m > 0 ? Blend::Kind::kDistance : Blend::Kind::kNone, blend_m}};
+    return {.geometry = leg,
+            .parameters = wish,
+            .blend = {blend_m > 0 ? Blend::Kind::kDistance : Blend::Kind::kNone, blend_m}};
   }
   SequencePart joints(double a1, double blend_fraction) {
     const auto leg = [this, a1](const JointVector& q) {
@@ -44,7 +45,7 @@ class WeaveTest : public testing::Test {
     PlanParameters wish{.velocity = 0.3};
     wish.clock = override_of(cell.cell);
     const auto kind = blend_fraction > 0 ? Blend::Kind::kFraction : Blend::Kind::kNone;
-    return {.geometry = leg, .wish = wish, .blend = {kind, blend_fraction}};
+    return {.geometry = leg, .parameters = wish, .blend = {kind, blend_fraction}};
   }
   /// Up and down, beside lines in a plane.
   WeaveParameters upright(double amplitude = 0.003, double frequency = 2.0) const {
@@ -210,9 +211,9 @@ class WildWeaves : public WeaveTest, public testing::WithParamInterface<int> {
     const int motions = 1 + static_cast<int>(3 * random.unit());
     for (int i = 0; i < motions; ++i) {
       SequencePart part = geometry(random);
-      part.wish = {.acceleration = random.unit() < 0.3 ? 1.0 : kShareWithOverlay,
-                   .linear_velocity = std::exp(random.uniform(std::log(0.03), std::log(1.5)))};
-      part.wish.clock = override_of(cell.cell);
+      part.parameters = {.acceleration = random.unit() < 0.3 ? 1.0 : kShareWithOverlay,
+                         .linear_velocity = std::exp(random.uniform(std::log(0.03), std::log(1.5)))};
+      part.parameters.clock = override_of(cell.cell);
       if (i + 1 < motions) part.blend = {Blend::Kind::kFraction, random.uniform(0.1, 0.5)};
       const bool as_before = i > 0 && random.unit() < 0.4;
       wild.wishes.push_back(as_before ? wild.wishes.back() : weave(random));

@@ -10,11 +10,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/queue_link.h"
+#include "tests/support/reports.h"
 
 namespace takt::device {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Names;
 using Phase = AgentReport::Phase;
 
 JointVector one_joint(double q) { return JointVector::Constant(1, q); }
@@ -128,8 +129,7 @@ TEST_F(FailingDriver, EndsTheSessionAndNotTheProcess) {
     EXPECT_THAT(faults, testing::Contains(ArmAgent::kFailed));
     EXPECT_TRUE(until_ready()) << "no net holds the arm: it is taken up again";
   }
-  EXPECT_THAT(testing::internal::GetCapturedStderr(),
-              HasSubstr("an exception of unknown type; while doing: send of the I/O agent of 'left', newest packet"));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), Names("send", "left"));
 }
 
 TEST_F(FailingDriver, ThatFailsAgainAndAgainIsToldNowAndThen) {
@@ -141,7 +141,7 @@ TEST_F(FailingDriver, ThatFailsAgainAndAgainIsToldNowAndThen) {
     EXPECT_TRUE(until_ready());
   }
   const std::string said = testing::internal::GetCapturedStderr();
-  EXPECT_THAT(said, HasSubstr("connection reset; while doing: receive of the I/O agent of 'left', newest packet 0\n"));
+  EXPECT_THAT(said, Names("connection reset", "receive", "left", "0"));
   EXPECT_EQ(std::ranges::count(said, '\n'), 3) << said;  // the 1st, 2nd and 4th
 }
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/allocation_guard.h"
+#include "tests/support/reports.h"
 
 namespace takt::test {
 namespace {
@@ -16,6 +17,7 @@ using device::Channel;
 using device::ChannelDescription;
 using Written = Channel::Written;
 using net::ValueType;
+using testing::AllOf;
 
 std::unique_ptr<Channel> make(const ChannelDescription& description) {
   auto channel = Channel::make(description);
@@ -23,9 +25,9 @@ std::unique_ptr<Channel> make(const ChannelDescription& description) {
   return std::move(*channel);
 }
 
-std::string diagnostics_of(const ChannelDescription& description) {
+Diagnostics diagnostics_of(const ChannelDescription& description) {
   const auto channel = Channel::make(description);
-  return channel ? "" : channel.error().to_string();
+  return channel ? Diagnostics() : channel.error();
 }
 
 TEST(Channel, O5_AValueFromOutsideCountsFromTheNextCycleAndTheNewestWins) {
@@ -104,19 +106,18 @@ TEST(Channel, WritersThatMayNotAreToldSo) {
 }
 
 TEST(Channel, WhatIsWrongIsSaidAtOnce) {
-  using testing::HasSubstr;
-  const std::string all =
-      diagnostics_of({.name = "", .unit = "parsec", .frame = "a>b", .initial = true, .timeout = -1});
-  EXPECT_THAT(all, HasSubstr("needs a name"));
-  EXPECT_THAT(all, HasSubstr("'parsec' is not a unit"));
-  EXPECT_THAT(all, HasSubstr("'a>b' is not a frame of a Real"));
-  EXPECT_THAT(all, HasSubstr("a Boolean, but the channel carries a Real"));
-  EXPECT_THAT(all, HasSubstr("timeout below 0"));
-  EXPECT_THAT(diagnostics_of({.name = "x", .unit = "u"}), HasSubstr("is not a unit"));
-  EXPECT_THAT(diagnostics_of({.name = "x", .unit = "N,N*m"}), HasSubstr("two units"));
-  EXPECT_THAT(diagnostics_of({.name = "x", .type = ValueType::kBoolean, .unit = "m"}), HasSubstr("carries no unit"));
-  EXPECT_THAT(diagnostics_of({.name = "x", .type = ValueType::kFrame, .frame = "a"}), HasSubstr("'A>B'"));
-  EXPECT_EQ(diagnostics_of({.name = "x", .type = ValueType::kWrench, .unit = "N,N*m", .frame = "flange"}), "");
+  EXPECT_THAT(diagnostics_of({.name = "", .unit = "parsec", .frame = "a>b", .initial = true, .timeout = -1}),
+              AllOf(Reports(Code::kMissing, "/name"), Reports(Code::kInvalidValue, "/unit", {"parsec"}),
+                    Reports(Code::kInvalidValue, "/frame", {"a>b", "Real"}),
+                    Reports(Code::kTypeMismatch, "/initial", {"Boolean", "Real"}),
+                    Reports(Code::kOutOfRange, "/timeout", {"0"})));
+  EXPECT_THAT(diagnostics_of({.name = "x", .unit = "u"}), Reports(Code::kInvalidValue, "/unit", {"u"}));
+  EXPECT_THAT(diagnostics_of({.name = "x", .unit = "N,N*m"}), Reports(Code::kInvalidValue, "/unit", {"N,N*m"}));
+  EXPECT_THAT(diagnostics_of({.name = "x", .type = ValueType::kBoolean, .unit = "m"}),
+              Reports(Code::kConflict, "/unit", {"Boolean", "m"}));
+  EXPECT_THAT(diagnostics_of({.name = "x", .type = ValueType::kFrame, .frame = "a"}),
+              Reports(Code::kInvalidValue, "/frame", {"a", "A>B"}));
+  EXPECT_TRUE(diagnostics_of({.name = "x", .type = ValueType::kWrench, .unit = "N,N*m", .frame = "flange"}).empty());
 }
 
 TEST(Channel, D4_EveryBitOfTheValueAndItsAgeIsInTheState) {

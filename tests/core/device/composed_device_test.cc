@@ -5,12 +5,12 @@
 
 #include "core/device/signal.h"
 #include "tests/support/fake_signals.h"
+#include "tests/support/reports.h"
 
 namespace takt::device {
 namespace {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 TEST(ComposedDevice, KnowsItsLeavesThroughOtherWholes) {
   DigitalOutput a("a", {}, std::make_shared<test::FakeOutput<bool>>(), kMillisecond);
@@ -30,7 +30,7 @@ TEST(ComposedDevice, APartStandsOnceAndThereIsOne) {
   const auto inner = ComposedDevice::make("inner", {&a});
   const auto twice = ComposedDevice::make("outer", {&a, inner->get()});
   ASSERT_FALSE(twice);
-  EXPECT_THAT(twice.error().to_string(), HasSubstr("'outer' contains a device twice"));
+  EXPECT_THAT(twice.error(), takt::test::Reports(Code::kDuplicate, "", {"outer"}));
   EXPECT_FALSE(ComposedDevice::make("empty", {}));
 }
 

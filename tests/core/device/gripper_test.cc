@@ -3,6 +3,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,11 +12,12 @@
 #include "core/device/device_file.h"
 #include "tests/support/allocation_guard.h"
 #include "tests/support/fake_signals.h"
+#include "tests/support/reports.h"
 
 namespace takt::device {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Reports;
 
 class GripperTest : public testing::Test {
  protected:
@@ -64,14 +67,14 @@ TEST_F(GripperTest, IsAtRestWhenItHasAnsweredAndStands) {
 
 TEST_F(GripperTest, GuardRefusesAndNeverClamps) {
   cycle();
-  const std::pair<GripperSetPoint, const char*> wrong[] = {
-      {wanted(std::nan("")), "not finite"}, {wanted(0.02, INFINITY), "not finite"},
-      {wanted(-0.001), "width -0.001"},     {wanted(0.12), "[0, 0.11] m"},
-      {wanted(0.02, 0.5), "speed 0.5"},     {wanted(0.02, 0.001), "speed 0.001"},
-      {wanted(0.02, 0.1, 81), "force 81"},  {wanted(0.02, 0.1, 4), "[5, 80] N"}};
-  for (const auto& [command, text] : wrong) {
+  const std::pair<GripperSetPoint, std::vector<std::string>> wrong[] = {
+      {wanted(std::nan("")), {"gripper"}},      {wanted(0.02, INFINITY), {"gripper"}},
+      {wanted(-0.001), {"width", "-0.001"}},    {wanted(0.12), {"width", "0", "0.11", "m"}},
+      {wanted(0.02, 0.5), {"speed", "0.5"}},    {wanted(0.02, 0.001), {"speed", "0.001"}},
+      {wanted(0.02, 0.1, 81), {"force", "81"}}, {wanted(0.02, 0.1, 4), {"force", "5", "80", "N"}}};
+  for (const auto& [command, names] : wrong) {
     gripper.hold();
-    EXPECT_THAT(cycle(command), HasSubstr(text));
+    EXPECT_THAT(cycle(command), takt::test::NamesMatcher(names));
     EXPECT_TRUE(backend->written.empty());
     EXPECT_FALSE(gripper.held());
   }
@@ -192,9 +195,9 @@ TEST(SignalFiles, ReadTheModels) {
   EXPECT_EQ((*finder)->range_min, 0.05);
 }
 
-/// Writes a device file beside a copy of a model's URDF. @return the diagnostics of the reader as text
+/// Writes a device file beside a copy of a model's URDF. @return the diagnostics of the reader
 template <class Reader>
-std::string wrong(const std::string& model, const Reader& read, const std::string& from, const std::string& to) {
+Diagnostics wrong(const std::string& model, const Reader& read, const std::string& from, const std::string& to) {
   namespace fs = std::filesystem;
   const fs::path folder = fs::path(testing::TempDir()) / "takt_signal_file" / model;
   fs::remove_all(folder);
@@ -208,20 +211,27 @@ std::string wrong(const std::string& model, const Reader& read, const std::strin
   std::ofstream(folder / "device.json") << text;
   const auto result = read(folder);
   fs::remove_all(folder.parent_path());
-  return result ? "" : result.error().to_string();
+  return result ? Diagnostics() : result.error();
 }
 
-TEST(SignalFiles, WrongOnesAreFindingsWithTheirPlace) {
+TEST(SignalFiles, WrongOnesAreReportedWithTheirLocation) {
   EXPECT_THAT(wrong("wsg50", read_gripper, "\"finger_right\"", "\"finger_rigth\""),
-              HasSubstr("did you mean 'finger_right'"));
-  EXPECT_THAT(wrong("wsg50", read_gripper, "[5, 80]", "[80, 5]"), HasSubstr("/force_N"));
-  EXPECT_THAT(wrong("wsg50", read_gripper, "\"pad_friction\": 0.7,", ""), HasSubstr("pad_friction"));
-  EXPECT_THAT(wrong("io_block", read_io, "\"stop\": \"off\"", "\"stop\": 3"), HasSubstr("/digital_outputs/do1/stop"));
-  EXPECT_THAT(wrong("io_block", read_io, "\"unit\": \"V\"", "\"unit\": \"volt\""), HasSubstr("'volt' is not a unit"));
-  EXPECT_THAT(wrong("io_block", read_io, "\"stop\": 0", "\"stop\": 11"), HasSubstr("a number in the range"));
-  EXPECT_THAT(wrong("io_block", read_io, "\"ai2\"", "\"di2\""), HasSubstr("the name of two terminals"));
-  EXPECT_THAT(wrong("light_barrier", read_light_barrier, "\"range_m\": 4", "\"range_m\": -1"), HasSubstr("/range_m"));
-  EXPECT_THAT(wrong("range_finder", read_range_finder, "[0.05, 5]", "[5, 0.05]"), HasSubstr("the range is empty"));
+              Reports(Code::kUnknownName, "/fingers/1", {"finger_rigth", "finger_right"}));
+  EXPECT_THAT(wrong("wsg50", read_gripper, "[5, 80]", "[80, 5]"), Reports(Code::kOutOfRange, "/force_N"));
+  EXPECT_THAT(wrong("wsg50", read_gripper, "\"pad_friction\": 0.7,", ""),
+              Reports(Code::kMissing, "", {"pad_friction"}));
+  EXPECT_THAT(wrong("io_block", read_io, "\"stop\": \"off\"", "\"stop\": 3"),
+              Reports(Code::kWrongType, "/digital_outputs/do1/stop", {"3", "hold", "off", "on"}));
+  EXPECT_THAT(wrong("io_block", read_io, "\"unit\": \"V\"", "\"unit\": \"volt\""),
+              Reports(Code::kInvalidValue, "/analog_inputs/ai1/unit", {"volt"}));
+  EXPECT_THAT(wrong("io_block", read_io, "\"stop\": 0", "\"stop\": 11"),
+              Reports(Code::kWrongType, "/analog_outputs/ao1/stop", {"11", "hold"}));
+  EXPECT_THAT(wrong("io_block", read_io, "\"ai2\"", "\"di2\""),
+              Reports(Code::kDuplicate, "/analog_inputs/di2", {"di2"}));
+  EXPECT_THAT(wrong("light_barrier", read_light_barrier, "\"range_m\": 4", "\"range_m\": -1"),
+              Reports(Code::kOutOfRange, "/range_m", {"-1"}));
+  EXPECT_THAT(wrong("range_finder", read_range_finder, "[0.05, 5]", "[5, 0.05]"),
+              Reports(Code::kOutOfRange, "/range_m"));
 }
 
 }  // namespace

@@ -48,6 +48,7 @@ TEST_F(AbortStepTest, EveryOperationThatMovesAnArmEndsWhenItsAbortConditionHolds
   expect_aborted(with_abort(R"("do": "search", "direction": [0, 0, -1], "in": "block", "approach_m_s": 0.001,
                                "radius_m": 0.01, "pitch_m": 0.004, "drop_m": 0.001)"));
   expect_aborted(with_abort(R"("do": "wipe", "in": "block", "approach_m_s": 0.001, "length_m": 0.02, "width_m": 0)"));
+  expect_aborted(with_abort(R"("do": "freedrive", "seconds": 5)"));
 }
 
 TEST_F(AbortStepTest, AnOperationOfATransactionSaysWhereItsAbortConditionStands) {
@@ -99,15 +100,20 @@ TEST_F(AbortStepTest, AProgramInCppGivesTheSameParameter) {
   command::Condition button;
   button.kind = command::Condition::Kind::kDigital;
   button.device = "button";
-  const RunPtr run = robot.use<HoldInterface>().hold({.seconds = 5.0, .abort_if = button}).schedule();
-  for (int i = 0; i < 2000 && !run->over(); ++i) {
-    cell.button->sample.value = i > 300;
-    program.step();
+  for (const Activity& one : {robot.use<HoldInterface>().hold({.seconds = 5.0, .abort_if = button}),
+                              robot.use<FreedriveInterface>().freedrive({.seconds = 5.0, .abort_if = button})}) {
+    SCOPED_TRACE(one.model()->name());
+    const RunPtr run = one.schedule();
+    for (int i = 0; i < 2000 && !run->over(); ++i) {
+      cell.button->sample.value = i > 300;
+      program.step();
+    }
+    ASSERT_EQ(run->state(), RunState::kFailed);
+    EXPECT_EQ(run->failure(), RunFailure::kAborted);
+    ASSERT_FALSE(run->diagnostics().empty());
+    EXPECT_EQ(run->diagnostics().list().front().code, Code::kAbortCondition);
+    EXPECT_TRUE(run->diagnostics().list().front().pointer.ends_with("/abort_if"));
   }
-  ASSERT_EQ(run->state(), RunState::kFailed);
-  EXPECT_EQ(run->failure(), RunFailure::kAborted);
-  ASSERT_FALSE(run->diagnostics().empty());
-  EXPECT_EQ(run->diagnostics().list().front().code, Code::kAbortCondition);
 }
 
 }  // namespace

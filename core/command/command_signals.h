@@ -1,0 +1,71 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/command/awaited_starts.h"
+#include "core/command/mapping_context.h"
+
+namespace takt::command {
+
+class CommandFragments;
+class HandlerSignals;
+
+/// The life of each command as signals of the net: started, active, cancelled, done ... A signal is written when it is
+/// first asked for. Its port has a name before what it depends on is written, so loops through delayed links need no
+/// order. Part of the mapping. Realtime: setup.
+class CommandSignals {
+ public:
+  /// The references may be to parts that are not constructed yet.
+  CommandSignals(MappingContext& context, CommandFragments& fragments, HandlerSignals& handlers);
+
+  [[nodiscard]] Signal started(int i);
+  /// Started, and not ended in a cycle before.
+  [[nodiscard]] Signal running(int i);
+  /// Running, and not stopped.
+  [[nodiscard]] Signal wants(int i);
+  /// It wants to run, and no earlier command has its devices.
+  [[nodiscard]] Signal active(int i);
+  [[nodiscard]] Signal stop(int i);
+  /// The request; null counts as true.
+  [[nodiscard]] Signal cancel(int i);
+  /// It was requested while the command ran.
+  [[nodiscard]] Signal cancelled(int i);
+  [[nodiscard]] Signal done(int i);
+  [[nodiscard]] Signal ended(int i);
+  /// By name: "started", "active", "stopped", "cancelled", "timed_out", "completed".
+  [[nodiscard]] Signal state(int i, const std::string& name);
+
+  /// Commands with actions that share a device with this one and come before it.
+  [[nodiscard]] std::vector<int> rivals_before(int i) const;
+
+ private:
+  struct Ports {
+    std::optional<Signal> started, ended, stop, cancel, cancelled, active, done, met;
+  };
+  [[nodiscard]] Ports& at(int i) { return ports_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const CommandNode& node(int i) const { return context_.node(i); }
+  [[nodiscard]] int parent(int i) const { return context_.tree.at(i).parent; }
+  [[nodiscard]] int rank(int i) const { return ranks_[static_cast<std::size_t>(i)]; }
+
+  [[nodiscard]] Signal memory(int i, const char* what, const Signal& request);
+  [[nodiscard]] Signal forwarded(int i);
+  [[nodiscard]] bool has_timeout(int i) const { return node(i).until && node(i).seconds; }
+  [[nodiscard]] Signal completed(int i);
+  [[nodiscard]] Signal met(int i);
+  [[nodiscard]] Signal timed_out(int i);
+  [[nodiscard]] Signal wait_done(int i);
+  [[nodiscard]] Signal transaction_done(int i);
+  [[nodiscard]] bool is_delayed_start_in(int transaction, const EventHandler& handler) const;
+
+  MappingContext& context_;
+  NetWriter& writer_;
+  CommandFragments& fragments_;
+  HandlerSignals& handlers_;
+  AwaitedStarts awaited_;
+  std::vector<int> ranks_;
+  std::vector<Ports> ports_;
+};
+
+}  // namespace takt::command

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/command/command.h"
+#include "core/expression/net_writer.h"
+
+namespace takt::command {
+
+/// The latches of a net that event handlers set: of starts, stops, cancels and raised states. A latch is added when
+/// something first reads it; its events are linked when all of them are known. Part of the mapping. Realtime: setup.
+class EventLatches {
+ public:
+  explicit EventLatches(NetWriter& writer) : writer_(writer) {}
+
+  /// A latch that events with this effect on the target set. @param null_sets  what an event that is null counts as
+  [[nodiscard]] Signal add(const std::string& preferred_id, Effect::Kind kind, const Subject* target, bool null_sets);
+  /// The latch of a raised state.
+  Signal raised(const SubjectPtr& state);
+
+  void add_event(Effect::Kind kind, const Subject* target, const Signal& event);
+
+  /// Links the events to their latches. What would close a cycle is delayed by one cycle (row O7); starts come first,
+  /// so that an end is delayed rather than a start.
+  void link_events();
+
+ private:
+  struct Latch {
+    std::string set;  ///< its input
+    Effect::Kind kind;
+    const Subject* target;
+  };
+  struct Event {
+    Effect::Kind kind;
+    const Subject* target;
+    Signal signal;
+  };
+  void link_events_of(const Latch& latch);
+
+  NetWriter& writer_;
+  std::vector<Latch> latches_;
+  std::vector<Event> events_;
+  std::map<const Subject*, Signal> raised_;
+};
+
+}  // namespace takt::command
