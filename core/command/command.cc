@@ -66,6 +66,12 @@ Actuator part_for(const Actuator& actuator, const ActionModel& action) {
                      fmt::format("one of {}", fmt::join(takers, ", "))));
 }
 
+/// Whether `inner` is `outer` or inside of it.
+bool is_inside(const CommandNode& inner, const CommandNode& outer) {
+  return &inner == &outer ||
+         std::ranges::any_of(outer.children, [&](const auto& child) { return is_inside(inner, *child); });
+}
+
 }  // namespace
 
 RuntimeCommand::RuntimeCommand(std::string name, Actuator actuator, Action action) : Command(std::move(name)) {
@@ -79,15 +85,17 @@ WaitCommand::WaitCommand(std::string name, State until, std::optional<double> ti
   node()->seconds = timeout;
 }
 
-TransactionCommand& TransactionCommand::add(const Command& command) {
-  node()->children.push_back(command.node());
-  node()->started_with.push_back(false);
-  return *this;
-}
+TransactionCommand& TransactionCommand::add(const Command& command) { return add_child(command, false); }
 
-TransactionCommand& TransactionCommand::add_started(const Command& command) {
+TransactionCommand& TransactionCommand::add_started(const Command& command) { return add_child(command, true); }
+
+TransactionCommand& TransactionCommand::add_child(const Command& command, bool started) {
+  if (is_inside(*node(), *command.node())) {
+    node()->circular.push_back(command.name());
+    return *this;
+  }
   node()->children.push_back(command.node());
-  node()->started_with.push_back(true);
+  node()->started_with.push_back(started);
   return *this;
 }
 

@@ -99,6 +99,9 @@ struct CommandNode {
   // Transaction.
   std::vector<std::shared_ptr<CommandNode>> children;
   std::vector<bool> started_with;  ///< per child: it starts in the cycle in which the transaction does
+  /// Names of transactions around this one that were added to it. The check refuses them (rule C6); as children they
+  /// would own one another, and nobody would free them.
+  std::vector<std::string> circular;
   CancelPolicy cancel_policy;
   std::vector<RaisedState> raised;
 
@@ -186,6 +189,9 @@ class TransactionCommand : public Command {
   TransactionCommand& on_cancel_forward();
   TransactionCommand& on_cancel_forward_to(const std::vector<Command>& commands);
   TransactionCommand& on_cancel_ignore();
+
+ private:
+  TransactionCommand& add_child(const Command& command, bool started);
 };
 
 }  // namespace takt::command

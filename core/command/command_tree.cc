@@ -28,6 +28,7 @@ void CommandTree::enter(CommandNode& node, int parent, bool with_parent, const s
   for (std::size_t i = 0; i < node.handlers.size(); ++i) {
     handlers_.push_back({&node.handlers[i], own, path + "/handlers" + pointer_segment(i)});
   }
+  for (const std::string& name : node.circular) doubles_.push_back(path + pointer_segment(name));
   for (std::size_t i = 0; i < node.children.size(); ++i) {
     enter(*node.children[i], own, node.started_with[i], path + pointer_segment(node.children[i]->name));
   }
