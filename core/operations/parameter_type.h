@@ -18,9 +18,9 @@ template <class Value>
 struct ParameterType {
   ParameterInfo info = {};  ///< type, unit, range, choices
   /// @param fallback  the value if the key is not there; nothing: the key is required
-  std::function<Value(const ParameterInfo&, ObjectReader&, const std::optional<Value>& fallback)> read;
-  std::function<void(const ParameterInfo&, const Value&, ParameterWriter&)> write;
-  std::function<std::string(const Value&)> text;  ///< as a default, for people
+  std::function<Value(const ParameterInfo&, ObjectReader&, const std::optional<Value>& fallback)> read = {};
+  std::function<void(const ParameterInfo&, const Value&, ParameterWriter&)> write = {};
+  std::function<std::string(const Value&)> text = {};  ///< as a default, for people
 };
 
 /// A number, a vector: SI in C++, in files in `unit`.

@@ -157,8 +157,8 @@ TEST(ParameterTable, WhatIsWrittenIsReadBack) {
   EXPECT_EQ(diagnostics.to_string(), "");
   EXPECT_EQ(back.velocity, motion.velocity);
   EXPECT_EQ(back.linear_velocity, motion.linear_velocity);
-  EXPECT_EQ(back.blend.way.kind, motion.blend.way.kind);
-  EXPECT_EQ(back.blend.way.value, motion.blend.way.value);
+  EXPECT_EQ(back.blend.along_path.kind, motion.blend.along_path.kind);
+  EXPECT_EQ(back.blend.along_path.value, motion.blend.along_path.value);
   EXPECT_EQ(back.weave->amplitude, 0.004);
 }
 
@@ -200,7 +200,7 @@ TEST(MotionNotes, ANoteWithoutANumberIsOfTheFirstMotion) {
   std::vector<MotionTask> requests(2);
   requests[0].pointer = "/steps/3";
   requests[1].pointer = "/steps/4";
-  requests[1].blend.way.kind = motion::Blend::Kind::kDistance;
+  requests[1].blend.along_path.kind = motion::Blend::Kind::kDistance;
   Diagnostics notes;
   for (const char* pointer : {"", "/blend", "/1/blend", "/7/blend"}) notes.note(pointer, "stops at the goal");
   std::vector<std::string> pointers;

@@ -184,7 +184,7 @@ TEST_F(Parity, MotionsHaveTheSameParameters) {
   EXPECT_EQ(in_cpp->velocity, in_file.velocity);
   EXPECT_EQ(in_cpp->acceleration, in_file.acceleration) << "less than was asked for: a path leaves room for an offset";
   EXPECT_EQ(in_cpp->linear_velocity, in_file.linear_velocity);
-  EXPECT_EQ(in_cpp->blend.way.kind, in_file.blend.way.kind);
+  EXPECT_EQ(in_cpp->blend.along_path.kind, in_file.blend.along_path.kind);
   EXPECT_EQ(in_cpp->force_offset, in_file.force_offset);
   EXPECT_EQ(in_cpp->force_offset->direction, Eigen::Vector3d(0, 0, 1));
 }
