@@ -231,6 +231,8 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
   PlannedActivity prepared;
   connect(cell, dual.clock, std::nullopt, dual.from_rest);
   add_end_states(dual, wish, prepared);
+  if (wish.until || dual.offset || wish.compliance)
+    for (const auto& [arm, begin] : dual.begins) prepared.touching.insert(arm);
   // Without channels nobody could tell it where the clock of the one before is; other springs would come too soon.
   if (!cell.channels.contains(path_time_channel(dual.clock)) || !same_compliance(planning, dual.clock, wish))
     dual.from_blend.reset();

@@ -36,6 +36,7 @@ class FreedriveActivity final : public ActivityModel {
     prepared.command = freedrive_command(planning.cell, arm_, wish_, end_, biases_);
     prepared.modes = modes_;
     prepared.returns = !modes_.empty();
+    prepared.touching = {arm_};
     prepared.end_states[arm_] = {};  // nobody knows where the hand leads it
     const ActuatorState& before = planning.predecessors.find(arm_)->second.at_end;
     // Where a change of the mode takes the set point to shows only then.
