@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdlib>
+#include <mutex>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -122,6 +123,9 @@ bool GlContext::make_current() {
 
 Result<unsigned> build_program(std::string_view defines, const char* vertex_source, std::string_view functions,
                                const char* fragment_source) {
+  // Mesa 22 reads the folders for replaced shaders into static memory, without a lock, when it compiles the first one.
+  static std::mutex compiling;
+  const std::lock_guard lock(compiling);
   const Result<unsigned> vertex = compile(GL_VERTEX_SHADER, defines, vertex_source);
   if (!vertex) return vertex;
   const Result<unsigned> fragment =

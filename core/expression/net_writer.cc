@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <ranges>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -49,9 +50,9 @@ void NetWriter::add(const std::string& id, std::string type, Json parameters, Js
       {.id = id, .type = std::move(type), .parameters = std::move(parameters), .on_null = std::move(on_null)});
 }
 
-void NetWriter::link(const std::string& from, const std::string& to) {
-  net.link(from, to);
+void NetWriter::link(std::string from, std::string to) {
   followers_[node_of(from)].push_back(node_of(to));
+  net.link(std::move(from), std::move(to));
 }
 
 void NetWriter::feed(const Signal& signal, const std::string& to) {

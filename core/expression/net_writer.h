@@ -49,8 +49,9 @@ class NetWriter {
   void add(const std::string& id, std::string type,
            nlohmann::ordered_json parameters = nlohmann::ordered_json::object(),
            nlohmann::ordered_json on_null = nlohmann::ordered_json::object());
-  /// Links two ports of the outermost level, or inside of fragments by their full names.
-  void link(const std::string& from, const std::string& to);
+  /// Links two ports of the outermost level, or inside of fragments by their full names. By value: a name may be that
+  /// of a link of this net, which moves when another one is added.
+  void link(std::string from, std::string to);
   /// Links, or sets the constant.
   void feed(const Signal& signal, const std::string& to);
   void feed(const ExpressionPtr& node, const std::string& to);

@@ -17,7 +17,10 @@ struct Registry::Entry {
   std::string name;
   Maker maker;
   mutable PrimitiveInfo info;
-  mutable std::once_flag described;
+  /// A mutex and not a std::once_flag: a constructor may throw in its first description, and waiters of a once_flag may
+  /// then wait for ever (libstdc++ over an intercepted pthread_once).
+  mutable std::mutex describing;
+  mutable bool described = false;
 };
 
 namespace {
@@ -83,13 +86,13 @@ Diagnostics describe(const Maker& maker, PrimitiveInfo& info) {
   impl.describing = &info;
   Setup setup(impl);
   const std::align_val_t alignment{maker.alignment};
-  void* place = ::operator new(maker.size, alignment);
+  const auto release = [&](void* place) { ::operator delete(place, maker.size, alignment); };
+  const std::unique_ptr<void, decltype(release)> place(::operator new(maker.size, alignment), release);
   try {
-    maker.construct(place, setup)->~Primitive();
+    maker.construct(place.get(), setup)->~Primitive();
   } catch (const std::exception& error) {
     diagnostics.error(Code::kInternal, {}, fmt::format("describing primitive {} threw: {}", info.type, error.what()));
   }
-  ::operator delete(place, maker.size, alignment);
   if (duplicate_name(info)) {
     diagnostics.error(Code::kDuplicate, {},
                       fmt::format("primitive {} uses one name for two ports or parameters", info.type));
@@ -144,10 +147,14 @@ const Registry::Entry* Registry::entry(std::string_view type) const {
 const PrimitiveInfo* Registry::find(std::string_view type) const {
   const Entry* found = entry(type);
   if (found == nullptr) return nullptr;
-  std::call_once(found->described, [found] {
-    const Diagnostics wrong = describe(found->maker, found->info);
+  const std::lock_guard lock(found->describing);
+  if (!found->described) {
+    PrimitiveInfo info = found->info;  // what a constructor has declared before it throws is not kept
+    const Diagnostics wrong = describe(found->maker, info);
     if (wrong.has_errors()) programming_error(wrong.list().front().message);
-  });
+    found->info = std::move(info);
+    found->described = true;
+  }
   return &found->info;
 }
 
