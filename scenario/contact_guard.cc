@@ -41,7 +41,7 @@ Diagnostics ContactGuard::look(const TouchingNow& touching, const activity::Vari
   for (const sim::BodyContact& contact : built_.world->take_contacts()) {
     const Pair pair{contact.a, contact.b};
     if (contact.force < kLeastForce || is_known(pair)) continue;
-    if (!now) now = touching ? touching() : collision::Touching();
+    if (!now) now = all_touching(touching);
     if (is_allowed(pair, *now, variables)) {
       in_contact_[pair] = built_.world->time();
     } else {
@@ -49,6 +49,14 @@ Diagnostics ContactGuard::look(const TouchingNow& touching, const activity::Vari
     }
   }
   return faults;
+}
+
+/// Compliant arms too.
+collision::Touching ContactGuard::all_touching(const TouchingNow& touching) const {
+  collision::Touching all = touching ? touching() : collision::Touching();
+  for (const auto& [name, arm] : built_.cell.arms)
+    if (arm.device->mode() != device::ControlMode::kPosition) all.insert(name);
+  return all;
 }
 
 /// What was allowed is so as long as it lasts.

@@ -30,6 +30,7 @@ class ContactGuard {
  private:
   using Pair = std::pair<int, int>;  ///< numbers of bodies in the simulation
 
+  [[nodiscard]] collision::Touching all_touching(const TouchingNow& touching) const;
   [[nodiscard]] bool is_known(const Pair& pair);
   [[nodiscard]] bool is_allowed(const Pair& pair, const collision::Touching& touching,
                                 const activity::Variables& variables) const;

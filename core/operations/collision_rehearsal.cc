@@ -243,6 +243,17 @@ void report_early_touches(const Rehearsal& rehearsal, const PlayedStep& step, co
   }
 }
 
+/// An arm that was made compliant before may touch all the time.
+void add_compliant(const Rehearsal& rehearsal, CheckedMotion& motion) {
+  for (const ArmTrack& track : motion.tracks) {
+    const auto mode = rehearsal.modes.find(track.arm);
+    if (mode == rehearsal.modes.end() || mode->second == device::ControlMode::kPosition) continue;
+    motion.touching.insert(track.arm);
+    motion.touch_from = 0.0;
+    motion.ends_at_touch = false;
+  }
+}
+
 }  // namespace
 
 void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics) {
@@ -274,6 +285,7 @@ void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics) {
 void check_planned(Rehearsal& rehearsal, CheckedMotion motion, Diagnostics& diagnostics,
                    const std::set<std::string>& unknown) {
   if (!is_checked(rehearsal) || motion.tracks.empty()) return;
+  add_compliant(rehearsal, motion);
   auto step = std::make_shared<PlayedStep>(PlayedStep{.begin = rehearsal.duration,
                                                       .branch = rehearsal.collisions.branch,
                                                       .timed = rehearsal.collisions.timed,
