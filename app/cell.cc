@@ -11,6 +11,7 @@
 #include "core/activity/command_activity.h"
 #include "core/command/actions/online_action.h"
 #include "core/command/actions/tare.h"
+#include "core/expression/believed_shapes.h"
 #include "scenario/cell_run.h"
 #include "scenario/data_folder.h"
 #include "scenario/operator.h"
@@ -86,13 +87,14 @@ class Cell::Impl {
     runtime_.emplace(
         *built_.core, built_.cell, [this] { cycle(); },
         activity::Runtime::Options{
-            .scheduler = {.latency_cycles = description_.program_latency_cycles},
+            .scheduler = {.latency_cycles = description_.program_latency_cycles, .checks_collisions = true},
             .variables = &run_->variables(),
             .event = [this](auto source, auto name, auto text) { run_->note(source, name, text); }});
     operator_.emplace(description_.operator_script, *built_.core, built_.emergency_stop,
                       scenario::OperatedProgram{.hold = [this](bool held) { runtime_->hold(held); },
                                                 .cancel = [this] { runtime_->cancel(); }},
                       [this](auto name, auto text) { run_->note("operator", name, text); });
+    run_->ask_touching([this] { return runtime_->touching(); });
     power_on();
   }
 
@@ -278,6 +280,11 @@ command::State Cell::input(const std::string& name) {
 }
 command::RealSensor Cell::analog_input(const std::string& name) {
   return command::analog_input(model(), device_of(model().analog_inputs, name, "analog input"));
+}
+command::RealSensor Cell::distance(const std::vector<std::string>& side_a, const std::vector<std::string>& side_b) {
+  command::RealSensor sensor = smallest_distance(model(), side_a, side_b);
+  if (const auto& fault = sensor.node()->fault) refuse(fault->code, fault->message, fault->hint);
+  return sensor;
 }
 command::State Cell::gripper_is(const std::string& state, const std::string& gripper) {
   const std::vector<std::string> states = {"moving", "holding", "lost", "open", "closed"};

@@ -58,6 +58,10 @@ class Cell {
   [[nodiscard]] command::RealSensor pressing(const Eigen::Vector3d& direction_B, const std::string& sensor = {});
   [[nodiscard]] command::State input(const std::string& name = {});
   [[nodiscard]] command::RealSensor analog_input(const std::string& name = {});  ///< in its own unit
+  /// The smallest distance of two sides, m: lists of devices, objects and bodies ("arm/link_3"); an arm is meant with
+  /// all that it carries. Objects count where the program believes them to be when it is used.
+  [[nodiscard]] command::RealSensor distance(const std::vector<std::string>& side_a,
+                                             const std::vector<std::string>& side_b);
   /// "moving", "holding", "lost", "open" or "closed".
   [[nodiscard]] command::State gripper_is(const std::string& state, const std::string& gripper = {});
 

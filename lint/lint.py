@@ -38,7 +38,7 @@ MAY_INCLUDE = {
     "core/collision": ["core/base", "core/kinematics", "core/world"],
     "core/device": ["core/base", "core/net", "core/kinematics", "core/motion", "core/world"],
     "core/emulation": ["core/base", "core/net", "core/kinematics", "core/motion", "core/device"],
-    "core/primitives": ["core/base", "core/net", "core/kinematics", "core/motion", "core/world", "core/device"],
+    "core/primitives": ["core/base", "core/net", "core/kinematics", "core/motion", "core/world", "core/collision", "core/device"],
     "core/rcc": ["core/base", "core/net", "core/kinematics", "core/motion", "core/device"],
     "core/expression": up_to("core/expression"),
     "core/command": up_to("core/command"),

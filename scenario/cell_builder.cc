@@ -12,6 +12,8 @@
 #include "core/device/material.h"
 #include "core/device/plant_file.h"
 #include "core/kinematics/chain.h"
+#include "core/primitives/cell_solids.h"
+#include "scenario/cell_collisions.h"
 #include "scenario/cell_models.h"
 #include "scenario/degrees.h"
 #include "scenario/faults.h"
@@ -384,6 +386,9 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   add_composed(description, built, diagnostics);
   add_emergency_stop(description, built, diagnostics);
   set_tools(simulated, built, diagnostics);
+  built.cell.shapes = cell_shapes(description, simulated, built.cell, diagnostics);
+  // No device has such a name.
+  built.cell.solids = &built.core->add("cell/solids", std::make_unique<primitives::CellSolids>(built.cell.shapes));
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   built.site->add_to(built.core->digest());
   for (const NetEntry& net : description.nets) built.cell.nets[net.name] = net.net;

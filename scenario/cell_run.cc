@@ -25,6 +25,7 @@ CellRun::CellRun(const Description& description, BuiltCell& built, Expectations 
       options_(options),
       faults_(description.faults, built),
       site_watch_(built),
+      contacts_(built),
       start_(Clock::now()) {
   built_.world->set_profiling(options_.measure_times);
 }
@@ -143,6 +144,9 @@ bool CellRun::after_cycle() {
 
 bool CellRun::look_on(const std::string& current) {
   tell_news();
+  const Diagnostics faults = contacts_.look(touching_, variables_);
+  report_.diagnostics.append(faults);
+  if (faults.has_errors()) return false;
   if (!film_) return true;
   const Stopwatch watch(options_.measure_times, report_.timing.rendering);
   report_.diagnostics.append(film_->add_state(current, variables_.biases));

@@ -11,6 +11,7 @@
 
 #include "core/operations/step.h"
 #include "core/rcc/watchdog.h"
+#include "scenario/contact_guard.h"
 #include "scenario/expectations.h"
 #include "scenario/faults.h"
 #include "scenario/realtime_loop.h"
@@ -65,6 +66,9 @@ class CellRun {
   /// @param run_again  digest of a second run of the same program; may be empty
   [[nodiscard]] RunReport finish(bool interrupted, const std::function<std::string()>& run_again);
 
+  /// Who knows what the steps in force mean to touch; without it nothing is meant.
+  void ask_touching(ContactGuard::TouchingNow touching) { touching_ = std::move(touching); }
+
   /// What the program knows: biases are shown in the film, estimates are judged.
   [[nodiscard]] activity::Variables& variables() { return variables_; }
   [[nodiscard]] RunReport& report() { return report_; }
@@ -89,6 +93,8 @@ class CellRun {
   activity::Variables variables_;
   Faults faults_;
   SiteWatch site_watch_;
+  ContactGuard contacts_;
+  ContactGuard::TouchingNow touching_;
   std::unique_ptr<RunRecorder> recorder_;
   std::unique_ptr<RunFilm> film_;
   std::vector<std::string> steps_begun_;

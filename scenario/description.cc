@@ -211,6 +211,33 @@ FilmEntry read_film(const Json& json, const std::string& pointer, Diagnostics& d
   return film;
 }
 
+CollisionsEntry read_collisions(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
+  CollisionsEntry collisions;
+  const auto reason = [&](ObjectReader& from, std::string_view key) {
+    std::string text = from.text(key);
+    if (from.has(key) && text.empty())
+      diagnostics.error(Code::kMissing, from.at(key), "an empty text", "the reason, for who reads the file");
+    return text;
+  };
+  collisions.margin_m = reader.number("margin_m", collisions.margin_m, {.low = 1e-5, .high = 0.1});
+  if (reader.has("off")) collisions.off = reason(reader, "off");
+  const Json* list = reader.array("allow", false);
+  for (std::size_t i = 0; list && i < list->size(); ++i) {
+    ObjectReader entry((*list)[i], reader.at("allow") + pointer_segment(i), diagnostics);
+    CollisionsEntry::Allowed allowed{entry.texts("between"), reason(entry, "reason"), entry.pointer()};
+    if (allowed.between.size() != 2) {
+      diagnostics.error(Code::kWrongSize, entry.at("between"), fmt::format("{} names", allowed.between.size()),
+                        "two: devices, objects or bodies");
+    } else {
+      collisions.allow.push_back(std::move(allowed));
+    }
+    entry.finish();
+  }
+  reader.finish();
+  return collisions;
+}
+
 /// Calls `read(name, json, pointer)` for each member of an object that maps names to things.
 template <class Read>
 void for_each_member(ObjectReader& reader, std::string_view key, const Read& read) {
@@ -313,6 +340,8 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
   });
   (void)reader.object("nets", false);  // read by read_nets()
   read_faults(reader, description.faults);
+  if (const Json* collisions = reader.object("collisions", false))
+    description.collisions = read_collisions(*collisions, "/collisions", diagnostics);
   const bool required = purpose == ReadFor::kScenario;
   if (const Json* program = reader.object("program", required)) description.program = *program;
   if (const Json* programs = reader.object("programs", false)) description.programs = *programs;

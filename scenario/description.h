@@ -120,6 +120,18 @@ struct ExpectationEntry {
   nlohmann::ordered_json json;
 };
 
+/// What the file says of collisions, in the rehearsal and in the run (docs/world.md).
+struct CollisionsEntry {
+  /// Two devices, objects or bodies ("arm/link_3") that may meet.
+  struct Allowed {
+    std::vector<std::string> between;
+    std::string reason, pointer;
+  };
+  double margin_m = 1e-3;  ///< nearer than this counts as a collision
+  std::string off;         ///< why nothing is checked; empty: it is
+  std::vector<Allowed> allow;
+};
+
 /// A scenario file as read: checked for form, not yet against models.
 struct Description {
   std::filesystem::path file;
@@ -144,9 +156,11 @@ struct Description {
   nlohmann::ordered_json programs = nlohmann::ordered_json::object();  ///< what the program may call, by name
   std::vector<OperatorAction> operator_script;
   std::vector<ExpectationEntry> expectations;
+  CollisionsEntry collisions;
   // Not of the file: where and how this run takes place.
   Site site;
-  bool realtime = false;  ///< the wall clock goes on meanwhile: what costs too much is not admitted (row T5)
+  bool realtime = false;        ///< the wall clock goes on meanwhile: what costs too much is not admitted (row T5)
+  std::filesystem::path image;  ///< gets a picture of the first collision of the rehearsal, or of the cell; empty: none
 };
 
 /// Replaces one value before the file is checked: `--set /devices/arm/model=NAME`.

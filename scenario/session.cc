@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "scenario/cell_picture.h"
 #include "scenario/cell_run.h"
 #include "scenario/operator.h"
 #include "scenario/realtime_loop.h"
@@ -45,6 +46,7 @@ Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file
   if (description) {
     description->site = options.site;
     description->realtime = options.realtime;
+    description->image = options.image;
   }
   if (!diagnostics.has_errors()) return create(std::move(*description), models, options.measure_times);
   if (description) {
@@ -73,6 +75,10 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   auto expectations = make_expectations(description.expectations, *built, program->names());
   activity::Rehearsed rehearsed = program->rehearse(built->cell, &built->core->environment());
   Diagnostics& diagnostics = rehearsed.diagnostics;
+  if (!description.image.empty()) {
+    const auto* first = rehearsed.collisions.empty() ? nullptr : &rehearsed.collisions.front();
+    if (const auto drawn = draw_cell(*built, first, description.image); !drawn) diagnostics.append(drawn.error());
+  }
   if (!expectations) diagnostics.append(expectations.error());
   diagnostics.append(check_operator(description.operator_script, *built->core, program->names()));
   check_estimates(description, rehearsed.estimates, diagnostics);
@@ -118,7 +124,9 @@ class Session::Run {
         runner_(session.program_, context_),
         operator_(session.description_.operator_script, *session.built_.core, session.built_.emergency_stop,
                   {.hold = [this](bool held) { runner_.hold(held); }, .cancel = [this] { runner_.cancel(); }},
-                  [this](auto name, auto text) { note("operator", name, text); }) {}
+                  [this](auto name, auto text) { note("operator", name, text); }) {
+    run_.ask_touching([this] { return runner_.touching(); });
+  }
 
   RunReport execute() {
     if (!options_.from.empty()) run_.report().diagnostics.append(runner_.enter(options_.from));

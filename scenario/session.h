@@ -24,6 +24,7 @@ struct OpenOptions {
   bool measure_times = false;         ///< let the core measure its phases
   Site site = {};                     ///< back ends of the devices
   bool realtime = false;              ///< RunOptions::realtime will be set: nets have to fit into half of a period
+  std::filesystem::path image = {};   ///< gets a picture of the first collision of the rehearsal; empty: none
 };
 
 /// A scenario made ready: built, its program parsed and rehearsed, its expectations made. Runs once.

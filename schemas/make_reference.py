@@ -21,6 +21,8 @@ SECTIONS = [
     ("part", "Part of an object", "A shape with a pose in the object's frame."),
     ("material", "Material", "How a surface answers a touch ([contacts.md](contacts.md))."),
     ("contact_rule", "Contact rule", "What two materials do together, where it is not what follows from the two."),
+    ("collisions", "Collisions", "What may not meet, and what may ([world.md](world.md))."),
+    ("allowed_contact", "Allowed contact", "Two bodies, devices or objects that are not checked against each other."),
     ("camera", "Camera", "A camera of the film."),
     ("film", "Film", "What the film shows."),
     ("channel", "Channel", "A value that nets exchange with each other and with the outside."),

@@ -12,4 +12,10 @@ struct ContactReading {
   int contacts = 0;                                   ///< contact points in the last physics step
 };
 
+/// Two bodies that touch each other, and how hard at most.
+struct BodyContact {
+  int a = 0, b = 0;    ///< numbers of the bodies, a below b; see World::body
+  double force = 0.0;  ///< N, length of the sum of their contact forces in a physics step
+};
+
 }  // namespace takt::sim

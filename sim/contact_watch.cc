@@ -15,6 +15,15 @@ std::string body_name(const mjModel& model, int body) {
   return name ? name : "";
 }
 
+/// Force of a contact in the world, that the first body exerts on the second, N.
+Eigen::Vector3d force_in_world(const mjModel_& model, const mjData_& data, int number) {
+  std::array<double, 6> force{};
+  mj_contactForce(&model, &data, number, force.data());
+  // Rows of the contact frame are its axes in the world, the normal first.
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.contact[number].frame);
+  return axes.transpose() * Eigen::Map<const Eigen::Vector3d>(force.data());
+}
+
 }  // namespace
 
 std::vector<bool> bodies_of(const mjModel_& model, const std::string& name) {
@@ -37,6 +46,52 @@ std::vector<std::string> side_names(const mjModel_& model) {
   return names;
 }
 
+ContactList::ContactList(std::vector<bool> bodies) : bodies_(std::move(bodies)) {
+  step_.reserve(kMost);
+  list_.reserve(kMost);
+}
+
+void ContactList::update(const mjModel_& model, const mjData_& data) {
+  if (taken_) list_.clear();
+  taken_ = false;
+  step_.clear();
+  for (int i = 0; i < data.ncon; ++i) {
+    const mjContact& contact = data.contact[i];
+    if (contact.geom[0] < 0 || contact.geom[1] < 0) continue;
+    const int first = model.geom_bodyid[contact.geom[0]], second = model.geom_bodyid[contact.geom[1]];
+    if (!bodies_[static_cast<std::size_t>(first)] && !bodies_[static_cast<std::size_t>(second)]) continue;
+    const Eigen::Vector3d force_W = force_in_world(model, data, i);
+    first < second ? add(first, second, force_W) : add(second, first, -force_W);
+  }
+  for (const Sum& sum : step_) keep(sum);
+}
+
+void ContactList::add(int a, int b, const Eigen::Vector3d& force_W) {
+  const auto known = std::ranges::find_if(step_, [=](const Sum& sum) { return sum.a == a && sum.b == b; });
+  if (known != step_.end()) {
+    known->force_W += force_W;
+  } else if (step_.size() < kMost) {
+    step_.push_back({a, b, force_W});
+  }
+}
+
+void ContactList::keep(const Sum& sum) {
+  const double force = sum.force_W.norm();
+  const auto known =
+      std::ranges::find_if(list_, [&](const BodyContact& one) { return one.a == sum.a && one.b == sum.b; });
+  if (known != list_.end()) {
+    known->force = std::max(known->force, force);
+  } else if (list_.size() < kMost) {
+    list_.push_back({sum.a, sum.b, force});
+  }
+}
+
+std::span<const BodyContact> ContactList::take() {
+  if (taken_) list_.clear();
+  taken_ = true;
+  return list_;
+}
+
 void ContactWatch::update(const mjModel_& model, const mjData_& data) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   reading_.contacts = 0;
@@ -47,11 +102,7 @@ void ContactWatch::update(const mjModel_& model, const mjData_& data) {
     const auto second = static_cast<std::size_t>(model.geom_bodyid[contact.geom[1]]);
     const bool straight = a_[first] && b_[second];
     if (!straight && !(b_[first] && a_[second])) continue;
-    std::array<double, 6> force{};
-    mj_contactForce(&model, &data, i, force.data());
-    // Rows of the contact frame are its axes in the world, the normal first.
-    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(contact.frame);
-    const Eigen::Vector3d force_W = axes.transpose() * Eigen::Map<const Eigen::Vector3d>(force.data());
+    const Eigen::Vector3d force_W = force_in_world(model, data, i);
     sum += straight ? force_W : Eigen::Vector3d(-force_W);
     ++reading_.contacts;
   }

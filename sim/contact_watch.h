@@ -37,4 +37,31 @@ class ContactWatch {
   ContactReading reading_;
 };
 
+/// Lists what some bodies touch, from one look to the next. Realtime: cyclic but for construction.
+class ContactList {
+ public:
+  /// @param bodies  by number: contacts in which one of them takes part
+  explicit ContactList(std::vector<bool> bodies);
+
+  /// As ContactWatch::update().
+  void update(const mjModel_& model, const mjData_& data);
+  /// What touched since the last call, in the order in which it did first. Valid until the next update().
+  [[nodiscard]] std::span<const BodyContact> take();
+
+ private:
+  static constexpr std::size_t kMost = 256;  ///< pairs; more are not listed
+
+  struct Sum {
+    int a, b;
+    Eigen::Vector3d force_W;
+  };
+  void add(int a, int b, const Eigen::Vector3d& force_W);
+  void keep(const Sum& sum);
+
+  std::vector<bool> bodies_;
+  std::vector<Sum> step_;  ///< of one physics step
+  std::vector<BodyContact> list_;
+  bool taken_ = false;
+};
+
 }  // namespace takt::sim

@@ -118,6 +118,7 @@ struct World::Impl {
   std::vector<NamedDevice> named;
   std::vector<SimDevice*> devices;  // the same
   std::vector<ContactWatch> watches;
+  std::optional<ContactList> contact_list;
   std::vector<std::string> lamps;         // the wires that light something, by name
   std::vector<const double*> lamp_wires;  // the same
   std::vector<double> plant_state;
@@ -295,6 +296,7 @@ void World::Impl::physics_step() {
     mj_step2(m, d);
   }
   for (auto& watch : watches) watch.update(*m, *d);
+  if (contact_list) contact_list->update(*m, *d);
   mj_step1(m, d);
 }
 
@@ -513,6 +515,21 @@ Result<std::size_t> World::watch_contact(const std::string& side_a, const std::s
 }
 
 const ContactReading& World::contact(std::size_t watch) const { return impl_->watches.at(watch).reading(); }
+
+void World::list_contacts_of(std::vector<bool> bodies) { impl_->contact_list.emplace(std::move(bodies)); }
+
+std::span<const BodyContact> World::take_contacts() {
+  return impl_->contact_list ? impl_->contact_list->take() : std::span<const BodyContact>();
+}
+
+std::vector<std::string> World::body_names() const {
+  std::vector<std::string> names;
+  for (int body = 0; body < static_cast<int>(impl_->model->nbody); ++body) {
+    const char* name = body > 0 ? mj_id2name(impl_->model.get(), mjOBJ_BODY, body) : nullptr;
+    names.emplace_back(name != nullptr ? name : "");
+  }
+  return names;
+}
 
 const mjModel_* World::model() const { return impl_->picture_model.get(); }
 

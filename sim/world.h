@@ -99,6 +99,13 @@ class World {
   /// @return the number to ask contact() with; or a diagnostic for an unknown name. Realtime: setup.
   [[nodiscard]] Result<std::size_t> watch_contact(const std::string& side_a, const std::string& side_b);
   [[nodiscard]] const ContactReading& contact(std::size_t watch) const;
+  /// From now on contacts of these bodies (by number) with anything are listed. Realtime: setup.
+  void list_contacts_of(std::vector<bool> bodies);
+  /// What touched since the last call, 256 pairs at most; empty where nothing is listed. No part of a snapshot. Valid
+  /// until the next step. Realtime: cyclic.
+  [[nodiscard]] std::span<const BodyContact> take_contacts();
+  /// Names of all bodies by number: "ROBOT/LINK" or "OBJECT"; of the world empty. Realtime: setup.
+  [[nodiscard]] std::vector<std::string> body_names() const;
 
   /// What pictures are drawn from: the model with all visual geometry, and a state with the positions of time(), which
   /// lamps burn, and nothing else; data() copies them. The physics runs on a model of its own without that geometry,

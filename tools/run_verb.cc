@@ -16,7 +16,7 @@ namespace takt::tools {
 namespace {
 
 struct RunVerbArguments : app::RunArguments {
-  std::string file, from;
+  std::string file, from, image;
   bool dry_run = false, step = false;
 };
 
@@ -63,6 +63,9 @@ int run(const RunVerbArguments& arguments, const Common& common) {
                       "simulated time stops while a step waits, so it cannot follow the wall clock",
                       "--step or --realtime");
   }
+  if (!arguments.image.empty() && !arguments.dry_run)
+    diagnostics.error(Code::kRequires, "--image", "a picture of the rehearsal without a rehearsal alone", "--dry-run");
+  opening.image = arguments.image;
   if (diagnostics.has_errors()) return report(diagnostics, common);
   const device::ModelLibrary library = common.library();
   auto session = scenario::Session::open(arguments.file, library, opening);
@@ -103,6 +106,10 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
   verb->add_flag("--step", arguments->step,
                  "Wait before each step: Enter begins it, c continues without stops, q or the end of input cancels");
   verb->add_flag("--dry-run", arguments->dry_run, "Check, build, plan; move nothing");
+  verb->add_option("--image", arguments->image,
+                   "With --dry-run: draw the posture of the first collision with both bodies marked; without a "
+                   "collision the cell at its start")
+      ->type_name("OUT.png");
   return {verb, [arguments, &common] { return run(*arguments, common); }};
 }
 

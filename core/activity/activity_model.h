@@ -51,6 +51,7 @@ struct PlanningContext {
   const command::Cell& cell;
   Nanoseconds period = kMillisecond;
   std::map<std::string, Predecessor, std::less<>> predecessors;  ///< of each of its actuators
+  bool checks_collisions = false;  ///< of programs that nobody rehearses: planned motions must not collide
 };
 
 /// What an activity says of one of its actuators.
@@ -98,6 +99,8 @@ struct PlannedActivity {
   ControlModes modes;
   bool returns = false;  ///< after the command they go back into the modes that they were in
   std::shared_ptr<const net::NetDescription> net = {};  ///< written by hand, in place of a command
+  /// Devices that mean to touch something while it runs: an arm with its tool, a gripper (docs/world.md).
+  std::set<std::string, std::less<>> touching = {};
   /// What has come of it, asked once its net has ended in order and was not cancelled: errors make the run fail
   /// (RunFailure::kAborted). Empty: nothing can be wrong.
   std::function<Diagnostics(const ActivityRun&)> verdict = {};

@@ -26,6 +26,7 @@ class CommandActivity final : public ActivityModel {
     command::add_news(unplanned, wrong);
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     PlannedActivity prepared = planned_activity(command, actuators_, end);
+    prepared.touching = {actuators_.begin(), actuators_.end()};  // what it means to do only its author knows
     for (const std::string& actuator : actuators_) {
       const auto before = planning.predecessors.find(actuator);
       if (before == planning.predecessors.end() || !before->second.at_end.q) continue;

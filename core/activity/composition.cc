@@ -85,6 +85,7 @@ class CompositeActivity : public ActivityModel {
       if (!whole.end_states.contains(name)) whole.begins[name] = ways;
     for (const std::string& name : part.taken_over)
       if (!whole.end_states.contains(name)) whole.taken_over.insert(name);
+    whole.touching.insert(part.touching.begin(), part.touching.end());
   }
   static void add_end_states(PlannedActivity& whole, const PlannedActivity& part) {
     for (const auto& [name, end_state] : part.end_states) whole.end_states[name] = end_state;
@@ -244,6 +245,7 @@ class ConditionalActivity final : public CompositeActivity {
       both.on_entered(i == 0 ? decided : !decided, start(*part->command));
       for (const auto& [name, ways] : part->begins)
         whole.begins[name].insert(whole.begins[name].end(), ways.begin(), ways.end());
+      whole.touching.insert(part->touching.begin(), part->touching.end());
       agree(whole, *part, planning);
       add_endings(whole, *part);
     }

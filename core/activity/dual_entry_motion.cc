@@ -233,6 +233,8 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
   PlannedActivity prepared;
   connect(cell, dual.clock, std::nullopt, dual.from_rest);
   add_end_states(dual, options, prepared);
+  if (options.until || dual.offset || options.compliance)
+    for (const auto& [arm, begin] : dual.begins) prepared.touching.insert(arm);
   // Without channels the clock of its predecessor is unknown; another compliance would come too soon.
   if (!cell.channels.contains(path_time_channel(dual.clock)) || !same_compliance(planning, dual.clock, options))
     dual.from_blend.reset();

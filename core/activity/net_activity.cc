@@ -20,6 +20,7 @@ class NetActivity final : public ActivityModel {
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext&) const override {
     PlannedActivity prepared;
     for (const std::string& actuator : actuators_) prepared.end_states[actuator] = {};
+    prepared.touching = {actuators_.begin(), actuators_.end()};  // what it means to do only its author knows
     prepared.net = net_;
     return prepared;
   }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/activity/mode_change.h"
+#include "core/activity/motion_collisions.h"
 #include "core/base/last_catch.h"
 
 namespace takt::activity {
@@ -52,7 +53,8 @@ PlanningJob::PlanningJob(rcc::ControlCore& core, ActivityPtr model, PlanningCont
       cell_(cell == Cell::kCopied ? copy_of(planning.cell) : nullptr),
       planning_{.cell = cell_ ? *cell_ : planning.cell,
                 .period = planning.period,
-                .predecessors = std::move(planning.predecessors)} {}
+                .predecessors = std::move(planning.predecessors),
+                .checks_collisions = planning.checks_collisions} {}
 
 PlanningJob::~PlanningJob() {
   if (net_ != 0) (void)core_.unload(net_);
@@ -88,6 +90,7 @@ Diagnostics PlanningJob::plan() {
   }
   if (!planned) return std::move(planned.error());
   if (Diagnostics wrong = agree_on_modes(*planned, planning_); wrong.has_errors()) return wrong;
+  if (Diagnostics wrong = find_collisions(*planned, planning_, model_->name()); wrong.has_errors()) return wrong;
   planned_ = std::move(*planned);
   return {};
 }

@@ -79,6 +79,8 @@ class Runtime {
   void drop_coroutines();
   /// Names of the activities that run, joined by " + ".
   [[nodiscard]] std::string current() const { return scheduler_.current(); }
+  /// What they mean to touch (docs/world.md).
+  [[nodiscard]] std::set<std::string, std::less<>> touching() const { return scheduler_.touching(); }
   /// What the events of activities did so far (Reaction), in the order in which their activities ended.
   [[nodiscard]] const std::vector<Reaction>& reactions() const { return scheduler_.reactions(); }
 

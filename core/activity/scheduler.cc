@@ -55,6 +55,15 @@ std::string Scheduler::current() const {
   return names;
 }
 
+std::set<std::string, std::less<>> Scheduler::touching() const {
+  std::set<std::string, std::less<>> devices;
+  for (const RunPtr& run : runs_) {
+    const bool runs = run->state() == RunState::kRunning || run->state() == RunState::kReturning;
+    if (runs) devices.insert(run->planned_.touching.begin(), run->planned_.touching.end());
+  }
+  return devices;
+}
+
 void Scheduler::apply(ActivityRun& run, RunEvent event) {
   const auto next = next_state(run.state_, event);
   if (!next) {

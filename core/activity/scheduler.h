@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,6 +45,8 @@ class Scheduler {
   void hold(bool held) { held_ = held; }
   /// Names of what runs, joined by " + ".
   [[nodiscard]] std::string current() const;
+  /// What those that run mean to touch (PlannedActivity::touching).
+  [[nodiscard]] std::set<std::string, std::less<>> touching() const;
   /// Of runs that are over, in the order in which they ended.
   [[nodiscard]] const std::vector<Reaction>& reactions() const { return reactions_; }
 

@@ -24,6 +24,7 @@ class StartConditions {
     std::int64_t latency_cycles = 2;  ///< from a program's request to its effect (row D2)
     std::int64_t margin_cycles = 3;   ///< beyond that, until a motion is taken over
     std::int64_t lead_cycles = 4;     ///< in which it may be taken over
+    bool checks_collisions = false;   ///< PlanningContext::checks_collisions
   };
   StartConditions(rcc::ControlCore& core, const command::Cell& cell, const Options& options)
       : core_(core), cell_(cell), options_(options) {}

@@ -54,6 +54,7 @@ enum class Code : std::uint8_t {
   kLimitExceeded,
   kPlanningFailed,
   kUnknownPosition,
+  kCollision,
   kNotKnownYet,
   kNeverFires,
   // What happens while a program runs.
@@ -64,6 +65,7 @@ enum class Code : std::uint8_t {
   kTimeout,
   kStopped,
   kNoContact,
+  kUnexpectedContact,
   kDeviceFault,
   kRaised,
   kCancelled,

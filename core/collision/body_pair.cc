@@ -40,7 +40,7 @@ Eigen::Isometry3d BodyPair::between(const Poses& poses) const {
   return poses[static_cast<std::size_t>(a_)].inverse() * poses[static_cast<std::size_t>(b_)];
 }
 
-double BodyPair::distance(const Poses& poses, double enough) {
+double BodyPair::distance(const Poses& poses, double enough, Effort effort) {
   const Eigen::Isometry3d X_AB = between(poses);
   if (const double quick = bound_of(*body_a_, *body_b_, X_AB); quick > enough) return quick;
   double best = std::numeric_limits<double>::infinity();
@@ -56,7 +56,7 @@ double BodyPair::distance(const Poses& poses, double enough) {
         best = quick;
         continue;
       }
-      const Separation parted = separation(part_a.solid, part_b.solid, X_ST, axis, std::min(best, enough));
+      const Separation parted = separation(part_a.solid, part_b.solid, X_ST, axis, std::min(best, enough), effort);
       axis = parted.axis_A;
       best = std::min(best, parted.distance);
       if (best <= 0.0) return 0.0;
@@ -67,7 +67,7 @@ double BodyPair::distance(const Poses& poses, double enough) {
 
 double NearestPair::distance(const Poses& poses) {
   double best = std::numeric_limits<double>::infinity();
-  if (!pairs_.empty()) best = pairs_[nearest_].distance(poses, best);
+  if (!pairs_.empty()) best = pairs_[nearest_].distance(poses, best, Effort::kCyclic);
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const Body &a = scene_.body(pairs_[i].a()), &b = scene_.body(pairs_[i].b());
     // Balls first: two poses and one norm.
@@ -75,7 +75,7 @@ double NearestPair::distance(const Poses& poses) {
                                     poses[static_cast<std::size_t>(pairs_[i].b())] * b.box.center();
     const double least = best + a.radius + b.radius;
     if (between.squaredNorm() > least * least) continue;
-    const double apart = pairs_[i].distance(poses, best);
+    const double apart = pairs_[i].distance(poses, best, Effort::kCyclic);
     if (apart >= best) continue;
     best = apart;
     nearest_ = i;

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/collision/narrow_phase.h"
 #include "core/collision/scene.h"
 
 namespace takt::collision {
@@ -23,7 +24,7 @@ class BodyPair {
 
   /// Their distance, m; certified (separation()). 0: they overlap or touch.
   /// @param enough  m: a larger distance need not be exact
-  [[nodiscard]] double distance(const Poses& poses, double enough);
+  [[nodiscard]] double distance(const Poses& poses, double enough, Effort effort = Effort::kThorough);
   /// Positive: their distance; else minus how deep they overlap, m.
   [[nodiscard]] double signed_distance(const Poses& poses);
 
@@ -37,7 +38,7 @@ class BodyPair {
 };
 
 /// The smallest distance over many pairs, asked again and again. Bounds order the pairs, so few distances are computed.
-/// Thread: one at a time. Realtime: the constructor setup; queries any thread.
+/// Thread: one at a time. Realtime: the constructor setup; queries cyclic.
 class NearestPair {
  public:
   NearestPair(const Scene& scene, std::vector<BodyPair> pairs) : scene_(scene), pairs_(std::move(pairs)) {}

@@ -15,4 +15,10 @@ bool CellShapes::is_relaxed(const Body& a, const Body& b) const {
   });
 }
 
+std::vector<std::string> CellShapes::names() const {
+  std::set<std::string> names;
+  for (const Body& body : scene.bodies()) names.insert({body.owner, body.name});
+  return {names.begin(), names.end()};
+}
+
 }  // namespace takt::collision

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -16,13 +17,25 @@ struct Relaxation {
 
 /// The solids of a cell with what its file says about their check. Built once, then read only.
 struct CellShapes {
+  /// An arm or a base: what a program calls by its name.
+  struct Mechanism {
+    std::vector<int> joints;  ///< numbers in the scene, in the order of the device's joints
+    int flange = -1;          ///< body that carries tools and what they hold
+    bool is_base = false;     ///< it drives: what it carries stands on it
+  };
+
   Scene scene;
   double margin = 1e-3;  ///< m: nearer than this counts as a collision
   std::string off = {};  ///< why nothing is checked; empty: it is
   std::vector<Relaxation> relaxed = {};
-  std::set<std::string, std::less<>> free_objects = {};  ///< that arms may carry
+  std::set<std::string, std::less<>> objects = {};                     ///< names; everything else is a machine
+  std::set<std::string, std::less<>> free_objects = {};                ///< of these: that arms may carry
+  std::map<std::string, Mechanism, std::less<>> arms = {};             ///< by device
+  std::map<std::string, std::vector<int>, std::less<>> grippers = {};  ///< joints of the fingers, each half the width
 
   [[nodiscard]] bool is_relaxed(const Body& a, const Body& b) const;
+  /// All names that a Relaxation may use. Realtime: setup.
+  [[nodiscard]] std::vector<std::string> names() const;
 };
 
 }  // namespace takt::collision

@@ -194,7 +194,8 @@ class PairWalk {
     int k = 0;
     keep_ = {0.0, margin};
     if (rule.kind == PairRule::Kind::kTouch) keep_ = {-rule.overlap - kResolution, kResolution};
-    if (rule.kind == PairRule::Kind::kLeave) {
+    const bool in_contact = rule.may_part && room_at(0) <= keep_.margin;
+    if (rule.kind == PairRule::Kind::kLeave || in_contact) {
       // Until they have parted they may do what they like: where a guarded motion is taken to its end a tool is deep
       // in, or behind, what it would have stopped at. If they do not part, it must not have gone deeper; how deep
       // solids overlap is known from above only.
@@ -220,6 +221,7 @@ class PairWalk {
 
  private:
   static constexpr double kResolution = 2e-4;  // m: how near to its limit an overlap may come
+  static constexpr int kLook = 4;              // samples: a bound that carries so far need not be sharper
 
   [[nodiscard]] double travel(int from, int to) const {
     return samples_.travel(pair_.a(), to) - samples_.travel(pair_.a(), from) + samples_.travel(pair_.b(), to) -
@@ -246,7 +248,7 @@ class PairWalk {
   /// By how much they are further apart than they have to be, from below.
   [[nodiscard]] double room_at(int k) {
     put(k);
-    return room_here(travel(k, samples_.count()));
+    return room_here(travel(k, std::min(k + kLook, samples_.count())));
   }
   /// @param enough  m: more than this need not be exact
   [[nodiscard]] double room_here(double enough) {
@@ -309,6 +311,20 @@ class PairWalk {
 
 PairRule rule_of(const CheckOptions& options, int a, int b) { return options.rule ? options.rule(a, b) : PairRule{}; }
 
+/// By body: the last of the moved joints on the way to it; bodies of one joint move as one. -1: none moves it.
+std::vector<int> movers_of(const Scene& scene, const State& state, const Trajectory& motion) {
+  std::vector<int> movers(scene.bodies().size(), -1);
+  for (const int number : scene.parents_first(state)) {
+    const Body& body = scene.body(number);
+    const int parent = body.root ? state.fixings[static_cast<std::size_t>(number)].parent : body.parent;
+    const bool own = body.joint >= 0 && std::ranges::find(motion.joints, body.joint) != motion.joints.end();
+    movers[static_cast<std::size_t>(number)] = own          ? body.joint
+                                               : parent < 0 ? -1
+                                                            : movers[static_cast<std::size_t>(parent)];
+  }
+  return movers;
+}
+
 bool asked_for(const CheckOptions& options, int a, int b) {
   if (options.bodies.empty()) return true;
   return options.bodies[static_cast<std::size_t>(a)] || options.bodies[static_cast<std::size_t>(b)];
@@ -319,12 +335,14 @@ bool asked_for(const CheckOptions& options, int a, int b) {
 std::vector<Hit> check_motion(const Scene& scene, const State& state, const Trajectory& motion,
                               const CheckOptions& options) {
   Samples samples(scene, state, motion);
+  const std::vector<int> movers = movers_of(scene, state, motion);
+  const auto mover = [&movers](int body) { return movers[static_cast<std::size_t>(body)]; };
   std::vector<Hit> hits;
   const int n = static_cast<int>(scene.bodies().size());
   for (int a = 0; a < n; ++a) {
     if (!samples.moves(a) || scene.body(a).parts.empty()) continue;
     for (int b = 0; b < n; ++b) {
-      if (b == a || (samples.moves(b) && b < a) || scene.never_meet(a, b)) continue;
+      if (b == a || mover(a) == mover(b) || (samples.moves(b) && b < a) || scene.never_meet(a, b)) continue;
       if (scene.body(b).parts.empty() || !asked_for(options, a, b)) continue;
       // Most pairs are further apart than the whole motion is long.
       samples.put(a, 0);

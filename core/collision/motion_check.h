@@ -27,7 +27,8 @@ struct PairRule {
     kIgnored,  ///< not looked at
   };
   Kind kind = Kind::kApart;
-  double overlap = 0.0;  ///< m; kTouch
+  double overlap = 0.0;   ///< m; kTouch
+  bool may_part = false;  ///< kLeave where they are in contact, or overlap too far, when the motion begins
 };
 
 /// Two bodies that come too near.
@@ -46,7 +47,8 @@ struct CheckOptions {
 
 /// Checks a motion against all bodies of the scene, without gaps between samples: from one look at a pair to the next
 /// no point of them travels further than they were apart (docs/world.md, "Without gaps"). What is reported is nearer
-/// than the margin at some time; what is not reported never touches.
+/// than the margin at some time; what is not reported never touches. Bodies that the motion moves as one are not
+/// looked at.
 /// @return the hits, one at most for each pair, in the order of their times. Realtime: setup, deterministic.
 [[nodiscard]] std::vector<Hit> check_motion(const Scene& scene, const State& state, const Trajectory& motion,
                                             const CheckOptions& options);

@@ -82,18 +82,55 @@ double gap_along(const Convex& a, const Convex& b, const Eigen::Isometry3d& X_AB
   return begin_of_b - end_of_a;
 }
 
+namespace {
+
+/// Uphill from an axis, until the gap is `enough` (m): it grows along the difference of the support points.
+Separation climbed(const Convex& a, const Convex& b, const Eigen::Isometry3d& X_AB, Separation best, double enough,
+                   int steps) {
+  double turn = 0.2;
+  for (int i = 0; i < steps && turn > 1e-5 && best.distance <= enough; ++i) {
+    const Eigen::Vector3d axis_B = X_AB.linear().transpose() * best.axis_A;
+    const Eigen::Vector3d between = X_AB * b.support(-axis_B) - a.support(best.axis_A);
+    const Eigen::Vector3d across = between - between.dot(best.axis_A) * best.axis_A;
+    const double length = across.norm();
+    if (length < 1e-9) break;
+    const Eigen::Vector3d axis = (best.axis_A + turn / length * across).normalized();
+    const double gap = gap_along(a, b, X_AB, axis);
+    if (gap > best.distance) best = {.distance = gap, .axis_A = axis};
+    turn *= gap >= best.distance ? 1.2 : 0.5;
+  }
+  return best;
+}
+
+}  // namespace
+
 Separation separation(const Convex& a, const Convex& b, const Eigen::Isometry3d& X_AB, const Eigen::Vector3d& hint,
-                      double enough) {
+                      double enough, Effort effort) {
   Separation best{.distance = gap_along(a, b, X_AB, hint), .axis_A = hint};
   if (best.distance > enough) return best;
-  // The quicker solver is wrong in one case of a thousand; where the shapes do not confirm it the other one is asked.
+  const Eigen::Vector3d between = X_AB * b.centre() - a.centre();
+  if (const double length = between.norm(); length > 0.0) {
+    const double gap = gap_along(a, b, X_AB, between / length);
+    if (gap > best.distance) best = {.distance = gap, .axis_A = between / length};
+  }
+  constexpr int kFewSteps = 4;  // they cost a fifth of what the library does
+  best = climbed(a, b, X_AB, best, enough, kFewSteps);
+  if (best.distance > enough) return best;
+  // The quicker solver is wrong in one case of a thousand; where the shapes do not confirm it the other one is asked,
+  // which allocates, or in a cycle the shapes themselves.
   for (const fcl::GJKSolverType solver : {fcl::GST_INDEP, fcl::GST_LIBCCD}) {
+    if (effort == Effort::kCyclic && solver != fcl::GST_INDEP) break;
     const Proposal proposal = propose(a, b, X_AB, solver);
     if (proposal.distance <= 0.0) continue;
     const double gap = gap_along(a, b, X_AB, proposal.axis_A);
     if (gap > best.distance) best = {.distance = gap, .axis_A = proposal.axis_A};
     constexpr double kConfirmed = 1e-6;  // m
     if (proposal.distance - gap < kConfirmed) break;
+    if (effort == Effort::kCyclic) {
+      constexpr int kManySteps = 24;
+      best = climbed(a, b, X_AB, best, enough, kManySteps);
+      break;
+    }
   }
   best.distance = std::max(best.distance, 0.0);
   return best;

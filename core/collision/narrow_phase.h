@@ -21,13 +21,19 @@ struct Separation {
 [[nodiscard]] double gap_along(const Convex& a, const Convex& b, const Eigen::Isometry3d& X_AB,
                                const Eigen::Vector3d& axis_A);
 
+/// How much a distance may cost.
+enum class Effort {
+  kThorough,  ///< until the shapes confirm what the library says
+  kCyclic,    ///< bounded, without allocation: in rare cases the distance is too small
+};
+
 /// The distance of two solids. The library proposes an axis; the shapes themselves prove what it is worth, so a defect
 /// of the library makes a distance too small and never too large.
 /// @param hint  an axis of an earlier query, tried first: where it proves `enough` already, that is the answer
 /// @param enough  m: a larger distance need not be exact
-/// Realtime: any thread; the library may allocate where solids overlap.
+/// Realtime: cyclic with Effort::kCyclic, else any thread.
 [[nodiscard]] Separation separation(const Convex& a, const Convex& b, const Eigen::Isometry3d& X_AB,
-                                    const Eigen::Vector3d& hint, double enough);
+                                    const Eigen::Vector3d& hint, double enough, Effort effort = Effort::kThorough);
 
 /// How deep two solids overlap: the shortest way that parts them, m, from above; 0 if they do not overlap.
 [[nodiscard]] double depth(const Convex& a, const Convex& b, const Eigen::Isometry3d& X_AB);

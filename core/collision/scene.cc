@@ -174,6 +174,27 @@ bool Scene::always_in_contact(int a, int b) const {
   return true;
 }
 
+int Scene::assembly_of(int body) const {
+  for (;;) {
+    const auto i = static_cast<std::size_t>(body);
+    const int parent = bodies_[i].root ? start_.fixings[i].parent : bodies_[i].parent;
+    if (parent < 0) return body;
+    body = parent;
+  }
+}
+
+void Scene::accept_as_built(const State& state, double near) {
+  Poses poses;
+  place(state, poses);
+  const int n = static_cast<int>(bodies_.size());
+  for (int a = 0; a < n; ++a) {
+    for (int b = a + 1; b < n; ++b) {
+      if (never_meet(a, b) || assembly_of(a) != assembly_of(b) || quick_bound(*this, poses, a, b) > near) continue;
+      if (distance(*this, poses, a, b) <= near) never(a, b);
+    }
+  }
+}
+
 void Scene::find_pairs_that_never_meet() {
   const int n = static_cast<int>(bodies_.size());
   never_.assign(bodies_.size() * bodies_.size(), false);
@@ -190,10 +211,6 @@ void Scene::find_pairs_that_never_meet() {
     rigid[static_cast<std::size_t>(i)] = first;
   }
   const auto group = [&](int i) { return rigid[static_cast<std::size_t>(i)]; };
-  const auto assembly = [&](int i) {
-    while (up(i) >= 0) i = up(i);
-    return i;
-  };
   for (int a = 0; a < n; ++a) {
     never(a, a);
     for (int b = a + 1; b < n; ++b) {
@@ -201,7 +218,7 @@ void Scene::find_pairs_that_never_meet() {
         never(a, b);
         continue;
       }
-      if (assembly(a) != assembly(b)) continue;
+      if (assembly_of(a) != assembly_of(b)) continue;
       const bool adjacent = group(a) == group(b) || (up(group(a)) >= 0 && group(up(group(a))) == group(b)) ||
                             (up(group(b)) >= 0 && group(up(group(b))) == group(a));
       if (adjacent || always_in_contact(a, b)) never(a, b);

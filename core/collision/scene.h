@@ -85,18 +85,23 @@ class Scene {
   /// True for each body that a change of one of these joints moves.
   [[nodiscard]] std::vector<bool> moved_by(const State& state, std::span<const int> joints) const;
 
-  /// Two bodies that are never checked against each other: their robot is built so. Joined by at most one joint, or in
-  /// contact in every posture.
+  /// Two bodies that are never checked against each other: their robot is built so. Joined by at most one joint, in
+  /// contact in every posture, or accepted as built.
   [[nodiscard]] bool never_meet(int a, int b) const {
     return never_[static_cast<std::size_t>(a) * bodies_.size() + static_cast<std::size_t>(b)];
   }
   /// Finds these pairs; to be called once, when all is added. Realtime: setup, deterministic.
   void find_pairs_that_never_meet();
+  /// The same for bodies of one machine, and of what it carries, that are as near as `near` (m) in a posture that is
+  /// known to be possible: their solids are larger than they are. Realtime: setup.
+  void accept_as_built(const State& state, double near);
 
  private:
   void add_body(Body body, const Fixing& fixing);
   void never(int a, int b);
   [[nodiscard]] bool always_in_contact(int a, int b) const;
+  /// The body at the root of all that is mounted on each other.
+  [[nodiscard]] int assembly_of(int body) const;
 
   std::vector<Body> bodies_;
   std::vector<std::string> joints_;

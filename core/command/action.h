@@ -77,6 +77,8 @@ class ActionModel {
     bool laid_over = false;                ///< its set points are not those of the plan: a weave
   };
   [[nodiscard]] virtual PlannedPath planned_path() const { return {}; }
+  /// Of a motion that is planned, of one arm or of two, whatever is laid over it; null: it is none.
+  [[nodiscard]] virtual const PlannedMotion* planned_motion() const { return nullptr; }
 
   /// Of a planned motion with which another one may go on before its goal (PlannedMotion::leaving).
   struct Left {

@@ -19,6 +19,10 @@
 
 namespace takt::net {
 struct NetDescription;
+class Resource;
+}  // namespace takt::net
+namespace takt::collision {
+struct CellShapes;
 }
 
 namespace takt::command {
@@ -87,8 +91,10 @@ struct Cell {
   std::map<std::string, device::AnalogOutput*, std::less<>> analog_outputs;
   std::map<std::string, device::Channel*, std::less<>> channels;                        ///< owned by the control core
   std::map<std::string, std::shared_ptr<const net::NetDescription>, std::less<>> nets;  ///< written by hand
-  std::string override_channel;                ///< scales the rate of all planned motions, 0 to 1; empty: none
-  Eigen::Vector3d gravity_W{0.0, 0.0, -9.81};  ///< m/s^2
+  std::string override_channel;                         ///< scales the rate of all planned motions, 0 to 1; empty: none
+  Eigen::Vector3d gravity_W{0.0, 0.0, -9.81};           ///< m/s^2
+  std::shared_ptr<const collision::CellShapes> shapes;  ///< for checks of collisions; null: nothing is checked
+  net::Resource* solids = nullptr;                      ///< the same for nets, owned by the control core; null likewise
 };
 
 /// Joint positions by device, rad or m.

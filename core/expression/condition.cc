@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/object_reader.h"
+#include "core/collision/cell_shapes.h"
 
 namespace takt::command {
 namespace {
@@ -112,6 +113,31 @@ Condition read_internal_force(ObjectReader& reader, const Cell& cell) {
   return condition;
 }
 
+/// Of two bodies, an arm with what it carries.
+Condition read_distance(ObjectReader& reader, const Cell& cell) {
+  Condition condition;
+  condition.kind = Condition::Kind::kDistance;
+  const std::string place = reader.at("distance");
+  const auto names = reader.texts("distance");
+  read_threshold(reader, "m", condition);
+  if (names.size() != 2) {
+    reader.diagnostics().error(Code::kWrongSize, place, fmt::format("{} names", names.size()),
+                               "two: devices, objects or bodies");
+    return condition;
+  }
+  condition.device = names[0];
+  condition.other = names[1];
+  if (cell.shapes == nullptr) return condition;  // only names are known
+  const std::vector<std::string> known = cell.shapes->names();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (std::ranges::find(known, names[i]) != known.end()) continue;
+    reader.diagnostics().error(Code::kUnknownName, place + pointer_segment(i),
+                               fmt::format("there is no device, object or body '{}'", names[i]),
+                               nearest_choice(names[i], known));
+  }
+  return condition;
+}
+
 /// Thresholds of an input whose unit is unknown, as its model could not be read: only the form is checked.
 void skip_thresholds(ObjectReader& reader) {
   for (const auto& [key, value] : reader.json().items()) {
@@ -188,6 +214,8 @@ Condition condition_of(const Json& json, const std::string& pointer, const Cell&
     condition.operands.push_back(condition_of(*reader.child("not"), reader.at("not"), cell, diagnostics));
   } else if (reader.has("internal_force")) {
     condition = read_internal_force(reader, cell);
+  } else if (reader.has("distance")) {
+    condition = read_distance(reader, cell);
   } else if (reader.has("input")) {
     condition = read_input(reader, cell);
   } else if (reader.has("gripper")) {

@@ -27,6 +27,7 @@ enum class Quantity { kForce, kForceX, kForceY, kForceZ, kTorque, kTorqueX, kTor
 ///   {"input": "barrier", "is": true}                              a digital input
 ///   {"input": "distance", "below_m": 0.3}                         an analog input, in its own unit
 ///   {"gripper": "gripper", "is": "holding"}                       also lost, moving, open, closed
+///   {"distance": ["arm", "table"], "below_m": 0.05}               of two devices, objects or bodies; also above_m
 ///   {"channel": "enable", "is": true}                             a Boolean channel
 ///   {"channel": "level", "above": 0.5}                            a Real channel, in its own unit; also below
 ///   {"all": [...]}, {"any": [...]}, {"not": {...}}
@@ -41,16 +42,17 @@ struct Condition {
     kGripper,
     kBooleanChannel,
     kRealChannel,
+    kDistance,
     kAll,
     kAny,
     kNot
   };
   Kind kind = Kind::kForce;
   std::string device;                    ///< of all but the last three: the device that it is about
-  std::string other;                     ///< of kInternalForce: the second sensor
+  std::string other;                     ///< of kInternalForce: the second sensor; of kDistance: the second side
   Quantity quantity = Quantity::kForce;  ///< of kForce
   bool above = true;                     ///< of what is compared
-  double threshold = 0.0;                ///< N or Nm; or in the unit of the analog input or channel
+  double threshold = 0.0;                ///< N, Nm or m; or in the unit of the analog input or channel
   bool level = true;                     ///< of what is true or false
   std::string state;                     ///< of kGripper: a Boolean output of the primitive GripperState
   std::vector<Condition> operands;       ///< of kAll and kAny at least one, of kNot exactly one

@@ -1,5 +1,6 @@
 #include "core/expression/condition_state.h"
 
+#include "core/expression/believed_shapes.h"
 #include "core/expression/device_sensors.h"
 
 namespace takt::command {
@@ -63,6 +64,8 @@ State state_of(const Condition& condition, const Cell& cell, const Biases& biase
       return gripper_state(cell, condition.device, condition.state);
     case Condition::Kind::kAnalog:
       return compared(analog_input(cell, condition.device), condition);
+    case Condition::Kind::kDistance:
+      return compared(smallest_distance(cell, {condition.device}, {condition.other}), condition);
     case Condition::Kind::kInternalForce:
       return compared(internal_force(cell, condition.device, condition.other, biases), condition);
     case Condition::Kind::kForce:

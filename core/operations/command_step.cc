@@ -81,6 +81,38 @@ std::vector<std::string> driven_by(const CommandBuilder& tree) {
   return devices;
 }
 
+/// What its commands mean to touch.
+collision::Touching touching(const CommandBuilder& tree) {
+  collision::Touching all;
+  for (const CommandBuilder::Part& part : tree.parts()) {
+    const auto own = part.request->meant_touch().devices;
+    all.insert(own.begin(), own.end());
+  }
+  return all;
+}
+
+/// The planned motions of a tree, each from where it begins. Where other arms of the tree are meanwhile nobody knows.
+void check_motions(const CommandBuilder& tree, Rehearsal& rehearsal, Diagnostics& diagnostics) {
+  const std::vector<std::string> driven = driven_by(tree);
+  const collision::Touching all = touching(tree);
+  for (const CommandBuilder::Part& part : tree.parts()) {
+    const command::PlannedMotion* motion =
+        part.made.action ? part.made.command.node()->model().planned_motion() : nullptr;
+    if (motion == nullptr) continue;
+    const command::ActuatorModel& actuator = part.made.actuator->model();
+    const OperationCommand::MeantTouch touch = part.request->meant_touch();
+    CheckedMotion checked{.tracks = tracks_of(*motion, actuator, rehearsal.cell),
+                          .parts = {{0.0, part.request->name, part.request->pointer}},
+                          .touching = all};
+    checked.ends_at_touch = touch.ends;
+    if (touch.first_motion > 0 && touch.first_motion <= motion->handed_over.size())
+      checked.touch_from = motion->handed_over[touch.first_motion - 1];
+    std::set<std::string> others(driven.begin(), driven.end());
+    for (const std::string& own : actuator.devices()) others.erase(own);
+    check_planned(rehearsal, std::move(checked), diagnostics, others);
+  }
+}
+
 /// Those of its devices that are compliant with it: of an arm on a base the arm alone.
 std::vector<std::string> compliant_devices(const command::ActuatorModel& actuator) {
   const auto arms = actuator.arms(), compliant = actuator.compliant_arms();
@@ -114,7 +146,9 @@ class TreeActivity final : public ActivityModel {
     command::TreeEnd end;
     if (const Diagnostics wrong = plan(made.tree, planning.cell, places, end); wrong.has_errors())
       return std::unexpected(below(root_, wrong));
-    return planned_activity(made.tree.command(), actuators_, end);
+    PlannedActivity planned = planned_activity(made.tree.command(), actuators_, end);
+    planned.touching = touching(made.tree);
+    return planned;
   }
 
  private:
@@ -321,6 +355,7 @@ class CommandStep final : public Step {
         rehearse_mode(rehearsal, arm, *mode, part.request->pointer, diagnostics);
     }
     rehearse_net(mapped->net, rehearsal, root_->pointer, diagnostics);
+    check_motions(tree, rehearsal, diagnostics);
     for (const CommandBuilder::Part& part : tree.parts()) {
       if (part.made.action) rehearsal.duration += part.made.command.node()->model().duration();
     }

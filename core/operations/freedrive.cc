@@ -70,6 +70,7 @@ class FreedriveActivity final : public ActivityModel {
     planned.command = guided;
     planned.modes = modes_;
     planned.returns = !modes_.empty();
+    planned.touching = {parameters_.arm};
     planned.end_states[parameters_.arm] = {};
     planned.verdict = [key = guided.name()](const ActivityRun& run) { return abort_diagnostics(run, key); };
     const ActuatorState& before = planning.predecessors.find(parameters_.arm)->second.at_end;

@@ -106,7 +106,10 @@ void rehearse_grip(const FingerMotion& parameters, Rehearsal& rehearsal, Diagnos
     leave_part(rehearsal.cell, mounted.arm, q, carried->second, diagnostics);
     rehearsal.carried.erase(carried);
   }
-  if (parameters.opens || !parameters.part) return;
+  const bool grips = !parameters.opens && parameters.part.has_value();
+  note_fingers(rehearsal, parameters.gripper, parameters.width.value_or(parameters.opens ? gripper.stroke : 0.0),
+               grips ? *parameters.part : std::string());
+  if (!grips) return;
   rehearsal.carried[parameters.gripper] = {.object = *parameters.part,
                                            .X_TO = part_in_tool(rehearsal.cell, mounted.arm, q, *parameters.part)};
 }
@@ -141,6 +144,7 @@ class GripperCommand final : public OperationCommand {
   }
 
   [[nodiscard]] bool is_called_by_type() const override { return true; }
+  [[nodiscard]] MeantTouch meant_touch() const override { return {.devices = {parameters_.gripper}}; }
   void rehearse(Rehearsal& rehearsal, Diagnostics& diagnostics) const override {
     rehearse_grip(parameters_, rehearsal, diagnostics);
   }

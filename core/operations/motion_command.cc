@@ -90,6 +90,14 @@ class MotionCommand final : public OperationCommand {
     return made;
   }
 
+  [[nodiscard]] MeantTouch meant_touch() const override {
+    const auto offset = first_offset(requests);
+    if (!requests.back().until && !offset && !compliance()) return {};
+    MeantTouch touch{.devices = {arm()}, .ends = requests.back().until && !offset && !compliance()};
+    if (!follower().empty()) touch.devices.insert(follower());
+    if (!compliance()) touch.first_motion = offset.value_or(requests.size() - 1);
+    return touch;
+  }
   [[nodiscard]] std::string left_arm() const override {
     return requests.back().blends() && !carried() ? moved_by(requests.front()) : std::string();
   }

@@ -123,6 +123,8 @@ class MotionStep final : public Step {
       return;
     }
     diagnostics.append(alone->notes);
+    check_planned(rehearsal, checked(*alone->prepared.command, rehearsal.cell), diagnostics);
+    if (last.until) lose_time(rehearsal);
     for (const auto& [arm, q] : alone->q_goal) rehearsal.q[arm] = q;
     rehearsal.duration += alone->duration;
     const auto mapped = command::single_net(*alone->prepared.command, requests_.front().name);
@@ -141,6 +143,24 @@ class MotionStep final : public Step {
   }
 
  private:
+  [[nodiscard]] CheckedMotion checked(const command::Command& command, const command::Cell& cell) const {
+    if (cell.shapes == nullptr) return {};
+    const command::PlannedMotion& motion = *command.node()->model().planned_motion();
+    CheckedMotion checked{.tracks = tracks_of(motion, command.node()->actuator->model(), cell)};
+    for (std::size_t i = 0; i < requests_.size(); ++i) {
+      const double begin = i == 0 || i > motion.handed_over.size() ? 0.0 : motion.handed_over[i - 1];
+      checked.parts.push_back({begin, requests_[i].name, requests_[i].pointer});
+    }
+    const auto offset = first_offset(requests_);
+    const MotionTask& last = requests_.back();
+    if (!last.until && !offset && !last.compliance) return checked;
+    checked.touching = {last.arm};
+    if (!last.follower.empty()) checked.touching.insert(last.follower);
+    checked.ends_at_touch = last.until && !offset && !last.compliance;
+    const std::size_t first = last.compliance ? 0 : offset.value_or(requests_.size() - 1);
+    if (first > 0 && first <= motion.handed_over.size()) checked.touch_from = motion.handed_over[first - 1];
+    return checked;
+  }
   static std::string laid_over(const MotionTask& request) { return request.weave ? "weave" : "force offset"; }
   /// The one before is not gone on with: its blend is in vain.
   void note_open_begin(Rehearsal& rehearsal, Diagnostics& diagnostics) const {

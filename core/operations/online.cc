@@ -39,6 +39,10 @@ MadeCommand OnlineCommand::make(const BuildContext& context, const std::string&)
   return made;
 }
 
+OperationCommand::MeantTouch OnlineCommand::meant_touch() const {
+  return compliance() ? MeantTouch{.devices = {end_.arm}} : MeantTouch{};
+}
+
 void OnlineCommand::rehearse(Rehearsal& rehearsal, Diagnostics&) const {
   rehearsal.duration += end_.seconds.value_or(0.0);
 }

@@ -56,6 +56,8 @@ class OnlineCommand : public OperationCommand {
   [[nodiscard]] MadeCommand make(const BuildContext& context, const std::string& key) const final;
   /// Where it goes shows in the run: the rehearsal goes on from where it is.
   void rehearse(Rehearsal& rehearsal, Diagnostics& diagnostics) const final;
+  /// A compliant arm.
+  [[nodiscard]] MeantTouch meant_touch() const final;
 
  protected:
   template <class P>

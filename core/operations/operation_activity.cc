@@ -28,6 +28,7 @@ class OperationActivity final : public ActivityModel {
     const auto made = [&tree](const PlanningContext&) { return tree.command(); };
     auto prepared = command_activity(name(), actuators(), made, arms_)->prepare(planning);
     if (!prepared) return std::unexpected(tree.in_file(prepared.error()));
+    prepared->touching = command_->meant_touch().devices;
     prepared->verdict = [command = command_, key = tree.parts().front().key, &context = context_](const auto& run) {
       Diagnostics found;
       command->report(run, key, /*cancelled=*/false, context, found);

@@ -12,6 +12,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/activity/activity_run.h"
+#include "core/collision/contact_rules.h"
 #include "core/command/command.h"
 #include "core/expression/condition_state.h"
 #include "core/operations/compliance.h"
@@ -72,6 +73,14 @@ class OperationCommand {
   [[nodiscard]] virtual nlohmann::ordered_json left_steps() const;
   /// The name of the command whose progress it follows; empty: none. That one is made before.
   [[nodiscard]] virtual std::string follows() const { return {}; }
+  /// What it means to touch while it runs (docs/world.md).
+  struct MeantTouch {
+    collision::Touching devices = {};  ///< arms with their tools, grippers
+    std::size_t first_motion = 0;      ///< of several motions that are one: not before this one
+    bool ends = false;                 ///< the first touch ends it
+  };
+  /// By default nothing.
+  [[nodiscard]] virtual MeantTouch meant_touch() const { return {}; }
   /// Figures that its device does not have; with whole pointers.
   virtual void check(const command::Cell&, Diagnostics&) const {}
   /// What it leaves in a rehearsal beside the positions of the arms: time, what is touched or carried.

@@ -168,6 +168,8 @@ class PressingCommand final : public OperationCommand {
  public:
   explicit PressingCommand(Pressing pressing) : OperationCommand(pressing), pressing_(std::move(pressing)) {}
 
+  [[nodiscard]] MeantTouch meant_touch() const override { return {.devices = {pressing_.arm}}; }
+
   [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
     const command::Action action = action_of(making);
     MadeCommand made = on_actuator(command::arm(making.cell, pressing_.arm), action);

@@ -16,6 +16,7 @@
 #include "core/base/diagnostics.h"
 #include "core/expression/cell.h"
 #include "core/net/description.h"
+#include "core/operations/collision_rehearsal.h"
 #include "core/operations/parameter.h"
 
 namespace takt::activity {
@@ -48,6 +49,7 @@ struct Rehearsal {
   };
   std::optional<Open> open = {};
   std::vector<RehearsedNet>* nets = nullptr;  ///< gets the nets; may be null
+  CollisionRecord collisions = {};
 };
 
 /// What comes next does not go on with the motion that may be left: a note says that the arm stops.

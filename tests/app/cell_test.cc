@@ -263,5 +263,33 @@ TEST(Cell, L6_AnAbortBetweenTwoNetsStopsTheNextOne) {
   EXPECT_LT(aborted.sim_time, 0.5);
 }
 
+TEST(Cell, AMotionThatWouldCollideIsRefusedBeforeItBegins) {
+  Cell cell("touch.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
+  const auto motion = cell.arm().use<MotionInterface>();
+  kinematics::JointVector into_table(7);
+  into_table << 0.0, -1.3, 0.0, 1.3, 0.0, -0.5, 0.0;
+  const double before = cell.time();
+  EXPECT_THAT(error_of([&] { motion.ptp(into_table).execute(); }),
+              takt::test::ReportsAnywhere(Code::kCollision, {"table"}));
+  EXPECT_LT(cell.time() - before, 0.1);
+  motion.lin_by({0.0, 0.1, 0.0}).execute();  // there is room
+  EXPECT_EQ(report_of(cell, [](Cell&) {}).verdict, Verdict::kPassed);
+}
+
+TEST(Cell, TheDistanceOfTwoBodiesIsASensor) {
+  Cell cell("touch.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
+  const auto motion = cell.arm().use<MotionInterface>();
+  const command::RealSensor distance = cell.distance({"arm"}, {"table"});
+  ASSERT_TRUE(distance.now());
+  const double before = *distance.now();
+  motion.lin_by({0.0, 0.0, 0.05}).execute();
+  EXPECT_GT(*distance.now(), before + 0.02);
+  const auto run = motion.lin_by({0.0, 0.0, -0.3}, {.linear_velocity = 0.05, .until = is_less(distance, before)});
+  run.execute();
+  EXPECT_NEAR(*distance.now(), before, 2e-3) << "it brakes within a millisecond or two";
+  EXPECT_THAT(error_of([&] { (void)cell.distance({"arm"}, {"tabel"}); }),
+              Reports(Code::kUnknownName, "", {"tabel", "table"}));
+}
+
 }  // namespace
 }  // namespace takt::app

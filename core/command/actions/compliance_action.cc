@@ -108,6 +108,7 @@ class Compliant final : public ActionModel {
   [[nodiscard]] std::optional<ControlMode> mode() const override { return mode_; }
   [[nodiscard]] int via_count() const override { return action_->via_count(); }
   [[nodiscard]] PlannedPath planned_path() const override { return action_->planned_path(); }
+  [[nodiscard]] const PlannedMotion* planned_motion() const override { return action_->planned_motion(); }
   [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return action_->stop_time(actuator); }
   [[nodiscard]] bool net_knows_stop_time() const override { return action_->net_knows_stop_time(); }
   [[nodiscard]] double duration() const override { return action_->duration(); }

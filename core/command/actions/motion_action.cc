@@ -83,6 +83,7 @@ class PlannedModel final : public ActionModel {
     if (motion_.partner) return {};
     return {.motion = motion_.motion.get(), .X_FM = motion_.X_FM, .handed_over = motion_.handed_over};
   }
+  [[nodiscard]] const PlannedMotion* planned_motion() const override { return &motion_; }
   [[nodiscard]] double duration() const override { return motion_.motion->duration(); }
   [[nodiscard]] Left left_in_motion() const override {
     if (!motion_.leaving || motion_.clock_outputs.time.empty() || motion_.partner) return {};

@@ -58,6 +58,7 @@ class Woven final : public ActionModel {
     path.laid_over = true;
     return path;
   }
+  [[nodiscard]] const PlannedMotion* planned_motion() const override { return motion_->planned_motion(); }
   [[nodiscard]] double duration() const override { return motion_->duration(); }
   [[nodiscard]] bool needs_plan() const override { return !plan_; }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
@@ -292,6 +293,7 @@ class ForceOffset final : public ActionModel {
     path.laid_over = true;
     return path;
   }
+  [[nodiscard]] const PlannedMotion* planned_motion() const override { return motion_->planned_motion(); }
   [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return motion_->stop_time(actuator); }
   [[nodiscard]] double duration() const override { return motion_->duration(); }
   [[nodiscard]] bool needs_plan() const override { return motion_->needs_plan(); }

@@ -248,9 +248,11 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnos
     return;
   }
   for (const Instance& instance : made) {
-    if (instance.step->moved_arm().empty()) settle_rehearsal(rehearsal, diagnostics);
+    const bool is_motion = !instance.step->moved_arm().empty();
+    if (!is_motion) settle_rehearsal(rehearsal, diagnostics);
     rehearsal.step = instance.name;
     instance.step->rehearse(rehearsal, instance.pointer, diagnostics);
+    if (!is_motion) lose_time(rehearsal);
     see_flanges(rehearsal.cell, planned);
   }
 }

@@ -23,6 +23,7 @@ class ParallelNode final : public Node {
   /// One after the other, from the same beginning. What two of them drive is a conflict.
   void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
     settle_rehearsal(rehearsal, diagnostics);
+    BranchesTogether together(rehearsal);
     const double begin = rehearsal.duration;
     std::vector<double> durations;
     std::map<std::string, std::size_t, std::less<>> owner;
@@ -30,7 +31,9 @@ class ParallelNode final : public Node {
       std::set<std::string, std::less<>> claimed;
       auto* const outer = std::exchange(rehearsal.claimed, &claimed);
       rehearsal.duration = begin;
+      together.begin_branch();
       branches[i]->rehearse(rehearsal, scope, diagnostics);
+      together.end_branch();
       settle_rehearsal(rehearsal, diagnostics);
       rehearsal.claimed = outer;
       durations.push_back(rehearsal.duration);
@@ -40,6 +43,7 @@ class ParallelNode final : public Node {
         if (outer) outer->insert(device);
       }
     }
+    together.finish(diagnostics);
     rehearsal.duration = first_ends ? std::ranges::min(durations) : std::ranges::max(durations);
   }
 

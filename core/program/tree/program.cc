@@ -73,11 +73,14 @@ Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices
     rehearsal.q[name] = arm.start;
     if (arm.device != nullptr) rehearsal.modes[name] = arm.device->mode();
   }
+  std::vector<FoundCollision> collisions;
+  rehearsal.collisions.found = &collisions;
   Diagnostics diagnostics;
   Scope scope;
+  check_start(rehearsal, diagnostics);
   root_->rehearse(rehearsal, scope, diagnostics);
   settle_rehearsal(rehearsal, diagnostics);
-  return {each_once(diagnostics), rehearsal.duration, std::move(rehearsal.estimates)};
+  return {each_once(diagnostics), rehearsal.duration, std::move(rehearsal.estimates), std::move(collisions)};
 }
 
 std::vector<std::string> Program::names() const {

@@ -21,6 +21,7 @@ struct Rehearsed {
   Diagnostics diagnostics;
   double duration = 0.0;                         ///< s: planned motions and waits, guarded motions to their end
   std::set<std::string, std::less<>> estimates;  ///< names of the poses that the program fits
+  std::vector<FoundCollision> collisions = {};   ///< in the order in which they were found
 };
 
 /// A program tree, checked for form and types. Immutable (docs/programs.md).
@@ -34,7 +35,7 @@ class Program {
                                              const nlohmann::ordered_json* programs = nullptr);
 
   /// Plays the whole tree on nominal values: unreachable goals, limits, names that nothing defines, devices that two
-  /// branches drive. A guarded motion is taken to its end; of a branch all cases are played.
+  /// branches drive, bodies that collide. A guarded motion is taken to its end; of a branch all cases are played.
   /// @param devices  with them every net that the run will load is verified too; may be null. Realtime: setup.
   /// @param nets  gets the nets of all steps, in the order in which they were played; may be null
   [[nodiscard]] Rehearsed rehearse(const command::Cell& cell, net::Environment* devices = nullptr,
@@ -99,6 +100,8 @@ class ProgramRunner {
   /// Names of the steps that run, joined by " + "; empty before the first and after the last.
   [[nodiscard]] const std::string& current() const { return current_; }
   [[nodiscard]] std::int64_t steps_done() const { return execution_.steps_done; }
+  /// What the steps that run mean to touch (docs/world.md).
+  [[nodiscard]] std::set<std::string, std::less<>> touching() const { return scheduler_.touching(); }
 
  private:
   [[nodiscard]] Diagnostics put_back(const nlohmann::ordered_json& state);

@@ -74,10 +74,11 @@ INSTANTIATE_TEST_SUITE_P(Library, Contract, testing::ValuesIn(library()), [](con
 TEST(Library, HasTheFamiliesItPromises) {
   std::set<std::string> families;
   for (const net::PrimitiveInfo* info : net::Registry::global().all()) families.insert(info->family);
-  for (const char* family : {"arithmetic", "channel", "comparison", "control",   "counter", "device", "edge",
-                             "filter",     "force",   "frame",      "generator", "history", "joints", "kinematics",
-                             "latch",      "limit",   "logic",      "net",       "null",    "path",   "rotation",
-                             "selection",  "source",  "table",      "timer",     "twist",   "vector", "wrench"})
+  for (const char* family :
+       {"arithmetic", "channel", "comparison", "control",   "counter", "device",   "distance",   "edge",
+        "filter",     "force",   "frame",      "generator", "history", "joints",   "kinematics", "latch",
+        "limit",      "logic",   "net",        "null",      "path",    "rotation", "selection",  "source",
+        "table",      "timer",   "twist",      "vector",    "wrench"})
     EXPECT_TRUE(families.contains(family)) << family;
   EXPECT_GE(library().size(), 250u);
 }

@@ -12,6 +12,7 @@
 #include "core/device/device_file.h"
 #include "core/device/force_torque_sensor.h"
 #include "core/net/primitive.h"
+#include "core/primitives/cell_solids.h"
 #include "tests/support/fake_arm.h"
 #include "tests/support/fake_signals.h"
 
@@ -40,6 +41,7 @@ class DeviceEnvironment final : public net::Environment {
         "digital_output", device::SignalOutputDescription<bool>{}, digital_output_backend, kMillisecond));
     analog_output = add(std::make_unique<device::AnalogOutput>(
         "analog_output", device::SignalOutputDescription<double>{.unit = "V"}, analog_output_backend, kMillisecond));
+    solids = std::make_unique<primitives::CellSolids>(shapes_of_cell(**description));
     outputs = std::move(*device::ComposedDevice::make("composed_device", {digital_output, analog_output}));
     add_channels();
   }
@@ -47,6 +49,7 @@ class DeviceEnvironment final : public net::Environment {
     for (const auto& channel : channels)
       if (channel->name() == name) return channel.get();
     if (name == outputs->name()) return outputs.get();
+    if (name == primitives::CellSolids::kKind) return solids.get();
     const auto found = devices_.find(name);
     return found == devices_.end() ? nullptr : found->second.get();
   }
@@ -54,6 +57,7 @@ class DeviceEnvironment final : public net::Environment {
     std::vector<std::string> names;
     for (const auto& [name, device] : devices_) names.push_back(name);
     for (const auto& channel : channels) names.push_back(channel->name());
+    names.emplace_back(primitives::CellSolids::kKind);
     return names;
   }
 
@@ -73,6 +77,26 @@ class DeviceEnvironment final : public net::Environment {
   device::AnalogOutput* analog_output;
   std::unique_ptr<device::ComposedDevice> outputs;  ///< both outputs as a whole
   std::vector<std::unique_ptr<device::Channel>> channels;
+  std::unique_ptr<primitives::CellSolids> solids;  ///< the arm, and a block in front of it
+
+  /// A block stands in front of the arm, on the level of its base.
+  static std::shared_ptr<const collision::CellShapes> shapes_of_cell(const device::ArmDescription& model) {
+    static const auto shapes = [&model] {
+      auto made = std::make_shared<collision::CellShapes>();
+      (void)made->scene.add_robot("arm", *model.robot, -1, Eigen::Isometry3d::Identity());
+      Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
+      X_WO.translation() << 0.9, 0.0, 0.1;
+      made->scene.add_object("block", {{.shape = world::Box{{0.2, 0.4, 0.2}}}}, -1, X_WO);
+      made->scene.find_pairs_that_never_meet();
+      made->objects = {"block"};
+      collision::CellShapes::Mechanism& mechanism = made->arms["arm"];
+      for (const std::string& joint : model.joint_names)
+        mechanism.joints.push_back(made->scene.find_joint("arm/" + joint));
+      mechanism.flange = made->scene.find("arm/" + model.flange_link);
+      return made;
+    }();
+    return shapes;
+  }
 
  private:
   void add_channels() {

@@ -1,0 +1,94 @@
+#include "scenario/contact_guard.h"
+
+#include <fmt/format.h>
+
+#include "core/expression/believed_shapes.h"
+
+namespace takt::scenario {
+namespace {
+
+/// Less than this is no contact: what only just touches, N.
+constexpr double kLeastForce = 0.1;
+/// What was allowed stays so until the bodies have been apart for as long: a touch bounces.
+constexpr Nanoseconds kParted = 100 * kMillisecond;
+
+command::HeldObjects held_objects(const command::Cell& cell, const activity::Variables& variables) {
+  command::HeldObjects held;
+  for (const auto& [gripper, part] : variables.carried) {
+    const std::string& arm = cell.grippers.find(gripper)->second.arm;
+    held[part.object] = {gripper, cell.arms.find(arm)->second.X_FT * part.X_TO};
+  }
+  return held;
+}
+
+}  // namespace
+
+ContactGuard::ContactGuard(BuiltCell& built) : built_(built), names_(built.world->body_names()) {
+  const collision::CellShapes& shapes = *built.cell.shapes;
+  if (!shapes.off.empty()) return;
+  std::vector<bool> machines;
+  for (const std::string& name : names_) {
+    const int number = shapes.scene.find(name);
+    numbers_.push_back(number);
+    machines.push_back(number >= 0 && !shapes.objects.contains(shapes.scene.body(number).owner));
+  }
+  built.world->list_contacts_of(std::move(machines));
+}
+
+Diagnostics ContactGuard::look(const TouchingNow& touching, const activity::Variables& variables) {
+  Diagnostics faults;
+  std::optional<collision::Touching> now;
+  for (const sim::BodyContact& contact : built_.world->take_contacts()) {
+    const Pair pair{contact.a, contact.b};
+    if (contact.force < kLeastForce || is_known(pair)) continue;
+    if (!now) now = all_touching(touching);
+    if (is_allowed(pair, *now, variables)) {
+      in_contact_[pair] = built_.world->time();
+    } else {
+      faults.add(fault(pair, contact.force));
+    }
+  }
+  return faults;
+}
+
+/// Compliant arms too.
+collision::Touching ContactGuard::all_touching(const TouchingNow& touching) const {
+  collision::Touching all = touching ? touching() : collision::Touching();
+  for (const auto& [name, arm] : built_.cell.arms)
+    if (arm.device->mode() != device::ControlMode::kPosition) all.insert(name);
+  return all;
+}
+
+/// What was allowed is so as long as it lasts.
+bool ContactGuard::is_known(const Pair& pair) {
+  const auto known = in_contact_.find(pair);
+  if (known == in_contact_.end()) return false;
+  const Nanoseconds time = built_.world->time();
+  const bool lasts = time - known->second < kParted;
+  if (lasts) known->second = time;
+  return lasts;
+}
+
+bool ContactGuard::is_allowed(const Pair& pair, const collision::Touching& touching,
+                              const activity::Variables& variables) const {
+  const int a = numbers_[static_cast<std::size_t>(pair.first)], b = numbers_[static_cast<std::size_t>(pair.second)];
+  if (a < 0 || b < 0) return true;  // the floor, and what only the simulation has
+  const collision::CellShapes& shapes = *built_.cell.shapes;
+  if (shapes.scene.never_meet(a, b)) return true;
+  const collision::Situation situation = believed_situation(built_.cell, {}, {}, held_objects(built_.cell, variables));
+  return collision::ContactRules(shapes, situation).contact(a, b, touching) != collision::Contact::kForbidden;
+}
+
+Diagnostic ContactGuard::fault(const Pair& pair, double force) const {
+  const auto& [a, b] = pair;
+  return {.severity = Severity::kError,
+          .code = Code::kUnexpectedContact,
+          .file = {},
+          .pointer = {},
+          .message = fmt::format("'{}' touches '{}' with {:.1f} N at {:.3f} s, and no step means to",
+                                 names_[static_cast<std::size_t>(a)], names_[static_cast<std::size_t>(b)], force,
+                                 to_seconds(built_.world->time())),
+          .hint = "a guarded motion where a touch is meant, or an entry of 'allow' in 'collisions'"};
+}
+
+}  // namespace takt::scenario

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/activity/context.h"
+#include "core/collision/contact_rules.h"
+#include "scenario/cell_builder.h"
+
+namespace takt::scenario {
+
+/// Looks at the contacts of the simulation: one that no step means is a fault (docs/world.md, "Collisions in the run").
+/// The rules are those of the rehearsal (collision::ContactRules). Thread: the program's. Realtime: setup.
+class ContactGuard {
+ public:
+  /// What the steps in force mean to touch; asked only when something new touches.
+  using TouchingNow = std::function<collision::Touching()>;
+
+  /// The cell must outlive it.
+  explicit ContactGuard(BuiltCell& built);
+
+  /// After a cycle, or several. @return diagnostics of contacts that nothing allows
+  [[nodiscard]] Diagnostics look(const TouchingNow& touching, const activity::Variables& variables);
+
+ private:
+  using Pair = std::pair<int, int>;  ///< numbers of bodies in the simulation
+
+  [[nodiscard]] collision::Touching all_touching(const TouchingNow& touching) const;
+  [[nodiscard]] bool is_known(const Pair& pair);
+  [[nodiscard]] bool is_allowed(const Pair& pair, const collision::Touching& touching,
+                                const activity::Variables& variables) const;
+  [[nodiscard]] Diagnostic fault(const Pair& pair, double force) const;
+
+  BuiltCell& built_;
+  std::vector<std::string> names_;          ///< of the bodies in the simulation
+  std::vector<int> numbers_;                ///< of the same in the shapes; -1: it has none there
+  std::map<Pair, Nanoseconds> in_contact_;  ///< allowed once, and when they touched last
+};
+
+}  // namespace takt::scenario
