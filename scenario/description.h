@@ -13,7 +13,7 @@
 #include "core/base/time.h"
 #include "core/device/backend.h"
 #include "core/device/channel.h"
-#include "core/world/shape.h"
+#include "core/world/object.h"
 #include "scenario/net_files.h"
 #include "scenario/operator.h"
 #include "scenario/site.h"

@@ -15,7 +15,7 @@
 #include "core/motion/leg.h"
 #include "core/net/value.h"
 #include "core/world/frame_graph.h"
-#include "core/world/shape.h"
+#include "core/world/object.h"
 
 namespace takt::net {
 struct NetDescription;
