@@ -59,6 +59,9 @@ class FreedriveStep final : public Step {
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<FreedriveRun>(parameters_); }
+  [[nodiscard]] ArmTools arm_tools() const override {
+    return {{parameters_.arm, parameters_.tool, parameters_.pointer}};
+  }
 
  private:
   FreedriveParameters parameters_;
@@ -85,7 +88,8 @@ const ParameterTable<FreedriveParameters>& freedrive_parameters() {
         .number("velocity_m_s", "m/s", &FreedriveParameters::velocity, {.low = 0.0, .high = 1.0, .low_open = true},
                 "Largest speed of the tool.")
         .number("turn_deg_s", "deg/s", &FreedriveParameters::turn, {.low = 0.0, .high = 180.0, .low_open = true},
-                "Largest angular speed of the tool.");
+                "Largest angular speed of the tool.")
+        .tool(&FreedriveParameters::tool);
     return freedrive;
   }();
   return table;

@@ -6,6 +6,7 @@
 #include "core/activity/activity_model.h"
 #include "core/expression/condition_state.h"
 #include "core/operations/operation.h"
+#include "core/operations/tool_choice.h"
 
 /// "freedrive": a person guides an arm by hand. Realtime: setup.
 namespace takt::activity {
@@ -17,6 +18,7 @@ struct FreedriveParameters {
   std::optional<double> seconds = {};   ///< s; with neither until it is cancelled
   double velocity = 0.25;               ///< of the tool at most, m/s
   double turn = 1.0;                    ///< of the tool at most, rad/s
+  ToolChoice tool = {};                 ///< of the arm; default: the one that the cell declares
   std::string name = {}, pointer = {};  ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<FreedriveParameters>& freedrive_parameters();

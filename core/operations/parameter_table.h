@@ -13,8 +13,12 @@
 #include "core/expression/condition_state.h"
 #include "core/operations/compliance.h"
 #include "core/operations/parameter.h"
+#include "core/operations/tool_choice.h"
 
 namespace takt::activity {
+
+/// A tool that a program names exists somewhere in the cell; where, is known when it is used.
+void check_tool_name(const ToolChoice& choice, const ReadContext& from);
 
 /// The parameters of one operation: which key fills which member of P, and what is allowed. Made once; immutable then.
 ///
@@ -237,6 +241,18 @@ class ParameterTable {
         {.is_given = [access](const P& p) { return get(access, p).has_value(); }});
   }
 
+  /// The tool of its arm that it works with: the keys "tool" and "tcp", of a member ToolChoice.
+  template <class Access>
+  ParameterTable& tool(Access access) {
+    text(
+        "tool", [access](P & p) -> auto& { return std::invoke(access, p).tool; },
+        "Tool of the arm that it works with: the one that the cell declares.");
+    text(
+        "tcp", [access](P & p) -> auto& { return std::invoke(access, p).tcp; },
+        "Tool centre point of that tool, or a frame of what the arm holds: that of the tool.");
+    return rule([access](P& p, const ReadContext& from) { check_tool_name(get(access, p), from); });
+  }
+
   /// How the arm yields meanwhile; nothing if the key is not there.
   template <class Access>
   ParameterTable& compliance(Access access) {
@@ -440,7 +456,8 @@ class ParameterTable {
 /// What every operation that moves an arm has beside its own parameters (OperationCommand does it).
 template <class P>
 void add_common_parameters(ParameterTable<P>& table) {
-  table.compliance(&P::compliance)
+  table.tool(&P::tool)
+      .compliance(&P::compliance)
       .condition("abort_if", &P::abort_if, "Comes to rest and fails when this becomes true.");
 }
 
