@@ -257,6 +257,7 @@ Cell::Cell(const std::filesystem::path& file, const CellOptions& options, Setup 
 Cell::~Cell() = default;
 
 activity::Actuator Cell::arm(const std::string& name) { return {runtime(), device_of(model().arms, name, "arm")}; }
+activity::Frame Cell::frame(const std::string& name) { return {runtime(), name}; }
 activity::Actuator Cell::gripper(const std::string& name) {
   return {runtime(), device_of(model().grippers, name, "gripper")};
 }

@@ -11,6 +11,7 @@
 
 #include "core/expression/device_sensors.h"
 #include "core/operations/actuator_interfaces.h"
+#include "core/operations/frame_handle.h"
 #include "scenario/run_report.h"
 
 namespace takt::app {
@@ -64,6 +65,9 @@ class Cell {
                                              const std::vector<std::string>& side_b);
   /// "moving", "holding", "lost", "open" or "closed".
   [[nodiscard]] command::State gripper_is(const std::string& state, const std::string& gripper = {});
+
+  /// A frame of the cell, object or device, where the program believes it to be: cell.frame("tray").offset(0, 0, 0.1).
+  [[nodiscard]] activity::Frame frame(const std::string& name);
 
   // -- Doing ---------------------------------------------------------------------------------------------------------
   /// A command of one's own as an activity (docs/command-layer.md). Each time it is carried out it is planned anew.

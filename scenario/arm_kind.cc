@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/device/arm_force.h"
 #include "core/device/device_file.h"
 #include "core/device/plant_file.h"
 #include "scenario/cell_builder.h"
@@ -22,29 +23,25 @@ using device::ArmDescription;
 /// Of the effort limits: external torques at which an arm stops whose device file says nothing.
 constexpr double kProtectiveShare = 0.5;
 
-/// What the scenario says, if it fits the arm; check() reports what does not.
+/// A sensor in the flange. The load that the controller knows is no external torque, so nothing is to be taken out.
+void add_own_force(const DeviceEntry& entry, const device::Arm& arm, BuiltCell& built) {
+  if (entry.own_force.empty()) return;
+  auto& sensor = built.core->add(std::make_unique<device::ForceTorqueSensor>(
+      entry.own_force, device::arm_force_description(arm.description()), std::make_shared<device::ArmForce>(arm)));
+  command::MountedSensor& mounted = built.cell.sensors[entry.own_force];
+  mounted.device = &sensor;
+  mounted.arm = entry.name;
+}
+
+}  // namespace
+
 kinematics::JointVector start_of(const LoadedDevice& device) {
-  const auto& wanted = device.entry->start_rad;
+  const auto& wanted = device.entry->start_rad;  // check() reports what does not fit
   const kinematics::JointVector& home = device.as<ArmDescription>()->home;
   const auto count = static_cast<Eigen::Index>(wanted.size());
   if (count != home.size()) return home;
   return Eigen::Map<const Eigen::VectorXd>(wanted.data(), count);
 }
-
-/// One that stands on another moves with that one's flange, and its frame with it.
-void hang_frame(const LoadedDevice& device, command::Cell& cell) {
-  if (!device.on) return;
-  const LoadedDevice* carrier = carrying_arm(device);
-  if (!carrier) return;
-  const std::string& below = carrier->entry->name;
-  // The names have been checked, and the carrier's frame is there: carriers come first.
-  (void)cell.frames.set(
-      device.entry->name,
-      world::Relation{
-          .kind = world::Relation::Kind::kFlange, .parent = below, .X_PF = pose_on_arm(device), .source = below});
-}
-
-}  // namespace
 
 Result<ModelPointer> ArmKind::read(const std::filesystem::path& folder) const { return device::read_arm(folder); }
 
@@ -54,6 +51,7 @@ std::optional<MountPlace> ArmKind::mount_place(const device::ModelDescription& m
 
 void ArmKind::declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const {
   cell.arms[entry.name];
+  if (!entry.own_force.empty()) cell.sensors[entry.own_force].arm = entry.name;
 }
 
 void ArmKind::check(const LoadedDevice& device, Diagnostics& diagnostics) const {
@@ -113,11 +111,10 @@ void ArmKind::add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) c
   command::MountedArm mounted;
   mounted.device = &arm;
   mounted.start = start_of(device);
-  hang_frame(device, built.cell);
   // A base drives on the level, so what stands on it keeps this.
-  if (const auto X_WB = built.cell.frames.pose(name))
-    mounted.gravity_B = X_WB->linear().transpose() * built.cell.gravity_W;
+  mounted.gravity_B = built.true_start(name).linear().transpose() * built.cell.gravity_W;
   built.cell.arms[name] = mounted;
+  add_own_force(*device.entry, arm, built);
 }
 
 std::unique_ptr<DeviceKind> arm_kind() { return std::make_unique<ArmKind>(); }

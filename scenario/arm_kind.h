@@ -21,4 +21,7 @@ class ArmKind : public DeviceKind {
   void add(const LoadedDevice& device, LoadedDevices all, BuiltCell& built) const override;
 };
 
+/// Where an arm or base stands at the start, rad or m: as the scenario says, if that fits the arm, else at its home.
+[[nodiscard]] kinematics::JointVector start_of(const LoadedDevice& device);
+
 }  // namespace takt::scenario

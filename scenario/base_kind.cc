@@ -46,6 +46,8 @@ class BaseKind final : public ArmKind {
       diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "a base starts where it is placed",
                         "\"at\"");
     }
+    if (!device.entry->own_force.empty())
+      diagnostics.error(Code::kInvalidValue, device.pointer() + "/own_force", "a base feels no force", "an arm");
     (void)odometry_error(device, diagnostics);
   }
 

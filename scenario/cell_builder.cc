@@ -11,10 +11,13 @@
 #include "core/device/composed_device.h"
 #include "core/device/material.h"
 #include "core/device/plant_file.h"
+#include "core/expression/moving_frames.h"
 #include "core/kinematics/chain.h"
 #include "core/primitives/cell_solids.h"
 #include "scenario/cell_collisions.h"
+#include "scenario/cell_frames.h"
 #include "scenario/cell_models.h"
+#include "scenario/cell_tools.h"
 #include "scenario/degrees.h"
 #include "scenario/faults.h"
 #include "scenario/operator.h"
@@ -27,64 +30,6 @@ namespace takt::scenario {
 namespace {
 
 std::string object_pointer(const ObjectEntry& object) { return "/objects" + pointer_segment(object.name); }
-
-/// The cell's frames: as the application believes them (nominal), and as they are (truth). Entries may name each other
-/// in any order.
-class Frames {
- public:
-  Frames(const Description& description, Diagnostics& diagnostics) {
-    for (const FrameEntry& frame : description.frames) {
-      want("/frames" + pointer_segment(frame.name), frame.name, frame.at, frame.at.X);
-    }
-    for (const DeviceEntry& device : description.devices) {
-      if (device.at) want("/devices" + pointer_segment(device.name) + "/at", device.name, *device.at, device.at->X);
-    }
-    for (const ObjectEntry& object : description.objects) {
-      want(object_pointer(object) + "/at", object.name, object.at, drawn_pose(object, description.seed));
-    }
-    place_all(diagnostics);
-  }
-
-  world::FrameGraph nominal, truth;
-
- private:
-  struct Wanted {
-    std::string pointer, name;
-    Placement at;
-    Eigen::Isometry3d drawn;
-    bool placed = false;
-  };
-
-  void want(std::string pointer, const std::string& name, const Placement& at, const Eigen::Isometry3d& drawn) {
-    wanted_.push_back({std::move(pointer), name, at, drawn});
-  }
-
-  void place_all(Diagnostics& diagnostics) {
-    for (bool progress = true; progress;) {
-      progress = false;
-      for (Wanted& one : wanted_) {
-        if (one.placed || !nominal.contains(one.at.in)) continue;
-        diagnostics.append(nominal.add(one.name, one.at.in, one.at.X), one.pointer);
-        (void)truth.add(one.name, one.at.in, one.drawn);
-        one.placed = progress = true;
-      }
-    }
-    std::vector<std::string> names{"world"};
-    for (const Wanted& one : wanted_) names.push_back(one.name);
-    // What hangs on something unknown is a consequence; only where nothing is unknown do frames hang in a circle.
-    const auto unknown = [&](const Wanted& one) { return std::ranges::find(names, one.at.in) == names.end(); };
-    const bool circle = std::ranges::none_of(wanted_, unknown);
-    for (const Wanted& one : wanted_) {
-      if (one.placed || !(circle || unknown(one))) continue;
-      diagnostics.error(Code::kInvalidValue, one.pointer + "/in",
-                        circle ? fmt::format("the frame of '{}' has no known pose", one.at.in)
-                               : fmt::format("there is no frame '{}'", one.at.in),
-                        circle ? "frames that end at 'world'" : nearest_choice(one.at.in, names));
-    }
-  }
-
-  std::vector<Wanted> wanted_;
-};
 
 sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) {
   if (!device.on) return {"", truth.pose(device.entry->name).value_or(Eigen::Isometry3d::Identity())};
@@ -176,8 +121,45 @@ void simulate(const LoadedDevice& device, const world::FrameGraph& truth, sim::W
   device.kind->simulate(device, world);
 }
 
-// -- Objects and cameras
-// -----------------------------------------------------------------------------------------------
+// -- What rides on what -----------------------------------------------------------------------------------------------
+
+/// All that says on which body something is put.
+struct Ground {
+  const CellFrames& frames;
+  LoadedDevices devices;
+  const Description& description;
+};
+
+/// The link of a device that carries what is on its flange, or a body of a free object.
+std::string body_of(const std::string& frame, const Ground& ground) {
+  const auto& [frames, devices, description] = ground;
+  for (const std::string_view name : frames.believed.path_to_world(frame)) {
+    const auto object = std::ranges::find(description.objects, name, &ObjectEntry::name);
+    if (object != description.objects.end() && !object->fixed && object->model.empty()) return object->name;
+    const world::Relation& relation = *frames.believed.relation(name);
+    if (relation.kind != world::Relation::Kind::kFlange) continue;
+    const auto carrier = std::ranges::find(devices, relation.source, [](const auto& one) { return one->entry->name; });
+    return relation.source + "/" + (*carrier)->as<device::ArmDescription>()->flange_link;
+  }
+  return {};
+}
+
+/// A frame that a body moves, as that body's frame: of an arm the flange.
+std::string moving_frame(const std::string& body) {
+  const auto slash = body.find('/');
+  return slash == std::string::npos ? body : command::flange_frame(body.substr(0, slash));
+}
+
+/// What is placed in a frame rides on whatever the frame rides on: a flange, a base, an object that moves; else it
+/// stands in the world.
+sim::Mount mount_in(const std::string& frame, const Eigen::Isometry3d& X_W, const Ground& ground) {
+  const std::string body = body_of(ground.frames.standing_frame(frame), ground);
+  if (body.empty()) return {"", X_W};
+  const auto X_WP = ground.frames.truth.pose(moving_frame(body)).value_or(Eigen::Isometry3d::Identity());
+  return {body, X_WP.inverse() * X_W};
+}
+
+// -- Objects and cameras ----------------------------------------------------------------------------------------------
 
 sim::ObjectShape simulated_shape(const world::Shape& shape) {
   if (const auto* box = std::get_if<world::Box>(&shape)) return kinematics::Box{box->size};
@@ -189,11 +171,11 @@ sim::ObjectShape simulated_shape(const world::Shape& shape) {
   return sim::Capsule{capsule.radius, capsule.length};
 }
 
-sim::ObjectDescription simulated_object(const ObjectEntry& entry, const Eigen::Isometry3d& X_WO) {
+sim::ObjectDescription simulated_object(const ObjectEntry& entry, const sim::Mount& mount) {
   sim::ObjectDescription object;
   object.name = entry.name;
   object.pointer = object_pointer(entry);
-  object.mount = {"", X_WO};
+  object.mount = mount;
   object.free = !entry.fixed;
   object.mass = entry.mass_kg;
   object.contact = surface_of(entry);
@@ -212,6 +194,17 @@ sim::ObjectDescription simulated_object(const ObjectEntry& entry, const Eigen::I
   return object;
 }
 
+/// What the application knows of an object that has no model.
+world::Object known_object(const ObjectEntry& entry) {
+  world::Object known{.name = entry.name, .parts = entry.parts, .grasps = entry.grasps, .fixed = entry.fixed};
+  if (entry.fixed) return known;
+  known.mass =
+      entry.inertia_kg_m2
+          ? world::MassProperties{entry.mass_kg, entry.centre_m.value_or(Eigen::Vector3d::Zero()), *entry.inertia_kg_m2}
+          : world::spread_mass(entry.parts, entry.mass_kg, entry.part_masses_kg);
+  return known;
+}
+
 /// What the device file of an object says of its surface.
 std::string model_material(const std::filesystem::path& folder, Diagnostics& diagnostics) {
   const auto file = folder / "device.json";
@@ -225,7 +218,7 @@ std::string model_material(const std::filesystem::path& folder, Diagnostics& dia
 }
 
 /// An object that is a model: its URDF stands in the world; its collision shapes are what the application knows.
-bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& models, const Eigen::Isometry3d& X_WO,
+bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& models, const sim::Mount& mount,
                       sim::WorldDescription& world, world::Object& known, Diagnostics& diagnostics) {
   const std::string pointer = object_pointer(entry) + "/model";
   const auto folder = models.find(entry.model, pointer);
@@ -243,6 +236,8 @@ bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& mode
                       fmt::format("link '{}' of the model has no mass", model->root().name),
                       "<inertial> in the URDF, or \"fixed\": true");
   }
+  if (const auto& inertial = model->root().inertial; inertial && !entry.fixed)
+    known.mass = world::transform(inertial->X_LC, {inertial->mass, Eigen::Vector3d::Zero(), inertial->I_C});
   for (const kinematics::Geometry& geometry : model->root().collisions) {
     if (const auto* box = std::get_if<kinematics::Box>(&geometry.shape)) {
       known.parts.push_back({world::Box{box->size}, geometry.X_LG});
@@ -256,7 +251,7 @@ bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& mode
   robot.name = entry.name;
   robot.pointer = pointer;
   robot.model = std::make_shared<const kinematics::RobotModel>(std::move(*model));
-  robot.mount = {"", X_WO};
+  robot.mount = mount;
   robot.contact = surface_of(entry);
   if (entry.material.empty()) robot.contact.material = model_material(*folder, diagnostics);
   robot.lit_by = entry.lit_by;
@@ -265,27 +260,20 @@ bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& mode
   return true;
 }
 
-/// The body that a camera rides on: a device's flange or an object moves with it, a plain frame stands in the world.
-sim::CameraDescription simulated_camera(const CameraEntry& entry, const world::FrameGraph& truth,
-                                        Diagnostics& diagnostics) {
+sim::CameraDescription simulated_camera(const CameraEntry& entry, const Ground& ground, Diagnostics& diagnostics) {
   const std::string pointer = "/cameras" + pointer_segment(entry.name);
   sim::CameraDescription camera;
   camera.name = entry.name;
   camera.pointer = pointer;
   camera.vertical_field_of_view = entry.fovy_deg * kDegree;
-  const auto X_WI = truth.pose(entry.at.in);
-  if (!X_WI) diagnostics.append(X_WI.error(), pointer + "/at/in");
-  const Eigen::Isometry3d X_WC = X_WI.value_or(Eigen::Isometry3d::Identity()) * entry.at.X;
-  if (!entry.look_at) {
-    camera.mount = {"", X_WC};
-    return camera;
-  }
-  const auto X_WL = truth.pose(entry.look_at->in);
-  if (!X_WL) {
-    diagnostics.append(X_WL.error(), pointer + "/look_at/in");
-    return camera;
-  }
-  camera.mount = {"", sim::look_at(X_WC.translation(), *X_WL * entry.look_at->X.translation())};
+  const auto pose_of = [&](const Placement& at, const char* key) {
+    const auto X_WI = ground.frames.truth.pose(at.in);
+    if (!X_WI) diagnostics.append(X_WI.error(), pointer + key);
+    return Eigen::Isometry3d(X_WI.value_or(Eigen::Isometry3d::Identity()) * at.X);
+  };
+  Eigen::Isometry3d X_WC = pose_of(entry.at, "/at/in");
+  if (entry.look_at) X_WC = sim::look_at(X_WC.translation(), pose_of(*entry.look_at, "/look_at/in").translation());
+  camera.mount = mount_in(entry.at.in, X_WC, ground);
   return camera;
 }
 
@@ -318,6 +306,7 @@ void set_tools(const sim::WorldDescription& simulated, BuiltCell& built, Diagnos
   for (auto& [name, arm] : built.cell.arms) {
     const device::ArmDescription& model = arm.device->description();
     const device::PayloadSetting carried = sim::nominal_payload(simulated, name, model.flange_link);
+    arm.unloaded = carried;
     arm.device->set_tool({arm.X_FT, carried});
     if (model.payload_max == 0.0 || carried.mass <= model.payload_max) continue;
     diagnostics.error(Code::kLimitExceeded, "/devices" + pointer_segment(name),
@@ -332,7 +321,8 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
                              Diagnostics& warnings) {
   Diagnostics diagnostics;
   const auto devices = load_devices(description, models, diagnostics);
-  const Frames frames(description, diagnostics);
+  CellFrames frames(description, devices, diagnostics);
+  const Ground ground{frames, devices, description};
 
   sim::WorldDescription simulated;
   simulated.seed = description.seed;
@@ -346,10 +336,12 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   built.site->plan(devices, diagnostics);
   for (const ObjectEntry& entry : description.objects) {
     const Eigen::Isometry3d X_WO = frames.truth.pose(entry.name).value_or(Eigen::Isometry3d::Identity());
-    world::Object known{entry.name, entry.parts};
+    world::Object known = known_object(entry);
+    // One that is free lies there; it is not fixed to what carries it.
+    const sim::Mount mount = entry.fixed ? mount_in(entry.at.in, X_WO, ground) : sim::Mount{"", X_WO};
     if (entry.model.empty()) {
-      simulated.objects.push_back(simulated_object(entry, X_WO));
-    } else if (!add_model_object(entry, models, X_WO, simulated, known, diagnostics)) {
+      simulated.objects.push_back(simulated_object(entry, mount));
+    } else if (!add_model_object(entry, models, mount, simulated, known, diagnostics)) {
       continue;
     }
     built.truth_W[entry.name] = X_WO;
@@ -359,7 +351,7 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   }
   complete_surfaces(description, models, simulated, diagnostics);
   for (const CameraEntry& camera : description.cameras) {
-    simulated.cameras.push_back(simulated_camera(camera, frames.truth, diagnostics));
+    simulated.cameras.push_back(simulated_camera(camera, ground, diagnostics));
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
 
@@ -379,8 +371,11 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   if (!override_channel) return std::unexpected(override_channel.error());
   built.cell.channels[speed.name] = *override_channel;
   built.cell.override_channel = speed.name;
-  built.cell.frames = frames.nominal;
+  built.cell.frames = std::move(frames.believed);
+  built.start = std::move(frames.truth);
   for (const auto& device : devices) device->kind->add(*device, devices, built);
+  add_tools(devices, built.cell, diagnostics);
+  activity::see_flanges(built.cell);
   diagnostics.append(built.site->problems());
   diagnostics.append(activity::declare_channels(*built.core, built.cell));
   add_composed(description, built, diagnostics);
@@ -398,10 +393,23 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
 
 Diagnostics check_cell_names(const Description& description, const device::ModelLibrary& models) {
   Diagnostics diagnostics;
-  (void)load_devices(description, models, diagnostics);
-  (void)Frames(description, diagnostics);
+  const auto devices = load_devices(description, models, diagnostics);
+  (void)CellFrames(description, devices, diagnostics);
   return diagnostics;
 }
+
+namespace {
+
+void add_tool_name(const DeviceEntry& device, const DeviceKind& kind, const device::ModelDescription& model,
+                   command::Cell& cell) {
+  const auto own = kind.tcp(model);
+  if (!own && device.tcps.empty()) return;
+  command::MountedTool& tool = cell.tools[device.name];
+  tool.X_FT = device.tcps;
+  if (own) tool.X_FT.try_emplace(std::string(command::MountedTool::kOwnTcp), *own);
+}
+
+}  // namespace
 
 command::Cell names_of_cell(const Description& description, const device::ModelLibrary& models) {
   command::Cell cell;
@@ -413,6 +421,7 @@ command::Cell names_of_cell(const Description& description, const device::ModelL
     const auto model = kind ? kind->read(*folder) : Result<ModelPointer>(std::unexpected(Diagnostics{}));
     if (!kind) kind = kinds.find(device.on.empty() ? "arm" : "force_torque_sensor");
     kind->declare(device, model ? model->get() : nullptr, cell);
+    if (model) add_tool_name(device, *kind, **model, cell);
   }
   for (const ObjectEntry& object : description.objects) cell.objects[object.name];
   for (const NetEntry& net : description.nets) cell.nets[net.name] = net.net;

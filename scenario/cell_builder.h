@@ -24,9 +24,14 @@ struct BuiltCell {
   device::EmergencyStop* emergency_stop = nullptr;  ///< null: the scenario never presses one
   std::map<std::string, Eigen::Isometry3d, std::less<>>
       truth_W;                                                ///< drawn pose of every fixed object: expectations only
+  world::FrameGraph start;                                    ///< every frame as it truly is at the start
   std::map<std::string, std::string, std::less<>> true_body;  ///< of objects that move: name of the body
   int triangles = 0;                                          ///< of the scene, for the visual budget
 
+  /// Where a frame truly is at the start, in the world; identity if it is not there, which is reported elsewhere.
+  [[nodiscard]] Eigen::Isometry3d true_start(std::string_view frame) const {
+    return start.pose(frame).value_or(Eigen::Isometry3d::Identity());
+  }
   /// The back end of a simulated device, borrowed from the world and keeping it alive.
   template <class Backend, class Device>
   [[nodiscard]] std::shared_ptr<Backend> borrowed(Device* device) const {

@@ -144,7 +144,7 @@ bool CellRun::after_cycle() {
 
 bool CellRun::look_on(const std::string& current) {
   tell_news();
-  const Diagnostics faults = contacts_.look(touching_, variables_);
+  const Diagnostics faults = contacts_.look(touching_);
   report_.diagnostics.append(faults);
   if (faults.has_errors()) return false;
   if (!film_) return true;

@@ -12,15 +12,6 @@ constexpr double kLeastForce = 0.1;
 /// What was allowed stays so until the bodies have been apart for as long: a touch bounces.
 constexpr Nanoseconds kParted = 100 * kMillisecond;
 
-command::HeldObjects held_objects(const command::Cell& cell, const activity::Variables& variables) {
-  command::HeldObjects held;
-  for (const auto& [gripper, part] : variables.carried) {
-    const std::string& arm = cell.grippers.find(gripper)->second.arm;
-    held[part.object] = {gripper, cell.arms.find(arm)->second.X_FT * part.X_TO};
-  }
-  return held;
-}
-
 }  // namespace
 
 ContactGuard::ContactGuard(BuiltCell& built) : built_(built), names_(built.world->body_names()) {
@@ -35,14 +26,14 @@ ContactGuard::ContactGuard(BuiltCell& built) : built_(built), names_(built.world
   built.world->list_contacts_of(std::move(machines));
 }
 
-Diagnostics ContactGuard::look(const TouchingNow& touching, const activity::Variables& variables) {
+Diagnostics ContactGuard::look(const TouchingNow& touching) {
   Diagnostics faults;
   std::optional<collision::Touching> now;
   for (const sim::BodyContact& contact : built_.world->take_contacts()) {
     const Pair pair{contact.a, contact.b};
     if (contact.force < kLeastForce || is_known(pair)) continue;
     if (!now) now = all_touching(touching);
-    if (is_allowed(pair, *now, variables)) {
+    if (is_allowed(pair, *now)) {
       in_contact_[pair] = built_.world->time();
     } else {
       faults.add(fault(pair, contact.force));
@@ -69,13 +60,12 @@ bool ContactGuard::is_known(const Pair& pair) {
   return lasts;
 }
 
-bool ContactGuard::is_allowed(const Pair& pair, const collision::Touching& touching,
-                              const activity::Variables& variables) const {
+bool ContactGuard::is_allowed(const Pair& pair, const collision::Touching& touching) const {
   const int a = numbers_[static_cast<std::size_t>(pair.first)], b = numbers_[static_cast<std::size_t>(pair.second)];
   if (a < 0 || b < 0) return true;  // the floor, and what only the simulation has
   const collision::CellShapes& shapes = *built_.cell.shapes;
   if (shapes.scene.never_meet(a, b)) return true;
-  const collision::Situation situation = believed_situation(built_.cell, {}, {}, held_objects(built_.cell, variables));
+  const collision::Situation situation = believed_situation(built_.cell, {}, {});
   return collision::ContactRules(shapes, situation).contact(a, b, touching) != collision::Contact::kForbidden;
 }
 

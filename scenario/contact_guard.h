@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/activity/context.h"
 #include "core/collision/contact_rules.h"
 #include "scenario/cell_builder.h"
 
@@ -25,15 +24,14 @@ class ContactGuard {
   explicit ContactGuard(BuiltCell& built);
 
   /// After a cycle, or several. @return diagnostics of contacts that nothing allows
-  [[nodiscard]] Diagnostics look(const TouchingNow& touching, const activity::Variables& variables);
+  [[nodiscard]] Diagnostics look(const TouchingNow& touching);
 
  private:
   using Pair = std::pair<int, int>;  ///< numbers of bodies in the simulation
 
   [[nodiscard]] collision::Touching all_touching(const TouchingNow& touching) const;
   [[nodiscard]] bool is_known(const Pair& pair);
-  [[nodiscard]] bool is_allowed(const Pair& pair, const collision::Touching& touching,
-                                const activity::Variables& variables) const;
+  [[nodiscard]] bool is_allowed(const Pair& pair, const collision::Touching& touching) const;
   [[nodiscard]] Diagnostic fault(const Pair& pair, double force) const;
 
   BuiltCell& built_;

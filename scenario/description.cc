@@ -79,6 +79,33 @@ std::vector<world::Object::Part> read_parts(ObjectReader& reader, std::vector<do
   return parts;
 }
 
+/// Calls `read(name, json, pointer)` for each member of an object that maps names to things.
+template <class Read>
+void for_each_member(ObjectReader& reader, std::string_view key, const Read& read) {
+  const Json* members = reader.object(key, false);
+  if (!members) return;
+  for (const auto& [name, value] : members->items()) {
+    const std::string pointer = reader.at(key) + pointer_segment(name);
+    if (name.empty()) reader.diagnostics().error(Code::kInvalidName, pointer, "an empty name");
+    if (name.find('/') != std::string::npos || name == "world") {
+      reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("invalid name '{}'", name),
+                                 "no '/', and not 'world'");
+    }
+    read(name, value, pointer);
+  }
+}
+
+/// Named poses: {"top": {"position_m": [...], "rpy_deg": [...]}}.
+std::map<std::string, Eigen::Isometry3d, std::less<>> read_poses(ObjectReader& parent, std::string_view key) {
+  std::map<std::string, Eigen::Isometry3d, std::less<>> poses;
+  for_each_member(parent, key, [&](const auto& name, const Json& json, const std::string& pointer) {
+    ObjectReader reader(json, pointer, parent.diagnostics());
+    poses[name] = reader.pose();
+    reader.finish();
+  });
+  return poses;
+}
+
 DeviceEntry read_device(const std::string& name, const Json& json, const std::string& pointer,
                         Diagnostics& diagnostics) {
   ObjectReader reader(json, pointer, diagnostics);
@@ -102,6 +129,10 @@ DeviceEntry read_device(const std::string& name, const Json& json, const std::st
   device.start_rad = reader.numbers("start_deg", 0, std::vector<double>{});
   for (double& q : device.start_rad) q *= kDegree;
   device.payload_error_kg = reader.number("payload_error_kg", 0.0);
+  device.tool = reader.text("tool", "");
+  device.tcp = reader.text("tcp", "");
+  device.own_force = reader.text("own_force", "");
+  device.tcps = read_poses(reader, "tcps");
   if (const Json* settings = reader.object("settings", false)) device.settings = *settings;
   reader.finish();
   return device;
@@ -158,6 +189,7 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
   object.vary = read_variation(reader);
   object.fixed = reader.boolean("fixed", true);
   read_mass(reader, object);
+  object.grasps = read_poses(reader, "grasps");
   const auto rgba = reader.numbers("rgba", 4, std::vector<double>{0.6, 0.6, 0.62, 1.0}, {.low = 0, .high = 1});
   object.rgba = Eigen::Vector4d(rgba.data());
   object.material = reader.text("material", "");
@@ -238,22 +270,6 @@ CollisionsEntry read_collisions(const Json& json, const std::string& pointer, Di
   return collisions;
 }
 
-/// Calls `read(name, json, pointer)` for each member of an object that maps names to things.
-template <class Read>
-void for_each_member(ObjectReader& reader, std::string_view key, const Read& read) {
-  const Json* members = reader.object(key, false);
-  if (!members) return;
-  for (const auto& [name, value] : members->items()) {
-    const std::string pointer = reader.at(key) + pointer_segment(name);
-    if (name.empty()) reader.diagnostics().error(Code::kInvalidName, pointer, "an empty name");
-    if (name.find('/') != std::string::npos || name == "world") {
-      reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("invalid name '{}'", name),
-                                 "no '/', and not 'world'");
-    }
-    read(name, value, pointer);
-  }
-}
-
 void read_expectations(ObjectReader& reader, Description& description) {
   const Json* list = reader.array("expectations", false);
   if (!list) return;
@@ -282,7 +298,10 @@ void check_names(const Description& description, Diagnostics& diagnostics) {
     }
   };
   for (const auto& frame : description.frames) once(frame.name, "/frames");
-  for (const auto& device : description.devices) once(device.name, "/devices");
+  for (const auto& device : description.devices) {
+    once(device.name, "/devices");
+    if (!device.own_force.empty()) once(device.own_force, "/devices" + pointer_segment(device.name) + "/own_force");
+  }
   for (const auto& whole : description.composed) once(whole.name, "/composed");
   for (const auto& object : description.objects) once(object.name, "/objects");
   for (const auto& channel : description.channels) once(channel.name, "/channels");

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,7 +14,7 @@
 #include "core/base/time.h"
 #include "core/device/backend.h"
 #include "core/device/channel.h"
-#include "core/world/shape.h"
+#include "core/world/object.h"
 #include "scenario/net_files.h"
 #include "scenario/operator.h"
 #include "scenario/site.h"
@@ -47,6 +48,10 @@ struct DeviceEntry {
   Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();  ///< with `on`: its base in the place that carries it, m
   std::vector<double> start_rad;                            ///< joint positions at the start; empty = the model's home
   double payload_error_kg = 0.0;                            ///< how much the controller believes more than there is
+  std::string tool;       ///< of an arm: the device that is its tool where a step names none; empty: the only one
+  std::string own_force;  ///< of an arm: name of the sensor that is made of its external torques; empty: none
+  std::string tcp;        ///< of a tool: its tool centre point where a step names none; empty: that of its model
+  std::map<std::string, Eigen::Isometry3d, std::less<>> tcps;          ///< more of them, in its mount frame, m
   nlohmann::ordered_json settings = nlohmann::ordered_json::object();  ///< what the device's kind makes of it
 };
 
@@ -67,6 +72,7 @@ struct ObjectEntry {
   std::vector<double> part_masses_kg;            ///< one per part, or none: the mass is spread by volume
   std::optional<Eigen::Vector3d> centre_m;       ///< of mass, in the object's frame; instead of what the shapes give
   std::optional<Eigen::Matrix3d> inertia_kg_m2;  ///< about the centre of mass, axes of the object
+  std::map<std::string, Eigen::Isometry3d, std::less<>> grasps;  ///< named frames in the object, m
   Eigen::Vector4d rgba{0.6, 0.6, 0.62, 1.0};
   std::string material;                                ///< of its surfaces; empty: the model's, or steel
   std::optional<double> friction;                      ///< sliding, Coulomb; instead of the material's

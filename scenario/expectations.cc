@@ -17,6 +17,7 @@
 #include "scenario/degrees.h"
 #include "scenario/device_expectations.h"
 #include "scenario/pair_expectations.h"
+#include "scenario/true_poses.h"
 
 namespace takt::scenario {
 namespace {
@@ -30,12 +31,6 @@ std::vector<std::string> keys_of(const Map& map) {
 
 double angle_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
-}
-
-Eigen::Isometry3d true_pose(const BuiltCell& built, const std::string& object) {
-  const auto moving = built.true_body.find(object);
-  const int body = built.world->body(moving == built.true_body.end() ? object : moving->second);
-  return body >= 0 ? built.world->body_pose(body) : built.truth_W.find(object)->second;
 }
 
 ExpectationResult pose_result(const std::string& what, const Eigen::Isometry3d& measured,
@@ -83,24 +78,28 @@ class WantedPose {
  public:
   WantedPose(ObjectReader& reader, const BuiltCell& built)
       : in_(reader.text("in", "world")),
-        X_W_(reader.pose()),
+        X_(reader.pose()),
         within_m_(reader.number("position_within_m", {}, kPositive)),
         within_rad_(kDegree * reader.number("angle_within_deg", 180.0, kPositive)) {
     const auto X_WI = built.cell.frames.pose(in_);
     if (X_WI) {
-      X_W_ = *X_WI * X_W_;
+      X_WI_ = *X_WI;
     } else {
       reader.diagnostics().append(X_WI.error(), reader.at("in"));
     }
   }
 
-  [[nodiscard]] ExpectationResult judge(const std::string& name, const Eigen::Isometry3d& X_W) const {
-    return pose_result(fmt::format("'{}'", name), X_W, X_W_, within_m_, within_rad_);
+  [[nodiscard]] ExpectationResult judge(const std::string& name, const Eigen::Isometry3d& X_W,
+                                        const BuiltCell& built) const {
+    const auto X_WI = rides(built, in_) ? true_frame(built, in_) : X_WI_;
+    if (!X_WI) return {.measured = fmt::format("it is not known what '{}' depends on", in_)};
+    return pose_result(fmt::format("'{}'", name), X_W, *X_WI * X_, within_m_, within_rad_);
   }
 
  private:
   std::string in_;
-  Eigen::Isometry3d X_W_;
+  Eigen::Isometry3d X_;
+  std::optional<Eigen::Isometry3d> X_WI_;  ///< of a frame that stands: where it is believed to be at the start
   double within_m_, within_rad_;
 };
 
@@ -109,12 +108,32 @@ class ObjectPoseExpectation final : public Expectation {
   ObjectPoseExpectation(ObjectReader& reader, const BuiltCell& built)
       : object_(reader.choice("object", keys_of(built.cell.objects))), wanted_(reader, built) {}
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
-    return wanted_.judge(object_, true_pose(outcome.built, object_));
+    return wanted_.judge(object_, true_pose(outcome.built, object_), outcome.built);
   }
 
  private:
   std::string object_;
   WantedPose wanted_;
+};
+
+/// What the program believes of a frame or an object against where it truly is.
+class BeliefExpectation final : public Expectation {
+ public:
+  BeliefExpectation(ObjectReader& reader, const BuiltCell& built)
+      : frame_(reader.choice("frame", built.cell.frames.names())),
+        within_m_(reader.number("position_within_m", {}, kPositive)),
+        within_rad_(kDegree * reader.number("angle_within_deg", 180.0, kPositive)) {}
+
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    const auto believed = outcome.built.cell.frames.pose(frame_);
+    const auto truth = true_frame(outcome.built, frame_);
+    if (!believed || !truth) return {.measured = fmt::format("it is not known where '{}' is", frame_)};
+    return pose_result(fmt::format("the belief of '{}'", frame_), *believed, *truth, within_m_, within_rad_);
+  }
+
+ private:
+  std::string frame_;
+  double within_m_, within_rad_;
 };
 
 /// Where the tool of an arm, or a base, really is: not where its own measurements say.
@@ -123,8 +142,7 @@ class ToolPoseExpectation final : public Expectation {
   ToolPoseExpectation(ObjectReader& reader, const BuiltCell& built)
       : arm_(read_arm_name(reader, built)), wanted_(reader, built) {}
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
-    const command::MountedArm& arm = outcome.built.cell.arms.find(arm_)->second;
-    return wanted_.judge(arm_, true_pose(outcome.built, arm_ + "/" + arm.device->description().flange_link) * arm.X_FT);
+    return wanted_.judge(arm_, true_tool(outcome.built, arm_), outcome.built);
   }
 
  private:
@@ -378,6 +396,7 @@ class Named final : public Expectation {
 std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& reader, BuiltCell& built,
                                       const std::optional<std::vector<std::string>>& steps) {
   if (kind == "estimate") return std::make_unique<EstimateExpectation>(reader, built);
+  if (kind == "belief") return std::make_unique<BeliefExpectation>(reader, built);
   if (kind == "object_pose") return std::make_unique<ObjectPoseExpectation>(reader, built);
   if (kind == "tool_pose") return std::make_unique<ToolPoseExpectation>(reader, built);
   if (kind == "contact_force") return std::make_unique<ContactForceExpectation>(reader, built);
@@ -398,6 +417,8 @@ std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& rea
 
 const std::vector<ExpectationKind>& expectation_kinds() {
   static const std::vector<ExpectationKind> kinds{
+      {"belief",
+       "A frame or object is where the program believes it to be. Keys: frame, position_within_m, angle_within_deg."},
       {"contact_force",
        "True force between two bodies stays below a bound. Keys: between [a, b], below_N, at_least_N."},
       {"duration", "The program ends in time. Keys: below_s."},

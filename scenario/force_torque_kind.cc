@@ -1,6 +1,7 @@
 // Kind "force_torque_sensor".
 #include "core/device/device_file.h"
 #include "core/device/force_torque_sensor.h"
+#include "core/device/gripper.h"
 #include "scenario/cell_builder.h"
 #include "scenario/cell_models.h"
 #include "scenario/device_kinds.h"
@@ -21,6 +22,17 @@ device::PayloadSetting measured_mass(const LoadedDevice& sensor, LoadedDevices a
     sum = device::combine(sum, device::transform(X_SM, device::rigid_payload(*device->model->robot)));
   }
   return sum;
+}
+
+/// The grippers on its measuring side, directly or through others.
+std::vector<std::string> grippers_on(const LoadedDevice& sensor, LoadedDevices all) {
+  std::vector<std::string> names;
+  for (const auto& device : all) {
+    const LoadedDevice* carrier = device->on;
+    while (carrier != nullptr && carrier != &sensor) carrier = carrier->on;
+    if (carrier == &sensor && device->as<device::GripperDescription>()) names.push_back(device->entry->name);
+  }
+  return names;
 }
 
 class ForceTorqueKind final : public DeviceKind {
@@ -56,8 +68,8 @@ class ForceTorqueKind final : public DeviceKind {
         built.core->add(std::make_unique<device::ForceTorqueSensor>(name, wired.description, std::move(wired.backend)));
     const LoadedDevice* arm = carrying_arm(device);
     const device::PayloadSetting tool = measured_mass(device, all);
-    built.cell.sensors[name] = {&sensor, arm ? arm->entry->name : "", pose_on_arm(device) * model->X_MS, tool.mass,
-                                tool.p_FC};
+    built.cell.sensors[name] = {&sensor,   arm ? arm->entry->name : "", pose_on_arm(device) * model->X_MS, tool.mass,
+                                tool.p_FC, grippers_on(device, all)};
   }
 };
 

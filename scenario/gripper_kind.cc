@@ -29,6 +29,9 @@ class GripperKind final : public DeviceKind {
 
   Result<ModelPointer> read(const std::filesystem::path& folder) const override { return device::read_gripper(folder); }
   bool needs_arm() const override { return true; }
+  std::optional<Eigen::Isometry3d> tcp(const device::ModelDescription& model) const override {
+    return dynamic_cast<const GripperDescription&>(model).X_MT;
+  }
 
   void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
     cell.grippers[entry.name];
@@ -61,7 +64,6 @@ class GripperKind final : public DeviceKind {
     auto backend = built.borrowed<device::GripperBackend>(built.world->gripper(name));
     auto& gripper = built.core->add(std::make_unique<device::Gripper>(name, model, std::move(backend)));
     built.cell.grippers[name] = {&gripper, arm};
-    built.cell.arms[arm].X_FT = pose_on_arm(device) * model->X_MT;
   }
 };
 

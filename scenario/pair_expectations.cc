@@ -1,5 +1,6 @@
 #include "scenario/pair_expectations.h"
 #include "scenario/degrees.h"
+#include "scenario/true_poses.h"
 
 #include <algorithm>
 
@@ -41,7 +42,7 @@ class RelativePoseExpectation final : public Expectation {
 
   void watch(const BuiltCell& built) override {
     if (!looks_) return;
-    const Eigen::Isometry3d X = tool(built, arms_[0]).inverse() * tool(built, arms_[1]);
+    const Eigen::Isometry3d X = true_tool(built, arms_[0]).inverse() * true_tool(built, arms_[1]);
     if (!X_first_) X_first_ = X;
     const Eigen::Isometry3d X_off = X_first_->inverse() * X;
     ++cycles_;
@@ -61,12 +62,6 @@ class RelativePoseExpectation final : public Expectation {
   }
 
  private:
-  /// In the world, as the plant has it.
-  static Eigen::Isometry3d tool(const BuiltCell& built, const std::string& name) {
-    const command::MountedArm& arm = built.cell.arms.find(name)->second;
-    return built.world->body_pose(built.world->body(name + "/" + arm.device->description().flange_link)) * arm.X_FT;
-  }
-
   std::vector<std::string> arms_;
   std::string from_, to_;
   double within_m_, within_rad_;

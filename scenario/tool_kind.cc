@@ -1,7 +1,5 @@
 // Kind "tool": passive, it gives an arm its tool centre point.
 #include "core/device/device_file.h"
-#include "scenario/cell_builder.h"
-#include "scenario/cell_models.h"
 #include "scenario/device_kinds.h"
 
 namespace takt::scenario {
@@ -16,12 +14,11 @@ class ToolKind final : public DeviceKind {
   Result<ModelPointer> read(const std::filesystem::path& folder) const override { return device::read_tool(folder); }
   bool needs_arm() const override { return true; }
 
-  /// The tool centre point of the arm that carries it, through whatever is between.
-  void add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const override {
-    const auto model = device.as<ToolDescription>();
-    command::MountedArm& arm = built.cell.arms[carrying_arm(device)->entry->name];
-    arm.X_FT = pose_on_arm(device) * model->X_MT;
-    arm.ball_radius = model->ball_radius;
+  std::optional<Eigen::Isometry3d> tcp(const device::ModelDescription& model) const override {
+    return dynamic_cast<const ToolDescription&>(model).X_MT;
+  }
+  double ball_radius(const device::ModelDescription& model) const override {
+    return dynamic_cast<const ToolDescription&>(model).ball_radius;
   }
 };
 

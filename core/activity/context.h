@@ -19,21 +19,12 @@ struct Touch {
   std::int64_t cycle = -1;                        ///< in which the net had ended
 };
 
-/// What a gripper carries.
-struct CarriedPart {
-  std::string object;                                      ///< of the cell; empty: something without a name
-  Eigen::Isometry3d X_TO = Eigen::Isometry3d::Identity();  ///< in the tool centre point when it was gripped, m
-  device::ToolSetting before = {};                         ///< of the arm, without the part
-  bool told = false;                                       ///< the arm knows its mass
-};
-
 /// What a program has measured so far.
 struct Variables {
   std::map<std::string, world::Contact, std::less<>> contacts;      ///< recorded under a name, in the world
   std::map<std::string, Eigen::Isometry3d, std::less<>> estimates;  ///< fitted poses X_WO by name
   std::map<std::string, double, std::less<>> residuals;             ///< rms of each fit, m
   std::map<std::string, Touch, std::less<>> touches;                ///< last touch of each arm
-  std::map<std::string, CarriedPart, std::less<>> carried;          ///< by gripper
   /// Last value of each monitor of a net that a step ran, as JSON text: net, monitor.
   std::map<std::string, std::map<std::string, std::string, std::less<>>, std::less<>> monitors;
   command::Biases biases;

@@ -76,7 +76,7 @@ class ActivityCheck {
  public:
   ActivityCheck(const PlannedActivity& planned, const PlanningContext& planning, std::string name)
       : planned_(planned), cell_(planning.cell), name_(std::move(name)) {
-    situation_ = believed_situation(cell_, places_of(planning, unknown_), command::measured_widths(cell_), {});
+    situation_ = believed_situation(cell_, places_of(planning, unknown_), command::measured_widths(cell_));
     for (const auto& [actuator, before] : planning.predecessors) own_.insert(actuator);
   }
 

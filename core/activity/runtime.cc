@@ -4,7 +4,10 @@
 
 #include <fmt/format.h>
 
+#include "core/activity/held_parts.h"
 #include "core/activity/motion_activity.h"
+#include "core/expression/moving_frames.h"
+#include "core/expression/tool_settings.h"
 
 namespace takt::activity {
 namespace {
@@ -39,6 +42,7 @@ ProgramCancelled::ProgramCancelled()
 
 RunPtr Runtime::schedule(ActivityPtr model) {
   require_going();
+  command::tell_tool_settings(cell_);  // what could not be told while something held the arm
   return scheduler_.schedule(std::move(model));
 }
 
@@ -65,8 +69,10 @@ void Runtime::require_outside() const {
 
 void Runtime::step() {
   require_outside();
+  see_flanges(cell_);
   resume_coroutines();
   scheduler_.poll();
+  notice_lost_parts(context_);
   run_cycle_();
 }
 

@@ -111,11 +111,6 @@ class Runtime {
   /// What operations of the program use when they have ended, as steps of a file do: touches, parts that are carried.
   [[nodiscard]] Context& context() { return context_; }
 
-  /// What an arm had on it when it was asked for first.
-  const device::ToolSetting& empty_tool(const std::string& arm, const device::ToolSetting& now) {
-    return tools_.try_emplace(arm, now).first->second;
-  }
-
   /// The rate at which the motions of an arm aim, [0, 1]: override, pause and resume, without a plan (row P2). Throws
   /// ActivityError for an arm that is not there or any other rate.
   void set_speed(const std::string& arm, double rate);
@@ -143,7 +138,6 @@ class Runtime {
   Variables own_variables_;
   Context context_;
   std::map<std::string, double> speeds_;
-  std::map<std::string, device::ToolSetting> tools_;
   std::vector<Waiting> waiting_;
   std::deque<Task> spawned_;  ///< a coroutine may spawn another one while this is walked
   bool resuming_ = false, cancelled_ = false;

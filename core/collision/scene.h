@@ -10,7 +10,7 @@
 #include "core/base/diagnostics.h"
 #include "core/collision/convex.h"
 #include "core/kinematics/robot_model.h"
-#include "core/world/shape.h"
+#include "core/world/object.h"
 
 /// The solids of a cell and how they move: links, tools, objects. Nothing here knows devices or programs.
 namespace takt::collision {

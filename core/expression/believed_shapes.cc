@@ -16,18 +16,18 @@ using collision::CellShapes;
 using collision::Situation;
 using Json = nlohmann::ordered_json;
 
-void put_objects(const Cell& cell, const HeldObjects& held, Situation& situation) {
+/// What is held or rides is on a flange, all else stands in the world.
+void put_objects(const Cell& cell, Situation& situation) {
   const CellShapes& shapes = *cell.shapes;
   for (const auto& [name, object] : cell.objects) {
     const int body = shapes.scene.root_of(name);
     if (body < 0) continue;
+    for (std::string& gripper : cell.holders_of(name)) situation.holders[body].insert(std::move(gripper));
     collision::Fixing& fixing = situation.state.fixings[static_cast<std::size_t>(body)];
-    if (const auto hold = held.find(name); hold != held.end()) {
-      const std::string& arm = cell.grippers.find(hold->second.gripper)->second.arm;
-      fixing = {shapes.arms.find(arm)->second.flange, hold->second.X_FO};
-      situation.holders[body].insert(hold->second.gripper);
-    } else if (const auto X_WO = cell.frames.pose(name)) {
-      fixing = {-1, *X_WO};
+    const auto carrier = cell.knows(name) ? cell.carrier_of(name) : std::nullopt;
+    const auto X_WO = carrier ? Result<Eigen::Isometry3d>(carrier->X_FO) : cell.frames.pose(name);
+    if (X_WO) {
+      fixing = {carrier ? shapes.arms.find(carrier->arm)->second.flange : -1, *X_WO};
     } else {
       situation.unknown.insert(body);
     }
@@ -91,7 +91,7 @@ void set_joints(const CellShapes& shapes, const std::string& arm, const kinemati
     state.q[static_cast<std::size_t>(joints[j])] = q[static_cast<Eigen::Index>(j)];
 }
 
-Situation believed_situation(const Cell& cell, const Places& q, const FingerWidths& widths, const HeldObjects& held) {
+Situation believed_situation(const Cell& cell, const Places& q, const FingerWidths& widths) {
   const CellShapes& shapes = *cell.shapes;
   Situation situation{.state = shapes.scene.start()};
   for (const auto& [arm, joints] : q) set_joints(shapes, arm, joints, situation.state);
@@ -100,7 +100,7 @@ Situation believed_situation(const Cell& cell, const Places& q, const FingerWidt
     if (fingers == shapes.grippers.end()) continue;
     for (const int joint : fingers->second) situation.state.q[static_cast<std::size_t>(joint)] = 0.5 * width;
   }
-  put_objects(cell, held, situation);
+  put_objects(cell, situation);
   return situation;
 }
 
@@ -125,7 +125,7 @@ RealSensor smallest_distance(const Cell& cell, const std::vector<std::string>& s
         return refused(Code::kUnknownName, fmt::format("there is no device, object or body '{}'", name),
                        nearest_choice(name, known));
   const FingerWidths widths = measured_widths(cell);
-  const Situation situation = believed_situation(cell, {}, widths, {});
+  const Situation situation = believed_situation(cell, {}, widths);
   const collision::ContactRules rules(shapes, situation);
   const auto a = owners_of(shapes, rules, side_a), b = owners_of(shapes, rules, side_b);
   std::set<std::string> arms;

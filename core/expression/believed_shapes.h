@@ -14,18 +14,10 @@ namespace takt::command {
 /// How far apart the fingers of grippers stand, m, by device.
 using FingerWidths = std::map<std::string, double, std::less<>>;
 
-/// An object that a gripper holds.
-struct HeldObject {
-  std::string gripper;
-  Eigen::Isometry3d X_FO = Eigen::Isometry3d::Identity();  ///< in the flange of its arm, m
-};
-using HeldObjects = std::map<std::string, HeldObject, std::less<>>;  ///< by object
-
 /// The cell as it is believed to be. The cell has shapes.
 /// @param q       of each arm, rad or m; those that are not there stand where they start
 /// @param widths  of grippers; those that are not there stand as at the start
-[[nodiscard]] collision::Situation believed_situation(const Cell& cell, const Places& q, const FingerWidths& widths,
-                                                      const HeldObjects& held);
+[[nodiscard]] collision::Situation believed_situation(const Cell& cell, const Places& q, const FingerWidths& widths);
 
 /// Puts an arm into a state. @param q  rad or m; an arm that the shapes do not have is not put
 void set_joints(const collision::CellShapes& shapes, const std::string& arm, const kinematics::JointVector& q,

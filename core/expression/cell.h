@@ -4,6 +4,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -14,8 +16,7 @@
 #include "core/device/signal.h"
 #include "core/motion/leg.h"
 #include "core/net/value.h"
-#include "core/world/frame_graph.h"
-#include "core/world/shape.h"
+#include "core/world/belief.h"
 
 namespace takt::net {
 struct NetDescription;
@@ -30,15 +31,21 @@ namespace takt::command {
 /// An arm as it is mounted in the cell. Its base is the frame of its name in the frame graph.
 struct MountedArm {
   device::Arm* device = nullptr;                           ///< owned by the control core
-  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< tool centre point in the flange, m
+  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< tool centre point in force, in the flange, m
   double ball_radius = 0.0;                    ///< of a probing ball around the tool centre point, m; 0 = none
   kinematics::JointVector start;               ///< where the arm is before the program, rad or m
   Eigen::Vector3d gravity_B{0.0, 0.0, -9.81};  ///< m/s^2 in its base
+  std::string tool_name = {};                  ///< of its default tool, a key of Cell::tools; empty: the flange alone
+  /// What it carries without parts: tools, sensors, grippers. Nothing: what it was told first.
+  std::optional<device::PayloadSetting> unloaded = {};
+  double told_mass = 0.0;  ///< kg at the tool centre point, as a program said without a grip (Actuator::carry)
 
   /// What was last sent to the arm, rad or m; empty: nothing yet.
   [[nodiscard]] const kinematics::JointVector& set_point() const { return told ? told->q : device->set_point().q; }
-  /// The load that the arm is set to.
-  [[nodiscard]] const device::ToolSetting& tool() const { return told ? told->tool : device->tool(); }
+  /// The load that the arm is set to; in a rehearsal what it will be set to.
+  [[nodiscard]] const device::ToolSetting& tool() const {
+    return told ? told->tool : expected ? *expected : device->tool();
+  }
   [[nodiscard]] device::ControlMode mode() const { return told ? told->mode : device->mode(); }
 
   /// Of a copy of the cell for another thread: the settings of the device when the copy was made. It does not change
@@ -49,6 +56,7 @@ struct MountedArm {
     device::ControlMode mode;
   };
   std::optional<Told> told = {};
+  std::optional<device::ToolSetting> expected = {};  ///< of a rehearsal; nothing: that of the device
 };
 
 /// What the planners of motions need to know of an arm. It refers to the arm's description.
@@ -61,6 +69,9 @@ struct MountedArm {
 /// Pose X_BT of the tool centre point of an arm in its base at q (rad or m). Realtime: setup.
 [[nodiscard]] Eigen::Isometry3d tool_pose(const MountedArm& arm, const kinematics::JointVector& q);
 
+/// The name of the frame that rides on the flange of an arm, of a base on its body. No name of a file has a '/'.
+[[nodiscard]] inline std::string flange_frame(std::string_view arm) { return std::string(arm) + "/flange"; }
+
 /// A force/torque sensor on the flange of an arm.
 struct MountedSensor {
   device::ForceTorqueSensor* device = nullptr;             ///< owned by the control core
@@ -68,6 +79,17 @@ struct MountedSensor {
   Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();  ///< measuring frame in the flange, m
   double tool_mass = 0.0;                                  ///< of all that is mounted on the measuring side, kg
   Eigen::Vector3d p_SC = Eigen::Vector3d::Zero();          ///< its centre of mass in the measuring frame, m
+  std::vector<std::string> grippers = {};                  ///< on the measuring side: what they hold it feels, too
+};
+
+/// A tool on the flange of an arm, or of a sensor on it: whatever has a tool centre point, driven or not.
+struct MountedTool {
+  static constexpr std::string_view kOwnTcp = "tcp";  ///< that of the model
+
+  std::string arm;                                                  ///< that carries it
+  std::map<std::string, Eigen::Isometry3d, std::less<>> X_FT = {};  ///< tool centre points by name, in the flange, m
+  std::string tcp = std::string(kOwnTcp);                           ///< the one that counts where none is named
+  double ball_radius = 0.0;                                         ///< of its probing ball, m; 0 = none
 };
 
 /// A gripper on the flange of an arm.
@@ -76,14 +98,13 @@ struct MountedGripper {
   std::string arm;                    ///< name of the arm it is mounted on
 };
 
-/// What the application knows of its cell: devices, frames, objects at their nominal poses. Where things really are
-/// only sensors report. Names are unique over all members. Thread: the program's.
-struct Cell {
-  world::FrameGraph frames;
-  std::map<std::string, world::Object, std::less<>> objects;
+/// What the application knows of its cell: what it believes of the world, and its devices. Where things really are only
+/// sensors report. Names are unique over all members. Thread: the program's.
+struct Cell : world::Belief {
   std::map<std::string, MountedArm, std::less<>> arms;
   std::map<std::string, MountedSensor, std::less<>> sensors;
   std::map<std::string, MountedGripper, std::less<>> grippers;
+  std::map<std::string, MountedTool, std::less<>> tools;  ///< grippers included
   // Signals, owned by the control core; null where only names are known.
   std::map<std::string, device::DigitalInput*, std::less<>> digital_inputs;
   std::map<std::string, device::AnalogInput*, std::less<>> analog_inputs;

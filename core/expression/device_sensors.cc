@@ -75,6 +75,14 @@ ExpressionPtr gripper_output(ValueType type, const Cell& cell, const std::string
                        id_of("gripper", gripper));
 }
 
+/// All that hangs on the measuring side of a sensor, and what its grippers hold now, in its measuring frame.
+world::MassProperties carried_by(const Cell& cell, const MountedSensor& sensor) {
+  world::MassProperties sum{.mass = sensor.tool_mass, .p_OC = sensor.p_SC};
+  for (const std::string& gripper : sensor.grippers)
+    sum = combine(sum, transform(sensor.X_FS.inverse(), cell.load_in(gripper)));
+  return sum;
+}
+
 }  // namespace
 
 std::string id_of(std::string_view kind, std::string_view device) {
@@ -135,6 +143,7 @@ WrenchSensor compensated_wrench(const Cell& cell, const std::string& name) {
   const auto found = cell.sensors.find(name);
   if (found == cell.sensors.end()) return raw;
   const MountedSensor& sensor = found->second;
+  const world::MassProperties carried = carried_by(cell, sensor);
   const FrameSensor X_BS(
       named(flange_fixed_pose(cell, sensor.arm, sensor.X_FS).node(), id_of("sensor", name) + "-pose"));
   const auto X_WB = cell.frames.pose(sensor.arm);  // nothing: its base moves
@@ -144,8 +153,8 @@ WrenchSensor compensated_wrench(const Cell& cell, const std::string& name) {
             id_of("sensor", name) + "-in-world");
   const ExpressionPtr compensated =
       apply(ValueType::kWrench, "PayloadCompensation", {{"wrench", {.node = raw.node()}}, {"frame", {.node = X_WS}}},
-            {{"mass", sensor.tool_mass},
-             {"centre", vector_json(sensor.p_SC)},
+            {{"mass", carried.mass},
+             {"centre", vector_json(carried.p_OC)},
              {"gravity", vector_json(cell.gravity_W)},
              {"acceleration", vector_json(Eigen::Vector3d::Zero())}},
             "compensated");

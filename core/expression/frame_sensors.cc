@@ -9,6 +9,12 @@
 #include "core/net/value_json.h"
 
 namespace takt::command {
+
+TwistSensor shift(const TwistSensor& twist, const VectorTerm& way) {
+  return TwistSensor(
+      apply(net::ValueType::kTwist, "ShiftTwist", {{"twist", {.node = twist.node()}}, {"point", way.operand()}}));
+}
+
 namespace {
 
 using Eigen::Isometry3d;
@@ -23,10 +29,6 @@ struct Place {
   [[nodiscard]] FrameTerm term() const { return X_AB ? FrameTerm(*X_AB) : FrameTerm(constant); }
 };
 
-TwistSensor shifted(const TwistSensor& twist, const VectorTerm& way) {
-  return TwistSensor(
-      apply(net::ValueType::kTwist, "ShiftTwist", {{"twist", {.node = twist.node()}}, {"point", way.operand()}}));
-}
 TwistSensor scaled(const TwistSensor& twist, double factor) {
   return TwistSensor(apply(net::ValueType::kTwist, "ScaleTwist",
                            {{"twist", {.node = twist.node()}}, {"factor", RealTerm(factor).operand()}}));
@@ -40,7 +42,7 @@ VectorTerm origin(const Place& place) {
 Place compose(const Place& b, const Place& c) {
   if (!b.X_AB && !c.X_AB) return {.constant = b.constant * c.constant, .X_AB = {}, .V_AB_A = {}};
   Place result{.constant = {}, .X_AB = b.term() * c.term(), .V_AB_A = {}};
-  if (b.V_AB_A) result.V_AB_A = shifted(*b.V_AB_A, rotate(b.term(), origin(c)));
+  if (b.V_AB_A) result.V_AB_A = shift(*b.V_AB_A, rotate(b.term(), origin(c)));
   if (c.V_AB_A) {
     const TwistSensor inner = rotate(b.term(), *c.V_AB_A);
     result.V_AB_A = result.V_AB_A ? *result.V_AB_A + inner : inner;
@@ -54,7 +56,7 @@ Place inverse(const Place& b) {
   Place result{.constant = {}, .X_AB = inverse(*b.X_AB), .V_AB_A = {}};
   if (b.V_AB_A) {
     const VectorSensor back = RealTerm(-1.0) * position(*b.X_AB);
-    result.V_AB_A = scaled(rotate(*result.X_AB, shifted(*b.V_AB_A, back)), -1.0);
+    result.V_AB_A = scaled(rotate(*result.X_AB, shift(*b.V_AB_A, back)), -1.0);
   }
   return result;
 }
@@ -117,9 +119,9 @@ Place along(const Cell& cell, const std::vector<const Relation*>& way, std::size
   return place;
 }
 
-/// @return nothing, and why, if a frame is not there.
+/// @return nothing if a frame is not there, or nobody knows where it is.
 std::optional<Place> between(const Cell& cell, const std::string& of, const std::string& in) {
-  if (!cell.frames.contains(of) || !cell.frames.contains(in)) return std::nullopt;
+  if (!cell.knows(of) || !cell.knows(in)) return std::nullopt;
   const auto from = way_to_world(cell, of), to = way_to_world(cell, in);
   std::size_t shared = 0;
   while (shared < from.size() && shared < to.size() && from[from.size() - 1 - shared] == to[to.size() - 1 - shared]) {
@@ -129,6 +131,11 @@ std::optional<Place> between(const Cell& cell, const std::string& of, const std:
 }
 
 ExpressionPtr unknown(const Cell& cell, net::ValueType type, const std::string& of, const std::string& in) {
+  for (const std::string& name : {of, in}) {
+    if (cell.frames.contains(name) && !cell.knows(name))
+      return broken(Code::kUnknownPosition, type, fmt::format("it is not known where '{}' is", name),
+                    "a measurement of it before");
+  }
   const std::string& name = cell.frames.contains(of) ? in : of;
   return broken(Code::kUnknownName, type, "there is no frame '" + name + "'",
                 nearest_choice(name, cell.frames.names()));

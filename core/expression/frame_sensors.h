@@ -17,4 +17,7 @@ namespace takt::command {
 /// two, and when they are older than the channel's timeout, or, without one, than 0.5 s.
 [[nodiscard]] TwistSensor twist_between(const Cell& cell, const std::string& of, const std::string& in);
 
+/// The velocity of a point of the same body, so far away from the one of `twist` (m, in the same axes).
+[[nodiscard]] TwistSensor shift(const TwistSensor& twist, const VectorTerm& way);
+
 }  // namespace takt::command

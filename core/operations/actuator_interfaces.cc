@@ -11,7 +11,9 @@
 
 #include "core/activity/mode_change.h"
 #include "core/command/actions/freedrive_action.h"
+#include "core/expression/tool_settings.h"
 #include "core/motion/goal_choice.h"
+#include "core/operations/held_part.h"
 #include "core/operations/operation_activity.h"
 
 namespace takt::activity {
@@ -265,14 +267,38 @@ Eigen::Isometry3d Actuator::above(const std::string& name, double height) const 
 void Actuator::carry(double mass) const {
   if (!(mass >= 0.0 && std::isfinite(mass)))
     throw_diagnostic(Code::kOutOfRange, name_, fmt::format("a mass of {:g} kg", mass), "0 or more");
-  device::Arm& device = *arm().device;
-  if (device.held())
+  if (arm().device->held())
     throw_diagnostic(Code::kNotPossibleNow, name_,
                      fmt::format("'{}' is running an activity, and its load can change only between activities", name_),
                      "after their end");
-  device::ToolSetting tool = runtime_->empty_tool(name_, device.tool());
-  tool.payload = device::combine(tool.payload, {.mass = mass, .p_FC = arm().X_FT.translation()});
-  device.set_tool(tool);
+  command::Cell& cell = runtime_->cell();
+  if (const auto mismatch = told_mismatch(cell, name_, mass))
+    throw_diagnostic(Code::kConflict, name_,
+                     fmt::format("what '{}' holds weighs {:g} kg, not {:g} kg", name_, mismatch->known, mismatch->told),
+                     "its mass, or no call: takt knows it");
+  cell.arms.find(name_)->second.told_mass = mass;
+  command::tell_tool_settings(cell);
+}
+
+Eigen::Isometry3d Actuator::tcp(const std::string& tool, const std::string& tcp) const {
+  (void)arm();
+  const auto found = find_tool(runtime_->cell(), name_, {tool, tcp});
+  if (found) return found->X_FT;
+  Diagnostics why;
+  why.append(found.error(), pointer_segment(name_));
+  throw ActivityError(std::move(why));
+}
+
+void Actuator::use_tool(const std::string& tool, const std::string& tcp_name) const {
+  const ArmTools tools{{name_, {tool, tcp_name}, pointer_segment(name_)}};
+  (void)tcp(tool, tcp_name);
+  command::Cell& cell = runtime_->cell();
+  if (arm().device->held() && changes_tool(cell, tools))
+    throw_diagnostic(Code::kNotPossibleNow, name_,
+                     fmt::format("'{}' is running an activity, and its tool can change only between activities", name_),
+                     "after their end");
+  (void)use_tools(cell, tools);
+  command::tell_tool_settings(cell);
 }
 
 Eigen::Isometry3d Actuator::frame(const std::string& name) const {

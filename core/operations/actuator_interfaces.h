@@ -266,8 +266,15 @@ class Actuator {
   /// A tool pose in the base that looks down the z axis of a frame, from this height (m) above it.
   [[nodiscard]] Eigen::Isometry3d above(const std::string& name, double height) const;
   /// Sets an arm at rest to carry a further point mass (kg) at its tool centre point; and not to.
+  /// Where its grippers hold parts whose masses are known it is a check: throws ActivityError with Code::kConflict.
   void carry(double mass) const;
   void put_down() const { carry(0.0); }
+  /// The tool that counts from now on for an arm that stands: its tool centre point, also for its controller. Without a
+  /// name the one that the cell declares; `tcp` may be a frame that rides on its flange, of a part that it holds for
+  /// instance. Throws ActivityError.
+  void use_tool(const std::string& tool = {}, const std::string& tcp = {}) const;
+  /// The pose of a tool centre point in the flange, as MotionParameters::X_FM wants it. Throws ActivityError.
+  [[nodiscard]] Eigen::Isometry3d tcp(const std::string& tool, const std::string& tcp = {}) const;
   /// Override, pause and resume (Runtime).
   void set_speed(double rate) const { runtime_->set_speed(name_, rate); }
   void pause() const { runtime_->pause(name_); }

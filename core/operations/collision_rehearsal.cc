@@ -20,13 +20,14 @@ bool is_checked(const Rehearsal& rehearsal) {
   return rehearsal.cell.shapes != nullptr && rehearsal.cell.shapes->off.empty();
 }
 
+/// A part that a gripper without a named one has moved may be any like it: once it is let go nobody knows where it is.
 Situation situation_of(const Rehearsal& rehearsal) {
-  command::HeldObjects held;
-  for (const auto& [gripper, part] : rehearsal.carried) {
-    const std::string& arm = rehearsal.cell.grippers.find(gripper)->second.arm;
-    held[part.object] = {gripper, rehearsal.cell.arms.find(arm)->second.X_FT * part.X_TO};
+  Situation situation = believed_situation(rehearsal.cell, rehearsal.q, rehearsal.collisions.widths);
+  for (const std::string& object : rehearsal.one_of_many) {
+    const int body = rehearsal.cell.shapes->scene.root_of(object);
+    if (body >= 0 && !rehearsal.cell.is_held(object)) situation.unknown.insert(body);
   }
-  return believed_situation(rehearsal.cell, rehearsal.q, rehearsal.collisions.widths, held);
+  return situation;
 }
 
 /// @param time  s after the motion begins

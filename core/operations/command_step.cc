@@ -308,6 +308,26 @@ class NameCheck {
   Diagnostics& diagnostics_;
 };
 
+/// The tools of all commands of a tree. One arm works with one tool in it: what its controller is told does not change
+/// while a net runs.
+ArmTools tools_of(const OperationCommand& root) {
+  ArmTools tools;
+  for (const OperationCommand* command : root.all())
+    for (ArmTool& one : command->arm_tools()) tools.push_back(std::move(one));
+  return tools;
+}
+
+void check_tools(const OperationCommand& root, Diagnostics& diagnostics) {
+  const ArmTools tools = tools_of(root);
+  for (const ArmTool& one : tools) {
+    const auto first = std::ranges::find(tools, one.arm, &ArmTool::arm);
+    if (first->choice == one.choice) continue;
+    diagnostics.error(Code::kConflict, one.pointer + (first->choice.tool == one.choice.tool ? "/tcp" : "/tool"),
+                      fmt::format("'{}' works with two tools in one transaction", one.arm),
+                      "one tool and one tool centre point for an arm, or two steps");
+  }
+}
+
 std::unique_ptr<OperationCommand> read_root(const OperationSource& source) {
   const auto& [json, pointer, cell, diagnostics] = source;
   auto root = read_any_command(source);
@@ -321,6 +341,7 @@ std::unique_ptr<OperationCommand> read_root(const OperationSource& source) {
                       "a command inside of a transaction");
   }
   NameCheck(*root, diagnostics).run();
+  check_tools(*root, diagnostics);
   return root;
 }
 
@@ -333,6 +354,7 @@ class CommandStep final : public Step {
 
   [[nodiscard]] std::string moved_arm() const override { return left_ != nullptr ? left_->left_arm() : std::string(); }
   [[nodiscard]] Json left_steps() const override { return left_ != nullptr ? left_->left_steps() : Json(); }
+  [[nodiscard]] ArmTools arm_tools() const override { return tools_of(*root_); }
 
   /// Arms go to the natural end of what moves them; where that is not known before they stay.
   void rehearse(Rehearsal& rehearsal, const std::string&, Diagnostics& diagnostics) const override {

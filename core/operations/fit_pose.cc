@@ -6,6 +6,7 @@
 
 #include "core/base/read_parts.h"
 #include "core/operations/immediate_run.h"
+#include "core/operations/set_frame.h"
 
 namespace takt::activity {
 namespace {
@@ -19,7 +20,7 @@ std::vector<std::string> keys_of(const Map& map) {
 
 /// The fit of an object may replace what the file says of this object, and of nothing else.
 void check_estimate(FitPoseParameters& parameters, const ReadContext& from) {
-  if (parameters.as == parameters.object || !from.cell.frames.contains(parameters.as)) return;
+  if (parameters.as == parameters.object || is_free_frame_name(from.cell, parameters.as)) return;
   from.reader.diagnostics().error(Code::kInvalidName, from.reader.at("as"),
                                   fmt::format("'{}' cannot be the name of an estimate", parameters.as),
                                   fmt::format("a new name, or '{}'", parameters.object));
@@ -70,7 +71,8 @@ class FitPoseStep final : public Step {
           "at least one contact a coordinate");
     }
     const auto X_WO = rehearsal.cell.frames.pose(parameters_.object);
-    if (X_WO) diagnostics.append(rehearsal.cell.frames.set(parameters_.as, "world", *X_WO), pointer + "/as");
+    if (!X_WO) return diagnostics.append(X_WO.error(), pointer + "/object");
+    diagnostics.append(note_pose(rehearsal.cell, *X_WO), pointer);
     rehearsal.estimates.insert(parameters_.as);
   }
 
@@ -80,9 +82,28 @@ class FitPoseStep final : public Step {
   }
 
  private:
+  /// The object is believed to be there from now on. The estimate stands where the object does, and stays when that is
+  /// taken away.
+  [[nodiscard]] Diagnostics note_pose(command::Cell& cell, const Eigen::Isometry3d& X_WO) const {
+    Diagnostics diagnostics;
+    diagnostics.append(cell.found(parameters_.object, X_WO), "/object");
+    if (parameters_.as == parameters_.object || diagnostics.has_errors()) return diagnostics;
+    const std::string parent = cell.standing_on(parameters_.object);
+    const auto X_PO = cell.frames.pose(parameters_.object, parent);
+    if (!X_PO) return X_PO.error();
+    diagnostics.append(
+        cell.frames.set(parameters_.as, {.kind = world::Relation::Kind::kEstimate, .parent = parent, .X_PF = *X_PO}),
+        "/as");
+    return diagnostics;
+  }
   /// The fit is done in the axes of the object's nominal frame, so that "x" in the file is the object's own x.
   bool fit(Context& context, Diagnostics& diagnostics) const {
-    const Eigen::Isometry3d X_WN = *context.cell.frames.pose(parameters_.object);
+    const auto nominal = context.cell.frames.pose(parameters_.object);
+    if (!nominal) {
+      diagnostics.append(nominal.error(), "/object");
+      return false;
+    }
+    const Eigen::Isometry3d& X_WN = *nominal;
     std::vector<world::Contact> contacts;
     for (const std::string& name : parameters_.contacts) {
       const auto found = context.variables.contacts.find(name);
@@ -105,7 +126,7 @@ class FitPoseStep final : public Step {
     const Eigen::Isometry3d X_WO = X_WN * fit->X_RO;
     context.variables.estimates[parameters_.as] = X_WO;
     context.variables.residuals[parameters_.as] = fit->rms_residual;
-    diagnostics.append(context.cell.frames.set(parameters_.as, "world", X_WO), "/as");
+    diagnostics.append(note_pose(context.cell, X_WO));
     const Eigen::Vector3d step = fit->X_RO.translation() * 1e3;
     context.event(
         "program", "estimate",

@@ -6,8 +6,8 @@
 #include "core/operations/operation.h"
 #include "core/world/pose_fit.h"
 
-/// "fit_pose": finds the pose of an object whose surface explains recorded contacts, and makes it a frame. Realtime:
-/// setup.
+/// "fit_pose": finds the pose of an object whose surface explains recorded contacts. The object is believed to be there
+/// from then on, and a frame keeps the pose. Realtime: setup.
 namespace takt::activity {
 
 struct FitPoseParameters {

@@ -119,6 +119,9 @@ class FreedriveStep final : public Step {
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<FreedriveRun>(parameters_); }
+  [[nodiscard]] ArmTools arm_tools() const override {
+    return {{parameters_.arm, parameters_.tool, parameters_.pointer}};
+  }
 
  private:
   FreedriveParameters parameters_;
@@ -146,7 +149,8 @@ const ParameterTable<FreedriveParameters>& freedrive_parameters() {
                 "Largest speed of the tool.")
         .number("turn_deg_s", "deg/s", &FreedriveParameters::turn, {.low = 0.0, .high = 180.0, .low_open = true},
                 "Largest angular speed of the tool.")
-        .condition("abort_if", &FreedriveParameters::abort_if, "Comes to rest and fails when this becomes true.");
+        .condition("abort_if", &FreedriveParameters::abort_if, "Comes to rest and fails when this becomes true.")
+        .tool(&FreedriveParameters::tool);
     return freedrive;
   }();
   return table;

@@ -6,6 +6,7 @@
 #include "core/activity/activity_model.h"
 #include "core/expression/condition_state.h"
 #include "core/operations/operation.h"
+#include "core/operations/tool_choice.h"
 
 /// "freedrive": a person guides an arm by hand. Realtime: setup.
 namespace takt::activity {
@@ -18,6 +19,7 @@ struct FreedriveParameters {
   double velocity = 0.25;                             ///< of the tool at most, m/s
   double turn = 1.0;                                  ///< of the tool at most, rad/s
   std::optional<command::StateSource> abort_if = {};  ///< must not hold: it comes to rest and fails
+  ToolChoice tool = {};                               ///< of the arm; default: the one that the cell declares
   std::string name = {}, pointer = {};                ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<FreedriveParameters>& freedrive_parameters();

@@ -4,8 +4,9 @@
 
 #include "core/command/actions/device_action.h"
 #include "core/expression/device_sensors.h"
+#include "core/expression/tool_settings.h"
 #include "core/operations/command_step.h"
-#include "core/operations/goal.h"
+#include "core/operations/held_part.h"
 #include "core/operations/operation_command.h"
 
 namespace takt::activity {
@@ -16,62 +17,64 @@ using command::BooleanSensor;
 /// Of a grip or a release.
 struct FingerMotion : GripParameters {
   bool opens = false;
+  std::optional<std::string> onto = {};
 };
+
+/// Where the arm is, as it measures.
+const kinematics::JointVector& position_of(const device::Arm& arm) {
+  return arm.has_sample() ? arm.sample().q : arm.set_point().q;
+}
 
 /// How things were when the fingers stood.
 struct GripOutcome {
   std::optional<bool> holding;  ///< nothing: it did not answer
   std::optional<double> width;  ///< m
-  kinematics::JointVector q;    ///< of the arm that carries the gripper, as sent
+  kinematics::JointVector q;    ///< of the arm that carries the gripper
 };
 
 // -- What the arm carries ---------------------------------------------------------------------------------------------
 
-/// Pose of the part in the tool centre point, with the arm at q; identity if either has no place.
-Eigen::Isometry3d part_in_tool(const command::Cell& cell, const std::string& arm, const kinematics::JointVector& q,
-                               const std::string& part) {
-  const auto X_BO = cell.frames.pose(part, arm);
-  return X_BO ? tool_pose(cell.arms.find(arm)->second, q).inverse() * *X_BO : Eigen::Isometry3d::Identity();
+Gripping gripping_of(const FingerMotion& parameters, const kinematics::JointVector& q) {
+  return {.gripper = parameters.gripper,
+          .part = parameters.part,
+          .part_mass = parameters.part_mass,
+          .onto = parameters.onto,
+          .q = q};
 }
 
-/// Puts the frame of a carried part where the tool now is.
-void leave_part(command::Cell& cell, const std::string& arm, const kinematics::JointVector& q, const CarriedPart& part,
-                Diagnostics& diagnostics) {
-  const auto X_WB = cell.frames.pose(arm);
-  if (!X_WB || part.object.empty()) return;
-  diagnostics.append(cell.frames.set(part.object, std::string(world::FrameGraph::kWorld),
-                                     *X_WB * tool_pose(cell.arms.find(arm)->second, q) * part.X_TO));
+/// What the gripper reports, to notice later that it holds its part no more.
+void note_report(world::Hold& hold, const device::Gripper& gripper, double width) {
+  hold.width = width;
+  hold.command = gripper.set_point().sequence;
+  if (gripper.has_sample() && gripper.sample().state == device::GripperState::kHolding)
+    hold.force = gripper.sample().force;
 }
 
-/// The arm's payload with the part, a point mass at the origin of its frame.
-void set_payload(device::Arm& arm, const CarriedPart& part, double mass) {
-  device::ToolSetting tool = part.before;
-  const device::PayloadSetting load{.mass = mass, .p_FC = (tool.X_FT * part.X_TO).translation()};
-  tool.payload = device::combine(tool.payload, load);
-  arm.set_tool(tool);
+/// More than a part weighs cannot be told; less can, where another arm carries the rest.
+Diagnostics check_told_mass(const command::Cell& cell, const world::Hold& hold) {
+  Diagnostics diagnostics;
+  const auto mismatch = payload_mismatch(cell, hold.object);
+  if (mismatch && mismatch->told > mismatch->known)
+    diagnostics.error(Code::kConflict, "/part_mass_kg",
+                      fmt::format("'{}' weighs {:g} kg, not {:g} kg", hold.object, mismatch->known, mismatch->told),
+                      "its mass, or none: takt knows it");
+  return diagnostics;
 }
 
-/// Whatever it carried before, it has let go.
-void leave_former(const FingerMotion& parameters, const kinematics::JointVector& q, Context& context,
-                  Diagnostics& diagnostics) {
-  const auto carried = context.variables.carried.find(parameters.gripper);
-  if (carried == context.variables.carried.end()) return;
-  const std::string& arm = context.cell.grippers.find(parameters.gripper)->second.arm;
-  device::Arm& device = *context.cell.arms.find(arm)->second.device;
-  leave_part(context.cell, arm, q, carried->second, diagnostics);
-  if (carried->second.told && !device.held()) device.set_tool(carried->second.before);
-  context.variables.carried.erase(carried);
-}
-
-void take(const FingerMotion& parameters, const kinematics::JointVector& q, Context& context) {
-  const std::string& arm = context.cell.grippers.find(parameters.gripper)->second.arm;
-  device::Arm& device = *context.cell.arms.find(arm)->second.device;
-  CarriedPart part{.object = parameters.part.value_or(""), .before = device.tool()};
-  if (parameters.part) part.X_TO = part_in_tool(context.cell, arm, q, *parameters.part);
-  // The payload of an arm changes between nets only; one that moves while it grips keeps what it believes.
-  part.told = parameters.part_mass > 0.0 && !device.held();
-  if (part.told) set_payload(device, part, parameters.part_mass);
-  context.variables.carried[parameters.gripper] = part;
+/// Whatever it held before, it has let go; it holds what is between the fingers now.
+void update_belief(const FingerMotion& parameters, const GripOutcome& outcome, Context& context,
+                   Diagnostics& diagnostics) {
+  const Gripping gripping = gripping_of(parameters, outcome.q);
+  const auto left = leave_part(context.cell, gripping);
+  if (!left) return diagnostics.append(left.error());
+  if (*outcome.holding && !parameters.opens) {
+    const auto hold = take_part(context.cell, gripping);
+    if (!hold) return diagnostics.append(hold.error());
+    note_report(context.cell.held.find(parameters.gripper)->second,
+                *context.cell.grippers.find(parameters.gripper)->second.device, *outcome.width);
+    if (parameters.part) diagnostics.append(check_told_mass(context.cell, *hold));
+  }
+  command::tell_tool_settings(context.cell);
 }
 
 /// What has come of it: whether that is what was expected, and what the arm carries now.
@@ -92,26 +95,30 @@ void note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Conte
                              fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width),
                              "\"expect\": \"any\", where that is no fault");
   }
-  leave_former(parameters, q, context, diagnostics);
-  if (*holding && !parameters.opens) take(parameters, q, context);
+  update_belief(parameters, outcome, context, diagnostics);
 }
 
 /// The same for a rehearsal, in which every grip finds its part.
-void rehearse_grip(const FingerMotion& parameters, Rehearsal& rehearsal, Diagnostics& diagnostics) {
+/// @param pointer  of the operation in its file
+void rehearse_grip(const FingerMotion& parameters, const std::string& pointer, Rehearsal& rehearsal,
+                   Diagnostics& diagnostics) {
   const command::MountedGripper& mounted = rehearsal.cell.grippers.find(parameters.gripper)->second;
   const device::GripperDescription& gripper = mounted.device->description();
   rehearsal.duration += gripper.stroke / parameters.speed.value_or(0.25 * gripper.speed_max);
-  const kinematics::JointVector& q = rehearsal.q[mounted.arm];
-  if (const auto carried = rehearsal.carried.find(parameters.gripper); carried != rehearsal.carried.end()) {
-    leave_part(rehearsal.cell, mounted.arm, q, carried->second, diagnostics);
-    rehearsal.carried.erase(carried);
+  const Gripping gripping = gripping_of(parameters, rehearsal.q[mounted.arm]);
+  rehearsal.told_masses.erase(parameters.gripper);
+  const auto left = leave_part(rehearsal.cell, gripping);
+  if (!left) diagnostics.append(left.error(), pointer);
+  const double width = parameters.width.value_or(parameters.opens ? gripper.stroke : 0.0);
+  note_fingers(rehearsal, parameters.gripper, width, {});
+  if (!parameters.opens && parameters.expect != GripParameters::Expect::kNothing) {
+    const auto hold = take_part(rehearsal.cell, gripping);
+    if (!hold) return diagnostics.append(hold.error(), pointer);
+    note_fingers(rehearsal, parameters.gripper, width, hold->object);
+    if (!parameters.part && !hold->object.empty()) rehearsal.one_of_many.insert(hold->object);
+    if (parameters.part_mass > 0.0) rehearsal.told_masses[parameters.gripper] = pointer + "/part_mass_kg";
   }
-  const bool grips = !parameters.opens && parameters.part.has_value();
-  note_fingers(rehearsal, parameters.gripper, parameters.width.value_or(parameters.opens ? gripper.stroke : 0.0),
-               grips ? *parameters.part : std::string());
-  if (!grips) return;
-  rehearsal.carried[parameters.gripper] = {.object = *parameters.part,
-                                           .X_TO = part_in_tool(rehearsal.cell, mounted.arm, q, *parameters.part)};
+  command::expect_tool_settings(rehearsal.cell);
 }
 
 // -- As a command -----------------------------------------------------------------------------------------------------
@@ -146,7 +153,7 @@ class GripperCommand final : public OperationCommand {
   [[nodiscard]] bool is_called_by_type() const override { return true; }
   [[nodiscard]] MeantTouch meant_touch() const override { return {.devices = {parameters_.gripper}}; }
   void rehearse(Rehearsal& rehearsal, Diagnostics& diagnostics) const override {
-    rehearse_grip(parameters_, rehearsal, diagnostics);
+    rehearse_grip(parameters_, pointer, rehearsal, diagnostics);
   }
 
   void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
@@ -155,7 +162,7 @@ class GripperCommand final : public OperationCommand {
     GripOutcome outcome{.holding = ended.value<net::Boolean>(key + " holding"),
                         .width = ended.value<net::Real>(key + " width"),
                         .q = {}};
-    if (is_alone()) outcome.q = context.cell.arms.find(arm(context.cell))->second.device->set_point().q;
+    if (is_alone()) outcome.q = position_of(*context.cell.arms.find(arm(context.cell))->second.device);
     if (const auto q = ended.value<net::JointArray>(key + " q")) outcome.q = q->map();
     Diagnostics own;
     note_grip(parameters_, outcome, context, own);
@@ -181,7 +188,7 @@ ParameterTable<P> finger_parameters() {
   return table;
 }
 
-FingerMotion closing(const GripParameters& parameters) { return {parameters, false}; }
+FingerMotion closing(const GripParameters& parameters) { return {parameters, false, {}}; }
 
 FingerMotion opening(const ReleaseParameters& parameters) {
   return {{.gripper = parameters.gripper,
@@ -191,7 +198,8 @@ FingerMotion opening(const ReleaseParameters& parameters) {
            .expect = GripParameters::Expect::kAny,
            .name = parameters.name,
            .pointer = parameters.pointer},
-          true};
+          true,
+          parameters.onto};
 }
 
 }  // namespace
@@ -203,14 +211,19 @@ const ParameterTable<GripParameters>& grip_parameters() {
         {"part", Expect::kPart}, {"nothing", Expect::kNothing}, {"any", Expect::kAny}};
     return finger_parameters<GripParameters>()
         .choice("expect", &GripParameters::expect, words, "What has to be between the fingers at the end.")
-        .name("part", NameOf::kObject, &GripParameters::part, "Object that is gripped.")
-        .number("part_mass_kg", "kg", &GripParameters::part_mass, kNotNegative, "Mass that the arm is to expect.");
+        .name("part", NameOf::kObject, &GripParameters::part,
+              "Object that is gripped: the free object between the fingers.")
+        .number("part_mass_kg", "kg", &GripParameters::part_mass, kNotNegative,
+                "Mass of the part, or this arm's share of it: checked against the object.");
   }();
   return table;
 }
 
 const ParameterTable<ReleaseParameters>& release_parameters() {
-  static const auto table = finger_parameters<ReleaseParameters>();
+  static const auto table = [] {
+    return finger_parameters<ReleaseParameters>().optional_text(
+        "onto", &ReleaseParameters::onto, "What the part stands on then: a frame, an object, a base; found by shapes.");
+  }();
   return table;
 }
 

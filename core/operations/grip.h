@@ -8,7 +8,8 @@
 #include "core/operations/operation_activity.h"
 #include "core/operations/step.h"
 
-/// "grip": closes a gripper until a part stops its fingers. "release": opens it. Realtime: setup.
+/// "grip": closes a gripper until a part stops its fingers; then the part goes with the arm in the belief, and is its
+/// load. "release": opens it, and the part stays where it is (docs/world.md). Realtime: setup.
 namespace takt::activity {
 
 /// Absent figures are those of the gripper.
@@ -16,13 +17,14 @@ struct GripParameters {
   std::string gripper = {};                                  ///< empty: the only one
   std::optional<double> width = {}, speed = {}, force = {};  ///< m, m/s, N
   enum class Expect { kPart, kNothing, kAny } expect = Expect::kPart;
-  std::optional<std::string> part = {};  ///< object that the arm carries then; nothing: none that matters
-  double part_mass = 0.0;                ///< kg, told to the arm; 0: the arm is told nothing
+  std::optional<std::string> part = {};  ///< object that is gripped; nothing: the free one between the fingers
+  double part_mass = 0.0;                ///< kg, checked against what the object weighs; 0: not checked
   std::string name = {}, pointer = {};   ///< for people; in its file
 };
 struct ReleaseParameters {
   std::string gripper = {};                                  ///< empty: the only one
   std::optional<double> width = {}, speed = {}, force = {};  ///< m, m/s, N
+  std::optional<std::string> onto = {};                      ///< that the part stands on then; nothing: what is there
   std::string name = {}, pointer = {};                       ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<GripParameters>& grip_parameters();

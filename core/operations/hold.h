@@ -16,6 +16,7 @@ struct HoldParameters {
   std::optional<command::StateSource> until = {};
   std::optional<command::StateSource> abort_if = {};    ///< must not hold: it comes to rest and fails
   std::optional<ComplianceParameters> compliance = {};  ///< nothing: as the arm is
+  ToolChoice tool = {};                                 ///< of the arm; default: the one that the cell declares
   std::string name = {}, pointer = {};                  ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<HoldParameters>& hold_parameters();

@@ -268,7 +268,7 @@ Table make_table(PathKind kind) {
   const Range share{.low = 0, .high = 1, .low_open = true};
   const std::vector<std::pair<std::string, bool>> ends{{"fail", true}, {"continue", false}};
   Table table;
-  table.name("arm", NameOf::kArm, &MotionTask::arm, "Arm or base that moves.");
+  table.name("arm", NameOf::kArm, &MotionTask::arm, "Arm or base that moves.").tool(&MotionTask::tool);
   if (kind == PathKind::kCirc) {
     add_arc(table);
   } else if (kind == PathKind::kSpline) {

@@ -13,6 +13,7 @@
 #include "core/operations/goal.h"
 #include "core/operations/operation.h"
 #include "core/operations/overlay.h"
+#include "core/operations/tool_choice.h"
 
 namespace takt::activity {
 
@@ -53,6 +54,7 @@ struct MotionTask : MotionParameters {
   PathKind kind = PathKind::kPtp;
   std::string arm = {};       ///< empty: the only one
   std::string follower = {};  ///< a second arm that moves as one with it; empty: none
+  ToolChoice tool = {};       ///< of the arm, which leads; default: the one that the cell declares
   Goal goal = {};             ///< all but splines, and arcs about an axis
   std::optional<Goal> via = {};
   std::optional<About> about = {};

@@ -98,6 +98,9 @@ class MotionCommand final : public OperationCommand {
     if (!compliance()) touch.first_motion = offset.value_or(requests.size() - 1);
     return touch;
   }
+  [[nodiscard]] ArmTools arm_tools() const override {
+    return {{arm(), requests.front().tool, pointer + places.front()}};
+  }
   [[nodiscard]] std::string left_arm() const override {
     return requests.back().blends() && !carried() ? moved_by(requests.front()) : std::string();
   }
@@ -258,6 +261,9 @@ void check_movers(const MotionCommand& command, const std::string& pointer, Diag
     if (request.arm != first.arm) {
       diagnostics.error(Code::kConflict, place + "/arm", fmt::format("'{}' after '{}'", request.arm, first.arm),
                         "one arm for all of them");
+    } else if (request.tool != first.tool) {
+      diagnostics.error(Code::kConflict, place + "/tool", "another tool than that of the motion before it",
+                        "one tool and one tool centre point for all of them");
     } else if (request.follower != first.follower) {
       const auto movers = [](const MotionTask& one) {
         return one.follower.empty() ? fmt::format("'{}' alone", one.arm)

@@ -102,7 +102,7 @@ class MotionStep final : public Step {
     if (!motion || !requests_.back().blends()) return false;
     const MotionTask& follower = motion->requests_.front();
     if (moved_by(follower) != moved_by(requests_.front())) return false;
-    if (follower.compliance != requests_.back().compliance) return false;
+    if (follower.compliance != requests_.back().compliance || follower.tool != requests_.back().tool) return false;
     requests_.insert(requests_.end(), std::make_move_iterator(motion->requests_.begin()),
                      std::make_move_iterator(motion->requests_.end()));
     return true;
@@ -135,6 +135,10 @@ class MotionStep final : public Step {
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<MotionRun>(requests_); }
 
   [[nodiscard]] std::string moved_arm() const override { return moved_by(requests_.front()); }
+  [[nodiscard]] ArmTools arm_tools() const override {
+    const MotionTask& first = requests_.front();
+    return {{first.arm, first.tool, first.pointer}};
+  }
   [[nodiscard]] bool may_go_on(const command::Cell& cell) const override {
     // What is laid over a path begins with it at rest, unless another motion of the same plan comes before.
     if (requests_.front().has_overlay()) return false;

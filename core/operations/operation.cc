@@ -31,6 +31,7 @@ namespace takt::activity {
   add(release) \
   add(search) \
   add(set) \
+  add(set_frame) \
   add(spline) \
   add(tare) \
   add(transaction) \

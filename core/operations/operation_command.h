@@ -81,6 +81,8 @@ class OperationCommand {
   };
   /// By default nothing.
   [[nodiscard]] virtual MeantTouch meant_touch() const { return {}; }
+  /// The tools that it works with, alone and not of commands inside.
+  [[nodiscard]] virtual ArmTools arm_tools() const { return arm_tool_ ? ArmTools{*arm_tool_} : ArmTools(); }
   /// Figures that its device does not have; with whole pointers.
   virtual void check(const command::Cell&, Diagnostics&) const {}
   /// What it leaves in a rehearsal beside the positions of the arms: time, what is touched or carried.
@@ -115,6 +117,8 @@ class OperationCommand {
   requires(!std::derived_from<Parameters, OperationCommand>) explicit OperationCommand(const Parameters& parameters) {
     if constexpr (requires { parameters.compliance; }) compliance_ = parameters.compliance;
     if constexpr (requires { parameters.abort_if; }) abort_if_ = parameters.abort_if;
+    if constexpr (requires { parameters.tool.tcp; })
+      arm_tool_ = ArmTool{parameters.arm, parameters.tool, parameters.pointer};
   }
   /// The action on an actuator, with the compliance of the parameters.
   [[nodiscard]] MadeCommand on_actuator(const command::Actuator& actuator, const command::Action& action) const;
@@ -130,6 +134,7 @@ class OperationCommand {
  private:
   std::optional<ComplianceParameters> compliance_;
   std::optional<command::StateSource> abort_if_;
+  std::optional<ArmTool> arm_tool_;
   std::vector<std::unique_ptr<OperationCommand>> parts_;
   const OperationCommand* parent_ = nullptr;
 };

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/expression/condition.h"
+#include "core/operations/parameter_table.h"
 
 namespace takt::activity {
 namespace {
@@ -204,5 +205,14 @@ void ParameterWriter::object(const std::string& key, const ParameterWriter& para
   (*json_)[key] = parameters.result();
 }
 void ParameterWriter::json(const std::string& key, Json value) { (*json_)[key] = std::move(value); }
+
+void check_tool_name(const ToolChoice& choice, const ReadContext& from) {
+  if (choice.tool.empty() || from.cell.tools.contains(choice.tool)) return;
+  std::vector<std::string> names;
+  add_names(from.cell.tools, names);
+  from.reader.diagnostics().error(Code::kUnknownName, from.reader.at("tool"),
+                                  fmt::format("there is no tool '{}'", choice.tool),
+                                  names.empty() ? "no 'tool': the cell has none" : nearest_choice(choice.tool, names));
+}
 
 }  // namespace takt::activity

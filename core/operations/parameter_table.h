@@ -12,8 +12,12 @@
 #include "core/operations/compliance.h"
 #include "core/operations/parameter_rows.h"
 #include "core/operations/parameter_type.h"
+#include "core/operations/tool_choice.h"
 
 namespace takt::activity {
+
+/// A tool that a program names exists somewhere in the cell; where, is known when it is used.
+void check_tool_name(const ToolChoice& choice, const ReadContext& from);
 
 /// Describes the parameters of one operation, row by row: which key fills which member of P, and what is allowed. What
 /// is done with the rows is in parameter_rows.h. Made once; immutable then.
@@ -136,6 +140,18 @@ class ParameterTable : public ParameterRows<P> {
         },
         [](const ParameterInfo&, const P&, ParameterWriter&) {},
         {.is_given = [access](const P& p) { return get(access, p).has_value(); }});
+  }
+
+  /// The tool of its arm that it works with: the keys "tool" and "tcp", of a member ToolChoice.
+  template <class Access>
+  ParameterTable& tool(Access access) {
+    text(
+        "tool", [access](P & p) -> auto& { return std::invoke(access, p).tool; },
+        "Tool of the arm that it works with: the one that the cell declares.");
+    text(
+        "tcp", [access](P & p) -> auto& { return std::invoke(access, p).tcp; },
+        "Tool centre point of that tool, or a frame of what the arm holds: that of the tool.");
+    return rule([access](P& p, const ReadContext& from) { check_tool_name(get(access, p), from); });
   }
 
   /// How the arm yields meanwhile; nothing if the key is not there.
@@ -264,7 +280,8 @@ class ParameterTable : public ParameterRows<P> {
 /// What every operation that moves an arm has beside its own parameters (OperationCommand does it).
 template <class P>
 void add_common_parameters(ParameterTable<P>& table) {
-  table.compliance(&P::compliance)
+  table.tool(&P::tool)
+      .compliance(&P::compliance)
       .condition("abort_if", &P::abort_if, "Comes to rest and fails when this becomes true.");
 }
 

@@ -23,6 +23,7 @@ struct PressParameters {
   std::optional<double> depth = {};                   ///< m beyond the touch at most
   std::optional<double> lateral = {};                 ///< N across the direction at most
   std::optional<command::StateSource> abort_if = {};  ///< must not hold: it comes to rest and fails
+  ToolChoice tool = {};                               ///< of the arm; default: the one that the cell declares
   std::string name = {}, pointer = {};                ///< for people; in its file
 };
 

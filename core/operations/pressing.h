@@ -32,6 +32,7 @@ struct Pressing {
   std::string_view type = "press";  ///< of the operation
   std::string name, pointer;        ///< of the operation
   std::string arm, sensor;
+  ToolChoice tool = {};
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
   std::string in = "tcp";                      ///< whose axes the direction is along
   double force = 0, approach = 0, travel = 0;  ///< N, m/s, m
@@ -133,6 +134,7 @@ Pressing pressing_of(const P& p, std::string_view type) {
   pressing.pointer = p.pointer;
   pressing.arm = p.arm;
   pressing.sensor = p.sensor;
+  pressing.tool = p.tool;
   pressing.force = p.force;
   pressing.approach = p.approach;
   pressing.travel = p.travel;

@@ -18,6 +18,7 @@
 #include "core/net/description.h"
 #include "core/operations/collision_rehearsal.h"
 #include "core/operations/parameter.h"
+#include "core/operations/tool_choice.h"
 
 namespace takt::activity {
 
@@ -36,13 +37,14 @@ struct Rehearsal {
   std::map<std::string, bool, std::less<>> touched;               ///< the last motion of the arm was guarded
   std::map<std::string, std::string, std::less<>> contacts;       ///< recorded contacts: name, arm
   std::set<std::string, std::less<>> estimates;                   ///< poses that have been fitted
-  std::map<std::string, CarriedPart, std::less<>> carried;        ///< by gripper
-  double duration = 0.0;                                          ///< s, of all planned motions and waits
-  std::int64_t most_rounds = 2;                                   ///< of sequences that do the same each time
-  std::int64_t effort = 0;                                        ///< nodes that were played
-  std::set<std::string, std::less<>>* claimed = nullptr;          ///< gets the devices that nets drive; may be null
-  net::Environment* devices = nullptr;                            ///< nets are verified with them; null: they are not
-  std::string step;                                               ///< name of the step that is played
+  std::map<std::string, std::string, std::less<>> told_masses;    ///< not checked yet: gripper, pointer of the mass
+  std::set<std::string, std::less<>> one_of_many;  ///< objects that a grip moved without a name: it may be any like it
+  double duration = 0.0;                           ///< s, of all planned motions and waits
+  std::int64_t most_rounds = 2;                    ///< of sequences that do the same each time
+  std::int64_t effort = 0;                         ///< nodes that were played
+  std::set<std::string, std::less<>>* claimed = nullptr;  ///< gets the devices that nets drive; may be null
+  net::Environment* devices = nullptr;                    ///< nets are verified with them; null: they are not
+  std::string step;                                       ///< name of the step that is played
   /// The last motion may be left for another one of its arm. Nothing has gone on with it so far.
   struct Open {
     std::string arm, pointer;  ///< arm: as Step::moved_arm() has it
@@ -99,6 +101,9 @@ class Step {
   [[nodiscard]] virtual std::string moved_arm() const { return {}; }
   /// What moved_arm() was left with, as steps of a file; null: the step as it is.
   [[nodiscard]] virtual nlohmann::ordered_json left_steps() const;
+  /// The tools that it works with, of each arm that it drives. They are put in force before it is rehearsed, and before
+  /// it begins.
+  [[nodiscard]] virtual ArmTools arm_tools() const { return {}; }
   /// A planned motion can be planned before the one that it goes on with has ended.
   [[nodiscard]] virtual bool may_go_on(const command::Cell& cell) const {
     (void)cell;

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 
 #include "core/device/arm.h"
+#include "core/device/arm_force.h"
 #include "core/net/format_text.h"
 #include "core/net/registry.h"
 #include "core/net/setup.h"
@@ -219,22 +220,14 @@ class ExternalWrench final : public Primitive {
   void update(const Cycle&) override {
     if (!arm_->has_sample() || arm_->sample().tau_external.size() == 0) return wrench_.set_null();
     const auto& sample = arm_->sample();
-    arm_->description().chain->jacobian(sample.q, X_BF_, J_);
-    const Eigen::Matrix<double, 6, 6> JJ = J_ * J_.transpose();
-    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(JJ);
-    const bool singular = !(solver.vectorD().minCoeff() > kLeastPivot);
-    if (singular) return wrench_.set_null();
-    const kinematics::Vector6 w = solver.solve(J_ * sample.tau_external);
-    const Eigen::Matrix3d R_FB = X_BF_.linear().transpose();
-    wrench_.set({.force = R_FB * w.head<3>(), .torque = R_FB * w.tail<3>()});
+    const auto wrench = device::external_wrench(*arm_->description().chain, sample.q, sample.tau_external, J_);
+    if (!wrench) return wrench_.set_null();
+    wrench_.set(*wrench);
   }
 
  private:
-  static constexpr double kLeastPivot = 1e-3;  ///< a direction in which a joint's rad moves the flange by 3 cm or rad
-
   Out<Wrench> wrench_;
   Arm* arm_;
-  Eigen::Isometry3d X_BF_ = Eigen::Isometry3d::Identity();
   kinematics::Jacobian J_;
 };
 

@@ -1,5 +1,7 @@
 #include "core/world/frame_graph.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace takt::world {
@@ -20,7 +22,7 @@ Diagnostics FrameGraph::set(const std::string& name, const Relation& relation) {
   if (!contains(parent)) {
     diagnostics.error(Code::kUnknownName, {}, fmt::format("there is no frame '{}'", parent),
                       nearest_choice(parent, names()));
-  } else if (is_below(parent, name)) {
+  } else if (depends_on(parent, name)) {
     diagnostics.error(Code::kInvalidValue, {},
                       fmt::format("frame '{}' cannot be its own ancestor through '{}'", name, parent),
                       "a parent that does not hang on it");
@@ -33,13 +35,22 @@ Diagnostics FrameGraph::set(const std::string& name, const Relation& relation) {
     diagnostics.error(Code::kMissing, {}, fmt::format("frame '{}' moves, but nothing says where it is", name),
                       "the name of its source");
   }
-  if (diagnostics.empty()) relations_[name] = relation;
+  if (!diagnostics.empty()) return diagnostics;
+  relations_[name] = relation;
+  ++changes_;
   return diagnostics;
 }
 
 void FrameGraph::see(std::string_view name, const Eigen::Isometry3d& X_PF) {
   const auto found = relations_.find(name);
   if (found != relations_.end() && found->second.moves()) found->second.X_seen = X_PF;
+}
+
+void FrameGraph::see_flange(std::string_view arm, const std::optional<Eigen::Isometry3d>& X_BF) {
+  for (auto& [name, relation] : relations_) {
+    if (relation.kind != Relation::Kind::kFlange || relation.source != arm) continue;
+    relation.X_seen = X_BF ? std::optional<Eigen::Isometry3d>(*X_BF * relation.X_PF) : std::nullopt;
+  }
 }
 
 std::vector<std::string> FrameGraph::moving() const {
@@ -52,12 +63,9 @@ std::vector<std::string> FrameGraph::moving() const {
 
 bool FrameGraph::contains(std::string_view name) const { return name == kWorld || relations_.contains(name); }
 
-bool FrameGraph::is_below(std::string_view name, std::string_view ancestor) const {
-  while (name != kWorld) {
-    if (name == ancestor) return true;
-    name = relations_.find(name)->second.parent;
-  }
-  return name == ancestor;
+bool FrameGraph::depends_on(std::string_view name, std::string_view ancestor) const {
+  const auto path = path_to_world(name);
+  return ancestor == kWorld || std::ranges::find(path, ancestor) != path.end();
 }
 
 const Relation* FrameGraph::relation(std::string_view name) const {
@@ -65,22 +73,25 @@ const Relation* FrameGraph::relation(std::string_view name) const {
   return found == relations_.end() ? nullptr : &found->second;
 }
 
-/// The frame, its parent, and so on; the world is left out.
-std::vector<std::string_view> FrameGraph::way_to_world(std::string_view name) const {
-  std::vector<std::string_view> way;
+std::vector<std::string_view> FrameGraph::path_to_world(std::string_view name) const {
+  std::vector<std::string_view> path;
   for (auto at = relations_.find(name); at != relations_.end(); at = relations_.find(at->second.parent)) {
-    way.push_back(at->first);
+    path.push_back(at->first);
   }
-  return way;
+  return path;
 }
 
-/// Pose of the first frame of the way in the parent of the last of `count` frames.
-Result<Eigen::Isometry3d> FrameGraph::along(const std::vector<std::string_view>& way, std::size_t count) const {
+/// Pose of the first frame of the path in the parent of the last of `count` frames.
+Result<Eigen::Isometry3d> FrameGraph::along(const std::vector<std::string_view>& path, std::size_t count) const {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < count; ++i) {
-    const Relation& relation = *this->relation(way[i]);
+    const Relation& relation = *this->relation(path[i]);
+    if (relation.kind == Relation::Kind::kUnknown) {
+      return failure(Code::kUnknownPosition, {}, fmt::format("it is not known where '{}' is", path[i]),
+                     "a frame whose pose is known, or a measurement of this one before");
+    }
     if (relation.moves() && !relation.X_seen) {
-      return failure(Code::kInvalidValue, {}, fmt::format("frame '{}' moves with '{}'", way[i], relation.source),
+      return failure(Code::kInvalidValue, {}, fmt::format("frame '{}' moves with '{}'", path[i], relation.source),
                      "a frame that does not, or a sensor");
     }
     X = (relation.moves() ? *relation.X_seen : relation.X_PF) * X;
@@ -95,7 +106,7 @@ Result<Eigen::Isometry3d> FrameGraph::pose(std::string_view of, std::string_view
                      nearest_choice(name, names()));
     }
   }
-  const auto from = way_to_world(of), to = way_to_world(in);
+  const auto from = path_to_world(of), to = path_to_world(in);
   // What both hang on does not matter, and may move.
   std::size_t shared = 0;
   while (shared < from.size() && shared < to.size() && from[from.size() - 1 - shared] == to[to.size() - 1 - shared]) {

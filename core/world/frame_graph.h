@@ -19,7 +19,8 @@ struct Relation {
     kFixed,     ///< built in: X_PF
     kEstimate,  ///< measured once, and believed until it is measured again: X_PF
     kFlange,    ///< on the flange of the arm `source`, whose base the parent is; X_PF is its pose in the flange
-    kChannel    ///< the channel `source` gives a pose in the parent; X_PF is its pose behind that
+    kChannel,   ///< the channel `source` gives a pose in the parent; X_PF is its pose behind that
+    kUnknown    ///< lost: nobody knows where it is until it is found again
   };
   Kind kind = Kind::kFixed;
   std::string parent;
@@ -48,23 +49,32 @@ class FrameGraph {
   [[nodiscard]] Diagnostics set(const std::string& name, const Relation& relation);
   /// Where a frame that moves is now, in its parent: what pose() answers until it is seen again. Others do not change.
   void see(std::string_view name, const Eigen::Isometry3d& X_PF);
+  /// The same of all frames that ride on the flange of an arm, which is now at X_BF in the arm's base; nothing: nobody
+  /// knows where.
+  void see_flange(std::string_view arm, const std::optional<Eigen::Isometry3d>& X_BF);
 
   [[nodiscard]] bool contains(std::string_view name) const;
   /// How a frame hangs on its parent; null for the world and for frames that are not there.
   [[nodiscard]] const Relation* relation(std::string_view name) const;
-  /// Pose of frame `of` in frame `in`; diagnostics name the unknown frame and the nearest one, or the frame between
-  /// them that moves and has not been seen: where that is only sensors tell (core/expression/frame_sensors.h).
+  /// Pose of frame `of` in frame `in`; diagnostics name the unknown frame and the nearest one, or
+  /// (Code::kUnknownPosition) the frame between them that is lost, or that moves and has not been seen: where that is
+  /// only sensors tell (core/expression/frame_sensors.h).
   [[nodiscard]] Result<Eigen::Isometry3d> pose(std::string_view of, std::string_view in = kWorld) const;
   [[nodiscard]] std::vector<std::string> names() const;
   /// Names of the frames that move.
   [[nodiscard]] std::vector<std::string> moving() const;
+  /// The frame and all that it depends on, the world left out; empty for the world and for frames that are not there.
+  [[nodiscard]] std::vector<std::string_view> path_to_world(std::string_view name) const;
+  /// The frame is `ancestor`, or depends on it.
+  [[nodiscard]] bool depends_on(std::string_view name, std::string_view ancestor) const;
+  /// Counts the relations that were set so far. Whoever keeps something in step with the graph looks here first.
+  [[nodiscard]] std::uint64_t changes() const { return changes_; }
 
  private:
-  [[nodiscard]] std::vector<std::string_view> way_to_world(std::string_view name) const;
-  [[nodiscard]] Result<Eigen::Isometry3d> along(const std::vector<std::string_view>& way, std::size_t count) const;
-  [[nodiscard]] bool is_below(std::string_view name, std::string_view ancestor) const;
+  [[nodiscard]] Result<Eigen::Isometry3d> along(const std::vector<std::string_view>& path, std::size_t count) const;
 
   std::map<std::string, Relation, std::less<>> relations_;
+  std::uint64_t changes_ = 0;
 };
 
 }  // namespace takt::world

@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "core/base/diagnostics.h"
-#include "core/world/shape.h"
+#include "core/world/object.h"
 
 namespace takt::world {
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace takt::world {
 namespace {
@@ -28,14 +27,6 @@ double distance_to(const Capsule& capsule, const Eigen::Vector3d& p) {
 
 double signed_distance(const Shape& shape, const Eigen::Vector3d& point) {
   return std::visit([&](const auto& s) { return distance_to(s, point); }, shape);
-}
-
-double signed_distance(const Object& object, const Eigen::Vector3d& p_O) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Object::Part& part : object.parts) {
-    nearest = std::min(nearest, signed_distance(part.shape, part.X_OS.inverse() * p_O));
-  }
-  return nearest;
 }
 
 }  // namespace takt::world

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <string>
 #include <variant>
-#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -26,18 +24,5 @@ using Shape = std::variant<Box, Cylinder, Sphere, Capsule>;
 /// Signed distance from a point to the surface of a shape, negative inside; exact. Both in the shape's frame, m.
 /// Realtime: cyclic.
 [[nodiscard]] double signed_distance(const Shape& shape, const Eigen::Vector3d& point);
-
-/// A physical object as the application knows it: one or several shapes fixed to its frame O.
-struct Object {
-  struct Part {
-    Shape shape;
-    Eigen::Isometry3d X_OS = Eigen::Isometry3d::Identity();
-  };
-  std::string name;
-  std::vector<Part> parts;
-};
-
-/// Signed distance to the union of the parts (exact outside), m. The point is in object frame O.
-[[nodiscard]] double signed_distance(const Object& object, const Eigen::Vector3d& p_O);
 
 }  // namespace takt::world

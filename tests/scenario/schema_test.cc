@@ -31,11 +31,12 @@ constexpr const char* kEverything = R"({
   "program_latency_cycles": 0, "plant_mass_scale": 1.1,
   "frames": {"a": {"in": "b", "position_m": [1, 0, 0], "rpy_deg": [0, 0, 90]}, "b": {"quaternion": [1, 0, 0, 0]}},
   "devices": {
-    "arm": {"model": "lwr4plus", "at": {"comment": "here", "in": "world"}, "payload_error_kg": -0.1,
+    "arm": {"model": "lwr4plus", "at": {"comment": "here", "in": "world"}, "payload_error_kg": -0.1, "tool": "probe",
             "start_deg": [0, -30, 0, 90, 0, -60, 0]},
     "wrist": {"model": "ft_gamma", "on": "arm"},
     "probe": {"model": "probe_ball", "on": "wrist"},
-    "gripper": {"model": "wsg50", "on": "arm", "settings": {"start_width_m": 0.05}},
+    "gripper": {"model": "wsg50", "on": "arm", "settings": {"start_width_m": 0.05},
+                "tcp": "tip", "tcps": {"tip": {"position_m": [0, 0, 0.2], "quaternion": [1, 0, 0, 0]}}},
     "barrier": {"model": "light_barrier", "at": {"position_m": [0, 1, 0]}, "settings": {"distance_m": 1}},
     "finder": {"model": "range_finder", "at": {"position_m": [0, 2, 0]}},
     "io": {"model": "io_block", "at": {"position_m": [0, 3, 0]},
@@ -50,7 +51,8 @@ constexpr const char* kEverything = R"({
         {"shape": "sphere", "radius_m": 0.03, "quaternion": [1, 0, 0, 0]}],
       "at": {"in": "a"}, "rgba": [1, 0, 0.5, 1], "friction": 0},
     "block": {"shape": "box", "size_m": [0.1, 0.06, 0.05], "at": {"in": "world", "position_m": [0.56, 0, 0.3]},
-      "vary": {"radius_m": 0.01, "position_m": [0, 0, 0.01], "rpy_deg": [0, 0, 5]}, "fixed": false, "mass_kg": 2}
+      "vary": {"radius_m": 0.01, "position_m": [0, 0, 0.01], "rpy_deg": [0, 0, 5]}, "fixed": false, "mass_kg": 2,
+      "grasps": {"top": {"position_m": [0, 0, 0.02], "rpy_deg": [0, 180, 0]}}}
   },
   "composed": {"robot": ["arm", "gripper"], "cell": ["robot", "io/lamp"]},
   "cameras": {
@@ -76,7 +78,8 @@ constexpr const char* kEverything = R"({
      "until": {"any": [{"not": {"sensor": "wrist", "below_N": 5}},
                        {"all": [{"sensor": "wrist", "quantity": "torque_x", "above_Nm": 1}]}]}, "on_end": "continue"},
     {"do": "tare", "sensor": "wrist", "cycles": 100},
-    {"do": "lin", "name": "touch", "to": {"by_m": [0, 0, -0.05], "in": "tcp", "by_rpy_deg": [0, 0, 1]},
+    {"do": "lin", "name": "touch", "tool": "probe", "tcp": "tcp",
+     "to": {"by_m": [0, 0, -0.05], "in": "tcp", "by_rpy_deg": [0, 0, 1]},
      "velocity_m_s": 0.01, "until": {"sensor": "wrist", "quantity": "force_z", "above_N": 5}},
     {"do": "record_contact", "arm": "arm", "as": "top"},
     {"do": "fit_pose", "object": "block", "as": "found", "contacts": ["top"], "free": ["z"], "max_residual_m": 0.01},
@@ -84,7 +87,9 @@ constexpr const char* kEverything = R"({
     {"do": "wait", "name": "pause", "seconds": 0},
     {"do": "grip", "gripper": "gripper", "width_m": 0.01, "speed_m_s": 0.1, "force_N": 20, "expect": "any",
      "part": "block", "part_mass_kg": 2},
-    {"do": "release", "gripper": "gripper", "width_m": 0.1, "speed_m_s": 0.1, "force_N": 20},
+    {"do": "release", "gripper": "gripper", "width_m": 0.1, "speed_m_s": 0.1, "force_N": 20, "onto": "table"},
+    {"do": "set_frame", "as": "here", "in": "table", "of": "gripper/tip", "position_m": [0, 0, 0.1],
+     "rpy_deg": [0, 0, 5]},
     {"do": "set", "output": "io/lamp", "value": true},
     {"do": "set", "output": "io/ao1", "value": 2.5},
     {"do": "wait", "until": {"all": [{"input": "io/di1", "is": false}, {"input": "finder", "below_m": 1},
@@ -157,6 +162,7 @@ constexpr const char* kEverything = R"({
   "expectations": [
     {"name": "n", "kind": "estimate", "estimate": "found", "of": "block", "position_within_m": 1,
      "angle_within_deg": 1},
+    {"kind": "belief", "frame": "block/top", "position_within_m": 0.01, "angle_within_deg": 5},
     {"kind": "object_pose", "object": "block", "in": "world", "position_m": [0, 0, 0], "rpy_deg": [0, 0, 0],
      "position_within_m": 5, "angle_within_deg": 5},
     {"kind": "contact_force", "between": ["probe", "block"], "below_N": 15, "at_least_N": 0},

@@ -6,6 +6,8 @@
 
 #include "core/base/object_reader.h"
 #include "core/expression/moving_frames.h"
+#include "core/expression/tool_settings.h"
+#include "core/operations/held_part.h"
 #include "core/program/tree/node.h"
 #include "core/program/tree/strand.h"
 
@@ -132,11 +134,16 @@ class LeafRun final : public NodeRun {
     if (!run_) {
       if (cancelled_) return finish();
       const Step& step = *instance.step;
-      const bool goes_on = step.moved_arm() == execution.strand->open_arm() && step.may_go_on(execution.context.cell);
+      command::Cell& cell = execution.context.cell;
+      const bool other_tool = changes_tool(cell, step.arm_tools());
+      const bool goes_on =
+          step.moved_arm() == execution.strand->open_arm() && !other_tool && step.may_go_on(execution.context.cell);
       if (const Outcome ready = goes_on ? Outcome::kDone : execution.settle(diagnostics); ready != Outcome::kDone)
         return ready;
+      if (!goes_on && is_waiting_for_tool(step, cell)) return Outcome::kRunning;
       // What it would go on with may have failed, or ended, meanwhile.
       if (execution.strand->advance(execution, diagnostics) == Progress::kFailed) return give_up();
+      if (!goes_on && !take_up_tools(instance, cell, diagnostics)) return give_up();
       run_ = instance.step->begin();
       part_ = 0;
       entered_ = execution.strand->open_arm().empty();
@@ -155,6 +162,23 @@ class LeafRun final : public NodeRun {
     if (progress == Progress::kDone) return Outcome::kDone;
     diagnostics.append(own, instance.pointer);
     return Outcome::kFailed;
+  }
+
+  /// Tool and payload of an arm are told between nets.
+  static bool is_waiting_for_tool(const Step& step, const command::Cell& cell) {
+    const ArmTools tools = step.arm_tools();
+    const auto is_held = [&](const ArmTool& one) {
+      const auto arm = cell.arms.find(one.arm);
+      return arm != cell.arms.end() && arm->second.device != nullptr && arm->second.device->held();
+    };
+    return changes_tool(cell, tools) && std::ranges::any_of(tools, is_held);
+  }
+
+  static bool take_up_tools(const Instance& instance, command::Cell& cell, Diagnostics& diagnostics) {
+    const Diagnostics wrong = use_tools(cell, instance.step->arm_tools());
+    diagnostics.append(wrong);
+    if (!wrong.has_errors()) command::tell_tool_settings(cell);
+    return !wrong.has_errors();
   }
 
   Outcome finish() {
@@ -249,11 +273,19 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnos
   }
   for (const Instance& instance : made) {
     const bool is_motion = !instance.step->moved_arm().empty();
-    if (!is_motion) settle_rehearsal(rehearsal, diagnostics);
+    const ArmTools tools = instance.step->arm_tools();
+    const bool goes_on = is_motion && !changes_tool(rehearsal.cell, tools);
+    if (!goes_on) settle_rehearsal(rehearsal, diagnostics);
+    const Diagnostics wrong = use_tools(rehearsal.cell, tools);
+    diagnostics.append(wrong);
+    if (wrong.has_errors()) continue;
+    command::expect_tool_settings(rehearsal.cell);
     rehearsal.step = instance.name;
+    const auto before = rehearsal.q;
     instance.step->rehearse(rehearsal, instance.pointer, diagnostics);
     if (!is_motion) lose_time(rehearsal);
     see_flanges(rehearsal.cell, planned);
+    check_told_masses(before, rehearsal, diagnostics);
   }
 }
 

@@ -1,6 +1,10 @@
 #include "core/program/tree/measured_json.h"
 
+#include <algorithm>
 #include <array>
+#include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -26,34 +30,85 @@ Json object_of(const Map& map, const Write& write) {
   return json;
 }
 
+// -- The belief: how frames depend on each other, and what grippers hold
+// -----------------------------------------------
+
+using Kind = world::Relation::Kind;
+constexpr std::array<std::pair<Kind, const char*>, 5> kKinds{{{Kind::kFixed, "fixed"},
+                                                              {Kind::kEstimate, "estimate"},
+                                                              {Kind::kFlange, "flange"},
+                                                              {Kind::kChannel, "channel"},
+                                                              {Kind::kUnknown, "unknown"}}};
+
+Json relation_json(const world::Relation& relation) {
+  const auto* kind = std::ranges::find(kKinds, relation.kind, &std::pair<Kind, const char*>::first);
+  return {{"kind", kind->second},
+          {"in", relation.parent},
+          {"at", pose_to_json(relation.X_PF)},
+          {"source", relation.source}};
+}
+
+world::Relation relation_of(const Json& json) {
+  const auto name = json.at("kind").get<std::string>();
+  const auto* kind = std::ranges::find_if(kKinds, [&](const auto& one) { return name == one.second; });
+  if (kind == kKinds.end()) throw std::out_of_range("there is no such relation");
+  return {.kind = kind->first,
+          .parent = json.at("in").get<std::string>(),
+          .X_PF = pose_from_json(json.at("at")),
+          .source = json.at("source").get<std::string>()};
+}
+
+/// The frames that steps may have changed.
 Json frames_json(const Variables& variables, const command::Cell& cell) {
   Json json = Json::object();
   const auto add = [&](const std::string& name) {
-    if (const auto X = cell.frames.pose(name)) json[name] = pose_to_json(*X);
+    if (const world::Relation* relation = cell.frames.relation(name)) json[name] = relation_json(*relation);
   };
   for (const auto& [name, pose] : variables.estimates) add(name);
   for (const auto& [name, object] : cell.objects) add(name);
   return json;
 }
 
-Json carried_json(const CarriedPart& part) {
-  return {{"object", part.object},
-          {"told", part.told},
-          {"in_tool", pose_to_json(part.X_TO)},
-          {"mass_before", part.before.payload.mass},
-          {"centre_before", vector_json(part.before.payload.p_FC)},
-          {"tool_before", pose_to_json(part.before.X_FT)}};
+Json hold_json(const world::Hold& hold) {
+  const auto number = [](const std::optional<double>& value) { return value ? Json(*value) : Json(); };
+  return {{"object", hold.object},
+          {"arm", hold.arm},
+          {"in_flange", pose_to_json(hold.X_FO)},
+          {"held_at", vector_json(hold.p_FG)},
+          {"mass", hold.mass},
+          {"width", number(hold.width)},
+          {"force", number(hold.force)},
+          {"command", hold.command}};
 }
 
-CarriedPart carried_of(const Json& json) {
-  CarriedPart part;
-  part.object = json.at("object").get<std::string>();
-  part.told = json.at("told").get<bool>();
-  part.X_TO = pose_from_json(json.at("in_tool"));
-  part.before.payload.mass = json.at("mass_before").get<double>();
-  part.before.payload.p_FC = vector_of(json.at("centre_before"));
-  part.before.X_FT = pose_from_json(json.at("tool_before"));
-  return part;
+world::Hold hold_of(const Json& json) {
+  const auto number = [&](const char* key) {
+    return json.at(key).is_null() ? std::nullopt : std::optional(json.at(key).get<double>());
+  };
+  return {.object = json.at("object").get<std::string>(),
+          .arm = json.at("arm").get<std::string>(),
+          .X_FO = pose_from_json(json.at("in_flange")),
+          .p_FG = vector_of(json.at("held_at")),
+          .mass = json.at("mass").get<double>(),
+          .width = number("width"),
+          .force = number("force"),
+          .command = json.at("command").get<std::uint64_t>()};
+}
+
+/// Relations may be in any order: one whose parent is not there yet, or hangs on it still, waits for it. The
+/// diagnostics are those of a pass in which nothing could be set.
+Diagnostics put_back_frames(const Json& frames, command::Cell& cell) {
+  std::vector<std::string> waiting;
+  for (const auto& [name, relation] : frames.items()) waiting.push_back(name);
+  for (;;) {
+    Diagnostics wrong;
+    const auto count = std::erase_if(waiting, [&](const std::string& name) {
+      const Diagnostics own = cell.frames.set(name, relation_of(frames.at(name)));
+      wrong.append(own);
+      return !own.has_errors();
+    });
+    if (count == 0) return wrong;
+  }
 }
 
 }  // namespace
@@ -68,7 +123,7 @@ Json measured_to_json(const Variables& variables, const command::Cell& cell) {
   json["touches"] = object_of(variables.touches, [](const Touch& touch) {
     return Json{{"at", vector_json(touch.p_W)}, {"radius", touch.radius}, {"cycle", touch.cycle}};
   });
-  json["carried"] = object_of(variables.carried, carried_json);
+  json["held"] = object_of(cell.held, hold_json);
   json["monitors"] = object_of(variables.monitors, [](const auto& of_net) {
     return object_of(of_net, [](const std::string& text) { return Json(text); });
   });
@@ -91,17 +146,17 @@ Diagnostics measured_from_json(const Json& json, Variables& variables, command::
     read.touches[name] = {vector_of(touch.at("at")), touch.at("radius").get<double>(),
                           touch.at("cycle").get<std::int64_t>()};
   }
-  for (const auto& [name, part] : json.at("carried").items()) read.carried[name] = carried_of(part);
   for (const auto& [net, monitors] : json.at("monitors").items()) {
     for (const auto& [name, text] : monitors.items()) read.monitors[net][name] = text.get<std::string>();
   }
   for (const auto& [name, bias] : json.at("biases").items()) {
     read.biases[name] = {.force = vector_of(bias.at("force")), .torque = vector_of(bias.at("torque"))};
   }
+  std::map<std::string, world::Hold, std::less<>> held;
+  for (const auto& [gripper, hold] : json.at("held").items()) held[gripper] = hold_of(hold);
   Diagnostics diagnostics;
-  for (const auto& [name, pose] : json.at("frames").items()) {
-    diagnostics.append(cell.frames.set(name, std::string(world::FrameGraph::kWorld), pose_from_json(pose)), "/frames");
-  }
+  diagnostics.append(put_back_frames(json.at("frames"), cell), "/frames");
+  cell.held = std::move(held);
   variables = std::move(read);
   return diagnostics;
 }

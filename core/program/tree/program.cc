@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/held_parts.h"
 #include "core/expression/moving_frames.h"
 #include "core/program/tree/measured_json.h"
 
@@ -111,6 +112,7 @@ Progress ProgramRunner::advance() {
   scheduler_.poll();
   const Outcome outcome = run_->advance(execution_, diagnostics_);
   scheduler_.poll();  // what was asked for just now
+  notice_lost_parts(execution_.context);
   show_current();
   if (outcome == Outcome::kRunning) return progress_;
   progress_ = outcome == Outcome::kFailed ? Progress::kFailed : Progress::kDone;

@@ -253,14 +253,14 @@ TEST_F(GripInCpp, ThePartGoesWithTheArmUntilTheGripperOpens) {
   const RunPtr grip = close({.part = "block", .part_mass = 0.7}, device::GripperState::kHolding, 0.05);
   ASSERT_EQ(grip->state(), RunState::kCompleted) << grip->diagnostics().to_string();
   EXPECT_NEAR(cell.core_arm().tool().payload.mass, before + 0.7, 1e-12);
-  ASSERT_TRUE(program.context().variables.carried.contains("gripper"));
+  ASSERT_TRUE(cell.cell.held.contains("gripper"));
   const Actuator robot(program, "arm");
   robot.use<LinInterface>().lin_by({0, 0, 0.05}).execute();
   const RunPtr open = Actuator(program, "gripper").use<GrippingInterface>().open().schedule();
   follow(open, device::GripperState::kIdle, 0.11);
   ASSERT_EQ(open->state(), RunState::kCompleted) << open->diagnostics().to_string();
   EXPECT_NEAR(cell.core_arm().tool().payload.mass, before, 1e-12);
-  EXPECT_FALSE(program.context().variables.carried.contains("gripper"));
+  EXPECT_FALSE(cell.cell.held.contains("gripper"));
 }
 
 TEST_F(GripInCpp, APressThatTouchesNothingIsAFailureAsInAFile) {
@@ -288,6 +288,7 @@ TEST_F(Parity, EveryOperationHasAFormInCpp) {
       {"tare", "Cell::tare()"},
       {"record_contact", "guarded_outcome() gives the contact"},
       {"fit_pose", "world::fit_pose()"},
+      {"set_frame", "Frame::keep_as()"},
       {"control_mode", "ControlModeInterface::switch_to()"},
       {"freedrive", "FreedriveInterface, its parameters; it is no command"},
   };

@@ -258,9 +258,10 @@ TEST_F(TransactionTest, AGripIsJudgedByHowItEnded) {
       if (cycle > 50) cell.fingers->answer(state, 0.03);
     };
   };
-  const Eigen::Isometry3d X_TO = cell.tool_in_world(cell.q()).inverse() * *cell.cell.frames.pose("block");
+  const Eigen::Isometry3d X_WF = cell.tool_in_world(cell.q()) * cell.cell.arms.at("arm").X_FT.inverse();
+  const Eigen::Isometry3d X_FO = X_WF.inverse() * *cell.cell.frames.pose("block");
   EXPECT_EQ(run(grip("0.01"), answer(device::GripperState::kHolding)), Progress::kDone) << diagnostics.to_string();
-  EXPECT_TRUE(variables.carried["gripper"].X_TO.isApprox(X_TO, 1e-9)) << "where it was gripped, not where the arm is";
+  EXPECT_TRUE(cell.cell.held["gripper"].X_FO.isApprox(X_FO, 1e-9)) << "where it was gripped, not where the arm is";
   EXPECT_EQ(run(grip("0.02"), answer(device::GripperState::kIdle)), Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/commands/grip"));
 }

@@ -1,0 +1,53 @@
+#include "core/activity/held_parts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "core/expression/tool_settings.h"
+
+namespace takt::activity {
+namespace {
+
+/// Something drives the fingers, or has since they gripped: a step that will say itself what becomes of the part.
+bool is_driven(const device::Gripper& gripper, const world::Hold& hold) {
+  return gripper.held() && gripper.set_point().sequence != hold.command;
+}
+
+/// Why the gripper does not hold its part any more; empty: it does, or nothing new is known.
+std::string sign_of_loss(const device::Gripper& gripper, const world::Hold& hold) {
+  constexpr double kWidth_m = 1.5e-3;   // parts yield a little, and pads too
+  constexpr double kForceShare = 0.25;  // of what it pressed with: less is no grip
+  const device::GripperSample& sample = gripper.sample();
+  if (!gripper.has_sample() || !gripper.answered() || sample.state == device::GripperState::kMoving) return {};
+  if (sample.state == device::GripperState::kLost) return "the gripper says so";
+  const double wrong_m = std::max(kWidth_m, 2.0 * gripper.description().width_resolution);
+  if (hold.width && std::abs(sample.width - *hold.width) > wrong_m)
+    return fmt::format("the fingers stand {:.1f} mm apart, not {:.1f} mm", 1e3 * sample.width, 1e3 * *hold.width);
+  if (hold.force && std::abs(sample.force) < kForceShare * std::abs(*hold.force))
+    return fmt::format("the fingers press with {:.1f} N, not {:.1f} N", std::abs(sample.force), std::abs(*hold.force));
+  return {};
+}
+
+}  // namespace
+
+void notice_lost_parts(Context& context) {
+  command::Cell& cell = context.cell;
+  for (auto at = cell.held.begin(); at != cell.held.end();) {
+    const auto [gripper, hold] = *at++;  // a copy: what follows may remove it
+    const auto mounted = cell.grippers.find(gripper);
+    if (mounted == cell.grippers.end() || mounted->second.device == nullptr) continue;
+    const device::Gripper& device = *mounted->second.device;
+    const std::string why = is_driven(device, hold) ? std::string() : sign_of_loss(device, hold);
+    if (why.empty()) continue;
+    const std::string what = hold.object.empty() ? "its part" : fmt::format("'{}'", hold.object);
+    context.event(gripper, "lost", fmt::format("{}: {}", what, why));
+    // Another gripper may hold it still: then it is where that one has it.
+    const auto left = cell.let_go(gripper, Eigen::Isometry3d::Identity(), std::string(world::FrameGraph::kWorld));
+    if (left && !hold.object.empty() && cell.holders_of(hold.object).empty()) cell.lose(hold.object);
+    command::tell_tool_settings(cell);
+  }
+}
+
+}  // namespace takt::activity

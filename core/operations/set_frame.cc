@@ -1,0 +1,96 @@
+#include "core/operations/set_frame.h"
+
+#include <fmt/format.h>
+
+#include "core/operations/held_part.h"
+#include "core/operations/immediate_run.h"
+
+namespace takt::activity {
+namespace {
+
+using world::Relation;
+
+NewFrame new_frame(const SetFrameParameters& parameters) {
+  NewFrame frame{.as = parameters.as, .in = parameters.in, .of = parameters.of};
+  Eigen::Isometry3d& X = frame.X;
+  X.translation() = parameters.position;
+  X.linear() = (Eigen::AngleAxisd(parameters.rpy.z(), Eigen::Vector3d::UnitZ()) *
+                Eigen::AngleAxisd(parameters.rpy.y(), Eigen::Vector3d::UnitY()) *
+                Eigen::AngleAxisd(parameters.rpy.x(), Eigen::Vector3d::UnitX()))
+                   .toRotationMatrix();
+  return frame;
+}
+
+void check_name(SetFrameParameters& parameters, const ReadContext& from) {
+  const bool possible = !parameters.as.empty() && parameters.as.find('/') == std::string::npos;
+  if (possible && is_free_frame_name(from.cell, parameters.as)) return;
+  from.reader.diagnostics().error(Code::kInvalidName, from.reader.at("as"),
+                                  fmt::format("'{}' cannot be the name of a frame that a step makes", parameters.as),
+                                  "a name that the cell does not have yet, without '/'");
+}
+
+class SetFrameStep final : public Step {
+ public:
+  explicit SetFrameStep(SetFrameParameters parameters) : parameters_(std::move(parameters)) {}
+
+  void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
+    diagnostics.append(set_frame(rehearsal.cell, new_frame(parameters_)), pointer);
+  }
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
+    return std::make_unique<ImmediateRun>([this](Context& context, Diagnostics& diagnostics) {
+      diagnostics.append(set_frame(context.cell, new_frame(parameters_)));
+      return !diagnostics.has_errors();
+    });
+  }
+
+ private:
+  SetFrameParameters parameters_;
+};
+
+}  // namespace
+
+bool is_free_frame_name(const command::Cell& cell, const std::string& name) {
+  const Relation* relation = cell.frames.relation(name);
+  const bool made_by_step = relation != nullptr && relation->kind == Relation::Kind::kEstimate;
+  return name != world::FrameGraph::kWorld && !cell.objects.contains(name) && (relation == nullptr || made_by_step);
+}
+
+Diagnostics set_frame(command::Cell& cell, const NewFrame& frame) {
+  Diagnostics diagnostics;
+  const std::string parent = standing_frame(cell, frame.in);
+  const std::string from = frame.of.empty() ? parent : standing_frame(cell, frame.of);
+  const auto X_PF = cell.frames.pose(from, parent);
+  if (!X_PF) {
+    const bool no_parent = !cell.frames.contains(parent) || frame.of.empty();
+    diagnostics.append(X_PF.error(), no_parent ? "/in" : "/of");
+    return diagnostics;
+  }
+  diagnostics.append(
+      cell.frames.set(frame.as, {.kind = Relation::Kind::kEstimate, .parent = parent, .X_PF = *X_PF * frame.X}), "/as");
+  return diagnostics;
+}
+
+const ParameterTable<SetFrameParameters>& set_frame_parameters() {
+  static const auto table = [] {
+    ParameterTable<SetFrameParameters> frame;
+    frame.text("as", &SetFrameParameters::as, "Name of the frame.")
+        .required()
+        .text("in", &SetFrameParameters::in, "Frame, object or base that it depends on from now on.")
+        .text("of", &SetFrameParameters::of, "Frame from whose present pose it is counted.")
+        .fallback("that of 'in'")
+        .vector("position_m", "m", &SetFrameParameters::position, "Position in that frame.")
+        .vector("rpy_deg", "deg", &SetFrameParameters::rpy, "Orientation in that frame: roll, pitch, yaw.")
+        .rule(check_name);
+    return frame;
+  }();
+  return table;
+}
+
+Operation set_frame_operation() {
+  return {.name = "set_frame",
+          .doc = "Makes a frame, on whatever it depends on from then on, or moves one that a step has made.",
+          .parameters = rows_of<set_frame_parameters>,
+          .read_step = read_step<SetFrameStep, set_frame_parameters>};
+}
+
+}  // namespace takt::activity

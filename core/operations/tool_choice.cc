@@ -1,0 +1,93 @@
+#include "core/operations/tool_choice.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace takt::activity {
+namespace {
+
+using command::Cell;
+using command::MountedTool;
+
+template <class Map>
+std::vector<std::string> keys_of(const Map& map) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : map) keys.push_back(key);
+  return keys;
+}
+
+std::vector<std::string> tools_on(const Cell& cell, const std::string& arm) {
+  std::vector<std::string> names;
+  for (const auto& [name, tool] : cell.tools)
+    if (tool.arm == arm) names.push_back(name);
+  return names;
+}
+
+/// The tool that is meant; null: the arm has none.
+Result<const MountedTool*> tool_meant(const Cell& cell, const std::string& arm, const ToolChoice& choice) {
+  const std::string& name = choice.tool.empty() ? cell.arms.find(arm)->second.tool_name : choice.tool;
+  const auto found = cell.tools.find(name);
+  if (found != cell.tools.end() && found->second.arm == arm) return &found->second;
+  if (choice.tool.empty()) return nullptr;
+  const auto there = tools_on(cell, arm);
+  return failure(Code::kUnknownName, "/tool", fmt::format("'{}' carries no tool '{}'", arm, name),
+                 there.empty() ? "no 'tool': it carries none" : nearest_choice(name, there));
+}
+
+/// A frame that the flange of the arm carries, as tool centre point.
+Result<ToolInForce> frame_as_tool(const Cell& cell, const std::string& arm, const ToolChoice& choice,
+                                  const MountedTool* tool) {
+  const auto carrier = cell.frames.contains(choice.tcp) ? cell.carrier_of(choice.tcp) : std::nullopt;
+  if (carrier && carrier->arm == arm && choice.tool.empty()) return ToolInForce{carrier->X_FO, 0.0};
+  auto names = tool != nullptr ? keys_of(tool->X_FT) : std::vector<std::string>();
+  if (cell.frames.contains(choice.tcp))
+    return failure(Code::kUnknownPosition, "/tcp",
+                   fmt::format("'{}' does not ride on the flange of '{}'", choice.tcp, arm),
+                   "a tool centre point of its tool, or a frame of what it holds then");
+  return failure(Code::kUnknownName, "/tcp", fmt::format("there is no tool centre point '{}'", choice.tcp),
+                 nearest_choice(choice.tcp, names));
+}
+
+}  // namespace
+
+Result<ToolInForce> find_tool(const Cell& cell, const std::string& arm, const ToolChoice& choice) {
+  const auto tool = tool_meant(cell, arm, choice);
+  if (!tool) return std::unexpected(tool.error());
+  const MountedTool* const meant = *tool;
+  if (meant == nullptr && choice.tcp.empty()) {
+    const command::MountedArm& bare = cell.arms.find(arm)->second;
+    return ToolInForce{bare.X_FT, bare.ball_radius};
+  }
+  const std::string& tcp = choice.tcp.empty() ? meant->tcp : choice.tcp;
+  const bool own = meant != nullptr && meant->X_FT.contains(tcp);
+  if (!own) return frame_as_tool(cell, arm, choice, meant);
+  return ToolInForce{meant->X_FT.find(tcp)->second, meant->ball_radius};
+}
+
+bool changes_tool(const Cell& cell, const ArmTools& tools) {
+  return std::ranges::any_of(tools, [&](const ArmTool& one) {
+    const auto arm = cell.arms.find(one.arm);
+    if (arm == cell.arms.end()) return false;
+    const auto wanted = find_tool(cell, one.arm, one.choice);
+    return wanted && wanted->X_FT.matrix() != arm->second.X_FT.matrix();
+  });
+}
+
+Diagnostics use_tools(Cell& cell, const ArmTools& tools) {
+  Diagnostics diagnostics;
+  for (const ArmTool& one : tools) {
+    const auto arm = cell.arms.find(one.arm);
+    if (arm == cell.arms.end()) continue;
+    const auto wanted = find_tool(cell, one.arm, one.choice);
+    if (!wanted) {
+      diagnostics.append(wanted.error(), one.pointer);
+      continue;
+    }
+    arm->second.X_FT = wanted->X_FT;
+    arm->second.ball_radius = wanted->ball_radius;
+  }
+  return diagnostics;
+}
+
+}  // namespace takt::activity

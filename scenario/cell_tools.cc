@@ -1,0 +1,90 @@
+#include "scenario/cell_tools.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "scenario/cell_frames.h"
+#include "scenario/cell_models.h"
+
+namespace takt::scenario {
+namespace {
+
+template <class Map>
+std::vector<std::string> names_of(const Map& map) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : map) keys.push_back(key);
+  return keys;
+}
+
+void add_tool(const LoadedDevice& device, command::Cell& cell, Diagnostics& diagnostics) {
+  const auto tcps = tcps_of(device);
+  const LoadedDevice* arm = carrying_arm(device);
+  const std::string& wanted = device.entry->tcp;
+  if (tcps.empty() || !arm) {
+    if (!wanted.empty())
+      diagnostics.error(Code::kInvalidValue, device.pointer() + "/tcp",
+                        fmt::format("'{}' is no tool, it has no tool centre point", device.entry->name), "no 'tcp'");
+    return;
+  }
+  command::MountedTool tool{.arm = arm->entry->name, .ball_radius = device.kind->ball_radius(*device.model)};
+  for (const auto& [name, X_MT] : tcps) tool.X_FT[name] = pose_on_arm(device) * X_MT;
+  if (!wanted.empty()) tool.tcp = wanted;
+  if (!tcps.contains(tool.tcp)) {
+    diagnostics.error(wanted.empty() ? Code::kMissing : Code::kUnknownName, device.pointer() + "/tcp",
+                      fmt::format("'{}' has no tool centre point '{}'", device.entry->name, tool.tcp),
+                      nearest_choice(tool.tcp, names_of(tcps)));
+    return;
+  }
+  cell.tools[device.entry->name] = std::move(tool);
+}
+
+std::vector<std::string> tools_on(const command::Cell& cell, const std::string& arm) {
+  std::vector<std::string> names;
+  for (const auto& [name, tool] : cell.tools)
+    if (tool.arm == arm) names.push_back(name);
+  return names;
+}
+
+/// The tool that counts on an arm where a step names none; empty: the flange.
+std::string default_tool(const LoadedDevice& arm, const command::Cell& cell, Diagnostics& diagnostics) {
+  const std::string& wanted = arm.entry->tool;
+  const auto tools = tools_on(cell, arm.entry->name);
+  const std::string pointer = arm.pointer() + "/tool";
+  if (wanted.empty() && tools.size() <= 1) return tools.empty() ? std::string() : tools.front();
+  if (wanted.empty()) {
+    diagnostics.error(Code::kMissing, pointer,
+                      fmt::format("'{}' carries several tools: {}", arm.entry->name, fmt::join(tools, ", ")),
+                      fmt::format("\"tool\": \"{}\" beside the model of '{}', for steps that name none", tools.front(),
+                                  arm.entry->name));
+    return {};
+  }
+  if (std::ranges::find(tools, wanted) != tools.end()) return wanted;
+  diagnostics.error(Code::kUnknownName, pointer, fmt::format("'{}' carries no tool '{}'", arm.entry->name, wanted),
+                    tools.empty() ? "a tool that is mounted \"on\" it" : nearest_choice(wanted, tools));
+  return {};
+}
+
+}  // namespace
+
+void add_tools(LoadedDevices devices, command::Cell& cell, Diagnostics& diagnostics) {
+  for (const auto& device : devices) add_tool(*device, cell, diagnostics);
+  for (const auto& device : devices) {
+    const auto arm = cell.arms.find(device->entry->name);
+    if (arm == cell.arms.end()) {
+      for (const auto& [key, value] : {std::pair("tool", device->entry->tool), {"own_force", device->entry->own_force}})
+        if (!value.empty())
+          diagnostics.error(Code::kInvalidValue, device->pointer() + pointer_segment(key),
+                            fmt::format("'{}' is no arm", device->entry->name), fmt::format("\"{}\" of an arm", key));
+      continue;
+    }
+    arm->second.tool_name = default_tool(*device, cell, diagnostics);
+    const auto tool = cell.tools.find(arm->second.tool_name);
+    if (tool == cell.tools.end()) continue;
+    arm->second.X_FT = tool->second.X_FT.find(tool->second.tcp)->second;
+    arm->second.ball_radius = tool->second.ball_radius;
+  }
+}
+
+}  // namespace takt::scenario

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "scenario/cell_builder.h"
+
+/// Where things truly are, for expectations: nothing that a program may look at. Realtime: setup.
+namespace takt::scenario {
+
+/// An object, or a body "DEVICE/LINK", in the world, m.
+[[nodiscard]] Eigen::Isometry3d true_pose(const BuiltCell& built, const std::string& body);
+
+/// A frame of the cell: what it rides on is where the simulation has it. Nothing: there is no such frame, or nobody
+/// knows what it depends on.
+[[nodiscard]] std::optional<Eigen::Isometry3d> true_frame(const BuiltCell& built, const std::string& frame);
+
+/// Where the frame is changes with machines or with objects that can be moved.
+[[nodiscard]] bool rides(const BuiltCell& built, const std::string& frame);
+
+/// The tool that an arm has where a step names none, in the world, m.
+[[nodiscard]] Eigen::Isometry3d true_tool(const BuiltCell& built, const std::string& arm);
+
+}  // namespace takt::scenario

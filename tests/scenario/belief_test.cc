@@ -1,0 +1,268 @@
+// What a program believes of its cell, in whole runs: parts that are carried and lost, frames that ride, tools by name.
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/device/arm.h"
+#include "scenario/session.h"
+#include "tests/scenario/described.h"
+#include "tests/support/reports.h"
+
+namespace takt::scenario::belief_test {
+namespace {
+
+using takt::test::Reports;
+using test::models;
+using test::parsed;
+
+Description shipped(const std::string& name, const std::vector<Override>& overrides = {}) {
+  auto description = read_description("scenarios/" + name, overrides);
+  if (!description) {
+    ADD_FAILURE() << description.error().to_string();
+    return {};
+  }
+  std::erase_if(description->expectations, [](const auto& one) { return one.kind == "repeats"; });
+  return std::move(*description);
+}
+
+Diagnostics refusal(Description description) {
+  const auto session = Session::create(std::move(description), models());
+  return session ? Diagnostics() : session.error();
+}
+
+struct Ran {
+  std::unique_ptr<Session> session;
+  RunReport report;
+
+  [[nodiscard]] const command::Cell& cell() const { return session->built().cell; }
+  [[nodiscard]] double load(const std::string& arm) const {
+    return cell().arms.find(arm)->second.device->tool().payload.mass;
+  }
+};
+
+Ran run(Description description) {
+  auto session = Session::create(std::move(description), models());
+  if (!session) {
+    ADD_FAILURE() << session.error().to_string();
+    return {};
+  }
+  Ran ran{.session = std::move(*session), .report = {}};
+  ran.report = ran.session->run({});
+  return ran;
+}
+
+void expect_passed(const RunReport& report) {
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
+  for (const auto& one : report.expectations) EXPECT_TRUE(one.passed) << one.name << ": " << one.measured;
+}
+
+/// An arm with a gripper, a table, and a block of 0.5 kg on it; `steps` after the block was gripped.
+Description with_block(const std::string& steps, const std::string& more = "") {
+  return parsed(R"({"devices": {
+      "arm": {"model": "lwr4plus", "at": {"position_m": [0, 0, 0.4]}}, "gripper": {"model": "wsg50", "on": "arm"}},
+    "objects": {
+      "table": {"shape": "box", "size_m": [0.6, 0.9, 0.4], "at": {"position_m": [0.6, 0, 0.2]}},
+      "block": {"shape": "box", "size_m": [0.04, 0.04, 0.06], "at": {"in": "table", "position_m": [-0.05, 0, 0.23]},
+                "fixed": false, "mass_kg": 0.5,
+                "grasps": {"top": {"position_m": [0, 0, 0.01], "rpy_deg": [0, 180, 0]}}}},
+    "program": {"do": "sequence", "steps": [
+      {"do": "ptp", "to": {"in": "block/top", "position_m": [0, 0, -0.1], "rpy_deg": [0, 0, 0]}, "speed": 0.6},
+      {"do": "lin", "to": {"in": "block/top", "position_m": [0, 0, 0]}, "speed": 0.5},
+      {"do": "grip", "name": "grip", "force_N": 60, "speed_m_s": 0.1},
+      )" + steps +
+                "]}" + more + "}");
+}
+
+// -- Parts that are carried -------------------------------------------------------------------------------------------
+
+TEST(BelievedParts, GoOnBeingWhereTheyAreBelievedThroughTenFastMotions) {
+  const Ran ran = run(shipped("shake.json"));
+  ASSERT_NE(ran.session, nullptr);
+  expect_passed(ran.report);
+  EXPECT_EQ(ran.cell().held.at("gripper").object, "part") << "nobody named it: it was between the fingers";
+  const double empty = ran.cell().arms.at("arm").unloaded->mass;
+  EXPECT_NEAR(ran.load("arm") - empty, 1.0, 0.02) << "what the controller was told";
+}
+
+/// Goals on a held part see it where it is: this one asks for where the tool is already.
+TEST(BelievedParts, AGoalOnAHeldPartIsWhereTheArmHoldsIt) {
+  const Ran ran = run(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.16]}, "speed": 0.5},
+      {"do": "lin", "name": "stay", "to": {"in": "block/top", "position_m": [0, 0, 0]}},
+      {"do": "ptp", "to": {"in": "table", "position_m": [-0.05, 0.2, 0.4]}, "speed": 0.5})",
+                                 R"(, "expectations": [
+      {"kind": "belief", "frame": "block", "position_within_m": 0.002, "angle_within_deg": 1},
+      {"kind": "tool_pose", "in": "block/top", "position_within_m": 0.002, "angle_within_deg": 1}])"));
+  ASSERT_NE(ran.session, nullptr);
+  expect_passed(ran.report);
+  EXPECT_NEAR(ran.cell().frames.pose("block")->translation().z(), 0.79, 0.002) << "as high as it is held";
+}
+
+TEST(BelievedParts, StayWhereTheyAreReleasedAndCanBeGrippedAgain) {
+  const Ran ran = run(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.5},
+      {"do": "lin", "to": {"by_m": [0.02, 0.25, 0]}, "speed": 0.5},
+      {"do": "lin", "to": {"by_m": [0, 0, -0.0995]}, "velocity_m_s": 0.05},
+      {"do": "release", "width_m": 0.08, "speed_m_s": 0.1},
+      {"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.5},
+      {"do": "ptp", "to": "home", "speed": 0.5},
+      {"do": "ptp", "to": {"in": "block/top", "position_m": [0, 0, -0.1], "rpy_deg": [0, 0, 0]}, "speed": 0.6},
+      {"do": "lin", "to": {"in": "block/top", "position_m": [0, 0, 0]}, "speed": 0.5},
+      {"do": "grip", "force_N": 60, "speed_m_s": 0.1, "part": "block", "part_mass_kg": 0.5},
+      {"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.5})",
+                                 R"(, "expectations": [{"kind": "gripper", "is": "holding"},
+      {"kind": "belief", "frame": "block", "position_within_m": 0.002, "angle_within_deg": 1}])"));
+  ASSERT_NE(ran.session, nullptr);
+  expect_passed(ran.report);
+}
+
+TEST(BelievedParts, WhatIsReleasedRidesOnWhatItLiesOn) {
+  const Ran ran = run(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "speed": 0.5},
+      {"do": "lin", "to": {"by_m": [0, 0, -0.0495]}, "velocity_m_s": 0.05},
+      {"do": "release", "width_m": 0.08, "speed_m_s": 0.1})"));
+  ASSERT_NE(ran.session, nullptr);
+  EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
+  EXPECT_EQ(ran.cell().frames.relation("block")->parent, "table");
+  EXPECT_DOUBLE_EQ(ran.load("arm"), ran.cell().arms.at("arm").unloaded->mass) << "put down";
+}
+
+TEST(BelievedParts, AreLostWhenTheyAreKnockedOutOfTheHand) {
+  const Ran ran = run(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.2]}, "speed": 0.5},
+      {"do": "wait", "seconds": 3},
+      {"do": "lin", "name": "after it", "to": {"in": "block", "position_m": [0, 0, 0.1]}})",
+                                 R"(, "faults": [{"do": "push", "at_s": 6, "body": "block", "force_N": [0, 0, -400],
+      "seconds": 0.5}])"));
+  ASSERT_NE(ran.session, nullptr);
+  EXPECT_EQ(ran.report.verdict, Verdict::kError);
+  EXPECT_THAT(ran.report.diagnostics, Reports(Code::kUnknownPosition, "/program/steps/5/to", {"block"}));
+  EXPECT_FALSE(ran.cell().knows("block"));
+  EXPECT_TRUE(ran.cell().held.empty());
+}
+
+// -- Masses that programs say -----------------------------------------------------------------------------------------
+
+TEST(ToldMasses, ThatDoNotFitTheObjectAreErrors) {
+  EXPECT_THAT(refusal(shipped("pick.json", {{"/objects/part/mass_kg", "2"}})),
+              Reports(Code::kConflict, "/program/steps/2/part_mass_kg", {"part", "2", "1"}));
+  EXPECT_THAT(refusal(shipped("pick.json", {{"/program/steps/2/part_mass_kg", "1.5"}})),
+              Reports(Code::kConflict, "/program/steps/2/part_mass_kg", {"part", "1", "1.5"}));
+  EXPECT_TRUE(refusal(shipped("pick.json", {{"/program/steps/2/part_mass_kg", "1.01"}})).empty()) << "within 2 %";
+}
+
+/// Each arm says its half.
+TEST(ToldMasses, OfTwoArmsAddUp) {
+  EXPECT_FALSE(refusal(shipped("carry.json")).has_errors());
+  EXPECT_THAT(refusal(shipped("carry.json", {{"/objects/bar/mass_kg", "2"}})),
+              Reports(Code::kConflict, "/program/steps/3/branches/0/part_mass_kg", {"bar", "2", "1"}));
+}
+
+TEST(ToldMasses, AFixedObjectCannotBeTaken) {
+  EXPECT_THAT(refusal(shipped("pick.json", {{"/program/steps/2/part", "box"}})),
+              Reports(Code::kConflict, "/program/steps/2/part", {"box"}));
+}
+
+// -- Frames that ride -------------------------------------------------------------------------------------------------
+
+/// A part in a tray on a platform that drives up to an arm.
+TEST(BelievedFrames, OnABaseMoveWithItAndSoDoWhatStandsOnThemAndCameras) {
+  const Ran ran = run(parsed(R"({"devices": {"platform": {"model": "youbot_base", "at": {"position_m": [1, -1, 0]}}},
+    "frames": {"beside": {"in": "platform", "position_m": [0, 0.5, 0.2]}},
+    "objects": {
+      "tray": {"shape": "box", "size_m": [0.2, 0.25, 0.02], "at": {"in": "platform", "position_m": [-0.15, 0, 0.1375]},
+               "fixed": false, "mass_kg": 0.6},
+      "bolt": {"shape": "box", "size_m": [0.03, 0.03, 0.03], "at": {"in": "tray", "position_m": [0.03, 0, 0.025]},
+               "fixed": false, "mass_kg": 0.1}},
+    "cameras": {"mast": {"at": {"in": "platform", "position_m": [0.2, 0, 1]}, "look_at": {"in": "tray"}}},
+    "program": {"do": "sequence", "steps": [
+      {"do": "lin", "arm": "platform", "to": {"by_m": [0.3, 0.5, 0], "by_rpy_deg": [0, 0, 60]}}]},
+    "expectations": [
+      {"kind": "belief", "frame": "bolt", "position_within_m": 0.002, "angle_within_deg": 1},
+      {"kind": "belief", "frame": "beside", "position_within_m": 0.002, "angle_within_deg": 1},
+      {"kind": "object_pose", "object": "bolt", "in": "tray", "position_m": [0.03, 0, 0.025],
+       "position_within_m": 0.001}]
+    })"));
+  ASSERT_NE(ran.session, nullptr);
+  expect_passed(ran.report);
+  const auto X = ran.cell().frames.pose("beside");
+  ASSERT_TRUE(X.has_value());
+  EXPECT_NEAR(X->translation().x(), 1.3 - 0.5 * std::sin(M_PI / 3), 0.002);
+  EXPECT_NEAR(X->translation().y(), -0.5 + 0.5 * std::cos(M_PI / 3), 0.002);
+}
+
+TEST(BelievedFrames, AStepMakesThemAndTheyDependOnWhatItSays) {
+  const Ran ran = run(with_block(R"({"do": "set_frame", "as": "before", "of": "gripper/tcp", "in": "table"},
+      {"do": "set_frame", "as": "under", "in": "block", "position_m": [0, 0, -0.03]},
+      {"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.5})"));
+  ASSERT_NE(ran.session, nullptr);
+  EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
+  EXPECT_NEAR(ran.cell().frames.pose("before")->translation().z(), 0.44, 1e-3) << "where the tool was";
+  EXPECT_NEAR(ran.cell().frames.pose("under")->translation().z(), 0.5, 1e-3) << "under the block, that is carried";
+  EXPECT_THAT(refusal(with_block(R"({"do": "set_frame", "as": "table"})")),
+              Reports(Code::kInvalidName, "/program/steps/3/as", {"table"}));
+  EXPECT_THAT(refusal(with_block(R"({"do": "set_frame", "as": "x", "in": "tabel"})")),
+              Reports(Code::kUnknownName, "/program/steps/3/in", {"tabel", "table"}));
+}
+
+// -- The arm's own force ----------------------------------------------------------------------------------------------
+
+/// A push of 20 N is felt by the joints, within what an arm knows of itself.
+TEST(OwnForce, OfAnArmEndsAGuardedMotionAsASensorDoes) {
+  const Ran ran = run(parsed(R"({"devices": {"arm": {"model": "lwr4plus", "own_force": "felt"},
+      "probe": {"model": "probe_ball", "on": "arm"}},
+    "objects": {"block": {"shape": "box", "size_m": [0.2, 0.2, 0.2], "at": {"position_m": [0.5, 0, 0.1]}}},
+    "program": {"do": "sequence", "steps": [
+      {"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 0.13], "rpy_deg": [0, 180, 0]}},
+      {"do": "tare", "sensor": "felt"},
+      {"do": "lin", "to": {"by_m": [0, 0, -0.06]}, "velocity_m_s": 0.01, "until": {"sensor": "felt", "above_N": 10}},
+      {"do": "lin", "to": {"by_m": [0, 0, 0.02]}}]},
+    "expectations": [{"kind": "contact_force", "between": ["probe", "block"], "below_N": 25, "at_least_N": 5}]})"));
+  ASSERT_NE(ran.session, nullptr);
+  expect_passed(ran.report);
+}
+
+// -- Tools by name ----------------------------------------------------------------------------------------------------
+
+/// Two tools at angles; the gripper has a second tool centre point.
+Description with_tools(const std::string& arm, const std::string& steps, const std::string& more = "") {
+  return parsed(R"({"devices": {"arm": {"model": "lwr4plus")" + arm + R"(},
+      "gripper": {"model": "wsg50", "on": "arm", "mount": {"position_m": [0.04, 0, 0], "rpy_deg": [0, 20, 0]},
+                  "tcps": {"tip": {"position_m": [0, 0, 0.2]}}},
+      "probe": {"model": "probe_ball", "on": "arm", "mount": {"position_m": [-0.04, 0, 0], "rpy_deg": [0, -30, 0]}}},
+    "program": {"do": "sequence", "steps": [)" +
+                steps + "]}" + more + "}");
+}
+
+TEST(Tools, WithoutADeclaredDefaultAreAnErrorThatSaysWhatToWrite) {
+  EXPECT_THAT(refusal(with_tools("", R"({"do": "ptp", "to": "home"})")),
+              Reports(Code::kMissing, "/devices/arm/tool", {"gripper", "probe", "arm"}));
+  EXPECT_THAT(refusal(with_tools(R"(, "tool": "prob")", R"({"do": "ptp", "to": "home"})")),
+              Reports(Code::kUnknownName, "/devices/arm/tool", {"prob", "probe"}));
+}
+
+TEST(Tools, OfAStepCountForItsGoalAndTheDefaultForTheNext) {
+  const std::string goal = R"("to": {"position_m": [0.5, 0, 0.5], "rpy_deg": [0, 180, 0]})";
+  for (const auto& [tool, frame] : {std::pair("", "probe/tcp"),
+                                    {R"("tool": "gripper", )", "gripper/tcp"},
+                                    {R"("tool": "gripper", "tcp": "tip", )", "gripper/tip"},
+                                    {R"("tcp": "gripper/tip", )", "gripper/tip"}}) {
+    SCOPED_TRACE(frame);
+    const Ran ran = run(with_tools(R"(, "tool": "probe")", R"({"do": "ptp", )" + std::string(tool) + goal + "}"));
+    ASSERT_NE(ran.session, nullptr);
+    EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
+    const auto X = ran.cell().frames.pose(frame);
+    ASSERT_TRUE(X.has_value());
+    EXPECT_LT((X->translation() - Eigen::Vector3d(0.5, 0, 0.5)).norm(), 1e-3);
+    const Eigen::Isometry3d X_FT = ran.cell().frames.pose(frame, "arm/flange").value();
+    EXPECT_TRUE(ran.cell().arms.at("arm").device->tool().X_FT.isApprox(X_FT, 1e-9)) << "its controller was told";
+  }
+}
+
+TEST(Tools, ThatAreNotThereAreErrorsAtTheirKey) {
+  const auto step = [](const std::string& tool) {
+    return with_tools(R"(, "tool": "probe")", R"({"do": "lin", )" + tool + R"(, "to": {"by_m": [0, 0, 0.05]}})");
+  };
+  EXPECT_THAT(refusal(step(R"("tool": "griper")")), Reports(Code::kUnknownName, "/program/steps/0/tool", {"gripper"}));
+  EXPECT_THAT(refusal(step(R"("tcp": "tip")")), Reports(Code::kUnknownName, "/program/steps/0/tcp", {"tip"}));
+}
+
+}  // namespace
+}  // namespace takt::scenario::belief_test
