@@ -85,8 +85,8 @@ class DeviceEnvironment final : public net::Environment {
       auto made = std::make_shared<collision::CellShapes>();
       (void)made->scene.add_robot("arm", *model.robot, -1, Eigen::Isometry3d::Identity());
       Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
-      X_WO.translation() << 0.9, 0.0, 0.1;
-      made->scene.add_object("block", {{.shape = world::Box{{0.2, 0.4, 0.2}}}}, -1, X_WO);
+      X_WO.translation() << 0.75, 0.0, 0.25;
+      made->scene.add_object("block", {{.shape = world::Box{{0.3, 0.8, 0.5}}}}, -1, X_WO);
       made->scene.find_pairs_that_never_meet();
       made->objects = {"block"};
       collision::CellShapes::Mechanism& mechanism = made->arms["arm"];
