@@ -221,7 +221,7 @@ const ParameterTable<GripParameters>& grip_parameters() {
 
 const ParameterTable<ReleaseParameters>& release_parameters() {
   static const auto table = [] {
-    return finger_parameters<ReleaseParameters>().optional_text(
+    return finger_parameters<ReleaseParameters>().text(
         "onto", &ReleaseParameters::onto, "What the part stands on then: a frame, an object, a base; found by shapes.");
   }();
   return table;

@@ -11,8 +11,7 @@ namespace takt::activity {
 /// As a program names it; empty: the default that the cell declares.
 struct ToolChoice {
   std::string tool = {};  ///< a device that has a tool centre point
-  std::string tcp =
-      {};  ///< of the tool; or a frame that rides on the flange of the arm, of a part that is held for instance
+  std::string tcp = {};   ///< of the tool; or a frame that rides on the flange, of a held part for instance
 
   [[nodiscard]] bool is_default() const { return tool.empty() && tcp.empty(); }
   friend bool operator==(const ToolChoice&, const ToolChoice&) = default;
