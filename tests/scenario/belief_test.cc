@@ -88,14 +88,13 @@ TEST(BelievedParts, GoOnBeingWhereTheyAreBelievedThroughTenFastMotions) {
 /// Goals on a held part see it where it is: this one asks for where the tool is already.
 TEST(BelievedParts, AGoalOnAHeldPartIsWhereTheArmHoldsIt) {
   const Ran ran = run(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.16]}, "speed": 0.5},
-      {"do": "lin", "name": "stay", "to": {"in": "block/top", "position_m": [0, 0, 0]}},
-      {"do": "ptp", "to": {"in": "table", "position_m": [-0.05, 0.2, 0.4]}, "speed": 0.5})",
+      {"do": "lin", "name": "stay", "to": {"in": "block/top", "position_m": [0, 0, 0]}})",
                                  R"(, "expectations": [
       {"kind": "belief", "frame": "block", "position_within_m": 0.002, "angle_within_deg": 1},
       {"kind": "tool_pose", "in": "block/top", "position_within_m": 0.002, "angle_within_deg": 1}])"));
   ASSERT_NE(ran.session, nullptr);
   expect_passed(ran.report);
-  EXPECT_NEAR(ran.cell().frames.pose("block")->translation().z(), 0.79, 0.002) << "as high as it is held";
+  EXPECT_NEAR(ran.cell().frames.pose("block")->translation().z(), 0.59, 0.002) << "as high as it is held";
 }
 
 TEST(BelievedParts, StayWhereTheyAreReleasedAndCanBeGrippedAgain) {
@@ -127,9 +126,9 @@ TEST(BelievedParts, WhatIsReleasedRidesOnWhatItLiesOn) {
 
 TEST(BelievedParts, AreLostWhenTheyAreKnockedOutOfTheHand) {
   const Ran ran = run(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.2]}, "speed": 0.5},
-      {"do": "wait", "seconds": 3},
+      {"do": "wait", "seconds": 6},
       {"do": "lin", "name": "after it", "to": {"in": "block", "position_m": [0, 0, 0.1]}})",
-                                 R"(, "faults": [{"do": "push", "at_s": 6, "body": "block", "force_N": [0, 0, -400],
+                                 R"(, "faults": [{"do": "push", "at_s": 5, "body": "block", "force_N": [0, 0, -400],
       "seconds": 0.5}])"));
   ASSERT_NE(ran.session, nullptr);
   EXPECT_EQ(ran.report.verdict, Verdict::kError);
@@ -239,7 +238,7 @@ TEST(Tools, WithoutADeclaredDefaultAreAnErrorThatSaysWhatToWrite) {
 }
 
 TEST(Tools, OfAStepCountForItsGoalAndTheDefaultForTheNext) {
-  const std::string goal = R"("to": {"position_m": [0.5, 0, 0.5], "rpy_deg": [0, 180, 0]})";
+  const std::string goal = R"("to": {"in": "world", "position_m": [0.5, 0, 0.3], "rpy_deg": [0, 180, 0]})";
   for (const auto& [tool, frame] : {std::pair("", "probe/tcp"),
                                     {R"("tool": "gripper", )", "gripper/tcp"},
                                     {R"("tool": "gripper", "tcp": "tip", )", "gripper/tip"},
@@ -250,7 +249,7 @@ TEST(Tools, OfAStepCountForItsGoalAndTheDefaultForTheNext) {
     EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
     const auto X = ran.cell().frames.pose(frame);
     ASSERT_TRUE(X.has_value());
-    EXPECT_LT((X->translation() - Eigen::Vector3d(0.5, 0, 0.5)).norm(), 1e-3);
+    EXPECT_LT((X->translation() - Eigen::Vector3d(0.5, 0, 0.3)).norm(), 1e-3);
     const Eigen::Isometry3d X_FT = ran.cell().frames.pose(frame, "arm/flange").value();
     EXPECT_TRUE(ran.cell().arms.at("arm").device->tool().X_FT.isApprox(X_FT, 1e-9)) << "its controller was told";
   }

@@ -88,8 +88,6 @@ constexpr const char* kEverything = R"({
     {"do": "grip", "gripper": "gripper", "width_m": 0.01, "speed_m_s": 0.1, "force_N": 20, "expect": "any",
      "part": "block", "part_mass_kg": 2},
     {"do": "release", "gripper": "gripper", "width_m": 0.1, "speed_m_s": 0.1, "force_N": 20, "onto": "table"},
-    {"do": "set_frame", "as": "here", "in": "table", "of": "gripper/tip", "position_m": [0, 0, 0.1],
-     "rpy_deg": [0, 0, 5]},
     {"do": "set", "output": "io/lamp", "value": true},
     {"do": "set", "output": "io/ao1", "value": 2.5},
     {"do": "wait", "until": {"all": [{"input": "io/di1", "is": false}, {"input": "finder", "below_m": 1},
@@ -154,7 +152,9 @@ constexpr const char* kEverything = R"({
      "acceleration_max_m_s2": 0.3, "jerk_max_m_s3": 10, "gain_m_s_per_N": "$0.001[m/s/N]"}},
     {"do": "set", "output": "io/ao1", "value": {"sensor": "wrist", "quantity": "force_z"}, "factor": 0.1, "seconds": 1},
     {"do": "wipe", "in": "block", "centre_m": [0, 0, 0.05], "length_m": 0.05, "width_m": 0.04, "pitch_m": "$n",
-     "velocity_m_s": 0.02, "until": {"sensor": "wrist", "above_N": 50}}
+     "velocity_m_s": 0.02, "until": {"sensor": "wrist", "above_N": 50}},
+    {"do": "set_frame", "as": "here", "in": "table", "of": "gripper/tip", "position_m": [0, 0, 0.1],
+     "rpy_deg": [0, 0, 5]}
   ]},
   "operator": [{"at_s": 1, "do": "pause"}, {"at_step": "touch", "after_s": 0.5, "do": "resume"},
                {"at_s": 2, "do": "override", "value": 0.5}, {"at_s": 3, "do": "write", "channel": "go", "value": true},
@@ -162,7 +162,6 @@ constexpr const char* kEverything = R"({
   "expectations": [
     {"name": "n", "kind": "estimate", "estimate": "found", "of": "block", "position_within_m": 1,
      "angle_within_deg": 1},
-    {"kind": "belief", "frame": "block/top", "position_within_m": 0.01, "angle_within_deg": 5},
     {"kind": "object_pose", "object": "block", "in": "world", "position_m": [0, 0, 0], "rpy_deg": [0, 0, 0],
      "position_within_m": 5, "angle_within_deg": 5},
     {"kind": "contact_force", "between": ["probe", "block"], "below_N": 15, "at_least_N": 0},
@@ -175,7 +174,8 @@ constexpr const char* kEverything = R"({
     {"kind": "signal", "signal": "finder", "at_least": 0, "at_most": 5},
     {"kind": "tool_pose", "arm": "arm", "in": "world", "position_m": [0, 0, 0], "quaternion": [1, 0, 0, 0],
      "position_within_m": 5, "angle_within_deg": 5},
-    {"kind": "mean_force", "between": ["probe", "block"], "at_least_N": 1, "below_N": 20}
+    {"kind": "mean_force", "between": ["probe", "block"], "at_least_N": 1, "below_N": 20},
+    {"kind": "belief", "frame": "block/top", "position_within_m": 0.01, "angle_within_deg": 5}
   ]
 })";
 
