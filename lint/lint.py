@@ -97,9 +97,6 @@ QUOTING_TESTS = {
     "tests/tools/model_test.py": "progress and tables of `takt model`",
 }
 
-# Folders whose tests still look for words (docs/status.md, issue 15). The list gets shorter, never longer.
-STILL_QUOTING = ("tests/scenario/",)
-
 
 def tracked():
     names = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True,
@@ -141,7 +138,7 @@ def check_awaits(name, text, say):
 
 def check_quotes(name, text, say):
     """Tests ask for codes and pointers, so that every message may be reworded (docs/testing.md)."""
-    if name in QUOTING_TESTS or name.startswith(STILL_QUOTING):
+    if name in QUOTING_TESTS:
         return
     rules = [LOOKS_IN_OUTPUT] if name.endswith(".py") else [LOOKS_FOR_WORDS, LOOKS_AT_MESSAGE]
     for rule in rules:

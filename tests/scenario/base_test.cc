@@ -11,13 +11,16 @@
 #include "scenario/cell_builder.h"
 #include "scenario/session.h"
 #include "tests/scenario/described.h"
+#include "tests/support/reports.h"
 
 namespace takt::scenario::base_test {
 namespace {
 
+using takt::test::Expected;
+using takt::test::Reports;
+using takt::test::ReportsAnywhere;
 using test::models;
 using test::parsed;
-using testing::HasSubstr;
 using testing::Not;
 
 Description alone(const std::string& program, const std::string& more = "", const std::string& base = "") {
@@ -28,9 +31,9 @@ Description alone(const std::string& program, const std::string& more = "", cons
       program + "]}" + more + "}");
 }
 
-std::string refusal(Description description) {
+Diagnostics refusal(Description description) {
   const auto session = Session::create(std::move(description), models());
-  return session ? "" : session.error().to_string();
+  return session ? Diagnostics() : session.error();
 }
 
 RunReport run(Description description) {
@@ -62,28 +65,32 @@ TEST(Base, AGoalOutOfThePlaneIsAnErrorThatSaysSo) {
     SCOPED_TRACE(how);
     const std::string step = R"({"do": ")" + std::string(how) + R"(", "to": )";
     EXPECT_THAT(refusal(alone(step + R"({"by_m": [0.1, 0, 0.02]}})")),
-                HasSubstr("where the 3 joints cannot go: 0.02 m along z of its base"));
-    const std::string tilted =
+                Reports(Code::kUnsupported, "/program/steps/0/to", {"3", "0.02 m", "z"}));
+    const Diagnostics tilted =
         refusal(alone(step + R"({"in": "bay", "position_m": [0, 0, 0], "rpy_deg": [5, 0, 0]}})"));
-    EXPECT_THAT(tilted, HasSubstr("where the 3 joints cannot go"));
-    EXPECT_THAT(tilted, HasSubstr("deg about"));
-    EXPECT_THAT(tilted, Not(HasSubstr("m along"))) << "only what is missing is named";
+    EXPECT_THAT(tilted, Reports(Code::kUnsupported, "/program/steps/0/to", {"3", "deg"}));
+    EXPECT_THAT(tilted, Not(Reports(Code::kUnsupported, "/program/steps/0/to", {"m"}))) << "only what is missing";
   }
 }
 
 TEST(Base, AWayOutOfItsRangeIsRefused) {
-  EXPECT_THAT(refusal(alone(R"({"do": "lin", "to": {"by_m": [0, 60, 0]}})")), HasSubstr("joint 'x'"));
-  EXPECT_NE(refusal(alone(R"({"do": "ptp", "to": {"by_m": [0, 60, 0]}})")), "");
+  const Diagnostics straight = refusal(alone(R"({"do": "lin", "to": {"by_m": [0, 60, 0]}})"));
+  ASSERT_TRUE(straight.has_errors());
+  EXPECT_THAT(straight.to_string(), takt::test::Names("joint 'x'"));
+  EXPECT_TRUE(refusal(alone(R"({"do": "ptp", "to": {"by_m": [0, 60, 0]}})")).has_errors());
 }
 
 TEST(Base, ItsSettingsAreChecked) {
-  const std::pair<const char*, const char*> mistakes[] = {
-      {R"(, "settings": {"odometry": {"linear_scale": 3}})", "/devices/base/settings/odometry/linear_scale"},
-      {R"(, "settings": {"odometry": {"drift": 3}})", "allowed: linear_scale, angular_scale"},
-      {R"(, "settings": {"odometri": {}})", "did you mean 'odometry'?"},
-      {R"(, "start_deg": [0, 0, 0])", "a base starts where it is placed"}};
-  for (const auto& [base, found] : mistakes) {
-    EXPECT_THAT(refusal(alone(R"({"do": "wait", "seconds": 0.1})", "", base)), HasSubstr(found));
+  const std::string at = "/devices/base";
+  const std::pair<const char*, Expected> mistakes[] = {
+      {R"(, "settings": {"odometry": {"linear_scale": 3}})",
+       {Code::kOutOfRange, at + "/settings/odometry/linear_scale", {"3"}}},
+      {R"(, "settings": {"odometry": {"drift": 3}})",
+       {Code::kUnknownKey, at + "/settings/odometry/drift", {"linear_scale", "angular_scale"}}},
+      {R"(, "settings": {"odometri": {}})", {Code::kUnknownKey, at + "/settings/odometri", {"odometry"}}},
+      {R"(, "start_deg": [0, 0, 0])", {Code::kConflict, at + "/start_deg"}}};
+  for (const auto& [base, expected] : mistakes) {
+    EXPECT_THAT(refusal(alone(R"({"do": "wait", "seconds": 0.1})", "", base)), Reports(expected));
   }
 }
 
@@ -129,9 +136,9 @@ TEST(ArmOnBase, GoalsInTheRoomAreReachedFromWhereverTheBaseStands) {
 TEST(ArmOnBase, TheRehearsalKnowsWhereTheBaseWillStand) {
   const std::string reach = R"({"do": "ptp", "arm": "arm", "to": {"in": "world", "position_m": [0.75, 0, 0.55],
                                 "rpy_deg": [0, 180, 0]}})";
-  EXPECT_EQ(refusal(mounted(reach)), "");
+  EXPECT_TRUE(refusal(mounted(reach)).empty());
   EXPECT_THAT(refusal(mounted(R"({"do": "lin", "arm": "base", "to": {"by_m": [-1, 0, 0]}}, )" + reach)),
-              HasSubstr("out of reach"));
+              Reports(Code::kUnreachable, "/program/steps/1/to"));
 }
 
 TEST(ArmOnBase, PartAndWholeAtOnceAreAConflictAtLoad) {
@@ -142,8 +149,7 @@ TEST(ArmOnBase, PartAndWholeAtOnceAreAConflictAtLoad) {
                                                           std::string(second) + R"("}}],
       "links": []}})");
   };
-  EXPECT_THAT(refusal(nets("base")),
-              HasSubstr("'whole' drives 'robot', which shares a part with 'base' that 'base' drives"));
+  EXPECT_THAT(refusal(nets("base")), ReportsAnywhere(Code::kResourceConflict, {"whole", "robot", "base"}));
 }
 
 /// How far a point is from the line between two others, m.
@@ -205,18 +211,19 @@ TEST(ArmOnBase, TheToolGoesStraightInTheRoomWhileTheBaseDrivesAndTurns) {
 
 TEST(ArmOnBase, MistakesOfAMotionWithTheBaseAreFindings) {
   const std::string to = R"("to": {"by_m": [0.1, 0, 0]})";
-  const std::pair<std::string, const char*> mistakes[] = {
-      {R"("base_to": {"by_m": [0, 0, 0.1]})",
-       "/program/steps/0/base_to: error: the goal is where the 3 joints cannot go"},
-      {R"("base_to": {"by_m": [3, 0, 0]})", "/program/steps/0/to"},
-      {R"("base_to": {"by_m": [0.1, 0, 0]}, "blend_m": 0.1)", "/program/steps/0/blend_m"},
+  const std::string at = "/program/steps/0";
+  const std::pair<std::string, Expected> mistakes[] = {
+      {R"("base_to": {"by_m": [0, 0, 0.1]})", {Code::kUnsupported, at + "/base_to", {"3", "z"}}},
+      {R"("base_to": {"by_m": [3, 0, 0]})", {Code::kUnreachable, at + "/to"}},
+      {R"("base_to": {"by_m": [0.1, 0, 0]}, "blend_m": 0.1)", {Code::kConflict, at + "/blend_m"}},
       {R"("base_to": {"by_m": [0.1, 0, 0]}, "weave": {"amplitude_m": 0.001, "frequency_Hz": 2})",
-       "/program/steps/0/weave: error: a motion with a base has no 'weave'"},
-      {R"("base_to": {"in": "nowhere", "position_m": [0, 0, 0]})", "/program/steps/0/base_to"}};
-  for (const auto& [base, found] : mistakes)
-    EXPECT_THAT(refusal(mounted(R"({"do": "lin", "arm": "arm", )" + to + ", " + base + "}")), HasSubstr(found));
+       {Code::kConflict, at + "/weave", {"weave"}}},
+      {R"("base_to": {"in": "nowhere", "position_m": [0, 0, 0]})",
+       {Code::kUnknownName, at + "/base_to/in", {"nowhere"}}}};
+  for (const auto& [base, expected] : mistakes)
+    EXPECT_THAT(refusal(mounted(R"({"do": "lin", "arm": "arm", )" + to + ", " + base + "}")), Reports(expected));
   EXPECT_THAT(refusal(mounted(R"({"do": "lin", "arm": "base", )" + to + R"(, "base_to": {"by_m": [0.1, 0, 0]}})")),
-              HasSubstr("'base' stands on no base"));
+              Reports(Code::kRequires, at + "/base_to", {"base"}));
 }
 
 /// As a command of a transaction; the motion after it knows where the base stands by then.

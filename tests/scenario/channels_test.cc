@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "scenario/session.h"
+#include "tests/support/reports.h"
 
 namespace takt::scenario::channels_test {
 namespace {
@@ -49,7 +50,7 @@ TEST(ChannelsOfAScenario, O5_OneRunOfANetReadsWhatTheLastOneWrote) {
 TEST(ChannelsOfAScenario, U1_TheirUnitsHoldForTheNetsBeforeAnythingRuns) {
   const auto session = session_with("N");
   ASSERT_FALSE(session);
-  EXPECT_THAT(session.error().to_string(), testing::HasSubstr("'step' is declared as N"));
+  EXPECT_THAT(session.error(), takt::test::ReportsAnywhere(Code::kUnitMismatch, {"step", "N"}));
 }
 
 }  // namespace

@@ -13,14 +13,16 @@
 #include "scenario/cell_builder.h"
 #include "scenario/session.h"
 #include "tests/scenario/described.h"
+#include "tests/support/reports.h"
 #include "tests/support/scratch_folder.h"
 
 namespace takt::scenario::devices_test {
 namespace {
 
+using takt::test::Expected;
+using takt::test::Reports;
 using test::models;
 using test::parsed;
-using testing::HasSubstr;
 
 RunReport run(Description description) {
   auto session = Session::create(std::move(description), models());
@@ -31,9 +33,9 @@ RunReport run(Description description) {
   return (*session)->run({});
 }
 
-std::string refusal(Description description) {
+Diagnostics refusal(Description description) {
   const auto session = Session::create(std::move(description), models());
-  return session ? "" : session.error().to_string();
+  return session ? Diagnostics() : session.error();
 }
 
 void expect_passed(const RunReport& report) {
@@ -63,14 +65,16 @@ TEST(Pick, AGripOfNothingFailsTheStep) {
   const RunReport report = run(pick({{"/objects/part/at/position_m", "[0.56, -0.15, 0.78]"},
                                      {"/objects/part/vary", R"({"position_m": [0, 0.2, 0]})"}}));
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("no part was found"));
-  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("/program/steps/2"));
+  EXPECT_THAT(report.diagnostics, Reports(Code::kConditionNotMet, "/program/steps/2", {"mm"}));
 }
 
 TEST(Pick, FiguresBeyondTheGripperAreFoundBeforeTheRun) {
-  EXPECT_THAT(refusal(pick({{"/program/steps/2/force_N", "81"}})), HasSubstr("/program/steps/2/force_N"));
-  EXPECT_THAT(refusal(pick({{"/program/steps/7/width_m", "0.2"}})), HasSubstr("/program/steps/7/width_m"));
-  EXPECT_THAT(refusal(pick({{"/program/steps/2/part", "\"prat\""}})), HasSubstr("did you mean 'part'?"));
+  EXPECT_THAT(refusal(pick({{"/program/steps/2/force_N", "81"}})),
+              Reports(Code::kOutOfRange, "/program/steps/2/force_N", {"81"}));
+  EXPECT_THAT(refusal(pick({{"/program/steps/7/width_m", "0.2"}})),
+              Reports(Code::kOutOfRange, "/program/steps/7/width_m"));
+  EXPECT_THAT(refusal(pick({{"/program/steps/2/part", "\"prat\""}})),
+              Reports(Code::kUnknownName, "/program/steps/2/part", {"prat", "part"}));
 }
 
 /// A motion that watches the grip stops where the part is lost; one that never loses it says so.
@@ -79,7 +83,7 @@ TEST(Pick, AMotionMayWatchTheGrip) {
   EXPECT_EQ(run(pick({watch, {"/program/steps/2/force_N", "8"}})).verdict, Verdict::kFailed);
   const RunReport held = run(pick({watch}));
   EXPECT_EQ(held.verdict, Verdict::kError);
-  EXPECT_THAT(held.diagnostics.to_string(), HasSubstr("the condition never held"));
+  EXPECT_THAT(held.diagnostics, Reports(Code::kConditionNotMet, "/program/steps/4/until"));
 }
 
 /// A button pressed by a script, a valve that is read back, a lamp wired to a terminal.
@@ -120,40 +124,44 @@ TEST(Terminals, AWaitThatEndsInVainFails) {
   description.program["steps"][0]["timeout_s"] = 0.05;
   const RunReport report = run(std::move(description));
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("/program/steps/0/until"));
-  EXPECT_THAT(report.diagnostics.to_string(), HasSubstr("did not hold within 0.05 s"));
+  EXPECT_THAT(report.diagnostics, Reports(Code::kTimeout, "/program/steps/0/until", {"0.05 s"}));
 }
 
-TEST(Terminals, MistakesAreFindingsWithTheirPlace) {
-  const std::pair<const char*, const char*> mistakes[] = {
-      {R"({"do9": {}})", "/devices/io/settings/do9"},
-      {R"({"di1": {"from": "nothing"}})", "/devices/io/settings/di1"},
-      {R"({"di1": {"from": "io/ao1"}})", "no digital output or light barrier"},
-      {R"({"do1": {"from": "io/do2"}})", "unknown key 'from'"},
-      {R"({"do1": {"name": "do2"}})", "the name of two terminals"},
-      {R"({"di1": {"script": [{"at_s": 1, "value": true}, {"at_s": 0.5, "value": false}]}})", "ascending times"},
-      {R"({"di1": {"from": "io/do1", "script": []}})", "a wire, or a script"}};
-  for (const auto& [settings, text] : mistakes) {
+TEST(Terminals, MistakesAreReportedWithTheirLocation) {
+  const std::string at = "/devices/io/settings";
+  const std::pair<const char*, Expected> mistakes[] = {
+      {R"({"do9": {}})", {Code::kUnknownName, at + "/do9", {"do9"}}},
+      {R"({"di1": {"from": "nothing"}})", {Code::kUnknownName, at + "/di1", {"nothing"}}},
+      {R"({"di1": {"from": "io/ao1"}})", {Code::kUnknownName, at + "/di1", {"io/ao1"}}},
+      {R"({"do1": {"from": "io/do2"}})", {Code::kUnknownKey, at + "/do1/from", {"from"}}},
+      {R"({"do1": {"name": "do2"}})", {Code::kDuplicate, at + "/do2", {"do2"}}},
+      {R"({"di1": {"script": [{"at_s": 1, "value": true}, {"at_s": 0.5, "value": false}]}})",
+       {Code::kOutOfRange, at + "/di1/script/1/at_s"}},
+      {R"({"di1": {"from": "io/do1", "script": []}})", {Code::kConflict, at + "/di1"}}};
+  for (const auto& [settings, expected] : mistakes) {
     Description description = parsed(R"({"devices": {"io": {"model": "io_block"}},
                                         "program": {"do": "wait", "seconds": 0}})");
     description.devices[0].settings = nlohmann::ordered_json::parse(settings);
-    EXPECT_THAT(refusal(std::move(description)), HasSubstr(text)) << settings;
+    EXPECT_THAT(refusal(std::move(description)), Reports(expected)) << settings;
   }
 }
 
 TEST(Terminals, MistakesOfAProgramAreFindings) {
-  const std::pair<const char*, const char*> mistakes[] = {
-      {R"({"do": "set", "output": "io/lmap", "value": true})", "did you mean 'io/lamp'?"},
-      {R"({"do": "set", "output": "io/valve", "value": true})", "/program/value"},
-      {R"({"do": "set", "output": "io/valve", "value": 11})", "0 to 10 V"},
-      {R"({"do": "wait", "until": {"input": "io/valve seen", "above_m": 1}})", "above_V"},
-      {R"({"do": "wait", "until": {"input": "io/buton"}})", "did you mean 'io/button'?"},
-      {R"({"do": "grip"})", "key 'gripper' is missing"}};
-  for (const auto& [program, text] : mistakes) {
+  const std::pair<const char*, Expected> mistakes[] = {
+      {R"({"do": "set", "output": "io/lmap", "value": true})",
+       {Code::kUnknownName, "/program/output", {"io/lmap", "io/lamp"}}},
+      {R"({"do": "set", "output": "io/valve", "value": true})", {Code::kWrongType, "/program/value", {"true"}}},
+      {R"({"do": "set", "output": "io/valve", "value": 11})", {Code::kOutOfRange, "/program/value", {"0", "10 V"}}},
+      {R"({"do": "wait", "until": {"input": "io/valve seen", "above_m": 1}})",
+       {Code::kUnknownKey, "/program/until/above_m", {"above_V"}}},
+      {R"({"do": "wait", "until": {"input": "io/buton"}})",
+       {Code::kUnknownName, "/program/until/input", {"io/buton", "io/button"}}},
+      {R"({"do": "grip"})", {Code::kMissing, "/program", {"gripper"}}}};
+  for (const auto& [program, expected] : mistakes) {
     Description description = parsed(kTerminals);
     description.expectations.clear();
     description.program = nlohmann::ordered_json::parse(program);
-    EXPECT_THAT(refusal(std::move(description)), HasSubstr(text)) << program;
+    EXPECT_THAT(refusal(std::move(description)), Reports(expected)) << program;
   }
 }
 
@@ -236,17 +244,18 @@ TEST(Mounting, WhatHangsOnWhatIsTurnedIsTurned) {
             1e-3);
 }
 
-TEST(Mounting, MistakesAreFindingsWithTheirPlace) {
-  const auto text = [](const std::string& finder) {
+TEST(Mounting, MistakesAreReportedWithTheirLocation) {
+  const auto wrong = [](const std::string& finder) {
     const auto description = parse_description(R"({"devices": {"arm": {"model": "lwr4plus"}, "finder": )" + finder +
                                                R"(}, "program": {"do": "wait", "seconds": 0}})");
-    return description ? "" : description.error().to_string();
+    return description ? Diagnostics() : description.error();
   };
-  EXPECT_THAT(text(R"({"model": "range_finder", "mount": {}})"), HasSubstr("'mount' without 'on'"));
-  EXPECT_THAT(text(R"({"model": "range_finder", "on": "arm", "mount": {"rpy": [0, 0, 0]}})"),
-              HasSubstr("/devices/finder/mount/rpy"));
-  EXPECT_THAT(text(R"({"model": "range_finder", "on": "arm", "mount": {"quaternion": [1, 1, 0, 0]}})"),
-              HasSubstr("/devices/finder/mount/quaternion"));
+  EXPECT_THAT(wrong(R"({"model": "range_finder", "mount": {}})"),
+              Reports(Code::kInvalidValue, "/devices/finder/mount", {"mount", "on"}));
+  EXPECT_THAT(wrong(R"({"model": "range_finder", "on": "arm", "mount": {"rpy": [0, 0, 0]}})"),
+              Reports(Code::kUnknownKey, "/devices/finder/mount/rpy"));
+  EXPECT_THAT(wrong(R"({"model": "range_finder", "on": "arm", "mount": {"quaternion": [1, 1, 0, 0]}})"),
+              Reports(Code::kOutOfRange, "/devices/finder/mount/quaternion"));
 }
 
 /// A tool of that mass, made for the test.
@@ -266,14 +275,14 @@ class Weight {
   }
 
   /// The session of an arm that carries it and goes from its home to a place, or why there is none.
-  [[nodiscard]] std::string refusal(const std::string& arm, const std::string& to) const {
+  [[nodiscard]] Diagnostics refusal(const std::string& arm, const std::string& to) const {
     const device::ModelLibrary library({"models", folder_.path()});
     const auto session = Session::create(parsed(R"({"devices": {"arm": {"model": ")" + arm +
                                                 R"("}, "load": {"model": "weight", "on": "arm"}},
         "program": {"do": "ptp", "to": {"joints_deg": )" +
                                                 to + "}}}"),
                                          library);
-    return session ? "" : session.error().to_string();
+    return session ? Diagnostics() : session.error();
   }
 
  private:
@@ -282,19 +291,17 @@ class Weight {
 
 TEST(Payload, MoreThanTheArmCarriesIsRefused) {
   const std::string level = "[0, -180, 0, -90, 90, 0]";
-  EXPECT_EQ(Weight(4.9).refusal("ur5", level), "");
-  const std::string text = Weight(5.1).refusal("ur5", level);
-  EXPECT_THAT(text, HasSubstr("/devices/arm: error: 'arm' carries 5.10 kg"));
-  EXPECT_THAT(text, HasSubstr("at most 5 kg: 'payload_max_kg' of 'ur5'"));
+  EXPECT_TRUE(Weight(4.9).refusal("ur5", level).empty());
+  EXPECT_THAT(Weight(5.1).refusal("ur5", level),
+              Reports(Code::kLimitExceeded, "/devices/arm", {"arm", "5.10 kg", "5 kg", "payload_max_kg", "ur5"}));
 }
 
 /// Twenty kilograms are within what a TX90 may carry, but not at arm's length: told before anything moves.
 TEST(Payload, ALoadThatTheMotorsCannotHoldOnTheWayIsFoundBeforeTheRun) {
   const Weight weight(20.0);
-  EXPECT_EQ(weight.refusal("tx90", "[90, 30, 105, 0, 45, 0]"), "");
-  const std::string text = weight.refusal("tx90", "[0, 90, 0, 0, 0, 0]");
-  EXPECT_THAT(text, HasSubstr("/program/to"));
-  EXPECT_THAT(text, HasSubstr("cannot carry arm and load of 20.00 kg: at 100 % of the path"));
+  EXPECT_TRUE(weight.refusal("tx90", "[90, 30, 105, 0, 45, 0]").empty());
+  EXPECT_THAT(weight.refusal("tx90", "[0, 90, 0, 0, 0, 0]"),
+              Reports(Code::kLimitExceeded, "/program/to", {"20.00 kg", "100 %"}));
 }
 
 }  // namespace

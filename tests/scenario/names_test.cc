@@ -6,11 +6,12 @@
 #include <gtest/gtest.h>
 
 #include "scenario/description.h"
+#include "tests/support/reports.h"
 
 namespace takt::scenario::names_test {
 namespace {
 
-using testing::HasSubstr;
+using takt::test::Reports;
 
 constexpr const char* kCell = R"({
   "title": "cell",
@@ -21,24 +22,23 @@ constexpr const char* kCell = R"({
   "program": {"do": "wait", "seconds": 1}
 })";
 
-std::string refusal(const std::string& text, const std::vector<Override>& overrides = {}) {
+Diagnostics refusal(const std::string& text, const std::vector<Override>& overrides = {}) {
   const auto description = parse_description(text, overrides);
-  return description ? "accepted" : description.error().to_string();
+  return description ? Diagnostics() : description.error();
 }
 
-TEST(Names, PlacesShareOneNameSpace) {
+TEST(Names, FramesShareOneNameSpace) {
   EXPECT_THAT(refusal(kCell, {{"/objects/arm", R"({"shape": "sphere", "radius_m": 1, "at": {}})"}}),
-              HasSubstr("/objects/arm: error: the name 'arm' is used twice in this cell"));
-  EXPECT_EQ(refusal(kCell, {{"/cameras", R"({"block": {"at": {}}})"}}), "accepted") << "cameras are no places";
+              Reports(Code::kDuplicate, "/objects/arm", {"arm"}));
+  EXPECT_TRUE(refusal(kCell, {{"/cameras", R"({"block": {"at": {}}})"}}).empty()) << "cameras are no frames";
 }
 
 TEST(Names, TheFilmNamesCamerasThatExist) {
   const Override cameras{"/cameras", R"({"front": {"at": {}}, "top": {"at": {}}})"};
-  EXPECT_EQ(refusal(kCell, {cameras, {"/film", R"({"camera": "front", "inset": "top"})"}}), "accepted");
-  const std::string text =
-      refusal(kCell, {cameras, {"/film", R"({"camera": "frnt", "cuts": [{"step": "a", "camera": "up"}]})"}});
-  EXPECT_THAT(text, HasSubstr("/film/camera: error: there is no camera 'frnt' (did you mean 'front'?"));
-  EXPECT_THAT(text, HasSubstr("/film/cuts/0/camera: error: there is no camera 'up'"));
+  EXPECT_TRUE(refusal(kCell, {cameras, {"/film", R"({"camera": "front", "inset": "top"})"}}).empty());
+  EXPECT_THAT(refusal(kCell, {cameras, {"/film", R"({"camera": "frnt", "cuts": [{"step": "a", "camera": "up"}]})"}}),
+              testing::AllOf(Reports(Code::kUnknownName, "/film/camera", {"frnt", "front"}),
+                             Reports(Code::kUnknownName, "/film/cuts/0/camera", {"up"})));
 }
 
 }  // namespace

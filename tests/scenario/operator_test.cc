@@ -8,13 +8,14 @@
 
 #include "record/recording.h"
 #include "scenario/session.h"
+#include "tests/support/reports.h"
 
 namespace takt::scenario::operator_test {
 namespace {
 
+using takt::test::ReportsAnywhere;
 using testing::AllOf;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 const device::ModelLibrary& models() {
   static const device::ModelLibrary library({"models"});
@@ -112,7 +113,7 @@ TEST(Operator, ACancelInAPauseEndsIt) {
 TEST(Operator, AnAbortStopsTheDevicesAndFailsTheProgram) {
   const Watched aborted = run(R"({"at_s": 0.3, "do": "abort"})");
   EXPECT_EQ(aborted.report.verdict, Verdict::kError);
-  EXPECT_THAT(aborted.report.diagnostics.to_string(), HasSubstr("the operator stopped everything"));
+  EXPECT_THAT(aborted.report.diagnostics, ReportsAnywhere(Code::kStopped));
   EXPECT_TRUE(aborted.report.expectations.front().passed) << "within the limits";
   EXPECT_TRUE(aborted.at_rest);
   EXPECT_TRUE(aborted.free);
@@ -122,7 +123,7 @@ TEST(Operator, AnAbortBetweenTwoNetsStopsTheNextOne) {
   const Watched aborted = run(R"({"at_s": 0.05, "do": "abort"})",
                               R"({"do": "wait", "seconds": 0.1}, {"do": "lin", "to": {"by_m": [0, 0, 0.1]}})");
   EXPECT_EQ(aborted.report.verdict, Verdict::kError);
-  EXPECT_THAT(aborted.report.diagnostics.to_string(), HasSubstr("the operator stopped everything"));
+  EXPECT_THAT(aborted.report.diagnostics, ReportsAnywhere(Code::kStopped));
   EXPECT_LT(aborted.report.sim_time, 0.3);
   EXPECT_TRUE(aborted.free);
 }
@@ -177,7 +178,7 @@ TEST(Operator, AProgramIsEnteredAtAStep) {
   EXPECT_NEAR(entered.report.sim_time, 0.5 * whole.report.sim_time, 0.1);
   const Watched nowhere = run("", kThereAndBack, "dwon");
   EXPECT_EQ(nowhere.report.verdict, Verdict::kRefused);
-  EXPECT_THAT(nowhere.report.diagnostics.to_string(), HasSubstr("did you mean 'down'?"));
+  EXPECT_THAT(nowhere.report.diagnostics, ReportsAnywhere(Code::kUnknownName, {"dwon", "down"}));
 }
 
 }  // namespace

@@ -11,12 +11,14 @@
 #include <nlohmann/json.hpp>
 
 #include "scenario/session.h"
+#include "tests/support/reports.h"
 
 namespace takt::scenario::program_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using testing::HasSubstr;
+using takt::test::Reports;
+using testing::AllOf;
 
 /// An arm with sensor and probe over a plinth, up to 4 mm too high or low: the complete file of docs/tutorial.md.
 Json example() {
@@ -51,9 +53,9 @@ RunReport run(const Json& json) {
   return (*session)->run({});
 }
 
-std::string refusal(const Json& json) {
+Diagnostics refusal(const Json& json) {
   const auto session = session_of(json);
-  return session ? "accepted" : session.error().to_string();
+  return session ? Diagnostics() : session.error();
 }
 
 TEST(Program, DevicesMayHaveAnyName) {
@@ -104,8 +106,7 @@ TEST(Program, D1_AProgramThatNeverWaitsIsStoppedAndNamed) {
   EXPECT_EQ(waits(9'000).verdict, Verdict::kPassed);
   const RunReport report = waits(20'000);
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.diagnostics.to_string(),
-              HasSubstr("/program/steps/0/steps/0: error: 10000 steps without a single cycle between them"));
+  EXPECT_THAT(report.diagnostics, Reports(Code::kTooLarge, "/program/steps/0/steps/0", {"10000"}));
 }
 
 TEST(Program, ASequenceRunsAsOftenAsItSays) {
@@ -126,8 +127,7 @@ TEST(Program, AGuardedMotionThatMeetsNothingFailsUnlessToldToGoOn) {
                              "until": {"sensor": "wrist", "above_N": 5}}])");
   const RunReport failed = run(json);
   EXPECT_EQ(failed.verdict, Verdict::kError);
-  EXPECT_THAT(failed.diagnostics.to_string(),
-              HasSubstr("/program/steps/1/until: error: the motion reached its end and the condition never held"));
+  EXPECT_THAT(failed.diagnostics, Reports(Code::kConditionNotMet, "/program/steps/1/until"));
   json["program"]["steps"][1]["on_end"] = "continue";
   EXPECT_EQ(run(json).verdict, Verdict::kPassed);
 }
@@ -137,35 +137,32 @@ TEST(Program, ARunThatDoesNotEndIsAnErrorThatNamesTheStep) {
   json["time_limit_s"] = 0.5;
   const RunReport report = run(json);
   EXPECT_EQ(report.verdict, Verdict::kError);
-  EXPECT_THAT(report.diagnostics.to_string(),
-              HasSubstr("/time_limit_s: error: the program has not ended after 0.5 s, in step 'long'"));
+  EXPECT_THAT(report.diagnostics, Reports(Code::kTimeout, "/time_limit_s", {"0.5 s", "long"}));
 }
 
 TEST(Rehearsal, FindsWhatCannotWorkBeforeAnythingMoves) {
-  const std::string text = refusal(cell_with(R"([
+  const Diagnostics found = refusal(cell_with(R"([
       {"do": "ptp", "to": {"in": "plinht", "position_m": [0, 0, 0]}},
       {"do": "lin", "to": {"in": "plinth", "position_m": [3, 0, 0]}},
       {"do": "ptp", "to": {"joints_deg": [0, 0, 0, 150, 0, 0, 0]}}])"));
-  EXPECT_THAT(text, HasSubstr("/program/steps/0/to"));
-  EXPECT_THAT(text, HasSubstr("did you mean 'plinth'?"));
-  EXPECT_THAT(text, HasSubstr("/program/steps/1/to"));
-  EXPECT_THAT(text, HasSubstr("/program/steps/2/to"));
+  EXPECT_THAT(found, AllOf(Reports(Code::kUnknownName, "/program/steps/0/to/in", {"plinht", "plinth"}),
+                           Reports(Code::kUnreachable, "/program/steps/1/to"),
+                           Reports(Code::kOutOfRange, "/program/steps/2/to", {"a3"})));
 }
 
 TEST(Rehearsal, RefusesGoalsOutOfReachAndOutOfRange) {
   EXPECT_THAT(refusal(cell_with(R"([{"do": "ptp", "to": {"in": "world", "position_m": [3, 0, 0]}}])")),
-              HasSubstr("/program/steps/0/to: error: the goal is out of reach"));
-  const std::string text = refusal(cell_with(R"([{"do": "ptp", "to": {"joints_deg": [0, 0, 0, 150, 0, 0, 0]}}])"));
-  EXPECT_THAT(text, HasSubstr("/program/steps/0/to"));
-  EXPECT_THAT(text, HasSubstr("a3"));
+              Reports(Code::kUnreachable, "/program/steps/0/to"));
+  EXPECT_THAT(refusal(cell_with(R"([{"do": "ptp", "to": {"joints_deg": [0, 0, 0, 150, 0, 0, 0]}}])")),
+              Reports(Code::kOutOfRange, "/program/steps/0/to", {"a3"}));
 }
 
 TEST(Rehearsal, AContactNeedsATouchAndAFitNeedsContacts) {
-  const std::string text = refusal(cell_with(R"([
+  const Diagnostics found = refusal(cell_with(R"([
       {"do": "ptp", "to": "home"},
       {"do": "record_contact", "as": "top"},
       {"do": "fit_pose", "object": "plinth", "as": "found", "contacts": ["tip"], "free": ["x", "z"]}])"));
-  EXPECT_THAT(text, HasSubstr("/program/steps/1: error: the last motion of 'arm' was not guarded"));
+  EXPECT_THAT(found, Reports(Code::kRequires, "/program/steps/1", {"arm", "until"}));
 }
 
 TEST(Rehearsal, AFittedFrameMayBeUsedAfterwardsAndNotBefore) {
@@ -173,9 +170,9 @@ TEST(Rehearsal, AFittedFrameMayBeUsedAfterwardsAndNotBefore) {
   Json json = example();
   auto& steps = json["program"]["steps"];
   steps.push_back(Json::parse(step));
-  EXPECT_EQ(refusal(json), "accepted");
+  EXPECT_TRUE(refusal(json).empty());
   steps.insert(steps.begin(), Json::parse(step));
-  EXPECT_THAT(refusal(json), HasSubstr("/program/steps/0/to"));
+  EXPECT_THAT(refusal(json), Reports(Code::kUnknownName, "/program/steps/0/to/in", {"plinth found"}));
 }
 
 }  // namespace
