@@ -10,6 +10,7 @@ namespace takt::hw {
 /// The kinds of drivers that takt itself brings. Realtime: setup.
 [[nodiscard]] std::unique_ptr<device::DriverKind> fri_kind();
 [[nodiscard]] std::unique_ptr<device::DriverKind> rtde_kind();
+[[nodiscard]] std::unique_ptr<device::DriverKind> cia402_kind();
 
 /// Makes all of them known to device::DriverKinds. May be called again. Realtime: setup.
 void add_own_drivers();

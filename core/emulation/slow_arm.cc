@@ -4,11 +4,22 @@
 
 namespace takt::emulation {
 
+using device::ChangeClass;
+using device::ControlMode;
+
+namespace {
+
+constexpr std::int64_t kShownCycles = 3;               // of the device: for a packet that is lost, and one that is late
+constexpr Nanoseconds kSettling = 100 * kMillisecond;  // until the joints stand where the set points do
+
+}  // namespace
+
 SlowArm::SlowArm(const std::string& name, std::shared_ptr<device::ArmBackend> inner, const motion::JointLimits& limits,
-                 const SlowOptions& options, Nanoseconds core_period, std::uint64_t seed)
+                 const SlowOptions& options, Nanoseconds core_period, std::uint64_t seed, device::ControlModes modes)
     : inner_(std::move(inner)),
       options_(options),
       core_period_(core_period),
+      modes_(std::move(modes)),
       device_clock_(options.clock()),
       agent_(limits, options.timing(core_period), core_clock_),
       controller_(limits, options.cycle, options.answer_timeout_cycles),
@@ -18,7 +29,45 @@ SlowArm::SlowArm(const std::string& name, std::shared_ptr<device::ArmBackend> in
 
 bool SlowArm::read(device::ArmSample& sample) {
   advance(++core_cycle_ * core_period_);
-  return agent_.read(sample);
+  const bool any = agent_.read(sample);
+  // On the way to another mode it takes no set points, as was asked for: the arm is not lost.
+  if (sample.changing_mode && sample.fault == 0) sample.ready = true;
+  return any;
+}
+
+device::ControlModes SlowArm::delayed(const device::ControlModes& modes, const SlowOptions& options,
+                                      Nanoseconds core_period) {
+  device::ControlModes slow = modes;
+  for (device::ModeChange& change : slow.changes) {
+    // Position begins where a spring was pushed to: a step, for set points that are on their way.
+    const bool step = change.change == ChangeClass::kSeamless && change.to == ControlMode::kPosition;
+    if (step) change.change = ChangeClass::kAtStandstill;
+    if (change.change != ChangeClass::kSeamless)
+      change.duration += options.delay(core_period) + kShownCycles * options.cycle + kSettling;
+  }
+  return slow;
+}
+
+void SlowArm::change_mode(ControlMode mode) {
+  const device::ModeChange* change = modes_.find(plant_.mode, mode);
+  if (change == nullptr || change_ || plant_.changing_mode) return;
+  if (change->change == ChangeClass::kSeamless && mode != ControlMode::kPosition) return inner_->change_mode(mode);
+  // Before that what was sent earlier is on its way to the arm behind.
+  const std::int64_t from = core_cycle_ + options_.delay(core_period_) / core_period_ + 1;
+  change_ = Change{mode, from, from + kSettling / core_period_};
+}
+
+/// Asks until the arm behind stands and begins to change.
+void SlowArm::continue_change() {
+  if (!change_ || core_cycle_ < change_->from) return;
+  if (change_->shown_until < 0) change_->shown_until = device_cycle_ + kShownCycles;
+  if (plant_.mode == change_->to && !plant_.changing_mode) {
+    if (device_cycle_ >= change_->shown_until) change_.reset();
+  } else if (core_cycle_ > change_->end && !plant_.changing_mode) {
+    change_.reset();
+  } else if (!plant_.changing_mode) {
+    inner_->change_mode(change_->to);
+  }
 }
 
 /// All that happens up to now, in the order of time. The plant is known at the core's cycles only: what happens between
@@ -50,9 +99,13 @@ void SlowArm::look_at_plant() {
   if (looked_) return;
   looked_ = true;
   const bool was_ready = has_plant_ && plant_.ready;
+  const bool was_changing = changing();
+  const ControlMode mode = plant_.mode;
   has_plant_ = inner_->read(plant_);
+  continue_change();
   // What the drives do without set points the controller follows, so that it begins where they are.
-  if (has_plant_ && !(was_ready && plant_.ready)) {
+  const bool stiffens = was_changing && plant_.mode != mode && plant_.mode == ControlMode::kPosition;
+  if (has_plant_ && (!(was_ready && plant_.ready) || stiffens)) {
     controller_.stand(plant_.commanded.size() > 0 ? plant_.commanded : plant_.q);
   }
 }
@@ -67,7 +120,8 @@ void SlowArm::begin_device_cycle() {
   packet.sample.sequence = sequence_;
   packet.sample.stamp = device_clock_.to_device(plant_.stamp);
   packet.sample.commanded = controller_.at(instant).q;
-  packet.sample.ready = ready();
+  packet.sample.changing_mode = changing();
+  packet.sample.ready = ready() && !changing();
   if (controller_.timed_out() && packet.sample.fault == 0) packet.sample.fault = kAnswersMissing;
   to_core_.send(packet, core_clock_.now());
 }
@@ -142,6 +196,7 @@ void SlowArm::hash_state() {
   controller_.add_state(state_);
   state_.add(agent_.resampled_time());
   state_.add(static_cast<std::uint64_t>(agent_.phase()));
+  state_.add(change_ ? std::uint64_t{1} + static_cast<std::uint64_t>(change_->to) : 0);
 }
 
 }  // namespace takt::emulation
