@@ -17,7 +17,7 @@ ContactRules::Role ContactRules::role_of(int body, const Situation& situation) c
     if (const auto arm = shapes_.arms.find(one.owner); arm != shapes_.arms.end()) {
       role.arm = one.owner;
       role.carried = one.owner != owner;
-      role.base = arm->second.is_base && !role.carried;
+      role.base = arm->second.is_base;
       return role;
     }
     at = one.root ? situation.state.fixings[static_cast<std::size_t>(at)].parent : one.parent;
@@ -30,7 +30,8 @@ bool ContactRules::holds(int gripper, int object) const {
   return holders != holders_.end() && holders->second.contains(shapes_.scene.body(gripper).owner);
 }
 
-/// Machines are not touched on purpose; furniture, parts, also those that another arm holds, and what drives are.
+/// Machines are not touched on purpose; furniture, parts (also those that another arm holds), and bases with what is
+/// mounted on them are.
 bool ContactRules::may_be_touched(int body) const {
   const Role& one = role(body);
   return !one.machine || one.arm.empty() || one.base;

@@ -115,7 +115,7 @@ class Timeline {
     FoundCollision one = found_in(*first->motion, shapes_, at_begin.state, hit, time - first->begin);
     std::string meanwhile;
     if (second != nullptr && second != first) meanwhile = second->motion->part_at(time - second->begin).step;
-    const Severity severity = is_certain(of_a, of_b, time) ? Severity::kError : Severity::kWarning;
+    const Severity severity = is_certain(of_a, of_b, time) ? Severity::kError : Severity::kNote;
     diagnostics.add(diagnostic_of(one, shapes_, severity, meanwhile));
     if (found != nullptr) found->push_back(std::move(one));
   }

@@ -119,5 +119,12 @@ TEST_F(ContactRulesTest, WhatDrivesMayBeLoaded) {
   EXPECT_EQ(contact(link("left", 3), link("right", 2)), Contact::kForbidden);
 }
 
+TEST_F(ContactRulesTest, WhatIsMountedOnABaseMayBeTouched) {
+  shapes.arms["right"].is_base = true;
+  EXPECT_EQ(contact(link("left gripper", 0), link("right gripper", 0), {"left"}), Contact::kMeant);
+  EXPECT_EQ(contact(link("left gripper", 0), link("right gripper", 0)), Contact::kForbidden);
+  EXPECT_EQ(contact(link("left", 3), link("right gripper", 0), {"left"}), Contact::kForbidden);
+}
+
 }  // namespace
 }  // namespace takt::collision
