@@ -14,6 +14,7 @@
 #include "sim/force_torque.h"
 #include "sim/gripper.h"
 #include "sim/signals.h"
+#include "sim/thread_law.h"
 #include "sim/world_description.h"
 
 struct mjModel_;
@@ -99,6 +100,8 @@ class World {
   /// @return the number to ask contact() with; or a diagnostic for an unknown name. Realtime: setup.
   [[nodiscard]] Result<std::size_t> watch_contact(const std::string& side_a, const std::string& side_b);
   [[nodiscard]] const ContactReading& contact(std::size_t watch) const;
+  /// Screws that were caught, seated, released.
+  [[nodiscard]] const ThreadLaw& threads() const;
 
   /// What pictures are drawn from: the model with all visual geometry, and a state with the positions of time(), which
   /// lamps burn, and nothing else; data() copies them. The physics runs on a model of its own without that geometry,
