@@ -19,6 +19,9 @@ constexpr double kSlidingMass = 0.01;
 /// The cone of a sliding contact is so much wider: the law limits the force itself, and the cone is only there for
 /// surfaces that part within the step.
 constexpr double kSlidingCone = 10.0;
+/// m: torque that a bit carries over the force that presses it into its socket and friction. As good as any: a hexagon
+/// does not slip.
+constexpr double kDriveRadius = 5.0;
 constexpr double kLeastFriction = 1e-5;    // MuJoCo divides by it
 constexpr double kLeastDeviation = 1e-10;  // m^2: points nearer than 10 um to each other cannot tell a twist
 
@@ -27,6 +30,11 @@ using VectorMap = Eigen::Map<const Eigen::Vector3d>;
 
 std::int64_t shapes_of(const mjContact& contact) {
   return (static_cast<std::int64_t>(contact.geom[0]) << 32) | static_cast<std::uint32_t>(contact.geom[1]);
+}
+
+/// Those of one spring of two shapes; `group` is below 128 (Solids::group).
+std::int64_t spring_of(const mjContact& contact, int group) {
+  return shapes_of(contact) | (static_cast<std::int64_t>(group) << 56);
 }
 
 bool matches(const ContactRule& rule, const ContactParameters& a, const ContactParameters& b) {
@@ -71,6 +79,7 @@ struct ContactLaw::Patch {
   double added_share = 0.0;               ///< of the inertia that the step adds in what moves, 0..1
   double mass = 0.0;                      ///< kg, that the two bodies have against each other, about
   double friction_limit = 0.0;            ///< N, of all points
+  double torsion = 0.0;                   ///< m
   Eigen::Vector3d centre, normal;         ///< of the pressure, in the world
   Eigen::Vector3d stretch;                ///< m, in the world
   double twist = 0.0;                     ///< rad
@@ -97,6 +106,7 @@ ContactLaw::ContactLaw(const mjModel& model, const WorldDescription& description
   for (const ObjectDescription& object : description.objects) {
     set(object.name, number_of(object.contact));
     if (object.free) memories += 4;
+    for (const ObjectGeometry& part : object.shapes) memories += 6 * part.bores.size();
   }
   memories += 6 * description.grippers.size();
   surfaces_ = known.size();
@@ -153,19 +163,25 @@ void ContactLaw::store(const Memory& memory) {
   if (used_ < after_.size()) after_[used_++] = memory;
 }
 
-void ContactLaw::prepare(const mjModel& model, mjData& data) {
+void ContactLaw::prepare(const mjModel& model, mjData& data, const Solids& solids) {
   used_ = 0;
   if (!springs_.empty()) set_springs(data);
-  // The contact points of two shapes follow each other.
+  // The contact points of two shapes follow each other, and among them those that share a spring.
   for (int begin = 0, end = 0; begin < data.ncon; begin = end) {
-    for (end = begin + 1; end < data.ncon && shapes_of(data.contact[end]) == shapes_of(data.contact[begin]);) ++end;
-    if (data.contact[begin].geom[0] >= 0 && data.contact[begin].geom[1] >= 0) set_patch(model, data, begin, end);
+    const int group = solids.group(begin);
+    const auto belongs = [&](int i) {
+      return shapes_of(data.contact[i]) == shapes_of(data.contact[begin]) && solids.group(i) == group;
+    };
+    for (end = begin + 1; end < data.ncon && belongs(end);) ++end;
+    if (data.contact[begin].geom[0] >= 0 && data.contact[begin].geom[1] >= 0)
+      set_patch(model, data, solids, begin, end);
   }
   std::fill(after_.begin() + static_cast<std::ptrdiff_t>(used_), after_.end(), Memory{});
   std::swap(before_, after_);
 }
 
-void ContactLaw::set_patch(const mjModel& model, mjData& data, int begin, int end) {
+void ContactLaw::set_patch(const mjModel& model, mjData& data, const Solids& solids, int begin, int end) {
+  const int group = solids.group(begin);
   double depth = 0.0, squares = 0.0;
   int points = 0;
   const auto depth_of = [&](const mjContact& contact) {
@@ -184,14 +200,20 @@ void ContactLaw::set_patch(const mjModel& model, mjData& data, int begin, int en
   const double h = timestep_;
   Patch patch;
   patch.pair = &pair(first.geom[0], first.geom[1]);
-  patch.stiffness = patch.pair->stiffness / shares;
-  patch.damping = patch.pair->damping / shares;
+  patch.torsion = group == Solids::kDrive ? kDriveRadius : patch.pair->torsion;
   const int body = model.body_weldid[model.geom_bodyid[first.geom[0]]];
   const int other = model.body_weldid[model.geom_bodyid[first.geom[1]]];
   patch.mass = 1.0 / std::max(mjMINVAL, model.body_invweight0[2 * body] + model.body_invweight0[2 * other]);
-  const double added = h * (h * patch.stiffness + patch.damping);
-  patch.added_share = added / (added + patch.mass);
-  patch.normal_damping = patch.damping + patch.added_share * h * patch.stiffness;
+  // What one point has of the stiffness.
+  const auto scale_to = [&](int i) {
+    const double own = solids.weight(i);
+    const double share = own > 0.0 ? 1.0 / own : shares;
+    patch.stiffness = patch.pair->stiffness / share;
+    patch.damping = patch.pair->damping / share;
+    const double added = h * (h * patch.stiffness + patch.damping);
+    patch.added_share = added / (added + patch.mass);
+    patch.normal_damping = patch.damping + patch.added_share * h * patch.stiffness;
+  };
 
   patch.centre = patch.normal = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
@@ -208,6 +230,7 @@ void ContactLaw::set_patch(const mjModel& model, mjData& data, int begin, int en
     patch.normal += weight(contact) * VectorMap(contact.frame);
     velocity += weight(contact) * tangential(contact);
     const int row = contact.efc_address;
+    scale_to(i);
     const double force =
         -patch.stiffness * (data.efc_pos[row] - data.efc_margin[row]) - patch.normal_damping * data.efc_vel[row];
     patch.friction_limit += patch.pair->friction * std::max(0.0, force);
@@ -225,7 +248,7 @@ void ContactLaw::set_patch(const mjModel& model, mjData& data, int begin, int en
   if (deviation <= kLeastDeviation && first.dim > 3) spin = data.efc_vel[first.efc_address + 3];
 
   // Friction's spring moves with the surfaces.
-  Memory memory{.shapes = shapes_of(first)};
+  Memory memory{.shapes = spring_of(first, group)};
   const MatrixMap R(data.xmat + 9 * model.geom_bodyid[first.geom[0]]);
   patch.stretch = h * velocity;
   patch.twist = h * spin;
@@ -235,12 +258,14 @@ void ContactLaw::set_patch(const mjModel& model, mjData& data, int begin, int en
   }
   patch.stretch -= patch.normal * patch.normal.dot(patch.stretch);
   for (int i = begin; i < end; ++i) {
-    if (data.contact[i].efc_address >= 0) set_rows(model, data, patch, data.contact[i]);
+    if (data.contact[i].efc_address < 0) continue;
+    scale_to(i);
+    set_rows(model, data, patch, data.contact[i]);
   }
   // It is never stretched farther than friction can hold.
   const double longest = patch.friction_limit / (kTangentialShare * patch.pair->stiffness);
   if (const double length = patch.stretch.norm(); length > longest) patch.stretch *= longest / length;
-  const double radius = std::max(std::sqrt(deviation), std::max(patch.pair->torsion, 1e-6));
+  const double radius = std::max(std::sqrt(deviation), std::max(patch.torsion, 1e-6));
   patch.twist = std::clamp(patch.twist, -longest / radius, longest / radius);
   memory.stretch = R.transpose() * patch.stretch;
   memory.twist = patch.twist;
@@ -280,8 +305,7 @@ void ContactLaw::set_rows(const mjModel&, mjData& data, const Patch& patch, mjCo
   set(1, tangential, force[0]);
   set(2, tangential, force[1]);
   const double cone = slides ? kSlidingCone : 1.0;
-  const std::array<double, 5> coefficients = {friction, friction,
-                                              std::max(patch.pair->torsion * friction, kLeastFriction),
+  const std::array<double, 5> coefficients = {friction, friction, std::max(patch.torsion * friction, kLeastFriction),
                                               std::max(patch.pair->rolling * friction, kLeastFriction),
                                               std::max(patch.pair->rolling * friction, kLeastFriction)};
   for (int i = 0; i < 5; ++i) contact.friction[i] = cone * coefficients[static_cast<std::size_t>(i)];

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "sim/device.h"
+#include "sim/solids.h"
 #include "sim/world_description.h"
 
 struct mjModel_;
@@ -40,13 +41,13 @@ class ContactLaw {
  public:
   ContactLaw(const mjModel_& model, const WorldDescription& description);
   /// Once per physics step, between mj_step1 and mj_step2: replaces the rows of contacts and springs.
-  void prepare(const mjModel_& model, mjData_& data);
+  void prepare(const mjModel_& model, mjData_& data, const Solids& solids);
   void stream(StateStream& state);
 
  private:
   /// What is remembered of two shapes in contact.
   struct Memory {
-    std::int64_t shapes = -1;                           ///< both numbers; -1: free
+    std::int64_t shapes = -1;                           ///< both numbers and the spring's; -1: free
     Eigen::Vector3d stretch = Eigen::Vector3d::Zero();  ///< m, of friction's spring, in the axes of the first body
     double twist = 0.0;                                 ///< rad, about the normal
   };
@@ -61,7 +62,7 @@ class ContactLaw {
   [[nodiscard]] const Memory* remembered(std::int64_t shapes) const;
   void add_springs(const mjModel_& model, const WorldDescription& description);
   void set_springs(mjData_& data) const;
-  void set_patch(const mjModel_& model, mjData_& data, int begin, int end);
+  void set_patch(const mjModel_& model, mjData_& data, const Solids& solids, int begin, int end);
   void set_rows(const mjModel_& model, mjData_& data, const Patch& patch, mjContact_& contact) const;
   void store(const Memory& memory);
 

@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 #include <Eigen/Eigenvalues>
 
+#include "sim/solids.h"
+
 namespace takt::sim {
 namespace {
 
@@ -92,6 +94,7 @@ class Checker {
     contact(at, robot.contact);
     for (const auto& [link, surface] : robot.link_contacts) contact(at, surface);
     require(robot.stop_margin >= 0.0, at, "stop_margin", robot.stop_margin, ">= 0");
+    for (const auto& [link, chamfer] : robot.chamfers) require(chamfer > 0.0, at, "a chamfer", chamfer, "> 0 m");
     if (robot.free && !robot.mount.parent.empty())
       error(Code::kConflict, at, fmt::format("a free model cannot have the parent '{}'", robot.mount.parent));
     if (!robot.model || robot.model->links.empty()) return error(Code::kMissing, at, "the robot has no model");
@@ -151,8 +154,11 @@ class Checker {
       require(object.mass > 0.0, at, "the mass of a free object", object.mass, "> 0 kg");
     require(object.mass >= 0.0 && std::isfinite(object.mass), at, "the mass", object.mass, ">= 0 kg");
     if (object.shapes.empty()) error(Code::kMissing, at, "the object has no shape");
+    if (object.screw) check(at, object, *object.screw);
     bool has_mesh = false;
-    for (const auto& part : object.shapes) {
+    for (std::size_t i = 0; i < object.shapes.size(); ++i) {
+      const ObjectGeometry& part = object.shapes[i];
+      check_solid(part, part.pointer.empty() ? at : part.pointer, diagnostics_);
       if (!(volume(part.shape) > 0.0)) error(Code::kOutOfRange, at, "a shape has a size that is not > 0");
       has_mesh = has_mesh || std::holds_alternative<kinematics::Mesh>(part.shape);
     }
@@ -160,6 +166,18 @@ class Checker {
       error(Code::kConflict, at, "a free object of a mesh and other shapes: its mass cannot be spread",
             "one mesh, or no mesh");
     }
+  }
+
+  void check(const std::string& at, const ObjectDescription& object, const ScrewDescription& screw) {
+    if (!object.free) error(Code::kConflict, at, "a screw that is fixed", "free: it is caught by a thread");
+    if (screw.shank >= object.shapes.size() ||
+        !std::holds_alternative<kinematics::Cylinder>(object.shapes[screw.shank].shape)) {
+      error(Code::kInvalidValue, at, "the shank of the screw is no cylinder", "the number of one of its shapes");
+    }
+    const ThreadFigures& thread = screw.thread;
+    const bool sizes = thread.pitch > 0.0 && thread.pitch_diameter > 0.0 && thread.pitch < thread.major;
+    if (!sizes || thread.run_down < 0.0 || thread.friction < 0.0)
+      error(Code::kOutOfRange, at, fmt::format("figures of the thread '{}'", thread.size), "0 < pitch < major");
   }
 
   static double volume(const ObjectShape& shape) {

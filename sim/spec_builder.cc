@@ -12,6 +12,8 @@
 #include <mujoco/mujoco.h>
 
 #include "sim/description_check.h"
+#include "sim/solid_mesh.h"
+#include "sim/solids.h"
 
 namespace takt::sim {
 namespace {
@@ -154,7 +156,12 @@ class Builder {
       if (visuals_) {
         for (const Geometry& geometry : link.visuals) add_visual(robot, geometry, body);
       }
-      for (const Geometry& geometry : link.collisions) add_collision(robot.surface(link.name), geometry, body, bits);
+      for (std::size_t k = 0; k < link.collisions.size(); ++k) {
+        mjsGeom* geom = add_collision(robot.surface(link.name), link.collisions[k], body, bits);
+        if (robot.chamfers.contains(link.name))
+          mjs_setName(geom->element, solid_name(robot.name + "/" + link.name, k).c_str());
+        if (robot.bits.contains(link.name)) geom->condim = std::max<int>(geom->condim, 4);
+      }
       bodies[link.name] = body;
     }
     exclude_neighbours_of_base(robot);
@@ -252,6 +259,22 @@ class Builder {
     return geom;
   }
 
+  /// Chamfers and bores: the physics finds the geom by its name, pictures have the shape as it is.
+  void shape_further(const ObjectGeometry& part, const std::string& name, mjsGeom& geom) {
+    mjs_setName(geom.element, name.c_str());
+    if (!visuals_) return;
+    const PictureMesh picture = picture_of(part.shape, make_solid(part.shape, part.chamfer, part.bores));
+    mjsMesh* mesh = mjs_addMesh(&spec_, nullptr);
+    mjs_setName(mesh->element, name.c_str());
+    mjs_setFloat(mesh->uservert, picture.vertices.data(), static_cast<int>(picture.vertices.size()));
+    mjs_setFloat(mesh->usernormal, picture.normals.data(), static_cast<int>(picture.normals.size()));
+    mjs_setInt(mesh->userface, picture.corners.data(), static_cast<int>(picture.corners.size()));
+    mjs_setInt(mesh->userfacenormal, picture.corners.data(), static_cast<int>(picture.corners.size()));
+    mesh->inertia = mjMESH_INERTIA_SHELL;
+    geom.type = mjGEOM_MESH;
+    mjs_setString(geom.meshname, name.c_str());
+  }
+
   mjsGeom* add_geom(mjsBody* body, const Geometry& geometry) {
     return std::visit([&](const auto& shape) { return add_geom(body, ObjectShape(shape), geometry.X_LG, false); },
                       geometry.shape);
@@ -274,11 +297,12 @@ class Builder {
     if (geometry.material == kLightMaterial) light(*geom, robot.lit_by);
   }
 
-  void add_collision(const ContactParameters& surface, const Geometry& geometry, mjsBody* body,
-                     const ContactBits& bits) {
+  mjsGeom* add_collision(const ContactParameters& surface, const Geometry& geometry, mjsBody* body,
+                         const ContactBits& bits) {
     mjsGeom* geom = add_geom(body, geometry);
     geom->group = kCollisionGroup;
     set_contact(*geom, surface, bits);
+    return geom;
   }
 
   std::string material_name(const RobotDescription& robot, const Geometry& geometry) {
@@ -316,16 +340,31 @@ class Builder {
       whole += volume(part.shape);
       weighed += part.mass;
     }
-    for (const auto& part : object.shapes) {
+    for (std::size_t i = 0; i < object.shapes.size(); ++i) {
+      const ObjectGeometry& part = object.shapes[i];
       mjsGeom* geom = add_geom(body, part.shape, part.X_OG, true);
+      const bool shaped = part.chamfer > 0.0 || !part.bores.empty() || (object.screw && object.screw->shank == i);
+      if (shaped) shape_further(part, solid_name(object.name, i), *geom);
       geom->mass = weighed > 0.0 ? part.mass : object.mass * volume(part.shape) / whole;
       geom->group = part.visible ? kObjectGroup : kCollisionGroup;
       set_rgba(geom->rgba, part.rgba);
       if (!part.material.empty()) mjs_setString(geom->material, part.material.c_str());
       light(*geom, object.lit_by);
-      set_contact(*geom, object.contact, part.solid ? bits : ContactBits{0, 0});
+      set_contact(*geom, object.contact, part.solid && !(shaped && visuals_) ? bits : ContactBits{0, 0});
     }
+    if (object.screw) add_thread(object);
     mount_on(object.name, body, bits, false);
+  }
+
+  /// Six rows of the constraint, which the thread law fills while the screw is caught.
+  void add_thread(const ObjectDescription& object) {
+    mjsEquality* thread = mjs_addEquality(&spec_, nullptr);
+    mjs_setName(thread->element, object.name.c_str());
+    thread->type = mjEQ_WELD;
+    thread->objtype = mjOBJ_BODY;
+    mjs_setString(thread->name1, object.name.c_str());
+    mjs_setString(thread->name2, "world");
+    thread->active = 0;
   }
 
   void add(const CameraDescription& camera) {

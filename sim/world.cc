@@ -22,7 +22,9 @@
 #include "sim/mujoco_errors.h"
 #include "sim/nominal_payload.h"
 #include "sim/reach.h"
+#include "sim/solids.h"
 #include "sim/spec_builder.h"
+#include "sim/thread_law.h"
 
 namespace takt::sim {
 namespace {
@@ -106,6 +108,8 @@ struct World::Impl {
   Owned<mjModel> picture_model;
   Owned<mjData> picture_data;
   std::optional<ContactLaw> contacts;
+  Solids solids;
+  ThreadLaw threads;
   Physics physics;
   int substeps = 1;
   Nanoseconds now = 0;
@@ -146,7 +150,9 @@ struct World::Impl {
   [[nodiscard]] Diagnostics add_others(const WorldDescription& description);
   void set_start(const WorldDescription& description);
   void step();
-  void physics_step();
+  void physics_step(int substep);
+  void step_with_threads();
+  void look();
   void forward();
   /// @return the number of words
   std::size_t stream(StateStream::Mode mode, std::span<std::uint64_t> state);
@@ -285,25 +291,63 @@ void World::Impl::set_start(const WorldDescription& description) {
   forward();
 }
 
-void World::Impl::physics_step() {
+void World::Impl::physics_step(int substep) {
   mjModel* m = model.get();
   mjData* d = data.get();
   // The state's poses and velocities are known from the end of the last step, so that poses always belong to time().
   if (m->opt.integrator == mjINT_RK4) {
     mj_step(m, d);
   } else {
-    contacts->prepare(*m, *d);
-    mj_step2(m, d);
+    contacts->prepare(*m, *d, solids);
+    if (threads.empty()) {
+      mj_step2(m, d);
+    } else {
+      step_with_threads();
+    }
   }
   for (auto& watch : watches) watch.update(*m, *d);
   if (contact_list) contact_list->update(*m, *d);
-  mj_step1(m, d);
+  look();
+  if (!threads.empty()) threads.watch(*m, *d, solids, now + physics.timestep * (substep + 1));
+}
+
+/// As mj_step2, with the constraint of each screw in its thread.
+void World::Impl::step_with_threads() {
+  mjModel* m = model.get();
+  mjData* d = data.get();
+  threads.prepare(*m, *d);
+  mj_fwdActuation(m, d);
+  mj_fwdAcceleration(m, d);
+  mj_fwdConstraint(m, d);
+  threads.publish(*d);
+  mj_sensorAcc(m, d);
+  mj_checkAcc(m, d);
+  if (m->opt.integrator == mjINT_EULER) {
+    mj_Euler(m, d);
+  } else {
+    mj_implicit(m, d);
+  }
+}
+
+/// Positions and velocities of all bodies, and what touches.
+void World::Impl::look() {
+  mjModel* m = model.get();
+  mjData* d = data.get();
+  {
+    const Solids::Active known(solids);
+    mj_step1(m, d);
+  }
+  if (!solids.add_contacts(*m, *d)) return;
+  mj_makeConstraint(m, d);
+  mj_island(m, d);
+  mj_projectConstraint(m, d);
+  mj_referenceConstraint(m, d);
 }
 
 /// As mj_forward, with the contact law.
 void World::Impl::forward() {
-  mj_step1(model.get(), data.get());
-  contacts->prepare(*model, *data);
+  look();
+  contacts->prepare(*model, *data, solids);
   mj_fwdActuation(model.get(), data.get());
   mj_fwdAcceleration(model.get(), data.get());
   mj_fwdConstraint(model.get(), data.get());
@@ -321,6 +365,7 @@ std::size_t World::Impl::stream(StateStream::Mode mode, std::span<std::uint64_t>
   stream.vector(plant_state);
   if (mode == StateStream::Mode::kRead) mj_setState(model.get(), data.get(), plant_state.data(), kStateParts);
   contacts->stream(stream);
+  threads.stream(stream);
   stream(now);
   for (SimDevice* device : devices) device->stream(stream);
   return stream.position();
@@ -345,6 +390,9 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   impl->picture_data.reset(mj_makeData(impl->picture_model.get()));
   impl->physics = description.physics;
   impl->substeps = static_cast<int>(description.physics.period / description.physics.timestep);
+  install_solid_contacts();
+  impl->solids = Solids(*impl->model, description);
+  impl->threads = ThreadLaw(*impl->model, description, impl->solids);
   impl->contacts.emplace(*impl->model, description);
   impl->set_start(description);
   diagnostics = impl->add_arms(description);
@@ -372,7 +420,7 @@ void World::Impl::step() {
     const Nanoseconds begin = profiling ? wall_clock() : 0;
     for (SimDevice* device : devices) device->actuate(*data, substep);
     const Nanoseconds actuated = profiling ? wall_clock() : 0;
-    physics_step();
+    physics_step(substep);
     if (!profiling) continue;
     times.devices += actuated - begin;
     times.physics += wall_clock() - actuated;
@@ -428,6 +476,10 @@ std::string World::state_word_name(std::size_t word) const {
   impl_->contacts->stream(remembered);
   if (word < begin + remembered.position()) return fmt::format("friction of contacts, value {}", word - begin);
   begin += remembered.position();
+  StateStream threads(StateStream::Mode::kCount, {});
+  impl_->threads.stream(threads);
+  if (word < begin + threads.position()) return fmt::format("screws in their threads, value {}", word - begin);
+  begin += threads.position();
   if (word == begin) return "time of the devices";
   ++begin;
   for (std::size_t device = 0; device < impl_->devices.size(); ++device) {
@@ -455,7 +507,8 @@ bool World::restore(const Snapshot& snapshot) {
   for (std::size_t i = 0; i < w.watches.size(); ++i) {
     w.watches[i].restore(std::span(snapshot).subspan(size + ContactWatch::kWords * i, ContactWatch::kWords));
   }
-  mj_step1(w.model.get(), w.data.get());
+  w.threads.resume(*w.model, *w.data, w.solids);
+  w.look();
   return true;
 }
 
@@ -514,6 +567,8 @@ Result<std::size_t> World::watch_contact(const std::string& side_a, const std::s
   return impl_->watches.size() - 1;
 }
 
+const ThreadLaw& World::threads() const { return impl_->threads; }
+
 const ContactReading& World::contact(std::size_t watch) const { return impl_->watches.at(watch).reading(); }
 
 void World::list_contacts_of(std::vector<bool> bodies) { impl_->contact_list.emplace(std::move(bodies)); }
@@ -547,17 +602,5 @@ const mjModel_* World::physics_model() const { return impl_->model.get(); }
 const mjData_* World::physics_data() const { return impl_->data.get(); }
 void World::set_profiling(bool on) { impl_->profiling = on; }
 StepTimes World::times() const { return impl_->times; }
-
-Pose look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, const Eigen::Vector3d& up) {
-  const Eigen::Vector3d back = (eye - target).normalized();
-  // Looking straight along `up`, any direction across serves.
-  Eigen::Vector3d right = up.cross(back);
-  if (right.norm() < 1e-9) right = back.unitOrthogonal();
-  right.normalize();
-  Pose X = Pose::Identity();
-  X.linear() << right, back.cross(right), back;
-  X.translation() = eye;
-  return X;
-}
 
 }  // namespace takt::sim

@@ -14,6 +14,7 @@
 #include "sim/force_torque.h"
 #include "sim/gripper.h"
 #include "sim/signals.h"
+#include "sim/thread_law.h"
 #include "sim/world_description.h"
 
 struct mjModel_;
@@ -106,6 +107,8 @@ class World {
   [[nodiscard]] std::span<const BodyContact> take_contacts();
   /// Names of all bodies by number: "ROBOT/LINK" or "OBJECT"; of the world empty. Realtime: setup.
   [[nodiscard]] std::vector<std::string> body_names() const;
+  /// Screws that were caught, seated, released.
+  [[nodiscard]] const ThreadLaw& threads() const;
 
   /// What pictures are drawn from: the model with all visual geometry, and a state with the positions of time(), which
   /// lamps burn, and nothing else; data() copies them. The physics runs on a model of its own without that geometry,

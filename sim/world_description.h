@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "core/kinematics/types.h"
 #include "core/kinematics/wheel_drive.h"
 #include "core/motion/limits.h"
+#include "core/world/bore.h"
 
 struct mjSpec_;
 struct mjModel_;
@@ -87,6 +89,8 @@ struct RobotDescription {
   std::vector<double> q;  ///< start position of the movable joints in the order of the URDF; empty: zeros
   ContactParameters contact;
   std::map<std::string, ContactParameters> link_contacts = {};  ///< by link, where it differs
+  std::map<std::string, double> chamfers = {};  ///< m, by link: of both ends of its cylinders, at 45 degrees
+  std::set<std::string> bits = {};              ///< links that turn screws; with a chamfer
   std::string lit_by = {};      ///< digital wire at which its shapes of material "light" burn; empty: they never do
   bool free = false;            ///< its root moves freely (only without a parent); otherwise fixed to its parent
   bool self_collision = false;  ///< whether links of this robot (and of what is mounted on it) can touch each other
@@ -111,8 +115,28 @@ struct ObjectGeometry {
   Eigen::Vector4d rgba = Eigen::Vector4d(0.6, 0.6, 0.62, 1.0);
   std::string material = {};  ///< name of a material of the stage; empty: rgba
   bool visible = true;
-  bool solid = true;  ///< takes part in contacts
-  double mass = 0.0;  ///< kg; if one shape has one, the shapes have theirs and ObjectDescription::mass is their sum
+  bool solid = true;     ///< takes part in contacts
+  double mass = 0.0;     ///< kg; if one shape has one, the shapes have theirs and ObjectDescription::mass is their sum
+  double chamfer = 0.0;  ///< m, at 45 degrees, of both ends of a cylinder
+  std::vector<world::Bore> bores = {};  ///< in a box or a cylinder (sim/solids.h)
+  std::string pointer = {};             ///< where it is in the user's file; empty: that of the object
+};
+
+/// A metric thread, in m and Nm (docs/threads.md).
+struct ThreadFigures {
+  std::string size;             ///< "M6"
+  double pitch = 0.0;           ///< a turn
+  double major = 0.0;           ///< outer diameter of the screw
+  double pitch_diameter = 0.0;  ///< where the flanks meet
+  double run_down = 0.0;        ///< what turning the free screw takes
+  double friction = 0.0;        ///< of the flanks
+};
+
+/// What makes an object a screw.
+struct ScrewDescription {
+  ThreadFigures thread;
+  Pose X_OT = Pose::Identity();  ///< the end of its shank, z towards its head
+  std::size_t shank = 0;         ///< number of the shape that has the thread
 };
 
 struct ObjectDescription {
@@ -124,7 +148,8 @@ struct ObjectDescription {
   std::optional<kinematics::Inertial> inertial = {};  ///< in O; instead of the mass spread over the shapes
   bool free = false;  ///< moves freely (only without a parent); otherwise fixed to its parent
   ContactParameters contact;
-  std::string lit_by = {};  ///< digital wire at which it burns; empty: it is no lamp
+  std::string lit_by = {};                     ///< digital wire at which it burns; empty: it is no lamp
+  std::optional<ScrewDescription> screw = {};  ///< only if it is free (sim/thread_law.h)
 };
 
 /// A camera looks along its own -z, +y is up in the picture.

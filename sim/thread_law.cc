@@ -1,0 +1,332 @@
+#include "sim/thread_law.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numbers>
+
+#include <mujoco/mujoco.h>
+#include <Eigen/Geometry>
+
+namespace takt::sim {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// Stiffness of the flanks, chosen: far above what an arm or a clamp has, far below a real bolt's 1e8 N/m.
+constexpr double kAxialStiffness = 2e7;  // N/m
+constexpr double kSideStiffness = 5e6;   // N/m
+constexpr double kDampingTime = 0.002;   // s, damping over stiffness, as that of steel
+constexpr double kFrictionAngle = 0.05;  // rad, by which friction's spring gives before it slips
+// When a screw is caught.
+constexpr double kStartRate = 0.1;      // rad/s to the right
+constexpr double kOffAxis = 0.5;        // pitches: how far its tip may be off the axis
+constexpr double kCrossedAngles = 2.0;  // times the lean at which a thread is crossed: beyond, nothing catches
+constexpr double kReleased = 0.1;       // turns back beyond where it was caught
+constexpr double kSeatedForce = 10.0;   // N, pull of the thread: the head rests
+constexpr double kCrossedRise = 10.0;   // run-down torques in a quarter turn of a crossed thread, chosen
+constexpr double kFlankCosine = 0.8660254037844387;  // of half the flank angle, 30 degrees (ISO 68-1)
+constexpr double kTurnOnce = 2.0 * std::numbers::pi;
+
+using Jacobian = Eigen::Map<Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>>;
+using RowVector = Eigen::Map<Eigen::RowVectorXd>;
+
+Pose pose_at(const double* position, const double* matrix) {
+  Pose X = Pose::Identity();
+  X.translation() = Eigen::Map<const Vector3d>(position);
+  X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix);
+  return X;
+}
+
+/// The lean at which half a pitch is missing on one side: the thread starts on the wrong flank.
+double crossing_lean(const ThreadFigures& thread) { return std::atan(0.5 * thread.pitch / thread.major); }
+
+}  // namespace
+
+std::string_view name_of(ThreadEvent::Kind kind) {
+  switch (kind) {
+    case ThreadEvent::Kind::kCaught:
+      return "caught";
+    case ThreadEvent::Kind::kCrossed:
+      return "crossed";
+    case ThreadEvent::Kind::kSeated:
+      return "seated";
+    case ThreadEvent::Kind::kReleased:
+      break;
+  }
+  return "released";
+}
+
+/// A screw seen from a bore.
+struct ThreadLaw::Stand {
+  Pose X_WB, X_BT;
+  double angle = 0.0;      ///< rad, about the axis, -pi to pi
+  double turn_rate = 0.0;  ///< rad/s, about the axis, against the bore
+
+  [[nodiscard]] Vector3d tip() const { return X_BT.translation(); }
+  [[nodiscard]] Vector2d lean() const { return {-X_BT.linear()(1, 2), X_BT.linear()(0, 2)}; }
+};
+
+ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, const Solids& solids)
+    : timestep_(model.opt.timestep), jacobians_(12 * static_cast<std::size_t>(model.nv)) {
+  for (const ObjectDescription& object : description.objects) {
+    const int body = mj_name2id(&model, mjOBJ_BODY, object.name.c_str());
+    for (std::size_t i = 0; i < object.shapes.size(); ++i) {
+      const int geom = mj_name2id(&model, mjOBJ_GEOM, solid_name(object.name, i).c_str());
+      for (std::size_t k = 0; k < object.shapes[i].bores.size(); ++k) {
+        const world::Bore& bore = object.shapes[i].bores[k];
+        if (!bore.thread.empty()) bores_.push_back({object.name, bore.thread, body, geom, solids.find(geom)->bores[k]});
+      }
+    }
+    if (!object.screw) continue;
+    Screw screw;
+    screw.name = object.name;
+    screw.thread = object.screw->thread;
+    screw.X_OT = object.screw->X_OT;
+    screw.body = body;
+    screw.shank = mj_name2id(&model, mjOBJ_GEOM, solid_name(object.name, object.screw->shank).c_str());
+    screw.equality = mj_name2id(&model, mjOBJ_EQUALITY, object.name.c_str());
+    screw.mass = model.body_mass[body];
+    screw.inertia = Eigen::Map<const Vector3d>(model.body_inertia + 3 * body).minCoeff();
+    screws_.push_back(screw);
+  }
+}
+
+ThreadLaw::Stand ThreadLaw::stand_of(const mjModel& model, const mjData& data, const Screw& screw,
+                                     const ThreadedBore& bore) const {
+  Stand stand;
+  stand.X_WB = pose_at(data.geom_xpos + 3 * bore.geom, data.geom_xmat + 9 * bore.geom) * bore.figures.X_GB;
+  const Pose X_WT = pose_at(data.xpos + 3 * screw.body, data.xmat + 9 * screw.body) * screw.X_OT;
+  stand.X_BT = stand.X_WB.inverse(Eigen::Isometry) * X_WT;
+  stand.angle = std::atan2(stand.X_BT.linear()(1, 0), stand.X_BT.linear()(0, 0));
+  const auto spin = [&](int body) -> Vector3d {
+    std::array<double, 6> velocity{};  // rotation first
+    mj_objectVelocity(&model, &data, mjOBJ_BODY, body, velocity.data(), 0);
+    return Eigen::Map<const Vector3d>(velocity.data());
+  };
+  stand.turn_rate = stand.X_WB.linear().col(2).dot(spin(screw.body) - spin(bore.body));
+  return stand;
+}
+
+bool ThreadLaw::catches(const Screw& screw, const ThreadedBore& bore, const Stand& stand) const {
+  if (bore.size != screw.thread.size || stand.X_BT.linear()(2, 2) <= 0.0) return false;
+  const Vector3d tip = stand.tip();
+  const double pitch = screw.thread.pitch;
+  return tip.head<2>().norm() <= kOffAxis * pitch && tip.z() <= -bore.figures.chamfer + 0.5 * pitch &&
+         tip.z() > -bore.figures.chamfer - 2.0 * pitch && stand.turn_rate < -kStartRate &&
+         stand.lean().norm() <= kCrossedAngles * crossing_lean(screw.thread);
+}
+
+bool ThreadLaw::occupied(std::size_t bore) const {
+  return std::ranges::any_of(screws_,
+                             [&](const Screw& screw) { return screw.hold.bore == static_cast<std::int64_t>(bore); });
+}
+
+void ThreadLaw::take(std::size_t index, std::size_t bore, const Stand& stand, Nanoseconds now) {
+  Screw& screw = screws_[index];
+  screw.hold = {.bore = static_cast<std::int64_t>(bore),
+                .crossed = stand.lean().norm() > crossing_lean(screw.thread),
+                .seated = false,
+                .angle = stand.angle,
+                .begin = stand.angle,
+                .height = stand.tip().z(),
+                .off = stand.tip().head<2>(),
+                .lean = stand.lean(),
+                .twist = 0.0,
+                .axial = 0.0};
+  report(screw.hold.crossed ? ThreadEvent::Kind::kCrossed : ThreadEvent::Kind::kCaught, index, bore, now);
+}
+
+/// What MuJoCo has to know of it: the constraint's bodies and the point that its force acts at; which shapes are one.
+void ThreadLaw::apply(mjModel& model, mjData& data, Solids& solids, const Screw& screw) const {
+  const bool held = screw.hold.bore >= 0;
+  data.eq_active[screw.equality] = held ? 1 : 0;
+  if (!held) return solids.part(screw.shank);
+  const ThreadedBore& bore = bores_[static_cast<std::size_t>(screw.hold.bore)];
+  model.eq_obj1id[screw.equality] = screw.body;
+  model.eq_obj2id[screw.equality] = bore.body;
+  // Of a weld: the point of the force in the second body, then in the first.
+  const Pose X_WG = pose_at(data.geom_xpos + 3 * bore.geom, data.geom_xmat + 9 * bore.geom);
+  const Pose X_W2 = pose_at(data.xpos + 3 * bore.body, data.xmat + 9 * bore.body);
+  const Vector3d mouth = X_W2.inverse(Eigen::Isometry) * (X_WG * bore.figures.X_GB.translation());
+  const Vector3d tip = screw.X_OT.translation();
+  for (int i = 0; i < 3; ++i) {
+    model.eq_data[mjNEQDATA * screw.equality + i] = mouth[i];
+    model.eq_data[mjNEQDATA * screw.equality + 3 + i] = tip[i];
+  }
+  solids.join(screw.shank, bore.geom);
+}
+
+void ThreadLaw::watch(mjModel& model, mjData& data, Solids& solids, Nanoseconds now) {
+  for (std::size_t i = 0; i < screws_.size(); ++i) {
+    Screw& screw = screws_[i];
+    Hold& hold = screw.hold;
+    if (hold.bore >= 0) {
+      const auto bore = static_cast<std::size_t>(hold.bore);
+      const double angle = stand_of(model, data, screw, bores_[bore]).angle;
+      hold.angle += std::remainder(angle - hold.angle, kTurnOnce);
+      if (!hold.seated && hold.axial < -kSeatedForce) {
+        hold.seated = true;
+        report(ThreadEvent::Kind::kSeated, i, bore, now);
+      }
+      if (hold.angle - hold.begin <= kReleased * kTurnOnce) continue;
+      hold = {};
+      report(ThreadEvent::Kind::kReleased, i, bore, now);
+      apply(model, data, solids, screw);
+      continue;
+    }
+    for (std::size_t b = 0; b < bores_.size() && hold.bore < 0; ++b) {
+      if (bores_[b].size != screw.thread.size || occupied(b)) continue;
+      const Stand stand = stand_of(model, data, screw, bores_[b]);
+      if (!catches(screw, bores_[b], stand)) continue;
+      take(i, b, stand, now);
+      apply(model, data, solids, screw);
+    }
+  }
+}
+
+double ThreadLaw::friction_limit(const Screw& screw) const {
+  const ThreadFigures& thread = screw.thread;
+  const Hold& hold = screw.hold;
+  const double flanks = thread.friction * std::abs(hold.axial) * 0.5 * thread.pitch_diameter / kFlankCosine;
+  const double jam =
+      hold.crossed ? kCrossedRise * thread.run_down * std::abs(hold.angle - hold.begin) / (0.25 * kTurnOnce) : 0.0;
+  return thread.run_down + flanks + jam;
+}
+
+void ThreadLaw::set_rows(const mjModel& model, mjData& data, Screw& screw, int row) {
+  const ThreadedBore& bore = bores_[static_cast<std::size_t>(screw.hold.bore)];
+  const Stand stand = stand_of(model, data, screw, bore);
+  const auto nv = static_cast<Eigen::Index>(model.nv);
+  const Vector3d tip_W = stand.X_WB * stand.tip();
+  const auto scratch = [&](std::size_t i) { return jacobians_.data() + 3 * i * static_cast<std::size_t>(nv); };
+  mj_jac(&model, &data, scratch(0), scratch(1), tip_W.data(), screw.body);
+  mj_jac(&model, &data, scratch(2), scratch(3), tip_W.data(), bore.body);
+  Jacobian shift(scratch(0), 3, nv), turn(scratch(1), 3, nv);
+  shift -= Jacobian(scratch(2), 3, nv);
+  turn -= Jacobian(scratch(3), 3, nv);
+  const Eigen::Matrix3d& R = stand.X_WB.linear();
+  const double lead = screw.thread.pitch / kTurnOnce;
+
+  // A straight screw centres itself in its first turn; a crossed one stays as it was caught.
+  const Hold& hold = screw.hold;
+  const double turned = hold.begin - hold.angle;
+  const double stays = hold.crossed ? 1.0 : std::clamp(1.0 - turned / kTurnOnce, 0.0, 1.0);
+  const Vector2d off = stand.tip().head<2>() - stays * hold.off;
+  const Vector2d lean = stand.lean() - stays * hold.lean;
+  const double helix = stand.tip().z() - hold.height - lead * (hold.angle - hold.begin);
+  const double engaged = std::clamp(-stand.tip().z() - bore.figures.chamfer, screw.thread.pitch, bore.figures.length);
+  const double lever = 0.5 * engaged;
+
+  const double h = timestep_;
+  const auto row_at = [&](int i) { return RowVector(data.efc_J + static_cast<Eigen::Index>(row + i) * nv, nv); };
+  const auto set = [&](int i, double error, double stiffness, double damping, double mass) {
+    const double rate = row_at(i).dot(Eigen::Map<const Eigen::RowVectorXd>(data.qvel, nv));
+    const double inertia = h * (h * stiffness + damping), share = inertia / (inertia + mass);
+    const double force = -stiffness * error - (damping + share * h * stiffness) * rate;
+    data.efc_pos[row + i] = error;
+    data.efc_vel[row + i] = rate;
+    data.efc_D[row + i] = inertia;
+    data.efc_R[row + i] = 1.0 / inertia;
+    data.efc_aref[row + i] = force / inertia;
+  };
+  const auto hold_at = [&](int i, double error, double stiffness, double mass) {
+    set(i, error, stiffness, kDampingTime * stiffness, mass);
+  };
+  for (int i = 0; i < 2; ++i) {
+    row_at(i).noalias() = R.col(i).transpose() * shift;
+    row_at(3 + i).noalias() = R.col(i).transpose() * turn;
+  }
+  row_at(2).noalias() = R.col(2).transpose() * shift;
+  row_at(2).noalias() -= lead * R.col(2).transpose() * turn;
+  row_at(5).noalias() = R.col(2).transpose() * turn;
+  const double along_helix = 1.0 / (1.0 / screw.mass + lead * lead / screw.inertia);
+  const double upright = kSideStiffness * lever * lever;
+  for (int i = 0; i < 2; ++i) {
+    hold_at(i, off[i], kSideStiffness, screw.mass);
+    hold_at(3 + i, lean[i], upright, screw.inertia);
+  }
+  hold_at(2, helix, kAxialStiffness, along_helix);
+
+  // Friction: a spring that is never stretched farther than it holds. It is soft, as its row adds an inertia that goes
+  // with its stiffness.
+  const double limit = friction_limit(screw), stiffness = limit / kFrictionAngle, damping = h * stiffness;
+  set(5, 0.0, stiffness, damping, screw.inertia);
+  const double rate = data.efc_vel[row + 5];
+  screw.hold.twist = std::clamp(screw.hold.twist + h * rate, -kFrictionAngle, kFrictionAngle);
+  const double torque = std::clamp(-stiffness * screw.hold.twist - damping * rate, -limit, limit);
+  data.efc_aref[row + 5] = torque * data.efc_R[row + 5];
+}
+
+namespace {
+
+/// The first row of an equality constraint; -1: it is not active.
+int row_of(const mjData& data, int equality) {
+  for (int row = 0; row < data.ne; ++row) {
+    if (data.efc_type[row] == mjCNSTR_EQUALITY && data.efc_id[row] == equality) return row;
+  }
+  return -1;
+}
+
+}  // namespace
+
+void ThreadLaw::prepare(const mjModel& model, mjData& data) {
+  for (Screw& screw : screws_) {
+    const int row = screw.hold.bore >= 0 ? row_of(data, screw.equality) : -1;
+    if (row >= 0) set_rows(model, data, screw, row);
+  }
+}
+
+void ThreadLaw::publish(mjData& data) {
+  for (Screw& screw : screws_) {
+    const int row = screw.hold.bore >= 0 ? row_of(data, screw.equality) : -1;
+    if (row < 0) continue;
+    const ThreadedBore& bore = bores_[static_cast<std::size_t>(screw.hold.bore)];
+    const Pose X_WB = pose_at(data.geom_xpos + 3 * bore.geom, data.geom_xmat + 9 * bore.geom) * bore.figures.X_GB;
+    Eigen::Map<Vector3d> force(data.efc_force + row), torque(data.efc_force + row + 3);
+    screw.hold.axial = force.z();
+    torque.z() -= screw.thread.pitch / kTurnOnce * force.z();
+    force = (X_WB.linear() * force).eval();
+    torque = (X_WB.linear() * torque).eval();
+  }
+}
+
+void ThreadLaw::resume(mjModel& model, mjData& data, Solids& solids) {
+  for (const Screw& screw : screws_) apply(model, data, solids, screw);
+}
+
+void ThreadLaw::stream(StateStream& state) {
+  for (Screw& screw : screws_) {
+    Hold& hold = screw.hold;
+    state(hold.bore);
+    for (bool* flag : {&hold.crossed, &hold.seated}) state(*flag);
+    for (double* value : {&hold.angle, &hold.begin, &hold.height, &hold.twist, &hold.axial}) state(*value);
+    state.vector(hold.off);
+    state.vector(hold.lean);
+  }
+}
+
+std::vector<std::string> ThreadLaw::screw_names() const {
+  std::vector<std::string> names;
+  for (const Screw& screw : screws_) names.push_back(screw.name);
+  return names;
+}
+
+double ThreadLaw::turned(std::size_t screw) const {
+  const Hold& hold = screws_[screw].hold;
+  return hold.bore < 0 ? 0.0 : hold.begin - hold.angle;
+}
+
+void ThreadLaw::report(ThreadEvent::Kind kind, std::size_t screw, std::size_t bore, Nanoseconds now) {
+  if (event_count_ == kEvents) return;
+  events_[event_count_] = {kind, now, screw, bore};
+  std::atomic_ref(event_count_).store(event_count_ + 1, std::memory_order_release);
+}
+
+std::span<const ThreadEvent> ThreadLaw::events() const {
+  auto& count = const_cast<std::size_t&>(event_count_);  // atomic_ref reads only objects that could be written
+  return {events_.data(), std::atomic_ref(count).load(std::memory_order_acquire)};
+}
+
+}  // namespace takt::sim
