@@ -17,7 +17,7 @@ ContactRules::Role ContactRules::role_of(int body, const Situation& situation) c
     if (const auto arm = shapes_.arms.find(one.owner); arm != shapes_.arms.end()) {
       role.arm = one.owner;
       role.carried = one.owner != owner;
-      role.base = arm->second.is_base && !role.carried;
+      role.base = arm->second.is_base;
       return role;
     }
     at = one.root ? situation.state.fixings[static_cast<std::size_t>(at)].parent : one.parent;

@@ -47,7 +47,7 @@ class ContactRules {
     bool carried = false;  ///< by the arm's flange: a tool, a sensor, a held part
     bool machine = false;  ///< no object
     bool known = true;
-    bool base = false;  ///< a body of a base itself
+    bool base = false;  ///< a body of a base, or of what is fixed on it
   };
   [[nodiscard]] const Role& role(int body) const { return roles_[static_cast<std::size_t>(body)]; }
   [[nodiscard]] Role role_of(int body, const Situation& situation) const;
