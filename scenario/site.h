@@ -39,6 +39,9 @@ struct Binding {
   [[nodiscard]] bool own_clock() const { return driver && !driver->in_process(); }
 };
 
+/// Share of the planned speed at which hardware moves unless the site says otherwise.
+inline constexpr double kFirstSpeed = 0.25;
+
 /// Arms that one net drives together, as sets of names.
 using ArmGroups = std::set<std::set<std::string, std::less<>>>;
 
@@ -48,6 +51,8 @@ struct Site {
   std::map<std::string, Binding, std::less<>> devices;
   /// Arms that cooperate are made as late as the slowest of them, so that they are together at their flanges (row T3).
   bool pad_delays = true;
+  /// Share of the planned speed with which a run begins. Null: all of it, but kFirstSpeed where hardware moves.
+  std::optional<double> speed_override = std::nullopt;
   /// Which arms cooperate: sets of names, in any overlap. Null: it is not known, and all do.
   std::optional<ArmGroups> cooperating = std::nullopt;
   /// False: drivers are left out, and their arms simulated. Their delays count all the same.

@@ -193,6 +193,11 @@ std::map<std::string, device::Reality> SiteDevices::realities() const {
   return realities;
 }
 
+double SiteDevices::speed_override() const {
+  const auto moves = [](const auto& device) { return device.second == device::Reality::kHardware; };
+  return site_.speed_override.value_or(std::ranges::any_of(realities(), moves) ? kFirstSpeed : 1.0);
+}
+
 std::vector<std::string> SiteDevices::news() {
   std::vector<std::string> news;
   for (const auto& [name, driver] : drivers_) {

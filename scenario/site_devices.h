@@ -60,6 +60,8 @@ class SiteDevices {
 
   /// Of every device of the cell, by its name.
   [[nodiscard]] std::map<std::string, device::Reality> realities() const;
+  /// Share of the planned speed with which a run begins (docs/hardware.md).
+  [[nodiscard]] double speed_override() const;
   /// The drivers, by the names of their arms.
   [[nodiscard]] const std::map<std::string, std::shared_ptr<device::ArmDriver>>& drivers() const { return drivers_; }
   /// Some device is reached over a real wire: the run keeps the machine's time, cycle by cycle.
