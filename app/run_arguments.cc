@@ -71,6 +71,7 @@ scenario::Site parse_site(const RunArguments& arguments, Diagnostics& diagnostic
     }
   }
   for (const std::string& backend : arguments.backends) diagnostics.append(scenario::bind(site, backend));
+  if (arguments.speed_override) site.speed_override = arguments.speed_override;
   diagnostics.append(scenario::check_clocks(site, arguments.realtime));
   return site;
 }
@@ -97,9 +98,15 @@ void add_run_options(CLI::App& parser, RunArguments& arguments) {
   parser.add_flag("--record-blocks", arguments.record_blocks, "Record the digest of each block, too");
   parser.add_option("--site", arguments.site, "Site file: back ends of the devices")->type_name("FILE");
   parser
-      .add_option("--backend", arguments.backends, "Back end of one device (sim, slow, fri); overrides the site file")
+      .add_option("--backend", arguments.backends,
+                  "Back end of one device (sim, slow, fri, rtde, cia402), over the site file")
       ->type_name("NAME=KIND[:ADDR]")
       ->allow_extra_args(false);
+  parser
+      .add_option("--speed-override", arguments.speed_override,
+                  "Share of the planned speed with which the run begins; default 1, on hardware 0.25")
+      ->type_name("SHARE")
+      ->check(CLI::Range(0.01, 1.0));
   parser.add_flag("--realtime", arguments.realtime, "Not faster than the wall clock");
   parser.add_option("--seed", arguments.seed, "Seed, instead of the file's")->type_name("N");
   parser.add_option("--set", arguments.sets, "Change one value of the file; several times")

@@ -23,6 +23,7 @@ struct RunArguments {
   std::vector<std::string> sets;
   std::string site;
   std::vector<std::string> backends;
+  std::optional<double> speed_override;
 };
 
 /// Adds the options to a parser; `arguments` outlives it. Realtime: setup.

@@ -366,7 +366,7 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
     built.cell.channels[channel.name] = *declared;
   }
   const device::ChannelDescription speed{
-      .name = std::string(Operator::kOverride), .unit = "1", .initial = net::Real{1.0}};
+      .name = std::string(Operator::kOverride), .unit = "1", .initial = net::Real{built.site->speed_override()}};
   const auto override_channel = built.core->declare(speed);
   if (!override_channel) return std::unexpected(override_channel.error());
   built.cell.channels[speed.name] = *override_channel;

@@ -63,6 +63,14 @@ OperatorAction read_action(const Json& json, const std::string& pointer, Diagnos
   return action;
 }
 
+/// What the cell begins with: hardware moves slowly at first.
+double initial_override(rcc::ControlCore& core) {
+  const device::Channel* channel = core.find_channel(Operator::kOverride);
+  if (channel == nullptr || !channel->description().initial) return 1.0;
+  const auto* share = std::get_if<net::Real>(&*channel->description().initial);
+  return share != nullptr ? *share : 1.0;
+}
+
 }  // namespace
 
 std::vector<OperatorAction> read_operator(const Json& list, const std::string& pointer, Diagnostics& diagnostics) {
@@ -98,7 +106,11 @@ Diagnostics check_operator(const std::vector<OperatorAction>& actions, rcc::Cont
 
 Operator::Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core,
                    const device::EmergencyStop* button, OperatedProgram program, Note note)
-    : core_(core), button_(button), program_(std::move(program)), note_(std::move(note)) {
+    : core_(core),
+      button_(button),
+      program_(std::move(program)),
+      note_(std::move(note)),
+      override_(initial_override(core)) {
   for (const OperatorAction& action : script) {
     due_.push_back({&action, action.step.empty() ? cycles(action.after_s) : -1});
   }

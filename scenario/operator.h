@@ -46,7 +46,7 @@ struct OperatedProgram {
 /// panel calls the same functions as a script does. Thread: the one that steps the core.
 class Operator {
  public:
-  /// Channel that scales the rate of all planned motions, 0 to 1.
+  /// Channel that scales the rate of all planned motions, 0 to 1. It begins with SiteDevices::speed_override().
   static constexpr std::string_view kOverride = "operator/override";
   using Note = std::function<void(std::string_view name, std::string_view text)>;
 
@@ -90,7 +90,7 @@ class Operator {
   OperatedProgram program_;
   Note note_;
   std::vector<Due> due_;
-  double override_ = 1.0;
+  double override_;
   bool paused_ = false, cancelled_ = false;
   std::string broken_off_;
 };

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "core/net/compiled_net.h"
 #include "scenario/cell_picture.h"
 #include "scenario/cell_run.h"
 #include "scenario/operator.h"
@@ -37,6 +38,70 @@ Diagnostics program_diagnostics(const Description& description, const device::Mo
   return program ? Diagnostics{} : program.error();
 }
 
+/// A cell, and the program as it was played through in it.
+struct PreparedCell {
+  BuiltCell built;
+  activity::Program program;
+  activity::Rehearsed rehearsed;
+  ArmGroups cooperating;  ///< arms that one net of the program drives together
+  Diagnostics warnings;
+};
+
+/// Wholes count by their parts.
+ArmGroups::key_type arms_of(const net::CompiledNet& net, const command::Cell& cell) {
+  ArmGroups::key_type arms;
+  for (const net::Resource* claim : net.claims()) {
+    const auto* arm = dynamic_cast<const device::Arm*>(claim);
+    if (arm != nullptr && cell.arms.contains(arm->name())) arms.insert(arm->name());
+  }
+  return arms;
+}
+
+ArmGroups cooperating_arms(const std::vector<activity::RehearsedNet>& nets, BuiltCell& built) {
+  ArmGroups groups;
+  for (const activity::RehearsedNet& rehearsed : nets) {
+    const auto net = net::CompiledNet::compile(rehearsed.net, built.core->environment());
+    if (!net) continue;  // the rehearsal has reported it
+    ArmGroups::key_type arms = arms_of(**net, built.cell);
+    if (arms.size() > 1) groups.insert(std::move(arms));
+  }
+  return groups;
+}
+
+Result<PreparedCell> prepare_cell(const Description& description, const device::ModelLibrary& models,
+                                  bool measure_times) {
+  Diagnostics warnings;
+  auto built = build_cell(description, models, measure_times, warnings);
+  if (!built) {
+    built.error().append(program_diagnostics(description, models));
+    return std::unexpected(std::move(built.error()));
+  }
+  auto program = activity::Program::parse(description.program, "/program", built->cell, &description.programs);
+  if (!program) return std::unexpected(std::move(program.error()));
+  std::vector<activity::RehearsedNet> nets;
+  activity::Rehearsed rehearsed =
+      program->rehearse(built->cell, &built->core->environment(), built->site->may_pad() ? &nets : nullptr);
+  ArmGroups cooperating = cooperating_arms(nets, *built);
+  return PreparedCell{std::move(*built), std::move(*program), std::move(rehearsed), std::move(cooperating),
+                      std::move(warnings)};
+}
+
+/// Which arms cooperate is known once the program has been played: if they are not equally late, the cell is built anew
+/// with delays that are padded (row T3). No driver is connected for a trial.
+Result<PreparedCell> prepare_padded_cell(Description& description, const device::ModelLibrary& models,
+                                         bool measure_times) {
+  Site& site = description.site;
+  site.cooperating = ArmGroups{};
+  site.connect = !site.has_drivers() || names_of_cell(description, models).arms.size() == 1;
+  auto trial = prepare_cell(description, models, measure_times);
+  if (!trial || trial->rehearsed.diagnostics.has_errors()) return trial;
+  const bool padded = trial->built.site->differ_in_delay(trial->cooperating);
+  if (site.connect && !padded) return trial;
+  site.connect = true;
+  site.cooperating = std::move(trial->cooperating);
+  return prepare_cell(description, models, measure_times);
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file, const device::ModelLibrary& models,
@@ -60,29 +125,23 @@ Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file
 Result<std::unique_ptr<Session>> Session::create(Description description, const device::ModelLibrary& models,
                                                  bool measure_times) {
   const std::string file = description.file.string();
-  Diagnostics warnings;
   const auto refuse = [&](Diagnostics diagnostics) {
     diagnostics.set_file(file);
     return std::unexpected(std::move(diagnostics));
   };
-  auto built = build_cell(description, models, measure_times, warnings);
-  if (!built) {
-    built.error().append(program_diagnostics(description, models));
-    return refuse(std::move(built.error()));
-  }
-  auto program = activity::Program::parse(description.program, "/program", built->cell, &description.programs);
-  if (!program) return refuse(std::move(program.error()));
-  auto expectations = make_expectations(description.expectations, *built, program->names());
-  activity::Rehearsed rehearsed = program->rehearse(built->cell, &built->core->environment());
+  auto prepared = prepare_padded_cell(description, models, measure_times);
+  if (!prepared) return refuse(std::move(prepared.error()));
+  auto& [built, program, rehearsed, cooperating, warnings] = *prepared;
+  auto expectations = make_expectations(description.expectations, built, program.names());
   Diagnostics& diagnostics = rehearsed.diagnostics;
   if (!description.image.empty()) {
     const auto* first = rehearsed.collisions.empty() ? nullptr : &rehearsed.collisions.front();
-    if (const auto drawn = draw_cell(*built, first, description.image); !drawn) diagnostics.append(drawn.error());
+    if (const auto drawn = draw_cell(built, first, description.image); !drawn) diagnostics.append(drawn.error());
   }
   if (!expectations) diagnostics.append(expectations.error());
-  diagnostics.append(check_operator(description.operator_script, *built->core, program->names()));
+  diagnostics.append(check_operator(description.operator_script, *built.core, program.names()));
   check_estimates(description, rehearsed.estimates, diagnostics);
-  const auto names = program->names();
+  const auto names = program.names();
   for (std::size_t i = 0; i < description.film.cuts.size(); ++i) {
     const std::string& step = description.film.cuts[i].step;
     if (std::ranges::find(names, step) != names.end()) continue;
@@ -90,14 +149,14 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
                       fmt::format("there is no step '{}'", step), nearest_choice(step, names));
   }
   if (diagnostics.has_errors()) return refuse(std::move(diagnostics));
-  if (built->triangles > sim::kTriangleBudget) {
-    warnings.warning(Code::kTooLarge, "", fmt::format("{} triangles in the scene", built->triangles),
+  if (built.triangles > sim::kTriangleBudget) {
+    warnings.warning(Code::kTooLarge, "", fmt::format("{} triangles in the scene", built.triangles),
                      fmt::format("at most {}, or the film is slower than its time", sim::kTriangleBudget));
   }
   warnings.append(diagnostics);
   warnings.set_file(file);
 
-  auto session = std::unique_ptr<Session>(new Session(std::move(description), std::move(*program), std::move(*built)));
+  auto session = std::unique_ptr<Session>(new Session(std::move(description), std::move(program), std::move(built)));
   session->models_ = &models;
   session->expectations_ = std::move(*expectations);
   session->warnings_ = std::move(warnings);

@@ -16,6 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kCycleMaxMs = 100.0;  // the slowest that a vendor offers
+constexpr Range kSpeedOverride{.low = 0.01, .high = 1.0};
 constexpr Range kShare{.low = 0.0, .high = 0.5};
 
 /// Settings of the kind "slow": key of a site file, word of --backend, unit there, its factor.
@@ -80,6 +81,8 @@ Site read_document(const Json& document, Diagnostics& diagnostics) {
   ObjectReader reader(document, "", diagnostics);
   (void)reader.text("title", "");
   site.pad_delays = reader.boolean("pad_delays", true);
+  if (reader.json().contains("speed_override"))
+    site.speed_override = reader.number("speed_override", 1.0, kSpeedOverride);
   if (const Json* devices = reader.object("devices")) {
     for (const auto& [name, json] : devices->items()) {
       site.devices[name] = read_binding(json, reader.at("devices") + pointer_segment(name), diagnostics);

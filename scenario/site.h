@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,13 +39,28 @@ struct Binding {
   [[nodiscard]] bool own_clock() const { return driver && !driver->in_process(); }
 };
 
+/// Share of the planned speed at which hardware moves unless the site says otherwise.
+inline constexpr double kFirstSpeed = 0.25;
+
+/// Arms that one net drives together, as sets of names.
+using ArmGroups = std::set<std::set<std::string, std::less<>>>;
+
 /// What is true of one place and not of the scenario: which back end each device has (docs/sites.md). Devices that are
 /// not named are simulated.
 struct Site {
   std::map<std::string, Binding, std::less<>> devices;
-  /// All arms are made as late as the slowest, so that they are together at their flanges (row T3).
+  /// Arms that cooperate are made as late as the slowest of them, so that they are together at their flanges (row T3).
   bool pad_delays = true;
+  /// Share of the planned speed with which a run begins. Null: all of it, but kFirstSpeed where hardware moves.
+  std::optional<double> speed_override = std::nullopt;
+  /// Which arms cooperate: sets of names, in any overlap. Null: it is not known, and all do.
+  std::optional<ArmGroups> cooperating = std::nullopt;
+  /// False: drivers are left out, and their arms simulated. Their delays count all the same.
+  bool connect = true;
 
+  [[nodiscard]] bool has_drivers() const {
+    return std::ranges::any_of(devices, [](const auto& one) { return one.second.driver != nullptr; });
+  }
   [[nodiscard]] const Binding* find(std::string_view device) const {
     const auto found = devices.find(device);
     return found == devices.end() ? nullptr : &found->second;

@@ -52,8 +52,6 @@ Nanoseconds SiteDevices::delay_of(const LoadedDevice& device, const device::ArmD
 }
 
 void SiteDevices::plan(LoadedDevices devices, Diagnostics& diagnostics) {
-  int arm_count = 0;
-  Nanoseconds longest = 0;
   for (const auto& device : devices) {
     names_.push_back(device->entry->name);
     const Binding* binding = site_.find(device->entry->name);
@@ -65,15 +63,46 @@ void SiteDevices::plan(LoadedDevices devices, Diagnostics& diagnostics) {
     if (binding && binding->driver) check_driver(*device, *binding, diagnostics);
     const auto arm = device->as<device::ArmDescription>();
     if (!arm) continue;
-    ++arm_count;
-    longest = std::max(longest, delay_of(*device, *arm));
+    delays_[names_.back()] = delay_of(*device, *arm);
   }
-  if (site_.pad_delays && arm_count > 1) longest_delay_ = longest;
   for (const auto& [name, binding] : site_.devices) {
     if (std::ranges::find(names_, name) != names_.end()) continue;
     diagnostics.add({Severity::kError, Code::kUnknownName, binding.file, binding.pointer,
                      fmt::format("there is no device '{}'", name), nearest_choice(name, names_)});
   }
+}
+
+/// The longest delay of those that the arm cooperates with, itself included. Groups that share an arm are one.
+Nanoseconds SiteDevices::padded_delay(const std::string& arm) const {
+  if (!site_.pad_delays) return delays_.at(arm);
+  std::set<std::string, std::less<>> together{arm};
+  if (!site_.cooperating) {
+    for (const auto& [name, delay] : delays_) together.insert(name);
+  }
+  const auto joins = [&](const auto& group) {
+    const auto member = [&](const std::string& name) { return together.contains(name); };
+    return std::ranges::any_of(group, member) && !std::ranges::all_of(group, member);
+  };
+  const ArmGroups groups = site_.cooperating.value_or(ArmGroups{});
+  for (auto group = std::ranges::find_if(groups, joins); group != groups.end();
+       group = std::ranges::find_if(groups, joins))
+    together.insert(group->begin(), group->end());
+  Nanoseconds longest = 0;
+  for (const std::string& name : together) longest = std::max(longest, delays_.at(name));
+  return longest;
+}
+
+bool SiteDevices::may_pad() const {
+  const auto differs = [this](const auto& arm) { return arm.second != delays_.begin()->second; };
+  return site_.pad_delays && std::ranges::any_of(delays_, differs);
+}
+
+bool SiteDevices::differ_in_delay(const ArmGroups& groups) const {
+  const auto differ = [this](const auto& group) {
+    return std::ranges::any_of(
+        group, [&](const std::string& arm) { return padded_delay(arm) != padded_delay(*group.begin()); });
+  };
+  return site_.pad_delays && std::ranges::any_of(groups, differ);
 }
 
 /// An arm behind a driver. Its simulated body is the machine of an emulated controller in this process; with a real
@@ -82,7 +111,7 @@ SiteDevices::WiredArm SiteDevices::connect(const LoadedDevice& device, const Bin
                                            std::shared_ptr<device::ArmBackend> machine) {
   const auto model = device.as<device::ArmDescription>();
   const device::DriverKind& kind = *device::DriverKinds::global().find(binding.kind);
-  const Nanoseconds padding = std::max<Nanoseconds>(0, longest_delay_ - kind.delay(*binding.driver, *model, period_));
+  const Nanoseconds padding = padded_delay(device.entry->name) - delays_.at(device.entry->name);
   auto description = with_cycle(*model, kind.cycle(*binding.driver, *model));
   const device::DriverRequest request{device.entry->name, description, period_, padding, seed_};
   auto driver = binding.own_clock() ? kind.connect(*binding.driver, request, clock_)
@@ -99,19 +128,21 @@ SiteDevices::WiredArm SiteDevices::connect(const LoadedDevice& device, const Bin
 
 SiteDevices::WiredArm SiteDevices::wire(const LoadedDevice& device, std::shared_ptr<device::ArmBackend> machine) {
   const Binding* binding = site_.find(device.entry->name);
-  if (binding && binding->driver) return connect(device, *binding, std::move(machine));
+  if (binding && binding->driver && site_.connect) return connect(device, *binding, std::move(machine));
   const auto model = device.as<device::ArmDescription>();
   auto options = options_for(device, model->cycle);
   // An arm that lives in the core's cycle is made late by an agent with that cycle.
-  if (!options && longest_delay_ > 0) options = emulation::SlowOptions{.cycle = period_};
-  if (!options) return {std::move(machine), model};
-  options->padding = std::max<Nanoseconds>(0, longest_delay_ - options->delay(period_));
   const std::string& name = device.entry->name;
-  auto slow = std::make_shared<emulation::SlowArm>(name, std::move(machine), model->limits, *options, period_, seed_);
+  const Nanoseconds delay = padded_delay(name);
+  if (!options && delay > 0) options = emulation::SlowOptions{.cycle = period_};
+  if (!options) return {std::move(machine), model};
+  options->padding = std::max<Nanoseconds>(0, delay - options->delay(period_));
+  auto slow = std::make_shared<emulation::SlowArm>(name, std::move(machine), model->limits, *options, period_, seed_,
+                                                   model->modes);
   arms_[name] = slow;
-  auto stiff = std::make_shared<device::ArmDescription>(*with_cycle(*model, options->cycle));
-  stiff->modes = {};  // what lies between resamples positions and nothing else
-  return {slow, std::move(stiff)};
+  auto later = std::make_shared<device::ArmDescription>(*with_cycle(*model, options->cycle));
+  later->modes = emulation::SlowArm::delayed(model->modes, *options, period_);
+  return {slow, std::move(later)};
 }
 
 SiteDevices::WiredSensor SiteDevices::wire(const LoadedDevice& device,
@@ -160,6 +191,11 @@ std::map<std::string, device::Reality> SiteDevices::realities() const {
     realities[name] = binding && binding->driver ? binding->driver->reality() : device::Reality::kSimulated;
   }
   return realities;
+}
+
+double SiteDevices::speed_override() const {
+  const auto moves = [](const auto& device) { return device.second == device::Reality::kHardware; };
+  return site_.speed_override.value_or(std::ranges::any_of(realities(), moves) ? kFirstSpeed : 1.0);
 }
 
 std::vector<std::string> SiteDevices::news() {

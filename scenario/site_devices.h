@@ -28,6 +28,11 @@ class SiteDevices {
   /// Looks at all devices before any is made: the longest delay, and what of the site fits no device.
   void plan(LoadedDevices devices, Diagnostics& diagnostics);
 
+  /// Its arms are not equally late: it matters which of them cooperate.
+  [[nodiscard]] bool may_pad() const;
+  /// Arms of one of these groups are not equally late as they are wired now.
+  [[nodiscard]] bool differ_in_delay(const ArmGroups& groups) const;
+
   /// The back end of an arm, and its description with the cycle that it really has.
   struct WiredArm {
     std::shared_ptr<device::ArmBackend> backend;
@@ -55,6 +60,8 @@ class SiteDevices {
 
   /// Of every device of the cell, by its name.
   [[nodiscard]] std::map<std::string, device::Reality> realities() const;
+  /// Share of the planned speed with which a run begins (docs/hardware.md).
+  [[nodiscard]] double speed_override() const;
   /// The drivers, by the names of their arms.
   [[nodiscard]] const std::map<std::string, std::shared_ptr<device::ArmDriver>>& drivers() const { return drivers_; }
   /// Some device is reached over a real wire: the run keeps the machine's time, cycle by cycle.
@@ -72,12 +79,13 @@ class SiteDevices {
                                  std::shared_ptr<device::ArmBackend> machine);
   void check_driver(const LoadedDevice& device, const Binding& binding, Diagnostics& diagnostics) const;
   [[nodiscard]] Nanoseconds delay_of(const LoadedDevice& device, const device::ArmDescription& arm) const;
+  [[nodiscard]] Nanoseconds padded_delay(const std::string& arm) const;
 
   Site site_;
   Nanoseconds period_;
   std::uint64_t seed_;
-  Nanoseconds longest_delay_ = 0;  ///< of the arms, if they are padded
-  MonotonicClock clock_;           ///< outlives the drivers
+  std::map<std::string, Nanoseconds, std::less<>> delays_;  ///< of the arms, without padding
+  MonotonicClock clock_;                                    ///< outlives the drivers
   bool own_clock_ = false;
   Diagnostics problems_;
   std::vector<std::string> names_;  ///< of all devices

@@ -77,6 +77,8 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   options.interrupt = &app::catch_interrupts();
   const scenario::SiteDevices& site = *(*session)->built().site;
   if (!site.drivers().empty()) fmt::print(stderr, "devices: {}\n", scenario::to_text(site.realities()));
+  if (site.speed_override() < 1.0)
+    fmt::print(stderr, "speed: {:g} of what is planned; --speed-override 1 for all of it\n", site.speed_override());
   options.tell = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
   if (arguments.step) {
     options.before_step = ask;
