@@ -16,6 +16,8 @@ constexpr int kSpread = 8;           // points of a circle that may touch at onc
 constexpr int kEdgeScan = 8;         // pieces of an edge
 constexpr int kRefinements = 14;     // of a deepest point; the error falls as a square
 constexpr double kNear = 0.35;       // rad: nearer than this to a deepest point is the same contact
+constexpr double kSteep = 0.5;       // of a normal along the axis of an edge
+constexpr double kHalves = 1.0;      // rad: where the halves of an edge meet; not where symmetric contacts are
 constexpr double kProminent = 1e-9;  // m: by which a deepest point beats its neighbours
 constexpr double kDeep = 2e-3;       // m below the face: deeper than what rests on the face sinks in
 constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -194,7 +196,8 @@ void Touches::weigh(std::size_t first) {
 }
 
 void Touches::corner(const Side& side, const Vector3d& p_W, int feature) {
-  if (const SurfacePoint surface = side.surface.nearest(p_W); surface.distance < 0.0) emit(side, p_W, surface, feature);
+  if (const SurfacePoint surface = side.surface.nearest(p_W); surface.distance < 0.0)
+    emit(side, p_W, surface, 2 * feature);
 }
 
 /// A ball touches a face at one point, and a bore around its axis at up to a whole circle. Edges are the other's to
@@ -205,14 +208,14 @@ void Touches::ball(const Side& side, const Vector3d& centre, double radius, int 
   const Vector3d deepest = -radius * surface.normal;
   surface.distance -= radius;
   const std::size_t first = count_;
-  emit(side, centre + deepest, surface, feature);
+  emit(side, centre + deepest, surface, 2 * feature);
   weigh(first);
   if (surface.flat || !side.surface.drilled()) return;
   const Vector3d axis = side.surface.axis_near(centre);
   for (int i = 1; i < kSpread; ++i) {
     const Vector3d p = centre + Eigen::AngleAxisd(kTurn * i / kSpread, axis) * deepest;
     const SurfacePoint here = side.surface.nearest(p);
-    if (here.distance < 0.0 && !here.flat) emit(side, p, here, feature);
+    if (here.distance < 0.0 && !here.flat) emit(side, p, here, 2 * feature);
   }
   weigh(first);
 }
@@ -252,7 +255,11 @@ void Touches::circle(const Side& side, const Circle& circle, int feature) {
   const std::size_t first = count_;
   for (std::size_t i = 0; i < used; ++i) {
     const Vector3d p = circle.at(angles[i]);
-    if (const SurfacePoint surface = other.nearest(p); surface.distance < 0.0) emit(side, p, surface, feature);
+    const SurfacePoint surface = other.nearest(p);
+    // Friction of the two halves is remembered apart where faces are steep: opposite points have no normal in common.
+    const double upright = std::abs(surface.normal.dot(circle.u.cross(circle.v)) / circle.u.squaredNorm());
+    const bool half = upright < kSteep && std::sin(angles[i] - kHalves) < 0.0;
+    if (surface.distance < 0.0) emit(side, p, surface, 2 * feature + (half ? 1 : 0));
   }
   weigh(first);
 }
@@ -276,7 +283,7 @@ void Touches::segment(const Side& side, const Vector3d& from, const Vector3d& to
   const SurfacePoint surface = other.nearest(p);
   const double ends = std::min(distance.front(), distance.back());
   const std::size_t first = count_;
-  if (surface.distance < 0.0 && surface.distance < ends - kProminent) emit(side, p, surface, feature);
+  if (surface.distance < 0.0 && surface.distance < ends - kProminent) emit(side, p, surface, 2 * feature);
   weigh(first);
 }
 
