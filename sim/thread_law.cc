@@ -278,6 +278,21 @@ void ThreadLaw::prepare(const mjModel& model, mjData& data) {
   }
 }
 
+void ThreadLaw::finish_step(mjModel& model, mjData& data) {
+  prepare(model, data);
+  mj_fwdActuation(&model, &data);
+  mj_fwdAcceleration(&model, &data);
+  mj_fwdConstraint(&model, &data);
+  publish(data);
+  mj_sensorAcc(&model, &data);
+  mj_checkAcc(&model, &data);
+  if (model.opt.integrator == mjINT_EULER) {
+    mj_Euler(&model, &data);
+  } else {
+    mj_implicit(&model, &data);
+  }
+}
+
 void ThreadLaw::publish(mjData& data) {
   for (Screw& screw : screws_) {
     const int row = screw.hold.bore >= 0 ? row_of(data, screw.equality) : -1;

@@ -43,6 +43,8 @@ class ThreadLaw {
   ThreadLaw(const mjModel_& model, const WorldDescription& description, const Solids& solids);
   [[nodiscard]] bool empty() const { return screws_.empty() || bores_.empty(); }
 
+  /// As mj_step2, with the constraint of each screw in its thread. Realtime: cyclic.
+  void finish_step(mjModel_& model, mjData_& data);
   /// Once per physics step, between its halves: sets the rows of the screws that are caught. Realtime: cyclic.
   void prepare(const mjModel_& model, mjData_& data);
   /// After the solver, before sensors: reports forces as those of a weld, which is what sensors expect.

@@ -151,7 +151,6 @@ struct World::Impl {
   void set_start(const WorldDescription& description);
   void step();
   void physics_step(int substep);
-  void step_with_threads();
   void look();
   void forward();
   /// @return the number of words
@@ -302,31 +301,13 @@ void World::Impl::physics_step(int substep) {
     if (threads.empty()) {
       mj_step2(m, d);
     } else {
-      step_with_threads();
+      threads.finish_step(*m, *d);
     }
   }
   for (auto& watch : watches) watch.update(*m, *d);
   if (contact_list) contact_list->update(*m, *d);
   look();
   if (!threads.empty()) threads.watch(*m, *d, solids, now + physics.timestep * (substep + 1));
-}
-
-/// As mj_step2, with the constraint of each screw in its thread.
-void World::Impl::step_with_threads() {
-  mjModel* m = model.get();
-  mjData* d = data.get();
-  threads.prepare(*m, *d);
-  mj_fwdActuation(m, d);
-  mj_fwdAcceleration(m, d);
-  mj_fwdConstraint(m, d);
-  threads.publish(*d);
-  mj_sensorAcc(m, d);
-  mj_checkAcc(m, d);
-  if (m->opt.integrator == mjINT_EULER) {
-    mj_Euler(m, d);
-  } else {
-    mj_implicit(m, d);
-  }
 }
 
 /// Positions and velocities of all bodies, and what touches.
