@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/reports.h"
+
 namespace takt::scenario::limit_monitor_test {
 namespace {
 
