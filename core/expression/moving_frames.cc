@@ -11,7 +11,7 @@ using kinematics::JointVector;
 
 void see_flanges(command::Cell& cell, const std::function<JointVector(const std::string&)>& q_of) {
   for (const auto& [name, arm] : cell.arms) {
-    if (arm.device == nullptr) continue;
+    if (arm.device == nullptr || arm.device->description().chain == nullptr) continue;
     const JointVector q = q_of(name);
     if (q.size() == arm.device->joint_count())
       cell.frames.see_flange(name, arm.device->description().chain->forward(q));

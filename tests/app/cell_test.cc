@@ -266,11 +266,11 @@ TEST(Cell, L6_AnAbortBetweenTwoNetsStopsTheNextOne) {
 TEST(Cell, AMotionThatWouldCollideIsRefusedBeforeItBegins) {
   Cell cell("touch.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
   const auto motion = cell.arm().use<MotionInterface>();
-  kinematics::JointVector into_table(7);
-  into_table << 0.0, -1.3, 0.0, 1.3, 0.0, -0.5, 0.0;
+  kinematics::JointVector into_block(7);
+  into_block << 0.0, -1.3, 0.0, 1.3, 0.0, -0.5, 0.0;
   const double before = cell.time();
-  EXPECT_THAT(error_of([&] { motion.ptp(into_table).execute(); }),
-              takt::test::ReportsAnywhere(Code::kCollision, {"table"}));
+  EXPECT_THAT(error_of([&] { motion.ptp(into_block).execute(); }),
+              takt::test::ReportsAnywhere(Code::kCollision, {"block"}));
   EXPECT_LT(cell.time() - before, 0.1);
   motion.lin_by({0.0, 0.1, 0.0}).execute();  // there is room
   EXPECT_EQ(report_of(cell, [](Cell&) {}).verdict, Verdict::kPassed);
@@ -279,7 +279,7 @@ TEST(Cell, AMotionThatWouldCollideIsRefusedBeforeItBegins) {
 TEST(Cell, TheDistanceOfTwoBodiesIsASensor) {
   Cell cell("touch.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
   const auto motion = cell.arm().use<MotionInterface>();
-  const command::RealSensor distance = cell.distance({"arm"}, {"table"});
+  const command::RealSensor distance = cell.distance({"probe"}, {"table"});
   ASSERT_TRUE(distance.now());
   const double before = *distance.now();
   motion.lin_by({0.0, 0.0, 0.05}).execute();

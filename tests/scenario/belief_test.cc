@@ -244,7 +244,8 @@ TEST(Tools, OfAStepCountForItsGoalAndTheDefaultForTheNext) {
                                     {R"("tool": "gripper", "tcp": "tip", )", "gripper/tip"},
                                     {R"("tcp": "gripper/tip", )", "gripper/tip"}}) {
     SCOPED_TRACE(frame);
-    const Ran ran = run(with_tools(R"(, "tool": "probe")", R"({"do": "ptp", )" + std::string(tool) + goal + "}"));
+    const Ran ran = run(with_tools(R"(, "tool": "probe")", R"({"do": "ptp", )" + std::string(tool) + goal + "}",
+                                   R"(, "collisions": {"off": "the tools stand close to the wrist"})"));
     ASSERT_NE(ran.session, nullptr);
     EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
     const auto X = ran.cell().frames.pose(frame);

@@ -150,7 +150,7 @@ TEST(Terminals, MistakesOfAProgramAreFindings) {
   const std::pair<const char*, Expected> mistakes[] = {
       {R"({"do": "set", "output": "io/lmap", "value": true})",
        {Code::kUnknownName, "/program/output", {"io/lmap", "io/lamp"}}},
-      {R"({"do": "set", "output": "io/valve", "value": true})", {Code::kWrongType, "/program/value", {"true"}}},
+      {R"({"do": "set", "output": "io/valve", "value": true})", {Code::kOutOfRange, "/program/value", {"true"}}},
       {R"({"do": "set", "output": "io/valve", "value": 11})", {Code::kOutOfRange, "/program/value", {"0", "10 V"}}},
       {R"({"do": "wait", "until": {"input": "io/valve seen", "above_m": 1}})",
        {Code::kUnknownKey, "/program/until/above_m", {"above_V"}}},

@@ -131,7 +131,7 @@ TEST(Faults, WhatIsWrongIsFoundAtOnce) {
   ASSERT_FALSE(wrong);
   EXPECT_THAT(wrong.error(),
               AllOf(Reports(Code::kOutOfRange, "/faults/0/at_s"), Reports(Code::kUnknownName, "/faults/0/do", {"stop"}),
-                    Reports(Code::kUnknownKey, "/faults/1/arm"), Reports(Code::kMissing, "/faults/2", {"at_s"}),
+                    Reports(Code::kConflict, "/faults/1/arm"), Reports(Code::kMissing, "/faults/2", {"at_s"}),
                     Reports(Code::kOutOfRange, "/faults/2/category"), Reports(Code::kUnknownKey, "/faults/2/who")));
   static const device::ModelLibrary models({"models"});
   const auto nobody = Session::create(*description_with(R"([{"at_s": 1, "do": "stop", "arm": "amr"}])"), models);

@@ -123,7 +123,7 @@ TEST(Operator, AnAbortBetweenTwoNetsStopsTheNextOne) {
   const Watched aborted = run(R"({"at_s": 0.05, "do": "abort"})",
                               R"({"do": "wait", "seconds": 0.1}, {"do": "lin", "to": {"by_m": [0, 0, 0.1]}})");
   EXPECT_EQ(aborted.report.verdict, Verdict::kError);
-  EXPECT_THAT(aborted.report.diagnostics, ReportsAnywhere(Code::kStopped));
+  EXPECT_THAT(aborted.report.diagnostics, ReportsAnywhere(Code::kCancelled));
   EXPECT_LT(aborted.report.sim_time, 0.3);
   EXPECT_TRUE(aborted.free);
 }

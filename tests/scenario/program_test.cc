@@ -145,7 +145,7 @@ TEST(Rehearsal, FindsWhatCannotWorkBeforeAnythingMoves) {
       {"do": "ptp", "to": {"in": "plinht", "position_m": [0, 0, 0]}},
       {"do": "lin", "to": {"in": "plinth", "position_m": [3, 0, 0]}},
       {"do": "ptp", "to": {"joints_deg": [0, 0, 0, 150, 0, 0, 0]}}])"));
-  EXPECT_THAT(found, AllOf(Reports(Code::kUnknownName, "/program/steps/0/to/in", {"plinht", "plinth"}),
+  EXPECT_THAT(found, AllOf(Reports(Code::kUnknownName, "/program/steps/0/to", {"plinht", "plinth"}),
                            Reports(Code::kUnreachable, "/program/steps/1/to"),
                            Reports(Code::kOutOfRange, "/program/steps/2/to", {"a3"})));
 }
@@ -172,7 +172,7 @@ TEST(Rehearsal, AFittedFrameMayBeUsedAfterwardsAndNotBefore) {
   steps.push_back(Json::parse(step));
   EXPECT_TRUE(refusal(json).empty());
   steps.insert(steps.begin(), Json::parse(step));
-  EXPECT_THAT(refusal(json), Reports(Code::kUnknownName, "/program/steps/0/to/in", {"plinth found"}));
+  EXPECT_THAT(refusal(json), Reports(Code::kUnknownName, "/program/steps/0/to", {"plinth found"}));
 }
 
 }  // namespace

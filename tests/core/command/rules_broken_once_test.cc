@@ -309,6 +309,7 @@ void break_conditions() {
               Code::kConflict, {"wrist", "arm"});
   expect_told(wrong(R"({"gripper": "grapper", "is": "lost"})"), "/until/gripper", Code::kUnknownName,
               {"grapper", "gripper"});
+  expect_told(wrong(R"({"distance": ["arm"], "below_m": 0.1})"), "/until/distance", Code::kWrongSize, {"1"});
   expect_told(wrong(R"({"any": []})"), "/until/any", Code::kMissing);
 }
 
@@ -421,6 +422,8 @@ TEST(CommandRulesBrokenOnce, AllOfThemAtOnce) {
 /// What no wrong use comes to, and why.
 const std::vector<takt::test::Excuse> kElsewhere = {
     {"actions/motion_action.cc", Code::kRequires, "an arm without inverse kinematics: no model has so few joints"},
+    {"expression/condition.cc", Code::kUnknownName, "no shapes here; tests/scenario/collisions_test.cc has the case"},
+    {"frame_sensors.cc", Code::kUnknownPosition, "nothing is lost here; tests/scenario/belief_test.cc loses a part"},
     {"actions/compliance_action.cc", Code::kConflict, "there is one arm here; two_arms_test.cc has the case"},
 };
 

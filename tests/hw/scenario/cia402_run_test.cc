@@ -25,7 +25,7 @@ const std::string kTouchDown = R"({
               "at": {"in": "world", "position_m": [0.7, 0, 0.05]}}
   },
   "program": {"do": "sequence", "steps": [
-    {"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 0.055]}, "speed": 0.5},
+    {"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 0.057]}, "speed": 0.5},
     {"do": "tare", "cycles": 200},
     {"do": "lin", "to": {"by_m": [0, 0, -0.03]}, "velocity_m_s": 0.001,
      "until": {"sensor": "wrist", "quantity": "force", "above_N": 5}},
