@@ -262,6 +262,22 @@ TEST(Tools, ThatAreNotThereAreErrorsAtTheirKey) {
   };
   EXPECT_THAT(refusal(step(R"("tool": "griper")")), Reports(Code::kUnknownName, "/program/steps/0/tool", {"gripper"}));
   EXPECT_THAT(refusal(step(R"("tcp": "tip")")), Reports(Code::kUnknownName, "/program/steps/0/tcp", {"tip"}));
+  EXPECT_THAT(refusal(step(R"("tcp": "arm")")), Reports(Code::kUnknownPosition, "/program/steps/0/tcp", {"arm"}));
+}
+
+TEST(Tools, OneForAnArmInATransaction) {
+  const auto lin = [](const std::string& more) {
+    return R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}, )" + more + "}";
+  };
+  const std::string apart = R"({"do": "transaction", "commands": {"a": )" + lin(R"("start": true, "tool": "gripper")") +
+                            R"(, "b": )" + lin(R"("tool": "probe")") +
+                            R"(}, "on": [{"entered": {"completed": "a"}, "start": "b"}]})";
+  EXPECT_THAT(refusal(with_tools(R"(, "tool": "probe")", apart)),
+              Reports(Code::kConflict, "/program/steps/0/commands/b/tool", {"arm"}));
+  const std::string blended = R"({"do": "transaction", "commands": {"m": {"do": "motions", "start": true, "steps": [)" +
+                              lin(R"("tool": "gripper", "blend_m": 0.01)") + ", " + lin(R"("tool": "probe")") + "]}}}";
+  EXPECT_THAT(refusal(with_tools(R"(, "tool": "probe")", blended)),
+              Reports(Code::kConflict, "/program/steps/0/commands/m/steps/1/tool"));
 }
 
 }  // namespace

@@ -416,6 +416,17 @@ const std::vector<takt::test::Excuse> kElsewhere = {
     {"language/expression.cc", Code::kTooLarge, "grows in a loop: ExpressionTest.WhatGrowsInALoopIsBounded"},
     {"language/expression_functions.cc", {}, "grows in a loop: ExpressionTest.WhatGrowsInALoopIsBounded"},
     {"base/object_reader.cc", Code::kUnknownKey, "so many keys: ObjectReader.UnknownKeysAreCountedBeyondABound"},
+    {"operations/parameter.cc", Code::kUnknownName, "no tools here: Tools.ThatAreNotThereAreErrorsAtTheirKey"},
+    {"operations/tool_choice.cc", Code::kUnknownName, "no tools here: Tools.ThatAreNotThereAreErrorsAtTheirKey"},
+    {"operations/tool_choice.cc", Code::kUnknownPosition, "no tools here: Tools.ThatAreNotThereAreErrorsAtTheirKey"},
+    {"operations/command_step.cc", Code::kConflict, "no tools here: Tools.OneForAnArmInATransaction"},
+    {"operations/motion_command.cc", Code::kConflict, "no tools here: Tools.OneForAnArmInATransaction"},
+    {"operations/set_frame.cc", Code::kInvalidName, "BelievedFrames.AStepMakesThemAndTheyDependOnWhatItSays"},
+    {"operations/held_part.cc", Code::kConflict, "no fixed part here: tests/scenario/belief_test.cc has the case"},
+    {"operations/grip.cc", Code::kConflict, "the rehearsal says it first; of programs in C++ a case is missing"},
+    {"operations/actuator_interfaces.cc", Code::kConflict, "of parts and loads in C++: a case is missing"},
+    {"operations/actuator_interfaces.cc", Code::kNotPossibleNow, "of a tool while its arm is busy: a case is missing"},
+    {"operations/frame_handle.cc", Code::kInvalidName, "of frames that a program in C++ makes: a case is missing"},
     {"activity/planning_job.cc", Code::kInternal, "an exception of a planner: PlanningThreadTest"},
 };
 
