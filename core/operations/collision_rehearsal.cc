@@ -221,9 +221,11 @@ class Timeline {
   std::set<std::tuple<const PlayedStep*, std::string, std::string>> reported_;
 };
 
-/// Whether a body never moves, whatever the program does.
-bool is_furniture(const CellShapes& shapes, const collision::ContactRules& rules, int body) {
-  return rules.arm_of(body).empty() && !shapes.free_objects.contains(shapes.scene.body(body).owner);
+/// Whether a body never moves, whatever the program does: furniture, and the first link of a machine in the world.
+bool never_moves(const CellShapes& shapes, const collision::ContactRules& rules, const Situation& situation, int body) {
+  const collision::Body& one = shapes.scene.body(body);
+  const bool in_world = one.root && situation.state.fixings[static_cast<std::size_t>(body)].parent < 0;
+  return (in_world || rules.arm_of(body).empty()) && !shapes.free_objects.contains(one.owner);
 }
 
 void add_unknown_arms(const CellShapes& shapes, const std::set<std::string>& arms, Situation& situation) {
@@ -264,7 +266,7 @@ void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics) {
   const collision::ContactRules rules(shapes, start);
   collision::CheckOptions options{.margin = shapes.margin, .rule = {}, .bodies = {}};
   options.rule = [&](int a, int b) -> collision::PairRule {
-    const bool still = is_furniture(shapes, rules, a) && is_furniture(shapes, rules, b);
+    const bool still = never_moves(shapes, rules, start, a) && never_moves(shapes, rules, start, b);
     const bool known = !start.unknown.contains(a) && !start.unknown.contains(b);
     if (still || !known || shapes.is_relaxed(shapes.scene.body(a), shapes.scene.body(b)))
       return {.kind = collision::PairRule::Kind::kIgnored};

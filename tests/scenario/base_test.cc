@@ -222,7 +222,7 @@ TEST(ArmOnBase, MistakesOfAMotionWithTheBaseAreFindings) {
   for (const auto& [base, expected] : mistakes)
     EXPECT_THAT(refusal(mounted(R"({"do": "lin", "arm": "arm", )" + to + ", " + base + "}")), Reports(expected));
   EXPECT_THAT(refusal(mounted(R"({"do": "lin", "arm": "base", )" + to + R"(, "base_to": {"by_m": [0.1, 0, 0]}})")),
-              Reports(Code::kRequires, at + "/base_to", {"base"}));
+              Reports(Code::kRequires, at + "/arm", {"base"}));
 }
 
 /// As a command of a transaction; the motion after it knows where the base stands by then.

@@ -55,8 +55,12 @@ class Foreign(WithFolder):
                 self.assertIn(ways[name], figures["inverse_kinematics"])
                 self.assertEqual(figures["joints"], [j for j in report["joints"] if j in figures["joints"]])
                 # Arms of few joints take long ways to turn the tool as near as they can.
-                wave = takt("run", "scenarios/wave.json", "--models", self.models, "--set",
-                            f"/devices/arm/model={name}", "--set", "/expectations/2/below_s=40", "--json")
+                wave = ["run", "scenarios/wave.json", "--models", self.models, "--set", f"/devices/arm/model={name}",
+                        "--set", "/expectations/2/below_s=40", "--json"]
+                if name == "cobot":  # the waypoints fold it into itself, and the rehearsal says so
+                    self.assertIn("collision", {one["code"] for one in json.loads(takt(*wave).stdout)["diagnostics"]})
+                    wave += ["--set", '/collisions={"off": "the waypoints were not chosen for this arm"}']
+                wave = takt(*wave)
                 self.assertEqual(wave.returncode, 0, wave.stdout + wave.stderr)
                 self.assertEqual(json.loads(wave.stdout)["result"], "passed")
 
