@@ -52,8 +52,10 @@ enum class Code : std::uint8_t {
   // Planning.
   kUnreachable,
   kLimitExceeded,
+  kPayloadMismatch,
   kPlanningFailed,
   kUnknownPosition,
+  kUnknownPose,
   kNotKnownYet,
   kNeverFires,
   // What happens while a program runs.
