@@ -52,9 +52,11 @@ enum class Code : std::uint8_t {
   // Planning.
   kUnreachable,
   kLimitExceeded,
+  kPayloadMismatch,
   kPlanningFailed,
   kUnknownPosition,
   kCollision,
+  kUnknownPose,
   kNotKnownYet,
   kNeverFires,
   // What happens while a program runs.

@@ -273,7 +273,7 @@ void Actuator::carry(double mass) const {
                      "after their end");
   command::Cell& cell = runtime_->cell();
   if (const auto mismatch = told_mismatch(cell, name_, mass))
-    throw_diagnostic(Code::kConflict, name_,
+    throw_diagnostic(Code::kPayloadMismatch, name_,
                      fmt::format("what '{}' holds weighs {:g} kg, not {:g} kg", name_, mismatch->known, mismatch->told),
                      "its mass, or no call: takt knows it");
   cell.arms.find(name_)->second.told_mass = mass;

@@ -24,7 +24,7 @@ class Frame {
   [[nodiscard]] Frame then(const Eigen::Isometry3d& X) const;
 
   /// Where it is now in another frame, of an arm in its base: a goal of a motion, m. Throws ActivityError
-  /// (Code::kUnknownPosition) where that is not known.
+  /// (Code::kUnknownPose) where that is not known.
   [[nodiscard]] Eigen::Isometry3d in(const std::string& other = std::string(world::FrameGraph::kWorld)) const;
   /// Pose in another frame, and velocity seen from it, as sensors: while machines move, and in nets.
   [[nodiscard]] command::FrameSensor pose_in(const std::string& other) const;

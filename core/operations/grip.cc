@@ -55,7 +55,7 @@ Diagnostics check_told_mass(const command::Cell& cell, const world::Hold& hold) 
   Diagnostics diagnostics;
   const auto mismatch = payload_mismatch(cell, hold.object);
   if (mismatch && mismatch->told > mismatch->known)
-    diagnostics.error(Code::kConflict, "/part_mass_kg",
+    diagnostics.error(Code::kPayloadMismatch, "/part_mass_kg",
                       fmt::format("'{}' weighs {:g} kg, not {:g} kg", hold.object, mismatch->known, mismatch->told),
                       "its mass, or none: takt knows it");
   return diagnostics;

@@ -129,7 +129,7 @@ void check_told_masses(const command::Places& before, Rehearsal& rehearsal, Diag
     // Who names no part may mean any of several, of which one mass is as good as the other.
     const bool named = !rehearsal.one_of_many.contains(hold.object);
     diagnostics.add({.severity = named ? Severity::kError : Severity::kWarning,
-                     .code = Code::kConflict,
+                     .code = Code::kPayloadMismatch,
                      .file = {},
                      .pointer = pointer,
                      .message = fmt::format("'{}' weighs {:g} kg, and its grippers are told {:g} kg", hold.object,

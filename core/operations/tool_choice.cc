@@ -42,8 +42,7 @@ Result<ToolInForce> frame_as_tool(const Cell& cell, const std::string& arm, cons
   if (carrier && carrier->arm == arm && choice.tool.empty()) return ToolInForce{carrier->X_FO, 0.0};
   auto names = tool != nullptr ? keys_of(tool->X_FT) : std::vector<std::string>();
   if (cell.frames.contains(choice.tcp))
-    return failure(Code::kUnknownPosition, "/tcp",
-                   fmt::format("'{}' does not ride on the flange of '{}'", choice.tcp, arm),
+    return failure(Code::kUnknownPose, "/tcp", fmt::format("'{}' does not ride on the flange of '{}'", choice.tcp, arm),
                    "a tool centre point of its tool, or a frame of what it holds then");
   return failure(Code::kUnknownName, "/tcp", fmt::format("there is no tool centre point '{}'", choice.tcp),
                  nearest_choice(choice.tcp, names));

@@ -87,7 +87,7 @@ Result<Eigen::Isometry3d> FrameGraph::along(const std::vector<std::string_view>&
   for (std::size_t i = 0; i < count; ++i) {
     const Relation& relation = *this->relation(path[i]);
     if (relation.kind == Relation::Kind::kUnknown) {
-      return failure(Code::kUnknownPosition, {}, fmt::format("it is not known where '{}' is", path[i]),
+      return failure(Code::kUnknownPose, {}, fmt::format("it is not known where '{}' is", path[i]),
                      "a frame whose pose is known, or a measurement of this one before");
     }
     if (relation.moves() && !relation.X_seen) {

@@ -56,9 +56,9 @@ class FrameGraph {
   [[nodiscard]] bool contains(std::string_view name) const;
   /// How a frame hangs on its parent; null for the world and for frames that are not there.
   [[nodiscard]] const Relation* relation(std::string_view name) const;
-  /// Pose of frame `of` in frame `in`; diagnostics name the unknown frame and the nearest one, or
-  /// (Code::kUnknownPosition) the frame between them that is lost, or that moves and has not been seen: where that is
-  /// only sensors tell (core/expression/frame_sensors.h).
+  /// Pose of frame `of` in frame `in`; diagnostics name the unknown frame and the nearest one, or the frame between
+  /// them that is lost (Code::kUnknownPose), or that moves and has not been seen: where that is only sensors tell
+  /// (core/expression/frame_sensors.h).
   [[nodiscard]] Result<Eigen::Isometry3d> pose(std::string_view of, std::string_view in = kWorld) const;
   [[nodiscard]] std::vector<std::string> names() const;
   /// Names of the frames that move.

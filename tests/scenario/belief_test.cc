@@ -132,7 +132,7 @@ TEST(BelievedParts, AreLostWhenTheyAreKnockedOutOfTheHand) {
       "seconds": 0.5}])"));
   ASSERT_NE(ran.session, nullptr);
   EXPECT_EQ(ran.report.verdict, Verdict::kError);
-  EXPECT_THAT(ran.report.diagnostics, Reports(Code::kUnknownPosition, "/program/steps/5/to", {"block"}));
+  EXPECT_THAT(ran.report.diagnostics, Reports(Code::kUnknownPose, "/program/steps/5/to", {"block"}));
   EXPECT_FALSE(ran.cell().knows("block"));
   EXPECT_TRUE(ran.cell().held.empty());
 }
@@ -141,9 +141,9 @@ TEST(BelievedParts, AreLostWhenTheyAreKnockedOutOfTheHand) {
 
 TEST(ToldMasses, ThatDoNotFitTheObjectAreErrors) {
   EXPECT_THAT(refusal(shipped("pick.json", {{"/objects/part/mass_kg", "2"}})),
-              Reports(Code::kConflict, "/program/steps/2/part_mass_kg", {"part", "2", "1"}));
+              Reports(Code::kPayloadMismatch, "/program/steps/2/part_mass_kg", {"part", "2", "1"}));
   EXPECT_THAT(refusal(shipped("pick.json", {{"/program/steps/2/part_mass_kg", "1.5"}})),
-              Reports(Code::kConflict, "/program/steps/2/part_mass_kg", {"part", "1", "1.5"}));
+              Reports(Code::kPayloadMismatch, "/program/steps/2/part_mass_kg", {"part", "1", "1.5"}));
   EXPECT_TRUE(refusal(shipped("pick.json", {{"/program/steps/2/part_mass_kg", "1.01"}})).empty()) << "within 2 %";
 }
 
@@ -151,7 +151,7 @@ TEST(ToldMasses, ThatDoNotFitTheObjectAreErrors) {
 TEST(ToldMasses, OfTwoArmsAddUp) {
   EXPECT_FALSE(refusal(shipped("carry.json")).has_errors());
   EXPECT_THAT(refusal(shipped("carry.json", {{"/objects/bar/mass_kg", "2"}})),
-              Reports(Code::kConflict, "/program/steps/3/branches/0/part_mass_kg", {"bar", "2", "1"}));
+              Reports(Code::kPayloadMismatch, "/program/steps/3/branches/0/part_mass_kg", {"bar", "2", "1"}));
 }
 
 TEST(ToldMasses, AFixedObjectCannotBeTaken) {

@@ -133,7 +133,7 @@ TEST_F(BeliefTest, ALostObjectIsNowhereUntilItIsFoundAgain) {
   EXPECT_FALSE(belief.knows("tray"));
   EXPECT_FALSE(belief.knows("bolt"));
   EXPECT_TRUE(belief.held.empty());
-  EXPECT_THAT(belief.frames.pose("tray/rim").error(), Reports(Code::kUnknownPosition, "", {"tray"}));
+  EXPECT_THAT(belief.frames.pose("tray/rim").error(), Reports(Code::kUnknownPose, "", {"tray"}));
   ASSERT_TRUE(belief.found("tray", moved(0, 0, 0.1)).empty());
   EXPECT_TRUE(belief.knows("bolt"));
   EXPECT_NEAR(belief.frames.pose("bolt")->translation().z(), 0.125, 1e-12);

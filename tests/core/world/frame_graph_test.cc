@@ -64,7 +64,7 @@ TEST(FrameGraph, ALostFrameHasNoPoseAndNothingThatDependsOnItHas) {
   const auto before = graph.changes();
   ASSERT_TRUE(graph.set("box", {.kind = Relation::Kind::kUnknown, .parent = "world"}).empty());
   EXPECT_GT(graph.changes(), before);
-  EXPECT_THAT(graph.pose("part").error(), Reports(Code::kUnknownPosition, "", {"box"}));
+  EXPECT_THAT(graph.pose("part").error(), Reports(Code::kUnknownPose, "", {"box"}));
   EXPECT_TRUE(graph.pose("part", "box").has_value()) << "in the box it is where it was";
   ASSERT_TRUE(graph.set("box", "world", at(0, 0, 1)).empty());
   EXPECT_NEAR(graph.pose("part")->translation().z(), 1.1, 1e-15) << "found again";
