@@ -246,18 +246,12 @@ FilmEntry read_film(const Json& json, const std::string& pointer, Diagnostics& d
 CollisionsEntry read_collisions(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
   ObjectReader reader(json, pointer, diagnostics);
   CollisionsEntry collisions;
-  const auto reason = [&](ObjectReader& from, std::string_view key) {
-    std::string text = from.text(key);
-    if (from.has(key) && text.empty())
-      diagnostics.error(Code::kMissing, from.at(key), "an empty text", "the reason, for who reads the file");
-    return text;
-  };
   collisions.margin_m = reader.number("margin_m", collisions.margin_m, {.low = 1e-5, .high = 0.1});
-  if (reader.has("off")) collisions.off = reason(reader, "off");
+  if (reader.has("off")) collisions.off = reader.text("off");
   const Json* list = reader.array("allow", false);
   for (std::size_t i = 0; list && i < list->size(); ++i) {
     ObjectReader entry((*list)[i], reader.at("allow") + pointer_segment(i), diagnostics);
-    CollisionsEntry::Allowed allowed{entry.texts("between"), reason(entry, "reason"), entry.pointer()};
+    CollisionsEntry::Allowed allowed{entry.texts("between"), entry.text("reason"), entry.pointer()};
     if (allowed.between.size() != 2) {
       diagnostics.error(Code::kWrongSize, entry.at("between"), fmt::format("{} names", allowed.between.size()),
                         "two: devices, objects or bodies");

@@ -143,7 +143,7 @@ TEST(MeantContacts, TheFileSaysWhyAndNamesWhatThereIs) {
   };
   EXPECT_THAT(of(R"({"allow": [{"between": ["table", "arm"]}]})"),
               Reports(Code::kMissing, "/collisions/allow/0", {"reason"}));
-  EXPECT_THAT(of(R"({"off": ""})"), Reports(Code::kMissing, "/collisions/off"));
+  EXPECT_THAT(of(R"({"off": ""})"), Reports(Code::kWrongType, "/collisions/off"));
   EXPECT_THAT(of(R"({"allow": [{"between": ["table"], "reason": "?"}]})"),
               Reports(Code::kWrongSize, "/collisions/allow/0/between"));
   EXPECT_THAT(of(R"({"allow": [{"between": ["tabel", "arm"], "reason": "?"}]})"),

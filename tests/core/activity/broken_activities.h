@@ -20,5 +20,7 @@ struct BrokenActivity {
 [[nodiscard]] std::vector<BrokenActivity> broken_activities();
 /// Control modes, springs, guiding by hand.
 [[nodiscard]] std::vector<BrokenActivity> broken_modes();
+/// Parts, loads, tools, frames.
+[[nodiscard]] std::vector<BrokenActivity> broken_beliefs();
 
 }  // namespace takt::test
