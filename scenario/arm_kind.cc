@@ -26,8 +26,10 @@ constexpr double kProtectiveShare = 0.5;
 /// A sensor in the flange. The load that the controller knows is no external torque, so nothing is to be taken out.
 void add_own_force(const DeviceEntry& entry, const device::Arm& arm, BuiltCell& built) {
   if (entry.own_force.empty()) return;
+  auto felt = built.site->own_force(entry.name);
+  if (felt == nullptr) felt = std::make_shared<device::ArmForce>(arm);
   auto& sensor = built.core->add(std::make_unique<device::ForceTorqueSensor>(
-      entry.own_force, device::arm_force_description(arm.description()), std::make_shared<device::ArmForce>(arm)));
+      entry.own_force, device::arm_force_description(arm.description()), std::move(felt)));
   command::MountedSensor& mounted = built.cell.sensors[entry.own_force];
   mounted.device = &sensor;
   mounted.arm = entry.name;

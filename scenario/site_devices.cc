@@ -126,6 +126,12 @@ SiteDevices::WiredArm SiteDevices::connect(const LoadedDevice& device, const Bin
   return {std::make_shared<ShadowedArm>(std::move(*driver), std::move(machine)), std::move(description)};
 }
 
+std::shared_ptr<device::ForceTorqueBackend> SiteDevices::own_force(const std::string& arm) const {
+  const auto driver = drivers_.find(arm);
+  if (driver == drivers_.end()) return nullptr;
+  return {driver->second, driver->second->force_torque()};
+}
+
 SiteDevices::WiredArm SiteDevices::wire(const LoadedDevice& device, std::shared_ptr<device::ArmBackend> machine) {
   const Binding* binding = site_.find(device.entry->name);
   if (binding && binding->driver && site_.connect) return connect(device, *binding, std::move(machine));

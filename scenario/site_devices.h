@@ -44,6 +44,9 @@ class SiteDevices {
     std::shared_ptr<const device::ForceTorqueDescription> description;
   };
   [[nodiscard]] WiredSensor wire(const LoadedDevice& device, std::shared_ptr<device::ForceTorqueBackend> machine);
+  /// What the controller of an arm says that the arm feels (row `own_force` of an arm); null: it says nothing of its
+  /// own, the external torques are what there is.
+  [[nodiscard]] std::shared_ptr<device::ForceTorqueBackend> own_force(const std::string& arm) const;
   /// What went wrong while devices were wired: a port in use, an address that is none of this machine.
   [[nodiscard]] const Diagnostics& problems() const { return problems_; }
   /// The states of what was wired become part of the digest.

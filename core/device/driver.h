@@ -53,7 +53,8 @@ struct DriverRequest {
 /// on; samples come when the controller is found. Its destructor ends the connection in order, without moving the arm.
 class ArmDriver : public ArmBackend {
  public:
-  /// The wrench that the arm itself estimates or measures at its tool; null: it has none. Lives as long as the driver.
+  /// The wrench that the arm itself estimates or measures, on its flange, as a sensor that is mounted there reads it;
+  /// null: it has none. Lives as long as the driver.
   [[nodiscard]] virtual ForceTorqueBackend* force_torque() { return nullptr; }
   /// Asks the device to take set points again, after it stopped by itself or brakes were asked for: the explicit reset
   /// without which nothing begins anew (row S4). Any thread.

@@ -37,6 +37,7 @@ enum OutputPlace : std::size_t {
   kRobotMode,
   kSafetyMode,
   kRuntimeState,
+  kTcpPose,
   kTcpForce,
   kDigitalIn,
   kDigitalOut,
@@ -86,6 +87,7 @@ ClientRequest Driver::request_for(const DriverOptions& options) {
                      "robot_mode",
                      "safety_mode",
                      "runtime_state",
+                     "actual_TCP_pose",
                      "actual_TCP_force",
                      "actual_digital_input_bits",
                      "actual_digital_output_bits",
@@ -483,16 +485,18 @@ void Driver::send(ControlMode mode, const motion::JointSample* state) {
   ++counts_.sent;
 }
 
-/// actual_TCP_force: what the surroundings exert, at the tool centre point, in axes of the base. Here in axes of the
-/// flange.
+/// actual_TCP_force: what the surroundings exert, its torque about the tool centre point of the controller, in axes of
+/// the base. Here about the origin of the flange and in its axes, as a sensor that is mounted there has it.
 void Driver::take_force(std::uint64_t sequence, Nanoseconds instant) {
-  const FieldValue& force = value(kTcpForce);
-  const Eigen::Matrix3d R_BF = arm_->chain->forward(joints(value(kActualQ))).linear();
+  const FieldValue &pose = value(kTcpPose), &wrench = value(kTcpForce);
+  const Eigen::Isometry3d X_BF = arm_->chain->forward(joints(value(kActualQ)));
+  const Eigen::Vector3d p_FT_B = Eigen::Vector3d(pose[0], pose[1], pose[2]) - X_BF.translation();
+  const Eigen::Vector3d force_B(wrench[0], wrench[1], wrench[2]), torque_B(wrench[3], wrench[4], wrench[5]);
   device::WrenchSample sample;
   sample.sequence = sequence;
   sample.stamp = instant;
-  sample.wrench.force = R_BF.transpose() * Eigen::Vector3d(force[0], force[1], force[2]);
-  sample.wrench.torque = R_BF.transpose() * Eigen::Vector3d(force[3], force[4], force[5]);
+  sample.wrench.force = X_BF.linear().transpose() * force_B;
+  sample.wrench.torque = X_BF.linear().transpose() * (torque_B + p_FT_B.cross(force_B));
   force_agent_.take(sample, instant);
 }
 

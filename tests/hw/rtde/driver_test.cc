@@ -326,6 +326,26 @@ TEST(RtdeDriver, TheForceAtTheToolIsASensor) {
   const Eigen::Vector3d in_base = X_BF.linear() * sample.wrench.force;
   EXPECT_NEAR(in_base.z(), -10.0, 0.2);
   EXPECT_NEAR(in_base.head<2>().norm(), 0.0, 0.2);
+  EXPECT_LT(sample.wrench.torque.norm(), 0.1) << "the force acts at the origin of the flange";
+}
+
+// The controller's torque is about its own tool centre point, wherever that is.
+TEST(RtdeDriver, TheForceAtTheToolIsToldAboutTheFlange) {
+  DriverBench bench;
+  bench.ideal->state().tau_external = device::JointVector::Zero(6);
+  bench.controller().motion().kinematics().set_tool(Eigen::Isometry3d(Eigen::Translation3d(0.05, 0.0, 0.2)));
+  ASSERT_TRUE(bench.wait_until_ready());
+  Eigen::Isometry3d X_BF;
+  kinematics::Jacobian J;
+  test::ur5()->chain->jacobian(bench.ideal->state().q, X_BF, J);
+  Vector6 wrench = Vector6::Zero();
+  wrench[0] = 12.0;
+  bench.ideal->state().tau_external = J.transpose() * wrench;
+  bench.run(100);
+  device::WrenchSample sample;
+  ASSERT_TRUE(bench.robot->force_torque()->read(sample));
+  EXPECT_NEAR((X_BF.linear() * sample.wrench.force).x(), 12.0, 0.2);
+  EXPECT_LT(sample.wrench.torque.norm(), 0.1) << "12 N with a lever of 0.2 m would be 2.4 Nm";
 }
 
 TEST(RtdeDriver, FreedriveKeepsNetsAway) {

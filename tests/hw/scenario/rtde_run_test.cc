@@ -23,12 +23,27 @@ const std::string kUrMotion = R"({
   ]}
 })";
 
+/// A touch that the arm's own force ends.
+const std::string kUrTouch = R"({
+  "devices": {"arm": {"model": "ur5", "own_force": "felt", "at": {"in": "world"}},
+              "probe": {"model": "probe_ball", "on": "arm"}},
+  "objects": {"block": {"shape": "box", "size_m": [0.2, 0.2, 0.2], "at": {"position_m": [0.5, 0.1, 0.1]}}},
+  "program": {"do": "sequence", "steps": [
+    {"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 0.13], "rpy_deg": [0, 180, 0]}},
+    {"do": "wait", "seconds": 0.5},
+    {"do": "tare", "sensor": "felt"},
+    {"do": "lin", "to": {"by_m": [0, 0, -0.06]}, "velocity_m_s": 0.01, "until": {"sensor": "felt", "above_N": 15}},
+    {"do": "lin", "to": {"by_m": [0, 0, 0.02]}}
+  ]},
+  "expectations": [{"kind": "contact_force", "between": ["probe", "block"], "below_N": 40, "at_least_N": 8}]
+})";
+
 struct UrRun {
   RunReport report;
   std::vector<device::JointVector> q;  // of the plant, each cycle
 };
 
-UrRun run_ur(const std::vector<std::string>& backends, std::uint64_t seed = 1) {
+UrRun run_ur(const std::vector<std::string>& backends, std::uint64_t seed = 1, const std::string& text = kUrMotion) {
   static const device::ModelLibrary library({"models"});
   hw::add_own_drivers();
   Site site;
@@ -36,7 +51,7 @@ UrRun run_ur(const std::vector<std::string>& backends, std::uint64_t seed = 1) {
     const Diagnostics diagnostics = scenario::bind(site, backend);
     EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
   }
-  auto description = parse_description(kUrMotion, {}, seed);
+  auto description = parse_description(text, {}, seed);
   EXPECT_TRUE(description) << description.error().to_string();
   description->site = site;
   auto session = Session::create(std::move(*description), library);
@@ -90,6 +105,15 @@ TEST(RtdeRun, SettingsThatCannotBeAreRefused) {
     const Diagnostics diagnostics = scenario::bind(site, setting);
     EXPECT_TRUE(diagnostics.has_errors()) << setting;
     EXPECT_THAT(diagnostics.to_string(), testing::HasSubstr(text));
+  }
+}
+
+// What the controller reports ends the motion, not what the simulated joints say.
+TEST(RtdeRun, AForceThatTheControllerReportsEndsAGuardedMotion) {
+  for (const std::vector<std::string>& backends : {std::vector<std::string>{}, {"arm=rtde"}}) {
+    const UrRun run = run_ur(backends, 1, kUrTouch);
+    EXPECT_EQ(run.report.verdict, Verdict::kPassed) << run.report.diagnostics.to_string();
+    for (const auto& one : run.report.expectations) EXPECT_TRUE(one.passed) << one.name << ": " << one.measured;
   }
 }
 
