@@ -130,13 +130,14 @@ struct Ground {
   const Description& description;
 };
 
-/// The link of a device that carries what is on its flange, or a body of a free object.
+/// The link of a device that carries the frame, or a body of a free object.
 std::string body_of(const std::string& frame, const Ground& ground) {
   const auto& [frames, devices, description] = ground;
   for (const std::string_view name : frames.believed.path_to_world(frame)) {
     const auto object = std::ranges::find(description.objects, name, &ObjectEntry::name);
     if (object != description.objects.end() && !object->fixed && object->model.empty()) return object->name;
     const world::Relation& relation = *frames.believed.relation(name);
+    if (relation.kind == world::Relation::Kind::kLink) return command::link_frame(relation.source, relation.link);
     if (relation.kind != world::Relation::Kind::kFlange) continue;
     const auto carrier = std::ranges::find(devices, relation.source, [](const auto& one) { return one->entry->name; });
     return relation.source + "/" + (*carrier)->as<device::ArmDescription>()->flange_link;
@@ -144,10 +145,9 @@ std::string body_of(const std::string& frame, const Ground& ground) {
   return {};
 }
 
-/// A frame that a body moves, as that body's frame: of an arm the flange.
-std::string moving_frame(const std::string& body) {
-  const auto slash = body.find('/');
-  return slash == std::string::npos ? body : command::flange_frame(body.substr(0, slash));
+/// The frame of a body: an object, a link of an arm, its flange.
+std::string moving_frame(const std::string& body, const world::FrameGraph& frames) {
+  return frames.contains(body) ? body : command::flange_frame(body.substr(0, body.find('/')));
 }
 
 /// What is placed in a frame rides on whatever the frame rides on: a flange, a base, an object that moves; else it
@@ -155,7 +155,8 @@ std::string moving_frame(const std::string& body) {
 sim::Mount mount_in(const std::string& frame, const Eigen::Isometry3d& X_W, const Ground& ground) {
   const std::string body = body_of(ground.frames.standing_frame(frame), ground);
   if (body.empty()) return {"", X_W};
-  const auto X_WP = ground.frames.truth.pose(moving_frame(body)).value_or(Eigen::Isometry3d::Identity());
+  const auto X_WP =
+      ground.frames.truth.pose(moving_frame(body, ground.frames.truth)).value_or(Eigen::Isometry3d::Identity());
   return {body, X_WP.inverse() * X_W};
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/device/base_description.h"
 #include "core/kinematics/chain.h"
+#include "core/kinematics/link_path.h"
 #include "scenario/arm_kind.h"
 #include "scenario/cell_models.h"
 
@@ -20,6 +21,10 @@ Relation fixed_in(const std::string& parent, const Isometry3d& X_PF) { return {.
 
 Relation on_flange(const std::string& arm, const Isometry3d& X_FM) {
   return {.kind = Relation::Kind::kFlange, .parent = arm, .X_PF = X_FM, .source = arm};
+}
+
+Relation on_link(const std::string& arm, const std::string& link) {
+  return {.kind = Relation::Kind::kLink, .parent = arm, .source = arm, .link = link};
 }
 
 /// The flange of an arm, or the body of a base, in its base frame at the start.
@@ -61,6 +66,12 @@ void CellFrames::want_arm(const LoadedDevice& arm) {
   const std::string& name = arm.entry->name;
   wanted_.push_back({arm.pointer(), command::flange_frame(name), "", on_flange(name, Isometry3d::Identity()),
                      fixed_in(name, start_of_flange(arm))});
+  const auto* description = arm.as<device::ArmDescription>();
+  for (const std::string& link : description->links->names()) {
+    if (link == description->flange_link || command::link_frame(name, link) == command::flange_frame(name)) continue;
+    wanted_.push_back({arm.pointer(), command::link_frame(name, link), "", on_link(name, link),
+                       fixed_in(name, description->links->find(link)->pose(start_of(arm)))});
+  }
 }
 
 /// What is mounted rides on the flange of the arm that carries it: an arm with its base, a tool with its mount frame

@@ -32,6 +32,7 @@ std::optional<Isometry3d> true_frame(const BuiltCell& built, const std::string& 
     const world::Relation& relation = *frames.relation(name);
     X = relation.X_PF * X;
     if (relation.kind == Kind::kFlange) return true_flange(built, relation.source) * X;
+    if (relation.kind == Kind::kLink) return true_pose(built, command::link_frame(relation.source, relation.link)) * X;
     if (relation.kind == Kind::kChannel || relation.kind == Kind::kUnknown) return std::nullopt;
   }
   return X;

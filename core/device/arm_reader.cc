@@ -10,6 +10,7 @@
 #include "core/device/control_mode_file.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/inverse.h"
+#include "core/kinematics/link_path.h"
 #include "core/kinematics/robot_model.h"
 
 namespace takt::device {
@@ -97,6 +98,7 @@ void ArmReader::read_chain(std::span<const std::string> rolling) {
                                   "add <limit velocity=\"...\"/> to the URDF");
   }
   arm_.chain = std::make_shared<const kinematics::Chain>(std::move(*chain));
+  arm_.links = std::make_shared<const kinematics::LinkPaths>(*arm_.robot, arm_.base_link, arm_.joint_names);
 }
 
 void ArmReader::check_home() {

@@ -16,6 +16,7 @@
 namespace takt::kinematics {
 struct RobotModel;
 class Chain;
+class LinkPaths;
 class InverseKinematics;
 }  // namespace takt::kinematics
 
@@ -36,7 +37,8 @@ struct ModelDescription {
 /// order of the chain.
 struct ArmDescription : ModelDescription {
   std::string base_link, flange_link;
-  std::shared_ptr<const kinematics::Chain> chain;  ///< base link to flange link
+  std::shared_ptr<const kinematics::Chain> chain;      ///< base link to flange link
+  std::shared_ptr<const kinematics::LinkPaths> links;  ///< of the chain's joints; null without a chain
   std::shared_ptr<const kinematics::InverseKinematics> inverse;
   std::vector<std::string> joint_names;
   motion::JointLimits limits;  ///< range and velocity from the URDF; acceleration and jerk from the device file

@@ -16,7 +16,13 @@ using collision::CellShapes;
 using collision::Situation;
 using Json = nlohmann::ordered_json;
 
-/// What is held or rides is on a flange, all else stands in the world.
+/// The body of a flange or link.
+int body_of(const CellShapes& shapes, const world::Carrier& carrier) {
+  if (carrier.link.empty()) return shapes.arms.find(carrier.arm)->second.flange;
+  return shapes.scene.find(carrier.arm + "/" + carrier.link);
+}
+
+/// What is held or rides is on a flange or link, all else stands in the world.
 void put_objects(const Cell& cell, Situation& situation) {
   const CellShapes& shapes = *cell.shapes;
   for (const auto& [name, object] : cell.objects) {
@@ -27,7 +33,7 @@ void put_objects(const Cell& cell, Situation& situation) {
     const auto carrier = cell.knows(name) ? cell.carrier_of(name) : std::nullopt;
     const auto X_WO = carrier ? Result<Eigen::Isometry3d>(carrier->X_FO) : cell.frames.pose(name);
     if (X_WO) {
-      fixing = {carrier ? shapes.arms.find(carrier->arm)->second.flange : -1, *X_WO};
+      fixing = {carrier ? body_of(shapes, *carrier) : -1, *X_WO};
     } else {
       situation.unknown.insert(body);
     }

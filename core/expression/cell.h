@@ -71,6 +71,10 @@ struct MountedArm {
 
 /// The name of the frame that rides on the flange of an arm, of a base on its body. No name of a file has a '/'.
 [[nodiscard]] inline std::string flange_frame(std::string_view arm) { return std::string(arm) + "/flange"; }
+/// The frame of one of its links.
+[[nodiscard]] inline std::string link_frame(std::string_view arm, std::string_view link) {
+  return std::string(arm) + "/" + std::string(link);
+}
 
 /// A force/torque sensor on the flange of an arm.
 struct MountedSensor {

@@ -40,19 +40,42 @@ Sensor<T> arm_output(const Cell& cell, const std::string& arm, const char* outpu
       read_resource(net::kValueType<T>, "ArmState", "device", arm, found->second.device, output, id_of("state", arm)));
 }
 
-/// Forward kinematics of an arm over joint positions, or what is wrong with them.
+using Operands = std::vector<std::pair<std::string, Operand>>;
+
+/// A primitive of an arm over its joints, or what is wrong with them.
 template <class T>
-Sensor<T> kinematics(const Cell& cell, const std::string& arm, const std::string& id, const Eigen::Isometry3d& X_FM,
-                     const std::vector<std::pair<std::string, Operand>>& operands, const char* output) {
+Sensor<T> over_joints(const Cell& cell, const std::string& arm, const net::PrimitiveDescription& primitive,
+                      const Operands& operands, const char* output) {
   const auto found = cell.arms.find(arm);
   if (found == cell.arms.end()) return Sensor<T>(unknown(net::kValueType<T>, "arm", arm, cell.arms));
   auto node =
-      std::make_shared<Expression>(*apply(net::kValueType<T>, "ForwardKinematics", operands,
-                                          {{"device", arm}, {"tool", net::value_to_json(net::Frame(X_FM))}}, output));
-  node->primitive.id = id;
+      std::make_shared<Expression>(*apply(net::kValueType<T>, primitive.type, operands, primitive.parameters, output));
+  node->primitive.id = primitive.id;
   node->resource = found->second.device;
   node->resource_name = arm;
   return Sensor<T>(node);
+}
+
+template <class T>
+Sensor<T> kinematics(const Cell& cell, const std::string& arm, const std::string& id, const Eigen::Isometry3d& X_FM,
+                     const Operands& operands, const char* output) {
+  return over_joints<T>(cell, arm,
+                        {.id = id,
+                         .type = "ForwardKinematics",
+                         .parameters = {{"device", arm}, {"tool", net::value_to_json(net::Frame(X_FM))}}},
+                        operands, output);
+}
+
+template <class T>
+Sensor<T> link_kinematics(const Cell& cell, const std::string& arm, const std::string& link,
+                          const Eigen::Isometry3d& X_LM, const char* output) {
+  return over_joints<T>(
+      cell, arm,
+      {.id = id_of(output, arm + "/" + link),
+       .type = "LinkKinematics",
+       .parameters = {{"device", arm}, {"link", link}, {"offset", net::value_to_json(net::Frame(X_LM))}}},
+      {{"q", {.node = measured_joints(cell, arm).node()}}, {"dq", {.node = measured_velocities(cell, arm).node()}}},
+      output);
 }
 
 Eigen::Isometry3d tool_of(const Cell& cell, const std::string& arm) {
@@ -114,6 +137,14 @@ JointsSensor commanded_velocities(const Cell& cell, const std::string& arm) {
 FrameSensor flange_fixed_pose(const Cell& cell, const std::string& arm, const Eigen::Isometry3d& X_FM) {
   return kinematics<net::Frame>(cell, arm, id_of("pose", arm), X_FM,
                                 {{"q", {.node = measured_joints(cell, arm).node()}}}, "frame");
+}
+FrameSensor link_fixed_pose(const Cell& cell, const std::string& arm, const std::string& link,
+                            const Eigen::Isometry3d& X_LM) {
+  return link_kinematics<net::Frame>(cell, arm, link, X_LM, "frame");
+}
+TwistSensor link_fixed_twist(const Cell& cell, const std::string& arm, const std::string& link,
+                             const Eigen::Isometry3d& X_LM) {
+  return link_kinematics<net::Twist>(cell, arm, link, X_LM, "twist");
 }
 FrameSensor tool_pose(const Cell& cell, const std::string& arm) {
   return flange_fixed_pose(cell, arm, tool_of(cell, arm));

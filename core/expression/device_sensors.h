@@ -22,6 +22,11 @@ namespace takt::command {
 [[nodiscard]] FrameSensor commanded_tool_pose(const Cell& cell, const std::string& arm);
 /// Any frame X_FM that is fixed to the flange, in the arm's base, measured.
 [[nodiscard]] FrameSensor flange_fixed_pose(const Cell& cell, const std::string& arm, const Eigen::Isometry3d& X_FM);
+/// Any frame X_LM that is fixed to a link of an arm, in the arm's base, measured, and its velocity there.
+[[nodiscard]] FrameSensor link_fixed_pose(const Cell& cell, const std::string& arm, const std::string& link,
+                                          const Eigen::Isometry3d& X_LM);
+[[nodiscard]] TwistSensor link_fixed_twist(const Cell& cell, const std::string& arm, const std::string& link,
+                                           const Eigen::Isometry3d& X_LM);
 /// Velocity of the tool centre point in the arm's base and its axes, measured.
 [[nodiscard]] TwistSensor tool_twist(const Cell& cell, const std::string& arm);
 

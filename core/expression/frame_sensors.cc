@@ -94,6 +94,10 @@ Place in_parent(const Cell& cell, const Relation& relation) {
       return {.constant = {},
               .X_AB = flange_fixed_pose(cell, relation.source, relation.X_PF),
               .V_AB_A = flange_twist(cell, relation.source, relation.X_PF)};
+    case Relation::Kind::kLink:
+      return {.constant = {},
+              .X_AB = link_fixed_pose(cell, relation.source, relation.link, relation.X_PF),
+              .V_AB_A = link_fixed_twist(cell, relation.source, relation.link, relation.X_PF)};
     case Relation::Kind::kChannel:
       return compose({.constant = {},
                       .X_AB = channel<net::Frame>(cell, relation.source),

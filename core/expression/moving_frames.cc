@@ -4,17 +4,30 @@
 #include <vector>
 
 #include "core/kinematics/chain.h"
+#include "core/kinematics/link_path.h"
 
 namespace takt::activity {
 
 using kinematics::JointVector;
+
+namespace {
+
+/// X_BL; "" is the flange.
+std::optional<Eigen::Isometry3d> link_pose(const device::ArmDescription& arm, const std::string& link,
+                                           const JointVector& q) {
+  if (link.empty()) return arm.chain->forward(q);
+  const auto* path = arm.links == nullptr ? nullptr : arm.links->find(link);
+  return path == nullptr ? std::nullopt : std::optional(path->pose(q));
+}
+
+}  // namespace
 
 void see_flanges(command::Cell& cell, const std::function<JointVector(const std::string&)>& q_of) {
   for (const auto& [name, arm] : cell.arms) {
     if (arm.device == nullptr || arm.device->description().chain == nullptr) continue;
     const JointVector q = q_of(name);
     if (q.size() == arm.device->joint_count())
-      cell.frames.see_flange(name, arm.device->description().chain->forward(q));
+      cell.frames.see_arm(name, [&](const std::string& link) { return link_pose(arm.device->description(), link, q); });
   }
 }
 
@@ -33,7 +46,7 @@ command::Cell cell_at(const command::Cell& cell, const command::Places& places) 
     return place == places.end() ? JointVector() : place->second;
   });
   for (const auto& [name, q] : places)
-    if (q.size() == 0) there.frames.see_flange(name, std::nullopt);
+    if (q.size() == 0) there.frames.see_arm(name, [](const std::string&) { return std::nullopt; });
   return there;
 }
 

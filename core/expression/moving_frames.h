@@ -8,16 +8,16 @@
 
 namespace takt::activity {
 
-/// Sets the frames of a cell that move with the flanges of arms to where these are: what a program plans with while the
-/// arm or base below is at rest. @param q_of  joint positions of an arm by name, rad or m; size 0: not known. Realtime:
-/// setup.
+/// Sets the frames of a cell that move with arms, on their flanges and links, to where these are: what a program plans
+/// with while the arm or base below is at rest. @param q_of  joint positions of an arm by name, rad or m; size 0: not
+/// known. Realtime: setup.
 void see_flanges(command::Cell& cell, const std::function<kinematics::JointVector(const std::string&)>& q_of);
 
 /// At the set points that were sent last, or where the arms start.
 void see_flanges(command::Cell& cell);
 
-/// The cell as it is when arms are elsewhere: what moves with their flanges is there too; with the flange of an arm
-/// whose position has size 0 it is unknown. Realtime: setup.
+/// The cell as it is when arms are elsewhere: what moves with them is there too; on an arm whose position has
+/// size 0 it is unknown. Realtime: setup.
 [[nodiscard]] command::Cell cell_at(const command::Cell& cell, const command::Places& places);
 
 /// Where frame `of` is in frame `in` changes while nets run. False if one of them is not there.

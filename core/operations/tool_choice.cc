@@ -39,7 +39,8 @@ Result<const MountedTool*> tool_meant(const Cell& cell, const std::string& arm, 
 Result<ToolInForce> frame_as_tool(const Cell& cell, const std::string& arm, const ToolChoice& choice,
                                   const MountedTool* tool) {
   const auto carrier = cell.frames.contains(choice.tcp) ? cell.carrier_of(choice.tcp) : std::nullopt;
-  if (carrier && carrier->arm == arm && choice.tool.empty()) return ToolInForce{carrier->X_FO, 0.0};
+  if (carrier && carrier->arm == arm && carrier->link.empty() && choice.tool.empty())
+    return ToolInForce{carrier->X_FO, 0.0};
   auto names = tool != nullptr ? keys_of(tool->X_FT) : std::vector<std::string>();
   if (cell.frames.contains(choice.tcp))
     return failure(Code::kUnknownPose, "/tcp", fmt::format("'{}' does not ride on the flange of '{}'", choice.tcp, arm),

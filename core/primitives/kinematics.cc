@@ -1,7 +1,10 @@
 // Family "kinematics": between joints and frames of an arm.
+#include <fmt/format.h>
+
 #include "core/device/arm.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/inverse.h"
+#include "core/kinematics/link_path.h"
 #include "core/net/registry.h"
 #include "core/net/setup.h"
 #include "core/primitives/arm_kinematics.h"
@@ -66,6 +69,60 @@ class ForwardKinematics final : public Primitive {
   Out<Twist> twist_;
   Arm* arm_;
   Frame X_FT_;
+};
+
+class LinkKinematics final : public Primitive {
+ public:
+  explicit LinkKinematics(Setup& setup)
+      : q_(setup.in<JointArray>("q", {.unit = "rad", .doc = "joint positions"})),
+        dq_(setup.in<JointArray>("dq", {.unit = "rad/s",
+                                        .doc = "joint velocities, for the twist only",
+                                        .on_null = OnNull::kHandled,
+                                        .optional = true})),
+        frame_(setup.out<Frame>("frame", {.unit = "m", .doc = "pose of M in the arm's base B"})),
+        twist_(setup.out<Twist>(
+            "twist", {.unit = "m/s,rad/s", .doc = "velocity of M in B, expressed in B", .may_be_null = true})),
+        arm_(setup.device<Arm>("device", Arm::kKind, "whose link")),
+        link_(setup.parameter<std::string>("link", {.doc = "name of the link L in the URDF", .example = R"("link3")"})),
+        X_LM_(setup.parameter<Frame>("offset", Frame::Identity(), {.unit = "m", .doc = "pose of the frame M in L"})) {
+    setup.costs(400.0);
+  }
+
+  Diagnostics prepare() override {
+    Diagnostics diagnostics = need_chain(arm_, false);
+    if (diagnostics.has_errors() || arm_ == nullptr) return diagnostics;
+    const auto& links = arm_->description().links;
+    path_ = links == nullptr ? nullptr : links->find(link_);
+    if (path_ == nullptr)
+      diagnostics.error(Code::kUnknownName, "/link", fmt::format("arm '{}' moves no link '{}'", arm_->name(), link_),
+                        links == nullptr ? "another arm" : nearest_choice(link_, links->names()));
+    return diagnostics;
+  }
+
+  void update(const Cycle&) override {
+    if (q_.null() || q_->size != arm_->joint_count()) {
+      twist_.set_null();
+      return frame_.set_null();
+    }
+    const JointVector q = q_->map();
+    if (dq_.null() || dq_->size != q_->size) {
+      twist_.set_null();
+      return frame_.set(path_->pose(q) * X_LM_);
+    }
+    const auto& [X_BL, V] = path_->motion(q, dq_->map());
+    const Vector p_LM_B = X_BL.linear() * X_LM_.translation();
+    twist_.set({.linear = V.head<3>() + V.tail<3>().cross(p_LM_B), .angular = V.tail<3>()});
+    frame_.set(X_BL * X_LM_);
+  }
+
+ private:
+  In<JointArray> q_, dq_;
+  Out<Frame> frame_;
+  Out<Twist> twist_;
+  Arm* arm_;
+  std::string link_;
+  Frame X_LM_;
+  const kinematics::LinkPath* path_ = nullptr;
 };
 
 class InverseKinematics final : public Primitive {
@@ -172,6 +229,10 @@ class InverseKinematics final : public Primitive {
 TAKT_PRIMITIVE(ForwardKinematics, "kinematics",
                "Poses of flange and tool for joint positions; their twist if velocities are given. Null if the number "
                "of joints is not the arm's.");
+TAKT_PRIMITIVE(
+    LinkKinematics, "kinematics",
+    "Pose of a frame on a link of an arm for joint positions; its twist if velocities are given. Null if the "
+    "number of joints is not the arm's.");
 TAKT_PRIMITIVE(InverseKinematics, "kinematics",
                "Joint motion for the motion of a frame, on the branch of the last cycle (first cycle: of the seed). "
                "Null with a status where there is no solution.");

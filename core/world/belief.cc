@@ -54,7 +54,7 @@ std::optional<Carrier> Belief::carrier_of(std::string_view frame) const {
   for (const std::string_view name : frames.path_to_world(frame)) {
     const Relation& relation = *frames.relation(name);
     X = relation.X_PF * X;
-    if (relation.kind == Kind::kFlange) return Carrier{relation.source, X};
+    if (relation.rides_on_arm()) return Carrier{relation.source, X, relation.link};
     if (relation.kind == Kind::kChannel || relation.kind == Kind::kUnknown) return std::nullopt;
   }
   return std::nullopt;

@@ -27,10 +27,11 @@ struct Hold {
   std::uint64_t command = 0;                     ///< number of the command that it answered
 };
 
-/// The machine whose flange (of a base: its body) something rides on.
+/// The machine on which something rides: its flange (of a base: its body), or another link of it.
 struct Carrier {
   std::string arm;
-  Eigen::Isometry3d X_FO = Eigen::Isometry3d::Identity();  ///< in that flange, m
+  Eigen::Isometry3d X_FO = Eigen::Isometry3d::Identity();  ///< in that flange or link, m
+  std::string link = {};                                   ///< empty: the flange
 };
 
 /// What the application believes of the world: where frames and objects are and what grippers hold. It begins as the

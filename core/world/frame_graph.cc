@@ -46,10 +46,11 @@ void FrameGraph::see(std::string_view name, const Eigen::Isometry3d& X_PF) {
   if (found != relations_.end() && found->second.moves()) found->second.X_seen = X_PF;
 }
 
-void FrameGraph::see_flange(std::string_view arm, const std::optional<Eigen::Isometry3d>& X_BF) {
+void FrameGraph::see_arm(std::string_view arm, const LinkPoses& X_BL) {
   for (auto& [name, relation] : relations_) {
-    if (relation.kind != Relation::Kind::kFlange || relation.source != arm) continue;
-    relation.X_seen = X_BF ? std::optional<Eigen::Isometry3d>(*X_BF * relation.X_PF) : std::nullopt;
+    if (!relation.rides_on_arm() || relation.source != arm) continue;
+    const auto X = X_BL(relation.link);
+    relation.X_seen = X ? std::optional<Eigen::Isometry3d>(*X * relation.X_PF) : std::nullopt;
   }
 }
 

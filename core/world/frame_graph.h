@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -19,6 +20,7 @@ struct Relation {
     kFixed,     ///< built in: X_PF
     kEstimate,  ///< measured once, and believed until it is measured again: X_PF
     kFlange,    ///< on the flange of the arm `source`, whose base the parent is; X_PF is its pose in the flange
+    kLink,      ///< on link `link` of the arm `source`, whose base the parent is; X_PF is its pose in that link
     kChannel,   ///< the channel `source` gives a pose in the parent; X_PF is its pose behind that
     kUnknown    ///< lost: nobody knows where it is until it is found again
   };
@@ -26,11 +28,13 @@ struct Relation {
   std::string parent;
   Eigen::Isometry3d X_PF = Eigen::Isometry3d::Identity();  ///< m
   std::string source = {};
+  std::string link = {};  ///< of kLink only
   /// Of one that moves: the frame in its parent when it was looked at last (FrameGraph::see); none: not yet.
   std::optional<Eigen::Isometry3d> X_seen = {};
 
+  [[nodiscard]] bool rides_on_arm() const { return kind == Kind::kFlange || kind == Kind::kLink; }
   /// It changes while nets run.
-  [[nodiscard]] bool moves() const { return kind == Kind::kFlange || kind == Kind::kChannel; }
+  [[nodiscard]] bool moves() const { return rides_on_arm() || kind == Kind::kChannel; }
 };
 
 /// Named frames, each hanging on a parent; the root is "world". A relation may be replaced when something is measured.
@@ -49,9 +53,10 @@ class FrameGraph {
   [[nodiscard]] Diagnostics set(const std::string& name, const Relation& relation);
   /// Where a frame that moves is now, in its parent: what pose() answers until it is seen again. Others do not change.
   void see(std::string_view name, const Eigen::Isometry3d& X_PF);
-  /// The same of all frames that ride on the flange of an arm, which is now at X_BF in the arm's base; nothing: nobody
-  /// knows where.
-  void see_flange(std::string_view arm, const std::optional<Eigen::Isometry3d>& X_BF);
+  /// The same of all frames that ride on an arm: X_BL tells where a link of it is now in its base, "" is the flange;
+  /// nothing: nobody knows where.
+  using LinkPoses = std::function<std::optional<Eigen::Isometry3d>(const std::string& link)>;
+  void see_arm(std::string_view arm, const LinkPoses& X_BL);
 
   [[nodiscard]] bool contains(std::string_view name) const;
   /// How a frame hangs on its parent; null for the world and for frames that are not there.

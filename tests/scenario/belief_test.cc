@@ -187,6 +187,41 @@ TEST(BelievedFrames, OnABaseMoveWithItAndSoDoWhatStandsOnThemAndCameras) {
   EXPECT_NEAR(X->translation().y(), -0.5 + 0.5 * std::cos(M_PI / 3), 0.002);
 }
 
+/// An arm above a table with a lamp on its forearm, and a frame on its upper arm.
+Description with_lamp(const std::string& goal_deg) {
+  return parsed(R"({"devices": {"arm": {"model": "lwr4plus", "at": {"position_m": [0, 0, 0]}}},
+    "frames": {"mark": {"in": "arm/link3", "position_m": [0, 0.15, 0.05]}},
+    "objects": {
+      "table": {"shape": "box", "size_m": [0.4, 1.2, 0.05], "at": {"in": "world", "position_m": [0.6, 0, -0.025]}},
+      "lamp": {"shape": "box", "size_m": [0.04, 0.04, 0.04], "at": {"in": "arm/link5", "position_m": [0, 0, 0.3]}}},
+    "collisions": {"allow": [{"between": ["lamp", "arm"], "reason": "it is screwed on"}]},
+    "cameras": {"shoulder": {"at": {"in": "arm/link2", "position_m": [0, 0, 0.3]}, "look_at": {"in": "arm/flange"}}},
+    "program": {"do": "sequence", "steps": [{"do": "ptp", "name": "go", "to": {"joints_deg": [)" +
+                goal_deg + R"(]}}]},
+    "expectations": [
+      {"kind": "belief", "frame": "mark", "position_within_m": 0.001, "angle_within_deg": 0.1},
+      {"kind": "belief", "frame": "lamp", "position_within_m": 0.001, "angle_within_deg": 0.1}]
+    })");
+}
+
+TEST(BelievedFrames, OnALinkMoveWithItAndSoDoesWhatIsFixedThere) {
+  const Ran ran = run(with_lamp("40, -20, 30, 70, 20, -60, 0"));
+  ASSERT_NE(ran.session, nullptr);
+  expect_passed(ran.report);
+  const auto before = Session::create(with_lamp("40, -20, 30, 70, 20, -60, 0"), models());
+  ASSERT_TRUE(before);
+  for (const char* frame : {"mark", "lamp", "arm/link3"}) {
+    const auto was = (*before)->built().cell.frames.pose(frame), is = ran.cell().frames.pose(frame);
+    ASSERT_TRUE(was && is) << frame;
+    EXPECT_GT((was->translation() - is->translation()).norm(), 0.01) << frame;
+  }
+}
+
+TEST(BelievedFrames, WhatIsFixedToALinkCollidesWhereTheLinkTakesIt) {
+  EXPECT_THAT(refusal(with_lamp("0, -100, 0, 60, 0, 0, 0")),
+              takt::test::ReportsAnywhere(Code::kCollision, {"lamp", "table"}));
+}
+
 TEST(BelievedFrames, AStepMakesThemAndTheyDependOnWhatItSays) {
   const Ran ran = run(with_block(R"({"do": "set_frame", "as": "before", "of": "gripper/tcp", "in": "table"},
       {"do": "set_frame", "as": "under", "in": "block", "position_m": [0, 0, -0.03]},

@@ -34,9 +34,10 @@ Json object_of(const Map& map, const Write& write) {
 // -----------------------------------------------
 
 using Kind = world::Relation::Kind;
-constexpr std::array<std::pair<Kind, const char*>, 5> kKinds{{{Kind::kFixed, "fixed"},
+constexpr std::array<std::pair<Kind, const char*>, 6> kKinds{{{Kind::kFixed, "fixed"},
                                                               {Kind::kEstimate, "estimate"},
                                                               {Kind::kFlange, "flange"},
+                                                              {Kind::kLink, "link"},
                                                               {Kind::kChannel, "channel"},
                                                               {Kind::kUnknown, "unknown"}}};
 
@@ -45,7 +46,8 @@ Json relation_json(const world::Relation& relation) {
   return {{"kind", kind->second},
           {"in", relation.parent},
           {"at", pose_to_json(relation.X_PF)},
-          {"source", relation.source}};
+          {"source", relation.source},
+          {"link", relation.link}};
 }
 
 world::Relation relation_of(const Json& json) {
@@ -55,7 +57,8 @@ world::Relation relation_of(const Json& json) {
   return {.kind = kind->first,
           .parent = json.at("in").get<std::string>(),
           .X_PF = pose_from_json(json.at("at")),
-          .source = json.at("source").get<std::string>()};
+          .source = json.at("source").get<std::string>(),
+          .link = json.value("link", std::string())};
 }
 
 /// The frames that steps may have changed.

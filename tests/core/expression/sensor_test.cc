@@ -7,6 +7,7 @@
 #include "core/command/check.h"
 #include "core/command/mapping.h"
 #include "core/expression/frame_sensors.h"
+#include "core/kinematics/link_path.h"
 #include "tests/core/command/command_cell.h"
 #include "tests/support/reports.h"
 
@@ -165,6 +166,33 @@ TEST_F(SensorTest, PosesAndTwistsBetweenAnyTwoFrames) {
   const Eigen::Vector3d v_back = (after.inverse().translation() - before.inverse().translation()) / 1e-3;
   EXPECT_LT((back.linear - v_back).norm(), 2e-3);
   EXPECT_TRUE(back.angular.isApprox(-(before.linear().transpose() * twist.angular), 1e-9));
+}
+
+TEST_F(SensorTest, AFrameOnALinkMovesWithIt) {
+  const std::string name = "link4";
+  const Eigen::Isometry3d X_LC(Eigen::Translation3d(0.02, 0.1, 0.05));
+  ASSERT_TRUE(
+      cell.cell.frames
+          .set("lamp",
+               {.kind = world::Relation::Kind::kLink, .parent = "arm", .X_PF = X_LC, .source = "arm", .link = name})
+          .empty());
+  const kinematics::LinkPath* const link = cell.arm->links->find(name);
+  ASSERT_NE(link, nullptr);
+  const auto X_WC = [&](const device::JointVector& q) { return cell.X_WB * link->pose(q) * X_LC; };
+  EXPECT_TRUE(pose_between(cell.cell, "lamp", "world").now()->isApprox(X_WC(cell.q()), 1e-12));
+  RuntimeCommand move("move", cell.arm_actuator(), ptp(cell.joints(0.6, -0.4), {.velocity = 0.5}));
+  move.observe("pose", pose_between(cell.cell, "lamp", "block"));
+  move.observe("twist", twist_between(cell.cell, "lamp", "block"));
+  auto handle = cell.runtime.load(move);
+  ASSERT_TRUE(handle.has_value()) << handle.error().to_string();
+  handle->start();
+  for (int i = 0; i < 400; ++i) cell.runtime.step();
+  const auto before = *handle->value<net::Frame>("pose");
+  const auto twist = *handle->value<net::Twist>("twist");
+  cell.runtime.step();
+  const Eigen::Vector3d v = (handle->value<net::Frame>("pose")->translation() - before.translation()) / 1e-3;
+  EXPECT_GT(v.norm(), 0.02) << "it moves";
+  EXPECT_LT((twist.linear - v).norm(), 2e-3);
 }
 
 TEST_F(SensorTest, AFrameByAChannelFollowsIt) {
