@@ -1,4 +1,4 @@
-# Debian's packages by find_package; the two things Debian lacks as archives with pinned hashes (third_party/README.md).
+# Debian's packages by find_package; the things Debian lacks as archives with pinned hashes (third_party/README.md).
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(Eigen3 REQUIRED)
@@ -24,4 +24,5 @@ if(TAKT_SIM)
   pkg_check_modules(freetype REQUIRED IMPORTED_TARGET freetype2)
   pkg_check_modules(png REQUIRED IMPORTED_TARGET libpng)
   takt_fetch_mujoco()
+  takt_fetch_coacd()
 endif()

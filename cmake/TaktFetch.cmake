@@ -44,6 +44,16 @@ function(takt_fetch_mujoco)
     INTERFACE_INCLUDE_DIRECTORIES ${root}/include)
 endfunction()
 
+# The library is opened at run time by who needs it; TAKT_COACD_ROOT holds the folders coacd and coacd.libs.
+function(takt_fetch_coacd)
+  takt_archive(coacd.txt)
+  set(root ${CMAKE_BINARY_DIR}/_deps/coacd-1.0.14)
+  if(NOT EXISTS ${root})
+    file(ARCHIVE_EXTRACT INPUT ${TAKT_ARCHIVE} DESTINATION ${root})
+  endif()
+  set(TAKT_COACD_ROOT ${root} PARENT_SCOPE)
+endfunction()
+
 function(takt_fetch_ruckig)
   takt_archive(ruckig.txt)
   set(root ${CMAKE_BINARY_DIR}/_deps/ruckig-0.19.4)

@@ -65,6 +65,8 @@ if(TAKT_SIM)
   get_filename_component(mujoco_file ${mujoco_library} NAME)
   install(FILES ${mujoco_library} DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt)
   install(DIRECTORY ${mujoco_headers}/mujoco DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
+  install(DIRECTORY ${TAKT_COACD_ROOT}/coacd ${TAKT_COACD_ROOT}/coacd.libs DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt
+    FILES_MATCHING PATTERN "*.so*")
 endif()
 
 # The licences of all that is in what is installed: MuJoCo is copied, Ruckig and headers are compiled in, the rest is linked.
@@ -72,6 +74,7 @@ set(licences ${data}/licenses)
 install(FILES ${TAKT_RUCKIG_LICENCES} DESTINATION ${licences}/ruckig)
 if(TAKT_SIM)
   install(FILES ${TAKT_MUJOCO_LICENCES} DESTINATION ${licences}/mujoco)
+  install(FILES ${TAKT_COACD_ROOT}/coacd-1.0.14.dist-info/LICENSE DESTINATION ${licences}/coacd)
   set(compiled_in)
   foreach(header eigen3/Eigen/Core nlohmann/json.hpp CLI/CLI.hpp boost/version.hpp)
     find_file(found_header ${header} NO_CACHE)

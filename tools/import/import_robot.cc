@@ -1,46 +1,30 @@
 #include "tools/import/import_robot.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/base/json.h"
-#include "core/base/output_file.h"
 #include "core/device/device_file.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/robot_model.h"
 #include "core/kinematics/urdf_check.h"
 #include "core/kinematics/xml_scan.h"
 #include "tools/import/device_guess.h"
+#include "tools/import/workshop.h"
 
 namespace takt::tools {
 namespace {
 
 namespace fs = std::filesystem;
 
-bool is_name(const std::string& text) {
-  if (text.empty() || text.front() < 'a' || text.front() > 'z') return false;
-  return text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos;
-}
-
 Diagnostics check_options(const ImportOptions& options) {
-  Diagnostics diagnostics;
+  Diagnostics diagnostics = check_new_model(options.out, options.name);
   std::error_code error;
-  if (!is_name(options.name)) {
-    diagnostics.error(Code::kInvalidName, "NAME", fmt::format("invalid model name '{}'", options.name),
-                      "a-z, 0-9, _, a letter first");
-  }
   for (const fs::path& folder : options.packages) {
     if (!fs::is_directory(folder, error))
       diagnostics.error(Code::kNotFound, "--packages", fmt::format("'{}' is not a folder", folder.string()));
-  }
-  if (fs::exists(options.out / options.name, error)) {
-    diagnostics.error(Code::kDuplicate, "--out",
-                      fmt::format("'{}' exists already", (options.out / options.name).string()),
-                      "another name, or remove it");
   }
   return diagnostics;
 }
@@ -64,43 +48,11 @@ Result<Draft> read_draft(const ImportOptions& options) {
   return draft;
 }
 
-/// A hidden folder beside the place of the model, which goes away with all that is still in it.
-class Workshop {
- public:
-  explicit Workshop(const ImportOptions& options) {
-    std::error_code error;
-    fs::create_directories(options.out, error);
-    std::string pattern = (options.out / fmt::format(".{}.XXXXXX", options.name)).string();
-    if (mkdtemp(pattern.data()) == nullptr) return;
-    top_ = pattern;
-    folder_ = top_ / options.name;
-  }
-  ~Workshop() {
-    std::error_code error;
-    if (!top_.empty()) fs::remove_all(top_, error);
-  }
-  Workshop(const Workshop&) = delete;
-  Workshop& operator=(const Workshop&) = delete;
-  /// Empty if it could not be made.
-  [[nodiscard]] const fs::path& folder() const { return folder_; }
-
- private:
-  fs::path top_, folder_;
-};
-
-Result<void> write(const fs::path& file, const std::string& content) {
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);
-  Diagnostics diagnostics = write_file(file, content, "--out");
-  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
-  return {};
-}
-
-Result<void> write_robot(const Draft& draft, const fs::path& folder, const std::string& name) {
+Result<void> write_robot(const Draft& draft, const Workshop& workshop, const std::string& name) {
   for (const auto& [path, content] : draft.mesh_files) {
-    if (auto written = write(folder / path, content); !written) return written;
+    if (auto written = workshop.write(path, content); !written) return written;
   }
-  return write(folder / (name + ".urdf"), xml_of(draft.robot));
+  return workshop.write(name + ".urdf", xml_of(draft.robot));
 }
 
 Result<kinematics::RobotModel> load(const fs::path& folder, const std::string& name) {
@@ -134,7 +86,8 @@ std::string readme(const ImportOptions& options, const Draft& draft) {
 }
 
 /// The device file, the README, and the readers' verdict.
-Result<void> finish(const ImportOptions& options, Draft& draft, const fs::path& folder) {
+Result<void> finish(const ImportOptions& options, Draft& draft, const Workshop& workshop) {
+  const fs::path& folder = workshop.folder();
   const auto robot = load(folder, options.name);
   if (!robot) return std::unexpected(robot.error());
   const auto chain = kinematics::Chain::create(*robot, draft.base, draft.flange);
@@ -147,28 +100,28 @@ Result<void> finish(const ImportOptions& options, Draft& draft, const fs::path& 
   }
   nlohmann::ordered_json device = guess_device(options.name, *robot, *chain, draft);
   if (!options.title.empty()) device["title"] = options.title;
-  if (auto written = write(folder / "device.json", device.dump(2) + "\n"); !written) return written;
-  if (auto written = write(folder / "README.md", readme(options, draft)); !written) return written;
+  if (auto written = workshop.write("device.json", device.dump(2) + "\n"); !written) return written;
+  if (auto written = workshop.write("README.md", readme(options, draft)); !written) return written;
   const auto arm = device::read_arm(folder);
   if (!arm) return std::unexpected(arm.error());
   return {};
 }
 
-Result<void> build(const ImportOptions& options, Draft& draft, const fs::path& folder) {
+Result<void> build(const ImportOptions& options, Draft& draft, const Workshop& workshop) {
   clean(draft, options.name);
   complete_joints(draft);
   gather_meshes(draft, MeshPaths(options.urdf, options.packages));
   guess_chain(draft);
   if (draft.diagnostics.has_errors()) return std::unexpected(draft.diagnostics);
   complete_bodies(draft);
-  if (auto written = write_robot(draft, folder, options.name); !written) return written;
-  const auto robot = load(folder, options.name);
+  if (auto written = write_robot(draft, workshop, options.name); !written) return written;
+  const auto robot = load(workshop.folder(), options.name);
   if (!robot) return std::unexpected(robot.error());
   const auto chain = kinematics::Chain::create(*robot, draft.base, draft.flange);
   if (!chain) return std::unexpected(chain.error());
   fill_effort(draft, *chain);
-  if (auto written = write_robot(draft, folder, options.name); !written) return written;
-  return finish(options, draft, folder);
+  if (auto written = write_robot(draft, workshop, options.name); !written) return written;
+  return finish(options, draft, workshop);
 }
 
 }  // namespace
@@ -182,15 +135,13 @@ Result<ImportReport> import_robot(const ImportOptions& options) {
     return std::unexpected(draft.error());
   }
   // All is made beside its place and moved there when it is whole.
-  const Workshop workshop(options);
+  const Workshop workshop(options.out, options.name);
   if (workshop.folder().empty())
     return failure(Code::kFileNotWritable, "--out", fmt::format("cannot write '{}'", options.out.string()));
-  auto built = build(options, *draft, workshop.folder());
-  std::error_code error;
-  if (built) fs::rename(workshop.folder(), options.out / options.name, error);
-  if (error)
-    return failure(Code::kFileNotWritable, "--out",
-                   fmt::format("cannot write '{}'", (options.out / options.name).string()));
+  auto built = build(options, *draft, workshop);
+  if (built) {
+    if (auto moved = workshop.move_in(); !moved) return std::unexpected(moved.error());
+  }
   if (!built) {
     Diagnostics diagnostics;
     for (Diagnostic diagnostic : built.error().list()) {
