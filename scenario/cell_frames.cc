@@ -66,7 +66,7 @@ void CellFrames::want_arm(const LoadedDevice& arm) {
   const std::string& name = arm.entry->name;
   wanted_.push_back({arm.pointer(), command::flange_frame(name), "", on_flange(name, Isometry3d::Identity()),
                      fixed_in(name, start_of_flange(arm))});
-  const auto* description = arm.as<device::ArmDescription>();
+  const auto description = arm.as<device::ArmDescription>();
   for (const std::string& link : description->links->names()) {
     if (link == description->flange_link || command::link_frame(name, link) == command::flange_frame(name)) continue;
     wanted_.push_back({arm.pointer(), command::link_frame(name, link), "", on_link(name, link),

@@ -1,11 +1,13 @@
-// new: a model folder from a URDF of somebody else.
+// new: a model folder from a URDF of somebody else, or from a mesh.
 #include <memory>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "core/device/material.h"
 #include "tools/cli.h"
+#include "tools/import/import_object.h"
 #include "tools/import/import_robot.h"
 
 namespace takt::tools {
@@ -34,6 +36,8 @@ void print_text(const ImportReport& report, const ImportOptions& options) {
 }
 
 int new_robot(const ImportOptions& options, const Common& common) {
+  if (options.urdf.empty())
+    return report(failure(Code::kMissing, "--urdf", "no URDF is given", "FILE").error(), common);
   const auto made = import_robot(options);
   if (!made) return report(made.error(), common);
   if (common.json) {
@@ -44,24 +48,80 @@ int new_robot(const ImportOptions& options, const Common& common) {
   return kHeld;
 }
 
+Json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+int new_object(const ObjectOptions& options, const Common& common) {
+  Diagnostics diagnostics = check(options);
+  if (!options.material.empty()) {
+    const auto materials = device::read_materials(common.library());
+    if (!materials) return report(materials.error(), common);
+    (void)materials->find(options.material, "--material", diagnostics);
+  }
+  if (diagnostics.has_errors()) return report(diagnostics, common);
+  const auto made = import_object(options);
+  if (!made) return report(made.error(), common);
+  if (common.json) {
+    Json notes = Json::array();
+    for (const ImportNote& note : made->notes)
+      notes.push_back({{"key", note.key}, {"value", note.value}, {"why", note.why}});
+    print({{"result", "made"},
+           {"folder", made->folder.string()},
+           {"parts", made->parts},
+           {"filled_share", made->filled},
+           {"mass_kg", made->mass},
+           {"centre_m", vector_json(made->centre_m)},
+           {"size_m", vector_json(made->size_m)},
+           {"notes", std::move(notes)}});
+    return kHeld;
+  }
+  fmt::print("{}: {:.3f} x {:.3f} x {:.3f} m, {:.4g} kg, fills {:.0f} % of its convex hull; {} convex part{}\n",
+             made->folder.string(), made->size_m.x(), made->size_m.y(), made->size_m.z(), made->mass,
+             100.0 * made->filled, made->parts, made->parts == 1 ? "" : "s");
+  for (const ImportNote& note : made->notes) fmt::print("  {}: {} ({})\n", note.key, note.value, note.why);
+  fmt::print("next:\n  takt model {0} --models {1} --image {0}.png\n", options.name, options.out.string());
+  fmt::print("  \"{0}\": {{\"model\": \"{0}\", \"fixed\": false, \"at\": {{...}}}} in \"objects\" of a scenario\n",
+             options.name);
+  return kHeld;
+}
+
+void add_object_options(CLI::App& verb, ObjectOptions& object) {
+  verb.add_option("--mesh", object.mesh, "Of an object: its surface, .stl or .obj")->type_name("FILE");
+  verb.add_option("--scale", object.scale, "Length of one unit of the mesh, m; default: 1")->type_name("M");
+  auto* mass = verb.add_option("--mass", object.mass, "Of the object")->type_name("KG");
+  verb.add_option("--density", object.density, "In place of a mass, kg/m3; default: 1000")
+      ->type_name("D")
+      ->excludes(mass);
+  verb.add_option("--material", object.material, "Of its surface; default: steel")->type_name("NAME");
+  verb.add_option("--concavity", object.split.concavity,
+                  "Of a convex part at most: 0.01 many parts, 1 the convex hull; default: 0.05")
+      ->type_name("C");
+  verb.add_option("--most-parts", object.split.most_parts, "Convex parts at most; default: 64")->type_name("N");
+}
+
 }  // namespace
 
 std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common) {
   auto options = std::make_shared<ImportOptions>();
+  auto object = std::make_shared<ObjectOptions>();
   auto what = std::make_shared<std::string>();
-  CLI::App* verb = app.add_subcommand("new", "Make a model folder from a foreign URDF");
-  verb->add_option("WHAT", *what, "robot")->required()->check(CLI::IsMember({"robot"}));
+  CLI::App* verb = app.add_subcommand("new", "Make a model folder from a foreign URDF, or of a thing from its mesh");
+  verb->add_option("WHAT", *what, "robot or object")->required()->check(CLI::IsMember({"robot", "object"}));
   verb->add_option("NAME", options->name, "Name of the model: a-z, 0-9, _")->required();
-  verb->add_option("--urdf", options->urdf, "URDF file to start from")->required()->type_name("FILE");
+  verb->add_option("--urdf", options->urdf, "Of a robot: the URDF file to start from")->type_name("FILE");
   verb->add_option("--out", options->out, "Folder for the new model; default: models")->type_name("DIR");
   verb->add_option("--packages", options->packages, "Folders with mesh packages, besides those above the file")
       ->type_name("DIR");
   verb->add_option("--base", options->base, "Link at the mounting face; default: guessed")->type_name("LINK");
   verb->add_option("--flange", options->flange, "Link at the face of the flange; default: guessed")->type_name("LINK");
   verb->add_option("--title", options->title, "Title for people")->type_name("TEXT");
-  return {verb, [options, what, &common] {
+  add_object_options(*verb, *object);
+  return {verb, [options, object, what, &common] {
             if (options->out.empty()) options->out = "models";
-            return new_robot(*options, common);
+            if (*what == "robot") return new_robot(*options, common);
+            object->name = options->name;
+            object->out = options->out;
+            object->title = options->title;
+            return new_object(*object, common);
           }};
 }
 
