@@ -297,7 +297,7 @@ TEST(Tools, ThatAreNotThereAreErrorsAtTheirKey) {
   };
   EXPECT_THAT(refusal(step(R"("tool": "griper")")), Reports(Code::kUnknownName, "/program/steps/0/tool", {"gripper"}));
   EXPECT_THAT(refusal(step(R"("tcp": "tip")")), Reports(Code::kUnknownName, "/program/steps/0/tcp", {"tip"}));
-  EXPECT_THAT(refusal(step(R"("tcp": "arm")")), Reports(Code::kUnknownPosition, "/program/steps/0/tcp", {"arm"}));
+  EXPECT_THAT(refusal(step(R"("tcp": "arm")")), Reports(Code::kUnknownPose, "/program/steps/0/tcp", {"arm"}));
 }
 
 TEST(Tools, OneForAnArmInATransaction) {

@@ -71,8 +71,13 @@ TEST(Rehearsal, IsSilentWhereThereIsRoom) {
 }
 
 TEST(Rehearsal, FindsAnArmThatFoldsIntoItself) {
-  const Diagnostics found = rehearsed(CellText{}.with(ptp("0, -115, 0, 118, 0, 0, 0")));
-  EXPECT_THAT(found, ReportsAnywhere(Code::kCollision, {"go"}));
+  const auto to = [](const std::string& joints_deg) {
+    return rehearsed(R"({"devices": {"arm": {"model": "ur5", "at": {"in": "world"}}}, "program": )" + ptp(joints_deg) +
+                     "}");
+  };
+  EXPECT_THAT(to("0, -90, 170, 0, 0, 0"), Reports(Code::kCollision, "/program", {"arm/link2", "arm/link5", "go"}));
+  EXPECT_THAT(to("0, -90, -165, 0, 90, 0"), Reports(Code::kCollision, "/program", {"arm/link1", "arm/link3", "go"}));
+  EXPECT_THAT(to("0, -90, 150, -90, -90, 0"), Not(ReportsAnywhere(Code::kCollision)));
 }
 
 TEST(Rehearsal, NamesTheMotionOfABlendThatCollides) {
