@@ -266,7 +266,8 @@ class Actuator {
   /// A tool pose in the base that looks down the z axis of a frame, from this height (m) above it.
   [[nodiscard]] Eigen::Isometry3d above(const std::string& name, double height) const;
   /// Sets an arm at rest to carry a further point mass (kg) at its tool centre point; and not to.
-  /// Where its grippers hold parts whose masses are known it is a check: throws ActivityError with Code::kPayloadMismatch.
+  /// Where its grippers hold parts whose masses are known it is a check: throws ActivityError with
+  /// Code::kPayloadMismatch.
   void carry(double mass) const;
   void put_down() const { carry(0.0); }
   /// The tool that counts from now on for an arm that stands: its tool centre point, also for its controller. Without a
