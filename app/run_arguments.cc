@@ -90,6 +90,9 @@ bool on_terminal() { return isatty(STDERR_FILENO) != 0; }
 
 void add_run_options(CLI::App& parser, RunArguments& arguments) {
   parser.add_option("--video", arguments.video, "Film of the run (MP4, H.264)")->type_name("OUT.mp4");
+  parser.add_option("--video-from", arguments.video_from, "The film begins at this simulated time, s")
+      ->type_name("S")
+      ->check(CLI::Range(0.0, 1e6));
   parser.add_option("--camera", arguments.camera, "Camera of the film; without it the scenario's cuts")
       ->type_name("NAME");
   parser.add_option("--size", arguments.size, "Size of the film")->type_name("WxH")->capture_default_str();
@@ -125,6 +128,8 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
     diagnostics.error(Code::kOutOfRange, "--fps", fmt::format("{} pictures per second", arguments.fps),
                       fmt::format("1 to {}", sim::kMostFps));
   }
+  if (arguments.video_from > 0.0 && arguments.video.empty())
+    diagnostics.error(Code::kRequires, "--video-from", "there is no film that could begin then", "--video OUT.mp4");
   check_products(arguments, inputs, diagnostics);
   parsed.open.overrides = parse_sets(arguments.sets, diagnostics);
   parsed.open.seed = parse_seed(arguments.seed, diagnostics);
@@ -132,6 +137,7 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
   parsed.open.realtime = arguments.realtime;
   parsed.open.site = parse_site(arguments, diagnostics);
   parsed.run.video = arguments.video;
+  parsed.run.video_from = arguments.video_from;
   parsed.run.camera = arguments.camera;
   parsed.run.fps = arguments.fps;
   parsed.run.record = arguments.record;

@@ -18,6 +18,7 @@ namespace takt::app {
 struct RunArguments {
   std::string video, camera, size = "1280x720", record;
   int fps = 25;
+  double video_from = 0.0;
   bool realtime = false, record_blocks = false;
   std::optional<std::string> seed;
   std::vector<std::string> sets;

@@ -9,6 +9,7 @@
 #include "core/base/xml_text.h"
 #include "record/compare.h"
 #include "record/report_parts.h"
+#include "record/report_style.h"
 
 namespace takt::record {
 
@@ -16,41 +17,6 @@ namespace {
 
 /// More pictures than this make a page that nobody scrolls through; the table has all columns.
 constexpr std::size_t kMostPictures = 80;
-
-constexpr std::string_view kStyle = R"css(
-:root { --ink: #1c2330; --soft: #667085; --line: #e4e7ec; --good: #16794c; --bad: #c0362c; }
-* { box-sizing: border-box; }
-body { margin: 0; background: #f6f7f9; color: var(--ink);
-  font: 15px/1.5 "Inter", "DejaVu Sans", system-ui, sans-serif; }
-main { max-width: 1080px; margin: 0 auto; padding: 32px 24px 64px; }
-h1 { font-size: 26px; margin: 0 0 4px; }
-h2 { font-size: 18px; margin: 36px 0 12px; }
-.card { background: #fff; border: 1px solid var(--line); border-radius: 10px; padding: 18px 22px; margin-bottom: 16px; }
-.verdict { border-left: 6px solid var(--good); }
-.verdict.bad { border-left-color: var(--bad); }
-.verdict h1 { color: var(--good); }
-.verdict.bad h1 { color: var(--bad); }
-.soft { color: var(--soft); }
-code { font: 13px "DejaVu Sans Mono", ui-monospace, monospace; background: #f1f3f6; border-radius: 4px;
-  padding: 1px 5px; overflow-wrap: anywhere; }
-ul { margin: 6px 0 0; padding-left: 20px; }
-table { border-collapse: collapse; width: 100%; font-size: 13.5px; }
-th { text-align: left; color: var(--soft); font-weight: 600; border-bottom: 2px solid var(--line);
-  padding: 6px 10px 6px 0; }
-td { border-bottom: 1px solid var(--line); padding: 5px 10px 5px 0; vertical-align: top; }
-td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
-.mark { display: inline-block; width: 68px; text-align: center; border-radius: 10px; font-size: 12px;
-  font-weight: 600; }
-.mark.good { background: #e3f4ea; color: var(--good); }
-.mark.bad { background: #fbe6e4; color: var(--bad); }
-.mark.none { background: #eef0f3; color: var(--soft); }
-figure { margin: 0; }
-figcaption { display: flex; justify-content: space-between; gap: 16px; margin-bottom: 6px; }
-figcaption b { font-size: 15px; }
-svg { width: 100%; height: auto; display: block; }
-svg text { font: 11px "DejaVu Sans", system-ui, sans-serif; fill: #667085; }
-details > summary { cursor: pointer; font-weight: 600; margin: 28px 0 12px; font-size: 18px; }
-)css";
 
 std::string sentence(std::string text) {
   text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
@@ -144,7 +110,7 @@ std::string to_html(const Comparison& comparison) {
   std::string page =
       "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\">"
       "<meta name=\"viewport\" content=\"width=device-width\"><title>Two runs side by side</title><style>";
-  page += kStyle;
+  page += kReportStyle;
   page += "</style></head><body><main>";
   add_verdict(page, comparison);
   std::size_t pictures = kMostPictures;

@@ -228,6 +228,7 @@ void CellRun::note(std::string_view source, std::string_view name, std::string_v
 
 void CellRun::step_begun(std::string_view name) {
   steps_begun_.emplace_back(name);
+  if (film_) report_.diagnostics.append(film_->step_begins(name));
   for (const auto& expectation : expectations_) expectation->step_begins(name);
 }
 

@@ -11,6 +11,7 @@
 #include "core/base/object_reader.h"
 #include "core/base/random.h"
 #include "core/device/channel_file.h"
+#include "scenario/copies.h"
 #include "scenario/degrees.h"
 #include "scenario/faults.h"
 
@@ -398,6 +399,7 @@ std::optional<Description> parse(std::string_view text, const std::filesystem::p
     return std::nullopt;
   }
   for (const Override& change : overrides) apply(change, *document, diagnostics);
+  write_out_copies(*document, diagnostics);
   std::vector<NetEntry> nets = read_nets(*document, folder, diagnostics);
   Description description = read_document(*document, purpose, diagnostics);
   description.nets = std::move(nets);

@@ -72,6 +72,8 @@ class SignalExpectation final : public Expectation {
       result.passed = value && level == level_.value_or(level) && risen_ == rises_.value_or(risen_);
       result.measured = fmt::format("'{}' is {} and rose {} times", signal_, level ? "true" : "false", risen_);
     } else {
+      if (std::isfinite(lowest_)) result.lower = lowest_;
+      if (std::isfinite(highest_)) result.upper = highest_;
       result.passed = value && *value >= lowest_ && *value <= highest_;
       result.measured = fmt::format("'{}' is {:g} (from {:g} to {:g})", signal_, result.value, lowest_, highest_);
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 namespace takt::scenario {
@@ -8,8 +9,10 @@ namespace takt::scenario {
 struct ExpectationResult {
   std::string name = {}, kind = {};
   bool passed = false;
-  std::string measured = {};  ///< for people: value, unit, bound
-  double value = 0.0;         ///< what was measured, in the unit of `measured`
+  std::string measured = {};                     ///< for people: value, unit, bound
+  double value = 0.0;                            ///< what was measured, in `unit`
+  std::string unit = {};                         ///< "m", "N", "s"; empty: a count, a share or a plain number
+  std::optional<double> lower = {}, upper = {};  ///< what `value` has to keep, in `unit`
 };
 
 }  // namespace takt::scenario

@@ -40,6 +40,8 @@ ExpectationResult pose_result(const std::string& what, const Eigen::Isometry3d& 
   ExpectationResult result;
   result.passed = distance <= within_m && angle <= within_rad;
   result.value = distance;
+  result.unit = "m";
+  result.upper = within_m;
   result.measured = fmt::format("{} off by {:.3f} mm (at most {:.3f}) and {:.3f} deg (at most {:.3f})", what,
                                 1e3 * distance, 1e3 * within_m, angle / kDegree, within_rad / kDegree);
   return result;
@@ -185,6 +187,9 @@ class ContactForceExpectation final : public BetweenExpectation {
     ExpectationResult result;
     result.value = contact(outcome.built).max_force;
     result.passed = result.value < below_N_ && result.value >= at_least_N_;
+    result.unit = "N";
+    if (at_least_N_ > 0.0) result.lower = at_least_N_;
+    result.upper = below_N_;
     result.measured = fmt::format("{:.2f} N at most between {} (below {:g})", result.value, names(), below_N_);
     return result;
   }
@@ -215,6 +220,9 @@ class MeanForceExpectation final : public BetweenExpectation {
     ExpectationResult result;
     result.value = cycles_ > 0 ? sum_ / static_cast<double>(cycles_) : 0.0;
     result.passed = cycles_ > 0 && result.value >= at_least_N_ && result.value < below_N_;
+    result.unit = "N";
+    result.lower = at_least_N_;
+    result.upper = below_N_;
     result.measured = fmt::format("{:.2f} N in the mean of {} cycles between {} ({:g} to {:g})", result.value, cycles_,
                                   names(), at_least_N_, below_N_);
     return result;
@@ -240,6 +248,8 @@ class PeakForceExpectation final : public Expectation {
     ExpectationResult result;
     result.value = peak_;
     result.passed = peak_ < below_N_;
+    result.unit = "N";
+    result.upper = below_N_;
     result.measured =
         fmt::format("{:.2f} N at most read by '{}', tool weight included (below {:g})", peak_, sensor_, below_N_);
     return result;
@@ -269,6 +279,7 @@ class LimitsExpectation final : public Expectation {
     ExpectationResult result;
     result.value = worst.share;
     result.passed = monitor_->held();
+    result.upper = 1.0;
     result.measured = fmt::format("{:.1f} % of a limit at most: {}", 100 * worst.share, worst.what);
     return result;
   }
@@ -312,6 +323,8 @@ class MonitorExpectation final : public Expectation {
     ExpectationResult result;
     result.measured = fmt::format("'{}' of '{}' ended as {}", monitor_, net_, text);
     if (value.is_number()) result.value = value.get<double>();
+    if (std::isfinite(at_least_)) result.lower = at_least_;
+    if (std::isfinite(at_most_)) result.upper = at_most_;
     result.passed = is_ ? value == *is_ : value.is_number() && result.value >= at_least_ && result.value <= at_most_;
     return result;
   }
@@ -337,6 +350,8 @@ class DurationExpectation final : public Expectation {
     ExpectationResult result;
     result.value = outcome.sim_time;
     result.passed = outcome.sim_time < below_s_;
+    result.unit = "s";
+    result.upper = below_s_;
     result.measured = fmt::format("{:.3f} s (below {:g})", outcome.sim_time, below_s_);
     return result;
   }

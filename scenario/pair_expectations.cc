@@ -55,6 +55,8 @@ class RelativePoseExpectation final : public Expectation {
     if (cycles_ == 0) return {.measured = fmt::format("step '{}' never began", from_)};
     result.passed = distance_ <= within_m_ && angle_ <= within_rad_;
     result.value = distance_;
+    result.unit = "m";
+    result.upper = within_m_;
     result.measured =
         fmt::format("'{}' to '{}' off by {:.3f} mm (at most {:.3f}) and {:.4f} deg (at most {:.4f})", arms_[1],
                     arms_[0], 1e3 * distance_, 1e3 * within_m_, angle_ / kDegree, within_rad_ / kDegree);

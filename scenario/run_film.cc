@@ -1,6 +1,7 @@
 #include "scenario/run_film.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/expression/device_sensors.h"
@@ -35,6 +36,7 @@ Result<std::unique_ptr<RunFilm>> RunFilm::open(const RunOptions& options, const 
   sim::FilmOptions film;
   film.path = options.video;
   film.fps = options.fps;
+  film.begin = std::llround(1e9 * options.video_from);
   film.title = description.title;
   film.render.width = options.width;
   film.render.height = options.height;
@@ -52,14 +54,18 @@ RunFilm::RunFilm(sim::Film film, const Description& description, const BuiltCell
       cuts_(options.camera.empty()),
       waits_(!options.realtime) {}
 
+Diagnostics RunFilm::step_begins(std::string_view name) {
+  const auto& cuts = description_.film.cuts;
+  const auto cut = std::ranges::find(cuts, name, &FilmEntry::Cut::step);
+  if (!cuts_ || cut == cuts.end()) return {};
+  const auto shown = film_.set_camera(cut->camera);
+  return shown ? Diagnostics{} : shown.error();
+}
+
 Diagnostics RunFilm::add_state(const std::string& step, const command::Biases& biases) {
   if (step != step_) {
     step_ = step;
-    const auto& cuts = description_.film.cuts;
-    const auto cut = std::ranges::find(cuts, step, &FilmEntry::Cut::step);
-    if (cuts_ && cut != cuts.end()) {
-      if (auto shown = film_.set_camera(cut->camera); !shown) return std::move(shown.error());
-    }
+    if (Diagnostics failed = step_begins(step); failed.has_errors()) return failed;
   }
   if (built_.world->time() < film_.next_time()) return {};
   sim::Overlay overlay;

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
@@ -17,6 +18,8 @@ class RunFilm {
   [[nodiscard]] static Result<std::unique_ptr<RunFilm>> open(const RunOptions& options, const Description& description,
                                                              const BuiltCell& built);
 
+  /// A named step has begun, also one of several at a time: the scenario's cut to its camera, if there is one.
+  [[nodiscard]] Diagnostics step_begins(std::string_view name);
   /// After a cycle: pictures that are due show what is now. @return diagnostics if drawing or encoding failed.
   [[nodiscard]] Diagnostics add_state(const std::string& step, const command::Biases& biases);
   [[nodiscard]] Result<sim::FilmReport> close() { return film_.close(); }

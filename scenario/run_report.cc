@@ -116,6 +116,9 @@ Json to_json(const RunReport& report) {
                             {"kind", result.kind},
                             {"passed", result.passed},
                             {"value", result.value},
+                            {"unit", result.unit},
+                            {"lower", result.lower ? Json(*result.lower) : Json()},
+                            {"upper", result.upper ? Json(*result.upper) : Json()},
                             {"measured", result.measured}});
   }
   Json estimates = Json::object();

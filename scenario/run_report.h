@@ -35,6 +35,7 @@ enum class StepAnswer { kNext, kContinue, kCancel };
 /// What a run produces beside its verdict.
 struct RunOptions {
   std::filesystem::path video;  ///< MP4 file; empty = none
+  double video_from = 0.0;      ///< s of simulated time at which the film begins
   std::string camera;           ///< overrides the film's first camera and its cuts
   int width = 1280, height = 720, fps = 25;
   std::filesystem::path record;  ///< MCAP file; empty = none

@@ -285,9 +285,11 @@ JointVector SimArm::unknown_friction() {
 
 void SimArm::compute_torque(double time_in_cycle) {
   const double h = time_in_cycle;
+  JointVector q_r = set_point_.q + h * set_point_.dq + (0.5 * h * h) * set_point_.ddq;
+  if (plant_.drive) plant_.drive->steer(q_, set_point_.dq, q_r);
   const ArmTask task{.q = q_,
                      .dq = dq_,
-                     .q_r = set_point_.q + h * set_point_.dq + (0.5 * h * h) * set_point_.ddq,
+                     .q_r = q_r,
                      .dq_r = set_point_.dq + h * set_point_.ddq,
                      .ddq_r = set_point_.ddq,
                      .compliance = compliance_,
@@ -332,7 +334,7 @@ void SimArm::actuate(mjData_& data, int substep) {
     torque = held - torque;
   } else {
     compute_torque(substep * plant_.timestep);
-    torque = (plant_.drive ? plant_.drive->on_plant(motor_torque_) : motor_torque_) - torque;
+    torque = (plant_.drive ? plant_.drive->on_plant(motor_torque_, q_true_, dq_true_) : motor_torque_) - torque;
   }
   if (plant_.drive) plant_.drive->turn_wheels(data, q_true_, dq_true_);
   joint_torque_ = torque;

@@ -1,6 +1,8 @@
 #include "sim/base_drive.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <mujoco/mujoco.h>
 #include <Eigen/Geometry>
@@ -12,13 +14,20 @@ Eigen::Vector2d turned(double angle, const Eigen::Vector2d& v) { return Eigen::R
 
 }  // namespace
 
-BaseDrive::BaseDrive(const SimDriveDescription& description, const Wheels& wheels, double timestep, std::uint64_t seed,
+BaseDrive::BaseDrive(const SimDriveDescription& description, Wheels wheels, double timestep, std::uint64_t seed,
                      const std::string& name)
-    : description_(description), wheels_(wheels), timestep_(timestep), noise_(seed, name + "/odometry") {}
+    : description_(description), wheels_(std::move(wheels)), timestep_(timestep), noise_(seed, name + "/odometry") {}
 
-bool BaseDrive::exact() const { return description_.error == OdometryError{}; }
+const kinematics::DifferentialDrive* BaseDrive::differential() const {
+  return std::get_if<kinematics::DifferentialDrive>(&description_.drive);
+}
 
-void BaseDrive::start(const JointVector& q_true) { last_ = counted_ = q_true; }
+bool BaseDrive::exact() const { return description_.error == OdometryError{} && differential() == nullptr; }
+
+void BaseDrive::start(const JointVector& q_true) {
+  last_ = counted_ = q_true;
+  deflection_ = 0.0;
+}
 
 void BaseDrive::count(const JointVector& q_true, const JointVector& dq_true, JointVector& q, JointVector& dq) {
   q = q_true;
@@ -31,6 +40,7 @@ void BaseDrive::count(const JointVector& q_true, const JointVector& dq_true, Joi
   // The way in the axes of the body, half way between: what wheels can tell of it.
   const Eigen::Vector3d step = Eigen::Vector3d(q_true) - last_;
   Eigen::Vector2d way = turned(-(last_.z() + 0.5 * step.z()), step.head<2>());
+  if (differential() != nullptr) way.y() = 0.0;
   const double length = way.norm();
   const double turn = error.angular_scale * step.z() + error.heading_drift * length;
   way *= error.linear_scale;
@@ -45,9 +55,33 @@ void BaseDrive::count(const JointVector& q_true, const JointVector& dq_true, Joi
   dq << speed, error.angular_scale * dq_true[2] + error.heading_drift * dq_true.head<2>().norm();
 }
 
-JointVector BaseDrive::on_plant(const JointVector& force) const {
+void BaseDrive::steer(const JointVector& q, const JointVector& dq_r, JointVector& q_r) const {
+  constexpr double kLookAhead = 0.3;  // m: so far ahead on its line it steers for
+  constexpr double kSlow = 0.05;      // m/s: below this it steers less, and not at all at rest
+  if (differential() == nullptr) return;
+  const Eigen::Vector2d ahead(std::cos(q_r[2]), std::sin(q_r[2]));
+  const Eigen::Vector2d off = (q_r - q).head<2>();
+  const double left = ahead.x() * off.y() - ahead.y() * off.x();
+  const double speed = ahead.dot(Eigen::Vector2d(dq_r.head<2>()));
+  q_r[2] += std::clamp(speed / kSlow, -1.0, 1.0) * std::atan(left / kLookAhead);
+}
+
+double BaseDrive::tyre_force(const kinematics::DifferentialDrive& drive, double speed_left) {
+  constexpr double kDamping = 0.05;  // s: damping over stiffness
+  const double most = drive.lateral_force / drive.lateral_stiffness;
+  deflection_ = std::clamp(deflection_ + timestep_ * speed_left, -most, most);
+  const double force = -drive.lateral_stiffness * (deflection_ + kDamping * speed_left);
+  return std::clamp(force, -drive.lateral_force, drive.lateral_force);
+}
+
+JointVector BaseDrive::on_plant(const JointVector& force, const JointVector& q_true, const JointVector& dq_true) {
   JointVector result = force;
   if (!exact()) result.head<2>() = turned(last_.z() - counted_.z(), force.head<2>());
+  const auto* drive = differential();
+  if (drive == nullptr) return result;
+  Eigen::Vector2d along = turned(-q_true[2], result.head<2>());
+  along.y() = tyre_force(*drive, turned(-q_true[2], dq_true.head<2>()).y());
+  result.head<2>() = turned(q_true[2], along);
   return result;
 }
 
@@ -56,7 +90,7 @@ void BaseDrive::turn_wheels(mjData_& data, const JointVector& q_true, const Join
   const Eigen::Vector3d& p_FD = description_.X_FD.translation();
   const double w = dq_true[2];
   const Eigen::Vector3d twist(v_F.x() - w * p_FD.y(), v_F.y() + w * p_FD.x(), w);
-  const auto speeds = description_.drive.wheel_speeds(twist);
+  const auto speeds = kinematics::wheel_speeds(description_.drive, twist);
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     const Wheel& wheel = wheels_[i];
     // What brings a free wheel to its speed within one step.
@@ -71,6 +105,7 @@ void BaseDrive::stream(StateStream& state) {
   noise_ = Random(random);
   state.vector(last_);
   state.vector(counted_);
+  state(deflection_);
 }
 
 }  // namespace takt::sim

@@ -165,7 +165,7 @@ class Film::Impl {
     });
   }
 
-  Nanoseconds next_time() const { return pushed_ * kSecond / options_.fps; }
+  Nanoseconds next_time() const { return options_.begin + pushed_ * kSecond / options_.fps; }
 
   Result<void> set_camera(std::string_view camera) {
     Result<CameraView> view = resolve_camera(model_, camera, "");

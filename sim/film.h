@@ -30,6 +30,7 @@ inline constexpr int kMostFps = 120;
 struct FilmOptions {
   std::filesystem::path path;   ///< of the MP4 file; overwritten
   int fps = 25;                 ///< frames per second, 1 ... 120
+  Nanoseconds begin = 0;        ///< time of the first frame
   std::string title;            ///< in the overlay
   std::vector<CameraCut> cuts;  ///< sorted by time; none: the model's first camera, else a free one
   std::string inset_camera;     ///< a second camera, drawn small in the upper right; empty: none

@@ -200,13 +200,13 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
   plant.timestep = to_seconds(description.physics.timestep);
   plant.period = to_seconds(description.physics.period);
   if (arm.drive) {
-    BaseDrive::Wheels turning;
+    BaseDrive::Wheels turning(wheels.size());
     for (std::size_t i = 0; i < turning.size(); ++i) {
       const int id = mj_name2id(model.get(), mjOBJ_JOINT, (robot.name + "/" + wheels[i]).c_str());
       turning[i].velocity_address = model->jnt_dofadr[id];
       turning[i].inertia = model->dof_M0[turning[i].velocity_address];
     }
-    plant.drive.emplace(*arm.drive, turning, plant.timestep, description.seed, arm.name);
+    plant.drive.emplace(*arm.drive, std::move(turning), plant.timestep, description.seed, arm.name);
   }
   plant.payload = arm.payload ? *arm.payload : nominal_payload(description, arm.robot, arm.flange_link);
   return plant;

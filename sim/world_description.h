@@ -206,10 +206,9 @@ struct OdometryError {
 
 /// What makes an arm of the joints x, y, yaw a base on wheels.
 struct SimDriveDescription {
-  kinematics::MecanumDrive drive;
-  std::array<std::string, kinematics::MecanumDrive::kWheels>
-      wheels;                    ///< joints of the robot; they turn with the motion
-  Pose X_FD = Pose::Identity();  ///< middle of the wheels in the flange
+  kinematics::WheelDrive drive;
+  std::vector<std::string> wheels;  ///< joints of the robot, in the order of the drive; they turn with the motion
+  Pose X_FD = Pose::Identity();     ///< middle of the wheels in the flange
   OdometryError error = {};
 };
 

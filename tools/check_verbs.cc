@@ -16,6 +16,7 @@
 #include "scenario/session.h"
 #include "tools/cli.h"
 #include "tools/net_file.h"
+#include "tools/verify_seeds.h"
 
 namespace takt::tools {
 namespace {
@@ -249,9 +250,16 @@ std::pair<CLI::App*, Verb> add_validate(CLI::App& app, Common& common) {
 
 std::pair<CLI::App*, Verb> add_verify(CLI::App& app, Common& common) {
   auto paths = std::make_shared<std::vector<std::string>>();
-  CLI::App* verb = app.add_subcommand("verify", "Run scenarios against their expectations and goldens");
+  auto seeds = std::make_shared<SeedArguments>();
+  CLI::App* verb = app.add_subcommand(
+      "verify", "Run scenarios against their expectations and goldens, or one of them with many seeds");
   verb->add_option("PATH", *paths, "Scenario files, or folders of them")->required();
-  return {verb, [paths, &common] { return verify(*paths, common); }};
+  add_seed_options(*verb, *seeds);
+  return {verb, [paths, seeds, &common] {
+            const Diagnostics diagnostics = check_seed_arguments(*seeds, *paths);
+            if (diagnostics.has_errors()) return report(diagnostics, common);
+            return seeds->seeds > 0 ? verify_seeds(paths->front(), *seeds, common) : verify(*paths, common);
+          }};
 }
 
 std::pair<CLI::App*, Verb> add_list(CLI::App& app, Common& common) {

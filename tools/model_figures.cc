@@ -76,7 +76,7 @@ Json arm_json(const device::ArmDescription& arm) {
 
 /// What the worst way within a base's limits asks of a wheel, rad/s.
 double fastest_wheel(const device::BaseDescription& base) {
-  return base.drive.fastest_wheel(base.cartesian.linear_velocity, base.cartesian.angular_velocity);
+  return kinematics::fastest_wheel(base.drive, base.cartesian.linear_velocity, base.cartesian.angular_velocity);
 }
 
 /// A column of the table of joints: a heading, and how a number of the joint is shown there.
@@ -117,13 +117,24 @@ void print_links(const kinematics::RobotModel& robot) {
 }
 
 Json drive_json(const device::BaseDescription& base) {
-  return {{"kind", "mecanum"},
-          {"wheel_radius", base.drive.wheel_radius},
-          {"wheelbase", base.drive.wheelbase},
-          {"track", base.drive.track},
-          {"wheels", base.wheels},
-          {"wheel_speed", base.wheel_speed},
-          {"fastest_wheel", fastest_wheel(base)}};
+  Json json;
+  if (const auto* mecanum = std::get_if<kinematics::MecanumDrive>(&base.drive)) {
+    json = {{"kind", "mecanum"},
+            {"wheel_radius", mecanum->wheel_radius},
+            {"wheelbase", mecanum->wheelbase},
+            {"track", mecanum->track}};
+  } else {
+    const auto& drive = std::get<kinematics::DifferentialDrive>(base.drive);
+    json = {{"kind", "differential"},
+            {"wheel_radius", drive.wheel_radius},
+            {"track", drive.track},
+            {"lateral_stiffness", drive.lateral_stiffness},
+            {"lateral_force", drive.lateral_force}};
+  }
+  json["wheels"] = base.wheels;
+  json["wheel_speed"] = base.wheel_speed;
+  json["fastest_wheel"] = fastest_wheel(base);
+  return json;
 }
 
 void print_arm_frames(const device::ArmDescription& arm) {
@@ -139,8 +150,14 @@ void print_base_frames(const device::BaseDescription& base) {
     const Eigen::Vector3d p = base.X_FM.translation();
     fmt::print("; an arm stands on '{}' at ({:g}, {:g}, {:g}) m", base.mount_link, p.x(), p.y(), p.z());
   }
-  fmt::print("\n  drive               four mecanum wheels of {:g} m, axles {:g} m apart, track {:g} m\n",
-             base.drive.wheel_radius, base.drive.wheelbase, base.drive.track);
+  if (const auto* mecanum = std::get_if<kinematics::MecanumDrive>(&base.drive)) {
+    fmt::print("\n  drive               four mecanum wheels of {:g} m, axles {:g} m apart, track {:g} m\n",
+               mecanum->wheel_radius, mecanum->wheelbase, mecanum->track);
+  } else {
+    const auto& drive = std::get<kinematics::DifferentialDrive>(base.drive);
+    fmt::print("\n  drive               two wheels of {:g} m on one axle, track {:g} m: it cannot go sideways\n",
+               drive.wheel_radius, drive.track);
+  }
   fmt::print("  wheels              {:.4g} rad/s at most within the limits below, of {:g}\n", fastest_wheel(base),
              base.wheel_speed);
 }

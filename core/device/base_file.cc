@@ -41,6 +41,7 @@ class BaseReader {
     base_.mount_link = file_.link(reader_, "mount", "");
     read_drive();
     parts_.read_chain(base_.wheels);
+    base_.limits.nonholonomic = kinematics::is_nonholonomic(base_.drive);
     const bool plane = base_.chain != nullptr && moves_in_plane();
     base_.home = JointVector::Zero(3);
     base_.start_tolerance = reader_.number("start_tolerance_m", 0.01, kPositive);
@@ -60,10 +61,18 @@ class BaseReader {
     const Json* json = reader_.object("drive");
     if (json == nullptr) return;
     ObjectReader drive(*json, reader_.at("drive"), reader_.diagnostics());
-    drive.choice("kind", {"mecanum"});
-    base_.drive.wheel_radius = drive.number("wheel_radius_m", {}, kPositive);
-    base_.drive.wheelbase = drive.number("wheelbase_m", {}, kPositive);
-    base_.drive.track = drive.number("track_m", {}, kPositive);
+    const bool differential = drive.choice("kind", {"mecanum", "differential"}) == "differential";
+    if (differential) {
+      base_.drive =
+          kinematics::DifferentialDrive{.wheel_radius = drive.number("wheel_radius_m", {}, kPositive),
+                                        .track = drive.number("track_m", {}, kPositive),
+                                        .lateral_stiffness = drive.number("lateral_stiffness_N_m", {}, kPositive),
+                                        .lateral_force = drive.number("lateral_force_N", {}, kPositive)};
+    } else {
+      base_.drive = kinematics::MecanumDrive{.wheel_radius = drive.number("wheel_radius_m", {}, kPositive),
+                                             .wheelbase = drive.number("wheelbase_m", {}, kPositive),
+                                             .track = drive.number("track_m", {}, kPositive)};
+    }
     base_.wheel_speed = drive.number("wheel_speed_rad_s", {}, kPositive);
     read_wheels(drive);
     drive.finish();
@@ -71,9 +80,12 @@ class BaseReader {
 
   void read_wheels(ObjectReader& drive) {
     const auto names = drive.texts("wheels");
+    base_.wheels.resize(static_cast<std::size_t>(kinematics::wheel_count(base_.drive)));
     if (names.size() != base_.wheels.size()) {
       return drive.diagnostics().error(Code::kWrongSize, drive.at("wheels"), fmt::format("{} wheels", names.size()),
-                                       "four joints: front left, front right, rear left, rear right");
+                                       base_.wheels.size() == 2
+                                           ? "two joints: left, right"
+                                           : "four joints: front left, front right, rear left, rear right");
     }
     std::set<std::string> seen;
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -178,27 +190,43 @@ class BaseReader {
   /// Whatever way the body goes within its limits, no wheel is asked for more than it can.
   void check_wheel_speed() {
     const auto& c = base_.cartesian;
-    const double fastest = base_.drive.fastest_wheel(c.linear_velocity, c.angular_velocity);
+    const double fastest = kinematics::fastest_wheel(base_.drive, c.linear_velocity, c.angular_velocity);
     if (fastest <= base_.wheel_speed) return;
     reader_.diagnostics().error(
         Code::kInvalidValue, reader_.at("drive") + "/wheel_speed_rad_s",
-        fmt::format("{:g} m/s at 45 degrees with {:g} rad/s would turn a wheel with {:.4g} rad/s, beyond {:g}",
-                    c.linear_velocity, c.angular_velocity, fastest, base_.wheel_speed),
+        fmt::format("{:g} m/s{} with {:g} rad/s would turn a wheel with {:.4g} rad/s, beyond {:g}", c.linear_velocity,
+                    kinematics::is_nonholonomic(base_.drive) ? "" : " at 45 degrees", c.angular_velocity, fastest,
+                    base_.wheel_speed),
         "slower joints in the URDF");
+  }
+
+  /// A body whose origin lies off the axle would swing sideways when it turns.
+  void check_axle() {
+    constexpr double kOff = 1e-6;  // m
+    const Eigen::Vector3d& p_FD = base_.X_FD.translation();
+    if (!base_.limits.nonholonomic || p_FD.head<2>().norm() <= kOff) return;
+    reader_.diagnostics().error(
+        Code::kInvalidValue, reader_.at("flange"),
+        fmt::format("the middle of the wheels is {:g} m ahead and {:g} m to the left of '{}'", p_FD.x(), p_FD.y(),
+                    base_.flange_link),
+        "a link whose origin is in the middle of the axle: about it a differential drive turns");
   }
 
   void finish() {
     const auto& robot = *base_.robot;
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
     double axial = 0.0;
+    const double share = 1.0 / static_cast<double>(base_.wheels.size());
     for (const std::string& name : base_.wheels) {
       const std::string& link = robot.joint(name)->child;
-      middle += 0.25 * pose_between(robot, base_.flange_link, link).translation();
+      middle += share * pose_between(robot, base_.flange_link, link).translation();
       if (const auto& inertial = robot.link(link)->inertial)
-        axial += 0.25 * (inertial->X_LC.linear() * inertial->I_C * inertial->X_LC.linear().transpose())(1, 1);
+        axial += share * (inertial->X_LC.linear() * inertial->I_C * inertial->X_LC.linear().transpose())(1, 1);
     }
     base_.X_FD.translation() << middle.x(), middle.y(), 0.0;
-    base_.armature = JointVector(base_.drive.reflected_inertia(axial));
+    check_axle();
+    base_.armature =
+        JointVector(std::visit([&](const auto& drive) { return drive.reflected_inertia(axial); }, base_.drive));
     if (!base_.mount_link.empty()) base_.X_FM = pose_between(robot, base_.flange_link, base_.mount_link);
     base_.inverse =
         std::make_shared<const kinematics::InverseKinematics>(*kinematics::InverseKinematics::create(*base_.chain));

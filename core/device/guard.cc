@@ -24,6 +24,8 @@ std::string_view symbol(Rule rule) {
       return "rad";
     case Rule::kVelocity:
       return "rad/s";
+    case Rule::kSideways:
+      return "m/s";
     case Rule::kAcceleration:
       return "rad/s2";
     case Rule::kJerk:
@@ -32,6 +34,10 @@ std::string_view symbol(Rule rule) {
       return "";
   }
 }
+
+/// m/s: what curved paths between two set points, and the interpolation of plans, leave sideways.
+constexpr double kSidewaysNoise = 1e-4;
+constexpr int kSidewaysJoint = 1;  // y: of the joints it is the one that is meant
 
 bool exceeds(double value, double limit, double noise) {
   return std::abs(value) > limit * (1.0 + Guard::kShare) + noise;
@@ -72,6 +78,8 @@ std::string_view name_of(Rule rule) {
       return "jerk";
     case Rule::kInconsistent:
       return "q, dq, ddq disagree by";
+    case Rule::kSideways:
+      return "sideways";
     case Rule::kStart:
       return "net starts at";
   }
@@ -112,6 +120,17 @@ std::optional<Violation> Guard::check(const ArmSetPoint& set_point) const {
   if (last_.q.size() != joint_count) return Violation{Rule::kMissing, -1, 0.0, 0.0};
   for (int i = 0; i < joint_count; ++i)
     if (const auto violation = check_joint(set_point, i)) return violation;
+  return limits_.nonholonomic ? check_rolling(set_point) : std::nullopt;
+}
+
+std::optional<Violation> Guard::check_rolling(const ArmSetPoint& next) const {
+  constexpr int kYaw = 2;
+  const JointVector step = (next.q - last_.q) / period_;
+  // The chord of an arc runs along the heading in its middle.
+  const double of_step = motion::sideways_speed(0.5 * (next.q[kYaw] + last_.q[kYaw]), step);
+  const double of_field = motion::sideways_speed(next.q[kYaw], next.dq);
+  for (const double speed : {of_step, of_field})
+    if (std::abs(speed) > kSidewaysNoise) return Violation{Rule::kSideways, kSidewaysJoint, speed, kSidewaysNoise};
   return std::nullopt;
 }
 

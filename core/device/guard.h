@@ -24,6 +24,7 @@ struct Violation {
     kAcceleration,  ///< second difference of what was sent, or the field ddq
     kJerk,          ///< third difference of what was sent, or the step of ddq
     kInconsistent,  ///< q, dq, ddq do not belong to one motion
+    kSideways,      ///< a base whose wheels do not move sideways would
     kStart          ///< the first set point of a net is not where the arm is (row S5); limit = where the arm is
   };
   Rule rule = Rule::kMissing;
@@ -70,6 +71,8 @@ class Guard {
   [[nodiscard]] std::optional<Violation> check_joint(const ArmSetPoint& next, int joint) const;
   /// The fields dq and ddq; `d1` is the step in q.
   [[nodiscard]] std::optional<Violation> check_derivatives(const ArmSetPoint& next, int joint, double d1) const;
+  /// A base that cannot go sideways: differences of what was sent, and the field dq.
+  [[nodiscard]] std::optional<Violation> check_rolling(const ArmSetPoint& next) const;
   /// From here the arm can still be stopped inside its limits.
   [[nodiscard]] std::optional<Violation> check_future(const ArmSetPoint& next, int joint) const;
 

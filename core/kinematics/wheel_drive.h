@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <variant>
 
 #include <Eigen/Core>
 
@@ -52,5 +52,64 @@ struct MecanumDrive {
     return {mass, mass, mass * lever() * lever()};
   }
 };
+
+/// The wheels of a base with two driven wheels on one axle, and casters that follow: it drives ahead, back and turns,
+/// but does not go sideways. Frames: D = middle between the two wheels on the floor, x forward, y to the left, z up.
+/// Order of the wheels: left, right; a wheel turns about +y to drive forward.
+/// Source: the rolling condition of a disc (Siegwart, Nourbakhsh, Introduction to Autonomous Mobile Robots, 3.2.3).
+struct DifferentialDrive {
+  static constexpr int kWheels = 2;
+  using Wheels = Eigen::Vector2d;
+
+  double wheel_radius = 0.0;       ///< m
+  double track = 0.0;              ///< m, between the middles of the two wheels
+  double lateral_stiffness = 0.0;  ///< N/m: of both tyres against the floor, sideways
+  double lateral_force = 0.0;      ///< N: with more the tyres slip sideways
+
+  /// Realtime: cyclic.
+  [[nodiscard]] double lever() const { return 0.5 * track; }
+
+  /// As of MecanumDrive; what a twist has along y turns no wheel.
+  [[nodiscard]] Wheels wheel_speeds(const Eigen::Vector3d& twist) const {
+    const double forward = twist.x(), turn = lever() * twist.z();
+    return Wheels(forward - turn, forward + turn) / wheel_radius;
+  }
+
+  /// Realtime: cyclic.
+  [[nodiscard]] Eigen::Vector3d body_motion(const Wheels& w) const {
+    return {0.5 * wheel_radius * (w[0] + w[1]), 0.0, 0.5 * wheel_radius * (w[1] - w[0]) / lever()};
+  }
+
+  /// Realtime: cyclic.
+  [[nodiscard]] double fastest_wheel(double linear, double angular) const {
+    return (linear + lever() * angular) / wheel_radius;
+  }
+
+  /// Along x; along y, where the base does not move, the same is said, so that the axes of its odometry may be any.
+  /// Realtime: setup.
+  [[nodiscard]] Eigen::Vector3d reflected_inertia(double axial) const {
+    const double mass = kWheels * axial / (wheel_radius * wheel_radius);
+    return {mass, mass, mass * lever() * lever()};
+  }
+};
+
+/// What a base drives on.
+using WheelDrive = std::variant<MecanumDrive, DifferentialDrive>;
+
+/// Speeds of the wheels in the order of the drive, at most four, rad/s. Realtime: cyclic.
+using WheelSpeeds = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, MecanumDrive::kWheels, 1>;
+[[nodiscard]] inline WheelSpeeds wheel_speeds(const WheelDrive& drive, const Eigen::Vector3d& twist) {
+  return std::visit([&](const auto& one) { return WheelSpeeds(one.wheel_speeds(twist)); }, drive);
+}
+[[nodiscard]] inline double fastest_wheel(const WheelDrive& drive, double linear, double angular) {
+  return std::visit([&](const auto& one) { return one.fastest_wheel(linear, angular); }, drive);
+}
+[[nodiscard]] inline int wheel_count(const WheelDrive& drive) {
+  return std::visit([](const auto& one) { return one.kWheels; }, drive);
+}
+/// A base that cannot go sideways. Realtime: cyclic.
+[[nodiscard]] inline bool is_nonholonomic(const WheelDrive& drive) {
+  return std::holds_alternative<DifferentialDrive>(drive);
+}
 
 }  // namespace takt::kinematics

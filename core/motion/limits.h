@@ -15,7 +15,13 @@ struct JointLimits {
   JointVector velocity;      ///< rad/s or m/s
   JointVector acceleration;  ///< rad/s^2 or m/s^2
   JointVector jerk;          ///< rad/s^3 or m/s^3
+  /// The joints are x, y and yaw of a base whose wheels do not move sideways: it drives along its own x axis only,
+  /// forward or backward, and turns (a nonholonomic constraint).
+  bool nonholonomic = false;
 };
+
+/// How fast such a base would go sideways, m/s, to its left: `dq` seen along its own y axis. Realtime: cyclic.
+[[nodiscard]] double sideways_speed(double yaw, const JointVector& dq);
 
 /// Longest time (s) that a joint may need to rest, from any state that the limits allow: v/a, and what it takes to turn
 /// an acceleration that is the wrong way. Realtime: cyclic.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -221,6 +222,26 @@ void PathPlanner::check_ranges(const PieceWalk& walk, const char* word, const st
   }
 }
 
+/// A base that cannot go sideways follows what runs along its own x axis at every place.
+void PathPlanner::check_rolling(const PieceWalk& walk, const char* word, const std::string& pointer,
+                                Diagnostics& diagnostics) const {
+  constexpr double kRounding = 1e-6, kNothing = 1e-9;  // m/m of the way; m
+  if (!limits_.nonholonomic) return;
+  for (std::size_t n = 0; n < walk.nodes.size(); ++n) {
+    const PieceWalk::Node& node = walk.nodes[n];
+    const double ahead = node.dq.head<2>().norm(), sideways = sideways_speed(node.q[2], node.dq);
+    if (std::abs(sideways) <= kRounding * ahead + kNothing) continue;
+    diagnostics.error(
+        Code::kUnsupported, pointer,
+        fmt::format("the base cannot go sideways: at {:.0f} % of the {} its way is turned by {:.3g} deg against where "
+                    "it points",
+                    100 * walk.t(n), word,
+                    std::asin(std::min(1.0, std::abs(sideways) / ahead)) * 180.0 / std::numbers::pi),
+        "straight ahead or back, a turn on the spot, an arc with its tangent, or PTP: it turns, drives and turns");
+    return;
+  }
+}
+
 void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, const char* word,
                               const std::string& pointer, Diagnostics& diagnostics) const {
   const std::string place = fmt::format("at {:.1f} % of the {}", 100 * walk.t_end, word);
@@ -272,6 +293,7 @@ WalkedPath PathPlanner::walk(const std::vector<PlannedPiece>& pieces, const Join
     const PieceWalk& walk = path.walks.back();
     const char* word = word_for(piece.geometry);
     check_ranges(walk, word, pointer, path.diagnostics);
+    check_rolling(walk, word, pointer, path.diagnostics);
     if (walk.end != WalkEnd::kGoal) explain_end(walk, piece, word, pointer, path.diagnostics);
     if (path.diagnostics.has_errors()) {
       path.failed_piece = i;

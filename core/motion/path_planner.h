@@ -77,6 +77,8 @@ class PathPlanner {
  private:
   void check_ranges(const PieceWalk& walk, const char* word, const std::string& pointer,
                     Diagnostics& diagnostics) const;
+  void check_rolling(const PieceWalk& walk, const char* word, const std::string& pointer,
+                     Diagnostics& diagnostics) const;
   void explain_end(const PieceWalk& walk, const PathPiece& piece, const char* word, const std::string& pointer,
                    Diagnostics& diagnostics) const;
   [[nodiscard]] PathShape shape_of(const std::vector<PlannedPiece>& pieces, const std::vector<PieceWalk>& walks) const;

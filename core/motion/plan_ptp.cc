@@ -2,8 +2,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/motion/clock_bounds.h"
+#include "core/motion/leg.h"
 #include "core/motion/plan_checks.h"
 #include "core/motion/planner.h"
 #include "core/motion/torque_profile.h"
@@ -45,6 +47,68 @@ TorqueProfile torques_on(const kinematics::Chain& chain, const DriveLoad& load, 
   return profile;
 }
 
+/// Where a base that cannot go sideways points while it drives to a place that lies `way` from it: there or straight
+/// away from it, whichever needs the least turns before and after. rad, as a position of its joint yaw.
+double heading_for(const Eigen::Vector2d& way, double yaw_start, double yaw_goal) {
+  constexpr double kHalfTurn = std::numbers::pi;
+  const double ahead = std::atan2(way.y(), way.x());
+  const auto turns = [&](double heading) { return std::abs(heading - yaw_start) + std::abs(yaw_goal - heading); };
+  double best = ahead;
+  const double first = std::floor((std::min(yaw_start, yaw_goal) - ahead) / kHalfTurn);
+  const double last = std::ceil((std::max(yaw_start, yaw_goal) - ahead) / kHalfTurn);
+  for (double k = first; k <= last; ++k) {
+    const double heading = ahead + k * kHalfTurn;
+    if (turns(heading) < turns(best) - 1e-9) best = heading;
+  }
+  return best;
+}
+
+/// Where such a base turns, drives to and turns again; the last is the goal. Parts without a way are left out.
+std::vector<JointVector> stations(const JointVector& q_start, const JointVector& q_goal) {
+  constexpr double kNoWay = 1e-9;  // m, rad
+  const Eigen::Vector2d way = (q_goal - q_start).head<2>();
+  std::vector<JointVector> stations{q_start};
+  if (way.norm() > kNoWay) {
+    const double heading = heading_for(way, q_start[2], q_goal[2]);
+    for (const JointVector& place : {q_start, q_goal}) {
+      stations.push_back(place);
+      stations.back()[2] = heading;
+    }
+  }
+  stations.push_back(q_goal);
+  const auto same = [](const JointVector& a, const JointVector& b) { return (a - b).cwiseAbs().maxCoeff() <= kNoWay; };
+  stations.erase(std::unique(stations.begin(), stations.end(), same), stations.end());
+  stations.erase(stations.begin());
+  if (!stations.empty()) stations.back() = q_goal;
+  return stations;
+}
+
+/// One path with a rest at each station.
+Result<Motion> plan_rolling(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q_start,
+                            const JointVector& q_goal, const MotionOptions& options) {
+  const CartesianLimits no_frame_moves;
+  const ArmModel base{.chain = chain,
+                      .inverse = nullptr,
+                      .limits = limits,
+                      .cartesian = no_frame_moves,
+                      .X_FM = options.X_FM,
+                      .load = options.load};
+  std::vector<LegMaker> makers;
+  for (const JointVector& station : stations(q_start, q_goal)) {
+    makers.push_back([&, station](const JointVector& q) {
+      auto leg = ptp_leg(base, q, station);
+      if (leg) {
+        leg->velocity = options.velocity;
+        leg->acceleration = options.acceleration;
+      }
+      return leg;
+    });
+  }
+  auto plan = plan_sequence(base, q_start, makers);
+  if (!plan) return std::unexpected(std::move(plan.error()));
+  return std::move(plan->motion);
+}
+
 }  // namespace
 
 Result<Motion> plan_ptp(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q_start,
@@ -66,6 +130,7 @@ Result<Motion> plan_ptp(const kinematics::Chain& chain, const JointLimits& limit
   const JointVector way = q_goal - q_start;
   constexpr double kNoWay = 1e-12;  // rad or m: less is only the rounding of the inputs
   if (way.cwiseAbs().maxCoeff() < kNoWay) return motion;
+  if (limits.nonholonomic) return plan_rolling(chain, limits, q_start, q_goal, options);
   const double by_velocity = longest(way, limits.velocity);
   const double by_acceleration = longest(way, limits.acceleration);
   const double by_jerk = longest(way, limits.jerk);

@@ -55,6 +55,8 @@ struct MotionOptions {
 
 /// Plans a motion from rest to rest in which all joints go in proportion: as fast as the limits and the share kept for
 /// the path clock allow. A goal equal to the start gives a motion of duration 0.
+/// A base that cannot go sideways (`limits.nonholonomic`) turns on the spot, drives straight ahead or back, and turns
+/// again, with a rest between.
 /// @param q_start, q_goal  joint_count() entries
 /// @return the motion, or diagnostics: wrong size, not finite, outside the range (joint, value, range) of start or
 /// goal, bad limits or options, a load that a joint cannot carry on the way. Pointers: "/start/2", "/goal/2", "/goal",

@@ -20,6 +20,8 @@ struct Axis {
 
 }  // namespace
 
+double sideways_speed(double yaw, const JointVector& dq) { return std::cos(yaw) * dq[1] - std::sin(yaw) * dq[0]; }
+
 double longest_stop(const JointLimits& limits) {
   // With ddq = a at the speed v the joint gains a^2/2j until the acceleration is gone, and loses it again.
   return (limits.velocity.array() / limits.acceleration.array() +

@@ -50,6 +50,29 @@ void expect_passed(const RunReport& report) {
   for (const auto& one : report.expectations) EXPECT_TRUE(one.passed) << one.name << ": " << one.measured;
 }
 
+Description rolling(const std::string& program, const std::string& more = "") {
+  return parsed(R"({"devices": {"base": {"model": "rmp50", "at": {"position_m": [1, 2, 0], "rpy_deg": [0, 0, 90]}}},
+                    "program": {"do": "sequence", "steps": [)" +
+                program + "]}" + more + "}");
+}
+
+/// To its side and turned: it turns, drives, turns. Then ahead, and an arc.
+TEST(RollingBase, PtpReachesAPoseBesideItAndLinFollowsItsHeading) {
+  expect_passed(run(rolling(R"({"do": "ptp", "to": {"position_m": [2, 2.5, 0], "rpy_deg": [0, 0, 0]}},
+      {"do": "lin", "to": {"by_m": [-0.4, 0, 0]}},
+      {"do": "circ", "about": {"position_m": [1.6, 3.1, 0]}, "angle_deg": 60, "orientation": "tangential"})",
+                            R"(, "expectations": [{"kind": "limits"}, {"kind": "tool_pose",
+      "position_m": [2.11962, 2.8, 0], "rpy_deg": [0, 0, 60], "position_within_m": 2e-3, "angle_within_deg": 0.2}])")));
+}
+
+TEST(RollingBase, WhatGoesSidewaysIsRefusedBeforeAnythingMoves) {
+  EXPECT_THAT(refusal(rolling(R"({"do": "lin", "to": {"in": "world", "by_m": [0.3, 0, 0]}})")),
+              Reports(Code::kUnsupported, "/program/steps/0/to", {"90"}));
+  EXPECT_THAT(
+      refusal(rolling(R"({"do": "lin", "to": {"in": "world", "by_m": [0, 0.3, 0], "by_rpy_deg": [0, 0, 30]}})")),
+      Reports(Code::kUnsupported, "/program/steps/0/to"));
+}
+
 TEST(Base, LinAndPtpGoToPosesInTheRoom) {
   for (const char* how : {"lin", "ptp"}) {
     SCOPED_TRACE(how);

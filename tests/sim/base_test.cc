@@ -29,6 +29,20 @@ WorldDescription base_alone(const OdometryError& error = {}) {
   return world;
 }
 
+const device::BaseDescription& rmp() {
+  static const auto base = device::read_base("models/rmp50");
+  if (!base) ADD_FAILURE() << base.error().to_string();
+  return **base;
+}
+
+WorldDescription rolling_alone(const OdometryError& error = {}) {
+  WorldDescription world;
+  world.robots.push_back(arm_body("base", rmp(), {}));
+  world.arms.push_back(simulated_base("base", "base", rmp()));
+  world.arms.back().drive->error = error;
+  return world;
+}
+
 WorldDescription with_arm() {
   const auto arm = device::read_arm("models/lwr4plus");
   EXPECT_TRUE(arm);
@@ -156,6 +170,76 @@ TEST(SimBase, RandomErrorsGrowWithTheRootOfTheWayAndAreDrawnFromTheSeed) {
   EXPECT_GT(sigma, 0.006) << "m after a metre; 0.01 is meant";
   EXPECT_LT(sigma, 0.015);
   EXPECT_EQ(off(3), off(3));
+}
+
+/// Ahead, a turn on the spot, and back: what its wheels can do. At no time does the body go sideways.
+TEST(RollingBase, DrivesAlongItsHeadingAndTurns) {
+  World world = make(rolling_alone());
+  double worst = 0.0;
+  const JointVector goals[] = {place(1.0, 0, 0), place(1.0, 0, 1.0), place(1.0 - std::cos(1.0), -std::sin(1.0), 1.0)};
+  for (const JointVector& goal : goals) {
+    drive(world, goal, 6.0);
+    EXPECT_LT((measured(world) - goal).cwiseAbs().maxCoeff(), 1e-3);
+    EXPECT_LT((truth(world) - goal).cwiseAbs().maxCoeff(), 1e-3);
+    const Pose X_WF = world.body_pose(world.body("base/body"));
+    worst = std::max(worst, std::abs(X_WF.translation().z()));
+  }
+  EXPECT_EQ(worst, 0.0);
+}
+
+/// Told to go sideways (no planner would) it does not go: its motors have no force in that direction.
+TEST(RollingBase, DoesNotGoSidewaysWhateverItIsTold) {
+  World world = make(rolling_alone());
+  drive(world, place(0, 0.05, 0), 1.0);
+  EXPECT_LT(std::abs(truth(world)[1]), 1e-4);
+  EXPECT_LT(std::abs(truth(world)[2]), 0.05);
+}
+
+/// A push of 100 N from the side is held by the tyres, one of 400 N makes them slip, and the odometry sees neither.
+TEST(RollingBase, TyresHoldAPushFromTheSideUntilTheySlip) {
+  for (const double force : {100.0, 400.0}) {
+    World world = make(rolling_alone());
+    drive(world, place(0, 0, 0), 0.1);
+    const int body = world.body("base/body");
+    for (int k = 0; k < 300; ++k) {
+      world.push(body, Eigen::Vector3d(0, force, 0));
+      ASSERT_TRUE(world.step());
+    }
+    const double moved = truth(world)[1];
+    if (force < 200.0) {
+      EXPECT_NEAR(moved, force / 100000.0, 3e-4);
+    } else {
+      EXPECT_GT(moved, 0.05);
+    }
+    EXPECT_LT(std::abs(measured(world)[1]), 1e-4);
+  }
+}
+
+/// From 20 mm beside its line it comes back to it while it drives, although nothing can push it there.
+TEST(RollingBase, SteersBackToItsLine) {
+  World world = make(rolling_alone());
+  device::ArmSample sample;
+  constexpr double kSpeed = 0.4, kBeside = 0.02;
+  for (int k = 1; k <= 6000; ++k) {
+    const double t = 1e-3 * k, v = std::min(kSpeed, 0.4 * t), x = t < 1.0 ? 0.2 * t * t : 0.2 + kSpeed * (t - 1.0);
+    device::ArmSetPoint set_point;
+    set_point.cycle = k;
+    set_point.q = place(x, kBeside, 0);
+    set_point.dq = place(v, 0, 0);
+    set_point.ddq = place(t < 1.0 ? 0.4 : 0.0, 0, 0);
+    world.arm("base")->write(set_point);
+    ASSERT_TRUE(world.step());
+  }
+  EXPECT_NEAR(truth(world)[1], kBeside, 1e-3);
+}
+
+TEST(RollingBase, WheelsRollAsTheBodyMoves) {
+  World world = make(rolling_alone());
+  drive(world, place(0.6, 0, 0), 4.0);
+  EXPECT_NEAR(wheel_angle(world, "left_wheel"), 0.6 / 0.2404, 0.01);
+  EXPECT_NEAR(wheel_angle(world, "right_wheel"), 0.6 / 0.2404, 0.01);
+  drive(world, place(0.6, 0, 1.0), 4.0);
+  EXPECT_NEAR(wheel_angle(world, "right_wheel") - wheel_angle(world, "left_wheel"), 0.538 / 0.2404, 0.01);
 }
 
 TEST(SimBase, ASnapshotHoldsTheOdometry) {

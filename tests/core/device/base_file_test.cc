@@ -29,12 +29,25 @@ TEST(BaseFile, ReadsTheYoubot) {
   EXPECT_TRUE(base.inverse);
   EXPECT_EQ(base.home, JointVector::Zero(3));
   EXPECT_EQ(base.cartesian.linear_velocity, 0.4);
-  EXPECT_EQ(base.drive.wheelbase, 0.47);
+  EXPECT_EQ(std::get<kinematics::MecanumDrive>(base.drive).wheelbase, 0.47);
+  EXPECT_FALSE(base.limits.nonholonomic);
   EXPECT_EQ(base.wheels[2], "rear_left");
   EXPECT_LT(base.X_FD.translation().norm(), 1e-12) << "the middle of the wheels is the body's origin";
   EXPECT_NEAR(base.X_FM.translation().z(), 0.1275, 1e-12);
   // Four wheels of 1.2e-3 kg m^2 about their axles, at 47.5 mm.
   EXPECT_NEAR(base.armature[0], 4.0 * 0.0011996 / (0.0475 * 0.0475), 1e-9);
+}
+
+TEST(BaseFile, ReadsABaseThatCannotGoSideways) {
+  const auto base = read_base("models/rmp50");
+  ASSERT_TRUE(base) << base.error().to_string();
+  const auto& drive = std::get<kinematics::DifferentialDrive>((*base)->drive);
+  EXPECT_EQ(drive.track, 0.538);
+  EXPECT_EQ((*base)->wheels, (std::vector<std::string>{"left_wheel", "right_wheel"}));
+  EXPECT_TRUE((*base)->limits.nonholonomic);
+  EXPECT_LT((*base)->X_FD.translation().norm(), 1e-12) << "the middle of the axle is the body's origin";
+  // Two wheels of 0.126 kg m^2 about their axles, at 0.24 m.
+  EXPECT_NEAR((*base)->armature[0], 2.0 * 0.1262810 / (0.2404 * 0.2404), 1e-9);
 }
 
 /// Each axis may use its whole limit at any time: the vector, and every wheel, still keep theirs.
@@ -50,7 +63,7 @@ TEST(BaseFile, AxesInsideTheirLimitsKeepThoseOfTheVectorAndOfTheWheels) {
     const double yaw = random.uniform(-M_PI, M_PI);
     const Eigen::Vector2d v_B(of(0), of(1)), v_F = Eigen::Rotation2Dd(-yaw) * v_B;
     fastest = std::max(fastest, v_B.norm());
-    wheel = std::max(wheel, base.drive.wheel_speeds({v_F.x(), v_F.y(), of(2)}).cwiseAbs().maxCoeff());
+    wheel = std::max(wheel, kinematics::wheel_speeds(base.drive, {v_F.x(), v_F.y(), of(2)}).cwiseAbs().maxCoeff());
   }
   EXPECT_LE(fastest, base.cartesian.linear_velocity * (1 + 1e-12));
   EXPECT_GT(fastest, 0.999 * base.cartesian.linear_velocity);

@@ -46,6 +46,33 @@ class GuardTest : public testing::Test {
   Guard guard_{limits_of(3), kPeriod};
 };
 
+/// A base that cannot go sideways: an arc with its tangent passes, the same arc with a heading that is behind does not.
+TEST(RollingGuard, S2_NothingThatGoesSidewaysPasses) {
+  motion::JointLimits limits = limits_of(3);
+  limits.nonholonomic = true;
+  for (const double behind : {0.0, 0.02}) {
+    Guard guard(limits, kPeriod);
+    guard.rest_at(JointVector::Zero(3));
+    std::optional<Violation> violation;
+    for (int k = 1; k <= 400 && !violation; ++k) {
+      // From rest along a circle of 1 m to the left; `behind` is the share of the turn that the heading lacks.
+      const double t = k * kPeriod, jerk = 4.0;
+      const double s = jerk * t * t * t / 6, ds = jerk * t * t / 2, dds = jerk * t;
+      const double turn = 1.0 - behind;
+      ArmSetPoint next = at(0.0);
+      next.q << std::sin(s), 1.0 - std::cos(s), turn * s;
+      next.dq << std::cos(s) * ds, std::sin(s) * ds, turn * ds;
+      next.ddq << std::cos(s) * dds - std::sin(s) * ds * ds, std::sin(s) * dds + std::cos(s) * ds * ds, turn * dds;
+      violation = guard.check(next);
+      guard.sent(next);
+    }
+    EXPECT_EQ(violation.has_value(), behind > 0.0);
+    if (violation) {
+      EXPECT_EQ(violation->rule, Rule::kSideways);
+    }
+  }
+}
+
 TEST_F(GuardTest, S2_NothingThatIsNotFinitePasses) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
   for (const double bad : {kNan, kInf, -kInf})

@@ -42,6 +42,24 @@ TEST(MecanumDrive, OdometryOfWheelsThatDoNotSlipIsTheMotion) {
   }
 }
 
+/// A wheel that rolls: its hub moves ahead by radius times angle, and nothing moves it along its axle.
+TEST(DifferentialDrive, WheelsRollWhereTheirHubsGo) {
+  constexpr DifferentialDrive kTwo{.wheel_radius = 0.24, .track = 0.54};
+  Random random(6);
+  for (int k = 0; k < 1000; ++k) {
+    const Eigen::Vector3d V(random.uniform(-1.0, 1.0), 0.0, random.uniform(-2.0, 2.0));
+    const auto speeds = kTwo.wheel_speeds(V);
+    for (int i = 0; i < 2; ++i) {
+      const double y = i == 0 ? 0.27 : -0.27;
+      EXPECT_NEAR(V.x() - V.z() * y, kTwo.wheel_radius * speeds[i], 1e-12) << "wheel " << i;
+      EXPECT_LE(std::abs(speeds[i]), kTwo.fastest_wheel(std::abs(V.x()), std::abs(V.z())) + 1e-12);
+    }
+    EXPECT_LT((kTwo.body_motion(speeds) - V).norm(), 1e-13);
+  }
+  EXPECT_TRUE(is_nonholonomic(kTwo));
+  EXPECT_FALSE(is_nonholonomic(kDrive));
+}
+
 TEST(MecanumDrive, WheelsThatDisagreeGiveTheMotionThatFitsBest) {
   Random random(5);
   for (int k = 0; k < 200; ++k) {
