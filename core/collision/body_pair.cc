@@ -88,11 +88,15 @@ double BodyPair::signed_distance(const Poses& poses) {
   if (apart > 0.0) return apart;
   const Eigen::Isometry3d X_AB = between(poses);
   double deepest = 0.0;
+  std::size_t at = 0;
   for (const Part& part_a : body_a_->parts) {
     for (const Part& part_b : body_b_->parts) {
+      const Eigen::Vector3d& axis = axes_[at++];
       const Eigen::Isometry3d X_ST = part_a.X_BS.inverse() * X_AB * part_b.X_BS;
-      if (bound_of(part_a.solid, part_b.solid, X_ST) < 0.0)
-        deepest = std::max(deepest, depth(part_a.solid, part_b.solid, X_ST));
+      if (bound_of(part_a.solid, part_b.solid, X_ST) >= 0.0) continue;
+      // Of two that are apart the depth is no more than a bound: pieces around a bore are near to what stands in it.
+      if (separation(part_a.solid, part_b.solid, X_ST, axis, 0.0).distance > 0.0) continue;
+      deepest = std::max(deepest, depth(part_a.solid, part_b.solid, X_ST));
     }
   }
   return -deepest;

@@ -8,6 +8,7 @@
 
 #include "core/base/random.h"
 #include "core/collision/body_pair.h"
+#include "core/collision/drilled.h"
 #include "core/collision/narrow_phase.h"
 
 namespace takt::collision {
@@ -83,7 +84,8 @@ Diagnostics Scene::add_robot(const std::string& name, const kinematics::RobotMod
 void Scene::add_object(const std::string& name, const std::vector<world::Object::Part>& parts, int parent,
                        const Eigen::Isometry3d& X_P) {
   Body body{.name = name, .owner = name, .parts = {}, .root = true, .box = {}};
-  for (const world::Object::Part& part : parts) body.parts.push_back({Convex::from(part.shape), part.X_OS});
+  for (const world::Object::Part& part : parts)
+    for (Part& solid : solids_of(part)) body.parts.push_back(std::move(solid));
   add_body(std::move(body), {parent, X_P});
 }
 

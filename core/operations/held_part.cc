@@ -18,7 +18,8 @@ constexpr double kReach_m = 0.01;     ///< from the point between the fingers to
 constexpr double kContact_m = 0.005;  ///< a part that is put down is believed to be this near to what it lies on
 
 const std::string& arm_with(const command::Cell& cell, const std::string& gripper) {
-  return cell.grippers.find(gripper)->second.arm;
+  const auto tool = cell.tools.find(gripper);
+  return tool != cell.tools.end() ? tool->second.arm : cell.grippers.find(gripper)->second.arm;
 }
 
 /// Flange of the gripper's arm in the world.
@@ -38,6 +39,19 @@ Diagnostics check_part(const command::Cell& cell, const std::string& part) {
                       "\"fixed\": false of this object, or another one");
   if (const auto X_WO = cell.frames.pose(part); !X_WO) diagnostics.append(X_WO.error(), "/part");
   return diagnostics;
+}
+
+/// How the object is in the flange while it is held.
+Result<Isometry3d> held_pose(const command::Cell& cell, const Gripping& gripping, const std::string& object,
+                             const Isometry3d& X_WF) {
+  if (!gripping.grasp) return X_WF.inverse() * *cell.frames.pose(object);
+  const auto& grasps = cell.objects.find(object)->second.grasps;
+  if (const auto grasp = grasps.find(*gripping.grasp); grasp != grasps.end())
+    return command::gripping_point(cell, gripping.gripper) * grasp->second.inverse();
+  std::vector<std::string> names;
+  for (const auto& [name, X_OG] : grasps) names.push_back(name);
+  return failure(Code::kUnknownName, "/grasp", fmt::format("'{}' has no grasp '{}'", object, *gripping.grasp),
+                 nearest_choice(*gripping.grasp, names));
 }
 
 /// Within what scales and data sheets differ by, or one of them is not known.
@@ -83,7 +97,11 @@ Result<world::Hold> take_part(command::Cell& cell, const Gripping& gripping) {
   } else {
     hold.object = cell.free_object_at(*X_WF * hold.p_FG, kReach_m).value_or("");
   }
-  if (!hold.object.empty()) hold.X_FO = X_WF->inverse() * *cell.frames.pose(hold.object);
+  if (!hold.object.empty()) {
+    const auto X_FO = held_pose(cell, gripping, hold.object, *X_WF);
+    if (!X_FO) return std::unexpected(X_FO.error());
+    hold.X_FO = *X_FO;
+  }
   if (Diagnostics wrong = cell.take(gripping.gripper, hold); wrong.has_errors())
     return std::unexpected(std::move(wrong));
   return hold;
@@ -94,8 +112,17 @@ Result<std::optional<world::Hold>> leave_part(command::Cell& cell, const Grippin
   if (held == cell.held.end()) return std::nullopt;
   const auto X_WF = flange_in_world(cell, gripping);
   if (!X_WF) return std::unexpected(X_WF.error());
-  const Isometry3d X_WO = *X_WF * held->second.X_FO;
+  Isometry3d X_WO = *X_WF * held->second.X_FO;
   const std::string onto = base_of(cell, gripping, held->second.object, X_WO);
+  if (gripping.X_left) {
+    const auto X_WP = cell.frames.pose(onto);
+    if (!X_WP) {
+      Diagnostics unplaced;
+      unplaced.append(X_WP.error(), "/onto");
+      return std::unexpected(std::move(unplaced));
+    }
+    X_WO = *X_WP * *gripping.X_left;
+  }
   auto left = cell.let_go(gripping.gripper, X_WO, onto);
   if (left) return left;
   Diagnostics placed;

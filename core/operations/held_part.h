@@ -6,22 +6,25 @@
 #include "core/expression/cell.h"
 #include "core/operations/step.h"
 
-/// What grip and release do to the belief, in a rehearsal as in a run. Realtime: setup.
+/// What grip and release, attach and detach do to the belief, in a rehearsal as in a run. Realtime: setup.
 namespace takt::activity {
 
-/// What a gripper has got hold of, or lets go.
+/// What a gripper, or a tool that holds without fingers, has got hold of, or lets go.
 struct Gripping {
   std::string gripper = {};
-  std::optional<std::string> part = {};  ///< object, as the program names it; nothing: whatever is there
-  double part_mass = 0.0;                ///< kg, as the program says; 0: it says nothing
+  std::optional<std::string> part = {};   ///< object, as the program names it; nothing: whatever is there
+  std::optional<std::string> grasp = {};  ///< of the object, that is at the tool centre point; nothing: as believed
+  double part_mass = 0.0;                 ///< kg, as the program says; 0: it says nothing
   std::optional<std::string> onto =
-      {};                          ///< frame, device or object that the part stands on then; nothing: what is there
-  kinematics::JointVector q = {};  ///< of the arm that carries the gripper, rad or m
+      {};  ///< frame, device or object that the part stands on then; nothing: what is there
+  std::optional<Eigen::Isometry3d> X_left = {};  ///< where it is then, in `onto`, m; nothing: where it is held
+  kinematics::JointVector q = {};                ///< of the arm that carries the gripper, rad or m
 };
 
 /// The fingers have stopped at a part: the object that the program names, or the free object nearest to the point
 /// between the fingers, within 10 mm. It rides on the flange from now on.
-/// @return what is held, or diagnostics below the step: the object is fixed, or nobody knows where it is
+/// @return what is held, or diagnostics below the step: the object is fixed, has no such grasp, or nobody knows where
+/// it is
 [[nodiscard]] Result<world::Hold> take_part(command::Cell& cell, const Gripping& gripping);
 
 /// The fingers have opened: what they held stays where it is, on or in whatever is there as far as shapes tell, or on

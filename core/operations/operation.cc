@@ -14,8 +14,10 @@ namespace takt::activity {
 /// All operations of takt: NAME is defined by NAME_operation() in a file of its own (core/operations/README.md).
 // clang-format off
 #define TAKT_OPERATIONS(add) \
+  add(attach) \
   add(circ) \
   add(control_mode) \
+  add(detach) \
   add(fit_pose) \
   add(follow) \
   add(freedrive) \

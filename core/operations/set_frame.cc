@@ -11,14 +11,8 @@ namespace {
 using world::Relation;
 
 NewFrame new_frame(const SetFrameParameters& parameters) {
-  NewFrame frame{.as = parameters.as, .in = parameters.in, .of = parameters.of};
-  Eigen::Isometry3d& X = frame.X;
-  X.translation() = parameters.position;
-  X.linear() = (Eigen::AngleAxisd(parameters.rpy.z(), Eigen::Vector3d::UnitZ()) *
-                Eigen::AngleAxisd(parameters.rpy.y(), Eigen::Vector3d::UnitY()) *
-                Eigen::AngleAxisd(parameters.rpy.x(), Eigen::Vector3d::UnitX()))
-                   .toRotationMatrix();
-  return frame;
+  return {
+      .as = parameters.as, .in = parameters.in, .of = parameters.of, .X = pose_of(parameters.position, parameters.rpy)};
 }
 
 void check_name(SetFrameParameters& parameters, const ReadContext& from) {
@@ -48,6 +42,16 @@ class SetFrameStep final : public Step {
 };
 
 }  // namespace
+
+Eigen::Isometry3d pose_of(const Eigen::Vector3d& position, const Eigen::Vector3d& rpy) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = position;
+  X.linear() =
+      (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
+  return X;
+}
 
 bool is_free_frame_name(const command::Cell& cell, const std::string& name) {
   const Relation* relation = cell.frames.relation(name);

@@ -18,6 +18,9 @@ struct SetFrameParameters {
 [[nodiscard]] const ParameterTable<SetFrameParameters>& set_frame_parameters();
 [[nodiscard]] Operation set_frame_operation();
 
+/// @param position  m   @param rpy  roll, pitch, yaw about the fixed axes, rad
+[[nodiscard]] Eigen::Isometry3d pose_of(const Eigen::Vector3d& position, const Eigen::Vector3d& rpy);
+
 /// A step may make a frame of this name, or replace the one that a step has made.
 [[nodiscard]] bool is_free_frame_name(const command::Cell& cell, const std::string& name);
 

@@ -54,6 +54,89 @@ Solid solid(const Shape& shape) {
   return std::visit([](const auto& s) { return solid(s); }, shape);
 }
 
+// -- Chamfers and bores: bodies of density 1, whose mass is their volume ----------------------------------------------
+
+/// Of a cone without its tip about z, from radius r1 at z1 up to r2 at z2.
+MassProperties cone(double r1, double z1, double r2, double z2) {
+  // Of the integrals over r^2, z r^2, z^2 r^2 and r^4 three points of Gauss are exact.
+  constexpr double kPoint = 0.7745966692414834, kEnd = 5.0 / 18.0, kMiddle = 4.0 / 9.0;
+  double volume = 0.0, first = 0.0, second = 0.0, polar = 0.0;
+  for (const auto& [at, weight] : {std::pair(-kPoint, kEnd), {0.0, kMiddle}, {kPoint, kEnd}}) {
+    const double share = 0.5 + 0.5 * at, r = r1 + share * (r2 - r1), z = z1 + share * (z2 - z1);
+    const double slice = weight * std::numbers::pi * r * r * (z2 - z1);
+    volume += slice;
+    first += slice * z;
+    second += slice * z * z;
+    polar += slice * r * r / 2.0;
+  }
+  if (volume == 0.0) return {};
+  const double across = polar / 2.0 + second - first * first / volume;
+  return {volume, Vector3d(0, 0, first / volume), Vector3d(across, across, polar).asDiagonal()};
+}
+
+MassProperties chamfered(const Cylinder& cylinder, double chamfer) {
+  const double h = 0.5 * cylinder.length, r = cylinder.radius;
+  return combine(combine(cone(r - chamfer, -h, r, chamfer - h), cone(r, chamfer - h, r, h - chamfer)),
+                 cone(r, h - chamfer, r - chamfer, h));
+}
+
+/// How thick a box or cylinder is below the mouth of a bore, m.
+double thickness_below(const Shape& shape, const Bore& bore) {
+  if (const auto* box = std::get_if<Box>(&shape)) {
+    Eigen::Index axis = 0;
+    bore.X_SB.linear().col(2).cwiseAbs().maxCoeff(&axis);
+    return box->size[axis];
+  }
+  const auto* cylinder = std::get_if<Cylinder>(&shape);
+  return cylinder ? cylinder->length : 0.0;
+}
+
+/// What is missing where the bore is, in its frame.
+MassProperties removed(const Shape& shape, const Bore& bore) {
+  const double end = bore.through() ? -thickness_below(shape, bore) : -bore.depth;
+  const double r = bore.radius, c = bore.chamfer, wall = bore.through() ? end + c : end;
+  const MassProperties hole = combine(cone(r, wall, r, -c), cone(r, -c, r + c, 0.0));
+  return bore.through() ? combine(cone(r + c, end, r, wall), hole) : hole;
+}
+
+bool is_plain(const Object::Part& part) { return part.chamfer == 0.0 && part.bores.empty(); }
+
+MassProperties unit_body(const Object::Part& part) {
+  const auto* cylinder = std::get_if<Cylinder>(&part.shape);
+  const Solid whole = solid(part.shape);
+  MassProperties body =
+      cylinder && part.chamfer > 0.0
+          ? chamfered(*cylinder, part.chamfer)
+          : MassProperties{whole.volume, Vector3d::Zero(), Vector3d(whole.volume * whole.inertia).asDiagonal()};
+  for (const Bore& bore : part.bores) {
+    const MassProperties hole = transform(bore.X_SB, removed(part.shape, bore));
+    body = combine(body, {-hole.mass, hole.p_OC, -hole.I_C});
+  }
+  return body;
+}
+
+/// A part of this mass, in the frame of its shape.
+MassProperties body_of(const Object::Part& part, double mass) {
+  if (is_plain(part)) return {mass, Vector3d::Zero(), (mass * solid(part.shape).inertia).asDiagonal()};
+  const MassProperties unit = unit_body(part);
+  return {mass, unit.p_OC, mass / unit.mass * unit.I_C};
+}
+
+// -- Distances --------------------------------------------------------------------------------------------------------
+
+/// What the shape and the surroundings of each bore have in common is material. @param p  in the frame of the shape
+double distance_to(const Object::Part& part, const Vector3d& p) {
+  const auto* cylinder = std::get_if<Cylinder>(&part.shape);
+  double distance = cylinder && part.chamfer > 0.0
+                        ? chamfered_cylinder(cylinder->radius, cylinder->length, part.chamfer).nearest(p).distance
+                        : signed_distance(part.shape, p);
+  for (const Bore& bore : part.bores) {
+    const Revolved around = material_around(bore, thickness_below(part.shape, bore));
+    distance = std::max(distance, around.nearest(bore.X_SB.inverse() * p).distance);
+  }
+  return distance;
+}
+
 // -- Outlines ---------------------------------------------------------------------------------------------------------
 
 void add_outline(const Box& box, std::vector<Vector3d>& points) {
@@ -108,20 +191,20 @@ MassProperties combine(const MassProperties& a, const MassProperties& b) {
 
 double signed_distance(const Object& object, const Vector3d& p_O) {
   double nearest = std::numeric_limits<double>::infinity();
-  for (const Object::Part& part : object.parts) {
-    nearest = std::min(nearest, signed_distance(part.shape, part.X_OS.inverse() * p_O));
-  }
+  for (const Object::Part& part : object.parts)
+    nearest = std::min(nearest, distance_to(part, part.X_OS.inverse() * p_O));
   return nearest;
 }
 
+double volume(const Object::Part& part) { return is_plain(part) ? solid(part.shape).volume : unit_body(part).mass; }
+
 MassProperties spread_mass(const std::vector<Object::Part>& parts, double mass, const std::vector<double>& masses) {
-  double volume = 0.0;
-  for (const Object::Part& part : parts) volume += solid(part.shape).volume;
+  double whole = 0.0;
+  for (const Object::Part& part : parts) whole += volume(part);
   MassProperties sum;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const Solid one = solid(parts[i].shape);
-    const double own = masses.size() == parts.size() ? masses[i] : mass * one.volume / volume;
-    sum = combine(sum, transform(parts[i].X_OS, {own, Vector3d::Zero(), (own * one.inertia).asDiagonal()}));
+    const double own = masses.size() == parts.size() ? masses[i] : mass * volume(parts[i]) / whole;
+    sum = combine(sum, transform(parts[i].X_OS, body_of(parts[i], own)));
   }
   return sum;
 }

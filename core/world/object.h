@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "core/world/bore.h"
 #include "core/world/shape.h"
 
 namespace takt::world {
@@ -27,6 +28,8 @@ struct Object {
   struct Part {
     Shape shape;
     Eigen::Isometry3d X_OS = Eigen::Isometry3d::Identity();
+    double chamfer = 0.0;          ///< m, at 45 degrees, of both ends of a cylinder
+    std::vector<Bore> bores = {};  ///< in a box or a cylinder
   };
   std::string name;
   std::vector<Part> parts;
@@ -35,9 +38,12 @@ struct Object {
   bool fixed = false;                                                 ///< it belongs to the cell: no gripper takes it
 };
 
-/// Signed distance to the union of the parts (exact outside), m. The point is in object frame O; infinite without
-/// parts.
+/// Signed distance to the union of the parts (exact outside, but beside the rim of a bore), m. The point is in object
+/// frame O; infinite without parts.
 [[nodiscard]] double signed_distance(const Object& object, const Eigen::Vector3d& p_O);
+
+/// Volume of a part with its chamfers and bores, m^3. Realtime: setup.
+[[nodiscard]] double volume(const Object::Part& part);
 
 /// Mass properties of shapes of one density, a mass spread over them by their volumes. Realtime: setup.
 /// @param mass  kg, of all parts   @param masses  of each part, kg; empty: by volume

@@ -423,6 +423,11 @@ const std::vector<takt::test::Excuse> kElsewhere = {
     {"operations/motion_command.cc", Code::kConflict, "no tools here: Tools.OneForAnArmInATransaction"},
     {"operations/set_frame.cc", Code::kInvalidName, "BelievedFrames.AStepMakesThemAndTheyDependOnWhatItSays"},
     {"operations/held_part.cc", Code::kConflict, "no fixed part here: tests/scenario/belief_test.cc has the case"},
+    {"operations/held_part.cc", Code::kUnknownName, "no grasps here: AttachedParts.WhatCannotBeHeldIsReported"},
+    {"operations/attach.cc", Code::kMissing, "no tools here: AttachedParts.WhatCannotBeHeldIsReported"},
+    {"operations/attach.cc", Code::kUnknownName, "no tools here: AttachedParts.WhatCannotBeHeldIsReported"},
+    {"operations/attach.cc", Code::kConflict, "no tools here: AttachedParts.WhatCannotBeHeldIsReported"},
+    {"operations/attach.cc", Code::kConditionNotMet, "no tools here: AttachedParts.WhatCannotBeHeldIsReported"},
     {"activity/planning_job.cc", Code::kInternal, "an exception of a planner: PlanningThreadTest"},
 };
 

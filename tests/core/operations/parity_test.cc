@@ -289,6 +289,8 @@ TEST_F(Parity, EveryOperationHasAFormInCpp) {
       {"record_contact", "guarded_outcome() gives the contact"},
       {"fit_pose", "world::fit_pose()"},
       {"set_frame", "Frame::keep_as()"},
+      {"attach", "attach()"},
+      {"detach", "detach()"},
       {"control_mode", "ControlModeInterface::switch_to()"},
       {"freedrive", "FreedriveInterface, its parameters; it is no command"},
   };
