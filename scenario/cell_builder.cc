@@ -21,6 +21,7 @@
 #include "scenario/degrees.h"
 #include "scenario/faults.h"
 #include "scenario/operator.h"
+#include "scenario/threaded_objects.h"
 #include "sim/from_model.h"
 #include "sim/nominal_payload.h"
 #include "sim/render_shapes.h"
@@ -86,6 +87,7 @@ void complete_surfaces(const Description& description, const device::ModelLibrar
 void set_plant(const device::PlantDescription& plant, sim::RobotDescription& robot) {
   robot.contact.material = plant.material;
   for (auto& [link, surface] : robot.link_contacts) surface.material = plant.pad_material;
+  robot.chamfers.insert(plant.chamfers.begin(), plant.chamfers.end());
   for (const device::SpringJoint& spring : plant.springs) {
     auto joint = std::ranges::find(robot.joints, spring.joint, &sim::JointFigures::joint);
     if (joint == robot.joints.end()) joint = robot.joints.insert(joint, {.joint = spring.joint});
@@ -172,7 +174,15 @@ sim::ObjectShape simulated_shape(const world::Shape& shape) {
   return sim::Capsule{capsule.radius, capsule.length};
 }
 
+/// As the file says it, or spread over its parts.
+world::MassProperties mass_of(const ObjectEntry& entry) {
+  if (entry.inertia_kg_m2)
+    return {entry.mass_kg, entry.centre_m.value_or(Eigen::Vector3d::Zero()), *entry.inertia_kg_m2};
+  return world::spread_mass(entry.parts, entry.mass_kg, entry.part_masses_kg);
+}
+
 sim::ObjectDescription simulated_object(const ObjectEntry& entry, const sim::Mount& mount) {
+  const world::MassProperties mass = mass_of(entry);
   sim::ObjectDescription object;
   object.name = entry.name;
   object.pointer = object_pointer(entry);
@@ -184,13 +194,20 @@ sim::ObjectDescription simulated_object(const ObjectEntry& entry, const sim::Mou
   for (std::size_t i = 0; i < entry.parts.size(); ++i) {
     const world::Object::Part& part = entry.parts[i];
     object.shapes.push_back({.shape = simulated_shape(part.shape), .X_OG = part.X_OS, .rgba = entry.rgba});
-    if (i < entry.part_masses_kg.size()) object.shapes.back().mass = entry.part_masses_kg[i];
+    sim::ObjectGeometry& shape = object.shapes.back();
+    shape.chamfer = part.chamfer;
+    shape.bores = part.bores;
+    shape.pointer = entry.part_pointers[i];
+    if (i < entry.part_masses_kg.size()) shape.mass = entry.part_masses_kg[i];
   }
-  if (entry.inertia_kg_m2) {
+  object.screw = simulated_screw(entry);
+  const auto is_cut = [](const world::Object::Part& part) { return part.chamfer > 0.0 || !part.bores.empty(); };
+  // MuJoCo knows its own shapes only: it would spread the mass over bores, too.
+  if (entry.inertia_kg_m2 || (!entry.fixed && std::ranges::any_of(entry.parts, is_cut))) {
     kinematics::Inertial& inertial = object.inertial.emplace();
-    inertial.mass = entry.mass_kg;
-    inertial.X_LC.translation() = entry.centre_m.value_or(Eigen::Vector3d::Zero());
-    inertial.I_C = *entry.inertia_kg_m2;
+    inertial.mass = mass.mass;
+    inertial.X_LC.translation() = mass.p_OC;
+    inertial.I_C = mass.I_C;
   }
   return object;
 }
@@ -198,11 +215,7 @@ sim::ObjectDescription simulated_object(const ObjectEntry& entry, const sim::Mou
 /// What the application knows of an object that has no model.
 world::Object known_object(const ObjectEntry& entry) {
   world::Object known{.name = entry.name, .parts = entry.parts, .grasps = entry.grasps, .fixed = entry.fixed};
-  if (entry.fixed) return known;
-  known.mass =
-      entry.inertia_kg_m2
-          ? world::MassProperties{entry.mass_kg, entry.centre_m.value_or(Eigen::Vector3d::Zero()), *entry.inertia_kg_m2}
-          : world::spread_mass(entry.parts, entry.mass_kg, entry.part_masses_kg);
+  if (!entry.fixed) known.mass = mass_of(entry);
   return known;
 }
 
@@ -318,9 +331,10 @@ void set_tools(const sim::WorldDescription& simulated, BuiltCell& built, Diagnos
 
 }  // namespace
 
-Result<BuiltCell> build_cell(const Description& description, const device::ModelLibrary& models, bool measure_times,
+Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary& models, bool measure_times,
                              Diagnostics& warnings) {
   Diagnostics diagnostics;
+  const Description description = with_threads(file, models, diagnostics);
   const auto devices = load_devices(description, models, diagnostics);
   CellFrames frames(description, devices, diagnostics);
   const Ground ground{frames, devices, description};
@@ -392,8 +406,9 @@ Result<BuiltCell> build_cell(const Description& description, const device::Model
   return built;
 }
 
-Diagnostics check_cell_names(const Description& description, const device::ModelLibrary& models) {
+Diagnostics check_cell_names(const Description& file, const device::ModelLibrary& models) {
   Diagnostics diagnostics;
+  const Description description = with_threads(file, models, diagnostics);
   const auto devices = load_devices(description, models, diagnostics);
   (void)CellFrames(description, devices, diagnostics);
   return diagnostics;

@@ -195,8 +195,21 @@ void CellRun::begin_pace() {
   built_.site->clock().align(built_.core->time(), MonotonicClock::machine_time());
 }
 
+/// What happened to screws goes to the recording, and to whoever listens.
+void CellRun::tell_of_screws() {
+  const sim::ThreadLaw& threads = built_.world->threads();
+  for (const sim::ThreadEvent& event : threads.events().subspan(screw_events_)) {
+    const std::string text = fmt::format("'{}' {} in '{}'", threads.name_of_screw(event.screw), name_of(event.kind),
+                                         threads.name_of_bore(event.bore));
+    note("screw", name_of(event.kind), text);
+    if (options_.tell) options_.tell(fmt::format("{:.3f} s  {}", to_seconds(event.time), text));
+    ++screw_events_;
+  }
+}
+
 /// What drivers have to say goes to the recording, and to whoever listens.
 void CellRun::tell_news() {
+  tell_of_screws();
   constexpr std::int64_t kEvery = 100;  // cycles
   if (built_.site->drivers().empty() || built_.core->cycle() % kEvery != 0) return;
   for (const std::string& line : built_.site->news()) {

@@ -79,6 +79,7 @@ class CellRun {
   void begin_pace();
   void keep_pace(double time);
   void tell_news();
+  void tell_of_screws();
   [[nodiscard]] bool heard_from(const std::string& device) const;
   [[nodiscard]] std::string why_waiting(const std::string& device) const;
   [[nodiscard]] bool starts_where_assumed();
@@ -98,6 +99,7 @@ class CellRun {
   std::unique_ptr<RunRecorder> recorder_;
   std::unique_ptr<RunFilm> film_;
   std::vector<std::string> steps_begun_;
+  std::size_t screw_events_ = 0;           ///< that have been told
   std::optional<rcc::Watchdog> watchdog_;  ///< of lock-step
   RunReport report_;
   Clock::time_point start_, last_progress_;

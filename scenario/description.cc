@@ -44,42 +44,6 @@ Variation read_variation(ObjectReader& parent) {
   return variation;
 }
 
-std::optional<world::Shape> read_shape(ObjectReader& reader) {
-  const std::string kind = reader.choice("shape", {"box", "cylinder", "sphere", "capsule"});
-  if (kind == "box") return world::Box{Eigen::Vector3d(reader.numbers("size_m", 3, {}, kPositive).data())};
-  if (kind == "cylinder") {
-    return world::Cylinder{reader.number("radius_m", {}, kPositive), reader.number("length_m", {}, kPositive)};
-  }
-  if (kind == "sphere") return world::Sphere{reader.number("radius_m", {}, kPositive)};
-  if (kind == "capsule") {
-    return world::Capsule{reader.number("radius_m", {}, kPositive), reader.number("length_m", {}, kPositive)};
-  }
-  return std::nullopt;
-}
-
-std::vector<world::Object::Part> read_parts(ObjectReader& reader, std::vector<double>& masses) {
-  std::vector<world::Object::Part> parts;
-  const Json* list = reader.array("parts", false);
-  if (!list) {
-    if (const auto shape = read_shape(reader)) parts.push_back({*shape});
-    return parts;
-  }
-  for (std::size_t i = 0; i < list->size(); ++i) {
-    ObjectReader part((*list)[i], reader.at("parts") + pointer_segment(i), reader.diagnostics());
-    const Eigen::Isometry3d X = part.pose();
-    if (part.has("mass_kg")) masses.push_back(part.number("mass_kg", 1.0, kPositive));
-    if (const auto shape = read_shape(part)) parts.push_back({*shape, X});
-    part.finish();
-  }
-  if (!masses.empty() && masses.size() != list->size()) {
-    reader.diagnostics().error(Code::kWrongSize, reader.at("parts"),
-                               fmt::format("{} of {} parts have a mass", masses.size(), list->size()), "all or none");
-  }
-  if (parts.empty())
-    reader.diagnostics().error(Code::kMissing, reader.at("parts"), "no part is given", "at least one shape");
-  return parts;
-}
-
 /// Calls `read(name, json, pointer)` for each member of an object that maps names to things.
 template <class Read>
 void for_each_member(ObjectReader& reader, std::string_view key, const Read& read) {
@@ -148,6 +112,7 @@ void read_mass(ObjectReader& reader, ObjectEntry& object) {
     diagnostics.error(Code::kConflict, reader.at("mass_kg"), "both the object and its parts have a mass",
                       "one of them: that of the object is the sum");
   }
+  object.mass_given = sum > 0.0 || reader.has("mass_kg");
   object.mass_kg = reader.number("mass_kg", sum > 0.0 ? sum : 1.0, kPositive);
   if (reader.has("centre_m")) object.centre_m = reader.vector("centre_m");
   if (reader.has("inertia_kg_m2")) {
@@ -172,6 +137,13 @@ void read_mass(ObjectReader& reader, ObjectEntry& object) {
   }
 }
 
+void read_parts(ObjectReader& reader, ObjectEntry& object) {
+  ShapeList shapes = read_shapes(reader);
+  object.parts = std::move(shapes.parts);
+  object.part_pointers = std::move(shapes.pointers);
+  object.part_masses_kg = std::move(shapes.masses);
+}
+
 ObjectEntry read_object(const std::string& name, const Json& json, const std::string& pointer,
                         Diagnostics& diagnostics) {
   ObjectReader reader(json, pointer, diagnostics);
@@ -179,16 +151,22 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
   object.name = name;
   object.model = reader.text("model", "");
   if (object.model.empty()) {
-    object.parts = read_parts(reader, object.part_masses_kg);
-  } else if (reader.has("shape") || reader.has("parts")) {
+    object.screw = read_screw(reader);
+    if (!object.screw) read_parts(reader, object);
+    if (object.screw && (reader.has("shape") || reader.has("parts"))) {
+      diagnostics.error(Code::kConflict, pointer, "both a screw and shapes are given", "one of them");
+      read_parts(reader, object);
+    }
+  } else if (reader.has("shape") || reader.has("parts") || reader.has("screw")) {
     diagnostics.error(Code::kConflict, pointer, "both a model and shapes are given",
                       "\"model\", or \"shape\" or \"parts\"");
-    (void)reader.child("parts");
-    for (const char* key : {"shape", "size_m", "radius_m", "length_m"}) (void)reader.child(key);
+    for (const char* key : {"parts", "screw", "shape", "size_m", "radius_m", "length_m", "inner_radius_m", "wall_m",
+                            "floor_m", "chamfer_m", "inner_chamfer_m", "bores"})
+      (void)reader.child(key);
   }
   object.at = read_placement(reader, "at");
   object.vary = read_variation(reader);
-  object.fixed = reader.boolean("fixed", true);
+  object.fixed = reader.boolean("fixed", !object.screw);
   read_mass(reader, object);
   object.grasps = read_poses(reader, "grasps");
   const auto rgba = reader.numbers("rgba", 4, std::vector<double>{0.6, 0.6, 0.62, 1.0}, {.low = 0, .high = 1});

@@ -17,6 +17,7 @@
 #include "core/world/object.h"
 #include "scenario/net_files.h"
 #include "scenario/operator.h"
+#include "scenario/shape_file.h"
 #include "scenario/site.h"
 
 namespace takt::scenario {
@@ -65,10 +66,13 @@ struct ObjectEntry {
   std::string name;
   std::string model;  ///< folder below models/, or empty if `parts` say the shape
   std::vector<world::Object::Part> parts;
+  std::vector<std::string> part_pointers;  ///< one per part: where it is in the file
+  std::optional<ScrewEntry> screw;         ///< instead of `parts`, until complete_threads()
   Placement at;
   Variation vary;
   bool fixed = true;
   double mass_kg = 1.0;                          ///< of a free object
+  bool mass_given = false;                       ///< the file says it
   std::vector<double> part_masses_kg;            ///< one per part, or none: the mass is spread by volume
   std::optional<Eigen::Vector3d> centre_m;       ///< of mass, in the object's frame; instead of what the shapes give
   std::optional<Eigen::Matrix3d> inertia_kg_m2;  ///< about the centre of mass, axes of the object

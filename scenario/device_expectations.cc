@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
@@ -92,7 +93,41 @@ class SignalExpectation final : public Expectation {
   std::int64_t risen_ = 0;
 };
 
+/// How a screw is in its thread, and by how many turns.
+class ScrewExpectation final : public Expectation {
+ public:
+  ScrewExpectation(ObjectReader& reader, const BuiltCell& built) {
+    const auto names = built.world->threads().screw_names();
+    screw_ = reader.choice("screw", names);
+    index_ = static_cast<std::size_t>(std::ranges::find(names, screw_) - names.begin());
+    wanted_ = reader.choice("is", {"free", "caught", "crossed", "seated"});
+    fewest_ = reader.number("turns_at_least", fewest_);
+    most_ = reader.number("turns_at_most", most_);
+  }
+
+  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    const sim::ThreadLaw& threads = outcome.built.world->threads();
+    const sim::ThreadEvent::Kind state = threads.state_of(index_);
+    const std::string is = state == sim::ThreadEvent::Kind::kReleased ? "free" : std::string(name_of(state));
+    ExpectationResult result;
+    result.value = threads.turned(index_) / (2.0 * std::numbers::pi);
+    result.passed = is == wanted_ && result.value >= fewest_ && result.value <= most_;
+    result.measured = fmt::format("'{}' is {} by {:.2f} turns (wanted: {}, from {:g} to {:g})", screw_, is,
+                                  result.value, wanted_, fewest_, most_);
+    return result;
+  }
+
+ private:
+  std::string screw_, wanted_;
+  std::size_t index_ = 0;
+  double fewest_ = -std::numeric_limits<double>::infinity(), most_ = std::numeric_limits<double>::infinity();
+};
+
 }  // namespace
+
+std::unique_ptr<Expectation> screw_expectation(ObjectReader& reader, const BuiltCell& built) {
+  return std::make_unique<ScrewExpectation>(reader, built);
+}
 
 std::unique_ptr<Expectation> gripper_expectation(ObjectReader& reader, const BuiltCell& built) {
   return std::make_unique<GripperExpectation>(reader, built);

@@ -9,6 +9,7 @@
 namespace takt::scenario {
 
 /// "gripper": what a gripper does at the end.
+[[nodiscard]] std::unique_ptr<Expectation> screw_expectation(ObjectReader& reader, const BuiltCell& built);
 [[nodiscard]] std::unique_ptr<Expectation> gripper_expectation(ObjectReader& reader, const BuiltCell& built);
 /// "signal": what an input or output is at the end, and how often it rose.
 [[nodiscard]] std::unique_ptr<Expectation> signal_expectation(ObjectReader& reader, const BuiltCell& built);

@@ -15,6 +15,7 @@ namespace takt::scenario {
 [[nodiscard]] std::unique_ptr<DeviceKind> io_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> light_barrier_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> range_finder_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> screwdriver_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> tool_kind();
 
 /// All of them: the one place that lists them.

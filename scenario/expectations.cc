@@ -419,6 +419,7 @@ std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& rea
   if (kind == "peak_force") return std::make_unique<PeakForceExpectation>(reader, built);
   if (kind == "monitor") return std::make_unique<MonitorExpectation>(reader, built);
   if (kind == "gripper") return gripper_expectation(reader, built);
+  if (kind == "screw") return screw_expectation(reader, built);
   if (kind == "signal") return signal_expectation(reader, built);
   if (kind == "relative_pose") return relative_pose_expectation(reader, built, steps);
   if (kind == "limits") return std::make_unique<LimitsExpectation>(reader, built);
@@ -454,6 +455,9 @@ const std::vector<ExpectationKind>& expectation_kinds() {
        "The tool of one arm stays where it was to that of another one, between the begins of two steps. Keys: arms [a, "
        "b], from, to, position_within_m, angle_within_deg."},
       {"repeats", "A second run has the same digest."},
+      {"screw",
+       "How a screw is in its thread, and by how many turns. Keys: screw, is (free, caught, crossed, seated); "
+       "turns_at_least, turns_at_most."},
       {"signal",
        "What an input or output is at the end, and how often it rose. Keys: signal; is, rises; or at_least, at_most."},
       {"step", "A named step has run. Keys: step."},

@@ -1,8 +1,8 @@
 // Kind "force_torque_sensor".
 #include "core/device/device_file.h"
 #include "core/device/force_torque_sensor.h"
-#include "core/device/gripper.h"
 #include "scenario/cell_builder.h"
+#include "scenario/cell_frames.h"
 #include "scenario/cell_models.h"
 #include "scenario/device_kinds.h"
 #include "sim/from_model.h"
@@ -24,13 +24,13 @@ device::PayloadSetting measured_mass(const LoadedDevice& sensor, LoadedDevices a
   return sum;
 }
 
-/// The grippers on its measuring side, directly or through others.
+/// What may hold parts on its measuring side, directly or through others: grippers and other tools.
 std::vector<std::string> grippers_on(const LoadedDevice& sensor, LoadedDevices all) {
   std::vector<std::string> names;
   for (const auto& device : all) {
     const LoadedDevice* carrier = device->on;
     while (carrier != nullptr && carrier != &sensor) carrier = carrier->on;
-    if (carrier == &sensor && device->as<device::GripperDescription>()) names.push_back(device->entry->name);
+    if (carrier == &sensor && !tcps_of(*device).empty()) names.push_back(device->entry->name);
   }
   return names;
 }

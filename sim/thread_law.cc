@@ -284,6 +284,7 @@ void ThreadLaw::finish_step(mjModel& model, mjData& data) {
   mj_fwdAcceleration(&model, &data);
   mj_fwdConstraint(&model, &data);
   publish(data);
+  data.flg_rnepost = 0;  // forces in joints are those of the step before
   mj_sensorAcc(&model, &data);
   mj_checkAcc(&model, &data);
   if (model.opt.integrator == mjINT_EULER) {
@@ -326,6 +327,14 @@ std::vector<std::string> ThreadLaw::screw_names() const {
   std::vector<std::string> names;
   for (const Screw& screw : screws_) names.push_back(screw.name);
   return names;
+}
+
+ThreadEvent::Kind ThreadLaw::state_of(std::size_t screw) const {
+  using Kind = ThreadEvent::Kind;
+  const Hold& hold = screws_[screw].hold;
+  if (hold.bore < 0) return Kind::kReleased;
+  if (hold.crossed) return Kind::kCrossed;
+  return hold.seated ? Kind::kSeated : Kind::kCaught;
 }
 
 double ThreadLaw::turned(std::size_t screw) const {

@@ -61,6 +61,8 @@ class ThreadLaw {
   [[nodiscard]] std::vector<std::string> screw_names() const;
   [[nodiscard]] const std::string& name_of_screw(std::size_t screw) const { return screws_[screw].name; }
   [[nodiscard]] const std::string& name_of_bore(std::size_t bore) const { return bores_[bore].name; }
+  /// What holds for a screw now: kReleased if it is free, kCrossed also once its head rests. Realtime: cyclic.
+  [[nodiscard]] ThreadEvent::Kind state_of(std::size_t screw) const;
   /// Turns to the right since a screw was caught, rad; 0 if it is free. Realtime: cyclic.
   [[nodiscard]] double turned(std::size_t screw) const;
 

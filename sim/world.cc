@@ -332,6 +332,7 @@ void World::Impl::forward() {
   mj_fwdActuation(model.get(), data.get());
   mj_fwdAcceleration(model.get(), data.get());
   mj_fwdConstraint(model.get(), data.get());
+  data->flg_rnepost = 0;  // as mj_forward does: forces in joints are computed anew
   mj_sensorAcc(model.get(), data.get());
 }
 

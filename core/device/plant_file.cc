@@ -58,6 +58,20 @@ void read_springs(ObjectReader& parent, const kinematics::RobotModel* robot, std
   }
 }
 
+void read_chamfers(ObjectReader& parent, const kinematics::RobotModel* robot, PlantDescription& plant) {
+  const Json* json = parent.object("chamfers_m", /*required=*/false);
+  if (json == nullptr || robot == nullptr) return;
+  std::vector<std::string> links;
+  for (const auto& link : robot->links) links.push_back(link.name);
+  ObjectReader reader(*json, parent.at("chamfers_m"), parent.diagnostics());
+  for (const auto& [link, ignored] : json->items()) {
+    plant.chamfers[link] = reader.number(link, {}, kPositive);
+    if (std::ranges::find(links, link) != links.end()) continue;
+    parent.diagnostics().error(Code::kUnknownName, reader.at(link), fmt::format("the URDF has no link '{}'", link),
+                               nearest_choice(link, links));
+  }
+}
+
 void read_protective_stop(ObjectReader& parent, PlantDescription& plant) {
   const Json* json = parent.object("protective_stop", /*required=*/false);
   if (json == nullptr) return;
@@ -77,7 +91,9 @@ PlantDescription read_plant_keys(ObjectReader& reader, const kinematics::RobotMo
   PlantDescription plant;
   plant.material = reader.text("material", plant.material);
   if (kind == "gripper") plant.pad_material = reader.text("pad_material", plant.pad_material);
-  if (kind == "tool" || kind == "gripper" || kind == "force_torque_sensor") read_springs(reader, robot, plant.springs);
+  if (kind == "tool" || kind == "gripper" || kind == "force_torque_sensor" || kind == "screwdriver")
+    read_springs(reader, robot, plant.springs);
+  if (kind == "tool" || kind == "gripper") read_chamfers(reader, robot, plant);
   if (kind == "arm") read_protective_stop(reader, plant);
   return plant;
 }

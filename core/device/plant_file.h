@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,8 +27,9 @@ struct PlantDescription {
   std::string material = "steel";       ///< of its surfaces
   std::string pad_material = "rubber";  ///< of a gripper's fingers
   std::vector<SpringJoint> springs;
-  std::vector<double> protective_torque;  ///< Nm or N per joint; empty: not given
-  bool protective_stop_off = false;       ///< the file says why
+  std::map<std::string, double> chamfers;  ///< m, by link: of both ends of its cylinders
+  std::vector<double> protective_torque;   ///< Nm or N per joint; empty: not given
+  bool protective_stop_off = false;        ///< the file says why
 };
 
 /// Asks the reader for the keys that belong to a plant; what is wrong with them becomes diagnostics. Realtime: setup.
