@@ -53,6 +53,7 @@ ChannelPlan plan_joint_states(std::string topic, std::vector<std::string> joints
 ChannelPlan plan_transforms(std::string topic, std::vector<std::pair<std::string, std::string>> frames) {
   ChannelPlan plan = plan_of(std::move(topic), known_schema(kFrameTransformsSchema));
   plan.row_size = 7 * frames.size();
+  plan.last_rotations.assign(frames.size(), Eigen::Quaterniond::Identity());
   // w is first in a row and last in the message.
   std::vector<std::uint32_t> order;
   for (std::uint32_t start = 0; start < plan.row_size; start += 7) {

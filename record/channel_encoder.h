@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "record/mcap_format.h"
 #include "record/recorder.h"
 #include "record/schemas.h"
@@ -25,6 +27,7 @@ struct ChannelPlan {
   std::size_t row_size = 0;
   JointFields joint_fields;
   std::size_t joint_count = 0;
+  std::vector<Eigen::Quaterniond> last_rotations;  ///< of transforms: the signs go on from them
   RowEncoder rows;
 };
 

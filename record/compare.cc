@@ -175,10 +175,11 @@ void compare_digests(const Recording& a, const Recording& b, Comparison& compari
       comparison.digests_compared && !comparison.first_difference && comparison.cycles_a == comparison.cycles_b;
 }
 
-/// Digests of blocks say where two runs differ, not whether they may.
+/// Digests of blocks say where two runs differ, not whether they may; the log of a run of ours repeats its events.
 std::vector<std::string> judged_events(const Recording& recording) {
   auto topics = recording.event_topics();
   std::erase(topics, kBlockTopic);
+  if (std::ranges::find(topics, kProgramTopic) != topics.end()) std::erase(topics, kLogTopic);
   return topics;
 }
 
@@ -208,7 +209,9 @@ Comparison compare(const Recording& a, const Recording& b, const CompareOptions&
   comparison.columns.push_back(
       compare_end(comparison.end_a, comparison.end_b, choose_tolerance(options.rules, "run", "end", Tolerance{})));
   for (const std::string& topic : names_in_both(judged_events(a), judged_events(b), "events", comparison)) {
-    const Tolerance tolerance = choose_tolerance(options.rules, topic, "events", Tolerance{});
+    Tolerance otherwise;
+    if (topic == kContactTopic) otherwise.kind = ToleranceKind::kReportOnly;
+    const Tolerance tolerance = choose_tolerance(options.rules, topic, "events", otherwise);
     const auto events_a = a.events(topic), events_b = b.events(topic);
     if (events_a && events_b) {
       comparison.columns.push_back(compare_events(topic, *events_a, *events_b, tolerance));

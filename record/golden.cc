@@ -259,7 +259,8 @@ Result<Golden> make_golden(const Recording& recording, const BlessOptions& optio
   std::tie(golden.cycles, golden.digest) = last_digest(recording);
   golden.end_s = to_seconds(recording.end_time());
 
-  golden.event_tolerance = choose_tolerance(options.rules, "run", "end", Tolerance{});
+  const Tolerance of_run = choose_tolerance(options.rules, "run", "end", Tolerance{});
+  golden.event_tolerance = choose_tolerance(options.rules, "/program", "events", of_run);
   for (const std::string& topic : recording.event_topics()) {
     if (!topic_wanted(options, *recording.find_channel(topic))) continue;
     const auto events = recording.events(topic);

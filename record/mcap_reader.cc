@@ -299,11 +299,12 @@ bool take_definition(const Record& record, Contents& contents) {
   Cursor cursor(record.body);
   if (static_cast<Op>(record.op) == Op::kSchema) {
     const auto id = cursor.get<std::uint16_t>();
-    std::string name(cursor.get_text());
-    cursor.get_text();
-    cursor.get_text();
+    SchemaRecord schema;
+    schema.name = cursor.get_text();
+    schema.encoding = cursor.get_text();
+    schema.data = cursor.get_text();
     if (!cursor.ok() || !cursor.at_end()) return false;
-    if (contents.schema_names.size() < ReadLimits::kDefinitions) contents.schema_names.try_emplace(id, std::move(name));
+    if (contents.schemas.size() < ReadLimits::kDefinitions) contents.schemas.try_emplace(id, std::move(schema));
     return true;
   }
   ChannelRecord channel;

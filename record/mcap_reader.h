@@ -19,6 +19,10 @@ struct ChannelRecord {
   Map metadata;
 };
 
+struct SchemaRecord {
+  std::string name, encoding, data;
+};
+
 struct AttachmentRecord {
   std::string name, media_type;
   std::uint64_t offset = 0, size = 0;  ///< of its data, in the file
@@ -61,7 +65,7 @@ struct ReadLimits {
 
 /// Everything in a file but the messages themselves.
 struct Contents {
-  std::map<std::uint16_t, std::string> schema_names;
+  std::map<std::uint16_t, SchemaRecord> schemas;
   std::map<std::uint16_t, ChannelRecord> channels;
   std::vector<Stretch> stretches;
   std::vector<AttachmentRecord> attachments;

@@ -43,7 +43,7 @@ class Recorder::Impl {
   std::uint64_t* begin_row(ChannelId channel, RowKind kind, std::size_t words);
   std::uint64_t* reserve(std::uint32_t tag, std::size_t words);
   void write_texts(ChannelId channel, RowKind kind, std::optional<std::uint64_t> first_word,
-                   std::array<std::string_view, 3> texts);
+                   std::array<std::string_view, 4> texts);
 
   FullPolicy policy_;
   RecordingThread thread_;
@@ -94,8 +94,11 @@ ChannelId Recorder::add_transforms(std::string topic, std::vector<std::pair<std:
 ChannelId Recorder::add_wrench(std::string topic, std::string frame) {
   return impl_->add(plan_wrench(std::move(topic), std::move(frame)));
 }
-ChannelId Recorder::add_samples(std::string topic, std::vector<std::string> columns, std::vector<std::string> units) {
-  return impl_->add(plan_samples(std::move(topic), std::move(columns), std::move(units)));
+ChannelId Recorder::add_samples(std::string topic, std::vector<std::string> columns, std::vector<std::string> units,
+                                const Words& words) {
+  ChannelPlan plan = plan_samples(std::move(topic), std::move(columns), std::move(units));
+  for (const auto& [column, list] : words) plan.metadata["words:" + column] = text_list(list);
+  return impl_->add(std::move(plan));
 }
 ChannelId Recorder::add_state(std::string topic, std::vector<std::string> names) {
   return impl_->add(plan_state(std::move(topic), std::move(names)));
@@ -177,14 +180,20 @@ void Recorder::write_joints(ChannelId channel, std::span<const double> q, std::s
 }
 
 void Recorder::write_transforms(ChannelId channel, std::span<const Eigen::Isometry3d> poses) {
-  std::uint64_t* words = impl_->begin_row(channel, RowKind::kNumbers, 7 * poses.size());
+  if (channel.value == 0 || channel.value > impl_->thread_.plans.size()) return;
+  auto& rotations = impl_->thread_.plans[channel.value - 1].last_rotations;
+  const bool fits = rotations.size() == poses.size();
+  std::uint64_t* words = impl_->begin_row(channel, RowKind::kNumbers, fits ? 7 * poses.size() : 7 * poses.size() + 1);
   if (words == nullptr) return;
+  auto last = rotations.begin();
   for (const Eigen::Isometry3d& pose : poses) {
     const Eigen::Vector3d p = pose.translation();
-    const Eigen::Quaterniond q(pose.linear());
-    // Of the two quaternions of a rotation the one with w >= 0, so that curves do not jump without need.
-    const double sign = std::signbit(q.w()) ? -1.0 : 1.0;
-    copy_values(words, std::array{p.x(), p.y(), p.z(), sign * q.w(), sign * q.x(), sign * q.y(), sign * q.z()});
+    Eigen::Quaterniond q(pose.linear());
+    // Of the two quaternions of a rotation the one that is nearer to the last, so that curves never jump; at first w >=
+    // 0.
+    if (q.dot(*last) < 0.0) q.coeffs() *= -1.0;
+    *last++ = q;
+    copy_values(words, std::array{p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()});
     words += 7;
   }
 }
@@ -194,7 +203,7 @@ void Recorder::digest(ChannelId channel, std::uint64_t digest) {
 }
 
 void Recorder::Impl::write_texts(ChannelId channel, RowKind kind, std::optional<std::uint64_t> first_word,
-                                 std::array<std::string_view, 3> texts) {
+                                 std::array<std::string_view, 4> texts) {
   std::size_t size = 0;
   for (std::string_view& text : texts) {
     text = cut_utf8(text, kMostText);
@@ -203,17 +212,20 @@ void Recorder::Impl::write_texts(ChannelId channel, RowKind kind, std::optional<
   std::uint64_t* words = begin_row(channel, kind, (first_word ? 2 : 1) + (size + 7) / 8);
   if (words == nullptr) return;
   if (first_word) *words++ = *first_word;
-  *words++ = texts[0].size() | (texts[1].size() << 21) | (texts[2].size() << 42);
+  std::uint64_t sizes = 0;
+  for (std::size_t i = 0; i < texts.size(); ++i) sizes |= texts[i].size() << (16 * i);
+  *words++ = sizes;
   auto* bytes = reinterpret_cast<char*>(words);
   for (const std::string_view text : texts) bytes = std::copy(text.begin(), text.end(), bytes);
 }
 
-void Recorder::event(ChannelId channel, std::string_view source, std::string_view name, std::string_view text) {
-  impl_->write_texts(channel, RowKind::kEvent, std::nullopt, {source, name, text});
+void Recorder::event(ChannelId channel, std::string_view source, std::string_view name, std::string_view text,
+                     std::string_view step) {
+  impl_->write_texts(channel, RowKind::kEvent, std::nullopt, {source, name, text, step});
 }
 
 void Recorder::log(ChannelId channel, LogLevel level, std::string_view source, std::string_view text) {
-  impl_->write_texts(channel, RowKind::kLog, static_cast<std::uint64_t>(level), {source, text, {}});
+  impl_->write_texts(channel, RowKind::kLog, static_cast<std::uint64_t>(level), {source, text, {}, {}});
 }
 
 RecorderStatus Recorder::close() {

@@ -100,9 +100,12 @@ class Recorder {
   ChannelId add_transforms(std::string topic, std::vector<std::pair<std::string, std::string>> frames);
   /// takt.Wrench. A row: force x y z [N], torque x y z [Nm], expressed in `frame`.
   ChannelId add_wrench(std::string topic, std::string frame);
+  /// What the whole numbers from 0 on of a column stand for, by column.
+  using Words = std::map<std::string, std::vector<std::string>>;
   /// A message type of its own with a field per column. A row: one value per column; `units` as SI text, "" = none;
   /// fewer units than columns: the rest has none.
-  ChannelId add_samples(std::string topic, std::vector<std::string> columns, std::vector<std::string> units = {});
+  ChannelId add_samples(std::string topic, std::vector<std::string> columns, std::vector<std::string> units = {},
+                        const Words& words = {});
   /// takt.SimState: the whole state of the simulation, from which a run can be drawn again. A row: one value per name.
   ChannelId add_state(std::string topic, std::vector<std::string> names);
   /// takt.Digest; written with digest().
@@ -123,8 +126,9 @@ class Recorder {
   /// As many poses X_parent_child as the channel has pairs.
   void write_transforms(ChannelId channel, std::span<const Eigen::Isometry3d> poses);
   void digest(ChannelId channel, std::uint64_t digest);
-  /// Texts are cut after 4000 bytes each.
-  void event(ChannelId channel, std::string_view source, std::string_view name, std::string_view text);
+  /// Texts are cut after 4000 bytes each. @param step  path of the steps of the program in which it happened
+  void event(ChannelId channel, std::string_view source, std::string_view name, std::string_view text,
+             std::string_view step = {});
   void log(ChannelId channel, LogLevel level, std::string_view source, std::string_view text);
 
   /// Hands the rest over, writes the summary and closes the file; what went wrong is in the result. Realtime: setup.

@@ -171,13 +171,22 @@ void Recording::Impl::list_channels() {
       if (rows.contains(id)) contents.damage.push_back(fmt::format("topic '{}': a second channel", record.topic));
       continue;
     }
-    const auto schema = contents.schema_names.find(record.schema);
+    const auto schema = contents.schemas.find(record.schema);
+    const bool known = schema != contents.schemas.end();
     channels.push_back({.id = id,
                         .topic = record.topic,
-                        .schema = schema == contents.schema_names.end() ? "" : schema->second,
+                        .schema = known ? schema->second.name : "",
+                        .schema_encoding = known ? schema->second.encoding : "",
                         .encoding = record.encoding,
                         .metadata = record.metadata});
   }
+}
+
+std::string_view Recording::schema_data(const ChannelInfo& channel) const {
+  const auto record = impl_->contents.channels.find(channel.id);
+  if (record == impl_->contents.channels.end()) return {};
+  const auto schema = impl_->contents.schemas.find(record->second.schema);
+  return schema == impl_->contents.schemas.end() ? std::string_view() : std::string_view(schema->second.data);
 }
 
 const ChannelInfo* Recording::Impl::channel(std::uint16_t id) const {
@@ -360,12 +369,13 @@ void Recording::for_each_event(std::string_view topic, const std::function<bool(
   if (channel == nullptr || !is_event_channel(*channel)) return;
   const auto visit_event = [&](const MessageView& view) {
     Event event;
-    return !parse_message(view, event) || visit({view.time, event.cycle(), event.source(), event.name(), event.text()});
+    return !parse_message(view, event) ||
+           visit({view.time, event.cycle(), event.source(), event.name(), event.text(), event.step()});
   };
   const auto visit_log = [&](const MessageView& view) {
     foxglove::Log log;
     return !parse_message(view, log) ||
-           visit({view.time, 0, log.name(), foxglove::Log::Level_Name(log.level()), log.message()});
+           visit({view.time, 0, log.name(), foxglove::Log::Level_Name(log.level()), log.message(), {}});
   };
   if (channel->schema == kEventSchema) {
     for_each(visit_event, topic);

@@ -21,13 +21,20 @@ class ByteSource;
 /// Topic of the digests of single blocks, where a run recorded them: an event a block and cycle, its name and 16
 /// hexadecimal digits.
 inline constexpr std::string_view kBlockTopic = "/blocks";
+/// Topic of what a program does, and of what happens to it.
+inline constexpr std::string_view kProgramTopic = "/program";
+/// Topic of what touches in a simulation: events for people, whose times depend on the processor.
+inline constexpr std::string_view kContactTopic = "/contacts";
+/// Topic of the log as other tools show it (foxglove.Log); takt's own events say the same and more.
+inline constexpr std::string_view kLogTopic = "/log";
 
 /// A channel as the file states it.
 struct ChannelInfo {
   std::uint16_t id = 0;
   std::string topic;
-  std::string schema;    ///< full message name, e.g. "foxglove.JointStates"; empty if it has none
-  std::string encoding;  ///< "protobuf" for what the Recorder writes
+  std::string schema;                ///< full message name, e.g. "foxglove.JointStates"; empty if it has none
+  std::string schema_encoding = {};  ///< of its description, "protobuf" for what the Recorder writes
+  std::string encoding;              ///< "protobuf" for what the Recorder writes
   std::map<std::string, std::string> metadata;
 };
 
@@ -57,6 +64,7 @@ struct RecordedEvent {
   Nanoseconds time = 0;
   std::uint64_t cycle = 0;
   std::string source, name, text;
+  std::string step = {};  ///< path of the steps in which it happened; of takt.Event only
 };
 
 struct RecordedDigest {
@@ -85,6 +93,8 @@ class Recording {
   /// In the order of their ids.
   [[nodiscard]] const std::vector<ChannelInfo>& channels() const;
   [[nodiscard]] const ChannelInfo* find_channel(std::string_view topic) const;
+  /// The description of its messages, as it is in the file.
+  [[nodiscard]] std::string_view schema_data(const ChannelInfo& channel) const;
   /// By record name ("takt.run", "takt.fingerprint"), then by key.
   [[nodiscard]] const std::map<std::string, std::map<std::string, std::string>>& metadata() const;
   [[nodiscard]] const std::vector<AttachmentInfo>& attachments() const;

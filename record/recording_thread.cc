@@ -1,5 +1,6 @@
 #include "record/recording_thread.h"
 
+#include <array>
 #include <cstring>
 
 #include <fmt/format.h>
@@ -12,16 +13,17 @@ namespace takt::record {
 
 namespace {
 
-/// The texts of an event or a log line: a word with their lengths (21 bits each), then their bytes.
-struct Texts {
-  std::string_view a, b, c;
-};
+/// The texts of an event or a log line: a word with their lengths (16 bits each), then their bytes.
+using Texts = std::array<std::string_view, 4>;
 
 Texts unpack_texts(std::span<const std::uint64_t> words) {
-  const std::uint64_t sizes = words[0];
+  Texts texts;
   const auto* bytes = reinterpret_cast<const char*>(words.data() + 1);
-  const std::size_t a = sizes & 0x1FFFFF, b = (sizes >> 21) & 0x1FFFFF, c = sizes >> 42;
-  return {{bytes, a}, {bytes + a, b}, {bytes + a + b, c}};
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    texts[i] = {bytes, (words[0] >> (16 * i)) & 0xFFFF};
+    bytes += texts[i].size();
+  }
+  return texts;
 }
 
 void put_stamp(std::string& out, const std::string& stamp) {
@@ -187,17 +189,18 @@ void RecordingThread::take_message(std::uint32_t channel, std::span<const std::u
       const Texts texts = unpack_texts(words);
       put_stamp(out, stamp_);
       put_varint_field(out, 2, cycle_);
-      put_text(out, 3, texts.a);
-      put_text(out, 4, texts.b);
-      put_text(out, 5, texts.c);
+      put_text(out, 3, texts[0]);
+      put_text(out, 4, texts[1]);
+      put_text(out, 5, texts[2]);
+      if (!texts[3].empty()) put_text(out, 6, texts[3]);
       break;
     }
     case RowKind::kLog: {
       const Texts texts = unpack_texts(words.subspan(1));
       put_stamp(out, stamp_);
       put_varint_field(out, 2, words[0]);
-      put_text(out, 3, texts.b);
-      put_text(out, 4, texts.a);
+      put_text(out, 3, texts[1]);
+      put_text(out, 4, texts[0]);
       break;
     }
   }

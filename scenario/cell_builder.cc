@@ -70,6 +70,33 @@ void complete(sim::ContactParameters& surface, const device::MaterialTable& tabl
   surface.rolling = material->rolling;
 }
 
+/// The least friction of all surfaces but one.
+double least_friction_beside(const sim::ContactParameters& one, const sim::WorldDescription& world) {
+  double least = sim::ContactParameters{}.friction;  // of the floor
+  const auto look = [&](const sim::ContactParameters& other) {
+    if (&other != &one) least = std::min(least, other.friction);
+  };
+  for (const sim::RobotDescription& robot : world.robots) {
+    look(robot.contact);
+    for (const auto& [link, surface] : robot.link_contacts) look(surface);
+  }
+  for (const sim::ObjectDescription& object : world.objects) look(object.contact);
+  return least;
+}
+
+/// Of two surfaces the larger friction counts: one that is smoother than all others never decides anything.
+void note_idle_friction(const sim::ContactParameters& surface, const sim::WorldDescription& world,
+                        const std::string& pointer, Diagnostics& diagnostics) {
+  if (!surface.own_friction) return;
+  const double least = least_friction_beside(surface, world);
+  if (surface.friction >= least) return;
+  diagnostics.note(pointer + "/friction",
+                   fmt::format("friction {:g} has no effect: of two surfaces the larger one counts, and every other "
+                               "one of this cell has {:g} or more",
+                               surface.friction, least),
+                   "\"friction\" of what touches it, too; or a \"material\" and a rule in \"contacts\"");
+}
+
 void complete_surfaces(const Description& description, const device::ModelLibrary& models, sim::WorldDescription& world,
                        Diagnostics& diagnostics) {
   const device::MaterialTable table = materials_of(description, models, diagnostics);
@@ -79,6 +106,10 @@ void complete_surfaces(const Description& description, const device::ModelLibrar
   }
   for (sim::ObjectDescription& object : world.objects)
     complete(object.contact, table, object.pointer + "/material", diagnostics);
+  for (const sim::RobotDescription& robot : world.robots)
+    note_idle_friction(robot.contact, world, robot.pointer, diagnostics);
+  for (const sim::ObjectDescription& object : world.objects)
+    note_idle_friction(object.contact, world, object.pointer, diagnostics);
   for (const device::MaterialRule& rule : table.rules)
     world.contact_rules.push_back({rule.between, rule.stiffness, rule.damping, rule.friction});
 }
@@ -93,6 +124,13 @@ void set_plant(const device::PlantDescription& plant, sim::RobotDescription& rob
     if (joint == robot.joints.end()) joint = robot.joints.insert(joint, {.joint = spring.joint});
     joint->spring = sim::JointSpring{spring.stiffness, spring.damping, spring.preload};
   }
+}
+
+/// What the scenario says of a device's surfaces in place of its model.
+void set_surface(const DeviceEntry& entry, sim::ContactParameters& surface) {
+  if (!entry.material.empty()) surface.material = entry.material;
+  surface.own_friction = entry.friction.has_value();
+  surface.friction = entry.friction.value_or(surface.friction);
 }
 
 sim::ContactParameters surface_of(const ObjectEntry& entry) {
@@ -120,6 +158,7 @@ void simulate(const LoadedDevice& device, const world::FrameGraph& truth, sim::W
   auto plant = device::read_plant(*device.model);
   if (!plant) return diagnostics.append(plant.error());
   set_plant(*plant, world.robots.back());
+  set_surface(*device.entry, world.robots.back().contact);
   device.kind->simulate(device, world);
 }
 
@@ -344,6 +383,7 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   simulated.physics.plant_mass_scale = description.plant_mass_scale;
   for (const auto& device : devices) simulate(*device, frames.truth, simulated, diagnostics);
   BuiltCell built;
+  built.library = models;
   // Of a period of 1 ms half is for the nets; the rest is for the devices, for who looks between cycles, and spare.
   constexpr Nanoseconds kNetBudget = 500'000;
   const rcc::ControlCore::Options options{.measure = measure_times, .budget = description.realtime ? kNetBudget : 0};

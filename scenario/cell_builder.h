@@ -26,7 +26,9 @@ struct BuiltCell {
       truth_W;                                                ///< drawn pose of every fixed object: expectations only
   world::FrameGraph start;                                    ///< every frame as it truly is at the start
   std::map<std::string, std::string, std::less<>> true_body;  ///< of objects that move: name of the body
-  int triangles = 0;                                          ///< of the scene, for the visual budget
+  std::map<std::string, std::shared_ptr<FaultySensor>, std::less<>> faulty_sensors;  ///< that faults of the file name
+  int triangles = 0;                                 ///< of the scene, for the visual budget
+  std::optional<device::ModelLibrary> library = {};  ///< where its models come from
 
   /// Where a frame truly is at the start, in the world; identity if it is not there, which is reported elsewhere.
   [[nodiscard]] Eigen::Isometry3d true_start(std::string_view frame) const {

@@ -23,11 +23,14 @@ CellRun::CellRun(const Description& description, BuiltCell& built, Expectations 
       built_(built),
       expectations_(expectations),
       options_(options),
-      faults_(description.faults, built),
+      faults_(description.faults, built, description.seed),
       site_watch_(built),
       contacts_(built),
+      contact_log_(built),
+      fault_watch_(built),
       start_(Clock::now()) {
   built_.world->set_profiling(options_.measure_times);
+  for (const auto& expectation : expectations_) expectation->begin(variables_);
 }
 
 bool CellRun::open() {
@@ -144,13 +147,23 @@ bool CellRun::after_cycle() {
 
 bool CellRun::look_on(const std::string& current) {
   tell_news();
-  const Diagnostics faults = contacts_.look(touching_);
-  report_.diagnostics.append(faults);
-  if (faults.has_errors()) return false;
+  if (!look_at_contacts()) return false;
   if (!film_) return true;
   const Stopwatch watch(options_.measure_times, report_.timing.rendering);
   report_.diagnostics.append(film_->add_state(current, variables_.biases));
   return !report_.diagnostics.has_errors();
+}
+
+bool CellRun::look_at_contacts() {
+  const auto contacts = built_.world->take_contacts();
+  contact_log_.look(contacts, [this](auto name, const auto& text) { note("contact", name, text); });
+  const auto where = [this] { return where_ ? where_() : std::string(); };
+  fault_watch_.look(contact_log_, where,
+                    [this](auto source, auto name, const auto& text) { note(source, name, text); });
+  const Diagnostics faults = contacts_.look(contacts, touching_);
+  for (const Diagnostic& fault : faults.list()) note("contact", "unexpected", fault.message);
+  report_.diagnostics.append(faults);
+  return !faults.has_errors();
 }
 
 bool CellRun::out_of_time(const std::string& current) {
@@ -212,10 +225,7 @@ void CellRun::tell_news() {
   tell_of_screws();
   constexpr std::int64_t kEvery = 100;  // cycles
   if (built_.site->drivers().empty() || built_.core->cycle() % kEvery != 0) return;
-  for (const std::string& line : built_.site->news()) {
-    note("driver", line.substr(0, line.find(':')), line);
-    if (options_.tell) options_.tell(fmt::format("{:.3f} s  {}", to_seconds(built_.core->time()), line));
-  }
+  for (const std::string& line : built_.site->news()) note("driver", line.substr(0, line.find(':')), line);
 }
 
 void CellRun::pace(double planned_duration, const std::string& current) {
@@ -236,7 +246,32 @@ void CellRun::tell_progress(double planned_duration, const std::string& current)
 }
 
 void CellRun::note(std::string_view source, std::string_view name, std::string_view text) {
-  if (recorder_) recorder_->add_event(source, name, text);
+  LogEntry entry{.time = built_.core->time(),
+                 .cycle = static_cast<std::uint64_t>(built_.core->cycle()),
+                 .level = level_of(source, name),
+                 .source = std::string(source),
+                 .name = std::string(name),
+                 .step = where_ ? where_() : std::string(),
+                 .text = std::string(text)};
+  follow_steps(entry);
+  for (const auto& expectation : expectations_) expectation->happened(entry);
+  if (recorder_) recorder_->add_event(entry);
+  if (options_.tell) options_.tell(entry);
+  log_.add(std::move(entry));
+}
+
+/// Keeps the paths of the steps that run.
+void CellRun::follow_steps(const LogEntry& entry) {
+  if (entry.source != "program") return;
+  const auto running = std::ranges::find(steps_running_, entry.step);
+  if (entry.name == "begin") {
+    steps_running_.push_back(entry.step);
+  } else if ((entry.name == "end" || entry.name == "failed") && running != steps_running_.end()) {
+    steps_running_.erase(running);
+  } else {
+    return;
+  }
+  for (const auto& expectation : expectations_) expectation->steps_run(steps_running_);
 }
 
 void CellRun::step_begun(std::string_view name) {
@@ -264,8 +299,20 @@ void CellRun::close_products() {
   report_.products.push_back(options_.video.string());
 }
 
+/// Why it ended before its end, for the log, and what the machines said of it, for the report.
+void CellRun::tell_end(bool interrupted) {
+  if (interrupted) note("run", "interrupted", "");
+  if (!report_.diagnostics.has_errors()) return;
+  for (const Diagnostic& diagnostic : std::vector(report_.diagnostics.list()))
+    if (diagnostic.severity == Severity::kError) note("run", "error", diagnostic.message);
+  for (const std::string& fault : fault_watch_.told()) report_.diagnostics.note({}, fault);
+}
+
 RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& run_again) {
+  tell_end(interrupted);
   close_products();
+  report_.log = log_.entries();
+  report_.log_omitted = log_.omitted();
   report_.wall_time = Stopwatch::seconds_since(start_);
   report_.cycles = built_.core->cycle();
   report_.sim_time = to_seconds(built_.core->time());
@@ -310,7 +357,8 @@ void CellRun::measure_core() {
 
 /// Judges all expectations, also those of a run that broke off: they say how far it came.
 bool CellRun::judge(const std::function<std::string()>& run_again) {
-  const Outcome outcome{built_, variables_, steps_begun_, report_.sim_time, report_.digest, run_again};
+  const Outcome outcome{
+      built_, variables_, steps_begun_, report_.sim_time, report_.digest, run_again, contact_log_.summaries()};
   for (const auto& expectation : expectations_) report_.expectations.push_back(expectation->judge(outcome));
   return std::ranges::all_of(report_.expectations, &ExpectationResult::passed);
 }

@@ -12,7 +12,9 @@
 #include "core/operations/step.h"
 #include "core/rcc/watchdog.h"
 #include "scenario/contact_guard.h"
+#include "scenario/contact_log.h"
 #include "scenario/expectations.h"
+#include "scenario/fault_watch.h"
 #include "scenario/faults.h"
 #include "scenario/realtime_loop.h"
 #include "scenario/run_film.h"
@@ -57,7 +59,7 @@ class CellRun {
   void pace(double planned_duration, const std::string& current);
   /// Ten times a second of wall time.
   void tell_progress(double planned_duration, const std::string& current);
-  /// Something that happened, for the recording.
+  /// Something that happened, for the log: recording, report, whoever listens.
   void note(std::string_view source, std::string_view name, std::string_view text);
   /// A named step of the program has begun.
   void step_begun(std::string_view name);
@@ -68,6 +70,8 @@ class CellRun {
 
   /// Who knows what the steps in force mean to touch; without it nothing is meant.
   void ask_touching(ContactGuard::TouchingNow touching) { touching_ = std::move(touching); }
+  /// Who knows in which step something happens: the path of the steps.
+  void ask_where(std::function<std::string()> where) { where_ = std::move(where); }
 
   /// What the program knows: biases are shown in the film, estimates are judged.
   [[nodiscard]] activity::Variables& variables() { return variables_; }
@@ -80,6 +84,9 @@ class CellRun {
   void keep_pace(double time);
   void tell_news();
   void tell_of_screws();
+  [[nodiscard]] bool look_at_contacts();
+  void follow_steps(const LogEntry& entry);
+  void tell_end(bool interrupted);
   [[nodiscard]] bool heard_from(const std::string& device) const;
   [[nodiscard]] std::string why_waiting(const std::string& device) const;
   [[nodiscard]] bool starts_where_assumed();
@@ -96,11 +103,16 @@ class CellRun {
   SiteWatch site_watch_;
   ContactGuard contacts_;
   ContactGuard::TouchingNow touching_;
+  ContactLog contact_log_;
+  FaultWatch fault_watch_;
+  std::function<std::string()> where_;
+  RunLog log_;
   std::unique_ptr<RunRecorder> recorder_;
   std::unique_ptr<RunFilm> film_;
   std::vector<std::string> steps_begun_;
-  std::size_t screw_events_ = 0;           ///< that have been told
-  std::optional<rcc::Watchdog> watchdog_;  ///< of lock-step
+  std::vector<std::string> steps_running_;  ///< their paths
+  std::size_t screw_events_ = 0;            ///< that have been told
+  std::optional<rcc::Watchdog> watchdog_;   ///< of lock-step
   RunReport report_;
   Clock::time_point start_, last_progress_;
   std::chrono::nanoseconds lost_{0};  ///< that the run is behind the wall clock for good

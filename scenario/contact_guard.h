@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,8 +24,9 @@ class ContactGuard {
   /// The cell must outlive it.
   explicit ContactGuard(BuiltCell& built);
 
-  /// After a cycle, or several. @return diagnostics of contacts that nothing allows
-  [[nodiscard]] Diagnostics look(const TouchingNow& touching);
+  /// After a cycle, or several. @param contacts  what World::take_contacts() gave
+  /// @return diagnostics of contacts that nothing allows
+  [[nodiscard]] Diagnostics look(std::span<const sim::BodyContact> contacts, const TouchingNow& touching);
 
  private:
   using Pair = std::pair<int, int>;  ///< numbers of bodies in the simulation

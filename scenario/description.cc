@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "core/base/angles.h"
 #include "core/base/json.h"
 #include "core/base/object_reader.h"
 #include "core/base/random.h"
@@ -92,11 +93,14 @@ DeviceEntry read_device(const std::string& name, const Json& json, const std::st
   }
   if (device.on.empty() && !device.at) device.at = Placement{};
   device.start_rad = reader.numbers("start_deg", 0, std::vector<double>{});
+  warn_of_radians(device.start_rad, reader.at("start_deg"), diagnostics);
   for (double& q : device.start_rad) q *= kDegree;
   device.payload_error_kg = reader.number("payload_error_kg", 0.0);
   device.tool = reader.text("tool", "");
   device.tcp = reader.text("tcp", "");
   device.own_force = reader.text("own_force", "");
+  device.material = reader.text("material", "");
+  if (reader.has("friction")) device.friction = reader.number("friction", {}, kNotNegative);
   device.tcps = read_poses(reader, "tcps");
   if (const Json* settings = reader.object("settings", false)) device.settings = *settings;
   reader.finish();
@@ -260,6 +264,32 @@ void read_expectations(ObjectReader& reader, Description& description) {
   }
 }
 
+/// "golden": how closely runs have to follow the golden, by topic and column.
+std::vector<record::ToleranceRule> read_golden(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  using Kind = record::ToleranceKind;
+  static const std::vector<std::string> kKinds{"exact", "tube", "features", "report_only"};  // in the order of Kind
+  std::vector<record::ToleranceRule> rules;
+  ObjectReader golden(json, pointer, diagnostics);
+  const Json* list = golden.array("tolerances");
+  for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
+    ObjectReader reader((*list)[i], golden.at("tolerances") + pointer_segment(i), diagnostics);
+    record::ToleranceRule rule{
+        .topic = reader.text("topic", "*"), .column = reader.text("column", "*"), .tolerance = {}};
+    const std::string kind = reader.choice("kind", kKinds, "tube");
+    rule.tolerance.kind = static_cast<Kind>(std::ranges::find(kKinds, kind) - kKinds.begin());
+    const bool has_width = rule.tolerance.kind == Kind::kTube || rule.tolerance.kind == Kind::kFeatures;
+    if (has_width) rule.tolerance.dv = reader.number("dv", {}, kNotNegative);
+    if (rule.tolerance.kind == Kind::kTube) {
+      const double window = reader.number("dt_s", to_seconds(rule.tolerance.dt), {.low = 0.0, .high = 10.0});
+      rule.tolerance.dt = static_cast<Nanoseconds>(std::llround(1e9 * window));
+    }
+    reader.finish();
+    rules.push_back(std::move(rule));
+  }
+  golden.finish();
+  return rules;
+}
+
 /// Frames, devices, objects and channels share one name space, so that "in" is never ambiguous.
 void check_names(const Description& description, Diagnostics& diagnostics) {
   std::set<std::string> names;
@@ -332,6 +362,10 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
   });
   (void)reader.object("nets", false);  // read by read_nets()
   read_faults(reader, description.faults);
+  for (DeviceEntry& device : description.devices)
+    device.may_read_wrong = std::ranges::any_of(description.faults, [&](const FaultEntry& fault) {
+      return fault.kind == FaultEntry::Kind::kSensor && fault.sensor == device.name;
+    });
   if (const Json* collisions = reader.object("collisions", false))
     description.collisions = read_collisions(*collisions, "/collisions", diagnostics);
   const bool required = purpose == ReadFor::kScenario;
@@ -341,6 +375,8 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
     description.operator_script = read_operator(*script, "/operator", diagnostics);
   }
   read_expectations(reader, description);
+  if (const Json* golden = reader.object("golden", false))
+    description.tolerances = read_golden(*golden, "/golden", diagnostics);
   reader.finish();
   check_names(description, diagnostics);
   check_film(description, diagnostics);

@@ -15,6 +15,8 @@
 #include "core/device/backend.h"
 #include "core/device/channel.h"
 #include "core/world/object.h"
+#include "record/compare.h"
+#include "scenario/faulty_sensor.h"
 #include "scenario/net_files.h"
 #include "scenario/operator.h"
 #include "scenario/shape_file.h"
@@ -49,10 +51,13 @@ struct DeviceEntry {
   Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();  ///< with `on`: its base in the place that carries it, m
   std::vector<double> start_rad;                            ///< joint positions at the start; empty = the model's home
   double payload_error_kg = 0.0;                            ///< how much the controller believes more than there is
-  std::string tool;       ///< of an arm: the device that is its tool where a step names none; empty: the only one
-  std::string own_force;  ///< of an arm: name of the sensor that is made of its external torques; empty: none
-  std::string tcp;        ///< of a tool: its tool centre point where a step names none; empty: that of its model
-  std::map<std::string, Eigen::Isometry3d, std::less<>> tcps;          ///< more of them, in its mount frame, m
+  std::string tool;      ///< of an arm: the device that is its tool where a step names none; empty: the only one
+  std::string material;  ///< of its surfaces; empty: the model's
+  std::optional<double> friction;  ///< of its surfaces, sliding, Coulomb; instead of the material's
+  std::string own_force;           ///< of an arm: name of the sensor that is made of its external torques; empty: none
+  std::string tcp;  ///< of a tool: its tool centre point where a step names none; empty: that of its model
+  std::map<std::string, Eigen::Isometry3d, std::less<>> tcps;  ///< more of them, in its mount frame, m
+  bool may_read_wrong = false;  ///< a fault of the scenario spoils the readings of this sensor
   nlohmann::ordered_json settings = nlohmann::ordered_json::object();  ///< what the device's kind makes of it
 };
 
@@ -110,7 +115,8 @@ struct FaultEntry {
     kRelease,        ///< an operator forgets the fault and opens the brakes
     kEmergencyStop,  ///< the button is pressed: the core's latch, and the brakes of every arm by a circuit of their own
     kReset,          ///< the button is pulled, the latch reset, every arm released
-    kPush            ///< somebody pushes a body
+    kPush,           ///< somebody pushes a body
+    kSensor          ///< the readings of a sensor are wrong for a while
   };
   Kind kind = Kind::kStop;
   Nanoseconds at = 0;
@@ -120,7 +126,9 @@ struct FaultEntry {
   Nanoseconds brakes_after = kSecond;
   std::string body;                                 ///< of a push: "DEVICE/LINK" or "OBJECT"
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< at its centre of mass, in the world, N
-  Nanoseconds duration = kSecond;                   ///< of a push
+  Nanoseconds duration = kSecond;                   ///< of a push, of wrong readings
+  std::string sensor;                               ///< whose readings are wrong
+  SensorFault readings;                             ///< how
   std::string pointer;
 };
 
@@ -166,6 +174,7 @@ struct Description {
   nlohmann::ordered_json programs = nlohmann::ordered_json::object();  ///< what the program may call, by name
   std::vector<OperatorAction> operator_script;
   std::vector<ExpectationEntry> expectations;
+  std::vector<record::ToleranceRule> tolerances;  ///< of its golden, and of comparisons of its recordings
   CollisionsEntry collisions;
   // Not of the file: where and how this run takes place.
   Site site;

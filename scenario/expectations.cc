@@ -17,6 +17,7 @@
 #include "scenario/degrees.h"
 #include "scenario/device_expectations.h"
 #include "scenario/pair_expectations.h"
+#include "scenario/part_expectations.h"
 #include "scenario/true_poses.h"
 
 namespace takt::scenario {
@@ -394,8 +395,11 @@ class Named final : public Expectation {
  public:
   Named(const ExpectationEntry& entry, std::unique_ptr<Expectation> expectation)
       : name_(entry.name), kind_(entry.kind), expectation_(std::move(expectation)) {}
+  void begin(const activity::Variables& variables) override { expectation_->begin(variables); }
   void watch(const BuiltCell& built) override { expectation_->watch(built); }
   void step_begins(std::string_view name) override { expectation_->step_begins(name); }
+  void steps_run(std::span<const std::string> paths) override { expectation_->steps_run(paths); }
+  void happened(const LogEntry& entry) override { expectation_->happened(entry); }
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
     ExpectationResult result = expectation_->judge(outcome);
     result.name = name_;
@@ -418,6 +422,10 @@ std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& rea
   if (kind == "mean_force") return std::make_unique<MeanForceExpectation>(reader, built);
   if (kind == "peak_force") return std::make_unique<PeakForceExpectation>(reader, built);
   if (kind == "monitor") return std::make_unique<MonitorExpectation>(reader, built);
+  if (kind == "value") return value_expectation(reader, built, steps);
+  if (kind == "event") return event_expectation(reader, steps);
+  if (kind == "order") return order_expectation(reader, steps);
+  if (kind == "contacts") return contacts_expectation(reader, built);
   if (kind == "gripper") return gripper_expectation(reader, built);
   if (kind == "screw") return screw_expectation(reader, built);
   if (kind == "signal") return signal_expectation(reader, built);
@@ -437,8 +445,12 @@ const std::vector<ExpectationKind>& expectation_kinds() {
        "A frame or object is where the program believes it to be. Keys: frame, position_within_m, angle_within_deg."},
       {"contact_force",
        "True force between two bodies stays below a bound. Keys: between [a, b], below_N, at_least_N."},
+      {"contacts", "Nothing touches but these pairs of devices and objects. Keys: only [[a, b], ...]."},
       {"duration", "The program ends in time. Keys: below_s."},
       {"estimate", "A fitted pose is near the truth. Keys: estimate, of, position_within_m, angle_within_deg."},
+      {"event",
+       "Something of the log happens so often. Keys: source, event, text, during; times, or at_least, at_most; from_s, "
+       "to_s."},
       {"gripper", "What a gripper does at the end: idle, moving, holding or lost. Keys: gripper, is."},
       {"limits",
        "No set point leaves the joint limits, differentiated from what was sent, and no motor is asked for more torque "
@@ -450,6 +462,9 @@ const std::vector<ExpectationKind>& expectation_kinds() {
        "The last value that a net's monitor showed. Keys: net, monitor, and at_least, at_most (numbers) or is (any)."},
       {"object_pose",
        "An object ends near a pose. Keys: object, in, position_m, rpy_deg, position_within_m, angle_within_deg."},
+      {"order",
+       "Several things of the log happen one after the other. Keys: events, each with source, event, text, during, "
+       "within_s after the one before it."},
       {"peak_force", "A sensor's raw reading stays below a bound. Keys: sensor, below_N."},
       {"relative_pose",
        "The tool of one arm stays where it was to that of another one, between the begins of two steps. Keys: arms [a, "
@@ -464,6 +479,10 @@ const std::vector<ExpectationKind>& expectation_kinds() {
       {"tool_pose",
        "The tool of an arm, or a base, truly ends near a pose. Keys: arm, in, position_m, rpy_deg or quaternion, "
        "position_within_m, angle_within_deg."},
+      {"value",
+       "The value of an expression while a step runs, or all along. Keys: value, during; at_least, at_most, share of "
+       "the "
+       "cycles in which they hold; mean_at_least, mean_at_most."},
   };
   return kinds;
 }

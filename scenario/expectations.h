@@ -4,14 +4,17 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/operations/step.h"
 #include "scenario/cell_builder.h"
+#include "scenario/contact_log.h"
 #include "scenario/expectation_result.h"
 #include "scenario/limit_monitor.h"
+#include "scenario/run_log.h"
 
 namespace takt::scenario {
 
@@ -23,6 +26,7 @@ struct Outcome {
   double sim_time = 0.0;  ///< s
   std::string digest;
   std::function<std::string()> run_again;  ///< digest of a second run of the same scenario; may be empty
+  const ContactLog::Summaries& contacts;   ///< who touched whom
 };
 
 /// One statement about a run: watches while it runs, judges when it has ended. Only expectations may look at the truth
@@ -30,10 +34,16 @@ struct Outcome {
 class Expectation {
  public:
   virtual ~Expectation() = default;
+  /// Once, before the first cycle. @param variables  what the program knows; they outlive the run
+  virtual void begin(const activity::Variables& variables) { (void)variables; }
   /// After every cycle. Realtime: cyclic.
   virtual void watch(const BuiltCell& built) { (void)built; }
   /// Before the cycle in which a step begins.
   virtual void step_begins(std::string_view name) { (void)name; }
+  /// Steps have begun or ended. @param paths  of those that run now: "sort / for_each (2) / grip"
+  virtual void steps_run(std::span<const std::string> paths) { (void)paths; }
+  /// Something has happened.
+  virtual void happened(const LogEntry& entry) { (void)entry; }
   [[nodiscard]] virtual ExpectationResult judge(const Outcome& outcome) const = 0;
 };
 

@@ -14,8 +14,10 @@ using Json = nlohmann::ordered_json;
 using FaultKind = FaultEntry::Kind;
 
 constexpr const char* kLatchName = "emergency_stop";
-const std::vector<std::string> kWords = {"stop", "release", "emergency_stop", "reset",
-                                         "push"};  // in the order of FaultKind
+const std::vector<std::string> kWords = {"stop",  "release", "emergency_stop",
+                                         "reset", "push",    "sensor"};  // in the order of FaultKind
+const std::vector<std::string> kReadings = {"silent", "nan",   "stuck",
+                                            "bias",   "noise", "delay"};  // in the order of SensorFault::Kind
 
 Nanoseconds nanoseconds(double seconds) { return static_cast<Nanoseconds>(std::llround(1e9 * seconds)); }
 
@@ -23,6 +25,25 @@ void read_push(ObjectReader& reader, FaultEntry& fault) {
   fault.body = reader.text("body");
   fault.force = reader.vector("force_N");
   fault.duration = nanoseconds(reader.number("seconds", 1.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
+}
+
+void read_sensor(ObjectReader& reader, FaultEntry& fault) {
+  using Kind = SensorFault::Kind;
+  constexpr double kLongest = 1e-3 * FaultySensor::kKept;  // s, of readings once a cycle
+  fault.sensor = reader.text("sensor");
+  const auto word = std::ranges::find(kReadings, reader.choice("fault", kReadings));
+  if (word != kReadings.end()) fault.readings.kind = static_cast<Kind>(word - kReadings.begin());
+  const bool adds = fault.readings.kind == Kind::kBias || fault.readings.kind == Kind::kNoise;
+  if (adds) {
+    fault.readings.wrench.force = reader.vector("force_N", Eigen::Vector3d(Eigen::Vector3d::Zero()));
+    fault.readings.wrench.torque = reader.vector("torque_Nm", Eigen::Vector3d(Eigen::Vector3d::Zero()));
+    if (!reader.has("force_N") && !reader.has("torque_Nm"))
+      reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is added to the readings",
+                                 "\"force_N\" or \"torque_Nm\"");
+  }
+  if (fault.readings.kind == Kind::kDelay)
+    fault.readings.delay = nanoseconds(reader.number("delay_s", {}, {.low = 0.0, .high = kLongest, .low_open = true}));
+  fault.duration = nanoseconds(reader.number("seconds", 3600.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
 }
 
 void read_stop(ObjectReader& reader, FaultEntry& fault) {
@@ -49,6 +70,8 @@ FaultEntry read_fault(const Json& json, const std::string& pointer, Diagnostics&
   if (word != kWords.end()) fault.kind = static_cast<FaultKind>(word - kWords.begin());
   if (fault.kind == FaultKind::kPush) {
     read_push(reader, fault);
+  } else if (fault.kind == FaultKind::kSensor) {
+    read_sensor(reader, fault);
   } else {
     read_stop(reader, fault);
   }
@@ -75,6 +98,13 @@ void add_emergency_stop(const Description& description, BuiltCell& built, Diagno
     if (fault.kind == FaultKind::kPush && built.world->body(fault.body) < 0)
       diagnostics.error(Code::kUnknownName, fault.pointer + "/body", fmt::format("there is no body '{}'", fault.body),
                         "DEVICE/LINK with a link of its model, or an object that moves");
+    if (fault.kind == FaultKind::kSensor && !built.faulty_sensors.contains(fault.sensor)) {
+      std::vector<std::string> sensors;
+      for (const auto& [name, sensor] : built.cell.sensors) sensors.push_back(name);
+      diagnostics.error(Code::kUnknownName, fault.pointer + "/sensor",
+                        fmt::format("there is no force/torque sensor '{}'", fault.sensor),
+                        nearest_choice(fault.sensor, sensors));
+    }
   }
   const bool pressed = std::ranges::any_of(
       description.faults, [](const FaultEntry& fault) { return fault.kind == FaultKind::kEmergencyStop; });
@@ -98,6 +128,7 @@ void Faults::apply(const Note& note) {
   const Nanoseconds now = built_.core->time();
   for (; next_ < entries_.size() && entries_[next_].at <= now; ++next_) happen(entries_[next_], now, note);
   end_pushes(now);
+  end_readings(now, note);
   if (!brakes_at_ || *brakes_at_ > now) return;
   brakes_at_.reset();
   for (const auto& [name, arm] : built_.cell.arms) built_.world->arm(name)->stop(device::StopCategory::kBrakes);
@@ -108,6 +139,13 @@ void Faults::happen(const FaultEntry& fault, Nanoseconds now, const Note& note) 
     const Eigen::Vector3d& f = fault.force;
     note("push", fmt::format("{} with {:g}, {:g}, {:g} N", fault.body, f.x(), f.y(), f.z()));
     return begin_push(fault, now);
+  }
+  if (fault.kind == FaultKind::kSensor) {
+    note("sensor", fmt::format("{}: {} for {:g} s", fault.sensor,
+                               kReadings[static_cast<std::size_t>(fault.readings.kind)], to_seconds(fault.duration)));
+    built_.faulty_sensors.at(fault.sensor)->begin(fault.readings, seed_, fault.sensor);
+    readings_until_[fault.sensor] = now + fault.duration;
+    return;
   }
   const auto category = static_cast<int>(fault.category);
   const bool stops = fault.kind == FaultKind::kStop || fault.kind == FaultKind::kEmergencyStop;
@@ -139,6 +177,15 @@ void Faults::end_pushes(Nanoseconds now) {
     return true;
   });
   for (const Push& one : over) push(one.body);
+}
+
+void Faults::end_readings(Nanoseconds now, const Note& note) {
+  std::erase_if(readings_until_, [&](const auto& one) {
+    if (one.second > now) return false;
+    built_.faulty_sensors.at(one.first)->end();
+    note("sensor", fmt::format("{}: well again", one.first));
+    return true;
+  });
 }
 
 void Faults::push(int body) {

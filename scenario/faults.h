@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -25,7 +27,9 @@ class Faults {
  public:
   using Note = std::function<void(std::string_view what, std::string_view text)>;
 
-  Faults(const std::vector<FaultEntry>& entries, BuiltCell& built) : entries_(entries), built_(built) {}
+  /// @param seed  of the scenario, for noise
+  Faults(const std::vector<FaultEntry>& entries, BuiltCell& built, std::uint64_t seed)
+      : entries_(entries), built_(built), seed_(seed) {}
 
   /// Before each cycle: what is due happens now. The latch is closed once before the first cycles: somebody resets it
   /// in the morning.
@@ -38,6 +42,7 @@ class Faults {
   void press(const FaultEntry& fault, Nanoseconds now);
   void begin_push(const FaultEntry& fault, Nanoseconds now);
   void end_pushes(Nanoseconds now);
+  void end_readings(Nanoseconds now, const Note& note);
   /// What all that push a body exert on it.
   void push(int body);
 
@@ -49,7 +54,9 @@ class Faults {
 
   const std::vector<FaultEntry>& entries_;
   BuiltCell& built_;
+  std::uint64_t seed_;
   std::size_t next_ = 0;
+  std::map<std::string, Nanoseconds> readings_until_;  ///< sensors that read wrong
   std::vector<Push> pushes_;
   std::optional<Nanoseconds> brakes_at_;  ///< when the circuit of the button closes all brakes
   bool opened_ = false;                   ///< the latch has been open once

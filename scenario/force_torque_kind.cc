@@ -63,7 +63,10 @@ class ForceTorqueKind final : public DeviceKind {
   void add(const LoadedDevice& device, LoadedDevices all, BuiltCell& built) const override {
     const auto model = device.as<ForceTorqueDescription>();
     const std::string& name = device.entry->name;
-    auto wired = built.site->wire(device, built.borrowed<device::ForceTorqueBackend>(built.world->force_torque(name)));
+    auto backend = built.borrowed<device::ForceTorqueBackend>(built.world->force_torque(name));
+    if (device.entry->may_read_wrong)
+      backend = built.faulty_sensors[name] = std::make_shared<FaultySensor>(std::move(backend));
+    auto wired = built.site->wire(device, std::move(backend));
     auto& sensor =
         built.core->add(std::make_unique<device::ForceTorqueSensor>(name, wired.description, std::move(wired.backend)));
     const LoadedDevice* arm = carrying_arm(device);

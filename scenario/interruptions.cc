@@ -145,7 +145,7 @@ int Interruptions::braking_cycles(const BuiltCell& built) {
   return 300 + static_cast<int>(2.0 * longest / to_seconds(built.core->period()));
 }
 
-void Interruptions::watch(BuiltCell& built) {
+void Interruptions::watch(const BuiltCell& built) {
   built_ = &built;
   for (const auto& [name, arm] : built.cell.arms) {
     auto& monitor = monitors_[name];
@@ -158,7 +158,29 @@ void Interruptions::watch(BuiltCell& built) {
   }
 }
 
+void Interruptions::come_to_rest(const BuiltCell& built) {
+  const auto rests = [](const auto& entry) { return entry.second.device->at_rest() && !entry.second.device->held(); };
+  for (int i = braking_cycles(built); i > 0 && !std::ranges::all_of(built.cell.arms, rests); --i) {
+    built.core->step();
+    if (!built.world->step()) return complain("the physics diverged");
+    watch(built);
+  }
+}
+
 void Interruptions::complain(const std::string& what) { complaints_ += complaints_.empty() ? what : "; " + what; }
+
+void Interruptions::answer_after(const command::Cell& cell, Nanoseconds period, const RunReport& report) {
+  constexpr double kSoon = 6.0;  // s; what is cancelled brakes, and its program may say something yet
+  const double told = to_seconds(period) * static_cast<double>(at_ + paused_cycles());
+  const bool goes_on = way_ == Way::kPause && long_watch_;
+  if (!goes_on && report.sim_time > told + kSoon)
+    complain(fmt::format("the program ends only at {:.3f} s", report.sim_time));
+  for (const auto& [name, arm] : cell.arms) {
+    if (!arm.device->at_rest()) complain(fmt::format("'{}' moves after the end", name));
+    if (arm.device->held()) complain(fmt::format("'{}' is held after the end", name));
+  }
+  answer();
+}
 
 void Interruptions::answer() {
   for (const auto& [name, monitor] : monitors_)

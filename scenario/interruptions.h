@@ -51,9 +51,13 @@ class Interruptions {
   /// In a child: something is wrong.
   void complain(const std::string& what);
   /// In a child: looks at the set points of this cycle; attach() does that for the cycles of the run.
-  void watch(BuiltCell& built);
+  void watch(const BuiltCell& built);
+  /// In a child, after its run: steps on until all machines rest, but no longer than braking takes.
+  void come_to_rest(const BuiltCell& built);
   /// Ends the child, with what is wrong: complaints, and limits that were broken in any cycle since the run began.
   [[noreturn]] void answer();
+  /// The same after its run: it has to have ended soon, at rest, with nothing held.
+  [[noreturn]] void answer_after(const command::Cell& cell, Nanoseconds period, const RunReport& report);
 
   /// Within which everything stands, whatever it did, in cycles: on its path a machine brakes with a part of its
   /// acceleration.
@@ -75,7 +79,7 @@ class Interruptions {
   std::int64_t points_ = 0;
   int tried_ = 0;
   std::vector<std::string> failures_;
-  BuiltCell* built_ = nullptr;
+  const BuiltCell* built_ = nullptr;
   std::map<std::string, std::unique_ptr<LimitMonitor>> monitors_;
 
   bool child_ = false, long_watch_ = false;

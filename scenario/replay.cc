@@ -7,6 +7,7 @@
 
 #include "record/recording.h"
 #include "scenario/cell_builder.h"
+#include "scenario/recorded_models.h"
 #include "scenario/recorded_run.h"
 #include "sim/film.h"
 
@@ -95,8 +96,10 @@ Result<std::int64_t> render_recording(const std::filesystem::path& recording, co
     description.error().set_file(recording.string());
     return std::unexpected(std::move(description.error()));
   }
+  const auto recorded = RecordedModels::unpack(*opened);
+  if (!recorded) return std::unexpected(recorded.error());
   Diagnostics warnings;
-  auto built = build_cell(*description, models, false, warnings);
+  auto built = build_cell(*description, *recorded ? (*recorded)->library() : models, false, warnings);
   if (!built) return std::unexpected(std::move(built.error()));
   // No more than a state a picture is held, however long the recording is.
   const Nanoseconds period = kSecond / options.fps;
@@ -115,8 +118,7 @@ Result<std::int64_t> render_recording(const std::filesystem::path& recording, co
   film.title = description->title;
   film.render.width = options.width;
   film.render.height = options.height;
-  const auto recorded = opened->events("/program");
-  const auto events = recorded.value_or(std::vector<record::RecordedEvent>{});
+  const auto events = opened->events("/program").value_or(std::vector<record::RecordedEvent>{});
   film.cuts = cuts_of(*description, events, options.camera);
   if (options.camera.empty()) film.inset_camera = description->film.inset;
   const auto states = states_for_film(*table, lamp_columns(*opened, *built->world, period), events);

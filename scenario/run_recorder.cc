@@ -1,5 +1,6 @@
 #include "scenario/run_recorder.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -7,6 +8,7 @@
 #include <mujoco/mujoco.h>
 
 #include "record/recording.h"
+#include "scenario/recorded_models.h"
 
 namespace takt::scenario {
 namespace {
@@ -22,6 +24,21 @@ std::vector<std::string> position_names(const mjModel& model) {
   return names;
 }
 
+/// The beginning of a device's topics. Other tools take a blank for the end of a topic.
+std::string topic_of(const std::string& device) {
+  std::string topic = "/" + device;
+  std::ranges::replace(topic, ' ', '_');
+  return topic;
+}
+
+/// Names of the values of an enumeration that counts from 0 to `last`.
+template <class Enum>
+std::vector<std::string> words_of(Enum last) {
+  std::vector<std::string> words;
+  for (int value = 0; value <= static_cast<int>(last); ++value) words.emplace_back(name_of(static_cast<Enum>(value)));
+  return words;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::path& path,
@@ -35,6 +52,10 @@ Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::pa
                       {"devices", to_text(built.site->realities())}};
   options.fingerprint = record::fingerprint({{"mujoco", mj_versionString()}});
   options.attachments.push_back({"scenario.json", "application/json", description.text});
+  if (built.library) {
+    for (record::Attachment& attachment : model_attachments(description, *built.library))
+      options.attachments.push_back(std::move(attachment));
+  }
   auto recorder = record::Recorder::open(path, std::move(options));
   if (!recorder) return std::unexpected(std::move(recorder.error()));
   return std::unique_ptr<RunRecorder>(new RunRecorder(std::move(*recorder), built, run.record_blocks));
@@ -48,20 +69,24 @@ RunRecorder::RunRecorder(std::unique_ptr<record::Recorder> recorder, const Built
 void RunRecorder::add_channels() {
   for (const auto& [name, arm] : built_.cell.arms) {
     const auto& joints = arm.device->description().joint_names;
-    arms_.push_back(
-        {&arm, recorder_->add_joint_states("/" + name + "/joint_states", joints),
-         recorder_->add_joint_states("/" + name + "/set_point", joints, {true, true, false}),
-         recorder_->add_samples("/" + name + "/status", {"phase", "mode", "changing_mode", "braked", "fault"},
-                                {"", "", "", "", ""})});
+    arms_.push_back({&arm, recorder_->add_joint_states(topic_of(name) + "/joint_states", joints),
+                     recorder_->add_joint_states(topic_of(name) + "/set_point", joints, {true, true, false}),
+                     recorder_->add_samples(topic_of(name) + "/status",
+                                            {"phase", "mode", "changing_mode", "braked", "fault"}, {"", "", "", "", ""},
+                                            {{"phase", words_of(device::Arm::Phase::kChanging)},
+                                             {"mode", words_of(device::ControlMode::kCartesianImpedance)},
+                                             {"changing_mode", {"no", "yes"}},
+                                             {"braked", {"no", "yes"}}})});
   }
   for (const auto& [name, sensor] : built_.cell.sensors) {
-    sensors_.push_back({&sensor, recorder_->add_wrench("/" + name + "/wrench", name)});
+    sensors_.push_back({&sensor, recorder_->add_wrench(topic_of(name) + "/wrench", name)});
   }
   for (const auto& [name, gripper] : built_.cell.grippers) {
-    grippers_.push_back({&gripper, recorder_->add_samples("/" + name + "/gripper",
-                                                          {"width", "speed", "force", "state", "wanted_width",
-                                                           "wanted_speed", "wanted_force"},
-                                                          {"m", "m/s", "N", "", "m", "m/s", "N"})});
+    grippers_.push_back(
+        {&gripper, recorder_->add_samples(
+                       topic_of(name) + "/gripper",
+                       {"width", "speed", "force", "state", "wanted_width", "wanted_speed", "wanted_force"},
+                       {"m", "m/s", "N", "", "m", "m/s", "N"}, {{"state", words_of(device::GripperState::kLost)}})});
   }
   add_signal_channel();
   const mjModel& model = *built_.world->model();
@@ -72,10 +97,26 @@ void RunRecorder::add_channels() {
   }
   poses_.resize(bodies_.size());
   transforms_ = recorder_->add_transforms("/tf", std::move(frames));
+  add_object_channel(model);
   digest_ = recorder_->add_digest("/digest");
   state_ = recorder_->add_state("/state", position_names(model));
   events_ = recorder_->add_events("/program");
+  contacts_ = recorder_->add_events(std::string(record::kContactTopic));
+  log_ = recorder_->add_log(std::string(record::kLogTopic));
   if (with_blocks_) blocks_ = recorder_->add_events(std::string(record::kBlockTopic));
+}
+
+/// Parts that move by themselves have a topic of their own, which a golden holds.
+void RunRecorder::add_object_channel(const mjModel& model) {
+  std::vector<std::pair<std::string, std::string>> frames;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const int body = bodies_[i];
+    if (model.body_jntnum[body] == 0 || model.jnt_type[model.body_jntadr[body]] != mjJNT_FREE) continue;
+    frames.emplace_back("world", mj_id2name(&model, mjOBJ_BODY, body));
+    free_bodies_.push_back(i);
+  }
+  free_poses_.resize(free_bodies_.size());
+  if (!frames.empty()) objects_ = recorder_->add_transforms("/objects", std::move(frames));
 }
 
 void RunRecorder::add_signal_channel() {
@@ -141,10 +182,18 @@ void RunRecorder::add_cycle() {
   if (cycle % 20 != 0) return;
   for (std::size_t i = 0; i < bodies_.size(); ++i) poses_[i] = built_.world->body_pose(bodies_[i]);
   recorder_->write_transforms(transforms_, poses_);
+  for (std::size_t i = 0; i < free_bodies_.size(); ++i) free_poses_[i] = poses_[free_bodies_[i]];
+  if (!free_bodies_.empty()) recorder_->write_transforms(objects_, free_poses_);
 }
 
-void RunRecorder::add_event(std::string_view source, std::string_view name, std::string_view text) {
-  recorder_->event(events_, source, name, text);
+/// What touches is the simulation's truth, and no part of what a golden holds of a program.
+void RunRecorder::add_event(const LogEntry& entry) {
+  recorder_->begin_cycle(entry.time, entry.cycle);  // events of the program come before their cycle
+  const record::ChannelId channel = entry.source == "contact" ? contacts_ : events_;
+  recorder_->event(channel, entry.source, entry.name, entry.text, entry.step);
+  std::string line = fmt::format("{}{}{}", entry.name, entry.text.empty() ? "" : ": ", entry.text);
+  if (!entry.step.empty()) line += fmt::format(" [{}]", entry.step);
+  recorder_->log(log_, entry.level, entry.source, line);
 }
 
 }  // namespace takt::scenario

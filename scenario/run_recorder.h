@@ -7,14 +7,16 @@
 #include "record/recorder.h"
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
+#include "scenario/run_log.h"
 #include "scenario/run_report.h"
 #include "scenario/signal_reader.h"
 
 namespace takt::scenario {
 
 /// What a run leaves in its recording: per arm measured joints, set points and frames; per sensor the raw wrench; the
-/// digest and the simulation's state of every cycle; what the program did.
-///   /NAME/joint_states, /NAME/set_point, /tf, /NAME/wrench, /NAME/gripper, /signals, /digest, /state, /program
+/// digest and the simulation's state of every cycle; what the program did, and what touched.
+///   /NAME/joint_states, /NAME/set_point, /tf, /objects, /NAME/wrench, /NAME/gripper, /signals, /digest, /state,
+///   /program, /contacts, /log (the two before it as other tools show them)
 /// With blocks, which the core has to keep: the digest of each block of each cycle too, in record::kBlockTopic.
 class RunRecorder {
  public:
@@ -25,7 +27,7 @@ class RunRecorder {
 
   /// After each cycle. Realtime: cyclic.
   void add_cycle();
-  void add_event(std::string_view source, std::string_view name, std::string_view text);
+  void add_event(const LogEntry& entry);
   [[nodiscard]] record::RecorderStatus close() { return recorder_->close(); }
 
  private:
@@ -43,6 +45,7 @@ class RunRecorder {
   };
   RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built, bool with_blocks);
   void add_channels();
+  void add_object_channel(const mjModel_& model);
   void add_signal_channel();
   void write_devices();
   void write_blocks();
@@ -58,7 +61,9 @@ class RunRecorder {
   std::vector<double> signal_row_;
   std::vector<int> bodies_;
   std::vector<Eigen::Isometry3d> poses_;
-  record::ChannelId transforms_, digest_, state_, events_, blocks_;
+  std::vector<std::size_t> free_bodies_;  ///< of bodies_: parts that move by themselves
+  std::vector<Eigen::Isometry3d> free_poses_;
+  record::ChannelId transforms_, objects_, digest_, state_, events_, contacts_, log_, blocks_;
 };
 
 }  // namespace takt::scenario

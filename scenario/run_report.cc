@@ -135,6 +135,8 @@ Json to_json(const RunReport& report) {
                          {"braking_cycle", one.braking_cycle},
                          {"certified_cycles", {{"least", one.least}, {"most", one.most}}}});
   }
+  Json events = Json::array();
+  for (const LogEntry& entry : report.log) events.push_back(to_json(entry));
   const Timing& t = report.timing;
   return {{"result", name_of(report.verdict)},
           {"sim_time", report.sim_time},
@@ -159,6 +161,8 @@ Json to_json(const RunReport& report) {
           {"frames", report.frames},
           {"reactions", std::move(reactions)},
           {"lines", report.lines},
+          {"events", std::move(events)},
+          {"events_omitted", report.log_omitted},
           {"products", report.products},
           {"diagnostics", to_json(report.diagnostics)}};
 }

@@ -17,6 +17,7 @@
 #include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "scenario/expectation_result.h"
+#include "scenario/run_log.h"
 #include "scenario/site_report.h"
 
 namespace takt::scenario {
@@ -50,10 +51,12 @@ struct RunOptions {
   bool record_blocks = false;  ///< the recording gets the digest of each block too
   bool repeat = true;          ///< the expectation "repeats" runs the scenario a second time
   bool keep_blocks = false;    ///< the core keeps the digests of each cycle's blocks
+  /// Called once, when nothing of the run has been refused and before its first cycle.
+  std::function<void()> begun;
   /// Called after each cycle of core and world; false ends the run.
   std::function<bool(BuiltCell& built)> after_cycle;
-  /// Called with what drivers have to say, a line each.
-  std::function<void(const std::string& line)> tell;
+  /// Called with all that happens, as it happens.
+  std::function<void(const LogEntry& entry)> tell;
   /// Called before each cycle: somebody at the panel.
   std::function<void(Operator& panel)> operate;
   /// Called before each step of the program (not of one in C++); the simulated time stands meanwhile, so the run is the
@@ -101,6 +104,8 @@ struct RunReport {
   std::int64_t frames = 0;
   std::vector<activity::Reaction> reactions;  ///< of a program in C++: what events did to motions
   std::vector<std::string> lines;             ///< of a program in C++: what it printed
+  std::vector<LogEntry> log;                  ///< what happened
+  std::int64_t log_omitted = 0;               ///< entries that are not in it, between its first and its last half
   std::vector<std::string> products;          ///< files written
 };
 

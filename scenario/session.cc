@@ -104,7 +104,7 @@ Result<PreparedCell> prepare_padded_cell(Description& description, const device:
 
 }  // namespace
 
-Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file, const device::ModelLibrary& models,
+Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file, const device::ModelLibrary& library,
                                                const OpenOptions& options) {
   Diagnostics diagnostics;
   auto description = read_description(file, options.overrides, options.seed, diagnostics);
@@ -113,8 +113,10 @@ Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file
     description->realtime = options.realtime;
     description->image = options.image;
   }
-  if (!diagnostics.has_errors()) return create(std::move(*description), models, options.measure_times);
+  if (!diagnostics.has_errors())
+    return create(std::move(*description), library, options.measure_times, std::move(diagnostics));
   if (description) {
+    const device::ModelLibrary models = library.beside(file);
     diagnostics.append(check_cell_names(*description, models));
     diagnostics.append(program_diagnostics(*description, models));
   }
@@ -122,9 +124,10 @@ Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file
   return std::unexpected(std::move(diagnostics));
 }
 
-Result<std::unique_ptr<Session>> Session::create(Description description, const device::ModelLibrary& models,
-                                                 bool measure_times) {
+Result<std::unique_ptr<Session>> Session::create(Description description, const device::ModelLibrary& library,
+                                                 bool measure_times, Diagnostics read) {
   const std::string file = description.file.string();
+  const device::ModelLibrary models = library.beside(description.file);
   const auto refuse = [&](Diagnostics diagnostics) {
     diagnostics.set_file(file);
     return std::unexpected(std::move(diagnostics));
@@ -153,13 +156,14 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
     warnings.warning(Code::kTooLarge, "", fmt::format("{} triangles in the scene", built.triangles),
                      fmt::format("at most {}, or the film is slower than its time", sim::kTriangleBudget));
   }
-  warnings.append(diagnostics);
-  warnings.set_file(file);
+  read.append(warnings);
+  read.append(diagnostics);
+  read.set_file(file);
 
   auto session = std::unique_ptr<Session>(new Session(std::move(description), std::move(program), std::move(built)));
-  session->models_ = &models;
+  session->models_ = library;
   session->expectations_ = std::move(*expectations);
-  session->warnings_ = std::move(warnings);
+  session->warnings_ = std::move(read);
   session->planned_duration_ = rehearsed.duration;
   return session;
 }
@@ -185,6 +189,7 @@ class Session::Run {
                   {.hold = [this](bool held) { runner_.hold(held); }, .cancel = [this] { runner_.cancel(); }},
                   [this](auto name, auto text) { note("operator", name, text); }) {
     run_.ask_touching([this] { return runner_.touching(); });
+    run_.ask_where([this] { return runner_.path(); });
   }
 
   RunReport execute() {
@@ -193,6 +198,7 @@ class Session::Run {
       run_.report().verdict = Verdict::kRefused;
       return std::move(run_.report());
     }
+    if (options_.begun) options_.begun();
     loop();
     Diagnostics& diagnostics = run_.report().diagnostics;
     diagnostics.append(runner_.diagnostics());
@@ -301,11 +307,12 @@ class Session::Run {
   }
 
   std::string second_digest() const {
-    auto again = Session::create(session_.description_, *session_.models_);
+    auto again = Session::create(session_.description_, session_.models_);
     if (!again) return again.error().to_string();
     (*again)->second_run_ = true;
     RunOptions quiet;
     quiet.measure_times = false;
+    quiet.from = options_.from;
     return (*again)->run(quiet).digest;
   }
 

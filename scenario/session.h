@@ -30,15 +30,16 @@ struct OpenOptions {
 /// A scenario made ready: built, its program parsed and rehearsed, its expectations made. Runs once.
 class Session {
  public:
-  /// Reads a file and makes it ready. @return the session, or everything that is wrong with the scenario, errors of
-  /// form and unknown names together; nothing has moved then. Realtime: setup.
+  /// Reads a file and makes it ready. Models that lie beside the file are found first. @return the session, or
+  /// everything that is wrong with the scenario, errors of form and unknown names together; nothing has moved then.
+  /// Realtime: setup.
   [[nodiscard]] static Result<std::unique_ptr<Session>> open(const std::filesystem::path& file,
                                                              const device::ModelLibrary& models,
                                                              const OpenOptions& options = {});
-  /// The same for a description that is right in form. `models` must outlive the session.
+  /// The same for a description that is right in form. @param warnings  of its reading
   [[nodiscard]] static Result<std::unique_ptr<Session>> create(Description description,
                                                                const device::ModelLibrary& models,
-                                                               bool measure_times = false);
+                                                               bool measure_times = false, Diagnostics warnings = {});
   ~Session();
 
   [[nodiscard]] const Description& description() const { return description_; }
@@ -59,7 +60,7 @@ class Session {
   Session(Description description, activity::Program program, BuiltCell built)
       : description_(std::move(description)), program_(std::move(program)), built_(std::move(built)) {}
 
-  const device::ModelLibrary* models_ = nullptr;
+  device::ModelLibrary models_{std::vector<std::filesystem::path>()};
   Description description_;
   activity::Program program_;
   BuiltCell built_;

@@ -9,6 +9,9 @@
 namespace takt::scenario {
 namespace {
 
+/// Of a body that one can handle, m: contacts are stiff, and a thinner one would be jumped over in one step.
+constexpr Range kBodySize{.low = 1e-5, .high = 1e3};
+
 using Json = nlohmann::ordered_json;
 using Part = world::Object::Part;
 
@@ -51,10 +54,10 @@ void add(std::vector<Part>& parts, Part part, const Eigen::Vector3d& middle = Ei
 
 /// A cylinder with a bore from end to end.
 std::vector<Part> read_tube(ObjectReader& reader) {
-  const double radius = reader.number("radius_m", {}, kPositive), length = reader.number("length_m", {}, kPositive);
+  const double radius = reader.number("radius_m", {}, kBodySize), length = reader.number("length_m", {}, kBodySize);
   Part tube{.shape = world::Cylinder{radius, length}};
   world::Bore bore;
-  bore.radius = reader.number("inner_radius_m", {}, kPositive);
+  bore.radius = reader.number("inner_radius_m", {}, kBodySize);
   bore.chamfer = reader.number("inner_chamfer_m", 0.0, kNotNegative);
   bore.X_SB.translation().z() = 0.5 * length;
   tube.chamfer = reader.number("chamfer_m", 0.0, kNotNegative);
@@ -68,9 +71,9 @@ std::vector<Part> read_tube(ObjectReader& reader) {
 
 /// A box without a lid: a floor and four walls, of which the two along x stand between the others.
 std::vector<Part> read_container(ObjectReader& reader) {
-  const Eigen::Vector3d size(reader.numbers("size_m", 3, {}, kPositive).data());
-  const double wall = reader.number("wall_m", {}, kPositive);
-  const double floor = reader.number("floor_m", wall, kPositive);
+  const Eigen::Vector3d size(reader.numbers("size_m", 3, {}, kBodySize).data());
+  const double wall = reader.number("wall_m", {}, kBodySize);
+  const double floor = reader.number("floor_m", wall, kBodySize);
   std::vector<Part> parts;
   if (2.0 * wall >= std::min(size.x(), size.y()) || floor >= size.z()) {
     reader.diagnostics().error(Code::kOutOfRange, reader.at("wall_m"), "walls and floor leave no room",
@@ -88,26 +91,26 @@ std::vector<Part> read_container(ObjectReader& reader) {
 }
 
 std::vector<Part> read_cylinder(ObjectReader& reader) {
-  const double radius = reader.number("radius_m", {}, kPositive);
-  Part part{.shape = world::Cylinder{radius, reader.number("length_m", {}, kPositive)}};
+  const double radius = reader.number("radius_m", {}, kBodySize);
+  Part part{.shape = world::Cylinder{radius, reader.number("length_m", {}, kBodySize)}};
   part.chamfer = reader.number("chamfer_m", 0.0, kNotNegative);
   part.bores = read_bores(reader);
   return {std::move(part)};
 }
 
 std::vector<Part> read_box(ObjectReader& reader) {
-  Part part{.shape = world::Box{Eigen::Vector3d(reader.numbers("size_m", 3, {}, kPositive).data())}};
+  Part part{.shape = world::Box{Eigen::Vector3d(reader.numbers("size_m", 3, {}, kBodySize).data())}};
   part.bores = read_bores(reader);
   return {std::move(part)};
 }
 
 std::vector<Part> read_sphere(ObjectReader& reader) {
-  return {{.shape = world::Sphere{reader.number("radius_m", {}, kPositive)}}};
+  return {{.shape = world::Sphere{reader.number("radius_m", {}, kBodySize)}}};
 }
 
 std::vector<Part> read_capsule(ObjectReader& reader) {
-  const double radius = reader.number("radius_m", {}, kPositive);
-  return {{.shape = world::Capsule{radius, reader.number("length_m", {}, kPositive)}}};
+  const double radius = reader.number("radius_m", {}, kBodySize);
+  return {{.shape = world::Capsule{radius, reader.number("length_m", {}, kBodySize)}}};
 }
 
 struct ShapeKind {
@@ -171,7 +174,7 @@ std::optional<ScrewEntry> read_screw(ObjectReader& parent) {
   const Json* json = parent.object("screw", false);
   if (!json) return std::nullopt;
   ObjectReader reader(*json, parent.at("screw"), parent.diagnostics());
-  ScrewEntry screw{reader.text("thread"), reader.number("length_m", {}, kPositive)};
+  ScrewEntry screw{reader.text("thread"), reader.number("length_m", {}, kBodySize)};
   reader.finish();
   return screw;
 }

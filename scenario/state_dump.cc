@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "scenario/recorded_models.h"
 #include "scenario/recorded_run.h"
 #include "scenario/session.h"
 
@@ -101,6 +102,13 @@ Result<Again> run_again(const record::Recording& recording, std::uint64_t cycle,
   return again;
 }
 
+Result<Again> run_with_its_models(const record::Recording& recording, std::uint64_t cycle,
+                                  const device::ModelLibrary& otherwise) {
+  const auto recorded = RecordedModels::unpack(recording);
+  if (!recorded) return std::unexpected(recorded.error());
+  return run_again(recording, cycle, *recorded ? (*recorded)->library() : otherwise);
+}
+
 /// The digest of a cycle as the recording has it.
 std::optional<std::uint64_t> recorded_digest(const record::Recording& recording, std::uint64_t cycle) {
   record::DigestCursor cursor(recording);
@@ -164,8 +172,8 @@ std::string to_string(const BitDifference& difference) {
 
 Result<std::optional<BitDifference>> find_bit(const record::Recording& a, const record::Recording& b,
                                               std::uint64_t cycle, const device::ModelLibrary& models) {
-  const auto again_a = run_again(a, cycle, models);
-  const auto again_b = run_again(b, cycle, models);
+  const auto again_a = run_with_its_models(a, cycle, models);
+  const auto again_b = run_with_its_models(b, cycle, models);
   Diagnostics diagnostics;
   if (!again_a) diagnostics.append(again_a.error());
   if (!again_b) diagnostics.append(again_b.error());

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
 namespace takt::sim {
@@ -46,6 +47,10 @@ bool is_finite(const device::ArmSetPoint& set_point, int n) {
 
 ArmFault fault_of(StopCategory category) {
   return static_cast<ArmFault>(static_cast<std::uint32_t>(ArmFault::kStopped0) + static_cast<std::uint32_t>(category));
+}
+
+std::uint32_t fault_word(ArmFault fault, Eigen::Index joint) {
+  return static_cast<std::uint32_t>(fault) | (static_cast<std::uint32_t>(joint + 1) << 8);
 }
 
 std::size_t cycles_of(Nanoseconds time, double period) {
@@ -161,8 +166,8 @@ void SimArm::brake() {
   drives_.close(q_true_, joint_torque_, joint_inertia(plant_, q_true_));
 }
 
-void SimArm::trip(ArmFault fault) {
-  if (fault_ == 0) fault_ = static_cast<std::uint32_t>(fault);
+void SimArm::trip(ArmFault fault, Eigen::Index joint) {
+  if (fault_ == 0) fault_ = fault_word(fault, joint);
   brake();
 }
 
@@ -211,15 +216,19 @@ void SimArm::release_brakes() {
 }
 
 std::string SimArm::fault_text(std::uint32_t fault) const {
-  switch (static_cast<ArmFault>(fault)) {
+  const auto& names = plant_.chain.joint_names();
+  const std::size_t number = fault >> 8;
+  const std::string joint =
+      number > 0 && number <= names.size() ? fmt::format("joint {}", names[number - 1]) : "a joint";
+  switch (fault_kind(fault)) {
     case ArmFault::kNone:
       return "no fault";
     case ArmFault::kSetPointInvalid:
       return "set point not finite or of the wrong size";
     case ArmFault::kFollowingError:
-      return "following error: a joint is too far from its set point";
+      return fmt::format("following error: {} is too far from its set point", joint);
     case ArmFault::kOverspeed:
-      return "overspeed: a joint is faster than the controller allows";
+      return fmt::format("overspeed: {} is faster than the controller allows", joint);
     case ArmFault::kComplianceInvalid:
       return "stiffness, damping or feed-forward outside what the device allows";
     case ArmFault::kStopped0:
@@ -229,7 +238,7 @@ std::string SimArm::fault_text(std::uint32_t fault) const {
     case ArmFault::kStopped2:
       return "stopped by category 2: controlled stop, held in position";
     case ArmFault::kExternalTorque:
-      return "protective stop: the external torque on a joint is too large";
+      return fmt::format("protective stop: the external torque on {} is too large", joint);
   }
   return "unknown fault " + std::to_string(fault);
 }
@@ -260,9 +269,9 @@ void SimArm::supervise() {
   const JointVector& limit = plant_.chain.velocity_limit();
   const bool stiff = compliance_.mode == ControlMode::kPosition && !change_;
   for (Eigen::Index i = 0; i < q_.size(); ++i) {
-    if (std::abs(dq_[i]) > control_.overspeed_factor * limit[i]) return trip(ArmFault::kOverspeed);
+    if (std::abs(dq_[i]) > control_.overspeed_factor * limit[i]) return trip(ArmFault::kOverspeed, i);
     const bool away = std::abs(set_point_.q[i] - q_[i]) > control_.following_error_limit;
-    if (stiff && away) return trip(ArmFault::kFollowingError);
+    if (stiff && away) return trip(ArmFault::kFollowingError, i);
   }
 }
 
@@ -363,11 +372,12 @@ void SimArm::protect() {
   const JointVector& limit = control_.protective_torque;
   const JointVector& estimate = observer_.estimate();
   if (limit.size() == 0 || limit.size() != estimate.size() || braked_) return;
-  const bool too_large = (estimate.cwiseAbs() - limit).maxCoeff() > 0.0;
+  Eigen::Index joint = 0;
+  const bool too_large = (estimate.cwiseAbs() - limit).maxCoeff(&joint) > 0.0;
   pushed_cycles_ = too_large ? pushed_cycles_ + 1 : 0;
   if (pushed_cycles_ < kProtectiveCycles || own_stop_) return;
   stop(StopCategory::kStopThenBrakes);
-  fault_ = static_cast<std::uint32_t>(ArmFault::kExternalTorque);
+  fault_ = fault_word(ArmFault::kExternalTorque, joint);
 }
 
 void SimArm::measure(const mjData_& data, Nanoseconds now) {

@@ -30,6 +30,8 @@ enum class ArmFault : std::uint32_t {
   kStopped2 = 7,
   kExternalTorque = 8,  ///< protective stop: pushed by its surroundings, or pushing
 };
+/// A fault word is the fault, and from bit 8 on the number of the joint that it is about, from 1; 0: of none.
+[[nodiscard]] constexpr ArmFault fault_kind(std::uint32_t word) { return static_cast<ArmFault>(word & 0xffu); }
 
 /// An arm in MuJoCo with its controller: it computes from the URDF and sees only what a real arm measures (row D6).
 /// The laws are those of ArmLaw, clipped to the effort limits of the URDF. They run before each physics step, as joint
@@ -81,7 +83,8 @@ class SimArm final : public device::ArmBackend, public SimDevice {
   [[nodiscard]] JointVector unknown_friction();
   void supervise();
   void protect();
-  void trip(ArmFault fault);
+  /// @param joint  that it is about; -1: none
+  void trip(ArmFault fault, Eigen::Index joint = -1);
   void take_set_point();
   void follow_own_stop();
   void continue_change();

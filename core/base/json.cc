@@ -1,9 +1,11 @@
 #include "core/base/json.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -18,6 +20,49 @@ using Json = nlohmann::ordered_json;
 
 /// A file with more is not read to its end: nobody reads the rest of the list either.
 constexpr std::size_t kMostDuplicates = 100;
+
+bool is_word_sign(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::string_view("+-._").find(c) != std::string_view::npos;
+}
+
+/// What ends with the last of `position` characters that were read: a word or number, a text in quotes, or one sign.
+/// @param of_word  a word is known to be wrong only by the sign behind it
+std::string found_at(std::string_view text, std::size_t position, bool of_word) {
+  constexpr std::size_t kMost = 40;
+  std::size_t begin = std::min(std::max<std::size_t>(position, 1), text.size()) - 1;
+  if (of_word && begin > 0 && !is_word_sign(text[begin])) --begin;
+  std::size_t end = begin + 1;
+  if (text[begin] == '"' && begin > 0) {
+    const std::size_t quote = text.rfind('"', begin - 1);
+    if (quote != std::string_view::npos && end - quote <= kMost) begin = quote;
+  }
+  if (is_word_sign(text[begin])) {
+    while (begin > 0 && end - begin < kMost && is_word_sign(text[begin - 1])) --begin;
+    while (end < text.size() && end - begin < kMost && is_word_sign(text[end])) ++end;
+  }
+  return to_valid_utf8(text.substr(begin, end - begin));
+}
+
+/// An error of syntax as a person would put it. Of what the library says ("syntax error while parsing object key ...")
+/// only what it was reading, and what the trouble is, are of use.
+std::pair<std::string, std::string> syntax_error(std::string_view what, std::string_view text, std::size_t position) {
+  const std::string_view in_its_words = what.substr(0, what.find("; last read"));
+  const auto says = [&](std::string_view words) { return in_its_words.find(words) != std::string_view::npos; };
+  const bool at_end = position > text.size() || text.empty() || says("unexpected end of input");
+  const bool of_word = says("invalid literal") || says("invalid number");
+  const std::string found = at_end ? "the text ends" : fmt::format("'{}'", found_at(text, position, of_word));
+  if (says("UTF-8")) return {fmt::format("{} is not valid UTF-8", found), "a text in UTF-8"};
+  if (says("invalid string")) return {fmt::format("{} in a text in quotes", found), "a text ends with \" in its line"};
+  if (says("invalid number")) return {fmt::format("{} is not a number", found), "a number such as -0.5 or 1e-3"};
+  if (says("invalid literal"))
+    return {fmt::format("{} is not a value", found), "a number, a text in quotes, true, false, null, [...] or {...}"};
+  if (says("while parsing object key")) return {fmt::format("{} instead of a key", found), "a key in quotes"};
+  if (says("while parsing object separator")) return {fmt::format("{} behind a key", found), "a colon"};
+  if (says("while parsing object")) return {fmt::format("{} inside of an object", found), "a comma or }"};
+  if (says("while parsing array")) return {fmt::format("{} inside of an array", found), "a comma or ]"};
+  if (says("; expected end of input")) return {fmt::format("{} behind the end of the document", found), "one value"};
+  return {fmt::format("{} instead of a value", found), "a number, a text in quotes, true, false, null, [...] or {...}"};
+}
 
 /// Builds the document value by value, so that depth, duplicates and range are judged before anything is stored.
 class BoundedBuilder : public nlohmann::json_sax<Json> {
@@ -46,12 +91,12 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
   }
 
   bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
-    // A message of the library reads "[json.exception...] parse error at line 1, column 2: text"; keep the end of it.
-    // One that is too large reads "[json.exception...] number overflow parsing '1e999'".
+    // A number that is too large reads "[json.exception...] number overflow parsing '1e999'".
     const std::string_view what = error.what();
-    const std::size_t start = what.find("parse error"), quote = what.find('\'');
-    if (start != std::string_view::npos) {
-      diagnostics_.error(Code::kSyntax, pointer(), to_valid_utf8(what.substr(start)), fmt::format("byte {}", position));
+    const std::size_t quote = what.find('\'');
+    if (what.find("parse error") != std::string_view::npos) {
+      const auto [message, hint] = syntax_error(what, text_, position);
+      diagnostics_.error(Code::kSyntax, pointer(), message, hint);
     } else {
       diagnostics_.error(Code::kOutOfRange, pointer(), fmt::format("number {} is out of range", quoted_in(what, quote)),
                          fmt::format("at most {:.6g} in size; byte {}", std::numeric_limits<double>::max(), position));

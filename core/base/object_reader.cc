@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/angles.h"
 #include "core/base/utf8.h"
 
 namespace takt {
@@ -193,6 +194,7 @@ Eigen::Quaterniond ObjectReader::rotation() {
     return q.normalized();
   }
   const auto rpy = numbers("rpy_deg", 3, std::vector<double>{0, 0, 0});
+  warn_of_radians(rpy, at("rpy_deg"), diagnostics_);
   constexpr double kRadians = std::numbers::pi / 180.0;
   return Eigen::AngleAxisd(rpy[2] * kRadians, Eigen::Vector3d::UnitZ()) *
          Eigen::AngleAxisd(rpy[1] * kRadians, Eigen::Vector3d::UnitY()) *

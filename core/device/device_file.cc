@@ -102,13 +102,26 @@ std::vector<std::string> ModelLibrary::names() const {
   return {names.begin(), names.end()};
 }
 
+ModelLibrary ModelLibrary::beside(const fs::path& file) const {
+  if (file.empty()) return *this;
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  std::vector<fs::path> paths{folder, folder / "models"};
+  paths.insert(paths.end(), paths_.begin(), paths_.end());
+  return ModelLibrary(std::move(paths));
+}
+
 Result<fs::path> ModelLibrary::find(std::string_view name, const std::string& pointer) const {
   const bool one_segment = !name.empty() && name.find_first_of("/\\") == name.npos && name != "." && name != "..";
   for (const fs::path& path : paths_) {
     std::error_code ignored;
     if (one_segment && fs::is_regular_file(path / name / kFileName, ignored)) return path / name;
   }
-  return failure(Code::kUnknownName, pointer, fmt::format("unknown model '{}'", name), nearest_choice(name, names()));
+  const std::vector<std::string> known = names();
+  std::vector<std::string> searched;
+  for (const fs::path& path : paths_) searched.push_back(path.string());
+  return failure(Code::kUnknownName, pointer, fmt::format("unknown model '{}'", name),
+                 fmt::format("{}; searched: {}; --models DIR searches one more",
+                             nearest_choice(name, known, known.size()), fmt::join(searched, ", ")));
 }
 
 }  // namespace takt::device

@@ -33,7 +33,11 @@ class ModelLibrary {
  public:
   explicit ModelLibrary(std::vector<std::filesystem::path> paths) : paths_(std::move(paths)) {}
 
-  /// @return the model's folder; or a diagnostic with the nearest of the names that exist. A name is one path segment.
+  /// This library, and before it the models that lie beside a file: in its folder, and in "models" there. The same for
+  /// no file. Realtime: setup.
+  [[nodiscard]] ModelLibrary beside(const std::filesystem::path& file) const;
+  /// @return the model's folder; or a diagnostic with the names of all models and the folders that were searched. A
+  /// name is one path segment.
   [[nodiscard]] Result<std::filesystem::path> find(std::string_view name, const std::string& pointer = {}) const;
   /// All model names in the order of the alphabet.
   [[nodiscard]] std::vector<std::string> names() const;

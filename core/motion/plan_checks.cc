@@ -130,12 +130,24 @@ void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Diagnost
   diagnostics.error(Code::kOutOfRange, pointer, "the pose is not a rotation and translation of finite numbers");
 }
 
+namespace {
+
+/// A joint position as files have it: m, or degrees.
+double in_file_units(const kinematics::Chain& chain, int joint, double value) {
+  return chain.is_prismatic(joint) ? value : value * 180.0 / std::numbers::pi;
+}
+
+}  // namespace
+
 void range_diagnostic(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
                       const std::string& pointer, const std::string& where, Diagnostics& diagnostics) {
-  diagnostics.error(Code::kOutOfRange, pointer,
-                    fmt::format("joint '{}': {:.6g}{} is outside its range",
-                                chain.joint_names()[static_cast<std::size_t>(joint)], value, where),
-                    fmt::format("from {:.6g} to {:.6g}", limits.lower[joint], limits.upper[joint]));
+  const char* unit = chain.is_prismatic(joint) ? "m" : "deg";
+  diagnostics.error(
+      Code::kOutOfRange, pointer,
+      fmt::format("joint '{}': {:.6g} {}{} is outside its range", chain.joint_names()[static_cast<std::size_t>(joint)],
+                  in_file_units(chain, joint, value), unit, where),
+      fmt::format("from {:.6g} to {:.6g} {}", in_file_units(chain, joint, limits.lower[joint]),
+                  in_file_units(chain, joint, limits.upper[joint]), unit));
 }
 
 void check_configuration(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q,

@@ -48,7 +48,7 @@ void check_pose(const Eigen::Isometry3d& X, const std::string& pointer, Diagnost
 /// cannot do: "0.02 m along z". Nothing for other chains. @param q  where it stands. Realtime: setup.
 void check_directions(const kinematics::InverseKinematics& inverse, const JointVector& q, const Eigen::Isometry3d& X_BF,
                       const std::string& pointer, Diagnostics& diagnostics);
-/// "joint 'a2': 2.5 is outside its range" and the range as hint.
+/// "joint 'a2': 143.2 deg is outside its range" and the range as hint, in the units of files: deg or m.
 void range_diagnostic(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
                       const std::string& pointer, const std::string& where, Diagnostics& diagnostics);
 

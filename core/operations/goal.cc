@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/angles.h"
 #include "core/expression/moving_frames.h"
 #include "core/kinematics/chain.h"
 
@@ -17,6 +18,7 @@ Goal::Joints read_joints(ObjectReader& reader, const command::MountedArm* arm) {
   // Without a device (a cell that cannot be built) any number of joints is right in form.
   const std::size_t count = arm && arm->device ? static_cast<std::size_t>(arm->device->joint_count()) : 0;
   const auto degrees = reader.numbers("joints_deg", count);
+  warn_of_radians(degrees, reader.at("joints_deg"), reader.diagnostics());
   const std::size_t kept = std::min<std::size_t>(degrees.size(), kinematics::kMaxJoints);
   Goal::Joints joints{kinematics::JointVector(static_cast<Eigen::Index>(kept))};
   for (std::size_t i = 0; i < kept; ++i) joints.q[static_cast<Eigen::Index>(i)] = degrees[i] * std::numbers::pi / 180.0;
@@ -28,6 +30,7 @@ Goal::Step read_step(ObjectReader& reader) {
   step.in = reader.text("in", "world");
   step.translation = reader.vector("by_m", Eigen::Vector3d(Eigen::Vector3d::Zero()));
   const auto rpy = reader.numbers("by_rpy_deg", 3, std::vector<double>{0, 0, 0});
+  warn_of_radians(rpy, reader.at("by_rpy_deg"), reader.diagnostics());
   constexpr double kDegree = std::numbers::pi / 180.0;
   step.rotation = Eigen::AngleAxisd(rpy[2] * kDegree, Eigen::Vector3d::UnitZ()) *
                   Eigen::AngleAxisd(rpy[1] * kDegree, Eigen::Vector3d::UnitY()) *

@@ -15,6 +15,7 @@
 #include "core/motion/blend_limits.h"
 #include "core/motion/plan_checks.h"
 #include "core/motion/planner.h"
+#include "core/motion/reach_text.h"
 
 namespace takt::activity {
 namespace {
@@ -56,10 +57,11 @@ Result<JointVector> nearest_configuration(const command::MountedArm& mounted, co
   if (arm.inverse) motion::check_directions(*arm.inverse, q, X_BF, "", short_of);
   if (short_of.has_errors()) return std::unexpected(std::move(short_of));
   const Eigen::Vector3d p = X_BF.translation();
-  return failure(Code::kUnreachable, "",
-                 fmt::format("the goal is out of reach: flange at ({:.3f}, {:.3f}, {:.3f}) m in the arm's base", p.x(),
-                             p.y(), p.z()),
-                 "a pose that some joint configuration inside the limits reaches");
+  return failure(
+      Code::kUnreachable, "",
+      fmt::format("the goal is out of reach: flange at ({:.3f}, {:.3f}, {:.3f}) m, {:.3f} m from the arm's base", p.x(),
+                  p.y(), p.z(), p.norm()),
+      motion::reach_text(*arm.chain, X_BF, q));
 }
 
 /// The planner speaks of "/goal/2" and "/start/2"; the file has the goal at "/to".

@@ -84,6 +84,8 @@ TEST(Recorder, ComesBackAsWritten) {
   EXPECT_EQ(events[2].source, "net");
   EXPECT_EQ(events[2].name, "started");
   EXPECT_EQ(events[2].text, "cycle 80");
+  EXPECT_EQ(events[2].step, "a / b (2)");
+  EXPECT_EQ(events[1].step, "");
   const auto log = recording.events("/log").value();
   EXPECT_EQ(log[1].name, "WARNING");
   EXPECT_EQ(log[1].source, "left");
@@ -139,6 +141,24 @@ TEST(Recorder, PosesGoInAsIsometries) {
   EXPECT_EQ(table.values[1][0], 2.0);
   EXPECT_NEAR(table.values[3][0], -std::cos(1.75), 1e-12) << "w is not negative";
   EXPECT_NEAR(table.values[6][0], -std::sin(1.75), 1e-12);
+}
+
+TEST(Recorder, QuaternionsGoOnWithoutAJump) {
+  TestFolder folder("turns");
+  {
+    auto recorder = Recorder::open(folder / "a.mcap").value();
+    const ChannelId frames = recorder->add_transforms("/frames", {{"w", "b"}});
+    for (int k = 0; k < 1000; ++k) {  // three turns
+      recorder->begin_cycle(k * kMillisecond, static_cast<std::uint64_t>(k));
+      Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+      X_WB.linear() = Eigen::AngleAxisd(0.02 * k, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+      recorder->write_transforms(frames, std::array{X_WB});
+    }
+  }
+  const Table table = Recording::open(folder / "a.mcap").value().table("/frames").value();
+  for (std::size_t i = 3; i < 7; ++i)
+    for (std::size_t k = 1; k < 1000; ++k)
+      ASSERT_LT(std::abs(table.values[i][k] - table.values[i][k - 1]), 0.0101) << table.columns[i] << " in row " << k;
 }
 
 TEST(Recorder, TheSameRunGivesTheSameBytes) {

@@ -50,7 +50,8 @@ class SampleRun {
     recorder_.write(samples_, std::vector<double>{0.25 * x, k % 2 == 0 ? NAN : x, k > 50 ? 1.0 : 0.0});
     recorder_.write(state_, std::vector<double>{x, x + 1, x + 2});
     recorder_.digest(digest_, 0x9E3779B97F4A7C15ull * (k + 1) + (disturbance != 0.0 ? 1 : 0));
-    if (k % 40 == 0) recorder_.event(events_, "net", "started", "cycle " + std::to_string(k));
+    const char* step = k % 80 == 0 ? "a / b (2)" : "";
+    if (k % 40 == 0) recorder_.event(events_, "net", "started", "cycle " + std::to_string(k), step);
     if (k % 70 == 0) recorder_.log(log_, LogLevel::kWarning, "left", "line " + std::to_string(k));
   }
 

@@ -1,11 +1,14 @@
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
 #include "sim/arm.h"
 #include "tests/sim/cell.h"
+#include "tests/support/reports.h"
 
 namespace takt::sim::test {
 namespace {
@@ -220,15 +223,17 @@ TEST(SimArm, FaultsCloseTheBrakesAndSayWhy) {
     const auto s = sample(world);
     EXPECT_FALSE(s.ready);
     EXPECT_NE(world.arm("arm")->fault_text(s.fault), world.arm("arm")->fault_text(0)) << "it says something";
-    return static_cast<ArmFault>(s.fault);
+    return std::pair(fault_kind(s.fault), world.arm("arm")->fault_text(s.fault));
   };
   JointVector far = lwr_home();
   far[2] += 0.2;
-  EXPECT_EQ(fault_after(set_point(far)), ArmFault::kFollowingError);
+  const auto [fault, text] = fault_after(set_point(far));
+  EXPECT_EQ(fault, ArmFault::kFollowingError);
+  EXPECT_THAT(text, takt::test::Names("e1")) << "the joint that is away";
   JointVector none = lwr_home();
   none[4] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(fault_after(set_point(none)), ArmFault::kSetPointInvalid);
-  EXPECT_EQ(fault_after(set_point(JointVector::Zero(3))), ArmFault::kSetPointInvalid);
+  EXPECT_EQ(fault_after(set_point(none)).first, ArmFault::kSetPointInvalid);
+  EXPECT_EQ(fault_after(set_point(JointVector::Zero(3))).first, ArmFault::kSetPointInvalid);
 }
 
 TEST(SimArm, OverspeedClosesTheBrakes) {

@@ -40,7 +40,7 @@ TEST(ProtectiveStop, ComesWhenAJointIsPushedBeyondItsLimit) {
     world.push(flange, {0.0, 0.0, -push});
     hold(world, lwr_home(), 40);
   }
-  EXPECT_EQ(sample(world).fault, static_cast<std::uint32_t>(ArmFault::kExternalTorque));
+  EXPECT_EQ(fault_kind(sample(world).fault), ArmFault::kExternalTorque);
   EXPECT_FALSE(sample(world).ready);
   const JointVector share =
       torques_of(world, {0.0, 0.0, -push}).cwiseAbs().cwiseQuotient(description.arms[0].control.protective_torque);

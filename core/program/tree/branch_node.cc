@@ -121,7 +121,7 @@ class BranchRun final : public NodeRun {
         ++case_;
       }
     }
-    return run_->advance(execution, diagnostics);
+    return execution.advance_in(node_.name, *run_, diagnostics);
   }
 
   void cancel(Execution& execution) override {

@@ -125,7 +125,7 @@ class LeafRun final : public NodeRun {
       own.error(Code::kNotKnownYet, node_.pointer, fmt::format("'{}' is not known yet when this step begins", text),
                 "a value before");
     }
-    diagnostics.append(own);
+    if (own.has_errors()) diagnostics.append(own);  // the rehearsal has told the warnings
     return !own.has_errors();
   }
 
@@ -150,7 +150,7 @@ class LeafRun final : public NodeRun {
       if (entered_) enter(execution, instance.name);
     }
     Diagnostics own;
-    const Progress progress = run_->advance(execution.context, own);
+    const Progress progress = advance_run(execution, instance, own);
     if (!entered_ && !enter_after_open(execution, instance, diagnostics)) return give_up();
     follow_part(execution, instance);
     if (progress == Progress::kRunning) return cancelled_ ? Outcome::kRunning : leave_open(execution, instance);
@@ -158,10 +158,15 @@ class LeafRun final : public NodeRun {
     ++index_;
     if (!entered_) enter(execution, instance.name);  // it fails before its turn, or was cancelled
     execution.steps_done += 1 + static_cast<std::int64_t>(instance.absorbed.size());
-    execution.leave(current_, progress == Progress::kDone ? "end" : "failed");
+    execution.leave(current_, progress == Progress::kDone ? "end" : "failed", messages_of(own));
     if (progress == Progress::kDone) return Outcome::kDone;
     diagnostics.append(own, instance.pointer);
     return Outcome::kFailed;
+  }
+
+  Progress advance_run(Execution& execution, const Instance& instance, Diagnostics& own) {
+    const Execution::Inside inside(execution, entered_ ? current_ : instance.name);
+    return run_->advance(execution.context, own);
   }
 
   /// Tool and payload of an arm are told between nets.
@@ -289,6 +294,30 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnos
   }
 }
 
+/// The operations that have this key.
+std::vector<std::string> operations_with(std::string_view key) {
+  std::vector<std::string> names;
+  for (const Operation& operation : Operations::global().all()) {
+    const auto& parameters = operation.parameters();
+    const bool has = std::ranges::any_of(parameters, [&](const ParameterInfo& one) { return one.key == key; });
+    if (has && operation.read_step != nullptr) names.emplace_back(operation.name);
+  }
+  return names;
+}
+
+/// A key that this operation does not have, but others do, was hardly mistyped.
+void explain_unknown_keys(const Part& part, std::size_t first, Diagnostics& diagnostics) {
+  for (std::size_t i = first; i < diagnostics.list().size(); ++i) {
+    Diagnostic& diagnostic = diagnostics.list()[i];
+    const std::string inside = part.pointer + "/";
+    if (diagnostic.code != Code::kUnknownKey || !diagnostic.pointer.starts_with(inside)) continue;
+    const auto others = operations_with(std::string_view(diagnostic.pointer).substr(inside.size()));
+    if (others.empty()) continue;
+    diagnostic.hint =
+        fmt::format("a key of {}, not of {}; {}", fmt::join(others, ", "), part.operation->name, diagnostic.hint);
+  }
+}
+
 /// Errors of form of a step with expressions: what depends on their values shows in the rehearsal only.
 void check_form(const Part& part, NodeParser& parser) {
   Diagnostics own;
@@ -325,6 +354,7 @@ std::unique_ptr<Node> parse_leaf(const Operation& operation, const Json& json, c
                                  "a text that is fixed");
     }
   }
+  const std::size_t known = parser.diagnostics().list().size();
   if (part.piece.constant()) {
     command::Cell none;  // without expressions nothing is asked
     const auto resolved = part.piece.resolve(parser.sight(), none, part.unit_of, parser.diagnostics());
@@ -332,6 +362,7 @@ std::unique_ptr<Node> parse_leaf(const Operation& operation, const Json& json, c
   } else {
     check_form(part, parser);
   }
+  explain_unknown_keys(part, known, parser.diagnostics());
   leaf->parts.push_back(std::move(part));
   return leaf;
 }

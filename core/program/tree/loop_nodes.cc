@@ -108,7 +108,7 @@ class RepeatRun final : public NodeRun {
         const Outcome ready = prepare(execution, diagnostics);
         if (ready != Outcome::kRunning || !run_) return ready;
       }
-      const Outcome outcome = run_->advance(execution, diagnostics);
+      const Outcome outcome = execution.advance_in(node_.name, *run_, diagnostics, round_ + 1);
       if (outcome == Outcome::kRunning) return outcome;
       run_.reset();
       if (outcome != Outcome::kDone) return outcome;
@@ -310,7 +310,8 @@ class ForEachRun final : public NodeRun {
         if (cancelled_ || at_ >= values_->size()) return Outcome::kDone;
         begin_round(execution);
       }
-      const Outcome outcome = run_->advance(execution, diagnostics);
+      const auto round = static_cast<std::int64_t>(at_) + 1;
+      const Outcome outcome = execution.advance_in(node_.name, *run_, diagnostics, round);
       if (outcome == Outcome::kRunning) return outcome;
       run_.reset();
       if (outcome != Outcome::kDone) return outcome;

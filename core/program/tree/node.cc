@@ -43,13 +43,40 @@ bool Execution::may_begin(const Node& step) {
 }
 
 void Execution::enter(const std::string& name) {
-  current.push_back(name);
+  const Inside inside(*this, name);
+  current.push_back({name, path()});
   context.event("program", "begin", name);
 }
 
-void Execution::leave(const std::string& name, std::string_view how) {
-  current.erase(std::ranges::find(current, name));
-  context.event("program", how, name);
+void Execution::leave(const std::string& name, std::string_view how, std::string_view why) {
+  const auto step = std::ranges::find(current, name, &RunningStep::name);
+  const std::string path = step->path;
+  current.erase(step);
+  told = &path;
+  context.event("program", how, why.empty() ? name : fmt::format("{}: {}", name, why));
+  told = nullptr;
+}
+
+Outcome Execution::advance_in(const std::string& name, NodeRun& run, Diagnostics& diagnostics, std::int64_t round) {
+  const Inside inside(*this, name, round);
+  return run.advance(*this, diagnostics);
+}
+
+std::string Execution::path() const {
+  if (told != nullptr) return *told;
+  std::string text;
+  for (const auto& [name, round] : around) {
+    if (name->empty()) continue;
+    text += (text.empty() ? "" : " / ") + *name;
+    if (round > 0) text += fmt::format(" ({})", round);
+  }
+  return text;
+}
+
+std::string messages_of(const Diagnostics& diagnostics) {
+  std::string text;
+  for (const Diagnostic& diagnostic : diagnostics.list()) text += (text.empty() ? "" : "; ") + diagnostic.message;
+  return text;
 }
 
 Outcome Execution::settle(Diagnostics& diagnostics) { return strand->settle(Outcome::kDone, *this, diagnostics); }

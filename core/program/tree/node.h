@@ -27,6 +27,13 @@ enum class Outcome { kRunning, kDone, kFailed, kStopped };
 class Strand;
 struct Declaration;
 class Node;
+class NodeRun;
+
+/// A step that runs, for people: its name, and its path in the tree ("sort / for_each (2) / grip").
+struct RunningStep {
+  std::string name, path;
+  bool operator==(const RunningStep&) const = default;
+};
 
 /// A step that waits for the permission to begin.
 struct AskingStep {
@@ -45,7 +52,7 @@ struct Execution {
   int permits = 0;
   std::vector<AskingStep> asking;  ///< in this advance, in the order of the file
   std::int64_t steps_done = 0;
-  std::vector<std::string> current;  ///< names of the steps that run, in the order of the file
+  std::vector<RunningStep> current;  ///< steps that run, in the order of the file
   int spent = 0;                     ///< steps since the last cycle (row D1)
   std::int64_t begun = 0;            ///< steps so far
   std::int64_t spent_in_cycle = -1;
@@ -59,9 +66,14 @@ struct Execution {
   }
   /// May the step begin now? Uses up a permission, or asks for one.
   bool may_begin(const Node& step);
-  /// A step begins, or has come to an end: for people.
+  /// A step begins, or has come to an end: for people. @param why  of a failure, in words
   void enter(const std::string& name);
-  void leave(const std::string& name, std::string_view how);
+  void leave(const std::string& name, std::string_view how, std::string_view why = {});
+  /// Advances what is inside of a node, whose name is a part of its path. @param round  of a loop, from 1; 0: it is
+  /// none
+  Outcome advance_in(const std::string& name, NodeRun& run, Diagnostics& diagnostics, std::int64_t round = 0);
+  /// Where in the tree something happens now: names from the root on, " / " between them; empty outside of the tree.
+  [[nodiscard]] std::string path() const;
   /// What asks the machines waits until the motion that was left open is over. @return kDone: go on
   Outcome settle(Diagnostics& diagnostics);
   Outcome settle_for(const ValueTemplate& piece, Diagnostics& diagnostics) {
@@ -69,6 +81,27 @@ struct Execution {
   }
   Outcome settle_for(const std::vector<Declaration>& declarations, Diagnostics& diagnostics);
   [[nodiscard]] EvalContext sight(const Scope& scope) const;
+
+  /// A node on the way from the root to what is being advanced.
+  struct Around {
+    const std::string* name;
+    std::int64_t round;
+  };
+  /// Names what is being advanced as long as it lives.
+  class Inside {
+   public:
+    Inside(Execution& execution, const std::string& name, std::int64_t round = 0) : around_(execution.around) {
+      around_.push_back({&name, round});
+    }
+    ~Inside() { around_.pop_back(); }
+    Inside(const Inside&) = delete;
+    Inside& operator=(const Inside&) = delete;
+
+   private:
+    std::vector<Around>& around_;
+  };
+  std::vector<Around> around;
+  const std::string* told = nullptr;  ///< path of the step that an event is about; null: it happens where `around` says
 };
 
 /// One execution of a node. All its state can be taken as data and put back (row D3).
@@ -215,6 +248,8 @@ bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Diagnostics& diagno
 [[nodiscard]] Diagnostics as_warnings(const Diagnostics& diagnostics, std::string_view why);
 /// What an expression sees in a rehearsal.
 [[nodiscard]] EvalContext sight_of(const Rehearsal& rehearsal, const Scope& scope);
+/// What is wrong, in one line.
+[[nodiscard]] std::string messages_of(const Diagnostics& diagnostics);
 /// Evaluates and declares, in a run or a rehearsal. @return false with diagnostics if a value could not be found.
 bool declare(const std::vector<Declaration>& declarations, const EvalContext& sight, Scope& scope,
              Diagnostics& diagnostics);

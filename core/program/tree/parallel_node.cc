@@ -90,7 +90,7 @@ class ParallelRun final : public NodeRun {
       if (branch.outcome != Outcome::kRunning) continue;
       const OnStrand line(execution, branch.strand);
       Diagnostics own;
-      branch.outcome = branch.run->advance(execution, own);
+      branch.outcome = execution.advance_in(node_.name, *branch.run, own);
       diagnostics.append(own);
       if (branch.outcome == Outcome::kRunning) continue;
       branch.run.reset();

@@ -61,6 +61,7 @@ Result<Program> Program::parse(const Json& json, const std::string& pointer, con
   parser.all_programs();
   program.programs_ = parser.programs();
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+  program.warnings_ = std::move(diagnostics);
   return program;
 }
 
@@ -76,7 +77,7 @@ Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices
   }
   std::vector<FoundCollision> collisions;
   rehearsal.collisions.found = &collisions;
-  Diagnostics diagnostics;
+  Diagnostics diagnostics = warnings_;
   Scope scope;
   check_start(rehearsal, diagnostics);
   root_->rehearse(rehearsal, scope, diagnostics);
@@ -117,14 +118,24 @@ Progress ProgramRunner::advance() {
   if (outcome == Outcome::kRunning) return progress_;
   progress_ = outcome == Outcome::kFailed ? Progress::kFailed : Progress::kDone;
   // A step that failed is still shown.
-  if (progress_ == Progress::kDone) current_.clear();
+  if (progress_ == Progress::kDone) current_.clear(), paths_.clear();
   return progress_;
 }
 
 void ProgramRunner::show_current() {
   if (execution_.current == shown_ || execution_.current.empty()) return;
   shown_ = execution_.current;
-  current_ = fmt::format("{}", fmt::join(shown_, " + "));
+  current_.clear();
+  paths_.clear();
+  for (const auto& [name, path] : shown_) {
+    current_ += (current_.empty() ? "" : " + ") + name;
+    paths_ += (paths_.empty() ? "" : " + ") + path;
+  }
+}
+
+std::string ProgramRunner::path() const {
+  const std::string now = execution_.path();
+  return now.empty() ? paths_ : now;
 }
 
 void ProgramRunner::cancel() {

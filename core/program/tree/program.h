@@ -51,6 +51,7 @@ class Program {
  private:
   std::unique_ptr<Node> root_;
   std::vector<std::shared_ptr<const SubProgram>> programs_;
+  Diagnostics warnings_;  ///< of parse(): the rehearsal has them too
 };
 
 /// Runs a program: advance() between cycles until it is done. All its state can be taken as data and put back (row D3).
@@ -99,6 +100,9 @@ class ProgramRunner {
   [[nodiscard]] const Diagnostics& diagnostics() const { return diagnostics_; }
   /// Names of the steps that run, joined by " + "; empty before the first and after the last.
   [[nodiscard]] const std::string& current() const { return current_; }
+  /// Where in the tree something happens: called from the context's event sink that of the event, else those of the
+  /// steps that run ("measure / for_each (2) / touch"), joined by " + ".
+  [[nodiscard]] std::string path() const;
   [[nodiscard]] std::int64_t steps_done() const { return execution_.steps_done; }
   /// What the steps that run mean to touch (docs/world.md).
   [[nodiscard]] std::set<std::string, std::less<>> touching() const { return scheduler_.touching(); }
@@ -114,8 +118,8 @@ class ProgramRunner {
   Scope scope_;
   std::unique_ptr<NodeRun> run_;
   Progress progress_ = Progress::kRunning;
-  std::vector<std::string> shown_;
-  std::string current_;
+  std::vector<RunningStep> shown_;
+  std::string current_, paths_;
   Diagnostics diagnostics_;
 };
 

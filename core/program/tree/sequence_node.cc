@@ -88,7 +88,7 @@ class SequenceRun final : public NodeRun {
         if (next != Outcome::kDone || cancelled_ || ended_) return next;
         run_ = node_.children[child_]->begin(scope_);
       }
-      const Outcome outcome = run_->advance(execution, diagnostics);
+      const Outcome outcome = execution.advance_in(node_.name, *run_, diagnostics, node_.times > 1 ? round_ + 1 : 0);
       if (outcome == Outcome::kRunning) return outcome;
       run_.reset();
       if (outcome != Outcome::kDone) return outcome;

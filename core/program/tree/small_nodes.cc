@@ -117,7 +117,7 @@ class TextNode final : public ImmediateNode {
       execution.context.event("program", "log", words);
       return Outcome::kDone;
     }
-    execution.context.event("program", "failed", name);
+    execution.context.event("program", "failed", fmt::format("{}: {}", name, words));
     diagnostics.error(Code::kRaised, pointer, words);
     return Outcome::kFailed;
   }
@@ -169,7 +169,7 @@ class UntilRun final : public NodeRun {
     const Outcome outcome = look(execution, diagnostics);
     if (outcome == Outcome::kRunning) return outcome;
     ++execution.steps_done;
-    execution.leave(node_.name, outcome == Outcome::kDone ? "end" : "failed");
+    execution.leave(node_.name, outcome == Outcome::kDone ? "end" : "failed", messages_of(diagnostics));
     return outcome;
   }
   void cancel(Execution&) override { cancelled_ = true; }

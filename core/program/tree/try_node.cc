@@ -94,7 +94,8 @@ class TryRun final : public NodeRun {
         run_ = std::make_unique<SettledRun>(part().begin(scope_));
       }
       Diagnostics own;
-      const Outcome outcome = run_->advance(execution, own);
+      const bool again = phase_ == Phase::kBody && attempts_ > 0;
+      const Outcome outcome = execution.advance_in(node_.name, *run_, own, again ? attempts_ + 1 : 0);
       if (outcome == Outcome::kRunning) return outcome;
       run_.reset();
       if (phase_ == Phase::kCleanup) {
@@ -194,8 +195,7 @@ class TryRun final : public NodeRun {
 
   void after_rest(Execution& execution) {
     enter(after_);
-    std::string text;
-    for (const Diagnostic& diagnostic : failure_.list()) text += (text.empty() ? "" : "; ") + diagnostic.message;
+    const std::string text = messages_of(failure_);
     if (phase_ == Phase::kRecover) {
       ++attempts_;
       execution.context.event("program", "retry",

@@ -46,6 +46,7 @@ class ProgramRuns : public testing::Test {
   activity::Context context() {
     return {programs_cell(), programs_core(), variables, latency, [this](auto source, auto name, auto text) {
               log.push_back(std::string(source) + ": " + std::string(name) + " " + std::string(text));
+              paths.push_back(std::string(name) + ": " + (running ? running->path() : ""));
             }};
   }
   /// To its end.
@@ -99,14 +100,18 @@ class ProgramRuns : public testing::Test {
   activity::Variables variables;
   std::int64_t latency = 2;
   std::vector<std::string> log;
-  Diagnostics rehearsed;    ///< of the last good program
-  Diagnostics diagnostics;  ///< of the last run
+  std::vector<std::string> paths;  ///< for each line of the log: what happened, and where in the tree
+  Diagnostics rehearsed;           ///< of the last good program
+  Diagnostics diagnostics;         ///< of the last run
   std::int64_t steps_done = 0;
   int cycles = 0;
 
  private:
+  const activity::ProgramRunner* running = nullptr;
+
   activity::Progress follow(activity::ProgramRunner& runner, const AtCycle& at_cycle, int most) {
     before_first_cycle();
+    running = &runner;
     for (cycles = 0; cycles < most; ++cycles) {
       if (at_cycle) at_cycle(cycles, runner);
       if (runner.advance() != activity::Progress::kRunning) break;
@@ -114,6 +119,7 @@ class ProgramRuns : public testing::Test {
     }
     diagnostics = runner.diagnostics();
     steps_done = runner.steps_done();
+    running = nullptr;
     return runner.progress();
   }
 };

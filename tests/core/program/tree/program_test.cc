@@ -160,7 +160,8 @@ TEST_F(ProgramTest, AFailingStepNamesItself) {
   EXPECT_EQ(run(program), Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/1/until"));
   EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/steps/1/until"));
-  EXPECT_EQ(log.back(), "program: failed nothing there") << "nothing follows";
+  EXPECT_THAT(log.back(), testing::StartsWith("program: failed nothing there: ")) << "nothing follows";
+  EXPECT_EQ(log.back().substr(31), diagnostics.list().at(0).message) << "and why is told";
 }
 
 TEST_F(ProgramTest, AFaultOfTheArmIsTheFailureOfItsStep) {

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scenario/contact_log.h"
+
+namespace takt::scenario {
+
+/// Tells in words when an arm or a base reports a fault: which, of which joint, after which contact; and when the
+/// emergency stop latches. Thread: the program's. Realtime: setup.
+class FaultWatch {
+ public:
+  using Where = std::function<std::string()>;
+  using Note = std::function<void(std::string_view source, std::string_view name, const std::string& text)>;
+
+  /// The cell must outlive it.
+  explicit FaultWatch(const BuiltCell& built) : built_(built) {}
+
+  /// After a cycle, or several. @param where  path of the steps that run; asked only when something is wrong
+  void look(const ContactLog& contacts, const Where& where, const Note& note);
+  /// What was told of arms so far, a sentence each: "arm: following error: joint a4 ...; 'probe/ball' pressed 'block'
+  /// with 900.0 N at 3.210 s in 'reach in'".
+  [[nodiscard]] const std::vector<std::string>& told() const { return told_; }
+
+ private:
+  void look_at(const std::string& name, const device::Arm& arm, const ContactLog& contacts, const Where& where,
+               const Note& note);
+
+  const BuiltCell& built_;
+  std::map<std::string, std::uint32_t, std::less<>> faults_;  ///< by arm, as seen last
+  bool latched_ = false;
+  std::vector<std::string> told_;
+};
+
+}  // namespace takt::scenario

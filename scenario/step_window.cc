@@ -1,0 +1,47 @@
+#include "scenario/step_window.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace takt::scenario {
+namespace {
+
+constexpr std::string_view kBetween = " / ";
+
+/// Without the round of a loop: "for_each (2)" is "for_each".
+std::string_view name_of_part(std::string_view part) {
+  const std::size_t round = part.rfind(" (");
+  const bool has_round =
+      round != part.npos && part.ends_with(')') && part.find_first_not_of("0123456789", round + 2) == part.size() - 1;
+  return has_round ? part.substr(0, round) : part;
+}
+
+}  // namespace
+
+bool goes_through(std::string_view path, std::string_view name) {
+  while (!path.empty()) {
+    const std::size_t end = std::min(path.find(kBetween), path.size());
+    const std::string_view part = path.substr(0, end);
+    if (part == name || name_of_part(part) == name) return true;
+    path.remove_prefix(std::min(end + kBetween.size(), path.size()));
+  }
+  return false;
+}
+
+void StepWindow::look(std::span<const std::string> paths) {
+  inside_ = name_.empty() ||
+            std::ranges::any_of(paths, [this](const std::string& path) { return goes_through(path, name_); });
+}
+
+std::string read_during(ObjectReader& reader, const StepNames& steps) {
+  std::string name = reader.text("during", "");
+  if (reader.has("during") && name.empty())
+    reader.diagnostics().error(Code::kMissing, reader.at("during"), "an empty name", "the name of a step");
+  if (!name.empty() && steps && std::ranges::find(*steps, name) == steps->end())
+    reader.diagnostics().error(Code::kUnknownName, reader.at("during"), fmt::format("there is no step '{}'", name),
+                               nearest_choice(name, *steps));
+  return name;
+}
+
+}  // namespace takt::scenario

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/base/object_reader.h"
+#include "scenario/part_expectations.h"
+
+namespace takt::scenario {
+
+/// The time in which a node of the program runs: a step, or anything that steps run in.
+class StepWindow {
+ public:
+  /// @param name  of the node; empty: the whole run
+  explicit StepWindow(std::string name) : name_(std::move(name)), inside_(name_.empty()) {}
+
+  /// The steps that run have changed.
+  void look(std::span<const std::string> paths);
+  [[nodiscard]] bool inside() const { return inside_; }
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+ private:
+  std::string name_;
+  bool inside_;
+};
+
+/// True if a path of steps ("sort / for_each (2) / grip") goes through a node of this name.
+[[nodiscard]] bool goes_through(std::string_view path, std::string_view name);
+
+/// The key "during": the name of a node of the program; a diagnostic if there is none.
+[[nodiscard]] std::string read_during(ObjectReader& reader, const StepNames& steps);
+
+}  // namespace takt::scenario
