@@ -24,7 +24,7 @@ constexpr double kKeyPlay = 0.96;  // of a key in its socket
 constexpr const char* kTurnOutputs[] = {"turn", "reverse"};
 constexpr const char* kSetOutputs[] = {"speed", "torque_limit"};
 constexpr const char* kStateInputs[] = {"clutch", "turning"};
-constexpr const char* kReadings[] = {"torque", "peak_torque", "angle", "measured_speed"};
+constexpr const char* kDriverReadings[] = {"torque", "peak_torque", "angle", "measured_speed"};
 
 /// What the scenario says of one screwdriver: the size of its bit.
 std::optional<double> bit_radius(const LoadedDevice& driver, Diagnostics& diagnostics) {
@@ -70,7 +70,7 @@ class ScrewdriverKind final : public DeviceKind {
     for (const char* name : kTurnOutputs) cell.digital_outputs[entry.name + "/" + name];
     for (const char* name : kSetOutputs) cell.analog_outputs[entry.name + "/" + name];
     for (const char* name : kStateInputs) cell.digital_inputs[entry.name + "/" + name];
-    for (const char* name : kReadings) cell.analog_inputs[entry.name + "/" + name];
+    for (const char* name : kDriverReadings) cell.analog_inputs[entry.name + "/" + name];
   }
 
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
